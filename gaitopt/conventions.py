@@ -1,0 +1,41 @@
+"""Names and frames that every room of the house shares.
+
+World and body frames: x forward, y left, z up. SI units and radians everywhere.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+LEGS: Final[tuple[str, str, str, str]] = ("LF", "LH", "RH", "RF")
+"""The four legs, in the order of every array axis that runs over legs."""
+
+WANG_NUMBERS: Final[dict[int, str]] = {1: "RH", 2: "RF", 3: "LH", 4: "LF"}
+"""Leg numbers of Wang et al. 2020 (000_6dacb41600db6a3c.txt, Section II)."""
+
+XILING_NUMBERS: Final[dict[int, str]] = {1: "LF", 2: "LH", 3: "RH", 4: "RF"}
+"""Leg numbers of the XiLing report (003_8f161808651a8f3d.txt)."""
+
+
+def leg_index(leg: str) -> int:
+    """Position of ``leg`` in :data:`LEGS`."""
+    return LEGS.index(leg)
+
+
+def frozen(array: object) -> FloatArray:
+    """A float64 copy of ``array`` that cannot be written to."""
+    copy = np.array(array, dtype=np.float64, copy=True)
+    copy.setflags(write=False)
+    return copy
+
+
+def rotation_z(angle: float) -> FloatArray:
+    """Rotation matrix ``(3, 3)`` by ``angle`` [rad] about z."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])

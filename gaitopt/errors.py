@@ -1,0 +1,74 @@
+"""Every error that gaitopt raises on purpose, one small family.
+
+Each message names the leg, step, field or line, gives the numbers, and ends with the way out.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+
+class GaitoptError(Exception):
+    """Root of the family: catch this to catch everything gaitopt raises on purpose."""
+
+
+class InputError(GaitoptError, ValueError):
+    """A setting or an array is not what was asked for (wrong name, shape, range, NaN)."""
+
+
+class RobotError(GaitoptError, ValueError):
+    """A URDF cannot be read, or is no robot that gaitopt can plan for."""
+
+
+class FootholdsError(GaitoptError, ValueError):
+    """Footholds, or the CSV file that holds them, are malformed."""
+
+
+class PlanFileError(GaitoptError, ValueError):
+    """A plan file cannot be read: cut short, foreign, too large, or of another version."""
+
+
+class SolverError(GaitoptError, RuntimeError):
+    """A solver's answer did not survive the check of its residuals."""
+
+
+class MissingPackageError(GaitoptError, ImportError):
+    """An optional package is needed; the message holds the line that installs it."""
+
+
+@dataclass
+class InfeasibleStepError(GaitoptError):
+    """No body position allows this step.
+
+    Attributes:
+        message: what is wrong, with the numbers and the way out.
+        step: index of the step, counted from 0 over the whole walk; -1 for the initial stance.
+        leg: the leg that was to swing.
+        conflicts: names of the constraints that exclude one another.
+        margin: the stability margin that was asked for [m].
+        largest_margin: the largest margin that this step allows at the present reach [m];
+            ``None`` when not even a margin of any size helps, because the legs do not reach.
+        reach_fraction: the reach fraction that was asked for.
+        needed_reach_fraction: the smallest reach fraction that allows the step at the present
+            margin; above 1 the robot's legs are too short for it. ``None`` when no reach helps.
+    """
+
+    message: str
+    step: int
+    leg: str
+    conflicts: tuple[str, ...] = field(default=())
+    margin: float | None = None
+    largest_margin: float | None = None
+    reach_fraction: float | None = None
+    needed_reach_fraction: float | None = None
+
+    def __post_init__(self) -> None:
+        super().__init__(self.message)
+
+    def __str__(self) -> str:
+        return self.message
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return (type(self), tuple(self.__dict__.values()))
+
+    __hash__ = GaitoptError.__hash__

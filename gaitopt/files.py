@@ -1,0 +1,64 @@
+"""Reading and writing files so that a bad or a broken one does no harm."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import IO, Any
+
+from gaitopt.errors import GaitoptError, InputError
+
+StrPath = str | os.PathLike[str]
+
+
+@contextmanager
+def written_whole(path: StrPath, *, binary: bool = False) -> Iterator[IO[Any]]:
+    """Open a file that appears at ``path`` complete, or not at all.
+
+    The content goes to a temporary file in the same folder, which replaces ``path`` when the
+    block ends without an error.
+
+    Raises:
+        InputError: the folder does not exist or cannot be written to.
+    """
+    target = Path(path)
+    try:
+        handle, name = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
+    except OSError as error:
+        raise InputError(
+            f"cannot write {target}: {error.strerror or error}; give a path in a folder that "
+            "exists and that you may write to"
+        ) from error
+    temporary = Path(name)
+    try:
+        mode = "wb" if binary else "w"
+        with os.fdopen(handle, mode, encoding=None if binary else "utf-8", newline="") as stream:
+            yield stream
+        temporary.chmod(0o644)
+        temporary.replace(target)
+    except OSError as error:
+        raise InputError(f"cannot write {target}: {error.strerror or error}") from error
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def read_bounded(path: StrPath, limit: int, error: type[GaitoptError]) -> bytes:
+    """The bytes of a file that came from somebody else.
+
+    Args:
+        path: the file.
+        limit: the most bytes that are read [bytes].
+        error: the type raised when the file is missing, unreadable or larger than ``limit``.
+    """
+    source = Path(path)
+    try:
+        with source.open("rb") as stream:
+            data = stream.read(limit + 1)
+    except OSError as cause:
+        raise error(f"cannot read {source}: {cause.strerror or cause}") from cause
+    if len(data) > limit:
+        raise error(f"{source} is larger than {limit / 1e6:.0f} MB, the most that is read")
+    return data

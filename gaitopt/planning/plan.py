@@ -1,0 +1,302 @@
+"""The plan: the one result type of every planner, and the one input of every consumer."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from types import MappingProxyType
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from gaitopt.conventions import LEGS, BoolArray, FloatArray, frozen
+from gaitopt.errors import InputError
+from gaitopt.files import StrPath
+from gaitopt.planning.path import MotionPath
+from gaitopt.planning.rotations import rpy_rates_to_angular, rpy_to_matrix, rpy_to_quaternion
+from gaitopt.planning.settings import CrawlSettings
+from gaitopt.robots.quadruped import Quadruped
+from gaitopt.terrain.footholds import Footholds
+
+MAX_SAMPLES = 20_000_000
+"""Most samples that :meth:`Plan.sample` makes."""
+
+
+@dataclass(frozen=True)
+class Limit:
+    """Something that holds a phase back.
+
+    Attributes:
+        kind: ``"margin"`` (a side of the shrunken support triangle), ``"reach"`` (a leg's reach),
+            ``"joint velocity"`` or ``"speed"`` (the speed that was asked for).
+        name: the side (``"LF-RH"``), the leg, or the joint.
+        value: multiplier of a constraint, or the share of the phase's duration that a joint or
+            speed is at its limit.
+        spans: for ``"joint velocity"`` and ``"speed"`` the times of the plan during which the
+            limit holds, ``((start, end), ...)`` [s].
+    """
+
+    kind: str
+    name: str
+    value: float
+    spans: tuple[tuple[float, float], ...] = ()
+
+
+@dataclass(frozen=True)
+class CogEvidence:
+    """How one knows that a phase's COG target is the right one.
+
+    Attributes:
+        status: ``"solved"`` when all residuals are within tolerance.
+        objective: ``"distance"`` or ``"margin"``.
+        duals: multiplier of each constraint by name.
+        primal: largest violation of a constraint [m].
+        stationarity: largest entry of the Lagrangian's gradient.
+        complementarity: sum of |dual x slack|.
+        error_bound: proven bound on the distance from the true optimum [m].
+        iterations: QPs solved.
+    """
+
+    status: str
+    objective: str
+    duals: Mapping[str, float]
+    primal: float
+    stationarity: float
+    complementarity: float
+    error_bound: float
+    iterations: int
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "duals", MappingProxyType(dict(self.duals)))
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return (type(self), tuple(dict(v) if k == "duals" else v for k, v in vars(self).items()))
+
+
+@dataclass(frozen=True, eq=False)
+class Phase:
+    """A stretch of the plan with one set of supporting feet.
+
+    Attributes:
+        kind: ``"stance"`` (four feet stand, the body moves) or ``"swing"`` (one foot flies).
+        leg: the leg that swings now, or next.
+        step: index of the step, from 0 over the whole walk.
+        start, duration: [s]; a stance phase in which nothing needs to move lasts 0 s.
+        cog_start, cog_end: body centre at its ends ``(3,)`` [m].
+        support: the legs that stand.
+        foot_start, foot_end: where the leg's foot is before and after ``(3,)`` [m].
+        margin: smallest static stability margin of the body centre during the phase [m].
+        limited_by: what holds the phase back.
+        evidence: of the COG target, for stance phases that were optimised.
+    """
+
+    kind: Literal["stance", "swing"]
+    leg: str
+    step: int
+    start: float
+    duration: float
+    cog_start: FloatArray
+    cog_end: FloatArray
+    support: tuple[str, ...]
+    foot_start: FloatArray
+    foot_end: FloatArray
+    margin: float
+    limited_by: tuple[Limit, ...] = ()
+    evidence: CogEvidence | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("cog_start", "cog_end", "foot_start", "foot_end"):
+            object.__setattr__(self, name, frozen(getattr(self, name)))
+
+    @property
+    def end(self) -> float:
+        """``start + duration`` [s]."""
+        return self.start + self.duration
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """A plan sampled in time; all arrays are read-only.
+
+    Attributes:
+        t: times ``(N,)`` [s].
+        q: configurations ``(N, nq)``, Pinocchio's: base position, quaternion xyzw, joints.
+        v: velocities ``(N, nv)``, Pinocchio's: base twist in the base's frame, joint rates.
+        contacts: which feet stand ``(N, 4)``.
+        cog: body centre ``(N, 3)`` [m].
+        feet: foot frames ``(N, 4, 3)`` [m].
+        legs: names of the columns of ``contacts`` and ``feet``.
+        joint_names: names of the joint columns of ``q[:, 7:]`` and ``v[:, 6:]``.
+    """
+
+    t: FloatArray
+    q: FloatArray
+    v: FloatArray
+    contacts: BoolArray
+    cog: FloatArray
+    feet: FloatArray
+    legs: tuple[str, ...]
+    joint_names: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        for name in ("t", "q", "v", "contacts", "cog", "feet"):
+            getattr(self, name).setflags(write=False)
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """A planned motion with all that is needed to check it.
+
+    Attributes:
+        robot: the robot, with its URDF.
+        footholds: the footholds that were asked for.
+        settings: what the planner was asked for.
+        phases: the phases, in order; their durations add up to :attr:`duration`.
+        path: body and joints over time.
+        info: what the planner says of its work, by name.
+    """
+
+    robot: Quadruped
+    footholds: Footholds
+    settings: CrawlSettings
+    phases: tuple[Phase, ...]
+    path: MotionPath
+    info: Mapping[str, float | str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "phases", tuple(self.phases))
+        object.__setattr__(self, "info", MappingProxyType(dict(self.info)))
+        columns = self.path.coefficients.shape[2]
+        if columns != 6 + len(self.robot.joint_names):
+            raise InputError(
+                f"the path has {columns} columns where {self.robot.name} needs "
+                f"{6 + len(self.robot.joint_names)}"
+            )
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return (Plan, (self.robot, self.footholds, self.settings, self.phases, self.path,
+                       dict(self.info)))  # fmt: skip
+
+    def __repr__(self) -> str:
+        return (
+            f"Plan({self.robot.name!r}, {len(self.phases)} phases, {self.duration:.1f} s, "
+            f"{1e3 * self.mean_speed:.2f} mm/s)"
+        )
+
+    @property
+    def duration(self) -> float:
+        """How long the motion takes [s]."""
+        return self.path.duration
+
+    @property
+    def distance(self) -> float:
+        """Horizontal distance from the middle of the first to that of the last footholds [m]."""
+        ends = self.footholds.array[:, [0, -1], :2].mean(axis=0)
+        return float(np.hypot(*(ends[1] - ends[0])))
+
+    @property
+    def mean_speed(self) -> float:
+        """:attr:`distance` over :attr:`duration` [m/s]; 0 for a plan that does not move."""
+        return self.distance / self.duration if self.duration > 0 else 0.0
+
+    @property
+    def margin(self) -> float:
+        """Smallest static stability margin of the body centre [m].
+
+        Judged on the horizontal projection, whatever the heights of the feet.
+        """
+        return min((p.margin for p in self.phases), default=float("inf"))
+
+    @property
+    def cog_distance(self) -> float:
+        """Length of the body centre's path [m]."""
+        return float(sum(np.linalg.norm(p.cog_end - p.cog_start) for p in self.phases))
+
+    @cached_property
+    def phase_starts(self) -> FloatArray:
+        """Start of every phase [s]."""
+        return frozen([p.start for p in self.phases])
+
+    def phase_at(self, time: float) -> Phase:
+        """The phase at ``time`` [s]; at a boundary the later one that lasts."""
+        return self.phases[int(self._phase_index(np.array([time]))[0])]
+
+    def sample(self, dt: float) -> Trajectory:
+        """The motion every ``dt`` seconds from 0, and at its very end.
+
+        Raises:
+            InputError: ``dt`` is not a positive time, or asks for too many samples.
+        """
+        if isinstance(dt, bool) or not (np.isfinite(dt) and dt > 0):
+            raise InputError(f"dt must be a positive time in seconds, got {dt!r}")
+        if self.duration / dt > MAX_SAMPLES:
+            raise InputError(
+                f"dt = {dt:g} s asks for {self.duration / dt:.3g} samples of {self.duration:.1f} s; "
+                f"at most {MAX_SAMPLES:.0e} are made, so take dt >= "
+                f"{self.duration / MAX_SAMPLES:.2g} s"
+            )
+        count = int(np.ceil(self.duration / dt - 1e-9))
+        return self.at(np.append(np.arange(count) * float(dt), self.duration))
+
+    def at(self, times: ArrayLike) -> Trajectory:
+        """The motion at given ``times (N,)`` [s], which need not be equally spaced.
+
+        Raises:
+            InputError: a time lies outside the plan or is not finite.
+        """
+        t = np.atleast_1d(np.array(times, dtype=np.float64))
+        if t.ndim != 1 or not (np.isfinite(t).all() and (t >= 0).all()
+                               and (t <= self.duration).all()):  # fmt: skip
+            raise InputError(f"times must be (N,) and within 0 and {self.duration:.6g} s")
+        values, rates = self.path.evaluate(t), self.path.evaluate(t, derivative=1)
+        position, rpy, joints = values[:, :3], values[:, 3:6], values[:, 6:]
+        rotation = rpy_to_matrix(rpy)
+        twist = np.concatenate(
+            [
+                np.einsum("nij,ni->nj", rotation, rates[:, :3]),
+                rpy_rates_to_angular(rpy, rates[:, 3:6]),
+            ],
+            axis=1,
+        )
+        to_world = rotation @ self.robot.body_axes
+        feet = np.stack([self._foot(leg, joints) for leg in LEGS], axis=1)
+        return Trajectory(
+            t=t,
+            q=np.concatenate([position, rpy_to_quaternion(rpy), joints], axis=1),
+            v=np.concatenate([twist, rates[:, 6:]], axis=1),
+            contacts=self._contacts(t),
+            cog=position + to_world @ self.robot.centre,
+            feet=position[:, None, :] + np.einsum("nij,nlj->nli", to_world, feet),
+            legs=LEGS,
+            joint_names=self.robot.joint_names,
+        )
+
+    def save(self, path: StrPath) -> None:
+        """Write the plan to an ``.npz`` file, whole or not at all.
+
+        :func:`gaitopt.load_plan` gets it back without loss.
+        """
+        from gaitopt.planning.storage import save_plan
+
+        save_plan(self, path)
+
+    def _foot(self, leg: str, joints: FloatArray) -> FloatArray:
+        columns = list(self.robot.leg_columns[leg])
+        return np.asarray(self.robot.legs[leg].forward(joints[:, columns]))
+
+    def _phase_index(self, times: FloatArray) -> np.ndarray:
+        return np.clip(np.searchsorted(self.phase_starts, times, side="right") - 1, 0, None)
+
+    def _contacts(self, times: FloatArray) -> BoolArray:
+        if not self.phases:
+            return np.ones((len(times), len(LEGS)), dtype=np.bool_)
+        table = np.array([[leg in p.support for leg in LEGS] for p in self.phases])
+        # At the last instant the foot that flew in the last phase has touched down.
+        table = np.vstack([table, np.ones(len(LEGS), dtype=np.bool_)])
+        index = np.where(times < self.duration, self._phase_index(times), len(self.phases))
+        return np.asarray(table[index])

@@ -1,0 +1,272 @@
+"""Finding the four legs in a model's kinematic tree, and reading off their constants.
+
+Joint axes are read from the model at its zero configuration: a URDF's axis letters only tell how
+its frames are turned. Names are asked only where geometry leaves a choice.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from gaitopt.conventions import LEGS, FloatArray, frozen
+from gaitopt.errors import RobotError
+from gaitopt.robots.leg import Leg, wrap_angle
+
+AXIS_TOLERANCE = 1e-6
+"""How far from parallel or perpendicular joint axes may be [rad], as given in a URDF's digits."""
+
+FOOT_WORDS = ("foot", "toe", "contact", "sole")
+
+
+@dataclass(frozen=True)
+class Chain:
+    """A serial chain of revolute joints from the body to a foot, in the base frame at zero.
+
+    Attributes:
+        joints: Pinocchio joint ids from body to foot.
+        names: their names.
+        points: a point on each axis ``(nj, 3)`` [m].
+        axes: unit axes ``(nj, 3)``.
+        foot: name of the foot's frame.
+        tip: its position ``(3,)`` [m].
+    """
+
+    joints: tuple[int, ...]
+    names: tuple[str, ...]
+    points: FloatArray
+    axes: FloatArray
+    foot: str
+    tip: FloatArray
+
+
+def find_chains(model: Any) -> list[Chain]:
+    """All leg-like chains that hang on the free-flying body: two or three revolute joints each.
+
+    Raises:
+        RobotError: fewer or more than four such chains, with what was found.
+    """
+    data = model.createData()
+    pin.framesForwardKinematics(model, data, pin.neutral(model))
+    found, passed_over = [], []
+    for first in model.children[1]:
+        ids = _serial(model, first)
+        names = [str(model.names[i]) for i in ids]
+        if len(ids) in (2, 3) and all(_is_hinge(model.joints[i]) for i in ids):
+            found.append(_read_chain(model, data, ids))
+        else:
+            kinds = ", ".join(f"{n} ({model.joints[i].shortname()})" for n, i in zip(names, ids,
+                              strict=True))
+            passed_over.append(f"[{kinds}]")
+    if len(found) != 4:
+        legs = "; ".join("-".join(c.names) for c in found) or "none"
+        rest = f"; passed over: {'; '.join(passed_over)}" if passed_over else ""
+        raise RobotError(
+            f"{model.name}: found {len(found)} chains of two or three hinges on the body where a "
+            f"quadruped has 4 ({legs}{rest}); every leg must be a serial chain of 2 or 3 revolute "
+            "joints with limits (a 'continuous' joint has none: make it 'revolute')"
+        )
+    return found
+
+
+def heading_axes(model: Any, chains: list[Chain]) -> FloatArray:
+    """Axes of the body frame (x forward, y left, z up) as columns in the base frame ``(3, 3)``.
+
+    The pitch axes give the lateral direction. Which of its two perpendiculars is forward, names
+    decide (front feet lie ahead); without names it is the base's own +x, or +y.
+    """
+    axis = chains[0].axes[-1]
+    forward = np.array([axis[1], -axis[0], 0.0])
+    if np.linalg.norm(forward) < 0.5:
+        raise RobotError(
+            f"{model.name}: joint {chains[0].names[-1]} turns about a vertical axis; legs must be "
+            "roll-pitch-pitch or pitch-pitch"
+        )
+    # Legs stand along the base's axes; a slightly turned pitch axis does not turn the body.
+    forward = np.where(np.abs(forward) == np.abs(forward).max(), np.sign(forward), 0.0)
+    if forward.sum() < 0:
+        forward = -forward
+    sides = [_name_side(c) for c in chains]
+    ahead = sum(s * float(forward @ c.tip) for s, c in zip(sides, chains, strict=True))
+    if any(sides) and ahead < 0:
+        forward = -forward
+    up = np.array([0.0, 0.0, 1.0])
+    return np.column_stack([forward, np.cross(up, forward), up])
+
+
+def assign_names(model: Any, chains: list[Chain], body: FloatArray) -> dict[str, Chain]:
+    """Which chain is ``LF``, ``LH``, ``RH``, ``RF``: by where its first joint sits on the body.
+
+    Raises:
+        RobotError: two chains share a corner.
+    """
+    starts = np.array([c.points[0] for c in chains]) @ body
+    centre = starts.mean(axis=0)
+    named: dict[str, Chain] = {}
+    for chain, start in zip(chains, starts - centre, strict=True):
+        name = ("L" if start[1] > 0 else "R") + ("F" if start[0] > 0 else "H")
+        if name in named:
+            raise RobotError(
+                f"{model.name}: legs {'-'.join(named[name].names)} and {'-'.join(chain.names)} "
+                f"both start in the body's {name} corner; a quadruped has one leg in each"
+            )
+        named[name] = chain
+    return {leg: named[leg] for leg in LEGS}
+
+
+def read_leg(model: Any, name: str, chain: Chain, body: FloatArray, knee: float | None) -> Leg:
+    """The constants of one leg, in the body frame.
+
+    Args:
+        model: the Pinocchio model.
+        name: the leg's name.
+        chain: its joints.
+        body: axes of the body frame in the base frame ``(3, 3)``.
+        knee: side of the knee, +1 forward, -1 backward; ``None`` takes it from the knee's limits,
+            and where they allow both sides points front knees backward and hind knees forward.
+
+    Raises:
+        RobotError: the leg is neither roll-pitch-pitch nor pitch-pitch.
+    """
+    points, axes = chain.points @ body, chain.axes @ body
+    tip = chain.tip @ body
+    frame, signs = _leg_axes(model, name, chain, axes)
+    local = (np.vstack([points, tip]) - points[0]) @ frame
+    if len(chain.joints) == 3:
+        hip = points[0] + frame[:, 0] * local[1, 0]
+        lateral, drop = local[3, 1], np.round(-local[1, 2], 12)
+        links = np.diff(local[1:], axis=0)
+    else:
+        hip, lateral, drop = points[0], local[2, 1], 0.0
+        links = np.diff(local, axis=0)
+    lengths = np.hypot(links[:, 0], links[:, 2])
+    angles = np.arctan2(-links[:, 0], -links[:, 2])
+    if lengths.min() < 1e-4:
+        raise RobotError(
+            f"{model.name}: leg {name} has a link of length {lengths.min():.2g} m between "
+            f"{' and '.join((*chain.names[-2:], chain.foot))}; upper and lower leg need a length"
+        )
+    zeros = (float(angles[0]), float(wrap_angle(angles[1] - angles[0])))
+    limits = _position_limits(model, chain)
+    return Leg(
+        name=name, joints=chain.names, foot=chain.foot, hip=hip, axes=frame,
+        lateral=float(lateral), drop=float(drop) + 0.0, upper=float(lengths[0]), lower=float(lengths[1]),
+        signs=signs, zeros=zeros,
+        knee=knee if knee is not None else _knee_side(name, limits[:, -1], signs[-1], zeros[1]),
+        position_limits=limits,
+        velocity_limits=np.array([model.velocityLimit[model.joints[i].idx_v]
+                                  for i in chain.joints]),
+    )
+
+
+def _serial(model: Any, first: int) -> list[int]:
+    """Joint ids from ``first`` to the tip; a branching chain is cut short by a mark it can't pass.
+
+    A branch makes the list longer than any leg, so that the chain is passed over.
+    """
+    ids = [first]
+    while len(model.children[ids[-1]]) == 1:
+        ids.append(model.children[ids[-1]][0])
+    if len(model.children[ids[-1]]) > 1:
+        ids += list(model.children[ids[-1]]) + [ids[-1]] * 2
+    return ids
+
+
+def _is_hinge(joint: Any) -> bool:
+    return bool(joint.nq == 1 and joint.nv == 1 and "JointModelR" in joint.shortname())
+
+
+def _read_chain(model: Any, data: Any, ids: list[int]) -> Chain:
+    points, axes = [], []
+    for i in ids:
+        placement = data.oMi[i]
+        axes.append(placement.rotation @ _local_axis(model.joints[i]))
+        points.append(placement.translation.copy())
+    foot, tip = _foot_frame(model, data, ids[-1], points[-1])
+    return Chain(
+        joints=tuple(ids), names=tuple(str(model.names[i]) for i in ids),
+        points=frozen(points), axes=frozen(axes), foot=foot, tip=frozen(tip),
+    )
+
+
+def _local_axis(joint: Any) -> FloatArray:
+    """The joint's axis in its own frame: the angular part of its motion subspace."""
+    data = joint.createData()
+    joint.calc(data, np.zeros(1))
+    return np.asarray(data.S, dtype=np.float64).reshape(6)[3:]
+
+
+def _foot_frame(model: Any, data: Any, last: int, knee: FloatArray) -> tuple[str, FloatArray]:
+    """The link on the last joint that lies farthest from it; a foot-like name breaks ties."""
+    best: tuple[float, bool, int] | None = None
+    for index, frame in enumerate(model.frames):
+        if frame.parentJoint != last or frame.type != pin.FrameType.BODY:
+            continue
+        distance = round(float(np.linalg.norm(data.oMf[index].translation - knee)), 6)
+        footlike = any(word in frame.name.lower() for word in FOOT_WORDS)
+        if best is None or (distance, footlike) > best[:2]:
+            best = (distance, footlike, index)
+    if best is None or best[0] == 0.0:
+        raise RobotError(
+            f"{model.name}: no link lies beyond joint {model.names[last]}; add a foot link on a "
+            "fixed joint at the end of the lower leg"
+        )
+    return str(model.frames[best[2]].name), data.oMf[best[2]].translation.copy()
+
+
+def _leg_axes(
+    model: Any, name: str, chain: Chain, axes: FloatArray
+) -> tuple[FloatArray, tuple[float, ...]]:
+    """Leg frame ``(3, 3)`` and the joints' senses of turning in it; refuses what does not fit."""
+    pitch = axes[-2] * np.sign(axes[-2, 1] or 1.0)
+    listing = ", ".join(f"{n} about {np.round(a, 4)}" for n, a in zip(chain.names, axes,
+                        strict=True))
+    advice = (
+        f"{model.name}: leg {name} is neither roll-pitch-pitch nor pitch-pitch ({listing}, in the "
+        "body frame)"
+    )
+    if abs(pitch[1]) < 0.9 or np.linalg.norm(np.cross(axes[-1], pitch)) > AXIS_TOLERANCE:
+        raise RobotError(f"{advice}; its last two axes must both point sideways and be parallel")
+    if len(axes) == 3:
+        roll = axes[0] * np.sign(axes[0, 0] or 1.0)
+        if abs(roll[0]) < 0.9 or abs(roll @ pitch) > AXIS_TOLERANCE:
+            raise RobotError(f"{advice}; its first axis must point forward, square to the others")
+    else:
+        roll = np.cross(pitch, np.array([0.0, 0.0, 1.0]))
+        roll /= np.linalg.norm(roll)
+    frame = np.column_stack([roll, pitch, np.cross(roll, pitch)])
+    references = [roll, pitch, pitch][-len(axes) :]
+    signs = tuple(float(np.sign(a @ r)) for a, r in zip(axes, references, strict=True))
+    return frame, signs
+
+
+def _position_limits(model: Any, chain: Chain) -> FloatArray:
+    """Joint limits ``(2, nj)``; a joint whose URDF states no range (lower = upper) has none."""
+    columns = []
+    for i in chain.joints:
+        k = model.joints[i].idx_q
+        low, high = model.lowerPositionLimit[k], model.upperPositionLimit[k]
+        columns.append((low, high) if low < high else (-np.inf, np.inf))
+    return np.array(columns).T
+
+
+def _knee_side(name: str, limits: FloatArray, sign: float, zero: float) -> float:
+    bends = np.sort(sign * limits) + zero
+    if bends[0] > -0.1 and bends[1] > 0.1:
+        return 1.0
+    if bends[1] < 0.1 and bends[0] < -0.1:
+        return -1.0
+    return -1.0 if name.endswith("F") else 1.0
+
+
+def _name_side(chain: Chain) -> int:
+    """+1 for a chain whose names say front, -1 for hind, 0 where they say nothing."""
+    name = chain.names[0].upper()
+    if name.startswith(("LF", "RF", "FL", "FR", "FRONT")):
+        return 1
+    if name.startswith(("LH", "RH", "HL", "HR", "BL", "BR", "RL", "RR", "HIND", "REAR", "BACK")):
+        return -1
+    return 0

@@ -1,0 +1,204 @@
+"""A four-legged robot: its URDF, Pinocchio model, and the closed form of its legs."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from gaitopt.conventions import LEGS, FloatArray, frozen
+from gaitopt.errors import InputError, RobotError
+from gaitopt.robots.leg import Leg
+
+CLOSED_FORM_TOLERANCE = 1e-9
+"""Largest disagreement allowed between closed form and Pinocchio when a robot is loaded [m]."""
+
+URDF_LIMIT = 20_000_000
+"""Most bytes of URDF text that are read."""
+
+_KNEES = {"forward": 1.0, "backward": -1.0}
+
+
+@dataclass(frozen=True, eq=False)
+class Quadruped:
+    """A robot as the planners see it.
+
+    Build one with :func:`gaitopt.load_robot`, or from URDF text with :meth:`from_urdf`.
+
+    Attributes:
+        name: the catalogue's name, or the name inside the URDF.
+        urdf: the URDF's text.
+        model: Pinocchio's model with a free-flying base.
+        legs: the four legs by name, in the order of :data:`gaitopt.LEGS`.
+        body_axes: axes of the body frame (x forward, y left, z up) as columns in the base
+            frame ``(3, 3)``. Body and base share their origin.
+        centre: mean of the four hips in the body frame ``(3,)`` [m]: the "COG" that is planned.
+        knees: what was asked of :meth:`from_urdf`.
+        closed_form_error: largest distance between closed form and Pinocchio seen at load [m].
+    """
+
+    name: str
+    urdf: str
+    model: Any
+    legs: Mapping[str, Leg]
+    body_axes: FloatArray
+    centre: FloatArray
+    knees: Mapping[str, str] = field(default_factory=dict)
+    closed_form_error: float = 0.0
+
+    @classmethod
+    def from_urdf(
+        cls, urdf: str, name: str | None = None, knees: Mapping[str, str] | None = None
+    ) -> Quadruped:
+        """Read a robot from URDF text.
+
+        Args:
+            urdf: the text. Meshes it names are not read.
+            name: what to call the robot; the URDF's own name by default.
+            knees: side per leg, ``"forward"`` or ``"backward"``, where the knee's limits leave
+                both open; front knees backward and hind knees forward by default.
+
+        Raises:
+            RobotError: no valid URDF, not four legs of two or three hinges, or a leg that is
+                neither roll-pitch-pitch nor pitch-pitch.
+            InputError: ``knees`` names an unknown leg or side.
+        """
+        import pinocchio as pin
+
+        from gaitopt.robots import discovery
+
+        sides = _knee_sides(knees)
+        label = name or "URDF"
+        _refuse_unsafe(urdf, label)
+        try:
+            model = pin.buildModelFromXML(urdf, pin.JointModelFreeFlyer())
+        except Exception as error:
+            raise RobotError(f"{label}: Pinocchio cannot read this URDF: {error}") from error
+        if name:
+            model.name = name
+        chains = discovery.find_chains(model)
+        axes = discovery.heading_axes(model, chains)
+        named = discovery.assign_names(model, chains, axes)
+        legs = {
+            leg: discovery.read_leg(model, leg, chain, axes, sides.get(leg))
+            for leg, chain in named.items()
+        }
+        robot = cls(
+            name=str(model.name),
+            urdf=urdf,
+            model=model,
+            legs=MappingProxyType(legs),
+            body_axes=frozen(axes),
+            centre=frozen(np.mean([leg.hip for leg in legs.values()], axis=0)),
+            knees=MappingProxyType(dict(knees or {})),
+        )
+        object.__setattr__(robot, "closed_form_error", _check_closed_form(robot))
+        return robot
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return (Quadruped.from_urdf, (self.urdf, self.name, dict(self.knees)))
+
+    def __repr__(self) -> str:
+        return (
+            f"Quadruped({self.name!r}, {self.mass:.4g} kg, "
+            f"{len(self.joint_names)} joints, legs {' '.join(self.legs)})"
+        )
+
+    @cached_property
+    def sha256(self) -> str:
+        """Fingerprint of the URDF's text."""
+        return hashlib.sha256(self.urdf.encode()).hexdigest()
+
+    @cached_property
+    def mass(self) -> float:
+        """Total mass [kg]."""
+        import pinocchio as pin
+
+        return float(pin.computeTotalMass(self.model))
+
+    @cached_property
+    def joint_names(self) -> tuple[str, ...]:
+        """All joints after the free-flyer, in Pinocchio's order (legs, and any others)."""
+        return tuple(str(n) for n in self.model.names[2:])
+
+    @cached_property
+    def leg_columns(self) -> Mapping[str, tuple[int, ...]]:
+        """For each leg the positions of its joints in :attr:`joint_names`."""
+        order = {name: i for i, name in enumerate(self.joint_names)}
+        return {leg: tuple(order[j] for j in self.legs[leg].joints) for leg in LEGS}
+
+    @cached_property
+    def velocity_limits(self) -> FloatArray:
+        """Joint velocity limits in the order of :attr:`joint_names` ``(nj,)`` [rad/s]."""
+        return frozen(self.model.velocityLimit[6:])
+
+    @cached_property
+    def foot_radius(self) -> float:
+        """Radius of the ball at the foot frame [m]; 0 where the URDF has no such ball.
+
+        Footholds and the plan's feet are places of the foot *frame*, the ball's centre; the ground
+        lies this much lower.
+        """
+        from gaitopt.robots.feet import ball_radius
+
+        return ball_radius(self.urdf, [leg.foot for leg in self.legs.values()])
+
+    def neutral_joints(self) -> FloatArray:
+        """Joint angles ``(nj,)`` [rad] of joints that no leg owns: zero, or nearest in limits."""
+        low, high = self.model.lowerPositionLimit[7:], self.model.upperPositionLimit[7:]
+        return np.where(low < high, np.clip(0.0, low, np.maximum(low, high)), 0.0)
+
+
+def _refuse_unsafe(urdf: str, label: str) -> None:
+    """Entities and document types have no place in a URDF, and are how XML attacks begin."""
+    if re.search(r"<!\s*(DOCTYPE|ENTITY)", urdf, flags=re.IGNORECASE):
+        raise RobotError(
+            f"{label}: the URDF declares a document type or entities, which are not read; "
+            "remove the <!DOCTYPE ...> part"
+        )
+    if len(urdf) > URDF_LIMIT:
+        raise RobotError(f"{label}: the URDF is larger than {URDF_LIMIT / 1e6:.0f} MB")
+    if "<robot" not in urdf:
+        raise RobotError(f"{label}: no <robot> element; this is not a URDF")
+
+
+def _knee_sides(knees: Mapping[str, str] | None) -> dict[str, float]:
+    for leg, side in (knees or {}).items():
+        if leg not in LEGS or side not in _KNEES:
+            raise InputError(
+                f"knees: {leg!r}: {side!r} is unknown; legs are {', '.join(LEGS)}, sides are "
+                "'forward' and 'backward'"
+            )
+    return {leg: _KNEES[side] for leg, side in (knees or {}).items()}
+
+
+def _check_closed_form(robot: Quadruped, configurations: int = 8) -> float:
+    """Largest distance between closed form and Pinocchio over random joint angles [m]."""
+    import pinocchio as pin
+
+    model, data = robot.model, robot.model.createData()
+    rng = np.random.default_rng(0)
+    q = pin.neutral(model)
+    worst = {leg: 0.0 for leg in LEGS}
+    for _ in range(configurations):
+        joints = rng.uniform(-np.pi, np.pi, len(robot.joint_names))
+        q[7:] = joints
+        pin.framesForwardKinematics(model, data, q)
+        for name, leg in robot.legs.items():
+            place = data.oMf[model.getFrameId(leg.foot)].translation
+            ours = robot.body_axes @ leg.forward(joints[list(robot.leg_columns[name])])
+            worst[name] = max(worst[name], float(np.linalg.norm(ours - place)))
+    name = max(worst, key=lambda leg: worst[leg])
+    if not worst[name] <= CLOSED_FORM_TOLERANCE:
+        raise RobotError(
+            f"{robot.name}: the closed form of leg {name} disagrees with Pinocchio by "
+            f"{worst[name]:.3g} m; it is no roll-pitch-pitch or pitch-pitch leg (are its axes "
+            "exactly parallel and square?)"
+        )
+    return worst[name]

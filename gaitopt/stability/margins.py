@@ -1,0 +1,33 @@
+"""How far from tipping over a standing robot is."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from gaitopt.conventions import FloatArray
+from gaitopt.errors import InputError
+from gaitopt.stability.support import pair_lines
+
+
+def static_stability_margin(feet: ArrayLike, cog: ArrayLike) -> FloatArray:
+    """Signed distance of the COG's projection from the nearest side of the support polygon.
+
+    Args:
+        feet: the feet that stand ``(..., m, 2)`` or ``(..., m, 3)`` [m], ``m >= 3``, in any order.
+        cog: COG positions ``(..., 2)`` or ``(..., 3)`` [m]; leading axes are broadcast.
+
+    Returns:
+        ``(...)`` [m], positive inside, never positive for feet in one line; judged on the
+        horizontal projection. Source: 000_6dacb41600db6a3c.txt, eqs. (1)-(3).
+
+    Raises:
+        InputError: fewer than three feet.
+    """
+    corners = np.asarray(feet, dtype=np.float64)[..., :2]
+    places = np.asarray(cog, dtype=np.float64)[..., None, :2]
+    if corners.ndim < 2 or corners.shape[-2] < 3:
+        raise InputError(f"a support polygon needs three feet or more, got {corners.shape}")
+    normals, offsets, is_side = pair_lines(corners)
+    distances = (normals * places).sum(axis=-1) - offsets
+    return np.asarray(np.where(is_side, distances, np.inf).min(axis=-1))

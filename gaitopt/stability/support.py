@@ -1,0 +1,121 @@
+"""Support polygons, as half-planes whose normals point inward, on the horizontal projection."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from gaitopt.conventions import FloatArray
+from gaitopt.errors import InputError
+
+
+class HalfPlanes(NamedTuple):
+    """The polygon ``{p : normals @ p >= offsets}``.
+
+    Attributes:
+        normals: unit inward normals ``(m, 2)``.
+        offsets: ``(m,)`` [m].
+        edges: for each half-plane the two corners it joins, as indices ``(m, 2)``.
+    """
+
+    normals: FloatArray
+    offsets: FloatArray
+    edges: tuple[tuple[int, int], ...]
+
+
+def support_half_planes(corners: FloatArray) -> HalfPlanes:
+    """Half-planes of the convex polygon over three or more feet.
+
+    Written from the polygon's orientation, so that no case of eqs. (4)-(7) of
+    000_6dacb41600db6a3c.txt needs the usual arrangement of the feet (see ``errata.md``).
+
+    Args:
+        corners: feet ``(m, 2)`` or ``(m, 3)`` [m], ``m >= 3``, in any order; only x and y count.
+
+    Raises:
+        InputError: the feet stand in one line, or fewer than three are given.
+    """
+    points = np.asarray(corners, dtype=np.float64)[:, :2]
+    normals, offsets, is_side = pair_lines(points)
+    chosen = np.flatnonzero(is_side)
+    if len(points) < 3 or len(chosen) < 3 or not _spans_area(normals[chosen]):
+        raise InputError(
+            f"the feet at {np.round(points, 4).tolist()} stand in one line, and support no area"
+        )
+    pairs = np.argwhere(~np.eye(len(points), dtype=bool))
+    edges = tuple((int(i), int(j)) for i, j in pairs[chosen])
+    return HalfPlanes(normals[chosen], offsets[chosen], edges)
+
+
+def triangle_half_planes(corners: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Half-planes of many triangles at once.
+
+    Args:
+        corners: ``(..., 3, 2)`` [m].
+
+    Returns:
+        Unit inward normals ``(..., 3, 2)`` and offsets ``(..., 3)`` [m] of the sides 0-1, 1-2, 2-0;
+        NaN for a triangle without area.
+    """
+    along = np.roll(corners, -1, axis=-2) - corners
+    area = along[..., 0, 0] * along[..., 1, 1] - along[..., 0, 1] * along[..., 1, 0]
+    length = np.hypot(along[..., 0], along[..., 1])
+    flat = np.abs(area) <= 1e-9 * length.max(axis=-1) ** 2
+    turn = np.where(flat, np.nan, np.sign(area))[..., None]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        normals = np.stack([-along[..., 1], along[..., 0]], axis=-1) * (turn / length)[..., None]
+    return normals, np.einsum("...ij,...ij->...i", normals, corners)
+
+
+def pair_lines(feet: FloatArray) -> tuple[FloatArray, FloatArray, np.ndarray]:
+    """The lines through every ordered pair of feet, and which of them bound the support polygon.
+
+    Args:
+        feet: ``(..., m, 2)`` [m].
+
+    Returns:
+        Unit left normals ``(..., m (m - 1), 2)``, offsets ``(..., m (m - 1))`` [m], and whether no
+        foot lies to the line's right ``(..., m (m - 1))``: such a line is a side of the polygon.
+    """
+    first, second = np.nonzero(~np.eye(feet.shape[-2], dtype=bool))
+    along = feet[..., second, :] - feet[..., first, :]
+    length = np.hypot(along[..., 0], along[..., 1])
+    with np.errstate(invalid="ignore", divide="ignore"):
+        normals = np.stack([-along[..., 1], along[..., 0]], axis=-1) / length[..., None]
+    offsets = np.einsum("...ij,...ij->...i", normals, feet[..., first, :])
+    heights = np.einsum("...ij,...kj->...ik", normals, feet) - offsets[..., None]
+    return normals, offsets, (heights >= -1e-12).all(axis=-1)
+
+
+def shrunken_polygon(corners: FloatArray, margin: float) -> FloatArray:
+    """Corners of the support polygon with each side moved inward by ``margin``.
+
+    Args:
+        corners: feet ``(m, 2)`` or ``(m, 3)`` [m].
+        margin: the stability margin ``S0`` [m].
+
+    Returns:
+        ``(k, 2)`` counter-clockwise [m]; empty when the margin leaves nothing. Area A of
+        000_6dacb41600db6a3c.txt, Section III.A and Fig. 6.
+    """
+    planes = support_half_planes(corners)
+    normals, offsets = planes.normals, planes.offsets + margin
+    found = []
+    for i in range(len(offsets)):
+        for j in range(i + 1, len(offsets)):
+            pair = normals[[i, j]]
+            if abs(np.linalg.det(pair)) > 1e-12:
+                point = np.linalg.solve(pair, offsets[[i, j]])
+                if (normals @ point >= offsets - 1e-12).all():
+                    found.append(point)
+    if not found:
+        return np.empty((0, 2))
+    points = np.array(found)
+    turn = np.arctan2(*(points - points.mean(axis=0)).T[::-1])
+    return points[np.argsort(turn)]
+
+
+def _spans_area(normals: FloatArray) -> bool:
+    """Whether the sides' normals are not all along one line."""
+    return bool(np.abs(normals[:, 0] * normals[0, 1] - normals[:, 1] * normals[0, 0]).max() > 1e-9)

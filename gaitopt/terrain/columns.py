@@ -1,0 +1,86 @@
+"""The test terrain of 000_6dacb41600db6a3c.txt, Fig. 3: columns scattered along an S."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gaitopt.conventions import LEGS, FloatArray
+from gaitopt.errors import InputError
+from gaitopt.terrain.footholds import Footholds
+
+_CORNERS = {"LF": (1, 1), "LH": (-1, 1), "RH": (-1, -1), "RF": (1, -1)}
+_TRIES = 64
+
+
+def s_columns(
+    seed: int = 0,
+    *,
+    columns: int = 17,
+    forward: float = 1.5,
+    amplitude: float = 0.10,
+    jitter: float = 0.02,
+    height_jitter: float = 0.0,
+    body_length: float = 0.40,
+    body_width: float = 0.30,
+    diameter: float = 0.04,
+) -> Footholds:
+    """Random columns along an S-shaped route, one set for each leg.
+
+    A nominal stance, each foot below its hip, is carried along ``y = amplitude sin(2 pi x /
+    forward)`` in equal steps; every column is then moved at random within a square. Columns that
+    would stand in one another are drawn again. The first column of each leg is where its foot
+    stands at the start, so there are ``4 (columns - 1)`` steps.
+
+    Args:
+        seed: of the random numbers; the same seed gives the same terrain.
+        columns: columns a leg.
+        forward: distance walked along x [m].
+        amplitude: sideways swing of the S [m].
+        jitter: half the side of the square in which each column is placed [m].
+        height_jitter: columns' tops differ by up to this much up or down [m]; the paper's are
+            level.
+        body_length, body_width: distances between the hips [m].
+        diameter: of the columns [m].
+
+    Source: 000_6dacb41600db6a3c.txt, Section II.B and Fig. 3, which gives the 17 x 4 columns, the
+    S, the 1.5 m and the diameter; amplitude and offsets are not published and are chosen here.
+    """
+    _check(columns=columns, forward=forward, amplitude=amplitude, jitter=jitter,
+           height_jitter=height_jitter, body_length=body_length, body_width=body_width,
+           diameter=diameter)  # fmt: skip
+    rng = np.random.default_rng(seed)
+    x = np.linspace(0.0, forward, columns)
+    route = np.column_stack([x, amplitude * np.sin(2.0 * np.pi * x / forward)])
+    half = np.array([body_length, body_width]) / 2.0
+    nominal = np.stack([route + half * np.array(_CORNERS[leg]) for leg in LEGS])
+    placed: list[FloatArray] = []
+    for spot in nominal.reshape(-1, 2):
+        placed.append(_place(rng, spot, np.array(placed).reshape(-1, 2), jitter, diameter))
+    tops = rng.uniform(-height_jitter, height_jitter, len(placed))
+    points = np.column_stack([np.array(placed), tops]).reshape(len(LEGS), columns, 3)
+    return Footholds(dict(zip(LEGS, points, strict=True)), radius=diameter / 2.0)
+
+
+def _place(
+    rng: np.random.Generator, spot: FloatArray, others: FloatArray, jitter: float, diameter: float
+) -> FloatArray:
+    """A random place near ``spot`` clear of ``others``; the clearest one when none is clear."""
+    best, clearest = spot, -np.inf
+    for _ in range(_TRIES):
+        place = spot + rng.uniform(-jitter, jitter, 2)
+        gap = np.min(np.hypot(*(others - place).T), initial=np.inf)
+        if gap >= diameter:
+            return np.asarray(place)
+        if gap > clearest:
+            best, clearest = place, float(gap)
+    return best
+
+
+def _check(*, columns: int, **lengths: float) -> None:
+    if not (isinstance(columns, (int, np.integer)) and 1 <= columns <= 100_000):
+        raise InputError(f"columns must be a whole number from 1 to 100000, got {columns!r}")
+    for name, value in lengths.items():
+        lowest = 0.0 if name in ("amplitude", "jitter", "height_jitter") else 1e-6
+        if not (np.isfinite(value) and value >= lowest):
+            raise InputError(f"{name} must be a finite length of at least {lowest:g} m, got "
+                             f"{value!r}")

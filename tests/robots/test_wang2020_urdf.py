@@ -1,0 +1,387 @@
+"""The robot of Wang et al. 2020: what its URDF says must be what the paper says, and possible."""
+
+from __future__ import annotations
+
+import colorsys
+import math
+import xml.etree.ElementTree as ET
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+pin = pytest.importorskip("pinocchio")
+yourdfpy = pytest.importorskip("yourdfpy")
+
+URDF = Path(__file__).parents[2] / "urdf" / "wang2020.urdf"
+LEGS = ("LF", "LH", "RH", "RF")
+HIPS = {"LF": (0.2, 0.15, 0), "LH": (-0.2, 0.15, 0), "RH": (-0.2, -0.15, 0), "RF": (0.2, -0.15, 0)}
+UPPER, LOWER = 0.30, 0.27
+WEIGHT = 25 * 9.81
+LEG_LINKS = ("HIP", "THIGH", "SHANK", "FOOT")
+LINKS = ("base", *(f"{leg}_{part}" for leg in LEGS for part in LEG_LINKS))
+# The masses of the solids a link is made of, in the order of its collision shapes.
+SOLIDS = {
+    "base": (8, 0.5, 0.5, 1, 1, 1, 1),
+    "HIP": (1,),
+    "THIGH": (0.55, 1),
+    "SHANK": (0.4,),
+    "FOOT": (0.05,),
+}
+HUES = {"LF": 0, "RF": 220, "LH": 50, "RH": 130}  # degrees: red, blue, yellow, green
+
+each_leg = pytest.mark.parametrize("leg", LEGS)
+each_link = pytest.mark.parametrize("link", LINKS)
+
+
+@pytest.fixture(scope="module")
+def fixed() -> Any:
+    """The robot with its body held at the origin."""
+    return pin.buildModelFromUrdf(str(URDF))
+
+
+@pytest.fixture(scope="module")
+def floating() -> Any:
+    """The robot with a free body."""
+    return pin.buildModelFromUrdf(str(URDF), pin.JointModelFreeFlyer())
+
+
+@pytest.fixture(scope="module")
+def urdf() -> Any:
+    """The robot as yourdfpy reads it."""
+    return yourdfpy.URDF.load(str(URDF))
+
+
+def is_front(leg: str) -> bool:
+    return leg.endswith("F")
+
+
+def leg_slice(model: Any, leg: str) -> slice:
+    """Where the angles HAA, HFE, KFE of a leg are in the configuration."""
+    start = model.joints[model.getJointId(f"{leg}_HAA")].idx_q
+    return slice(start, start + 3)
+
+
+def leg_angles(leg: str, foot: np.ndarray) -> np.ndarray:
+    """HAA, HFE, KFE for a foot position seen from the hip, by the law of cosines."""
+    x, y, z = foot
+    drop = math.hypot(y, z)
+    cosine = (x**2 + drop**2 - UPPER**2 - LOWER**2) / (2 * UPPER * LOWER)
+    knee = math.acos(cosine) * (-1 if is_front(leg) else 1)
+    bend = math.atan2(LOWER * math.sin(knee), UPPER + LOWER * math.cos(knee))
+    return np.array([math.atan2(y, -z), math.atan2(-x, drop) - bend, knee])
+
+
+def stance(model: Any, height: float, spread: float = 0.0) -> np.ndarray:
+    """All feet at the given depth below the hips, front ones `spread` ahead, hind ones behind."""
+    q = pin.neutral(model)
+    for leg in LEGS:
+        foot = np.array([spread if is_front(leg) else -spread, 0, -height])
+        q[leg_slice(model, leg)] = leg_angles(leg, foot)
+    return q
+
+
+def frame_positions(model: Any, q: np.ndarray) -> dict[str, np.ndarray]:
+    data = model.createData()
+    pin.framesForwardKinematics(model, data, q)
+    return {f.name: m.translation.copy() for f, m in zip(model.frames, data.oMf, strict=True)}
+
+
+def random_configurations(model: Any, count: int) -> list[np.ndarray]:
+    rng = np.random.default_rng(2020)
+    low, high = model.lowerPositionLimit, model.upperPositionLimit
+    return [rng.uniform(low, high) for _ in range(count)]
+
+
+def size_and_inertia(shape: Any, mass: float) -> tuple[np.ndarray, np.ndarray]:
+    """Half sizes along the axes of a primitive, and its principal moments when solid."""
+    if shape.box is not None:
+        x, y, z = shape.box.size
+        moments = mass / 12 * np.array([y**2 + z**2, x**2 + z**2, x**2 + y**2])
+        return np.array([x, y, z]) / 2, moments
+    if shape.cylinder is not None:
+        r, length = shape.cylinder.radius, shape.cylinder.length
+        across = mass * (3 * r**2 + length**2) / 12
+        return np.array([r, r, length / 2]), np.array([across, across, mass * r**2 / 2])
+    r = shape.sphere.radius
+    return np.full(3, r), np.full(3, 2 / 5 * mass * r**2)
+
+
+def placement(origin: np.ndarray | None) -> np.ndarray:
+    return np.eye(4) if origin is None else origin
+
+
+def gaps(
+    model: Any, q: np.ndarray, one: tuple[str, ...], other: tuple[str, ...]
+) -> dict[tuple[str, str], float]:
+    """Distances of the collision shapes of two sets of links, unless the links are neighbours."""
+    geometry = pin.buildGeomFromUrdf(model, str(URDF), pin.GeometryType.COLLISION)
+    geometry.addAllCollisionPairs()
+    shapes = geometry.geometryObjects
+    data, geometry_data = model.createData(), pin.GeometryData(geometry)
+    pin.updateGeometryPlacements(model, data, geometry, geometry_data, q)
+    found = {}
+    for index, pair in enumerate(geometry.collisionPairs):
+        a, b = shapes[pair.first], shapes[pair.second]
+        links = [model.frames[s.parentFrame].name for s in (a, b)]
+        neighbours = (
+            model.parents[a.parentJoint] == b.parentJoint
+            or model.parents[b.parentJoint] == a.parentJoint
+        )
+        wanted = [(i.startswith(one), j.startswith(other)) for i, j in (links, links[::-1])]
+        if not neighbours and (True, True) in wanted:
+            pin.computeDistance(geometry, geometry_data, index)
+            found[a.name, b.name] = geometry_data.distanceResults[index].min_distance
+    return found
+
+
+# --- the file ---------------------------------------------------------------------------------
+
+
+def test_file_stands_alone() -> None:
+    text = URDF.read_text(encoding="utf-8")
+    assert "<!DOCTYPE" not in text
+    assert "BSD-2-Clause" in text
+    root = ET.fromstring(text)
+    assert not list(root.iter("mesh"))
+    assert not [e.tag for e in root.iter() if "filename" in e.attrib]
+
+
+def test_links_and_joints_have_the_expected_names(urdf: Any) -> None:
+    assert sorted(urdf.link_map) == sorted(LINKS)
+    assert urdf.base_link == "base"
+    joints = {f"{leg}_{joint}" for leg in LEGS for joint in ("HAA", "HFE", "KFE")}
+    assert set(urdf.actuated_joint_names) == joints
+
+
+# --- geometry and joints ----------------------------------------------------------------------
+
+
+@each_leg
+def test_straight_legs_hang_down_from_hips_at_the_corners(fixed: Any, leg: str) -> None:
+    at = frame_positions(fixed, pin.neutral(fixed))
+    hip = np.array(HIPS[leg])
+    np.testing.assert_allclose(at[f"{leg}_HIP"], hip, rtol=0, atol=1e-15)
+    np.testing.assert_allclose(at[f"{leg}_SHANK"], hip - [0, 0, UPPER], rtol=0, atol=1e-15)
+    np.testing.assert_allclose(at[f"{leg}_FOOT"], hip - [0, 0, UPPER + LOWER], rtol=0, atol=1e-15)
+
+
+@each_leg
+def test_hip_axes_meet_in_one_point_and_segments_keep_their_lengths(fixed: Any, leg: str) -> None:
+    for q in random_configurations(fixed, 20):
+        at = frame_positions(fixed, q)
+        hip, knee, foot = (at[f"{leg}_{name}"] for name in ("THIGH", "SHANK", "FOOT"))
+        np.testing.assert_allclose(hip, HIPS[leg], rtol=0, atol=1e-15)
+        assert np.linalg.norm(knee - hip) == pytest.approx(UPPER, abs=1e-12)
+        assert np.linalg.norm(foot - knee) == pytest.approx(LOWER, abs=1e-12)
+
+
+@each_leg
+def test_joints_turn_about_the_stated_axes_within_the_stated_limits(urdf: Any, leg: str) -> None:
+    knee = (-2.8, 0) if is_front(leg) else (0, 2.8)
+    expected = {
+        "HAA": ([1, 0, 0], (-1.5707963, 1.5707963)),
+        "HFE": ([0, 1, 0], (-3.1415926, 3.1415926)),
+        "KFE": ([0, 1, 0], knee),
+    }
+    for name, (axis, limits) in expected.items():
+        joint = urdf.joint_map[f"{leg}_{name}"]
+        assert joint.type == "revolute"
+        np.testing.assert_array_equal(joint.axis, axis)
+        assert (joint.limit.lower, joint.limit.upper) == limits
+        assert joint.limit.velocity == math.radians(17)
+
+
+@each_leg
+def test_positive_pitch_swings_the_leg_backward(fixed: Any, leg: str) -> None:
+    q = pin.neutral(fixed)
+    q[leg_slice(fixed, leg)] = [0, 0.3, 0]
+    foot = frame_positions(fixed, q)[f"{leg}_FOOT"]
+    assert foot[0] == pytest.approx(HIPS[leg][0] - (UPPER + LOWER) * math.sin(0.3), abs=1e-12)
+
+
+@pytest.mark.parametrize("height", [0.3, 0.4, 0.5])
+@pytest.mark.parametrize("offset", [-0.1, 0.0, 0.1])
+@each_leg
+def test_front_knees_point_backward_and_hind_knees_forward(
+    fixed: Any, leg: str, offset: float, height: float
+) -> None:
+    q = pin.neutral(fixed)
+    q[leg_slice(fixed, leg)] = leg_angles(leg, np.array([offset, 0.05, -height]))
+    assert np.all(q >= fixed.lowerPositionLimit) and np.all(q <= fixed.upperPositionLimit)
+    at = frame_positions(fixed, q)
+    hip, knee, foot = (at[f"{leg}_{name}"] for name in ("HIP", "SHANK", "FOOT"))
+    np.testing.assert_allclose(foot - hip, [offset, 0.05, -height], rtol=0, atol=1e-12)
+    on_line = hip + (foot - hip) * (knee - hip)[2] / (foot - hip)[2]
+    ahead = knee[0] - on_line[0]
+    assert ahead < -0.05 if is_front(leg) else ahead > 0.05
+
+
+# --- masses -----------------------------------------------------------------------------------
+
+
+def test_robot_weighs_25_kg(floating: Any, urdf: Any) -> None:
+    assert floating.nq == 19 and floating.nv == 18
+    assert pin.computeTotalMass(floating) == pytest.approx(25, rel=0, abs=1e-12)
+    total = sum(link.inertial.mass for link in urdf.link_map.values())
+    assert total == pytest.approx(25, rel=0, abs=1e-12)
+
+
+@each_leg
+def test_legs_weigh_3_kg(urdf: Any, leg: str) -> None:
+    total = sum(urdf.link_map[f"{leg}_{part}"].inertial.mass for part in LEG_LINKS)
+    assert total == pytest.approx(3, rel=0, abs=1e-12)
+
+
+def test_centre_of_mass_of_the_straight_robot_is_on_the_vertical_axis(floating: Any) -> None:
+    com = pin.centerOfMass(floating, floating.createData(), pin.neutral(floating))
+    np.testing.assert_allclose(com[:2], 0, atol=1e-12)
+
+
+@each_link
+def test_inertia_is_possible(urdf: Any, link: str) -> None:
+    inertial = urdf.link_map[link].inertial
+    np.testing.assert_array_equal(inertial.inertia, inertial.inertia.T)
+    small, middle, large = np.linalg.eigvalsh(inertial.inertia)
+    assert inertial.mass > 0 and small > 0
+    assert small + middle > large
+
+
+@each_link
+def test_inertia_is_that_of_the_shapes(urdf: Any, link: str) -> None:
+    shapes = urdf.link_map[link].collisions
+    masses = SOLIDS[link.split("_")[-1]]
+    places = [placement(s.origin) for s in shapes]
+    assert len(masses) == len(shapes)
+    com = sum(m * p[:3, 3] for m, p in zip(masses, places, strict=True)) / sum(masses)
+    inertia = np.zeros((3, 3))
+    for mass, place, shape in zip(masses, places, shapes, strict=True):
+        _, moments = size_and_inertia(shape.geometry, mass)
+        arm, turn = place[:3, 3] - com, place[:3, :3]
+        inertia += turn @ np.diag(moments) @ turn.T
+        inertia += mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
+    stated = urdf.link_map[link].inertial
+    assert stated.mass == pytest.approx(sum(masses), rel=1e-12)
+    np.testing.assert_allclose(placement(stated.origin)[:3, 3], com, rtol=0, atol=1e-8)
+    np.testing.assert_allclose(stated.inertia, inertia, rtol=1e-7, atol=1e-12)
+
+
+@each_link
+def test_centre_of_mass_lies_within_the_shapes(urdf: Any, link: str) -> None:
+    corners = []
+    for shape in urdf.link_map[link].collisions:
+        place = placement(shape.origin)
+        half, _ = size_and_inertia(shape.geometry, 1.0)
+        reach = np.abs(place[:3, :3]) @ half
+        corners += [place[:3, 3] - reach, place[:3, 3] + reach]
+    com = placement(urdf.link_map[link].inertial.origin)[:3, 3]
+    assert np.all(np.min(corners, axis=0) < com) and np.all(com < np.max(corners, axis=0))
+
+
+@each_leg
+def test_efforts_hold_half_the_weight_on_one_foot(fixed: Any, leg: str) -> None:
+    """Hip 0.40 m high, foot anywhere within reach; the safety factor is 1.5 to 2."""
+    part, height = leg_slice(fixed, leg), 0.40
+    reach = math.sqrt((UPPER + LOWER) ** 2 - height**2)
+    data, frame = fixed.createData(), fixed.getFrameId(f"{leg}_FOOT")
+    worst = np.zeros(3)
+    for radius in np.linspace(0, 0.999 * reach, 20):
+        for bearing in np.linspace(0, 2 * np.pi, 32, endpoint=False):
+            foot = np.array([radius * np.cos(bearing), radius * np.sin(bearing), -height])
+            q = pin.neutral(fixed)
+            q[part] = leg_angles(leg, foot)
+            jacobian = pin.computeFrameJacobian(fixed, data, q, frame, pin.LOCAL_WORLD_ALIGNED)
+            own_weight = pin.computeGeneralizedGravity(fixed, data, q)[part]
+            worst = np.maximum(worst, abs(own_weight - jacobian[2, part] * WEIGHT / 2))
+    factor = fixed.effortLimit[part] / worst
+    assert np.all(factor > 1.5) and np.all(factor < 2)
+
+
+# --- shapes -----------------------------------------------------------------------------------
+
+
+@each_link
+def test_shapes_are_primitives_in_named_colours(urdf: Any, link: str) -> None:
+    named = urdf.robot.materials
+    colours = {m.name for m in named if m.color is not None}
+    visuals, collisions = urdf.link_map[link].visuals, urdf.link_map[link].collisions
+    assert visuals and collisions
+    for shape in (*visuals, *collisions):
+        geometry = shape.geometry
+        assert any(kind is not None for kind in (geometry.box, geometry.cylinder, geometry.sphere))
+    assert {v.material.name for v in visuals} <= colours
+
+
+def test_front_of_the_body_is_marked(urdf: Any) -> None:
+    marks = [v for v in urdf.link_map["base"].visuals if v.material.name == "front_white"]
+    assert marks
+    assert all(placement(m.origin)[0, 3] - m.geometry.box.size[0] / 2 > 0 for m in marks)
+
+
+@each_leg
+def test_foot_is_a_ball_around_the_foot_frame(urdf: Any, leg: str) -> None:
+    foot = urdf.link_map[f"{leg}_FOOT"]
+    assert len(foot.visuals) == len(foot.collisions) == 1
+    for shape in (*foot.visuals, *foot.collisions):
+        assert shape.geometry.sphere.radius == 0.015
+        np.testing.assert_array_equal(placement(shape.origin), np.eye(4))
+
+
+@each_leg
+def test_foot_wears_the_colour_of_its_leg(urdf: Any, leg: str) -> None:
+    (foot,) = urdf.link_map[f"{leg}_FOOT"].visuals
+    colours = {m.name: m.color.rgba for m in urdf.robot.materials}
+    hue, saturation, _ = colorsys.rgb_to_hsv(*colours[foot.material.name][:3])
+    away = (360 * hue - HUES[leg] + 180) % 360 - 180
+    assert abs(away) < 20 and saturation > 0.5
+
+
+def test_body_is_clear_of_the_legs_in_stance(floating: Any) -> None:
+    found = gaps(floating, stance(floating, 0.40), ("base",), LEGS)
+    assert len(found) == 7 * 4 * 4  # body shapes times legs times shapes below the hip motor
+    assert min(found.values()) > 0.02
+
+
+@pytest.mark.parametrize(
+    ("height", "spread", "clear"),
+    [(0.48, 0.0, True), (0.40, 0.08, True), (0.46, 0.0, False), (0.40, 0.0, False)],
+)
+def test_knees_of_a_side_meet_in_low_stances_unless_the_feet_are_spread(
+    floating: Any, height: float, spread: float, clear: bool
+) -> None:
+    q = stance(floating, height, spread)
+    front_hind = gaps(floating, q, ("LF", "RF"), ("LH", "RH"))
+    left_right = gaps(floating, q, ("LF", "LH"), ("RF", "RH"))
+    assert (min(front_hind.values()) > 0.01) is clear
+    assert min(left_right.values()) > 0.2
+
+
+# --- other readers ----------------------------------------------------------------------------
+
+
+def test_yourdfpy_and_pinocchio_agree_on_the_feet(fixed: Any, urdf: Any) -> None:
+    names = list(fixed.names)[1:]
+    for q in random_configurations(fixed, 20):
+        urdf.update_cfg(dict(zip(names, q, strict=True)))
+        at = frame_positions(fixed, q)
+        for leg in LEGS:
+            foot = urdf.get_transform(f"{leg}_FOOT", "base")[:3, 3]
+            np.testing.assert_allclose(foot, at[f"{leg}_FOOT"], rtol=0, atol=1e-12)
+
+
+def test_mujoco_compiles_the_same_robot(fixed: Any) -> None:
+    mujoco = pytest.importorskip("mujoco")
+    model = mujoco.MjModel.from_xml_path(str(URDF))
+    data = mujoco.MjData(model)
+    assert model.njnt == 12
+    assert sum(model.body_mass) == pytest.approx(12)  # MuJoCo welds the body to the world
+    for q in random_configurations(fixed, 5):
+        for name, angle in zip(list(fixed.names)[1:], q, strict=True):
+            data.joint(name).qpos = angle
+        mujoco.mj_kinematics(model, data)
+        at = frame_positions(fixed, q)
+        for leg in LEGS:
+            shank = data.body(f"{leg}_SHANK")
+            foot = shank.xpos + shank.xmat.reshape(3, 3) @ [0, 0, -LOWER]
+            np.testing.assert_allclose(foot, at[f"{leg}_FOOT"], rtol=0, atol=1e-12)
