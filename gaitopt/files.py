@@ -34,8 +34,12 @@ def written_whole(path: StrPath, *, binary: bool = False) -> Iterator[IO[Any]]:
         ) from error
     temporary = Path(name)
     try:
-        mode = "wb" if binary else "w"
-        with os.fdopen(handle, mode, encoding=None if binary else "utf-8", newline="") as stream:
+        opened = (
+            os.fdopen(handle, "wb")
+            if binary
+            else os.fdopen(handle, "w", encoding="utf-8", newline="")
+        )
+        with opened as stream:
             yield stream
         temporary.chmod(0o644)
         temporary.replace(target)

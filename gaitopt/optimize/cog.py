@@ -329,15 +329,19 @@ def solve_cog(problem: CogProblem, workspace: CogWorkspace | None = None) -> Cog
     duals = np.zeros(form.constraints)
     proximal = np.eye(form.variables) * (form.objective != "distance")
     iterations = 0
-    for iterations in range(1, _ITERATIONS + 1):
+    while iterations < _ITERATIONS:
+        iterations += 1
         gradient, hessian, g, jacobian = call(w, problem.parameters, duals)
         step, duals = solver.solve(hessian + proximal, gradient, jacobian, -g)
         w = w + step
         length = abs(step[0]) + abs(step[1])
         # Newton's method: after a step this small the next one is below rounding. A step that
         # changed only what is linear and quadratic in the problem is exact at once.
-        if length < _STEP_TOLERANCE or not length < _FARTHEST or _is_exact(form, duals, w, call,
-                                                                           problem.parameters):
+        if (
+            length < _STEP_TOLERANCE
+            or not length < _FARTHEST
+            or _is_exact(form, duals, w, call, problem.parameters)
+        ):
             break
     w, duals = _polished(problem, w, duals, call)
     return _judge(problem, w, duals, call, iterations)
@@ -369,34 +373,34 @@ class CogWorkspace:
     def call(self, formulation: CogFormulation) -> Any:
         """The formulation's derivatives as a function of NumPy arrays, without copies."""
         if formulation not in self._calls:
-            self._calls[formulation] = _buffered(formulation.derivatives)
+            self._calls[formulation] = _Buffered(formulation.derivatives)
         return self._calls[formulation]
 
 
-def _buffered(function: Any) -> Any:
-    """A CasADi function on NumPy memory: 1 us a call where the ordinary call costs 60."""
-    buffer, evaluate = function.buffer()
-    inputs = [np.zeros(function.numel_in(i)) for i in range(function.n_in())]
-    outputs = [
-        np.zeros(function.size_out(i), order="F").squeeze(axis=1)
-        if function.size_out(i)[1] == 1
-        else np.zeros(function.size_out(i), order="F")
-        for i in range(function.n_out())
-    ]
-    for i, array in enumerate(inputs):
-        buffer.set_arg(i, memoryview(array))
-    for i, array in enumerate(outputs):
-        buffer.set_res(i, memoryview(array.ravel(order="K")))
+class _Buffered:
+    """A CasADi function on NumPy memory: 1 us a call where the ordinary call costs 60.
 
-    def call(*values: FloatArray) -> list[FloatArray]:
-        for array, value in zip(inputs, values, strict=True):
+    The arrays that a call returns are overwritten by the next call.
+    """
+
+    def __init__(self, function: Any) -> None:
+        self._buffer, self._evaluate = function.buffer()
+        self._inputs = [np.zeros(function.numel_in(i)) for i in range(function.n_in())]
+        self._outputs: list[FloatArray] = []
+        for i, array in enumerate(self._inputs):
+            self._buffer.set_arg(i, memoryview(array.data))
+        for i in range(function.n_out()):
+            rows, columns = function.size_out(i)
+            flat = np.zeros(rows * columns)
+            self._buffer.set_res(i, memoryview(flat.data))
+            # CasADi stores columns one after another.
+            self._outputs.append(flat if columns == 1 else flat.reshape(columns, rows).T)
+
+    def __call__(self, *values: FloatArray) -> list[FloatArray]:
+        for array, value in zip(self._inputs, values, strict=True):
             array[:] = value
-        evaluate()
-        return outputs
-
-    # The buffer must live as long as the function that uses it.
-    call.buffer = buffer  # type: ignore[attr-defined]
-    return call
+        self._evaluate()
+        return self._outputs
 
 
 def _polished(

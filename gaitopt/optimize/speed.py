@@ -50,8 +50,9 @@ def build_speed_lp(jacobian: FloatArray, direction: FloatArray, limits: FloatArr
     j, d = np.asarray(jacobian, dtype=np.float64), np.asarray(direction, dtype=np.float64)
     w = np.asarray(limits, dtype=np.float64)
     if j.ndim != 2 or d.shape != j.shape[:1] or w.shape != j.shape[1:]:
-        raise InputError(f"shapes do not fit: jacobian {j.shape}, direction {d.shape}, limits "
-                         f"{w.shape}")
+        raise InputError(
+            f"shapes do not fit: jacobian {j.shape}, direction {d.shape}, limits {w.shape}"
+        )
     length = float(np.linalg.norm(d))
     if not (np.isfinite(j).all() and np.isfinite(length) and length > 0 and (w > 0).all()):
         raise InputError("jacobian must be finite, direction not zero, and limits positive")
@@ -235,7 +236,7 @@ def _horizontal_rates(leg: Leg, q: FloatArray, unit: FloatArray) -> FloatArray:
 
 
 def _to_joint_rates(leg: Leg, theta: FloatArray, lam: float) -> FloatArray:
-    return theta * np.array([1.0, -lam, -lam]) * np.array(leg.signs)
+    return np.asarray(theta * np.array([1.0, -lam, -lam]) * np.array(leg.signs))
 
 
 def _paper_foot_velocity(leg: Leg, q: FloatArray, rates: FloatArray) -> FloatArray:

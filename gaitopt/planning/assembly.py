@@ -132,7 +132,7 @@ def _swing_strands(
             _refuse_unreachable(leg, local[mine], which[mine], steps)
             columns = list(robot.leg_columns[name])
             angles = leg.inverse(local[mine])
-            joints[np.ix_(mine, range(3 * n + 1), columns)] = angles
+            joints[mine[:, None, None], np.arange(3 * n + 1)[:, None], columns] = angles
             middle = leg.forward((angles[:, 1:] + angles[:, :-1]) / 2.0)
             chord = (local[mine, 1:] + local[mine, :-1]) / 2.0
             error[mine] = np.linalg.norm(middle - chord, axis=-1).max(axis=-1)
@@ -210,17 +210,15 @@ def _base_pose(robot: Quadruped, settings: CrawlSettings, body: FloatArray) -> F
     return pose
 
 
-def _refuse_unreachable(
-    leg: Leg, local: FloatArray, which: np.ndarray, steps: CrawlSteps
-) -> None:
+def _refuse_unreachable(leg: Leg, local: FloatArray, which: np.ndarray, steps: CrawlSteps) -> None:
     short = leg.shortfall(local)
     if short.max() <= 1e-6:
         return
     row, sample = np.unravel_index(int(short.argmax()), short.shape)
     distance = float(np.sqrt(leg.straightness(*local[row, sample])))
     raise InfeasibleStepError(
-        f"step {which[row]} ({leg.name}): its foot would have to be {distance:.4g} m from the hip's "
-        f"pitch axis during the swing, and the knee allows {leg.least_reach:.4g} to "
+        f"step {which[row]} ({leg.name}): its foot would have to be {distance:.4g} m from the "
+        f"hip's pitch axis during the swing, and the knee allows {leg.least_reach:.4g} to "
         f"{leg.reach:.4g} m; change swing_height or body_height",
         step=int(which[row]), leg=leg.name, conflicts=(f"reach {leg.name}",),
     )  # fmt: skip

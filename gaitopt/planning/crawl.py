@@ -222,8 +222,9 @@ def _start(
     if cog_start is not None:
         given = np.asarray(cog_start, dtype=np.float64)
         if given.shape != (2,) or not np.isfinite(given).all():
-            raise InputError(f"cog_start must be two finite numbers (x, y) in metres, got "
-                             f"{cog_start!r}")
+            raise InputError(
+                f"cog_start must be two finite numbers (x, y) in metres, got {cog_start!r}"
+            )
         wanted = given @ rotation_z(settings.heading)[:2, :2]
     problem = build_cog_problem(
         robot, feet, steps.start_height, wanted, reach_fraction=settings.reach_fraction

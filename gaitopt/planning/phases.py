@@ -41,7 +41,8 @@ def crawl_phases(
         return ()
     count = len(steps.legs)
     standing = np.minimum(
-        static_stability_margin(steps.feet, cogs[:-1]), static_stability_margin(steps.feet, cogs[1:])
+        static_stability_margin(steps.feet, cogs[:-1]),
+        static_stability_margin(steps.feet, cogs[1:]),
     )
     others = np.array([[i for i in range(4) if i != k] for k in steps.indices])
     triangles = np.take_along_axis(steps.feet, others[..., None], axis=1)
@@ -53,7 +54,7 @@ def crawl_phases(
     phases = []
     for s, (leg, solution) in enumerate(zip(steps.legs, solutions, strict=True)):
         a, b, c = (float(times[ends[2 * s + k]]) for k in range(3))
-        held = tuple(Limit(*n.split(" ", 1), solution.duals[n]) for n in solution.active)
+        held = tuple(_held(name, solution.duals[name]) for name in solution.active)
         phases.append(
             Phase("stance", leg, s, a, b - a, centres[s], centres[s + 1], LEGS, lifted[s],
                   lifted[s], float(standing[s]), held + limits[2 * s],
@@ -65,6 +66,11 @@ def crawl_phases(
                   landed[s], float(swinging[s]), limits[2 * s + 1])
         )  # fmt: skip
     return tuple(phases)
+
+
+def _held(constraint: str, dual: float) -> Limit:
+    kind, name = constraint.split(" ", 1)
+    return Limit(kind, name, dual)
 
 
 def _evidence(settings: CrawlSettings, solution: CogSolution) -> CogEvidence:

@@ -236,8 +236,8 @@ class Plan:
             raise InputError(f"dt must be a positive time in seconds, got {dt!r}")
         if self.duration / dt > MAX_SAMPLES:
             raise InputError(
-                f"dt = {dt:g} s asks for {self.duration / dt:.3g} samples of {self.duration:.1f} s; "
-                f"at most {MAX_SAMPLES:.0e} are made, so take dt >= "
+                f"dt = {dt:g} s asks for {self.duration / dt:.3g} samples of {self.duration:.1f} "
+                f"s; at most {MAX_SAMPLES:.0e} are made, so take dt >= "
                 f"{self.duration / MAX_SAMPLES:.2g} s"
             )
         count = int(np.ceil(self.duration / dt - 1e-9))

@@ -59,7 +59,8 @@ def _number(name: str, value: object, low: float, high: float, unit: str) -> flo
         number = np.nan
     if isinstance(value, bool) or not low <= number <= high:
         raise InputError(
-            f"{name} must be a number from {low:g} to {high:g} {unit}".rstrip() + f", got {value!r}"
+            f"{name} must be a number from {low:g} to {high:g} {unit}".rstrip()
+            + f", got {value!r}"
             + (" (or 'max')" if name == "speed" else "")
         )
     return number

@@ -58,8 +58,9 @@ def find_chains(model: Any) -> list[Chain]:
         if len(ids) in (2, 3) and all(_is_hinge(model.joints[i]) for i in ids):
             found.append(_read_chain(model, data, ids))
         else:
-            kinds = ", ".join(f"{n} ({model.joints[i].shortname()})" for n, i in zip(names, ids,
-                              strict=True))
+            kinds = ", ".join(
+                f"{n} ({model.joints[i].shortname()})" for n, i in zip(names, ids, strict=True)
+            )
             passed_over.append(f"[{kinds}]")
     if len(found) != 4:
         legs = "; ".join("-".join(c.names) for c in found) or "none"
@@ -152,13 +153,22 @@ def read_leg(model: Any, name: str, chain: Chain, body: FloatArray, knee: float 
     zeros = (float(angles[0]), float(wrap_angle(angles[1] - angles[0])))
     limits = _position_limits(model, chain)
     return Leg(
-        name=name, joints=chain.names, foot=chain.foot, hip=hip, axes=frame,
-        lateral=float(lateral), drop=float(drop) + 0.0, upper=float(lengths[0]), lower=float(lengths[1]),
-        signs=signs, zeros=zeros,
+        name=name,
+        joints=chain.names,
+        foot=chain.foot,
+        hip=hip,
+        axes=frame,
+        lateral=float(lateral),
+        drop=float(drop) + 0.0,
+        upper=float(lengths[0]),
+        lower=float(lengths[1]),
+        signs=signs,
+        zeros=zeros,
         knee=knee if knee is not None else _knee_side(name, limits[:, -1], signs[-1], zeros[1]),
         position_limits=limits,
-        velocity_limits=np.array([model.velocityLimit[model.joints[i].idx_v]
-                                  for i in chain.joints]),
+        velocity_limits=np.array(
+            [model.velocityLimit[model.joints[i].idx_v] for i in chain.joints]
+        ),
     )
 
 
@@ -187,8 +197,12 @@ def _read_chain(model: Any, data: Any, ids: list[int]) -> Chain:
         points.append(placement.translation.copy())
     foot, tip = _foot_frame(model, data, ids[-1], points[-1])
     return Chain(
-        joints=tuple(ids), names=tuple(str(model.names[i]) for i in ids),
-        points=frozen(points), axes=frozen(axes), foot=foot, tip=frozen(tip),
+        joints=tuple(ids),
+        names=tuple(str(model.names[i]) for i in ids),
+        points=frozen(points),
+        axes=frozen(axes),
+        foot=foot,
+        tip=frozen(tip),
     )
 
 
@@ -196,7 +210,7 @@ def _local_axis(joint: Any) -> FloatArray:
     """The joint's axis in its own frame: the angular part of its motion subspace."""
     data = joint.createData()
     joint.calc(data, np.zeros(1))
-    return np.asarray(data.S, dtype=np.float64).reshape(6)[3:]
+    return frozen(np.reshape(data.S, 6)[3:])
 
 
 def _foot_frame(model: Any, data: Any, last: int, knee: FloatArray) -> tuple[str, FloatArray]:
@@ -222,8 +236,9 @@ def _leg_axes(
 ) -> tuple[FloatArray, tuple[float, ...]]:
     """Leg frame ``(3, 3)`` and the joints' senses of turning in it; refuses what does not fit."""
     pitch = axes[-2] * np.sign(axes[-2, 1] or 1.0)
-    listing = ", ".join(f"{n} about {np.round(a, 4)}" for n, a in zip(chain.names, axes,
-                        strict=True))
+    listing = ", ".join(
+        f"{n} about {np.round(a, 4)}" for n, a in zip(chain.names, axes, strict=True)
+    )
     advice = (
         f"{model.name}: leg {name} is neither roll-pitch-pitch nor pitch-pitch ({listing}, in the "
         "body frame)"

@@ -149,6 +149,22 @@ class Quadruped:
 
         return ball_radius(self.urdf, [leg.foot for leg in self.legs.values()])
 
+    @property
+    def stance_size(self) -> tuple[float, float]:
+        """Length and width of the stance with every foot straight below its hip [m]."""
+        feet = np.array([leg.hip[:2] + leg.axes[:2, 1] * leg.lateral for leg in self.legs.values()])
+        spread = np.abs(feet - feet.mean(axis=0)).mean(axis=0) * 2.0
+        return float(round(spread[0], 6)), float(round(spread[1], 6))
+
+    @property
+    def standing_height(self) -> float:
+        """A comfortable height of the hips above the feet, in whole centimetres [m].
+
+        Seven tenths of the legs' reach: 0.40 m for wang2020.
+        """
+        reach = np.mean([leg.reach + leg.drop for leg in self.legs.values()])
+        return max(round(0.7 * float(reach), 2), 0.01)
+
     def neutral_joints(self) -> FloatArray:
         """Joint angles ``(nj,)`` [rad] of joints that no leg owns: zero, or nearest in limits."""
         low, high = self.model.lowerPositionLimit[7:], self.model.upperPositionLimit[7:]

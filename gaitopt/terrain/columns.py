@@ -82,5 +82,6 @@ def _check(*, columns: int, **lengths: float) -> None:
     for name, value in lengths.items():
         lowest = 0.0 if name in ("amplitude", "jitter", "height_jitter") else 1e-6
         if not (np.isfinite(value) and value >= lowest):
-            raise InputError(f"{name} must be a finite length of at least {lowest:g} m, got "
-                             f"{value!r}")
+            raise InputError(
+                f"{name} must be a finite length of at least {lowest:g} m, got {value!r}"
+            )

@@ -1,0 +1,1 @@
+"""Whether a plan is right: consumers of plans that judge."""

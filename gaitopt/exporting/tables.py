@@ -1,0 +1,44 @@
+"""Motions as tables."""
+
+from __future__ import annotations
+
+import csv
+
+import numpy as np
+
+from gaitopt.files import StrPath, written_whole
+from gaitopt.planning.plan import Plan
+
+_BASE = ("base_x", "base_y", "base_z", "base_qx", "base_qy", "base_qz", "base_qw")
+_TWIST = ("base_vx", "base_vy", "base_vz", "base_wx", "base_wy", "base_wz")
+
+
+def export_csv(plan: Plan, path: StrPath, dt: float = 0.01) -> None:
+    """Write the sampled motion as CSV, one line a sample, with a header of names.
+
+    Columns: ``t`` [s]; base position [m] and quaternion (xyzw); each joint's angle [rad] under its
+    name; base twist in the base's frame [m/s, rad/s]; each joint's velocity [rad/s] as
+    ``<joint>_velocity``; the body centre ``cog_x`` ... [m]; for each leg ``<leg>_contact`` (0 or 1)
+    and its foot ``<leg>_x`` ... [m].
+
+    Args:
+        plan: the plan.
+        path: the file, written whole or not at all.
+        dt: time between samples [s].
+
+    Raises:
+        InputError: ``dt`` is no positive time, or the file cannot be written.
+    """
+    motion = plan.sample(dt)
+    joints = motion.joint_names
+    header = ["t", *_BASE, *joints, *_TWIST, *(f"{j}_velocity" for j in joints)]
+    header += [f"cog_{axis}" for axis in "xyz"]
+    header += [f"{leg}_contact" for leg in motion.legs]
+    header += [f"{leg}_{axis}" for leg in motion.legs for axis in "xyz"]
+    numbers = np.column_stack(
+        [motion.t, motion.q, motion.v, motion.cog, motion.contacts,
+         motion.feet.reshape(len(motion), -1)]
+    )  # fmt: skip
+    with written_whole(path) as stream:
+        csv.writer(stream, lineterminator="\n").writerow(header)
+        np.savetxt(stream, numbers, fmt="%.12g", delimiter=",")

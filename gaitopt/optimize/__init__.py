@@ -1,0 +1,1 @@
+"""Pure mathematics: where to put the COG, and how fast to go."""

@@ -1,0 +1,1 @@
+"""Planners, and the plan that all of them return."""

@@ -1,0 +1,1 @@
+"""What walks: robots, their legs, and where they come from."""

@@ -1,0 +1,1 @@
+"""Support polygons and margins."""

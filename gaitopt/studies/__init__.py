@@ -1,0 +1,1 @@
+"""Comparisons over methods and terrains, and their tables."""

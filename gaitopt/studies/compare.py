@@ -1,0 +1,196 @@
+"""Table II of 000_6dacb41600db6a3c.txt: the paper's method beside two baselines."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from gaitopt.checking.balance import com_margin
+from gaitopt.conventions import FloatArray
+from gaitopt.errors import InfeasibleStepError, InputError
+from gaitopt.planning.crawl import plan_crawl
+from gaitopt.planning.plan import Plan
+from gaitopt.planning.settings import Speed
+from gaitopt.robots.quadruped import Quadruped
+from gaitopt.terrain.footholds import Footholds
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+
+@dataclass(frozen=True)
+class Method:
+    """One way to walk the columns.
+
+    Attributes:
+        name: what to call it.
+        objective, speed: as in :func:`gaitopt.plan_crawl`.
+        paper_time: the time that the paper reports for it [s]; ``None`` where it reports none.
+    """
+
+    name: str
+    objective: Literal["distance", "margin"]
+    speed: Speed
+    paper_time: float | None = None
+
+
+METHODS: tuple[Method, ...] = (
+    Method("proposed", "distance", "max", 205.0),
+    Method("SSM", "margin", "max", 372.0),
+    Method("fixed 5 mm/s", "distance", 0.005, 272.0),
+    Method("fixed 50 mm/s", "distance", 0.050),
+    Method("fixed 66 mm/s", "distance", 0.066),
+)
+"""The methods of Section V. The paper gives 5 mm/s for the fixed speed, with which its 272 s are
+impossible (``errata.md``, V.B.3); 66 mm/s is the speed that comes to about 272 s."""
+
+PAPER_GAINS = {"SSM": 81.6, "fixed 5 mm/s": 32.8}
+"""Speed-ups of the proposed method that the paper states [%]."""
+
+PAPER_DISTANCE = 1.5
+"""Forward distance of the paper's walk [m]."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What one method did on one terrain.
+
+    Attributes:
+        seed: of the terrain; -1 for footholds of one's own.
+        method: which method.
+        time: duration [s].
+        mean_speed: [m/s].
+        cog_distance: length of the body centre's path [m].
+        swing_share: share of the time in swing phases; the rest is stance.
+        margin: smallest stability margin of the body centre, which is planned with, over the swing
+            phases [m].
+        com_margin: smallest stability margin of the model's true centre of mass [m].
+    """
+
+    seed: int
+    method: Method
+    time: float
+    mean_speed: float
+    cog_distance: float
+    swing_share: float
+    margin: float
+    com_margin: float
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """Outcomes of all methods on all terrains.
+
+    Attributes:
+        robot: the robot's name.
+        methods: the methods, the one that is judged first.
+        outcomes: one for each terrain and method.
+        refused: ``(seed, reason)`` of the terrains on which a method found no plan; they count
+            for none.
+        plans: the plans on the first terrain, by method's name.
+    """
+
+    robot: str
+    methods: tuple[Method, ...]
+    outcomes: tuple[Outcome, ...]
+    refused: tuple[tuple[int, str], ...]
+    plans: dict[str, Plan]
+
+    def values(self, method: str, quantity: str) -> FloatArray:
+        """One number a terrain: ``quantity`` is an attribute of :class:`Outcome`."""
+        return np.array([getattr(o, quantity) for o in self.outcomes if o.method.name == method])
+
+    def speed_up(self, baseline: str) -> FloatArray:
+        """By how much the first method walks faster than ``baseline``, a number a terrain.
+
+        0.5 means half as fast again: baseline's time is 1.5 times the first method's.
+        """
+        first = self.methods[0].name
+        return np.asarray(self.values(baseline, "time") / self.values(first, "time") - 1.0)
+
+    @property
+    def seeds(self) -> tuple[int, ...]:
+        """Seeds of the terrains that count."""
+        first = self.methods[0].name
+        return tuple(o.seed for o in self.outcomes if o.method.name == first)
+
+    def table(self) -> Table:
+        """The comparison as a table to print."""
+        from gaitopt.studies.report import comparison_table
+
+        return comparison_table(self)
+
+    def __str__(self) -> str:
+        from gaitopt.studies.report import as_text
+
+        return as_text(self.table())
+
+
+def compare(
+    robot: Quadruped,
+    terrains: Iterable[tuple[int, Footholds]] | Footholds,
+    *,
+    methods: Sequence[Method] = METHODS,
+    progress: Callable[[int, int], None] | None = None,
+    **settings: Any,
+) -> Comparison:
+    """Plan every method on every terrain.
+
+    Args:
+        robot: the robot.
+        terrains: footholds, or pairs of a seed and its footholds.
+        methods: what to compare; the speed-ups are those of the first.
+        progress: called with (plans made, plans in all).
+        settings: passed to :func:`gaitopt.plan_crawl` (stability margin, heights, ...).
+
+    Raises:
+        InfeasibleStepError: no method's plan exists on any of the terrains (the first reason).
+        InputError: no terrain or method was given, or a setting is out of range.
+    """
+    todo = [(-1, terrains)] if isinstance(terrains, Footholds) else list(terrains)
+    if not todo or not methods:
+        raise InputError("a comparison needs at least one terrain and one method")
+    outcomes: list[Outcome] = []
+    refused: list[tuple[int, str]] = []
+    kept: dict[str, Plan] = {}
+    failure: InfeasibleStepError | None = None
+    for i, (seed, footholds) in enumerate(todo):
+        plans: dict[str, Plan] = {}
+        try:
+            for j, method in enumerate(methods):
+                plans[method.name] = plan_crawl(
+                    robot,
+                    footholds,
+                    method.objective,
+                    method.speed,
+                    **settings,  # type: ignore[arg-type]
+                )
+                if progress is not None:
+                    progress(i * len(methods) + j + 1, len(todo) * len(methods))
+        except InfeasibleStepError as error:
+            refused.append((seed, str(error)))
+            failure = failure or error
+            continue
+        kept = kept or plans
+        outcomes += [outcome(seed, method, plans[method.name]) for method in methods]
+    if failure is not None and not outcomes:
+        raise failure
+    return Comparison(robot.name, tuple(methods), tuple(outcomes), tuple(refused), kept)
+
+
+def outcome(seed: int, method: Method, plan: Plan) -> Outcome:
+    """The figures of one plan."""
+    swings = [phase for phase in plan.phases if phase.kind == "swing"]
+    return Outcome(
+        seed=seed,
+        method=method,
+        time=plan.duration,
+        mean_speed=plan.mean_speed,
+        cog_distance=plan.cog_distance,
+        swing_share=sum(p.duration for p in swings) / plan.duration if plan.duration else 0.0,
+        margin=min((p.margin for p in swings), default=float("inf")),
+        com_margin=float(com_margin(plan)[1].min()),
+    )

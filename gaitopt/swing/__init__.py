@@ -1,0 +1,1 @@
+"""How a foot flies, one file a shape."""

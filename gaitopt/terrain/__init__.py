@@ -1,0 +1,1 @@
+"""What is walked on: footholds and test terrains."""
