@@ -5,7 +5,7 @@ Each message names the leg, step, field or line, gives the numbers, and ends wit
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 
 
 class GaitoptError(Exception):
@@ -69,6 +69,6 @@ class InfeasibleStepError(GaitoptError):
         return self.message
 
     def __reduce__(self) -> tuple[object, ...]:
-        return (type(self), tuple(self.__dict__.values()))
+        return (type(self), tuple(getattr(self, f.name) for f in fields(self)))
 
     __hash__ = GaitoptError.__hash__

@@ -39,7 +39,7 @@ ERROR_TOLERANCE = 1e-6
 ACTIVE_DUAL = 1e-6
 """Multiplier above which a constraint is said to be active."""
 _STEP_TOLERANCE = 1e-9
-_FARTHEST = 1e4
+_EMPTY = 1e-7
 _ITERATIONS = 40
 # Weight of the linear objectives against the proximal term |w - w_k|^2 / 2 that keeps H of order 1.
 _LINEAR_WEIGHT = 10.0
@@ -334,13 +334,13 @@ def solve_cog(problem: CogProblem, workspace: CogWorkspace | None = None) -> Cog
         gradient, hessian, g, jacobian = call(w, problem.parameters, duals)
         step, duals = solver.solve(hessian + proximal, gradient, jacobian, -g)
         w = w + step
-        length = abs(step[0]) + abs(step[1])
+        # Each linearisation contains the feasible set: where one is empty, so is the set.
+        if not (jacobian @ step + g).min() > -_EMPTY:
+            break
         # Newton's method: after a step this small the next one is below rounding. A step that
         # changed only what is linear and quadratic in the problem is exact at once.
-        if (
-            length < _STEP_TOLERANCE
-            or not length < _FARTHEST
-            or _is_exact(form, duals, w, call, problem.parameters)
+        if abs(step[0]) + abs(step[1]) < _STEP_TOLERANCE or _is_exact(
+            form, duals, w, call, problem.parameters
         ):
             break
     w, duals = _polished(problem, w, duals, call)

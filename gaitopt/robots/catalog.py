@@ -47,7 +47,7 @@ def load_robot(source: StrPath, knees: Mapping[str, str] | None = None) -> Quadr
         path = example_urdf(text)
         return Quadruped.from_urdf(path.read_text("utf-8"), text, knees)
     path = Path(source)
-    if not path.is_file():
+    if not _is_file(path):
         if path.suffix or len(path.parts) > 1:
             raise RobotError(f"no URDF file at {path}; give an existing file or a robot's name")
         raise RobotError(
@@ -60,6 +60,13 @@ def load_robot(source: StrPath, knees: Mapping[str, str] | None = None) -> Quadr
     except UnicodeDecodeError as error:
         raise RobotError(f"{path} is no text in UTF-8 (byte {error.start}); a URDF is") from error
     return Quadruped.from_urdf(urdf, path.stem, knees)
+
+
+def _is_file(path: Path) -> bool:
+    try:
+        return path.is_file()
+    except (OSError, ValueError):  # a name too long, a folder that is closed, a null character
+        return False
 
 
 def own_urdf(name: str) -> Path:

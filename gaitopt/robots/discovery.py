@@ -13,7 +13,7 @@ import numpy as np
 import pinocchio as pin
 
 from gaitopt.conventions import LEGS, FloatArray, frozen
-from gaitopt.errors import RobotError
+from gaitopt.errors import InputError, RobotError
 from gaitopt.robots.leg import Leg, wrap_angle
 
 AXIS_TOLERANCE = 1e-6
@@ -47,7 +47,8 @@ def find_chains(model: Any) -> list[Chain]:
     """All leg-like chains that hang on the free-flying body: two or three revolute joints each.
 
     Raises:
-        RobotError: fewer or more than four such chains, with what was found.
+        RobotError: fewer or more than four such chains, with what was found; or a joint elsewhere
+            whose position is not one number, which no joint vector of the planners can hold.
     """
     data = model.createData()
     pin.framesForwardKinematics(model, data, pin.neutral(model))
@@ -70,6 +71,12 @@ def find_chains(model: Any) -> list[Chain]:
             f"quadruped has 4 ({legs}{rest}); every leg must be a serial chain of 2 or 3 revolute "
             "joints with limits (a 'continuous' joint has none: make it 'revolute')"
         )
+    for i in range(2, model.njoints):
+        if model.joints[i].nq != 1:
+            raise RobotError(
+                f"{model.name}: joint {model.names[i]} ({model.joints[i].shortname()}) has no "
+                "limits or moves more than one way; make it 'fixed', or 'revolute' with limits"
+            )
     return found
 
 
@@ -79,17 +86,22 @@ def heading_axes(model: Any, chains: list[Chain]) -> FloatArray:
     The pitch axes give the lateral direction. Which of its two perpendiculars is forward, names
     decide (front feet lie ahead); without names it is the base's own +x, or +y.
     """
-    axis = chains[0].axes[-1]
-    forward = np.array([axis[1], -axis[0], 0.0])
-    if np.linalg.norm(forward) < 0.5:
+    pitch = np.array([chain.axes[-1] for chain in chains])
+    share = (pitch**2).mean(axis=0)
+    if share.argmax() == 2:
+        joint = chains[int(abs(pitch[:, 2]).argmax())].names[-1]
         raise RobotError(
-            f"{model.name}: joint {chains[0].names[-1]} turns about a vertical axis; legs must be "
+            f"{model.name}: joint {joint} turns about a vertical axis; legs must be "
             "roll-pitch-pitch or pitch-pitch"
         )
+    if share.max() < 0.74:  # with three legs of four along an axis it is at least 0.75
+        raise RobotError(
+            f"{model.name}: the knees turn about axes between x and y of the base link "
+            f"({chains[0].names[-1]} about {np.round(pitch[0], 4)}); turn the base link so that "
+            "the robot faces along its x or y"
+        )
     # Legs stand along the base's axes; a slightly turned pitch axis does not turn the body.
-    forward = np.where(np.abs(forward) == np.abs(forward).max(), np.sign(forward), 0.0)
-    if forward.sum() < 0:
-        forward = -forward
+    forward = np.eye(3)[1 - share.argmax()]
     sides = [_name_side(c) for c in chains]
     ahead = sum(s * float(forward @ c.tip) for s, c in zip(sides, chains, strict=True))
     if any(sides) and ahead < 0:
@@ -131,6 +143,7 @@ def read_leg(model: Any, name: str, chain: Chain, body: FloatArray, knee: float 
 
     Raises:
         RobotError: the leg is neither roll-pitch-pitch nor pitch-pitch.
+        InputError: the knee's limits do not let it point to the side that was asked for.
     """
     points, axes = chain.points @ body, chain.axes @ body
     tip = chain.tip @ body
@@ -150,8 +163,11 @@ def read_leg(model: Any, name: str, chain: Chain, body: FloatArray, knee: float 
             f"{model.name}: leg {name} has a link of length {lengths.min():.2g} m between "
             f"{' and '.join((*chain.names[-2:], chain.foot))}; upper and lower leg need a length"
         )
-    zeros = (float(angles[0]), float(wrap_angle(angles[1] - angles[0])))
     limits = _position_limits(model, chain)
+    # Within half a turn of straight in the middle of its range, wherever the URDF's zero is.
+    low, high = limits[:, -1]
+    middle = signs[-1] * (low + high) / 2.0 if high - low < 2.0 * np.pi else 0.0
+    zeros = (float(angles[0]), float(wrap_angle(angles[1] - angles[0], -middle)))
     return Leg(
         name=name,
         joints=chain.names,
@@ -164,7 +180,7 @@ def read_leg(model: Any, name: str, chain: Chain, body: FloatArray, knee: float 
         lower=float(lengths[1]),
         signs=signs,
         zeros=zeros,
-        knee=knee if knee is not None else _knee_side(name, limits[:, -1], signs[-1], zeros[1]),
+        knee=_knee_side(model, name, chain, signs[-1] * limits[:, -1] + zeros[1], knee),
         position_limits=limits,
         velocity_limits=np.array(
             [model.velocityLimit[model.joints[i].idx_v] for i in chain.joints]
@@ -249,9 +265,11 @@ def _leg_axes(
         roll = axes[0] * np.sign(axes[0, 0] or 1.0)
         if abs(roll[0]) < 0.9 or abs(roll @ pitch) > AXIS_TOLERANCE:
             raise RobotError(f"{advice}; its first axis must point forward, square to the others")
+        # Exactly square, whatever the URDF's digits, so that inverse undoes forward exactly.
+        roll = roll - (roll @ pitch) * pitch
     else:
         roll = np.cross(pitch, np.array([0.0, 0.0, 1.0]))
-        roll /= np.linalg.norm(roll)
+    roll /= np.linalg.norm(roll)
     frame = np.column_stack([roll, pitch, np.cross(roll, pitch)])
     references = [roll, pitch, pitch][-len(axes) :]
     signs = tuple(float(np.sign(a @ r)) for a, r in zip(axes, references, strict=True))
@@ -265,16 +283,22 @@ def _position_limits(model: Any, chain: Chain) -> FloatArray:
         k = model.joints[i].idx_q
         low, high = model.lowerPositionLimit[k], model.upperPositionLimit[k]
         columns.append((low, high) if low < high else (-np.inf, np.inf))
-    return np.array(columns).T
+    return np.asarray(np.transpose(columns), dtype=np.float64)
 
 
-def _knee_side(name: str, limits: FloatArray, sign: float, zero: float) -> float:
-    bends = np.sort(sign * limits) + zero
-    if bends[0] > -0.1 and bends[1] > 0.1:
-        return 1.0
-    if bends[1] < 0.1 and bends[0] < -0.1:
-        return -1.0
-    return -1.0 if name.endswith("F") else 1.0
+def _knee_side(
+    model: Any, name: str, chain: Chain, bends: FloatArray, asked: float | None
+) -> float:
+    """The side of the knee: what its range of ``bends`` ``(2,)`` leaves, or was asked for."""
+    low, high = np.sort(bends)
+    only = 1.0 if low > -0.1 and high > 0.1 else -1.0 if high < 0.1 and low < -0.1 else None
+    if only is not None and asked not in (None, only):
+        side = "forward" if only > 0 else "backward"
+        raise InputError(
+            f"{model.name}: the limits of {chain.names[-1]} let the knee of leg {name} point only "
+            f"{side}; leave {name} out of knees, or change the limits"
+        )
+    return only or asked or (-1.0 if name.endswith("F") else 1.0)
 
 
 def _name_side(chain: Chain) -> int:

@@ -28,6 +28,10 @@ def static_stability_margin(feet: ArrayLike, cog: ArrayLike) -> FloatArray:
     places = np.asarray(cog, dtype=np.float64)[..., None, :2]
     if corners.ndim < 2 or corners.shape[-2] < 3:
         raise InputError(f"a support polygon needs three feet or more, got {corners.shape}")
-    normals, offsets, is_side = pair_lines(corners)
-    distances = (normals * places).sum(axis=-1) - offsets
-    return np.asarray(np.where(is_side, distances, np.inf).min(axis=-1))
+    origin = corners[..., :1, :]
+    normals, offsets, is_side = pair_lines(corners - origin)
+    distances = (normals * (places - origin)).sum(axis=-1) - offsets
+    nearest = np.where(is_side, distances, np.inf).min(axis=-1)
+    # Feet all in one point have no side at all: the COG is its distance away from it.
+    apart = np.linalg.norm(places - corners, axis=-1).max(axis=-1)
+    return np.asarray(np.where(is_side.any(axis=-1), nearest, -apart))

@@ -84,7 +84,9 @@ def pair_lines(feet: FloatArray) -> tuple[FloatArray, FloatArray, np.ndarray]:
     with np.errstate(invalid="ignore", divide="ignore"):
         normals = np.stack([-along[..., 1], along[..., 0]], axis=-1) / length[..., None]
     offsets = np.einsum("...ij,...ij->...i", normals, feet[..., first, :])
-    heights = np.einsum("...ij,...kj->...ik", normals, feet) - offsets[..., None]
+    # From differences: heights above the line stay exact far from the origin.
+    apart = feet[..., None, :, :] - feet[..., first, None, :]
+    heights = np.einsum("...ij,...ikj->...ik", normals, apart)
     return normals, offsets, (heights >= -1e-12).all(axis=-1)
 
 
@@ -100,7 +102,8 @@ def shrunken_polygon(corners: FloatArray, margin: float) -> FloatArray:
         000_6dacb41600db6a3c.txt, Section III.A and Fig. 6.
     """
     planes = support_half_planes(corners)
-    normals, offsets = planes.normals, planes.offsets + margin
+    origin = np.asarray(corners, dtype=np.float64)[0, :2]
+    normals, offsets = planes.normals, planes.offsets - planes.normals @ origin + margin
     found = []
     for i in range(len(offsets)):
         for j in range(i + 1, len(offsets)):
@@ -111,9 +114,15 @@ def shrunken_polygon(corners: FloatArray, margin: float) -> FloatArray:
                     found.append(point)
     if not found:
         return np.empty((0, 2))
-    points = np.array(found)
+    points = _distinct(np.array(found))
     turn = np.arctan2(*(points - points.mean(axis=0)).T[::-1])
-    return points[np.argsort(turn)]
+    return points[np.argsort(turn)] + origin
+
+
+def _distinct(points: FloatArray) -> FloatArray:
+    """``points`` ``(k, 2)`` without repetitions, such as where three sides meet."""
+    apart = np.linalg.norm(points[:, None] - points, axis=-1)
+    return np.asarray(points[~np.tril(apart < 1e-9, -1).any(axis=1)])
 
 
 def _spans_area(normals: FloatArray) -> bool:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from numbers import Real
+
 import numpy as np
 
 from gaitopt.conventions import LEGS, FloatArray
@@ -9,7 +11,7 @@ from gaitopt.errors import InputError
 from gaitopt.terrain.footholds import Footholds
 
 _CORNERS = {"LF": (1, 1), "LH": (-1, 1), "RH": (-1, -1), "RF": (1, -1)}
-_TRIES = 64
+_TRIES = 1000
 
 
 def s_columns(
@@ -42,10 +44,13 @@ def s_columns(
         body_length, body_width: distances between the hips [m].
         diameter: of the columns [m].
 
+    Raises:
+        InputError: a parameter is out of its range; the message names it.
+
     Source: 000_6dacb41600db6a3c.txt, Section II.B and Fig. 3, which gives the 17 x 4 columns, the
     S, the 1.5 m and the diameter; amplitude and offsets are not published and are chosen here.
     """
-    _check(columns=columns, forward=forward, amplitude=amplitude, jitter=jitter,
+    _check(seed=seed, columns=columns, forward=forward, amplitude=amplitude, jitter=jitter,
            height_jitter=height_jitter, body_length=body_length, body_width=body_width,
            diameter=diameter)  # fmt: skip
     rng = np.random.default_rng(seed)
@@ -53,35 +58,39 @@ def s_columns(
     route = np.column_stack([x, amplitude * np.sin(2.0 * np.pi * x / forward)])
     half = np.array([body_length, body_width]) / 2.0
     nominal = np.stack([route + half * np.array(_CORNERS[leg]) for leg in LEGS])
-    placed: list[FloatArray] = []
-    for spot in nominal.reshape(-1, 2):
-        placed.append(_place(rng, spot, np.array(placed).reshape(-1, 2), jitter, diameter))
+    placed = _scatter(rng, nominal.reshape(-1, 2), jitter, diameter)
     tops = rng.uniform(-height_jitter, height_jitter, len(placed))
-    points = np.column_stack([np.array(placed), tops]).reshape(len(LEGS), columns, 3)
+    points = np.column_stack([placed, tops]).reshape(len(LEGS), columns, 3)
     return Footholds(dict(zip(LEGS, points, strict=True)), radius=diameter / 2.0)
 
 
-def _place(
-    rng: np.random.Generator, spot: FloatArray, others: FloatArray, jitter: float, diameter: float
+def _scatter(
+    rng: np.random.Generator, spots: FloatArray, jitter: float, diameter: float
 ) -> FloatArray:
-    """A random place near ``spot`` clear of ``others``; the clearest one when none is clear."""
-    best, clearest = spot, -np.inf
+    """A random place near each of ``spots`` ``(n, 2)``, ``diameter`` apart where there is room.
+
+    Both columns of a pair that would overlap are drawn again: the second alone may find no room.
+    """
+    from scipy.spatial import cKDTree
+
+    places = spots + rng.uniform(-jitter, jitter, spots.shape)
     for _ in range(_TRIES):
-        place = spot + rng.uniform(-jitter, jitter, 2)
-        gap = np.min(np.hypot(*(others - place).T), initial=np.inf)
-        if gap >= diameter:
-            return np.asarray(place)
-        if gap > clearest:
-            best, clearest = place, float(gap)
-    return best
+        nearest = cKDTree(places).query(places, k=2, distance_upper_bound=diameter)[0][:, 1]
+        crowded = np.flatnonzero(np.isfinite(nearest))
+        if not crowded.size:
+            break
+        places[crowded] = spots[crowded] + rng.uniform(-jitter, jitter, (crowded.size, 2))
+    return places
 
 
-def _check(*, columns: int, **lengths: float) -> None:
+def _check(*, seed: int, columns: int, **lengths: float) -> None:
+    if not (isinstance(seed, (int, np.integer)) and seed >= 0):
+        raise InputError(f"seed must be a whole number of at least 0, got {seed!r}")
     if not (isinstance(columns, (int, np.integer)) and 1 <= columns <= 100_000):
         raise InputError(f"columns must be a whole number from 1 to 100000, got {columns!r}")
     for name, value in lengths.items():
         lowest = 0.0 if name in ("amplitude", "jitter", "height_jitter") else 1e-6
-        if not (np.isfinite(value) and value >= lowest):
+        if not (isinstance(value, Real) and lowest <= value < np.inf):
             raise InputError(
                 f"{name} must be a finite length of at least {lowest:g} m, got {value!r}"
             )

@@ -22,14 +22,15 @@ MOST_SAMPLES = 2_000_000
 """Most instants at which a path is looked at."""
 
 Deviation = Callable[[FloatArray, FloatArray, FloatArray, FloatArray], FloatArray]
-"""Distance of values ``(n, c)`` from the point at fractions ``(n,)`` between two ends ``(n, c)``."""
+"""Distances ``(n,)`` of values ``(n, c)`` from points at fractions ``(n,)`` between two ends."""
 
 
 def sample_times(path: MotionPath, tolerance: float = 0.5 * ANGLE_TOLERANCE) -> FloatArray:
     """Instants ``(N,)`` [s] between which straight lines stay within ``tolerance`` of the path.
 
-    The knots, and for curved segments as many more as the bound h^2 max|y''| / 8 asks for, or as
-    turns of more than a quarter ask for.
+    The knots, and for curved segments as many more as the bound h^2 max|y''| / 8 asks for. Roll,
+    pitch and yaw that change together bend the turn of the body by their rates' square, and no
+    joint may turn by more than a quarter between two instants.
     """
     lengths = np.diff(path.times)
     if not len(lengths):
@@ -39,8 +40,11 @@ def sample_times(path: MotionPath, tolerance: float = 0.5 * ANGLE_TOLERANCE) -> 
     grown = lengths ** np.maximum(powers, 0)[:, None]
     curvature = np.einsum("psc,ps->sc", bends, grown).max(axis=1)
     slopes = np.einsum("psc,ps->sc", np.abs(path.coefficients) * powers[:, None, None], grown)
-    needed = np.maximum(np.sqrt(curvature / (8.0 * tolerance)),
-                        slopes[:, 3:].max(axis=1, initial=0.0) / LARGEST_TURN)  # fmt: skip
+    needed = np.maximum.reduce([
+        np.sqrt(curvature / (8.0 * tolerance)),
+        slopes[:, 3:6].sum(axis=1) / np.sqrt(8.0 * tolerance),
+        slopes[:, 6:].max(axis=1, initial=0.0) / LARGEST_TURN,
+    ])  # fmt: skip
     share = MOST_SAMPLES / len(lengths)
     pieces = np.clip(np.ceil(needed), 1, max(share, 1)).astype(np.int64)
     first = np.repeat(np.cumsum(pieces) - pieces, pieces)
@@ -103,7 +107,7 @@ def turn_deviation(
     """Angles ``(n,)`` [rad] between unit quaternions ``(n, 4)`` and the slerp from start to end."""
     shown = slerp(start, end, fraction)
     flip = np.where(np.einsum("ni,ni->n", shown, value) < 0, -1.0, 1.0)[:, None]
-    return 2.0 * np.linalg.norm(value - flip * shown, axis=1)
+    return np.asarray(2.0 * np.linalg.norm(value - flip * shown, axis=1))
 
 
 def slerp(start: FloatArray, end: FloatArray, fraction: FloatArray) -> FloatArray:
@@ -123,4 +127,4 @@ def slerp(start: FloatArray, end: FloatArray, fraction: FloatArray) -> FloatArra
 def _from_line(
     value: FloatArray, start: FloatArray, end: FloatArray, fraction: FloatArray
 ) -> FloatArray:
-    return np.linalg.norm(value - start - fraction[:, None] * (end - start), axis=1)
+    return np.asarray(np.linalg.norm(value - start - fraction[:, None] * (end - start), axis=1))

@@ -97,7 +97,8 @@ def feasible_area(plan: Plan, step: int) -> FeasibleArea:
         every = [s(p)[:, None] for s in slacks.values()] + ([sides(p)] if sides else [])
         return np.asarray(np.concatenate(every, axis=1).min(axis=1))
 
-    tries = np.vstack([phase.cog_end[:2], phase.cog_start[:2], _grid(feet)])
+    shrunken = shrunken_polygon(triangle, margin) if sides else NOTHING
+    ends = np.array([phase.cog_end[:2], phase.cog_start[:2]])
     return FeasibleArea(
         step=int(step),
         leg=phase.leg,
@@ -107,9 +108,11 @@ def feasible_area(plan: Plan, step: int) -> FeasibleArea:
         foothold=None if swing is None else swing.foot_end[:2],
         support=support,
         triangle=triangle if sides else NOTHING,
-        shrunken=shrunken_polygon(triangle, margin) if sides else NOTHING,
+        shrunken=shrunken,
         reach=reach,
-        common=outline(slack, tries, farthest, through=phase.cog_end[:2]),
+        common=outline(
+            slack, np.vstack([ends, _grid(feet)]), farthest, np.vstack([ends, shrunken])
+        ),
         active=_active(phase),
         margin=margin,
     )
@@ -153,7 +156,7 @@ def polygon_slack(corners: FloatArray, margin: float) -> Slack | None:
 
 
 def outline(
-    slack: Slack, tries: FloatArray, farthest: float, through: FloatArray | None = None
+    slack: Slack, tries: FloatArray, farthest: float, through: FloatArray = NOTHING
 ) -> FloatArray:
     """Outline of the region where ``slack`` is not negative.
 
@@ -161,39 +164,19 @@ def outline(
         slack: from places ``(n, 2)`` to ``(n,)`` [m], concave.
         tries: places to look for one inside ``(k, 2)`` [m].
         farthest: distance at which an unbounded region is cut off [m].
-        through: a place whose direction is to have a ray, so that a corner there is kept ``(2,)``.
+        through: places where corners may be, which get rays of their own ``(m, 2)`` [m].
 
     Returns:
-        ``(RAYS or more, 2)`` counter-clockwise [m]; empty when no try is inside.
+        ``(n, 2)`` counter-clockwise [m]; empty when no try is inside.
     """
     values = slack(tries)
-    inside = tries[np.argmax(values)]
     if not values.max() >= -TOLERANCE:
         return NOTHING
     angles = np.linspace(-np.pi, np.pi, RAYS, endpoint=False)
-    # Seen from a point on the edge corners are missed; seen from the middle they are not.
-    inside = _cast(slack, inside, angles, farthest).mean(axis=0)
-    rough = _cast(slack, inside, angles, farthest)
-    # Rays near the corners of the rough outline, twice as dense for each round.
-    for _ in range(8):
-        angles = np.sort(np.concatenate([angles, _near_corners(rough, angles)]))
-        rough = _cast(slack, inside, angles, farthest)
-    if through is not None and np.hypot(*(through - inside)) > 0:
-        extra = np.arctan2(*(through - inside)[::-1])
-        rough = _cast(slack, inside, np.sort(np.append(angles, extra)), farthest)
-    return rough
-
-
-def _near_corners(line: FloatArray, angles: FloatArray, most: int = 12) -> FloatArray:
-    """Angles halfway to the neighbours of the sharpest corners of a closed line."""
-    ahead, behind = np.roll(line, -1, axis=0) - line, line - np.roll(line, 1, axis=0)
-    turn = np.abs(behind[:, 0] * ahead[:, 1] - behind[:, 1] * ahead[:, 0])
-    size = np.hypot(*ahead.T) * np.hypot(*behind.T)
-    sharp = np.argsort(np.divide(turn, size, out=np.zeros_like(turn), where=size > 0))[-most:]
-    after = angles[(sharp + 1) % len(angles)] + 2.0 * np.pi * (sharp + 1 == len(angles))
-    before = angles[sharp - 1] - 2.0 * np.pi * (sharp == 0)
-    halves = np.concatenate([angles[sharp] + after, angles[sharp] + before]) / 2.0
-    return np.asarray((halves + np.pi) % (2.0 * np.pi) - np.pi)
+    # Seen from a point on the edge the region is half hidden; seen from its middle it is not.
+    middle = _cast(slack, tries[np.argmax(values)], angles, farthest).mean(axis=0)
+    towards = np.arctan2(*(through - middle).T[::-1])
+    return _cast(slack, middle, np.union1d(angles, towards), farthest)
 
 
 def _cast(slack: Slack, origin: FloatArray, angles: FloatArray, farthest: float) -> FloatArray:

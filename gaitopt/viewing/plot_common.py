@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -24,11 +24,14 @@ LONGEST = 12.0
 """Panels in true proportions may be this many times as wide as high."""
 
 
-def new_figure(width: float, height: float) -> Figure:
+def new_figure(
+    width: float, height: float, layout: Literal["compressed"] | None = "compressed"
+) -> Figure:
     """An empty figure of ``width`` times ``height`` [inch] that pyplot knows nothing of."""
     from matplotlib.figure import Figure
 
-    return Figure(figsize=(width, height), layout="constrained")
+    # "compressed" is "constrained" that also knows of axes in true proportions.
+    return Figure(figsize=(width, height), layout=layout)
 
 
 def panel(ax: Axes | None, width: float, height: float) -> tuple[Figure, Axes]:
@@ -36,10 +39,10 @@ def panel(ax: Axes | None, width: float, height: float) -> tuple[Figure, Axes]:
     if ax is None:
         figure = new_figure(width, height)
         return figure, figure.add_subplot()
-    found = ax.get_figure(root=True)
-    if found is None:
+    if ax.figure is None:
         raise InputError("ax belongs to no figure; make it with figure.add_subplot()")
-    return found, ax
+    # The figure of a figure is itself, that of a subfigure the whole one.
+    return ax.figure.figure, ax
 
 
 def dress(ax: Axes, title: str, x: str, y: str, *, grid: bool = True) -> None:
@@ -52,7 +55,8 @@ def dress(ax: Axes, title: str, x: str, y: str, *, grid: bool = True) -> None:
         spine.set_visible(side in ("left", "bottom"))
         spine.set_linewidth(0.6)
     ax.set_axisbelow(True)
-    ax.grid(grid, color="#e6e6e6", linewidth=0.5)
+    if grid:
+        ax.grid(True, color="#e6e6e6", linewidth=0.5)
 
 
 def add_legend(ax: Axes, handles: list[Any] | None = None, **where: Any) -> None:
@@ -61,12 +65,7 @@ def add_legend(ax: Axes, handles: list[Any] | None = None, **where: Any) -> None
     ax.legend(**chosen, **{"fontsize": SMALL, "frameon": False, "handlelength": 1.8, **where})
 
 
-def below(figure_columns: int) -> dict[str, Any]:
-    """Legend placement under the x label, in so many columns."""
-    return {"loc": "upper center", "bbox_to_anchor": (0.5, -0.14), "ncols": figure_columns}
-
-
-def line_key(label: str, colour: str, style: str = "-", width: float = 1.5) -> Any:
+def line_key(label: str, colour: str, style: Literal["-", "--"] = "-", width: float = 1.5) -> Any:
     """A line for a legend."""
     from matplotlib.lines import Line2D
 
@@ -92,13 +91,18 @@ def true_proportions(ax: Axes) -> None:
     stretch = max(1.0, np.ceil((x1 - x0) / (y1 - y0) / LONGEST))
     ax.set_aspect(stretch, adjustable="box")
     if stretch > 1:
-        ax.set_ylabel(f"{ax.get_ylabel()}, drawn ×{stretch:g}")
+        ax.set_ylabel(f"{ax.get_ylabel()}\ndrawn ×{stretch:g}")
 
 
 def strip_height(points: FloatArray, width: float) -> float:
     """Height [inch] that a panel of ``width`` needs for ``points (n, >=2)`` in true proportions."""
     span = np.ptp(points[:, :2], axis=0) + 0.15
-    return float(np.clip(width * span[1] / span[0], width / LONGEST, width))
+    return float(np.clip(width * span[1] / span[0], width / LONGEST, 0.6 * width))
+
+
+def seconds(time: float) -> str:
+    """A time for a label."""
+    return f"{time:.1f} s" if time >= 10.0 else f"{time:.3f} s"
 
 
 def fit(ax: Axes, points: FloatArray, pad: float) -> None:
@@ -193,6 +197,13 @@ def cycle_phases(plan: Plan, cycle: int | None) -> tuple[int, tuple[Phase, ...]]
     return int(chosen), plan.phases[edges[chosen] : edges[chosen + 1]]
 
 
+def cycle_title(number: int, phases: tuple[Phase, ...]) -> str:
+    """Name of a gait cycle, with its steps."""
+    if not phases:
+        return "No gait cycle: the plan has no steps"
+    return f"Gait cycle {number} (steps {phases[0].step} to {phases[-1].step})"
+
+
 def span_of(phases: tuple[Phase, ...]) -> tuple[float, float]:
     """First start and last end of ``phases`` [s]; a second when they take no time."""
     if not phases or not phases[-1].end > phases[0].start:
@@ -210,13 +221,18 @@ def flying(phase: Phase) -> tuple[str, ...]:
     return tuple(leg for leg in LEGS if leg not in phase.support)
 
 
+def during(plan: Plan, span: tuple[float, float]) -> tuple[Phase, ...]:
+    """The phases that take place within ``span`` [s]."""
+    return tuple(p for p in plan.phases if p.end > span[0] and p.start < span[1])
+
+
 def support_table(phases: tuple[Phase, ...]) -> BoolArray:
     """Which legs stand in each phase ``(P, 4)``."""
     return np.array([[leg in p.support for leg in LEGS] for p in phases], dtype=np.bool_)
 
 
 def shade_swings(ax: Axes, phases: tuple[Phase, ...]) -> None:
-    """Tint the times at which feet fly in the colour of their legs, with the leg's name above."""
+    """Tint the times at which feet fly in the colours of their legs."""
     for phase in phases:
         for leg in flying(phase) if phase.duration > 0 else ():
             ax.axvspan(phase.start, phase.end, color=LEG_COLOURS[leg], alpha=0.13, linewidth=0)

@@ -43,10 +43,14 @@ class Cylinder:
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """Triangles: ``vertices (n, 3)`` [m] and ``faces (m, 3)``, indices of their corners."""
+    """Triangles: ``vertices (n, 3)`` [m] and ``faces (m, 3)``, indices of their corners.
+
+    A ``smooth`` surface is shaded as if it were round across its edges.
+    """
 
     vertices: FloatArray
     faces: np.ndarray
+    smooth: bool = True
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +72,7 @@ class Look:
         opacity: 1 opaque, 0 invisible.
         lit: whether light and shadow fall on it; marks and lines are drawn in their plain colour.
         casts: whether it casts a shadow.
-        layer: transparent things are drawn in the order of their layers.
+        layer: order of drawing. What lies below zero is a backdrop, which hides nothing.
     """
 
     colour: str

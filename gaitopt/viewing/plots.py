@@ -1,0 +1,122 @@
+"""The figures of the paper, drawn from a plan.
+
+Every function returns a :class:`matplotlib.figure.Figure` that pyplot knows nothing of: no window
+opens, and there is nothing to close. Figure numbers are those of 000_6dacb41600db6a3c.txt.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from io import BytesIO
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from gaitopt.errors import InputError
+from gaitopt.files import StrPath, written_whole
+from gaitopt.planning.plan import Plan
+from gaitopt.viewing.plot_feasible import plot_feasible_area
+from gaitopt.viewing.plot_gait import plot_gait_cycle, plot_swing
+from gaitopt.viewing.plot_margin import plot_margin
+from gaitopt.viewing.plot_paths import plot_paths, plot_terrain
+from gaitopt.viewing.plot_time import plot_cog_over_time, plot_joint_velocities
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = [
+    "plot_cog_over_time",
+    "plot_feasible_area",
+    "plot_gait_cycle",
+    "plot_joint_velocities",
+    "plot_margin",
+    "plot_paths",
+    "plot_swing",
+    "plot_terrain",
+    "save_figures",
+]
+
+DPI = 150
+
+
+def save_figures(
+    plan: Plan,
+    folder: StrPath,
+    *,
+    comparison: Mapping[str, Plan] | None = None,
+    com_margin: tuple[ArrayLike, ArrayLike] | None = None,
+) -> list[Path]:
+    """Write all figures of a plan as PNG files, each whole or not at all.
+
+    The feasible area and the swing are those of the step before which the COG moves farthest; a
+    plan without steps has neither.
+
+    Args:
+        plan: any plan.
+        folder: where to write; made when it is missing. Files of the same names are replaced.
+        comparison: plans to draw beside this one in the figure of the COG over time.
+        com_margin: see :func:`plot_margin`.
+
+    Returns:
+        The files, in the order of the paper's figures.
+
+    Raises:
+        InputError: the folder cannot be made or written to.
+    """
+    target = Path(folder)
+    try:
+        target.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(
+            f"cannot make the folder {target}: {error.strerror or error}; give a folder in a place "
+            "that you may write to"
+        ) from error
+    return [
+        _save(draw(), target / f"{name}.png")
+        for name, draw in _figures(plan, comparison or {}, com_margin).items()
+    ]
+
+
+def _figures(
+    plan: Plan,
+    comparison: Mapping[str, Plan],
+    com_margin: tuple[ArrayLike, ArrayLike] | None,
+) -> dict[str, Callable[[], Figure]]:
+    """What to draw under which name."""
+    among = any(other is plan for other in comparison.values())
+    plans = comparison if among else {"this plan": plan, **comparison}
+    figures: dict[str, Callable[[], Figure]] = {
+        "fig03_terrain": lambda: plot_terrain(plan.footholds),
+        "fig04_gait_cycle": lambda: plot_gait_cycle(plan),
+        "fig05_swing": lambda: plot_swing(plan, telling_step(plan)),
+        "fig06_07_feasible_area": lambda: plot_feasible_area(plan, telling_step(plan)),
+        "fig11_paths": lambda: plot_paths(plan),
+        "fig12_14_15_cog": lambda: plot_cog_over_time(plans),
+        "fig13_joint_velocities": lambda: plot_joint_velocities(plan),
+        "stability_margin": lambda: plot_margin(plan, com_margin),
+    }
+    if not any(p.kind == "swing" for p in plan.phases):
+        del figures["fig05_swing"], figures["fig06_07_feasible_area"]
+    return figures
+
+
+def telling_step(plan: Plan) -> int:
+    """The step, among those in which a foot flies, before which the COG moves farthest."""
+    swings = {p.step for p in plan.phases if p.kind == "swing"}
+    chosen = [p for p in plan.phases if p.step in swings]
+    moved = [float(np.linalg.norm(p.cog_end - p.cog_start)) for p in chosen]
+    return chosen[int(np.argmax(moved))].step
+
+
+def _save(figure: Figure, path: Path) -> Path:
+    from PIL import Image
+
+    buffer = BytesIO()
+    figure.savefig(buffer, format="png", dpi=DPI)
+    # A palette of 256 colours is plenty for lines on white, and a third of the size.
+    small = Image.open(buffer).convert("RGB").quantize(256, dither=Image.Dither.NONE)
+    with written_whole(path, binary=True) as stream:
+        small.save(stream, format="PNG", dpi=(DPI, DPI), optimize=True)
+    return path

@@ -1,0 +1,158 @@
+"""Replays: a plan as one HTML file that plays in any browser, or inside a notebook."""
+
+from __future__ import annotations
+
+import html
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gaitopt.conventions import LEGS
+from gaitopt.errors import InputError, MissingPackageError
+from gaitopt.files import StrPath, written_whole
+from gaitopt.planning.plan import Phase, Plan
+from gaitopt.viewing.colours import LEG_COLOURS
+from gaitopt.viewing.page import Moment, Page, render
+from gaitopt.viewing.robot_scene import robot_scene
+from gaitopt.viewing.route_scene import ground_level, sampled, swings_scene, terrain_scene
+from gaitopt.viewing.scene import Scene, joined
+from gaitopt.viewing.support_scene import INSIDE, support_scene
+
+
+def replay(
+    plan: Plan, path: StrPath, *, title: str | None = None, meshes: bool | StrPath = False
+) -> Path:
+    """Write a plan as one HTML file that plays in any browser, without a network.
+
+    It shows the robot, the columns, the ways of feet and body, and at each instant the support
+    polygon with its inside less the stability margin. What moves is within 0.1 mm (body) and
+    0.1 mrad (each joint) of the plan. The address may say where to start:
+    ``walk.html#t=60&paused&speed=5&follow``.
+
+    Args:
+        plan: the motion.
+        path: the file, which appears complete or not at all.
+        title: heading; the robot's name by default.
+        meshes: for robots whose URDF names mesh files. ``False`` draws them as tubes along their
+            joints, in about 1 MB. ``True`` embeds example-robot-data's meshes; a folder embeds the
+            meshes found in it (up to tens of MB).
+
+    Returns:
+        The path of the file.
+
+    Raises:
+        InputError: the file cannot be written, or a mesh is missing.
+    """
+    text = replay_html(plan, title=title, meshes=meshes)
+    with written_whole(path) as stream:
+        stream.write(text)
+    return Path(path)
+
+
+def show(
+    plan: Plan, height: int = 500, *, title: str | None = None, meshes: bool | StrPath = False
+) -> Any:
+    """The replay inside a Jupyter notebook; see :func:`replay`.
+
+    Args:
+        plan: the motion.
+        height: of the frame [pixels].
+        title, meshes: as for :func:`replay`.
+
+    Returns:
+        An ``IPython.display.HTML``. The replay runs in a frame of its own that can reach neither
+        the notebook nor the network.
+
+    Raises:
+        InputError: ``height`` is no positive whole number, or a mesh is missing.
+        MissingPackageError: IPython is not installed.
+    """
+    if isinstance(height, bool) or not 50 <= int(height) <= 10_000:
+        raise InputError(f"height must be from 50 to 10000 pixels, got {height!r}")
+    try:
+        from IPython.display import HTML
+    except ImportError as error:
+        raise MissingPackageError(
+            "show() needs a notebook: pip install 'gaitopt[notebook]'"
+        ) from error
+    inside = html.escape(replay_html(plan, title=title, meshes=meshes), quote=True)
+    return HTML(  # type: ignore[no-untyped-call]
+        f'<div><iframe srcdoc="{inside}" sandbox="allow-scripts" title="gaitopt replay" '
+        f'style="width:100%;height:{int(height)}px;border:0"></iframe></div>'
+    )
+
+
+def replay_html(plan: Plan, *, title: str | None = None, meshes: bool | StrPath = False) -> str:
+    """The text of :func:`replay`'s file."""
+    return render(plan_page(plan, title, meshes))
+
+
+def plan_scene(plan: Plan, meshes: bool | StrPath = False) -> Scene:
+    """All that a replay shows, as frames and keyframes."""
+    samples = sampled(plan)
+    return joined([
+        terrain_scene(plan.footholds, plan.robot.foot_radius),
+        swings_scene(plan, samples),
+        support_scene(plan, samples),
+        robot_scene(plan, meshes),
+    ])  # fmt: skip
+
+
+def plan_page(plan: Plan, title: str | None = None, meshes: bool | StrPath = False) -> Page:
+    """A plan's scene with its heading, legend and phases."""
+    centre, radius, heading = _framing(plan)
+    facts = [
+        f"{plan.footholds.steps} steps in {plan.duration:.1f} s",
+        f"mean speed {1e3 * plan.mean_speed:.2f} mm/s",
+    ]
+    if np.isfinite(plan.margin):
+        facts.append(f"stability margin {1e3 * plan.margin:.1f} mm")
+    return Page(
+        scene=plan_scene(plan, meshes),
+        title=plan.robot.name if title is None else str(title),
+        facts=tuple(facts),
+        legend=(*((leg, LEG_COLOURS[leg]) for leg in LEGS), ("support less margin", INSIDE)),
+        moments=_moments(plan),
+        centre=centre,
+        radius=radius,
+        heading=heading,
+        follow="/robot/base",
+        close=_size(plan),
+    )
+
+
+def _framing(plan: Plan) -> tuple[tuple[float, float, float], float, float]:
+    """Centre and radius [m] of a ball around route and body, and the heading [rad]."""
+    level = ground_level(plan.footholds, plan.robot.foot_radius)
+    body = plan.path.knots()[:, :3]
+    points = np.concatenate([plan.footholds.array.reshape(-1, 3), body])
+    low, high = points.min(axis=0), points.max(axis=0)
+    low[2] = level
+    x, y, z = ((low + high) / 2.0).tolist()
+    ends = plan.footholds.array[:, [0, -1], :2].mean(axis=0)
+    ahead = ends[1] - ends[0]
+    if float(np.hypot(*ahead)) < 1e-6:
+        ahead = np.array([np.cos(plan.settings.heading), np.sin(plan.settings.heading)])
+    radius = float(np.linalg.norm(high - low)) / 2.0
+    return (x, y, z), max(radius, 0.3), float(np.arctan2(ahead[1], ahead[0]))
+
+
+def _size(plan: Plan) -> float:
+    """Radius [m] of a ball around the robot as it walks."""
+    legs = plan.robot.legs.values()
+    return max(float(np.linalg.norm(leg.hip)) + 0.6 * (leg.upper + leg.lower) for leg in legs)
+
+
+def _moments(plan: Plan) -> tuple[Moment, ...]:
+    count = plan.footholds.steps
+    return tuple(
+        Moment(p.start, _label(p, count), LEG_COLOURS[p.leg] if p.kind == "swing" else "")
+        for p in plan.phases if p.duration > 0
+    )  # fmt: skip
+
+
+def _label(phase: Phase, steps: int) -> str:
+    doing = f"swing {phase.leg}" if phase.kind == "swing" else f"shift body for {phase.leg}"
+    margin = f", margin {1e3 * phase.margin:.1f} mm" if np.isfinite(phase.margin) else ""
+    return f"{doing}, step {phase.step + 1} of {steps}{margin}"

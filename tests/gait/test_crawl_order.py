@@ -1,0 +1,80 @@
+"""The order in which a crawling robot's legs move."""
+
+from __future__ import annotations
+
+from itertools import permutations
+
+import pytest
+
+from gaitopt.conventions import LEGS, WANG_NUMBERS
+from gaitopt.errors import InputError
+from gaitopt.gait.crawl import CRAWL_SEQUENCES, WANG_SEQUENCE, check_sequence, swing_order
+
+
+def turned(sequence: tuple[str, ...]) -> frozenset[tuple[str, ...]]:
+    """The same cycle, begun at each of its legs."""
+    return frozenset(sequence[k:] + sequence[:k] for k in range(4))
+
+
+def test_wang_walks_in_the_order_of_its_numbers() -> None:
+    assert WANG_SEQUENCE == ("RH", "RF", "LH", "LF") == tuple(WANG_NUMBERS[i] for i in (1, 2, 3, 4))
+
+
+def test_hind_leg_is_followed_by_the_front_leg_of_its_side() -> None:
+    """The property of the order that McGhee and Frank found best for static stability."""
+    cycle = WANG_SEQUENCE + WANG_SEQUENCE[:1]
+    for leg, following in zip(WANG_SEQUENCE, cycle[1:], strict=True):
+        if leg[1] == "H":
+            assert following == leg[0] + "F"
+
+
+def test_six_sequences_are_all_the_cycles_there_are() -> None:
+    assert len(CRAWL_SEQUENCES) == 6
+    assert {turned(s) for s in CRAWL_SEQUENCES} == {turned(s) for s in permutations(LEGS)}
+    assert WANG_SEQUENCE in CRAWL_SEQUENCES
+
+
+@pytest.mark.parametrize("sequence", list(permutations(LEGS)))
+def test_any_order_of_all_legs_is_allowed(sequence: tuple[str, ...]) -> None:
+    assert check_sequence(sequence) == sequence
+    assert check_sequence(iter(sequence)) == sequence
+
+
+@pytest.mark.parametrize(
+    ("sequence", "got"),
+    [
+        ((), ""),
+        (("RH", "RF", "LH"), "RH, RF, LH"),
+        (("RH", "RF", "LH", "LH"), "RH, RF, LH, LH"),
+        (("RH", "RF", "LH", "LF", "RH"), "RH, RF, LH, LF, RH"),
+        (("RH", "RF", "LH", "XX"), "RH, RF, LH, XX"),
+        (("rh", "rf", "lh", "lf"), "rh, rf, lh, lf"),
+        ((1, 2, 3, 4), "1, 2, 3, 4"),
+        ("RHRF", "R, H, R, F"),
+    ],
+)
+def test_other_orders_are_refused_with_what_was_given(sequence: tuple[str, ...], got: str) -> None:
+    with pytest.raises(InputError) as caught:
+        check_sequence(sequence)
+    assert str(caught.value) == f"sequence must name each of LF, LH, RH, RF once, got {got}"
+
+
+def test_walk_steps_every_leg_onto_each_of_its_footholds_in_turn() -> None:
+    steps = swing_order(WANG_SEQUENCE, 3)
+    assert steps == [
+        ("RH", 1), ("RF", 1), ("LH", 1), ("LF", 1),
+        ("RH", 2), ("RF", 2), ("LH", 2), ("LF", 2),
+    ]  # fmt: skip
+
+
+def test_seventeen_footholds_make_64_steps() -> None:
+    assert len(swing_order(WANG_SEQUENCE, 17)) == 64
+
+
+def test_one_foothold_is_standing_still() -> None:
+    assert swing_order(WANG_SEQUENCE, 1) == []
+
+
+def test_walk_refuses_a_bad_order() -> None:
+    with pytest.raises(InputError, match=r"once, got LF, LF, LF, LF$"):
+        swing_order(("LF",) * 4, 3)

@@ -1,0 +1,73 @@
+"""Names and frames that every room shares."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from gaitopt.conventions import (
+    LEGS,
+    WANG_NUMBERS,
+    XILING_NUMBERS,
+    frozen,
+    leg_index,
+    rotation_z,
+)
+
+angles = st.floats(-10.0, 10.0)
+
+
+def test_there_are_four_legs_named_by_side_and_end() -> None:
+    assert LEGS == ("LF", "LH", "RH", "RF")
+    assert {side + end for side in "LR" for end in "FH"} == set(LEGS)
+
+
+@pytest.mark.parametrize("numbers", [WANG_NUMBERS, XILING_NUMBERS])
+def test_papers_number_each_leg_once(numbers: dict[int, str]) -> None:
+    assert sorted(numbers) == [1, 2, 3, 4]
+    assert sorted(numbers.values()) == sorted(LEGS)
+
+
+def test_wang_numbers_agree_with_the_signs_of_eq_9() -> None:
+    """alpha = 1 (ahead) for legs 2 and 4; beta = 1 (left) for legs 3 and 4."""
+    assert {i for i, leg in WANG_NUMBERS.items() if leg[1] == "F"} == {2, 4}
+    assert {i for i, leg in WANG_NUMBERS.items() if leg[0] == "L"} == {3, 4}
+
+
+@pytest.mark.parametrize("leg", LEGS)
+def test_leg_index_is_the_place_in_legs(leg: str) -> None:
+    assert LEGS[leg_index(leg)] == leg
+
+
+def test_frozen_array_is_a_copy_that_cannot_be_written() -> None:
+    original = np.array([1.0, 2.0])
+    copy = frozen(original)
+    original[0] = 9.0
+    assert copy.tolist() == [1.0, 2.0]
+    with pytest.raises(ValueError, match="read-only"):
+        copy[0] = 3.0
+
+
+def test_frozen_array_holds_floats() -> None:
+    assert frozen([1, 2]).dtype == np.float64
+
+
+def test_quarter_turn_takes_forward_to_left() -> None:
+    np.testing.assert_allclose(rotation_z(np.pi / 2) @ [1, 0, 0], [0, 1, 0], rtol=0, atol=1e-16)
+
+
+@given(angles, angles)
+def test_turns_add_up(first: float, second: float) -> None:
+    np.testing.assert_allclose(
+        rotation_z(first) @ rotation_z(second), rotation_z(first + second), rtol=0, atol=1e-14
+    )
+
+
+@given(angles)
+def test_rotation_keeps_lengths_handedness_and_height(angle: float) -> None:
+    turn = rotation_z(angle)
+    np.testing.assert_allclose(turn @ turn.T, np.eye(3), rtol=0, atol=1e-15)
+    assert np.linalg.det(turn) == pytest.approx(1.0, abs=1e-14)
+    assert (turn @ [0.3, -0.4, 0.7])[2] == 0.7
