@@ -71,6 +71,8 @@ def assemble_plan(
     joints = np.concatenate([first[None], *(s.joints for s in strands)])
     body = np.concatenate([start[None], *(s.body for s in strands)])
     durations = np.concatenate([np.zeros(1), *(s.times for s in strands)])
+    # Times are rounded to their spacing; a little more of it keeps every velocity within its limit.
+    durations[durations > 0.0] += 2.0 * np.spacing(durations.sum())
     times = np.cumsum(durations)
     ends = np.cumsum([1, *(len(s.times) for s in strands)]) - 1
     kept = np.concatenate([[True], np.diff(times) > 0.0])

@@ -209,8 +209,8 @@ def _check_closed_form(robot: Quadruped, configurations: int = 8) -> float:
         for name, leg in robot.legs.items():
             place = data.oMf[model.getFrameId(leg.foot)].translation
             ours = robot.body_axes @ leg.forward(joints[list(robot.leg_columns[name])])
-            worst[name] = max(worst[name], float(np.linalg.norm(ours - place)))
-    name = max(worst, key=lambda leg: worst[leg])
+            worst[name] = float(np.maximum(worst[name], np.linalg.norm(ours - place)))
+    name = max(worst, key=lambda leg: np.nan_to_num(worst[leg], nan=np.inf))
     if not worst[name] <= CLOSED_FORM_TOLERANCE:
         raise RobotError(
             f"{robot.name}: the closed form of leg {name} disagrees with Pinocchio by "

@@ -88,6 +88,7 @@ def render(page: Page) -> str:
         LEGEND=legend,
         SPEEDS=options,
         STYLE=_text("replay_page.css"),
+        LICENCES=_licences(),
         VIEWER=_viewer(),
         DATA=_safe_json(_data(page)),
         COMMANDS=_safe_json(packed),
@@ -128,6 +129,15 @@ def _text(name: str) -> str:
 
 @lru_cache(maxsize=1)
 def _viewer() -> str:
-    """meshcat's bundled viewer, with its licence notices."""
+    """meshcat's bundled viewer."""
     script = resources.files("meshcat") / "viewer" / "dist" / "main.min.js"
     return script.read_text("utf-8").replace("</script", "<\\/script")
+
+
+@lru_cache(maxsize=1)
+def _licences() -> str:
+    """The licences of the viewer and what is bundled in it: copies of it must carry them."""
+    viewer = resources.files("meshcat") / "viewer"
+    found = [viewer / "LICENSE", viewer / "dist" / "main.min.js.THIRD_PARTY_LICENSES.json"]
+    texts = [file.read_text("utf-8") for file in found if file.is_file()]
+    return "\n".join(texts).replace("<", "(").replace(">", ")")

@@ -135,7 +135,7 @@ def _framing(plan: Plan) -> tuple[tuple[float, float, float], float, float]:
     if float(np.hypot(*ahead)) < 1e-6:
         ahead = np.array([np.cos(plan.settings.heading), np.sin(plan.settings.heading)])
     radius = float(np.linalg.norm(high - low)) / 2.0
-    return (x, y, z), max(radius, 0.3), float(np.arctan2(ahead[1], ahead[0]))
+    return (x, y, z), max(radius, 1.3 * _size(plan)), float(np.arctan2(ahead[1], ahead[0]))
 
 
 def _size(plan: Plan) -> float:

@@ -67,7 +67,7 @@
   function resetView() {
     const narrow = Math.min(1, window.innerWidth / window.innerHeight / 1.6);
     const radius = state.follow ? data.close : data.radius;
-    const distance = 0.77 * radius / Math.sin(camera.fov * Math.PI / 360) / narrow;
+    const distance = 0.8 * radius / Math.sin(camera.fov * Math.PI / 360) / narrow;
     const direction = new THREE.Vector3(0, 0.62, 0)
       .addScaledVector(ahead, 0.75).addScaledVector(left, 0.8).normalize();
     controls.target.copy(centre);
@@ -75,7 +75,7 @@
       whereIsIt(place);
       controls.target.set(place.x, centre.y, place.z);
     }
-    controls.target.y -= 0.06 * radius;
+    controls.target.y -= 0.08 * radius;
     camera.position.copy(controls.target).addScaledVector(direction, distance);
     before.copy(follower ? whereIsIt(place) : centre);
     viewer.set_dirty();

@@ -25,6 +25,9 @@ each_leg = pytest.mark.parametrize("leg_name", LEGS)
 
 robot = cache(load_robot)
 
+if hasattr(ca.GlobalOptions, "setNumpyMode"):  # as gaitopt.optimize does
+    ca.GlobalOptions.setNumpyMode(1)
+
 
 def random_joints(count: int, leg: Leg, seed: int = 0) -> FloatArray:
     """Any angle of any joint, limits or not."""
@@ -360,6 +363,14 @@ def test_casadi_s_derivative_of_the_forward_map_is_the_jacobian(leg_name: str) -
     slope = ca.Function("j", [angles], [ca.jacobian(place, angles)])
     for q in random_joints(50, leg, seed=10):
         np.testing.assert_allclose(np.array(slope(q)), leg.jacobian(q), rtol=0, atol=1e-14)
+
+
+@each_robot
+def test_leg_frame_is_square_whatever_the_digits_of_the_urdf(name: str) -> None:
+    """anymal_c's and hyq's axes are square to about 1e-11 only; inverse undoes forward exactly."""
+    for leg in robot(name).legs.values():
+        np.testing.assert_allclose(leg.axes.T @ leg.axes, np.eye(3), rtol=0, atol=4e-16)
+        assert np.linalg.det(leg.axes) == pytest.approx(1.0, abs=1e-15)
 
 
 # --- constants --------------------------------------------------------------------------------

@@ -1,0 +1,57 @@
+# Two commands do everything on a fresh machine with python3 (3.10 or later), make and a network:
+#   make walk   the main job: plan the paper's walk, print Table II, write out/walk.html
+#   make test   the whole test suite, with linters and type checker
+PYTHON ?= python3
+VENV   ?= .venv
+BIN    := $(VENV)/bin
+
+.DEFAULT_GOAL := help
+.PHONY: help walk test test-slow lint bench docs browser clean
+
+help:
+	@sed -n '2,3p' $(MAKEFILE_LIST) | sed 's/^#  //'
+	@echo "  make bench      measure speed and memory, beside the obvious way"
+	@echo "  make docs       build the documentation into docs/_build"
+	@echo "  make test-slow  the tests that take long"
+	@echo "  make clean      remove the virtual environment and everything built"
+
+$(VENV)/.walk: pyproject.toml
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10))' || \
+	  { echo "gaitopt needs Python 3.10 or later; try: make PYTHON=python3.12 walk"; exit 1; }
+	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --upgrade pip
+	$(BIN)/python -m pip install --quiet --editable .
+	@touch $@
+
+$(VENV)/.test: $(VENV)/.walk
+	$(BIN)/python -m pip install --quiet --editable '.[test,docs]'
+	@touch $@
+
+walk: $(VENV)/.walk
+	$(BIN)/gaitopt walk
+
+# The browser shows replays to the tests; without one (or without root) those tests say so.
+browser:
+	@.ci/install-browser
+
+lint: $(VENV)/.test
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+test: $(VENV)/.test browser lint
+	$(BIN)/python -m pytest -n auto
+
+test-slow: $(VENV)/.test browser
+	$(BIN)/python -m pytest -m slow
+
+bench: $(VENV)/.test
+	$(BIN)/python -m benchmarks
+
+docs: $(VENV)/.test
+	$(BIN)/sphinx-build -W --keep-going -b html docs docs/_build/html
+	@echo "open docs/_build/html/index.html"
+
+clean:
+	rm -rf $(VENV) out docs/_build build dist .pytest_cache .mypy_cache .ruff_cache

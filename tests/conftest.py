@@ -1,0 +1,30 @@
+"""Robots and plans that many tests share; loaded once."""
+
+from __future__ import annotations
+
+import pytest
+
+import gaitopt
+from gaitopt import Footholds, Plan, Quadruped
+
+
+@pytest.fixture(scope="session")
+def wang() -> Quadruped:
+    return gaitopt.load_robot("wang2020")
+
+
+@pytest.fixture(scope="session")
+def columns() -> Footholds:
+    return gaitopt.s_columns(0)
+
+
+@pytest.fixture(scope="session")
+def plan(wang: Quadruped, columns: Footholds) -> Plan:
+    """The main job: the paper's method over the 64 steps of the first random terrain."""
+    return gaitopt.plan_crawl(wang, columns)
+
+
+@pytest.fixture(scope="session")
+def short_plan(wang: Quadruped) -> Plan:
+    """Two cycles, eight steps."""
+    return gaitopt.plan_crawl(wang, gaitopt.s_columns(3, columns=3))

@@ -1,0 +1,144 @@
+"""Robots by name or path, and what is said when there is none."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+from pathlib import Path
+
+import pytest
+
+from gaitopt.errors import InputError, MissingPackageError, RobotError
+from gaitopt.robots import catalog
+from gaitopt.robots.catalog import EXAMPLE_ROBOTS, OWN_ROBOTS, load_robot, own_urdf, robot_names
+
+
+def refusal(source: str | Path) -> str:
+    with pytest.raises(RobotError) as caught:
+        load_robot(source)
+    return str(caught.value)
+
+
+def test_catalogue_holds_wang2020_and_the_eleven_quadrupeds_of_example_robot_data() -> None:
+    assert OWN_ROBOTS == ("wang2020",)
+    assert sorted(EXAMPLE_ROBOTS) == sorted(
+        "a1 go1 go2 b1 laikago anymal anymal_c hyq solo12 solo8 quadruped".split()  # noqa: SIM905
+    )
+    assert robot_names() == OWN_ROBOTS + EXAMPLE_ROBOTS
+
+
+@pytest.mark.parametrize("name", robot_names())
+def test_every_name_loads_with_four_legs(name: str) -> None:
+    robot = load_robot(name)
+    joints = 2 if name in ("solo8", "quadruped") else 3
+    assert robot.name == name
+    assert [len(leg.joints) for leg in robot.legs.values()] == [joints] * 4
+
+
+@pytest.mark.parametrize("name", ["solo8", "quadruped"])
+def test_two_joint_robots_have_no_roll(name: str) -> None:
+    assert not any(leg.has_roll for leg in load_robot(name).legs.values())
+
+
+def test_path_gives_the_robot_of_the_file_under_its_file_name(tmp_path: Path) -> None:
+    copy = tmp_path / "my_robot.urdf"
+    shutil.copy(own_urdf("wang2020"), copy)
+    for source in (copy, str(copy)):
+        robot = load_robot(source)
+        assert robot.name == "my_robot"
+        assert robot.sha256 == load_robot("wang2020").sha256
+
+
+def test_path_need_not_end_in_urdf(tmp_path: Path) -> None:
+    shutil.copy(own_urdf("wang2020"), tmp_path / "robot")
+    assert load_robot(tmp_path / "robot").name == "robot"
+
+
+def test_unknown_name_lists_the_known_ones() -> None:
+    assert refusal("wang2021") == (
+        "unknown robot 'wang2021'; known are wang2020, a1, go1, go2, b1, laikago, anymal, "
+        "anymal_c, hyq, solo12, solo8, quadruped, or give a path to a URDF file"
+    )
+
+
+@pytest.mark.parametrize("name", ["", "WANG2020", "anymal-c", "n" * 5000, "nul\0"])
+def test_other_names_are_unknown(name: str) -> None:
+    assert refusal(name).startswith(f"unknown robot {name!r}; known are wang2020, a1, ")
+
+
+def test_missing_file_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "none.urdf"
+    assert refusal(path) == f"no URDF file at {path}; give an existing file or a robot's name"
+    assert refusal("none.urdf").startswith("no URDF file at none.urdf;")
+
+
+def test_folder_is_no_urdf(tmp_path: Path) -> None:
+    assert refusal(tmp_path) == (
+        f"no URDF file at {tmp_path}; give an existing file or a robot's name"
+    )
+
+
+def test_file_that_may_not_be_read_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "closed.urdf"
+    path.write_text("<robot/>")
+
+    def refuse(*_: object) -> None:
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(Path, "open", refuse)  # root may read anything
+    assert refusal(path) == f"cannot read {path}: Permission denied"
+
+
+def test_binary_file_is_no_urdf(tmp_path: Path) -> None:
+    path = tmp_path / "robot.stl"
+    path.write_bytes(b"solid\x00\xff\xfe\x80")
+    assert refusal(path) == f"{path} is no text in UTF-8 (byte 6); a URDF is"
+
+
+def test_empty_file_is_no_urdf(tmp_path: Path) -> None:
+    (tmp_path / "empty.urdf").touch()
+    assert refusal(tmp_path / "empty.urdf") == "empty: no <robot> element; this is not a URDF"
+
+
+def test_malformed_file_is_named(tmp_path: Path) -> None:
+    (tmp_path / "broken.urdf").write_text("<robot name='x'><link></robot>")
+    assert refusal(tmp_path / "broken.urdf").startswith("broken: Pinocchio cannot read this URDF: ")
+
+
+def test_file_over_the_limit_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(catalog, "URDF_LIMIT", 2_000_000)
+    path = tmp_path / "large.urdf"
+    path.write_bytes(b" " * 2_000_001)
+    assert refusal(path) == f"{path} is larger than 2 MB, the most that is read"
+
+
+def test_missing_package_is_named_with_the_line_that_installs_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    for module in [m for m in sys.modules if m.split(".")[0] == "example_robot_data"]:
+        monkeypatch.delitem(sys.modules, module)
+    monkeypatch.setitem(sys.modules, "example_robot_data", None)
+    with pytest.raises(MissingPackageError) as caught:
+        load_robot("solo12")
+    assert str(caught.value) == (
+        "robot 'solo12' needs the packages example-robot-data and -loaders: "
+        "pip install 'gaitopt[robots]'"
+    )
+    assert load_robot("wang2020").name == "wang2020"
+
+
+def test_knees_are_handed_on() -> None:
+    assert load_robot("solo12", knees={"LF": "forward"}).legs["LF"].knee == 1.0
+    assert load_robot("solo12").legs["LF"].knee == -1.0
+    with pytest.raises(InputError, match="'sideways' is unknown"):
+        load_robot("solo12", knees={"LF": "sideways"})
+
+
+def test_urdf_missing_from_the_installation_says_so() -> None:
+    with pytest.raises(RobotError) as caught:
+        own_urdf("wang2222")
+    assert str(caught.value) == (
+        "wang2222.urdf is missing from this installation of gaitopt; reinstall it"
+    )
