@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from gaitopt.robots.quadruped import Quadruped
-from gaitopt.terrain.columns import s_columns
+from gaitopt.terrain.columns import PAPER_STEP, s_columns
 from gaitopt.terrain.footholds import Footholds
 
 _WANG_REACH = 0.57
@@ -26,8 +26,9 @@ def s_columns_for(robot: Quadruped, seed: int = 0, columns: int = 17) -> Foothol
     return s_columns(
         seed,
         columns=columns,
-        forward=1.5 * scale * (columns - 1) / 16.0 if columns > 1 else 1.5 * scale,
+        forward=PAPER_STEP * scale * max(columns - 1, 1),
         amplitude=0.10 * scale,
+        wavelength=1.5 * scale,
         jitter=0.02 * scale,
         body_length=length,
         body_width=width,

@@ -10,6 +10,9 @@ from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.errors import InputError
 from gaitopt.terrain.footholds import Footholds
 
+PAPER_STEP = 1.5 / 16
+"""Mean step of the paper's walk: 1.5 m in 16 cycles [m]."""
+
 _CORNERS = {"LF": (1, 1), "LH": (-1, 1), "RH": (-1, -1), "RF": (1, -1)}
 _TRIES = 1000
 
@@ -18,8 +21,9 @@ def s_columns(
     seed: int = 0,
     *,
     columns: int = 17,
-    forward: float = 1.5,
+    forward: float | None = None,
     amplitude: float = 0.10,
+    wavelength: float = 1.5,
     jitter: float = 0.02,
     height_jitter: float = 0.0,
     body_length: float = 0.40,
@@ -29,15 +33,17 @@ def s_columns(
     """Random columns along an S-shaped route, one set for each leg.
 
     A nominal stance, each foot below its hip, is carried along ``y = amplitude sin(2 pi x /
-    forward)`` in equal steps; every column is then moved at random within a square. Columns that
+    wavelength)`` in equal steps; every column is then moved at random within a square. Columns that
     would stand in one another are drawn again. The first column of each leg is where its foot
     stands at the start, so there are ``4 (columns - 1)`` steps.
 
     Args:
         seed: of the random numbers; the same seed gives the same terrain.
         columns: columns a leg.
-        forward: distance walked along x [m].
+        forward: distance walked along x [m]; by default the paper's step of 1.5 m / 16 for each
+            column after the first.
         amplitude: sideways swing of the S [m].
+        wavelength: length of one S along x [m].
         jitter: half the side of the square in which each column is placed [m].
         height_jitter: columns' tops differ by up to this much up or down [m]; the paper's are
             level.
@@ -50,12 +56,13 @@ def s_columns(
     Source: 000_6dacb41600db6a3c.txt, Section II.B and Fig. 3, which gives the 17 x 4 columns, the
     S, the 1.5 m and the diameter; amplitude and offsets are not published and are chosen here.
     """
-    _check(seed=seed, columns=columns, forward=forward, amplitude=amplitude, jitter=jitter,
-           height_jitter=height_jitter, body_length=body_length, body_width=body_width,
-           diameter=diameter)  # fmt: skip
+    _check(seed=seed, columns=columns, forward=PAPER_STEP if forward is None else forward,
+           amplitude=amplitude, wavelength=wavelength, jitter=jitter, height_jitter=height_jitter,
+           body_length=body_length, body_width=body_width, diameter=diameter)  # fmt: skip
     rng = np.random.default_rng(seed)
-    x = np.linspace(0.0, forward, columns)
-    route = np.column_stack([x, amplitude * np.sin(2.0 * np.pi * x / forward)])
+    end = PAPER_STEP * (columns - 1) if forward is None else forward
+    x = np.linspace(0.0, end, columns)
+    route = np.column_stack([x, amplitude * np.sin(2.0 * np.pi * x / wavelength)])
     half = np.array([body_length, body_width]) / 2.0
     nominal = np.stack([route + half * np.array(_CORNERS[leg]) for leg in LEGS])
     placed = _scatter(rng, nominal.reshape(-1, 2), jitter, diameter)

@@ -130,9 +130,7 @@ def test_the_optimum_is_the_exact_one_on_random_steps(wang: Quadruped, spread: f
 def test_a_start_inside_the_area_stays(wang: Quadruped) -> None:
     feet = {leg: np.append(wang.legs[leg].hip[:2], 0.0) for leg in LEGS}
     start = np.array([0.06, 0.0])
-    solution = solve_cog(
-        build_cog_problem(wang, feet, 0.4, start, swing="RH", foothold=feet["RH"])
-    )
+    solution = solve_cog(build_cog_problem(wang, feet, 0.4, start, swing="RH", foothold=feet["RH"]))
     assert solution.status == "solved"
     assert np.abs(solution.position - start).max() <= 1e-9
     assert solution.active == ()
@@ -144,8 +142,15 @@ def test_by_hand_the_nearest_point_of_a_side(wang: Quadruped) -> None:
     feet = {"LF": [0.2, 0.15, 0], "LH": [-0.2, 0.15, 0], "RH": [-0.2, -0.15, 0],
             "RF": [0.2, -0.15, 0]}  # fmt: skip
     solution = solve_cog(
-        build_cog_problem(wang, feet, 0.4, (0.0, 0.0), swing="RH", foothold=[-0.1, -0.15, 0],
-                          stability_margin=0.03)  # fmt: skip
+        build_cog_problem(
+            wang,
+            feet,
+            0.4,
+            (0.0, 0.0),
+            swing="RH",
+            foothold=[-0.1, -0.15, 0],
+            stability_margin=0.03,
+        )
     )
     assert solution.position == pytest.approx([0.03 * 0.6, 0.03 * 0.8], abs=1e-12)
     assert solution.distance == pytest.approx(0.03, abs=1e-12)
@@ -168,7 +173,7 @@ def test_duals_are_the_derivative_of_the_cost(wang: Quadruped) -> None:
         for sign in (1, -1):
             margin = step["stability_margin"] + sign * delta
             moved.append(solve_cog(build_cog_problem(wang, **{**step, "stability_margin": margin})))
-        slope = (moved[0].distance**2 - moved[1].distance**2) / 2 / (2 * delta)
+        slope = (moved[0].distance ** 2 - moved[1].distance ** 2) / 2 / (2 * delta)
         if moved[0].active == moved[1].active:
             assert slope == pytest.approx(sum(base.duals[n] for n in sides), rel=1e-3)
             checked += 1

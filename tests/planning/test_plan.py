@@ -224,7 +224,7 @@ def test_a_zip_of_something_else_is_refused(tmp_path: Path) -> None:
 
 
 def test_a_missing_file_is_named(tmp_path: Path) -> None:
-    with pytest.raises(PlanFileError, match="cannot read .*none.npz"):
+    with pytest.raises(PlanFileError, match=r"cannot read .*none\.npz"):
         gaitopt.load_plan(tmp_path / "none.npz")
 
 

@@ -76,6 +76,16 @@ def test_margin_does_not_depend_on_place_heading_or_order_of_the_feet(
     assert there == pytest.approx(static_stability_margin(feet, cog), abs=1e-6)
 
 
+@pytest.mark.parametrize("away", [1.0, 1e3, 2.0**19])
+def test_margin_a_thousand_kilometres_away_is_the_same_to_the_last_bit(away: float) -> None:
+    """With coordinates in whole multiples of 2**-20 m, so that moving them loses nothing."""
+    rng = np.random.default_rng(3)
+    feet, cogs = (rng.integers(-(2**19), 2**19, shape) / 2**20 for shape in ((4, 2), (50, 2)))
+    move = np.array([away, -away])
+    here, there = (static_stability_margin(feet + m, cogs + m) for m in (0.0, move))
+    np.testing.assert_array_equal(here, there)
+
+
 def test_scaling_the_robot_scales_the_margin() -> None:
     one = static_stability_margin(RIGHT_ANGLE, [0.7, 0.9])
     assert static_stability_margin(3 * RIGHT_ANGLE, [2.1, 2.7]) == pytest.approx(3 * one, rel=1e-14)

@@ -1,0 +1,62 @@
+"""Plans as tables and as joint trajectories."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+import gaitopt
+from gaitopt import InputError, Plan
+
+
+def test_the_table_holds_the_samples(short_plan: Plan, tmp_path: Path) -> None:
+    gaitopt.export_csv(short_plan, tmp_path / "motion.csv", dt=0.05)
+    with (tmp_path / "motion.csv").open(newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    motion = short_plan.sample(0.05)
+    assert len(rows) == len(motion)
+
+    def column(name: str) -> np.ndarray:
+        return np.array([float(row[name]) for row in rows])
+
+    assert column("t") == pytest.approx(motion.t, abs=1e-9)
+    assert column("base_z") == pytest.approx(motion.q[:, 2], abs=1e-9)
+    assert column("base_qw") == pytest.approx(motion.q[:, 6], abs=1e-9)
+    for i, joint in enumerate(motion.joint_names):
+        assert column(joint) == pytest.approx(motion.q[:, 7 + i], abs=1e-9)
+        assert column(f"{joint}_velocity") == pytest.approx(motion.v[:, 6 + i], abs=1e-9)
+    for i, leg in enumerate(motion.legs):
+        assert (column(f"{leg}_contact") == motion.contacts[:, i]).all()
+        assert column(f"{leg}_y") == pytest.approx(motion.feet[:, i, 1], abs=1e-9)
+    assert column("cog_x") == pytest.approx(motion.cog[:, 0], abs=1e-9)
+
+
+def test_the_joint_trajectory_is_yaml_that_keeps_the_limits(
+    short_plan: Plan, tmp_path: Path
+) -> None:
+    gaitopt.export_ros(short_plan, tmp_path / "walk.yaml", dt=0.05)
+    message = yaml.safe_load((tmp_path / "walk.yaml").read_text())
+    assert message["joint_names"] == list(short_plan.robot.joint_names)
+    points = message["points"]
+    stamps = [p["time_from_start"] for p in points]
+    times = np.array([s["sec"] + s["nanosec"] * 1e-9 for s in stamps])
+    positions = np.array([p["positions"] for p in points])
+    motion = short_plan.sample(0.05)
+    assert times == pytest.approx(motion.t, abs=1e-9)
+    assert positions == pytest.approx(motion.q[:, 7:], abs=1e-8)
+    assert np.array([p["velocities"] for p in points]) == pytest.approx(motion.v[:, 6:], abs=1e-8)
+    between = np.abs(np.diff(positions, axis=0) / np.diff(times)[:, None])
+    assert between.max() <= short_plan.robot.velocity_limits.max() * (1 + 1e-6)
+
+
+@pytest.mark.parametrize("export", [gaitopt.export_csv, gaitopt.export_ros])
+def test_a_bad_request_leaves_nothing(short_plan: Plan, tmp_path: Path, export) -> None:  # type: ignore[no-untyped-def]
+    with pytest.raises(InputError, match="dt must be"):
+        export(short_plan, tmp_path / "out", dt=-1.0)
+    with pytest.raises(InputError, match="cannot write"):
+        export(short_plan, tmp_path / "none" / "out")
+    assert not list(tmp_path.iterdir())

@@ -1,0 +1,136 @@
+"""The command line, run as a user runs it."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+import gaitopt
+from gaitopt import GaitoptError, Plan
+from gaitopt.cli import app
+
+runner = CliRunner()
+
+
+def run(*arguments: str, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "gaitopt.cli", *arguments],
+        capture_output=True, text=True, cwd=cwd, timeout=120, check=False,
+    )  # fmt: skip
+
+
+def fails(*arguments: str) -> str:
+    """The words of the error that these arguments end in."""
+    result = runner.invoke(app, list(arguments))
+    assert isinstance(result.exception, GaitoptError), result.output
+    return str(result.exception)
+
+
+def test_walk_writes_plan_replay_and_figures(tmp_path: Path) -> None:
+    """What `make walk` runs."""
+    done = run("walk", "--out", "out", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    plan = gaitopt.load_plan(tmp_path / "out" / "plan.npz")
+    assert len(plan.phases) == 128
+    assert (tmp_path / "out" / "walk.html").stat().st_size < 3_000_000
+    assert len(list((tmp_path / "out" / "figures").glob("*.png"))) >= 7
+    for words in ("Table II", "proposed", "SSM", "64 steps", "walk.html", "plan.npz", "figures"):
+        assert words in done.stdout
+    assert {p.name for p in (tmp_path / "out").iterdir()} == {"plan.npz", "walk.html", "figures"}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["robot", "nope"], "unknown robot 'nope'; known are wang2020, a1"),
+        (["walk", "--footholds", "none.csv"], "cannot read none.csv"),
+        (["walk", "--stability-margin", "0.3"], "inscribed circle"),
+        (["walk", "--body-height", "2"], "take body_height below"),
+        (["replay", "none.npz"], "cannot read none.npz"),
+        (["walk", "--robot", "solo8"], "no roll joint"),
+    ],
+)
+def test_mistakes_end_in_one_line_and_code_two(
+    tmp_path: Path, arguments: list[str], words: str
+) -> None:
+    done = run(*arguments, cwd=tmp_path)
+    assert done.returncode == 2
+    lines = [line for line in done.stderr.splitlines() if not line.startswith("planning")]
+    message = [line for line in lines if line.startswith("gaitopt: ")]
+    assert len(message) == 1 and words in message[0]
+    assert "Traceback" not in done.stderr + done.stdout
+    assert not [p for p in tmp_path.rglob("*") if p.is_file()]
+
+
+def test_a_bad_row_is_named_with_its_line(tmp_path: Path) -> None:
+    path = tmp_path / "feet.csv"
+    path.write_text("leg,step,x,y,z\nLF,0,0.2,0.15,0\nLF,1,abc,0.15,0\n")
+    assert "line 3: x is 'abc', no number" in fails("walk", "--footholds", str(path))
+
+
+def test_a_csv_of_ones_own_is_walked(tmp_path: Path) -> None:
+    gaitopt.s_columns(2, columns=3).to_csv(tmp_path / "feet.csv")
+    out = tmp_path / "out"
+    result = runner.invoke(
+        app,
+        ["walk", "--footholds", str(tmp_path / "feet.csv"), "--out", str(out), "--speed", "0.05"],
+    )
+    assert result.exit_code == 0, result.output
+    plan = gaitopt.load_plan(out / "plan.npz")
+    assert plan.settings.speed == 0.05 and len(plan.phases) == 16
+
+
+def test_compare_prints_the_table() -> None:
+    result = runner.invoke(app, ["compare", "--seeds", "2"])
+    assert result.exit_code == 0
+    assert "over 2 terrains" in result.output and "SSM" in result.output
+
+
+def test_compare_refuses_a_csv_with_many_seeds() -> None:
+    assert "exclude each other" in fails("compare", "--footholds", "x.csv", "--seeds", "3")
+
+
+def test_replay_figures_and_export_take_a_plan_file(short_plan: Plan, tmp_path: Path) -> None:
+    source = tmp_path / "plan.npz"
+    short_plan.save(source)
+    for arguments in (
+        ["replay", str(source)],
+        ["figures", str(source), str(tmp_path / "figures")],
+        [
+            "export",
+            str(source),
+            "--csv",
+            str(tmp_path / "a.csv"),
+            "--ros",
+            str(tmp_path / "a.yaml"),
+        ],
+    ):
+        result = runner.invoke(app, arguments)
+        assert result.exit_code == 0, result.output
+    assert (tmp_path / "plan.html").is_file()
+    assert list((tmp_path / "figures").glob("*.png"))
+    assert (tmp_path / "a.csv").is_file() and (tmp_path / "a.yaml").is_file()
+    assert "nothing to write" in fails("export", str(source))
+
+
+def test_help_reads_well() -> None:
+    result = runner.invoke(app, ["--help"])
+    for command in ("walk", "compare", "replay", "figures", "export", "robot"):
+        assert command in result.output
+    text = runner.invoke(app, ["walk", "--help"], env={"COLUMNS": "100"}).output
+    what = "robot footholds seed objective speed out stability-margin body-height swing-height"
+    for option in what.split():
+        assert f"--{option}" in text
+
+
+def test_robots_are_listed_and_described() -> None:
+    assert "anymal_c" in runner.invoke(app, ["robot", "--list"]).output
+    assert "LF_HAA" in runner.invoke(app, ["robot"]).output
+
+
+def test_a_bad_speed_is_refused() -> None:
+    assert "--speed must be 'max' or a number" in fails("walk", "--speed", "quick")
