@@ -158,21 +158,27 @@ def _refined(
 ) -> list[Strand]:
     """Strands of all steps, with as many knots each as the tolerance asks for.
 
-    Steps are worked on together; those whose chord error is too large get twice the knots.
+    Steps are worked on together; those whose chord error is too large get more knots.
     """
     speed = None if settings.speed == "max" else float(settings.speed)
-    limits = robot.velocity_limits
     found: list[Strand | None] = [None] * count
-    waiting, n = np.arange(count), FIRST_INTERVALS
-    while waiting.size:
-        points, joints, error = knots(waiting, n)
-        _refuse_limits(robot, joints, waiting, steps, kind)
+    waiting = {FIRST_INTERVALS: np.arange(count)} if count else {}
+    while waiting:
+        n = min(waiting)
+        which = waiting.pop(n)
+        points, joints, error = knots(which, n)
+        _refuse_limits(robot, joints, which, steps, kind)
         lengths = np.linalg.norm(np.diff(points, axis=1), axis=-1)
-        times, slowest = knot_times(joints, limits, lengths, speed)
+        times, slowest = knot_times(joints, robot.velocity_limits, lengths, speed)
         done = (error <= tolerance) | (n >= MOST_INTERVALS)
         for i in np.flatnonzero(done):
-            found[waiting[i]] = Strand(points[i, 1:], joints[i, 1:], times[i], slowest[i])
-        waiting, n = waiting[~done], 2 * n
+            found[which[i]] = Strand(points[i, 1:], joints[i, 1:], times[i], slowest[i])
+        # The error of a chord goes like the square of its length.
+        doublings = np.ceil(np.log2(np.maximum(error[~done] / tolerance, 1.1)) / 2.0)
+        needed = np.minimum(n * 2 ** doublings.astype(int), MOST_INTERVALS)
+        for more in np.unique(needed):
+            rest = which[~done][needed == more]
+            waiting[int(more)] = np.union1d(waiting.get(int(more), rest), rest)
     return [s for s in found if s is not None]
 
 

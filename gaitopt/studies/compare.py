@@ -166,7 +166,7 @@ def compare(
                     footholds,
                     method.objective,
                     method.speed,
-                    **settings,  # type: ignore[arg-type]
+                    **settings,
                 )
                 if progress is not None:
                     progress(i * len(methods) + j + 1, len(todo) * len(methods))

@@ -16,11 +16,13 @@ JITTER = 0.02
 SEED_0_RF_STARTS = [[0.21207522, -0.13305879, 0], [0.28439521, -0.11017428, 0]]
 
 
-def nominal(leg: str, columns: int = 17, forward: float = 1.5, amplitude: float = 0.1) -> Any:
+def nominal(
+    leg: str, columns: int = 17, forward: float = 1.5, amplitude: float = 0.1, wave: float = 1.5
+) -> Any:
     """Below the hip of `leg` while the body follows the sine."""
     x = np.linspace(0, forward, columns)
     hip = np.array([0.2 if leg[1] == "F" else -0.2, 0.15 if leg[0] == "L" else -0.15])
-    return hip + np.column_stack([x, amplitude * np.sin(2 * np.pi * x / forward)])
+    return hip + np.column_stack([x, amplitude * np.sin(2 * np.pi * x / wave)])
 
 
 def test_there_are_17_columns_for_each_of_4_legs_and_64_steps() -> None:
@@ -99,14 +101,22 @@ def test_legs_are_on_their_sides_and_in_the_paper_s_order() -> None:
         np.testing.assert_allclose(start[leg], [0.2 * alpha, 0.15 * beta, 0], rtol=0, atol=1e-15)
 
 
+@pytest.mark.parametrize("columns", [2, 3, 9, 33])
+def test_shorter_and_longer_walks_keep_the_step_of_the_paper(columns: int) -> None:
+    """1.5 m in 16 steps; the S goes on, or is cut short."""
+    feet = s_columns(columns=columns)
+    expected = nominal("LH", columns, 1.5 / 16 * (columns - 1))
+    assert np.abs(feet["LH"][:, :2] - expected).max() <= JITTER
+
+
 def test_every_parameter_can_be_set() -> None:
     feet = s_columns(
-        7, columns=5, forward=0.8, amplitude=0.05, jitter=0.001, body_length=0.6, body_width=0.5,
-        diameter=0.03,
+        7, columns=5, forward=0.8, amplitude=0.05, wavelength=0.7, jitter=0.001, body_length=0.6,
+        body_width=0.5, diameter=0.03,
     )  # fmt: skip
     assert feet.array.shape == (4, 5, 3) and feet.radius == 0.015
     shift = np.array([0.1, 0.1]) * [1, -1]  # a longer and wider body
-    expected = nominal("RF", 5, 0.8, 0.05) + shift
+    expected = nominal("RF", 5, 0.8, 0.05, 0.7) + shift
     assert np.abs(feet["RF"][:, :2] - expected).max() <= 0.001
 
 
@@ -128,11 +138,21 @@ def test_places_too_narrow_for_the_columns_are_still_within_the_jitter() -> None
     assert np.abs(feet["LH"][:, :2] - nominal("LH", 5, 0.02)).max() <= JITTER
 
 
-LENGTHS = ("forward", "amplitude", "jitter", "height_jitter", "body_length", "body_width")
+LENGTHS = (
+    "forward", "amplitude", "wavelength", "jitter", "height_jitter", "body_length", "body_width",
+    "diameter",
+)  # fmt: skip
 
 
-@pytest.mark.parametrize("bad", [np.nan, np.inf, -0.01, "wide", None])
-@pytest.mark.parametrize("name", [*LENGTHS, "diameter"])
+@pytest.mark.parametrize(
+    ("name", "bad"),
+    [
+        (name, bad)
+        for name in LENGTHS
+        for bad in (np.nan, np.inf, -0.01, "wide", None)
+        if (name, bad) != ("forward", None)  # which is the paper's step
+    ],
+)
 def test_bad_length_is_named(name: str, bad: Any) -> None:
     lowest = "0" if name in ("amplitude", "jitter", "height_jitter") else "1e-06"
     with pytest.raises(InputError) as caught:
