@@ -53,7 +53,7 @@ def measure_memory(quick: bool) -> list[Result]:
         results += [
             Result(f"memory-plan-{steps}", f"peak within plan_crawl, {steps} steps (tracemalloc)",
                    "MB", (peak["plan"] / 1e6,)),
-            Result(f"memory-process-{steps}", f"peak of the whole process, {steps} steps (resident)",
+            Result(f"memory-process-{steps}", f"peak of the process, {steps} steps (resident)",
                    "MB", (peak["process"] / 1e6,)),
         ]  # fmt: skip
     return results

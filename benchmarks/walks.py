@@ -21,8 +21,7 @@ def robot() -> Quadruped:
 @lru_cache(maxsize=8)
 def terrain(steps: int = MAIN_STEPS) -> Footholds:
     """S-shaped columns for a walk of ``steps`` steps, each as long as the paper's."""
-    columns = steps // 4 + 1
-    return gaitopt.s_columns(0, columns=columns, forward=1.5 * (columns - 1) / 16)
+    return gaitopt.s_columns(0, columns=steps // 4 + 1)
 
 
 @lru_cache(maxsize=4)
