@@ -37,7 +37,8 @@ def _lives(code: str, rounds: int) -> Timing:
         return usage.ru_utime + usage.ru_stime
 
     _run("-c", code)
-    wall, cpu = [], []
+    wall: list[float] = []
+    cpu: list[float] = []
     for _ in range(rounds):
         before = used()
         wall += timed(lambda: _run("-c", code), rounds=1, warm_up=0).wall

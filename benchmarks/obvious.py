@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import casadi as ca
 import numpy as np
@@ -22,7 +22,7 @@ from gaitopt.conventions import FloatArray
 
 MARGIN, BODY_HEIGHT, SWING_HEIGHT = 0.02, 0.40, 0.07
 SEQUENCE = ("RH", "RF", "LH", "LF")
-_IPOPT = {"print_time": False, "ipopt.print_level": 0, "ipopt.sb": "yes"}
+_IPOPT: dict[str, Any] = {"print_time": False, "ipopt.print_level": 0, "ipopt.sb": "yes"}
 
 
 class Step(NamedTuple):
@@ -184,7 +184,7 @@ class _Speeds:
 
     def configuration(self, body: FloatArray, feet: dict[str, FloatArray]) -> FloatArray:
         """Pinocchio's configuration with the body centre and the feet at these places."""
-        q = pin.neutral(self._robot.model)
+        q: FloatArray = pin.neutral(self._robot.model)
         base = body - self._robot.centre
         q[:3] = base
         for leg, columns in self._robot.leg_columns.items():

@@ -29,8 +29,8 @@ def machine(pinned: bool) -> dict[str, Any]:
 def results_table(groups: dict[str, list[Result]], about: dict[str, Any]) -> Table:
     """All results, a section for each benchmark."""
     table = Table(title="gaitopt benchmarks", caption=_caption(about), caption_justify="left")
-    table.add_column("")
-    table.add_column("measured", no_wrap=True)
+    table.add_column("", no_wrap=True)
+    table.add_column("measured", min_width=24)
     for header in ("median", "min .. p90", "CPU", "unit", "goal", "limit", "ratio"):
         table.add_column(header, justify="right", no_wrap=True)
     for name, results in groups.items():

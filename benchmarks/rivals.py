@@ -51,9 +51,9 @@ def measure_obvious(quick: bool) -> list[Result]:
                            ratio=race.speeds.median / plan),
         whole.result("obvious-plan", f"the obvious way: IPOPT anew, LPs, {n} steps", "ms",
                      ratio=whole.median / plan),
-        Result("cog-apart", "farthest that COG targets of both ways are apart", "m",
+        Result("cog-apart", "COG targets of both ways: farthest apart", "m",
                (race.cog_apart,), limit=COG_AGREEMENT, must_hold=True),
-        Result("time-apart", "difference of both walks' durations", "%",
+        Result("time-apart", "durations of both walks: difference", "%",
                (race.time_apart,), limit=TIME_AGREEMENT, must_hold=True),
     ]  # fmt: skip
 
@@ -84,7 +84,8 @@ def _race(count: int, quick: bool) -> _Race:
 
 def our_cogs(walk: Plan) -> FloatArray:
     """The COG targets of a walk by ours, one problem after the other ``(S, 2)`` [m]."""
-    workspace, places = CogWorkspace(), []
+    workspace = CogWorkspace()
+    places: list[FloatArray] = []
     for arguments in walks.cog_arguments(walk):
         if places:
             arguments["start"] = places[-1]

@@ -10,11 +10,18 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable
+from io import BytesIO
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
 
 from gaitopt.planning.crawl import plan_crawl
 from gaitopt.robots.catalog import load_robot
 from gaitopt.terrain.columns import s_columns
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 IMAGES = Path(__file__).parent / "images"
 
@@ -31,6 +38,80 @@ def replay(target: Path) -> None:
     with tempfile.TemporaryDirectory() as folder:
         page = write_replay(plan, Path(folder) / "replay.html")
         photograph(f"{page.as_uri()}#t={moment:.3f}&paused", target, (1280, 720))
+
+
+def feasible_area(target: Path) -> None:
+    """Areas A and B before a step at which the reach of a leg counts (hips 0.555 m high)."""
+    from gaitopt.viewing.plots import plot_feasible_area
+
+    plan = plan_crawl(load_robot("wang2020"), s_columns(0), body_height=0.555)
+    paint(plot_feasible_area(plan, 40), target)
+
+
+def joint_velocities(target: Path) -> None:
+    """Joint velocities of the paper's walk, and of one cycle of it."""
+    from gaitopt.viewing.plots import plot_joint_velocities
+
+    paint(plot_joint_velocities(plan_crawl(load_robot("wang2020"), s_columns(0))), target)
+
+
+def leg(target: Path) -> None:
+    """The closed form's constants on a leg that has all of them: d, u, l2, l3, and its angles."""
+    from matplotlib.figure import Figure
+    from matplotlib.patches import Arc
+
+    figure = Figure(figsize=(8.4, 3.9), layout="compressed")
+    side, front = figure.subplots(1, 2, width_ratios=[1.25, 1.0])
+    # Offsets larger than any real leg's, so that they can be seen.
+    d, u, l2, l3, roll, thigh, bend = 0.16, 0.10, 0.30, 0.27, 0.3, 0.7, -1.2
+    hip, axis = np.zeros(2), np.array([0.0, -u])
+    knee = axis - l2 * np.array([np.sin(thigh), np.cos(thigh)])
+    foot = knee - l3 * np.array([np.sin(thigh + bend), np.cos(thigh + bend)])
+    side.plot(*np.array([hip, axis, knee, foot]).T, "-o", color="#333333", linewidth=3)
+    side.plot(*np.array([axis, foot]).T, "--", color="#c0392b", linewidth=1.2)
+    side.plot([0, 0], [-u, -0.36], ":", color="#888888")
+    straight = knee + 0.55 * (knee - axis)
+    side.plot(*np.array([knee, straight]).T, ":", color="#888888")
+    for text, place in {
+        "hip, on the roll axis": (0.03, -0.01), "$u$": (0.015, -u / 2 - 0.01),
+        "pitch axis": (0.03, -u - 0.01), "$l_2$": (-0.15, -0.20), "$l_3$": (-0.115, -0.43),
+        "foot $(p_x, \\zeta)$": (-0.04, -0.59), "$s$": (-0.01, -0.42),
+        "$A > 0$": (-0.135, -0.285), "$B < 0$": (-0.235, -0.48), "knee": (-0.28, -0.32),
+    }.items():  # fmt: skip
+        side.text(*place, text, fontsize=10)
+    side.add_patch(Arc(axis, 0.28, 0.28, theta1=270 - np.degrees(thigh), theta2=270))
+    ahead = 270 - np.degrees(thigh)
+    side.add_patch(Arc(knee, 0.22, 0.22, theta1=ahead, theta2=ahead - np.degrees(bend)))
+    side.set_title("in the leg's own plane", loc="left", fontsize=10)
+    side.set(xlabel="forward [m]", ylabel="up [m]", xlim=(-0.34, 0.30), ylim=(-0.66, 0.06))
+    turn = np.array([[np.cos(roll), -np.sin(roll)], [np.sin(roll), np.cos(roll)]])
+    corner, end = turn @ [d, 0.0], turn @ [d, foot[1]]
+    front.plot(*np.array([hip, corner, end]).T, "-o", color="#333333", linewidth=3)
+    front.plot(*np.array([hip, end]).T, "--", color="#888888", linewidth=1)
+    front.plot([0, 0.24], [0, 0], ":", color="#888888")
+    for text, place in {
+        "hip": (0.0, 0.03), "$d$": (0.09, 0.045), "$a_1$": (0.245, 0.01),
+        "$-\\zeta$": (0.32, -0.22), "foot $(p_y, p_z)$": (0.36, -0.55),
+    }.items():  # fmt: skip
+        front.text(*place, text, fontsize=10)
+    front.add_patch(Arc((0, 0), 0.36, 0.36, theta1=0, theta2=np.degrees(roll)))
+    front.set_title("seen from behind, y to the left", loc="left", fontsize=10)
+    front.set(xlabel="left [m]", ylabel="up [m]", xlim=(0.48, -0.10), ylim=(-0.66, 0.09))
+    for ax in (side, front):
+        ax.set_aspect("equal")
+        ax.spines[["top", "right"]].set_visible(False)
+        ax.tick_params(labelsize=8)
+    paint(figure, target)
+
+
+def paint(figure: Figure, target: Path) -> None:
+    """Write a figure in few colours, so that it stays small."""
+    from PIL import Image
+
+    buffer = BytesIO()
+    figure.savefig(buffer, format="png", dpi=110)
+    small = Image.open(buffer).convert("RGB").quantize(64, dither=Image.Dither.NONE)
+    small.save(target, optimize=True)
 
 
 def photograph(address: str, target: Path, size: tuple[int, int]) -> None:
@@ -53,7 +134,12 @@ def photograph(address: str, target: Path, size: tuple[int, int]) -> None:
         Image.open(raw).convert("RGB").quantize(256).save(target, optimize=True)
 
 
-ALL: dict[str, Callable[[Path], None]] = {"replay": replay}
+ALL: dict[str, Callable[[Path], None]] = {
+    "replay": replay,
+    "leg": leg,
+    "feasible_area": feasible_area,
+    "joint_velocities": joint_velocities,
+}
 
 
 def main(names: list[str]) -> None:

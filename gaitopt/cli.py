@@ -6,7 +6,7 @@ Mistakes of the user's end in one line and exit code 2, without a traceback.
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from enum import Enum
 from pathlib import Path
@@ -113,6 +113,7 @@ def walk(
     out: OutOption = Path("out"),
 ) -> None:
     """Plan a walk, compare it with the paper's baselines, and write plan, replay and figures."""
+    from gaitopt.checking.balance import com_margin
     from gaitopt.planning.crawl import plan_crawl
     from gaitopt.studies.compare import compare as run_comparison
     from gaitopt.viewing.plots import save_figures
@@ -133,7 +134,10 @@ def walk(
         tick(1, 3)
         write_replay(plan, out / "walk.html")
         tick(2, 3)
-        figures = save_figures(plan, out / "figures", comparison=comparison.plans)
+        figures = save_figures(
+            plan, out / "figures", comparison=_drawn(plan, comparison.plans),
+            com_margin=com_margin(plan),
+        )  # fmt: skip
         tick(3, 3)
     console = _console()
     console.print(comparison.table())
@@ -330,6 +334,18 @@ def _load(path: Path) -> Plan:
     from gaitopt.planning.storage import load_plan
 
     return load_plan(path)
+
+
+def _drawn(plan: Plan, plans: Mapping[str, Plan]) -> dict[str, Plan]:
+    """The plans of a comparison that fit into one picture with ``plan``, which is one of them.
+
+    At the 5 mm/s of the paper's third row a walk takes an hour, and would squash all others.
+    """
+    return {
+        name: plan if other.settings == plan.settings else other
+        for name, other in plans.items()
+        if other.duration <= 4.0 * plan.duration
+    }
 
 
 def _summary(plan: Plan) -> str:

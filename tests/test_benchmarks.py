@@ -1,0 +1,105 @@
+"""The benchmarks run, their numbers are numbers, and they compare two ways to the same walk.
+
+No time is asserted: that is for people to read, on a quiet machine.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+FAST = ("plan", "cog", "import", "sample", "files", "obvious")
+
+
+def run(*arguments: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([sys.executable, *arguments], cwd=ROOT, capture_output=True, text=True)
+
+
+@pytest.fixture(scope="module")
+def report(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    path = tmp_path_factory.mktemp("benchmarks") / "numbers.json"
+    done = run("-m", "benchmarks", "--quick", "--json", str(path), *FAST)
+    assert done.returncode == 0, done.stderr
+    return {"table": done.stdout, **json.loads(path.read_text())}
+
+
+def rows(report: dict[str, Any]) -> dict[str, dict[str, Any]]:
+    return {row["name"]: row for results in report["results"].values() for row in results}
+
+
+def test_every_number_is_finite_and_not_negative(report: dict[str, Any]) -> None:
+    assert tuple(report["results"]) == FAST
+    for row in rows(report).values():
+        numbers = [row[key] for key in ("median", "min", "p90", "cpu_median", "ratio", "limit")]
+        for number in (n for n in numbers if n is not None):
+            assert math.isfinite(number) and number >= 0.0, row
+
+
+def test_least_median_and_most_come_in_order(report: dict[str, Any]) -> None:
+    for row in rows(report).values():
+        assert row["min"] <= row["median"] <= row["p90"], row
+
+
+def test_the_table_shows_every_benchmark_and_what_it_measured(report: dict[str, Any]) -> None:
+    for name, results in report["results"].items():
+        assert name in report["table"]
+        for row in results:
+            assert row["what"] in report["table"]
+
+
+def test_the_plan_is_held_against_its_goal_and_limit(report: dict[str, Any]) -> None:
+    plan = rows(report)["plan"]
+    assert (plan["unit"], plan["goal"], plan["limit"]) == ("ms", 10.0, 30.0)
+    assert plan["cpu_median"] > 0.0
+
+
+def test_the_obvious_way_finds_the_same_walk(report: dict[str, Any]) -> None:
+    found = rows(report)
+    assert found["cog-apart"]["unit"] == "m" and found["cog-apart"]["median"] <= 1e-5
+    assert found["time-apart"]["unit"] == "%" and found["time-apart"]["median"] <= 1.0
+
+
+def test_ratios_are_those_of_the_cpu_times_in_the_same_run(report: dict[str, Any]) -> None:
+    found = rows(report)
+    for theirs, ours in (("obvious-cog-anew", "ours-cog"), ("obvious-plan", "ours-plan")):
+        ratio = found[theirs]["cpu_median"] / found[ours]["cpu_median"]
+        assert found[theirs]["ratio"] == pytest.approx(ratio, rel=1e-9)
+
+
+def test_no_host_name_or_path_is_reported(report: dict[str, Any]) -> None:
+    text = json.dumps(report["machine"])
+    assert str(ROOT) not in text and "/" not in text
+    assert report["machine"]["cores"] >= 1 and report["quick"] is True
+
+
+def test_another_walk_makes_the_run_fail() -> None:
+    code = (
+        "from benchmarks import rivals, __main__ as command; rivals.TIME_AGREEMENT = -1.0; "
+        "raise SystemExit(command.main(['--quick', 'obvious']))"
+    )
+    done = run("-c", code)
+    assert done.returncode == 1
+    assert "beyond its limit: durations of both walks" in done.stderr
+
+
+def test_an_unknown_benchmark_is_refused_and_the_known_ones_named() -> None:
+    done = run("-m", "benchmarks", "plans")
+    assert done.returncode == 2
+    assert "no benchmark plans" in done.stderr and "obvious" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_the_readme_names_every_benchmark() -> None:
+    readme = (ROOT / "benchmarks" / "README.md").read_text()
+    listed = run("-m", "benchmarks", "--help").stdout.split("of ")[1].split(";")[0]
+    names = [name.strip() for name in listed.replace("\n", " ").split(",")]
+    assert len(names) == 9
+    for name in names:
+        assert f"`{name}`" in readme, name
