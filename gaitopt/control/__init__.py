@@ -1,0 +1,1 @@
+"""Following a plan on a robot that can fall: controllers, usable without a simulator."""
