@@ -26,7 +26,7 @@ BENCHMARKS: dict[str, Callable[[bool], list[Result]]] = {
     "replay": outputs.measure_replay,
     "obvious": rivals.measure_obvious,
 }
-_WIDTH = 130
+_WIDTH = 136
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -199,16 +199,20 @@ class _Speeds:
             self._robot.model, self._data, q, self._frames[leg], pin.LOCAL_WORLD_ALIGNED
         )
         mine = jacobian[:3, [6 + c for c in self._robot.leg_columns[leg]]]
-        unit = direction / np.linalg.norm(direction)
-        limits = [(-w, w) for w in self._robot.legs[leg].velocity_limits]
-        found = linprog(
-            c=[0.0, 0.0, 0.0, -1.0],
-            A_eq=np.column_stack([mine, -unit]),
-            b_eq=np.zeros(3),
-            bounds=[*limits, (0.0, None)],
-            method="highs",
-        )
-        return float(found.x[3])
+        return program(mine, direction, self._robot.legs[leg].velocity_limits)
+
+
+def program(jacobian: FloatArray, direction: FloatArray, limits: FloatArray) -> float:
+    """The LP: the largest speed of a foot along ``direction`` within the joints' limits [m/s]."""
+    unit = direction / np.linalg.norm(direction)
+    found = linprog(
+        c=[0.0, 0.0, 0.0, -1.0],
+        A_eq=np.column_stack([jacobian, -unit]),
+        b_eq=np.zeros(3),
+        bounds=[*((-w, w) for w in limits), (0.0, None)],
+        method="highs",
+    )
+    return float(found.x[3])
 
 
 def leg_angles(leg: Leg, x: float, y: float, z: float) -> tuple[float, float, float]:

@@ -37,7 +37,7 @@ def measure_growth(quick: bool) -> list[Result]:
     sizes = [n for n in _ROUNDS if n <= 256] if quick else list(_ROUNDS)
     timings = {n: plan_time(n, 3 if quick else _ROUNDS[n]) for n in sizes}
     results = [t.result(f"growth-{n}", f"plan_crawl, {n} steps", "ms") for n, t in timings.items()]
-    return [*results, *(_power(timings, first) for first in sizes[:: len(sizes) // 2])]
+    return [*results, *(_power(timings, n) for n in (sizes[0], sizes[len(sizes) // 2]))]
 
 
 def _power(timings: dict[int, Timing], first: int) -> Result:

@@ -71,6 +71,6 @@ def _caption(about: dict[str, Any]) -> str:
     machine = ", ".join(f"{key} {value}" for key, value in about.items())
     return (
         "median, min and p90 (of 100 runs, 90 are no slower) by the wall clock; CPU: median of the "
-        "process's CPU time;\nratio: to ours in the same run, of CPU medians (COG to COG, the rest "
-        f"to the whole plan)\n{machine}"
+        "process's CPU time;\nratio: to ours in the same run, of CPU medians (COG to COG, LP to "
+        f"LP, the rest to the whole plan)\n{machine}"
     )

@@ -55,6 +55,22 @@ def measure_obvious(quick: bool) -> list[Result]:
                (race.cog_apart,), limit=COG_AGREEMENT, must_hold=True),
         Result("time-apart", "durations of both walks: difference", "%",
                (race.time_apart,), limit=TIME_AGREEMENT, must_hold=True),
+        *_one_program(200 if quick else 2000),
+    ]  # fmt: skip
+
+
+def _one_program(rounds: int) -> list[Result]:
+    """How much of an LP's time is HiGHS, and how much the way to it."""
+    leg, along = walks.robot().legs["LF"], np.array([1.0, 0.0, 0.0])
+    jacobian, limits = leg.jacobian(np.array([0.1, 0.5, -1.2])), leg.velocity_limits
+    far = timed(lambda: obvious.program(jacobian, along, limits), rounds)
+    near = timed(
+        lambda: gaitopt.solve_speed_lp(gaitopt.build_speed_lp(jacobian, along, limits)), rounds
+    )
+    return [
+        near.result("lp-ours", "one LP by solve_speed_lp (CasADi, HiGHS)", "µs"),
+        far.result("lp-obvious", "one LP by linprog (SciPy, HiGHS)", "µs",
+                   ratio=far.median / near.median),
     ]  # fmt: skip
 
 

@@ -15,6 +15,10 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from gaitopt.checking.balance import com_margin as com_margin
+    from gaitopt.checking.certificate import Certificate as Certificate
+    from gaitopt.checking.certificate import CertificateError as CertificateError
+    from gaitopt.checking.certificate import Check as Check
+    from gaitopt.checking.certificate import verify as verify
     from gaitopt.conventions import LEGS as LEGS
     from gaitopt.errors import FootholdsError as FootholdsError
     from gaitopt.errors import GaitoptError as GaitoptError
@@ -58,6 +62,7 @@ __version__ = "0.1.0"
 
 _HOMES = {
     "checking.balance": "com_margin",
+    "checking.certificate": "Certificate CertificateError Check verify",
     "conventions": "LEGS",
     "errors": "FootholdsError GaitoptError InfeasibleStepError InputError MissingPackageError "
     "PlanFileError RobotError SolverError",

@@ -1,4 +1,4 @@
-"""The command line: ``gaitopt walk``, ``compare``, ``replay``, ``figures``, ``export``, ``robot``.
+"""The command line: ``gaitopt walk``, ``compare``, ``verify``, ``replay``, ``figures``, and more.
 
 Mistakes of the user's end in one line and exit code 2, without a traceback.
 """
@@ -205,6 +205,22 @@ def replay(
         with view(loaded) as url:
             _console().print(f"serving {url} on this machine only; press Enter to stop")
             sys.stdin.readline()
+
+
+@app.command()
+def verify(
+    plan: PlanArgument,
+    collisions: Annotated[
+        bool, typer.Option(help="Look for self-collisions, which takes most of the time.")
+    ] = True,
+) -> None:
+    """Certify a plan for every instant; exit code 0 when it is, 1 when it is not."""
+    from gaitopt.checking.certificate import verify as certify
+
+    certificate = certify(_load(plan), collisions=collisions)
+    _console().print(certificate.table())
+    if not certificate.ok:
+        raise typer.Exit(1)
 
 
 @app.command()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import subprocess
 import sys
 from pathlib import Path
@@ -134,3 +135,14 @@ def test_robots_are_listed_and_described() -> None:
 
 def test_a_bad_speed_is_refused() -> None:
     assert "--speed must be 'max' or a number" in fails("walk", "--speed", "quick")
+
+
+def test_verify_is_an_exit_code_and_a_report(short_plan: Plan, tmp_path: Path) -> None:
+    good, bad = tmp_path / "good.npz", tmp_path / "bad.npz"
+    short_plan.save(good)
+    settings = dataclasses.replace(short_plan.settings, stability_margin=0.03)
+    dataclasses.replace(short_plan, settings=settings).save(bad)
+    passed, failed = (runner.invoke(app, ["verify", str(path)]) for path in (good, bad))
+    assert passed.exit_code == 0 and "certified for every instant" in passed.output
+    assert failed.exit_code == 1 and "NOT certified" in failed.output
+    assert "margin of the body centre" in failed.output

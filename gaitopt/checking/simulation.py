@@ -1,0 +1,174 @@
+"""A plan in physics: MuJoCo, with the tracking controller in the loop.
+
+The physics knows what the plan does not: inertia, contact, friction, servos that give, feet that
+roll. The same plan, settings and machine give the same result, bit for bit.
+"""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from gaitopt.checking.sim_model import SimModel, build_sim_model, import_mujoco, to_mujoco
+from gaitopt.checking.sim_result import SimulationRecord, SimulationResult, report
+from gaitopt.checking.sim_settings import SimulationSettings
+from gaitopt.control.gains import ControlGains
+from gaitopt.control.tracking import Command, RobotState, TrackingController
+from gaitopt.conventions import LEGS, FloatArray
+from gaitopt.planning.plan import Plan
+
+
+def simulate(
+    plan: Plan,
+    settings: SimulationSettings | None = None,
+    gains: ControlGains | None = None,
+) -> SimulationResult:
+    """Let a plan's robot walk it in physics.
+
+    Args:
+        plan: the motion.
+        settings: the world and its disturbances.
+        gains: of controller and servos; in proportion to the robot's weight and size by default.
+
+    Returns:
+        What became of it. A robot that falls, and a simulation that diverges, are results, not
+        errors.
+
+    Raises:
+        MissingPackageError: MuJoCo is not installed.
+        RobotError: MuJoCo cannot simulate the plan's URDF.
+        InputError: a setting does not fit the plan, or the robot's legs have two joints.
+    """
+    mujoco = import_mujoco()
+    settings = settings or SimulationSettings()
+    gains = gains or ControlGains.for_robot(plan.robot)
+    sim = build_sim_model(plan.robot, plan.footholds, gains, settings)
+    controller = TrackingController(plan, gains, settings.control_interval)
+    record = _Run(mujoco, plan, sim, controller, settings).run()
+    return report(plan, record, sim.columns, gains, settings)
+
+
+@dataclass(eq=False)
+class _Run:
+    """One simulation: MuJoCo's state, the sensors' queue, and the record."""
+
+    mujoco: Any
+    plan: Plan
+    sim: SimModel
+    controller: TrackingController
+    settings: SimulationSettings
+    samples: list[tuple[Any, ...]] = field(default_factory=list)
+
+    def run(self) -> SimulationRecord:
+        """Step until the plan's end, or a fall; the number of steps is fixed from the start."""
+        begin = time.perf_counter()
+        settings, data = self.settings, self._start()
+        interval, every = settings.control_interval, settings.control_every
+        count = int(np.ceil((self.plan.duration + settings.settle) / interval))
+        stride = max(round(settings.record_every / interval), 1)
+        delay = round(settings.sensing_delay / interval)
+        sensed: deque[RobotState] = deque(maxlen=delay + 1)
+        torques, rates = np.zeros(len(self.sim.ctrl)), np.zeros(len(self.sim.ctrl))
+        energy, status = 0.0, "finished"
+        joints, servos = self.sim.qvel, self.sim.ctrl
+        for tick in range(count + 1):
+            now = tick * interval
+            state, beneath = self._sense(data)
+            status = self._verdict(now, state) or status
+            if tick % stride == 0 or tick == count or status != "finished":
+                self.samples.append((now, state.q, state.v, data.geom_xpos[list(self.sim.feet)],
+                                     state.contacts, beneath))  # fmt: skip
+            if status != "finished" or tick == count:
+                break
+            sensed.append(state)
+            self._act(data, self.controller.command(now, sensed[0]))
+            self._push(data, now)
+            self.mujoco.mj_step(self.sim.model, data, nstep=every)
+            torque, rate = data.actuator_force[servos], data.qvel[joints]
+            np.maximum(torques, np.abs(torque), out=torques)
+            np.maximum(rates, np.abs(rate), out=rates)
+            energy += float(np.maximum(torque * rate, 0.0).sum()) * interval
+        return self._record(torques, rates, energy, status, time.perf_counter() - begin)
+
+    def _start(self) -> Any:
+        """The plan's first posture, at rest."""
+        data = self.mujoco.MjData(self.sim.model)
+        data.qpos[:] = to_mujoco(self.sim, self.plan.at([0.0]).q[0])
+        self.mujoco.mj_forward(self.sim.model, data)
+        return data
+
+    def _sense(self, data: Any) -> tuple[RobotState, np.ndarray]:
+        """The true state in Pinocchio's order, and the shape under each foot."""
+        sim = self.sim
+        qpos, qvel = data.qpos, data.qvel
+        q, v = np.empty(7 + len(sim.qpos)), np.empty(6 + len(sim.qvel))
+        q[:3], q[3:6], q[6], q[7:] = qpos[:3], qpos[4:7], qpos[3], qpos[sim.qpos]
+        # MuJoCo gives the velocity of the base's origin in the world's axes.
+        v[:3] = data.xmat[sim.base].reshape(3, 3).T @ qvel[:3]
+        v[3:6], v[6:] = qvel[3:6], qvel[sim.qvel]
+        beneath = np.full(len(LEGS), -1)
+        if data.ncon:
+            pairs, near = data.contact.geom.tolist(), data.contact.dist.tolist()
+            for (a, b), gap in zip(pairs, near, strict=True):
+                if gap <= 0.0:
+                    foot, other = (a, b) if a in sim.feet else (b, a)
+                    leg = sim.feet.index(foot)
+                    beneath[leg] = max(beneath[leg], other)
+        return RobotState(q, v, beneath >= 0), beneath
+
+    def _verdict(self, now: float, state: RobotState) -> str:
+        """``"fell"``, ``"diverged"``, or nothing."""
+        reference = self.controller.reference
+        tick = reference.tick(now)
+        if not (np.isfinite(state.q).all() and np.abs(state.v).max() < 1e3):
+            return "diverged"
+        x, y, z, w = state.q[3:7].tolist()
+        up = np.array([2 * (x * z + y * w), 2 * (y * z - x * w), 1 - 2 * (x * x + y * y)])
+        lean = float(up @ reference.rotation[tick, :, 2])
+        place = state.q[:3] - reference.position[tick]
+        tall = self.settings.fall_error * self.plan.settings.body_height
+        if lean < np.cos(self.settings.fall_tilt) or float(place @ place) > tall * tall:
+            return "fell"
+        return ""
+
+    def _act(self, data: Any, command: Command) -> None:
+        """Servos see set-points only: what is fed forward moves the set-point."""
+        gains = self.controller.gains
+        data.ctrl[self.sim.ctrl] = (
+            command.angles
+            + (command.torque + gains.joint_damping * command.rates) / gains.joint_stiffness
+        )
+
+    def _push(self, data: Any, now: float) -> None:
+        if self.settings.pushes:
+            force = np.zeros(3)
+            for push in self.settings.pushes:
+                if push.time <= now < push.time + push.duration:
+                    force += push.force
+            data.xfrc_applied[self.sim.base, :3] = force
+
+    def _record(
+        self, torques: FloatArray, rates: FloatArray, energy: float, status: str, wall: float
+    ) -> SimulationRecord:
+        t, q, v, feet, touching, beneath = zip(*self.samples, strict=True)
+        q_all, v_all, feet_all = np.array(q), np.array(v), np.array(feet)
+        # A diverged state is no posture; the last good one stands for it.
+        good = np.isfinite(q_all).all(axis=1) & np.isfinite(v_all).all(axis=1)
+        keep = good if good.any() else np.ones(len(t), dtype=bool)
+        return SimulationRecord(
+            t=np.array(t, dtype=np.float64)[keep],
+            q=q_all[keep],
+            v=v_all[keep],
+            feet=feet_all[keep],
+            touching=np.array(touching)[keep],
+            beneath=np.array(beneath)[keep],
+            peak_torques=torques,
+            peak_rates=rates,
+            energy=energy,
+            status=status,
+            wall_time=wall,
+        )

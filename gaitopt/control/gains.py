@@ -1,0 +1,90 @@
+"""Gains of the tracking controller, scaled to a robot's weight and size."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from gaitopt.errors import InputError
+from gaitopt.robots.quadruped import Quadruped
+
+GRAVITY = 9.81
+"""Weight of one kilogram [N], as Pinocchio and MuJoCo have it."""
+
+
+@dataclass(frozen=True)
+class ControlGains:
+    """What the controller and the joint servos are tuned to.
+
+    Attributes:
+        joint_stiffness: of every joint servo [N m/rad].
+        joint_damping: of every joint servo [N m s/rad].
+        body_stiffness: force on the body for an error of its position [N/m].
+        body_damping: force on the body for an error of its velocity [N s/m].
+        turn_stiffness: torque on the body for an error of its orientation [N m/rad].
+        turn_damping: torque on the body for an error of its angular velocity [N m s/rad].
+        largest_error: errors of position are counted up to this [m].
+        largest_turn: errors of orientation are counted up to this [rad].
+        friction: friction coefficient that the contact forces are planned for.
+        smoothing: the reference is averaged over this time, so that its velocities do not jump
+            [s].
+        load_time: a foot takes up, and gives up, its load over this time [s].
+        contact_loss: a standing foot may be without contact for so long before it counts as being
+            in the air [s].
+        probe_speed: a foot that should stand but has found no ground goes down so fast [m/s].
+        probe_depth: and so far [m].
+    """
+
+    joint_stiffness: float
+    joint_damping: float
+    body_stiffness: float
+    body_damping: float
+    turn_stiffness: float
+    turn_damping: float
+    largest_error: float = 0.03
+    largest_turn: float = 0.2
+    friction: float = 0.5
+    smoothing: float = 0.04
+    load_time: float = 0.1
+    contact_loss: float = 0.03
+    probe_speed: float = 0.03
+    probe_depth: float = 0.03
+
+    def __post_init__(self) -> None:
+        for item in fields(self):
+            value = getattr(self, item.name)
+            if not (isinstance(value, (int, float)) and np.isfinite(value) and value >= 0):
+                raise InputError(f"{item.name} must be a number of at least 0, got {value!r}")
+        if not self.friction > 0:
+            raise InputError("friction must be positive: without it no foot can push")
+
+    @classmethod
+    def for_robot(cls, robot: Quadruped, **changes: float) -> ControlGains:
+        """Gains in proportion to a robot's weight and the length of its legs.
+
+        The joints are springs that its own weight on a stretched leg would bend by half a radian,
+        the body hangs in springs of 8 rad/s, all close to critically damped.
+
+        Args:
+            robot: the robot.
+            changes: attributes to set otherwise.
+        """
+        length = float(np.mean([leg.reach for leg in robot.legs.values()]))
+        mass, weight = robot.mass, robot.mass * GRAVITY
+        inertia = mass * (0.5 * max(robot.stance_size)) ** 2
+        stiffness = 2.0 * weight * length
+        values = {
+            "joint_stiffness": stiffness,
+            "joint_damping": 0.03 * stiffness,
+            "body_stiffness": mass * 8.0**2,
+            "body_damping": mass * 2.0 * 0.8 * 8.0,
+            "turn_stiffness": inertia * 10.0**2,
+            "turn_damping": inertia * 2.0 * 0.8 * 10.0,
+        }
+        unknown = sorted(set(changes) - {f.name for f in fields(cls)})
+        if unknown:
+            raise InputError(
+                f"unknown gain {unknown[0]!r}; known are {', '.join(f.name for f in fields(cls))}"
+            )
+        return cls(**{**values, **changes})

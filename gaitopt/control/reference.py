@@ -1,0 +1,159 @@
+"""What a controller follows: a plan on a fine grid of times, computed once and vectorised."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gaitopt.control.gains import ControlGains
+from gaitopt.conventions import LEGS, BoolArray, FloatArray
+from gaitopt.errors import InputError
+from gaitopt.planning.plan import Plan, Trajectory
+from gaitopt.robots.quadruped import Quadruped
+
+LEAST_LOAD = 0.02
+"""Share of a full load below which a standing foot never goes."""
+
+MOST_TICKS = 5_000_000
+
+
+@dataclass(frozen=True, eq=False)
+class Reference:
+    """A plan every ``dt`` seconds; arrays over ``N`` ticks and the legs of :data:`gaitopt.LEGS`.
+
+    Attributes:
+        dt: time between ticks [s].
+        position: of the base ``(N, 3)`` [m].
+        rotation: of the base ``(N, 3, 3)``.
+        linear, angular: velocity of the base in the world's axes ``(N, 3)`` [m/s], [rad/s].
+        joints, rates: ``(N, nj)`` [rad], [rad/s], in the order of ``robot.joint_names``.
+        feet: foot frames in the world ``(N, 4, 3)`` [m].
+        feet_in_base: foot frames at ``joints``, in the base frame ``(N, 4, 3)`` [m].
+        inverse: joint angles of a leg per displacement of its foot in the base frame
+            ``(N, 4, 3, 3)`` [rad/m], damped near the straight leg.
+        standing: which feet stand ``(N, 4)``.
+        load: share of a full load each may carry, 0 in the air ``(N, 4)``.
+    """
+
+    dt: float
+    position: FloatArray
+    rotation: FloatArray
+    linear: FloatArray
+    angular: FloatArray
+    joints: FloatArray
+    rates: FloatArray
+    feet: FloatArray
+    feet_in_base: FloatArray
+    inverse: FloatArray
+    standing: BoolArray
+    load: FloatArray
+
+    def __len__(self) -> int:
+        return len(self.position)
+
+    def tick(self, time: float) -> int:
+        """Index of the tick at ``time`` [s]; the last one for ever after."""
+        return min(max(round(time / self.dt), 0), len(self) - 1)
+
+
+def build_reference(plan: Plan, gains: ControlGains, dt: float) -> Reference:
+    """Sample ``plan`` for a controller that runs every ``dt`` seconds.
+
+    Body and joints are averaged over ``gains.smoothing`` (which keeps joint velocities within
+    their limits), and the loads of feet that land or leave are ramped.
+
+    Raises:
+        InputError: ``dt`` is no positive time or makes too many ticks, or a leg has no roll joint.
+    """
+    if not (np.isfinite(dt) and dt > 0 and plan.duration / dt < MOST_TICKS):
+        raise InputError(
+            f"the control interval must be a positive time that divides {plan.duration:.1f} s into "
+            f"fewer than {MOST_TICKS:.0e} ticks, got {dt!r}"
+        )
+    for name, leg in plan.robot.legs.items():
+        if not leg.has_roll:
+            raise InputError(
+                f"{plan.robot.name}: leg {name} has two joints; the tracking controller needs three"
+            )
+    times = np.minimum(np.arange(int(np.ceil(plan.duration / dt)) + 1) * dt, plan.duration)
+    motion = plan.at(times)
+    width = 2 * round(gains.smoothing / dt / 2.0) + 1
+    joints = smoothed(motion.q[:, 7:], width)
+    values = smoothed(plan.path.evaluate(times)[:, :3], width)
+    rotation = _rotations(motion)
+    feet, inverse = _legs(plan.robot, joints)
+    return Reference(
+        dt=dt,
+        position=values,
+        rotation=rotation,
+        linear=smoothed(np.einsum("nij,nj->ni", rotation, motion.v[:, :3]), width),
+        angular=smoothed(np.einsum("nij,nj->ni", rotation, motion.v[:, 3:6]), width),
+        joints=joints,
+        rates=smoothed(motion.v[:, 6:], width),
+        feet=smoothed(motion.feet.reshape(len(times), -1), width).reshape(-1, len(LEGS), 3),
+        feet_in_base=feet,
+        inverse=inverse,
+        standing=motion.contacts,
+        load=ramped(motion.contacts, max(gains.load_time / dt, 1.0)),
+    )
+
+
+def smoothed(values: FloatArray, width: int) -> FloatArray:
+    """Mean of ``values (N, c)`` over ``width`` (odd) samples around each; the ends are held."""
+    if width <= 1:
+        return np.array(values)
+    half = width // 2
+    padded = np.concatenate(
+        [np.repeat(values[:1], half + 1, axis=0), values, np.repeat(values[-1:], half, axis=0)]
+    )
+    # Sums of differences from the start: walks are long, rounding must not grow with them.
+    total = np.cumsum(padded - padded[0], axis=0)
+    return np.asarray((total[width:] - total[:-width]) / width + padded[0])
+
+
+def ramped(standing: BoolArray, ticks: float) -> FloatArray:
+    """Loads ``(N, 4)``: from little to 1 over ``ticks`` after touch-down, and back before lift-off.
+
+    Where a foot stands too briefly for both, each takes half of the time. Feet that stand at the
+    first (last) tick have stood (will stand) for ever.
+    """
+    count, legs = standing.shape
+    load = np.zeros((count, legs))
+    for leg in range(legs):
+        edges = np.flatnonzero(np.diff(standing[:, leg].astype(np.int8))) + 1
+        bounds = np.concatenate([[0], edges, [count]])
+        for first, last in zip(bounds[:-1], bounds[1:], strict=True):
+            if not standing[first, leg]:
+                continue
+            tick = np.arange(first, last)
+            since = tick - first + 1.0 if first > 0 else np.full(len(tick), np.inf)
+            left = last - tick + 0.0 if last < count else np.full(len(tick), np.inf)
+            ramp = np.minimum(since, left) / min(ticks, (last - first) / 2.0)
+            load[first:last, leg] = np.clip(ramp, LEAST_LOAD, 1.0)
+    return load
+
+
+def _rotations(motion: Trajectory) -> FloatArray:
+    x, y, z, w = motion.q[:, 3:7].T
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+def _legs(robot: Quadruped, joints: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Feet in the base frame ``(N, 4, 3)`` and damped inverse Jacobians ``(N, 4, 3, 3)``."""
+    feet, inverses = [], []
+    for name in LEGS:
+        leg = robot.legs[name]
+        angles = joints[:, list(robot.leg_columns[name])]
+        feet.append(leg.forward(angles) @ robot.body_axes.T)
+        jacobian = robot.body_axes @ leg.jacobian(angles)
+        transposed = np.swapaxes(jacobian, -1, -2)
+        # Near the straight leg no finite joint rate moves the foot: damp, do not divide by zero.
+        square = jacobian @ transposed + (0.05 * leg.reach) ** 2 * 0.1 * np.eye(3)
+        inverses.append(transposed @ np.linalg.inv(square))
+    return np.stack(feet, axis=1), np.stack(inverses, axis=1)

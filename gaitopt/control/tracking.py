@@ -1,0 +1,200 @@
+"""The tracking controller: joint torques and servo set-points that follow a plan.
+
+Body: a wrench of weight and spring-damper on the body's error, made up by the feet that stand.
+Joints: the torques of these contact forces and of the legs' own weight, fed forward; and PD around
+the reference's inverse kinematics, taken relative to where the body and the standing feet really
+are. It knows nothing of any simulator.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from gaitopt.control.forces import ForceDistribution, ForceShare
+from gaitopt.control.gains import GRAVITY, ControlGains
+from gaitopt.control.reference import Reference, build_reference
+from gaitopt.conventions import LEGS, BoolArray, FloatArray
+from gaitopt.planning.plan import Plan
+
+
+@dataclass(frozen=True, eq=False)
+class RobotState:
+    """What a robot's sensors and estimator say.
+
+    Attributes:
+        q: configuration ``(nq,)``, Pinocchio's: base position, quaternion xyzw, joints.
+        v: velocity ``(nv,)``, Pinocchio's: base twist in the base's frame, joint rates.
+        contacts: which feet touch the ground ``(4,)``, legs in the order of :data:`gaitopt.LEGS`.
+    """
+
+    q: FloatArray
+    v: FloatArray
+    contacts: BoolArray
+
+
+@dataclass(frozen=True, eq=False)
+class Command:
+    """What the joint servos are told, in the order of ``robot.joint_names``.
+
+    The servo's torque is ``torque + kp (angles - q) + kd (rates - dq)`` with the gains'
+    ``joint_stiffness`` and ``joint_damping``.
+
+    Attributes:
+        torque: fed forward ``(nj,)`` [N m].
+        angles, rates: set-points ``(nj,)`` [rad], [rad/s].
+        share: the contact forces behind it.
+    """
+
+    torque: FloatArray
+    angles: FloatArray
+    rates: FloatArray
+    share: ForceShare
+
+
+class TrackingController:
+    """Follows one plan; call :meth:`command` every :attr:`dt` seconds, in order of time.
+
+    Args:
+        plan: the motion. Its robot is the model that the controller believes in.
+        gains: :meth:`ControlGains.for_robot` by default.
+        dt: control interval [s].
+
+    Raises:
+        InputError: the interval is no positive time, or a leg has no roll joint.
+    """
+
+    def __init__(self, plan: Plan, gains: ControlGains | None = None, dt: float = 0.004) -> None:
+        robot = plan.robot
+        self.gains = ControlGains.for_robot(robot) if gains is None else gains
+        self.reference: Reference = build_reference(plan, self.gains, dt)
+        self.dt = dt
+        self._model: Any = robot.model
+        self._data: Any = robot.model.createData()
+        self._frames = [robot.model.getFrameId(robot.legs[leg].foot) for leg in LEGS]
+        self._columns = np.array([robot.leg_columns[leg] for leg in LEGS])
+        self._radius = robot.foot_radius
+        self._forces = ForceDistribution(
+            robot.mass * GRAVITY, 0.5 * max(robot.stance_size), self.gains.friction
+        )
+        self.reset()
+
+    def reset(self) -> None:
+        """Start anew: all feet that the plan has standing at the start do stand."""
+        self._grounded = np.array(self.reference.standing[0])
+        self._absent = np.zeros(len(LEGS))
+        self._probe = np.zeros(len(LEGS))
+        self._forces.reset()
+
+    def command(self, time: float, state: RobotState) -> Command:
+        """What the servos are to do from ``time`` [s] on, given the measured ``state``."""
+        tick = self.reference.tick(time)
+        rotation = _matrix(state.q[3:7])
+        feet, grasp, gravity = self._kinematics(state.q)
+        self._watch(tick, state.contacts)
+        share = self._forces.share(
+            grasp[:, :6].T,
+            gravity[:6] + self._feedback(tick, state, rotation),
+            self._grounded * self.reference.load[tick],
+        )
+        torque = gravity[6:] - share.forces.reshape(-1) @ grasp[:, 6:]
+        return Command(
+            torque=torque,
+            angles=self._angles(tick, state.q[:3], rotation, feet),
+            rates=self.reference.rates[tick],
+            share=share,
+        )
+
+    def _kinematics(self, q: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Feet ``(4, 3)``, Jacobian of their contact points ``(12, nv)``, gravity ``(nv,)``."""
+        import pinocchio as pin
+
+        model, data = self._model, self._data
+        gravity = np.array(pin.computeGeneralizedGravity(model, data, q))
+        pin.computeJointJacobians(model, data, q)
+        feet, grasp = np.empty((4, 3)), np.empty((12, model.nv))
+        for i, frame in enumerate(self._frames):
+            feet[i] = pin.updateFramePlacement(model, data, frame).translation
+            j = pin.getFrameJacobian(model, data, frame, pin.LOCAL_WORLD_ALIGNED)
+            # The ground touches the ball's lowest point: v - r (w x z).
+            grasp[3 * i : 3 * i + 3] = j[:3]
+            grasp[3 * i] -= self._radius * j[4]
+            grasp[3 * i + 1] += self._radius * j[3]
+        return feet, grasp, gravity
+
+    def _watch(self, tick: int, contacts: BoolArray) -> None:
+        """Which feet bear load: those that should stand, and have found ground."""
+        standing = self.reference.standing[tick]
+        self._absent = np.where(contacts, 0.0, self._absent + self.dt)
+        lost = self._absent > self.gains.contact_loss
+        self._grounded = standing & (contacts | (self._grounded & ~lost))
+        probing = standing & ~self._grounded
+        deeper = np.minimum(self._probe + self.gains.probe_speed * self.dt, self.gains.probe_depth)
+        self._probe = np.where(probing, deeper, np.where(standing, self._probe, 0.0))
+
+    def _feedback(self, tick: int, state: RobotState, rotation: FloatArray) -> FloatArray:
+        """Spring-damper wrench on the body, in its own frame ``(6,)``."""
+        ref, gains = self.reference, self.gains
+        place = ref.position[tick] - state.q[:3]
+        speed = ref.linear[tick] - rotation @ state.v[:3]
+        turn = _turn(ref.rotation[tick] @ rotation.T)
+        spin = ref.angular[tick] - rotation @ state.v[3:6]
+        out = np.empty(6)
+        out[:3] = gains.body_damping * speed + gains.body_stiffness * _capped(
+            place, gains.largest_error
+        )
+        out[3:] = gains.turn_damping * spin + gains.turn_stiffness * _capped(
+            turn, gains.largest_turn
+        )
+        out[:3], out[3:] = out[:3] @ rotation, out[3:] @ rotation
+        return out
+
+    def _angles(
+        self, tick: int, position: FloatArray, rotation: FloatArray, feet: FloatArray
+    ) -> FloatArray:
+        """Set-points ``(nj,)``: one Newton step of inverse kinematics from the plan's angles.
+
+        A foot that stands is left where it is, and its leg brings the body to the reference; a
+        foot in the air goes to its reference from where the body is. The step's error is of second
+        order: some 0.1 mm for 1 cm.
+        """
+        ref = self.reference
+        aim = ref.feet[tick].copy()
+        aim[:, 2] -= self._probe
+        standing = (feet - ref.position[tick]) @ ref.rotation[tick]
+        flying = (aim - position) @ rotation
+        target = np.where(self._grounded[:, None], standing, flying)
+        step = np.einsum("lij,lj->li", ref.inverse[tick], target - ref.feet_in_base[tick])
+        angles = ref.joints[tick].copy()
+        angles[self._columns] += step
+        return angles
+
+
+def _matrix(quaternion: FloatArray) -> FloatArray:
+    """Rotation matrix ``(3, 3)`` of a unit quaternion xyzw; plain numbers are quickest here."""
+    x, y, z, w = quaternion.tolist()
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def _turn(rotation: FloatArray) -> FloatArray:
+    """Rotation vector ``(3,)`` [rad] of a rotation matrix, for turns below half a turn."""
+    r = rotation
+    axis = 0.5 * np.array([r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]])
+    sine = float(np.sqrt(axis @ axis))
+    if sine < 1e-9:
+        return axis
+    angle = float(np.arctan2(sine, 0.5 * (r[0, 0] + r[1, 1] + r[2, 2] - 1.0)))
+    return np.asarray(axis * (angle / sine))
+
+
+def _capped(vector: FloatArray, largest: float) -> FloatArray:
+    length = float(np.sqrt(vector @ vector))
+    return vector if length <= largest else np.asarray(vector * (largest / length))

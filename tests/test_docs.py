@@ -1,0 +1,214 @@
+"""The documents: the site builds without a warning, what they show runs, what they name exists."""
+
+from __future__ import annotations
+
+import ast
+import contextlib
+import importlib
+import io
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import pytest
+
+import gaitopt
+
+ROOT = Path(__file__).parents[1]
+DOCS = ROOT / "docs"
+
+
+class Fence(NamedTuple):
+    """A fenced block of a Markdown file."""
+
+    language: str
+    text: str
+    line: int
+    joined: bool  # nothing but blank lines between it and the block before
+
+
+def fences(path: Path) -> list[Fence]:
+    found: list[Fence] = []
+    inside, language, start, between = None, "", 0, ""
+    for number, line in enumerate(path.read_text("utf-8").splitlines(), 1):
+        if inside is None and (opening := re.fullmatch(r"```(\S+).*", line)):
+            inside, language, start = [], opening[1], number
+        elif inside is not None and line == "```":
+            found.append(Fence(language, "\n".join(inside), start, not between.strip()))
+            inside, between = None, ""
+        elif inside is not None:
+            inside.append(line)
+        else:
+            between += line
+    assert inside is None, f"{path.name}, line {start}: the block has no end"
+    return found
+
+
+def run_python(fence: Fence, name: str, space: dict[str, Any]) -> str:
+    """What a block prints; a gaitopt error ends it and is its last line."""
+    code = compile("\n" * fence.line + fence.text, name, "exec")
+    out = io.StringIO()
+    with contextlib.redirect_stdout(out):
+        try:
+            exec(code, space)
+        except gaitopt.GaitoptError as error:
+            print(f"{type(error).__name__}: {error}")
+    return out.getvalue()
+
+
+def run_console(fence: Fence, folder: Path) -> str:
+    """What the block's ``$ gaitopt ...`` lines print; other commands are left alone."""
+    out = ""
+    for line in fence.text.splitlines():
+        if line.startswith("$ gaitopt "):
+            command = [sys.executable, "-m", "gaitopt.cli", *shlex.split(line[10:], comments=True)]
+            done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=120)
+            assert done.returncode in (0, 2), f"{line}: {done.stderr}"
+            out += done.stdout if done.returncode == 0 else done.stderr
+    return out
+
+
+def words(text: str) -> str:
+    return " ".join(text.split())
+
+
+def run_document(path: Path, folder: Path) -> int:
+    """Run a document's blocks in order; a ``text`` block says what the one before it prints.
+
+    ``...`` in a ``text`` block stands for anything. Lines may be broken anywhere in it.
+    """
+    space: dict[str, Any] = {"__name__": "__main__"}
+    blocks = fences(path)
+    count = 0
+    for fence, after in zip(blocks, [*blocks[1:], None], strict=True):
+        if fence.language not in ("python", "console"):
+            continue
+        count += 1
+        is_python = fence.language == "python"
+        printed = run_python(fence, path.name, space) if is_python else run_console(fence, folder)
+        where = f"{path.name}, line {fence.line}"
+        if after is not None and after.language == "text" and after.joined:
+            told = re.escape(words(after.text)).replace(r"\.\.\.", ".*")
+            assert re.fullmatch(told, words(printed)), f"{where} prints:\n{printed}"
+        else:
+            assert "Error: " not in printed, f"{where}:\n{printed}"
+    return count
+
+
+@pytest.mark.parametrize("name", ["README.md", "docs/tutorial.md", "docs/errors.md",
+                                  "docs/plan_file.md", "docs/robots.md"])  # fmt: skip
+def test_what_documents_show_runs_and_prints_what_they_say(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = ROOT / name
+    if not path.is_file():
+        pytest.skip(f"{name} is not there")
+    monkeypatch.chdir(tmp_path)
+    assert run_document(path, tmp_path) > 0 or name == "README.md"
+
+
+def test_the_site_builds_without_a_warning(tmp_path: Path) -> None:
+    pytest.importorskip("sphinx", reason="needs pip install 'gaitopt[docs]'")
+    command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-b", "html",
+               "-d", str(tmp_path / "doctrees"), str(DOCS), str(tmp_path / "html")]  # fmt: skip
+    done = subprocess.run(command, capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stderr
+    for page in DOCS.glob("*.md"):
+        assert (tmp_path / "html" / f"{page.stem}.html").is_file()
+
+
+def test_every_link_between_files_leads_somewhere() -> None:
+    pages = [*DOCS.glob("*.md"), *(p for p in ROOT.glob("*.md"))]
+    for page in pages:
+        for target in re.findall(r"\]\(([^)\s#]+)[^)]*\)", page.read_text("utf-8")):
+            if re.match(r"[a-z]+:", target):
+                continue
+            # What is included into the site is read from docs/, too.
+            assert (page.parent / target).exists(), f"{page.name}: {target}"
+
+
+def exists(dotted: str) -> bool:
+    """Whether ``gaitopt.<dotted>`` is a module, or something in one."""
+    parts = dotted.split(".")
+    for cut in range(len(parts), 0, -1):
+        try:
+            found: Any = importlib.import_module(".".join(["gaitopt", *parts[:cut]]))
+        except ModuleNotFoundError:
+            continue
+        for part in parts[cut:]:
+            if part in getattr(found, "__dataclass_fields__", {}):
+                return True
+            if not hasattr(found, part):
+                return False
+            found = getattr(found, part)
+        return True
+    return False
+
+
+ROOMS = sorted(p.stem for p in (ROOT / "gaitopt").iterdir() if p.suffix == ".py" or p.is_dir())
+
+
+@pytest.mark.parametrize("name", ["reproduction.md", "theory.md", "architecture.md"])
+def test_every_function_that_a_page_names_exists(name: str) -> None:
+    text = (DOCS / name).read_text("utf-8")
+    named = {n for n in re.findall(r"`([a-z_0-9]+(?:\.\w+)+)`", text) if n.split(".")[0] in ROOMS}
+    named |= {n for n in re.findall(r"`gaitopt\.([\w.]+)`", text)}
+    files = {n for n in named if re.search(r"\.(py|css|html|js)$", n)}
+    missing = sorted(n for n in named - files if not exists(n))
+    assert not missing
+    assert len(named) > 5
+
+
+def tests_in(path: Path) -> set[str]:
+    tree = ast.parse(path.read_text("utf-8"))
+    return {node.name for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)}
+
+
+@pytest.mark.parametrize("name", ["reproduction.md", "theory.md"])
+def test_every_test_that_a_page_names_exists(name: str) -> None:
+    named = set(re.findall(r"`(tests/[\w/]+\.py)::(test_\w+)`", (DOCS / name).read_text("utf-8")))
+    missing = [f"{file}::{test}" for file, test in sorted(named)
+               if not (ROOT / file).is_file() or test not in tests_in(ROOT / file)]  # fmt: skip
+    assert not missing
+    assert len(named) > 5
+
+
+def test_every_equation_table_and_figure_of_the_paper_has_its_row() -> None:
+    text = (DOCS / "reproduction.md").read_text("utf-8")
+    rows = [line.split("|")[1].strip() for line in text.splitlines() if line.startswith("| ")]
+    for number in range(1, 17):
+        assert f"({number})" in rows, f"equation {number}"
+    for number in range(1, 16):
+        assert f"Fig. {number}" in rows, f"figure {number}"
+    for table in ("Table I", "Table II"):
+        assert table in rows
+
+
+def test_every_public_name_has_its_place_in_the_api() -> None:
+    text = (DOCS / "api.md").read_text("utf-8")
+    for name in gaitopt.__all__:
+        if name != "__version__":
+            assert re.search(rf"auto\w+:: (gaitopt\.[\w.]+\.)?{name}\b", text), name
+
+
+def test_every_room_is_in_the_plan_of_the_house() -> None:
+    text = (DOCS / "architecture.md").read_text("utf-8")
+    for path in (ROOT / "gaitopt").rglob("*.py"):
+        assert path.name == "__init__.py" or path.name in text, path.name
+
+
+def test_every_dependency_is_explained() -> None:
+    project = (ROOT / "pyproject.toml").read_text("utf-8")
+    section = project.split("[project.optional-dependencies]")
+    lists = section[0].split("dependencies = [")[1] + section[1].split("[project.scripts]")[0]
+    text = (DOCS / "dependencies.md").read_text("utf-8")
+    for name in re.findall(r'"([A-Za-z][\w-]*)(?:>=|")', lists):
+        assert f"`{name}`" in text, name
+
+
+def test_images_are_small() -> None:
+    for image in (DOCS / "images").iterdir():
+        assert image.stat().st_size < 150_000, image.name
