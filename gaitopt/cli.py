@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from gaitopt.errors import GaitoptError, InputError
+from gaitopt.files import written_whole
 
 if TYPE_CHECKING:
     from gaitopt.planning.plan import Plan
@@ -221,6 +222,80 @@ def verify(
     _console().print(certificate.table())
     if not certificate.ok:
         raise typer.Exit(1)
+
+
+@app.command()
+def simulate(
+    plan: PlanArgument,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Also write a replay of plan and physics side by side.", metavar="HTML"),
+    ] = None,
+) -> None:
+    """Walk a plan in physics (MuJoCo); exit code 0 when all footholds are made, 1 when not."""
+    from gaitopt.checking.simulation import simulate as run_simulation
+    from gaitopt.viewing.replay import replay as write_replay
+
+    loaded = _load(plan)
+    with _progress("simulating") as tick:
+        tick(0, 1)
+        result = run_simulation(loaded)
+        tick(1, 1)
+    _console().print(str(result))
+    if out is not None:
+        write_replay(loaded, out, simulated=result.motion)
+        _console().print(f"[bold]{out}[/]")
+    if not result.succeeded:
+        raise typer.Exit(1)
+
+
+@app.command()
+def study(
+    table: Annotated[
+        Path, typer.Argument(help="CSV file that rows are appended to.", metavar="TABLE")
+    ] = Path("study.csv"),
+    robot: RobotOption = "wang2020",
+    seed: SeedOption = 0,
+    seeds: Annotated[int, typer.Option(help="How many terrains, from --seed on.", min=1)] = 100,
+    objective: Annotated[
+        list[Objective] | None, typer.Option(help="Objectives; may be given more than once.")
+    ] = None,
+    stability_margin: Annotated[
+        list[float] | None, typer.Option(help="Margins in metres; may be given more than once.")
+    ] = None,
+    speed: SpeedOption = "max",
+    with_physics: Annotated[
+        bool, typer.Option("--simulate", help="Also walk every plan in physics.")
+    ] = False,
+    collisions: Annotated[
+        bool, typer.Option("--collisions", help="Also look for self-collisions.")
+    ] = False,
+    jobs: Annotated[int, typer.Option(help="Processes; -1 for one a core.")] = -1,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(help="Work on the Dask cluster at this address.", metavar="ADDRESS"),
+    ] = None,
+) -> None:
+    """Plan, certify and simulate many terrains on all cores; a stopped study goes on."""
+    from gaitopt.studies.study import grid, run_study
+    from gaitopt.studies.study_report import plot_study, study_table
+
+    walks = grid(
+        range(seed, seed + seeds),
+        robots=(robot,),
+        objectives=[o.value for o in objective or [Objective.distance]],
+        stability_margins=stability_margin or [0.02],
+        speed=_speed(speed),
+        collisions=collisions,
+        simulate=with_physics,
+    )
+    with _progress(f"{len(walks)} walks") as tick:
+        rows = run_study(walks, table, jobs=jobs, scheduler=scheduler, progress=tick)
+    _console().print(study_table(rows))
+    picture = table.with_suffix(".png")
+    with written_whole(picture, binary=True) as stream:
+        plot_study(rows).savefig(stream, format="png", dpi=150)
+    _console().print(f"[bold]{table}[/]  a row a walk\n[bold]{picture}[/]  what became of them")
 
 
 @app.command()

@@ -52,6 +52,7 @@ class SimulationSettings:
         impratio: MuJoCo's ratio of frictional to normal stiffness, against creeping feet.
         noslip_iterations: MuJoCo's iterations against creeping feet.
         column_height: how far the lowest column stands out of the ground [m].
+        stand: how long the robot stands before the plan begins; not in the report [s].
         settle: how long the robot is watched after the end of the plan [s].
         landing_time: how long after the plan's touch-down a foot may take to stand [s].
         fall_tilt: a body tilted further than this from the plan has fallen [rad].
@@ -74,6 +75,7 @@ class SimulationSettings:
     impratio: float = 50.0
     noslip_iterations: int = 3
     column_height: float = 0.08
+    stand: float = 0.3
     settle: float = 0.5
     landing_time: float = 0.3
     fall_tilt: float = 0.5

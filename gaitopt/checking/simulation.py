@@ -95,10 +95,16 @@ class _Run:
         return self._record(torques, rates, energy, status, time.perf_counter() - begin)
 
     def _start(self) -> Any:
-        """The plan's first posture, at rest."""
+        """The plan's first posture, once the feet have settled into the ground."""
         data = self.mujoco.MjData(self.sim.model)
         data.qpos[:] = to_mujoco(self.sim, self.plan.at([0.0]).q[0])
         self.mujoco.mj_forward(self.sim.model, data)
+        for _ in range(int(np.ceil(self.settings.stand / self.settings.control_interval))):
+            state, _ = self._sense(data)
+            if not np.isfinite(state.q).all():
+                break
+            self._act(data, self.controller.command(-self.settings.stand, state))
+            self.mujoco.mj_step(self.sim.model, data, nstep=self.settings.control_every)
         return data
 
     def _sense(self, data: Any) -> tuple[RobotState, np.ndarray]:

@@ -32,6 +32,8 @@ class ControlGains:
         load_time: a foot takes up, and gives up, its load over this time [s].
         contact_loss: a standing foot may be without contact for so long before it counts as being
             in the air [s].
+        blend_time: set-points of a foot that lands or leaves go from the one rule to the other
+            within this time constant [s].
         probe_speed: a foot that should stand but has found no ground goes down so fast [m/s].
         probe_depth: and so far [m].
     """
@@ -48,7 +50,8 @@ class ControlGains:
     smoothing: float = 0.04
     load_time: float = 0.1
     contact_loss: float = 0.03
-    probe_speed: float = 0.03
+    blend_time: float = 0.15
+    probe_speed: float = 0.06
     probe_depth: float = 0.03
 
     def __post_init__(self) -> None:
@@ -76,7 +79,7 @@ class ControlGains:
         stiffness = 2.0 * weight * length
         values = {
             "joint_stiffness": stiffness,
-            "joint_damping": 0.03 * stiffness,
+            "joint_damping": 0.045 * stiffness,
             "body_stiffness": mass * 8.0**2,
             "body_damping": mass * 2.0 * 0.8 * 8.0,
             "turn_stiffness": inertia * 10.0**2,

@@ -22,12 +22,17 @@ MOST_TICKS = 5_000_000
 class Reference:
     """A plan every ``dt`` seconds; arrays over ``N`` ticks and the legs of :data:`gaitopt.LEGS`.
 
+    It begins and ends at rest, a little before and after the plan.
+
     Attributes:
         dt: time between ticks [s].
+        lead: how many ticks lie before the plan's start, and after its end.
         position: of the base ``(N, 3)`` [m].
         rotation: of the base ``(N, 3, 3)``.
         linear, angular: velocity of the base in the world's axes ``(N, 3)`` [m/s], [rad/s].
         joints, rates: ``(N, nj)`` [rad], [rad/s], in the order of ``robot.joint_names``.
+        acceleration: Pinocchio's, of the smoothed motion: of the base in its own frame, and of
+            the joints ``(N, nv)``.
         feet: foot frames in the world ``(N, 4, 3)`` [m].
         feet_in_base: foot frames at ``joints``, in the base frame ``(N, 4, 3)`` [m].
         inverse: joint angles of a leg per displacement of its foot in the base frame
@@ -37,12 +42,14 @@ class Reference:
     """
 
     dt: float
+    lead: int
     position: FloatArray
     rotation: FloatArray
     linear: FloatArray
     angular: FloatArray
     joints: FloatArray
     rates: FloatArray
+    acceleration: FloatArray
     feet: FloatArray
     feet_in_base: FloatArray
     inverse: FloatArray
@@ -53,8 +60,8 @@ class Reference:
         return len(self.position)
 
     def tick(self, time: float) -> int:
-        """Index of the tick at ``time`` [s]; the last one for ever after."""
-        return min(max(round(time / self.dt), 0), len(self) - 1)
+        """Index of the tick at ``time`` [s]; at rest for ever before and after."""
+        return min(max(round(time / self.dt) + self.lead, 0), len(self) - 1)
 
 
 def build_reference(plan: Plan, gains: ControlGains, dt: float) -> Reference:
@@ -76,21 +83,29 @@ def build_reference(plan: Plan, gains: ControlGains, dt: float) -> Reference:
             raise InputError(
                 f"{plan.robot.name}: leg {name} has two joints; the tracking controller needs three"
             )
-    times = np.minimum(np.arange(int(np.ceil(plan.duration / dt)) + 1) * dt, plan.duration)
-    motion = plan.at(times)
     width = 2 * round(gains.smoothing / dt / 2.0) + 1
+    lead = width // 2 + 2
+    grid = np.arange(-lead, int(np.ceil(plan.duration / dt)) + lead + 1) * dt
+    times = np.clip(grid, 0.0, plan.duration)
+    motion = plan.at(times)
+    moving = ((grid >= 0.0) & (grid < plan.duration))[:, None]
     joints = smoothed(motion.q[:, 7:], width)
     values = smoothed(plan.path.evaluate(times)[:, :3], width)
     rotation = _rotations(motion)
     feet, inverse = _legs(plan.robot, joints)
+    velocity = smoothed(motion.v * moving, width)
+    linear = np.einsum("nij,nj->ni", rotation, motion.v[:, :3] * moving)
+    angular = np.einsum("nij,nj->ni", rotation, motion.v[:, 3:6] * moving)
     return Reference(
         dt=dt,
+        lead=lead,
         position=values,
         rotation=rotation,
-        linear=smoothed(np.einsum("nij,nj->ni", rotation, motion.v[:, :3]), width),
-        angular=smoothed(np.einsum("nij,nj->ni", rotation, motion.v[:, 3:6]), width),
+        linear=smoothed(linear, width),
+        angular=smoothed(angular, width),
         joints=joints,
-        rates=smoothed(motion.v[:, 6:], width),
+        rates=velocity[:, 6:],
+        acceleration=np.gradient(velocity, dt, axis=0),
         feet=smoothed(motion.feet.reshape(len(times), -1), width).reshape(-1, len(LEGS), 3),
         feet_in_base=feet,
         inverse=inverse,

@@ -76,6 +76,8 @@ class TrackingController:
         self._frames = [robot.model.getFrameId(robot.legs[leg].foot) for leg in LEGS]
         self._columns = np.array([robot.leg_columns[leg] for leg in LEGS])
         self._radius = robot.foot_radius
+        self._still = np.zeros(robot.model.nv)
+        self._decay = float(np.exp(-dt / max(self.gains.blend_time, 1e-9)))
         self._forces = ForceDistribution(
             robot.mass * GRAVITY, 0.5 * max(robot.stance_size), self.gains.friction
         )
@@ -86,20 +88,23 @@ class TrackingController:
         self._grounded = np.array(self.reference.standing[0])
         self._absent = np.zeros(len(LEGS))
         self._probe = np.zeros(len(LEGS))
+        self._ruled = self._grounded
+        self._target = np.array(self.reference.feet_in_base[0])
+        self._offset = np.zeros((len(LEGS), 3))
         self._forces.reset()
 
     def command(self, time: float, state: RobotState) -> Command:
         """What the servos are to do from ``time`` [s] on, given the measured ``state``."""
         tick = self.reference.tick(time)
         rotation = _matrix(state.q[3:7])
-        feet, grasp, gravity = self._kinematics(state.q)
+        feet, grasp, needed = self._dynamics(tick, state.q)
         self._watch(tick, state.contacts)
         share = self._forces.share(
             grasp[:, :6].T,
-            gravity[:6] + self._feedback(tick, state, rotation),
+            needed[:6] + self._feedback(tick, state, rotation),
             self._grounded * self.reference.load[tick],
         )
-        torque = gravity[6:] - share.forces.reshape(-1) @ grasp[:, 6:]
+        torque = needed[6:] - share.forces.reshape(-1) @ grasp[:, 6:]
         return Command(
             torque=torque,
             angles=self._angles(tick, state.q[:3], rotation, feet),
@@ -107,12 +112,15 @@ class TrackingController:
             share=share,
         )
 
-    def _kinematics(self, q: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Feet ``(4, 3)``, Jacobian of their contact points ``(12, nv)``, gravity ``(nv,)``."""
+    def _dynamics(self, tick: int, q: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Feet ``(4, 3)``, Jacobian of their contact points ``(12, nv)``, inverse dynamics.
+
+        The last ``(nv,)`` are the forces that carry the weight and the reference's accelerations.
+        """
         import pinocchio as pin
 
         model, data = self._model, self._data
-        gravity = np.array(pin.computeGeneralizedGravity(model, data, q))
+        needed = np.array(pin.rnea(model, data, q, self._still, self.reference.acceleration[tick]))
         pin.computeJointJacobians(model, data, q)
         feet, grasp = np.empty((4, 3)), np.empty((12, model.nv))
         for i, frame in enumerate(self._frames):
@@ -122,7 +130,7 @@ class TrackingController:
             grasp[3 * i : 3 * i + 3] = j[:3]
             grasp[3 * i] -= self._radius * j[4]
             grasp[3 * i + 1] += self._radius * j[3]
-        return feet, grasp, gravity
+        return feet, grasp, needed
 
     def _watch(self, tick: int, contacts: BoolArray) -> None:
         """Which feet bear load: those that should stand, and have found ground."""
@@ -166,6 +174,12 @@ class TrackingController:
         standing = (feet - ref.position[tick]) @ ref.rotation[tick]
         flying = (aim - position) @ rotation
         target = np.where(self._grounded[:, None], standing, flying)
+        self._offset *= self._decay
+        for leg in np.flatnonzero(self._grounded != self._ruled):
+            # No set-point jumps when its rule changes: the difference fades.
+            self._offset[leg] = self._target[leg] - target[leg]
+        self._ruled = self._grounded
+        self._target = target = target + self._offset
         step = np.einsum("lij,lj->li", ref.inverse[tick], target - ref.feet_in_base[tick])
         angles = ref.joints[tick].copy()
         angles[self._columns] += step

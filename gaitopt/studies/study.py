@@ -1,0 +1,295 @@
+"""Many walks over all cores: plan, certify and simulate each, a row of a table for every one.
+
+Rows are appended by one process as they come, so that a stopped study goes on where it stopped; a
+walk that fails is a row that says why.
+"""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import io
+import json
+import os
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, fields
+from itertools import product
+from pathlib import Path
+from typing import Any, Literal
+
+from gaitopt.errors import GaitoptError, InfeasibleStepError, InputError, MissingPackageError
+from gaitopt.files import StrPath, written_whole
+from gaitopt.planning.settings import Speed
+
+
+@dataclass(frozen=True)
+class Walk:
+    """One walk of a study.
+
+    Attributes:
+        robot: a name, or the path of a URDF file, as for :func:`gaitopt.load_robot`.
+        seed: of the S-shaped columns, to the robot's size.
+        columns: columns a leg.
+        objective, speed, stability_margin: as for :func:`gaitopt.plan_crawl`.
+        body_height: [m]; ``None`` for the robot's standing height.
+        certify: whether to certify the plan.
+        collisions: whether the certificate looks for self-collisions.
+        simulate: whether to walk the plan in physics.
+    """
+
+    robot: str = "wang2020"
+    seed: int = 0
+    columns: int = 17
+    objective: Literal["distance", "margin"] = "distance"
+    speed: Speed = "max"
+    stability_margin: float = 0.02
+    body_height: float | None = None
+    certify: bool = True
+    collisions: bool = False
+    simulate: bool = False
+
+    @property
+    def key(self) -> str:
+        """Fingerprint of the walk: a study does not do the same walk twice."""
+        text = json.dumps(asdict(self), sort_keys=True)
+        return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+@dataclass(frozen=True)
+class Row:
+    """What became of one walk; ``None`` for what was not done.
+
+    Attributes:
+        status: ``"ok"``, ``"refused"`` (no plan exists; see ``message``), ``"violated"`` (the
+            certificate found something), ``"fell"`` (in physics, or a foothold was missed), or
+            ``"error"`` (a fault of the program or the machine).
+        message: why, in one line.
+        duration: of the plan [s].
+        mean_speed: [m/s].
+        cog_distance: [m].
+        margin: smallest stability margin of the body centre [m].
+        com_margin: smallest certified margin of the true COM [m].
+        violations: names of violated checks.
+        steps_done: steps made in physics.
+        landing_error, tilt, body_error: largest in physics [m], [rad], [m].
+        rate_use: largest joint velocity in physics as a share of its limit.
+        real_time_factor: of the simulation.
+        work_time: time that the walk took to plan, certify and simulate [s].
+    """
+
+    status: str
+    message: str = ""
+    duration: float | None = None
+    mean_speed: float | None = None
+    cog_distance: float | None = None
+    margin: float | None = None
+    com_margin: float | None = None
+    violations: str = ""
+    steps_done: int | None = None
+    landing_error: float | None = None
+    tilt: float | None = None
+    body_error: float | None = None
+    rate_use: float | None = None
+    real_time_factor: float | None = None
+    work_time: float | None = None
+
+
+HEADER = ("key", *(f.name for f in fields(Walk)), *(f.name for f in fields(Row)))
+
+
+def grid(
+    seeds: Iterable[int],
+    *,
+    robots: Sequence[str] = ("wang2020",),
+    objectives: Sequence[str] = ("distance",),
+    stability_margins: Sequence[float] = (0.02,),
+    body_heights: Sequence[float | None] = (None,),
+    **others: Any,
+) -> list[Walk]:
+    """Every combination of these, as walks."""
+    return [
+        Walk(robot=r, objective=o, stability_margin=m, body_height=h, seed=s, **others)  # type: ignore[arg-type]
+        for r, o, m, h, s in product(robots, objectives, stability_margins, body_heights, seeds)
+    ]
+
+
+def run_walk(walk: Walk) -> Row:
+    """Plan, certify and simulate one walk; no error leaves this function."""
+    begin = time.perf_counter()
+    try:
+        row = _walked(walk)
+    except InfeasibleStepError as error:
+        row = Row("refused", _one_line(error))
+    except GaitoptError as error:
+        row = Row("error", f"{type(error).__name__}: {_one_line(error)}")
+    except Exception as error:
+        # One worker's fault must not end a study of thousands.
+        row = Row("error", f"{type(error).__name__}: {_one_line(error)}")
+    return Row(**{**asdict(row), "work_time": time.perf_counter() - begin})
+
+
+def run_study(
+    walks: Sequence[Walk],
+    table: StrPath,
+    *,
+    jobs: int = -1,
+    scheduler: str | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> list[dict[str, str]]:
+    """Do all walks that the table does not hold yet, and append a row for each.
+
+    Args:
+        walks: what to do.
+        table: a CSV file; made when missing. A line cut off by a crash is dropped and done again.
+        jobs: processes; -1 for one a core.
+        scheduler: address of a Dask scheduler (``tcp://...``) to work on instead of this machine.
+        progress: called with (walks done, walks in all).
+
+    Returns:
+        All rows of the table that belong to ``walks``, as text by column.
+
+    Raises:
+        InputError: the table cannot be read or written, or is of another kind.
+        MissingPackageError: a scheduler was named and Dask is not installed.
+    """
+    from joblib import Parallel, delayed
+
+    path = Path(table)
+    done = {row["key"]: row for row in _opened(path)}
+    waiting = [w for w in dict.fromkeys(walks) if w.key not in done]
+    count = len(walks) - len(waiting)
+    if progress is not None:
+        progress(count, len(walks))
+    with _backend(scheduler), _appending(path) as append:
+        results = Parallel(n_jobs=jobs, return_as="generator_unordered", batch_size=1)(
+            delayed(_keyed)(walk) for walk in waiting
+        )
+        for walk, row in results:
+            values = {"key": walk.key, **asdict(walk), **asdict(row)}
+            text = {name: _text(values[name]) for name in HEADER}
+            append(text)
+            done[walk.key] = text
+            count += 1
+            if progress is not None:
+                progress(count, len(walks))
+    return [done[walk.key] for walk in dict.fromkeys(walks)]
+
+
+def _keyed(walk: Walk) -> tuple[Walk, Row]:
+    return walk, run_walk(walk)
+
+
+def _walked(walk: Walk) -> Row:
+    from gaitopt.planning.crawl import plan_crawl
+    from gaitopt.robots.catalog import load_robot
+    from gaitopt.studies.terrains import s_columns_for
+
+    robot = load_robot(walk.robot)
+    height = robot.standing_height if walk.body_height is None else walk.body_height
+    plan = plan_crawl(
+        robot, s_columns_for(robot, walk.seed, walk.columns), walk.objective, walk.speed,
+        stability_margin=walk.stability_margin, body_height=height,
+        swing_height=round(0.175 * robot.standing_height, 4),
+    )  # fmt: skip
+    found: dict[str, Any] = {
+        "status": "ok", "duration": plan.duration, "mean_speed": plan.mean_speed,
+        "cog_distance": plan.cog_distance, "margin": plan.margin,
+    }  # fmt: skip
+    if walk.certify:
+        _certified(plan, walk, found)
+    if walk.simulate:
+        _simulated(plan, found)
+    return Row(**found)
+
+
+def _certified(plan: Any, walk: Walk, found: dict[str, Any]) -> None:
+    from gaitopt.checking.certificate import verify
+
+    certificate = verify(plan, collisions=walk.collisions)
+    found["com_margin"] = certificate["margin of the true COM"].worst
+    if not certificate.ok:
+        found["status"] = "violated"
+        found["violations"] = "; ".join(c.name for c in certificate.violations)
+        found["message"] = _one_line(certificate.violations[0])
+
+
+def _simulated(plan: Any, found: dict[str, Any]) -> None:
+    from gaitopt.checking.simulation import simulate
+
+    result = simulate(plan)
+    for name in ("steps_done", "landing_error", "tilt", "body_error", "rate_use",
+                 "real_time_factor"):  # fmt: skip
+        found[name] = getattr(result, name)
+    if not result.succeeded:
+        found["status"] = "fell" if found["status"] == "ok" else found["status"]
+        found["message"] = found.get("message") or _one_line(result)
+
+
+@contextmanager
+def _backend(scheduler: str | None) -> Iterator[None]:
+    """Work on a Dask cluster when one is named."""
+    if scheduler is None:
+        yield
+        return
+    try:
+        from distributed import Client
+    except ImportError as error:
+        raise MissingPackageError(
+            "a Dask scheduler needs the package distributed: pip install 'gaitopt[cluster]'"
+        ) from error
+    from joblib import parallel_config
+
+    try:
+        client = Client(scheduler, timeout="10s")  # type: ignore[no-untyped-call]
+    except (OSError, ValueError) as error:
+        raise InputError(f"no Dask scheduler answers at {scheduler}: {error}") from error
+    with client, parallel_config(backend="dask"):
+        yield
+
+
+def _opened(path: Path) -> list[dict[str, str]]:
+    """Rows of a table so far; a last line without an end is dropped from the file."""
+    if not path.exists():
+        with written_whole(path) as stream:
+            csv.writer(stream, lineterminator="\n").writerow(HEADER)
+        return []
+    try:
+        text = path.read_text("utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"cannot read the table {path}: {error}") from error
+    whole = text[: text.rfind("\n") + 1]
+    rows = list(csv.reader(io.StringIO(whole)))
+    if not rows or tuple(rows[0]) != HEADER:
+        raise InputError(f"{path} is no table of this study; name another file, or remove it")
+    if whole != text:
+        with written_whole(path) as stream:
+            stream.write(whole)
+    return [dict(zip(HEADER, row, strict=True)) for row in rows[1:] if len(row) == len(HEADER)]
+
+
+@contextmanager
+def _appending(path: Path) -> Iterator[Callable[[dict[str, str]], None]]:
+    """Append rows so that each is on disk, whole, before the next."""
+    try:
+        stream = path.open("a", encoding="utf-8", newline="")
+    except OSError as error:
+        raise InputError(f"cannot write the table {path}: {error.strerror or error}") from error
+    with stream:
+        writer = csv.DictWriter(stream, HEADER, lineterminator="\n")
+
+        def append(row: dict[str, str]) -> None:
+            writer.writerow(row)
+            stream.flush()
+            os.fsync(stream.fileno())
+
+        yield append
+
+
+def _text(value: Any) -> str:
+    return "" if value is None else repr(value) if isinstance(value, float) else str(value)
+
+
+def _one_line(words: object) -> str:
+    return " ".join(str(words).split())[:500]

@@ -1,0 +1,94 @@
+"""What a study found, as a table and as a picture."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from rich.table import Table
+
+from gaitopt.conventions import FloatArray
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Rows = Sequence[dict[str, str]]
+
+_GROUP = ("robot", "objective", "speed", "stability_margin", "body_height")
+
+
+def study_table(rows: Rows) -> Table:
+    """Counts and medians, a line for each group of settings."""
+    table = Table(title=f"{len(rows)} walks", caption=_reasons(rows), caption_justify="left")
+    for header in ("robot", "objective", "speed", "S0 [m]", "height [m]", "walks", "ok", "refused",
+                   "violated", "fell", "error", "time [s]", "true COM [mm]"):  # fmt: skip
+        table.add_column(header, justify="left" if header in ("robot", "objective") else "right")
+    for group, members in _groups(rows).items():
+        count = Counter(row["status"] for row in members)
+        times, margins = _numbers(members, "duration"), 1e3 * _numbers(members, "com_margin")
+        table.add_row(
+            *(part or "standing" for part in group),
+            str(len(members)),
+            *(str(count[s]) for s in ("ok", "refused", "violated", "fell", "error")),
+            _range(times),
+            f"{margins.min():.1f}" if margins.size else "",
+        )
+    return table
+
+
+def plot_study(rows: Rows) -> Figure:
+    """Durations and true-COM margins of a study's walks, as distributions; and what became of all.
+
+    Args:
+        rows: from :func:`gaitopt.studies.study.run_study`.
+    """
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(9.0, 3.2), layout="constrained")
+    left, middle, right = figure.subplots(1, 3)
+    for group, members in _groups(rows).items():
+        label = f"{group[0]}, {group[1]}, $S_0$ {group[3]} m"
+        for ax, name, scale in ((left, "duration", 1.0), (middle, "com_margin", 1e3)):
+            values = np.sort(_numbers(members, name)) * scale
+            if values.size:
+                ax.step(values, np.arange(1, values.size + 1) / values.size, where="post",
+                        label=label)  # fmt: skip
+    left.set(xlabel="duration [s]", ylabel="share of walks", title="Duration")
+    middle.set(xlabel="smallest margin of the true COM [mm]", title="Stability")
+    for ax in (left, middle):
+        ax.grid(alpha=0.3)
+    if left.lines:
+        left.legend(fontsize=7, loc="lower right")
+    states = ("ok", "refused", "violated", "fell", "error")
+    count = Counter(row["status"] for row in rows)
+    bars = right.bar(states, [count[s] for s in states], color=["#2e9e5b", "#8a8a8a", "#d1383d",
+                     "#e3b505", "#5b3d99"])  # fmt: skip
+    right.bar_label(bars)
+    right.set(ylabel="walks", title="What became of them")
+    return figure
+
+
+def _groups(rows: Rows) -> dict[tuple[str, ...], list[dict[str, str]]]:
+    groups: dict[tuple[str, ...], list[dict[str, str]]] = {}
+    for row in rows:
+        groups.setdefault(tuple(row[name] for name in _GROUP), []).append(row)
+    return groups
+
+
+def _numbers(rows: Rows, name: str) -> FloatArray:
+    return np.array([float(row[name]) for row in rows if row[name]])
+
+
+def _range(values: FloatArray) -> str:
+    if not values.size:
+        return ""
+    return f"{np.median(values):.1f} ({values.min():.1f} .. {values.max():.1f})"
+
+
+def _reasons(rows: Rows) -> str:
+    """The first reasons of what was not ok."""
+    bad = [row for row in rows if row["status"] != "ok"]
+    lines = [f"seed {r['seed']}: {r['status']}: {r['message'][:160]}" for r in bad[:5]]
+    return "\n".join(lines + [f"and {len(bad) - 5} more"] * (len(bad) > 5))
