@@ -19,7 +19,7 @@ _FIRST_PLAN = (
 
 def measure_import(quick: bool) -> list[Result]:
     """Whole life of an interpreter that imports gaitopt, or plans once: what a user waits for."""
-    rounds = 3 if quick else 10
+    rounds = 1 if quick else 10
     return [
         _lives(_IMPORT, rounds).result("import", "python -c 'import gaitopt'", "s", limit=1.0),
         _lives(_FIRST_PLAN, rounds).result(

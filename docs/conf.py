@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import gaitopt
+
+if TYPE_CHECKING:
+    from sphinx.application import Sphinx
 
 project = "gaitopt"
 author = "The gaitopt authors"
@@ -29,3 +34,17 @@ napoleon_numpy_docstring = False
 html_theme = "furo"
 html_title = f"gaitopt {release}"
 html_show_sphinx = False
+
+
+def escape_bars(app: object, what: str, name: str, obj: object, options: object,
+                lines: list[str]) -> None:  # fmt: skip
+    """Docstrings write magnitudes as ``|x|``, which reStructuredText takes for substitutions."""
+    for i, line in enumerate(lines):
+        parts = line.split("``")
+        parts[::2] = [part.replace("|", r"\|") for part in parts[::2]]
+        lines[i] = "``".join(parts)
+
+
+def setup(app: Sphinx) -> None:
+    """Called by Sphinx."""
+    app.connect("autodoc-process-docstring", escape_bars)

@@ -29,7 +29,14 @@ def leg_index(leg: str) -> int:
 
 
 def frozen(array: object) -> FloatArray:
-    """A float64 copy of ``array`` that cannot be written to."""
+    """``array`` as float64 that nobody can write to: a copy, unless it is already that."""
+    if (
+        isinstance(array, np.ndarray)
+        and array.dtype == np.float64
+        and array.flags.owndata
+        and not array.flags.writeable
+    ):
+        return array
     copy = np.array(array, dtype=np.float64, copy=True)
     copy.setflags(write=False)
     return copy

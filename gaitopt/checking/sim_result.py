@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -45,16 +45,18 @@ class SimulationResult:
         landing_errors: of each step ``(steps,)`` [m]; NaN for steps that were not done.
         tilt: largest angle between the body's orientation and the plan's [rad].
         body_error: largest distance between the body's position and the plan's [m].
-        com_margin: static stability margin of the true COM over the feet that touch, at the times
-            of ``motion`` ``(N,)`` [m]; NaN where fewer than three touch.
-        smallest_margin: the smallest of it while the robot followed the plan [m].
+        com_margin: static stability margin of the true COM over the feet that the plan has
+            standing, where they really are, at the times of ``motion`` ``(N,)`` [m]; NaN where
+            the plan has fewer than three.
+        smallest_margin: the smallest of it [m].
         slip: largest horizontal distance of a standing foot from where it landed [m], rolling of
             its ball included.
         peak_torques, peak_rates: of every joint ``(nj,)`` [N m], [rad/s].
         torque_use, rate_use: the largest of them as shares of the URDF's limits.
         servo_tolerance: what ``rate_use`` may exceed 1 by.
         energy: mechanical work done by the joints, braking not given back [J].
-        wall_time: time the simulation took [s]; the one value that differs from run to run.
+        wall_time, cpu_time: time that the simulation took, and that the processor spent on it
+            [s]; the only values that differ from run to run.
         simulated_time: time simulated [s].
         motion: the simulated motion, for a replay beside the plan.
         gains: of the controller and the servos.
@@ -80,6 +82,7 @@ class SimulationResult:
     servo_tolerance: float
     energy: float
     wall_time: float
+    cpu_time: float
     simulated_time: float
     motion: Trajectory
     gains: ControlGains
@@ -102,8 +105,8 @@ class SimulationResult:
 
     @property
     def real_time_factor(self) -> float:
-        """Simulated time over the time it took."""
-        return self.simulated_time / self.wall_time if self.wall_time > 0 else float("inf")
+        """Simulated time over processor time: how much faster on a core of its own."""
+        return self.simulated_time / self.cpu_time if self.cpu_time > 0 else float("inf")
 
     def __repr__(self) -> str:
         return f"SimulationResult({self.status!r}, {self.steps_done} of {self.steps} steps)"
@@ -139,7 +142,7 @@ class SimulationRecord:
         beneath: id of the shape under each foot ``(N, 4)``, -1 for none.
         peak_torques, peak_rates: ``(nj,)``.
         energy: [J].
-        status, wall_time: see :class:`SimulationResult`.
+        status, wall_time, cpu_time: see :class:`SimulationResult`.
     """
 
     t: FloatArray
@@ -153,6 +156,7 @@ class SimulationRecord:
     energy: float
     status: str
     wall_time: float
+    cpu_time: float
 
 
 def report(
@@ -179,7 +183,7 @@ def report(
         legs=LEGS,
         joint_names=robot.joint_names,
     )
-    margin = margins_over(motion, true_com(robot, record.q))
+    margin = margins_over(replace(motion, contacts=planned.contacts), true_com(robot, record.q))
     efforts = robot.model.effortLimit[6:]
     done = errors[np.isfinite(errors)]
     return SimulationResult(
@@ -202,6 +206,7 @@ def report(
         servo_tolerance=settings.servo_tolerance,
         energy=record.energy,
         wall_time=record.wall_time,
+        cpu_time=record.cpu_time,
         simulated_time=float(t[-1]),
         motion=motion,
         gains=gains,

@@ -41,8 +41,8 @@ class SimulationSettings:
         control_every: physics steps between two calls of the controller; the servos' own PD runs
             at every step.
         friction: coefficient between feet and ground.
-        sensing_delay: age of what the controller is told, of body, joints and contacts [s]. The
-            servos' own encoders are not delayed.
+        sensing_delay: age of what the controller is told, of body, joints and contacts, rounded
+            up to whole calls of the controller [s]. The servos' own encoders are not delayed.
         pushes: forces on the body.
         column_errors: ``(leg, foothold, error)``: that column (or, on open ground, a plate in
             its place) stands higher by ``error`` [m] than the plan knows.
@@ -64,7 +64,7 @@ class SimulationSettings:
     """
 
     timestep: float = 0.002
-    control_every: int = 2
+    control_every: int = 3
     friction: float = 1.0
     sensing_delay: float = 0.0
     pushes: tuple[Push, ...] = ()
@@ -72,7 +72,7 @@ class SimulationSettings:
     body_mass: float = 1.0
     leg_mass: float = 1.0
     torque_limits: bool = True
-    impratio: float = 50.0
+    impratio: float = 10.0
     noslip_iterations: int = 3
     column_height: float = 0.08
     stand: float = 0.3
@@ -80,7 +80,7 @@ class SimulationSettings:
     landing_time: float = 0.3
     fall_tilt: float = 0.5
     fall_error: float = 0.5
-    servo_tolerance: float = 0.5
+    servo_tolerance: float = 0.35
     record_every: float = 0.02
 
     def __post_init__(self) -> None:

@@ -65,12 +65,12 @@ class _Run:
 
     def run(self) -> SimulationRecord:
         """Step until the plan's end, or a fall; the number of steps is fixed from the start."""
-        begin = time.perf_counter()
+        begin = (time.perf_counter(), time.thread_time())
         settings, data = self.settings, self._start()
         interval, every = settings.control_interval, settings.control_every
         count = int(np.ceil((self.plan.duration + settings.settle) / interval))
         stride = max(round(settings.record_every / interval), 1)
-        delay = round(settings.sensing_delay / interval)
+        delay = int(np.ceil(settings.sensing_delay / interval - 1e-9))
         sensed: deque[RobotState] = deque(maxlen=delay + 1)
         torques, rates = np.zeros(len(self.sim.ctrl)), np.zeros(len(self.sim.ctrl))
         energy, status = 0.0, "finished"
@@ -92,7 +92,8 @@ class _Run:
             np.maximum(torques, np.abs(torque), out=torques)
             np.maximum(rates, np.abs(rate), out=rates)
             energy += float(np.maximum(torque * rate, 0.0).sum()) * interval
-        return self._record(torques, rates, energy, status, time.perf_counter() - begin)
+        spent = (time.perf_counter() - begin[0], time.thread_time() - begin[1])
+        return self._record(torques, rates, energy, status, spent)
 
     def _start(self) -> Any:
         """The plan's first posture, once the feet have settled into the ground."""
@@ -158,7 +159,12 @@ class _Run:
             data.xfrc_applied[self.sim.base, :3] = force
 
     def _record(
-        self, torques: FloatArray, rates: FloatArray, energy: float, status: str, wall: float
+        self,
+        torques: FloatArray,
+        rates: FloatArray,
+        energy: float,
+        status: str,
+        spent: tuple[float, float],
     ) -> SimulationRecord:
         t, q, v, feet, touching, beneath = zip(*self.samples, strict=True)
         q_all, v_all, feet_all = np.array(q), np.array(v), np.array(feet)
@@ -176,5 +182,6 @@ class _Run:
             peak_rates=rates,
             energy=energy,
             status=status,
-            wall_time=wall,
+            wall_time=spent[0],
+            cpu_time=spent[1],
         )

@@ -48,9 +48,12 @@ class ForceDistribution:
     """
 
     def __init__(self, weight: float, length: float, friction: float) -> None:
+        from scipy.linalg.lapack import dposv
+
         self._weight = weight
         self._scale = np.array([1.0] * 3 + [1.0 / length] * 3) / weight
         self._rows = _pyramids(friction / np.sqrt(2.0))
+        self._solve = dposv
         self._solver: Any = None
         self._last = np.zeros(12)
 
@@ -76,7 +79,8 @@ class ForceDistribution:
         square = matrix @ matrix.T
         square.flat[::7] += EFFORT
         # The minimiser without friction limits; where it keeps them it is the answer.
-        x = matrix.T @ np.linalg.solve(square, target)
+        # LAPACK itself: NumPy's wrapper costs more than the six equations.
+        x = matrix.T @ self._solve(square, target)[1]
         status = "free"
         violation = float((self._rows @ x).min())
         if violation < -TOLERANCE:

@@ -32,8 +32,8 @@ class ControlGains:
         load_time: a foot takes up, and gives up, its load over this time [s].
         contact_loss: a standing foot may be without contact for so long before it counts as being
             in the air [s].
-        blend_time: set-points of a foot that lands or leaves go from the one rule to the other
-            within this time constant [s].
+        blend_time: time constant within which a flying foot follows the body's errors, and the
+            set-point of a foot that lands goes over from its target to its place [s].
         probe_speed: a foot that should stand but has found no ground goes down so fast [m/s].
         probe_depth: and so far [m].
     """
@@ -50,7 +50,7 @@ class ControlGains:
     smoothing: float = 0.04
     load_time: float = 0.1
     contact_loss: float = 0.03
-    blend_time: float = 0.15
+    blend_time: float = 0.2
     probe_speed: float = 0.06
     probe_depth: float = 0.03
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -138,7 +139,7 @@ def ramped(standing: BoolArray, ticks: float) -> FloatArray:
     for leg in range(legs):
         edges = np.flatnonzero(np.diff(standing[:, leg].astype(np.int8))) + 1
         bounds = np.concatenate([[0], edges, [count]])
-        for first, last in zip(bounds[:-1], bounds[1:], strict=True):
+        for first, last in pairwise(bounds):
             if not standing[first, leg]:
                 continue
             tick = np.arange(first, last)

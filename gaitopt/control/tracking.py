@@ -66,7 +66,7 @@ class TrackingController:
         InputError: the interval is no positive time, or a leg has no roll joint.
     """
 
-    def __init__(self, plan: Plan, gains: ControlGains | None = None, dt: float = 0.004) -> None:
+    def __init__(self, plan: Plan, gains: ControlGains | None = None, dt: float = 0.006) -> None:
         robot = plan.robot
         self.gains = ControlGains.for_robot(robot) if gains is None else gains
         self.reference: Reference = build_reference(plan, self.gains, dt)
@@ -89,7 +89,7 @@ class TrackingController:
         self._absent = np.zeros(len(LEGS))
         self._probe = np.zeros(len(LEGS))
         self._ruled = self._grounded
-        self._target = np.array(self.reference.feet_in_base[0])
+        self._correction = np.zeros((len(LEGS), 3))
         self._offset = np.zeros((len(LEGS), 3))
         self._forces.reset()
 
@@ -173,17 +173,20 @@ class TrackingController:
         aim[:, 2] -= self._probe
         standing = (feet - ref.position[tick]) @ ref.rotation[tick]
         flying = (aim - position) @ rotation
-        target = np.where(self._grounded[:, None], standing, flying)
-        self._offset *= self._decay
-        for leg in np.flatnonzero(self._grounded != self._ruled):
-            # No set-point jumps when its rule changes: the difference fades.
-            self._offset[leg] = self._target[leg] - target[leg]
+        rule = self._grounded[:, None]
+        wanted = np.where(rule, standing, flying) - ref.feet_in_base[tick]
+        for leg in np.flatnonzero(self._grounded & ~self._ruled):
+            # No set-point jumps at touch-down: the difference fades.
+            self._offset[leg] = self._correction[leg] - wanted[leg]
         self._ruled = self._grounded
-        self._target = target = target + self._offset
-        step = np.einsum("lij,lj->li", ref.inverse[tick], target - ref.feet_in_base[tick])
+        self._offset *= self._decay
+        # A flying foot has time: it follows the body's wobbling slowly, joint velocities stay low.
+        slowly = wanted + (self._correction - wanted) * self._decay
+        self._correction = np.where(rule, wanted + self._offset, slowly)
+        step = np.einsum("lij,lj->li", ref.inverse[tick], self._correction)
         angles = ref.joints[tick].copy()
         angles[self._columns] += step
-        return angles
+        return np.asarray(angles)
 
 
 def _matrix(quaternion: FloatArray) -> FloatArray:

@@ -43,7 +43,7 @@ _ITERATIONS = 40
 _EMPTY = 1e-7
 _CONVERGED = 1e-10
 _STEP = 1e-9
-_POLISHED = 1e-15
+_POLISHED = 1e-13
 
 
 @dataclass(frozen=True, eq=False)
@@ -198,8 +198,8 @@ def _evaluate(call: _Buffered, problem: CogProblem, w: FloatArray, duals: FloatA
 def _polished(call: _Buffered, problem: CogProblem, state: _State) -> _State:
     """One Newton step on the optimality conditions of the active constraints.
 
-    ProxQP stops at 1e-11, and a slack of that size still allows 1e-6 m of doubt about the optimum;
-    the step takes it to rounding. It is kept only if the active constraints stay the same.
+    ProxQP may stop at 1e-11, and a slack of that size still allows 1e-6 m of doubt about the
+    optimum; the step takes it to rounding. It is kept only if the active constraints stay the same.
     """
     active = np.flatnonzero(state.duals > ACTIVE_DUAL)
     count, size = len(active), len(state.w)

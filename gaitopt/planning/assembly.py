@@ -27,7 +27,8 @@ SLIP_TOLERANCE = 1e-5
 """Most that a standing foot may wander between two knots [m]."""
 CHORD_TOLERANCE = 1e-4
 """Most that a flying foot may depart from its path between two knots [m]."""
-FIRST_INTERVALS = 8
+FIRST_INTERVALS = {"stance": 8, "swing": 14}
+"""Intervals of each straight move to begin with."""
 MOST_INTERVALS = 1024
 
 
@@ -65,7 +66,7 @@ def assemble_plan(
         np.append(s.position, z) for s, z in zip(solutions, steps.heights, strict=True)
     )])  # fmt: skip
     stances = _stance_strands(robot, steps, settings, cogs)
-    swings = _swing_strands(robot, steps, settings, cogs)
+    swings = _swing_strands(robot, steps, settings, cogs, stances)
     strands = [strand for pair in zip(stances, swings, strict=True) for strand in pair]
     first = _standing_joints(robot, steps.feet[:1], start[None])[0]
     joints = np.concatenate([first[None], *(s.joints for s in strands)])
@@ -89,106 +90,132 @@ def _stance_strands(
     robot: Quadruped, steps: CrawlSteps, settings: CrawlSettings, cogs: FloatArray
 ) -> list[Strand]:
     """Body moves on four feet, along straight lines between COG targets."""
+    moves = np.diff(cogs, axis=0)
 
-    def knots(which: np.ndarray, n: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-        u = _spacing(n)[:, None]
-        body = cogs[which, None] + (cogs[which + 1] - cogs[which])[:, None] * u
-        joints = _standing_joints(robot, steps.feet[which, None], body)
-        middle = (body[:, 1:] + body[:, :-1]) / 2.0
-        slip = np.max(
-            [
-                np.linalg.norm(
-                    middle - robot.centre + robot.legs[leg].forward(_midway(robot, leg, joints))
-                    - steps.feet[which, None, i],
-                    axis=-1,
-                ).max(axis=-1)
-                for i, leg in enumerate(LEGS)
-            ],
-            axis=0,
-        )  # fmt: skip
+    def place(at: Knots) -> tuple[FloatArray, FloatArray, FloatArray]:
+        body = cogs[at.step] + moves[at.step] * at.share[:, None]
+        feet = steps.feet[at.step]
+        joints = _standing_joints(robot, feet, body)
+        middle = (body[1:] + body[:-1]) / 2.0 - robot.centre
+        halfway = (joints[1:] + joints[:-1]) / 2.0
+        slip = np.zeros(len(halfway))
+        for i, name in enumerate(LEGS):
+            foot = robot.legs[name].forward(halfway[:, list(robot.leg_columns[name])])
+            np.maximum(slip, np.linalg.norm(middle + foot - feet[1:, i], axis=1), out=slip)
         return body, joints, slip
 
-    return _refined(robot, settings, steps, len(steps.legs), knots, SLIP_TOLERANCE, "stance")
+    return _refined(robot, settings, steps, place, 1, SLIP_TOLERANCE, "stance")
 
 
 def _swing_strands(
-    robot: Quadruped, steps: CrawlSteps, settings: CrawlSettings, cogs: FloatArray
+    robot: Quadruped,
+    steps: CrawlSteps,
+    settings: CrawlSettings,
+    cogs: FloatArray,
+    stances: list[Strand],
 ) -> list[Strand]:
     """Feet fly, the body stands still."""
     starts = steps.feet[np.arange(len(steps.legs)), steps.indices]
     corners = box_corners(starts, steps.targets, settings.swing_height)
-    standing = _standing_joints(robot, steps.feet[: len(steps.legs)], cogs[1:])
+    edges = np.diff(corners, axis=1)
+    standing = np.array([s.joints[-1] for s in stances])
 
-    def knots(which: np.ndarray, n: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-        u = _spacing(n)[1:, None]
-        legs = corners[which, :-1, None] + np.diff(corners[which], axis=1)[:, :, None] * u
-        foot = np.concatenate([corners[which, :1], legs.reshape(len(which), 3 * n, 3)], axis=1)
-        local = foot - cogs[which + 1, None] + robot.centre
-        joints = np.repeat(standing[which, None], 3 * n + 1, axis=1)
-        error = np.zeros(len(which))
+    def place(at: Knots) -> tuple[FloatArray, FloatArray, FloatArray]:
+        foot = corners[at.step, at.edge] + edges[at.step, at.edge] * at.share[:, None]
+        local = foot - cogs[at.step + 1] + robot.centre
+        joints = standing[at.step]
+        flying = steps.indices[at.step]
+        chord = np.zeros(len(at.step) - 1)
         for i, name in enumerate(LEGS):
-            mine = np.flatnonzero(steps.indices[which] == i)
+            mine = np.flatnonzero(flying == i)
             if not mine.size:
                 continue
-            leg = robot.legs[name]
-            _refuse_unreachable(leg, local[mine], which[mine], steps)
-            columns = list(robot.leg_columns[name])
-            angles = leg.inverse(local[mine])
-            joints[mine[:, None, None], np.arange(3 * n + 1)[:, None], columns] = angles
-            middle = leg.forward((angles[:, 1:] + angles[:, :-1]) / 2.0)
-            chord = (local[mine, 1:] + local[mine, :-1]) / 2.0
-            error[mine] = np.linalg.norm(middle - chord, axis=-1).max(axis=-1)
-        return foot, joints, error
+            leg, points = robot.legs[name], local[mine]
+            _refuse_unreachable(leg, points, at.step[mine], steps)
+            angles = leg.inverse(points)
+            joints[mine[:, None], list(robot.leg_columns[name])] = angles
+            gap = leg.forward((angles[1:] + angles[:-1]) / 2.0) - (points[1:] + points[:-1]) / 2.0
+            # Where two of the leg's knots are not neighbours the value is never looked at.
+            chord[mine[:-1]] = np.linalg.norm(gap, axis=1)
+        return foot, joints, chord
 
-    strands = _refined(robot, settings, steps, len(steps.legs), knots, CHORD_TOLERANCE, "swing")
+    strands = _refined(robot, settings, steps, place, 3, CHORD_TOLERANCE, "swing")
     return [
         s._replace(body=np.repeat(cogs[i + 1][None], len(s.body), axis=0))
         for i, s in enumerate(strands)
     ]
 
 
+class Knots(NamedTuple):
+    """Knots of many moves, one move after another.
+
+    Attributes:
+        step: the step that each knot belongs to ``(M,)``.
+        edge: the straight edge of the move that it lies on ``(M,)``.
+        share: how far along the edge, from 0 to 1 ``(M,)``.
+    """
+
+    step: np.ndarray
+    edge: np.ndarray
+    share: FloatArray
+
+
+def _knots(which: np.ndarray, intervals: np.ndarray, edges: int) -> tuple[Knots, np.ndarray]:
+    """Knots of the steps ``which``, with so many intervals on each edge; and each step's first.
+
+    Knots are dense at the ends of an edge. Legs are straightest there, and their joint angles go
+    like the square root of the way, which this spacing turns into a smooth function.
+    """
+    counts = edges * intervals + 1
+    firsts = np.cumsum(counts) - counts
+    owner = np.repeat(np.arange(len(which)), counts)
+    number, n = np.arange(len(owner)) - firsts[owner], intervals[owner]
+    edge = np.minimum(number // n, edges - 1)
+    share = (1.0 - np.cos(np.pi * (number - edge * n) / n)) / 2.0
+    return Knots(which[owner], edge, share), firsts
+
+
 def _refined(
     robot: Quadruped,
     settings: CrawlSettings,
     steps: CrawlSteps,
-    count: int,
-    knots: Callable[[np.ndarray, int], tuple[FloatArray, FloatArray, FloatArray]],
+    place: Callable[[Knots], tuple[FloatArray, FloatArray, FloatArray]],
+    edges: int,
     tolerance: float,
     kind: str,
 ) -> list[Strand]:
     """Strands of all steps, with as many knots each as the tolerance asks for.
 
-    Steps are worked on together; those whose chord error is too large get more knots.
+    All steps are worked on together; those whose chord error is too large get more knots.
+
+    Args:
+        place: gives points ``(M, 3)``, joints ``(M, nj)`` and chord errors ``(M - 1,)`` at knots.
+        edges: straight edges of each move.
+        robot, settings, steps, tolerance, kind: of the walk.
     """
     speed = None if settings.speed == "max" else float(settings.speed)
-    found: list[Strand | None] = [None] * count
-    waiting = {FIRST_INTERVALS: np.arange(count)} if count else {}
-    while waiting:
-        n = min(waiting)
-        which = waiting.pop(n)
-        points, joints, error = knots(which, n)
-        _refuse_limits(robot, joints, which, steps, kind)
-        lengths = np.linalg.norm(np.diff(points, axis=1), axis=-1)
+    found: list[Strand | None] = [None] * len(steps.legs)
+    which = np.arange(len(steps.legs))
+    intervals = np.full(len(which), FIRST_INTERVALS[kind])
+    while which.size:
+        at, firsts = _knots(which, intervals, edges)
+        points, joints, chord = place(at)
+        _refuse_limits(robot, joints, at.step, steps, kind)
+        lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)
         times, slowest = knot_times(joints, robot.velocity_limits, lengths, speed)
-        done = (error <= tolerance) | (n >= MOST_INTERVALS)
-        for i in np.flatnonzero(done):
-            found[which[i]] = Strand(points[i, 1:], joints[i, 1:], times[i], slowest[i])
+        # What lies between the last knot of one step and the first of the next is no interval.
+        chord[firsts[1:] - 1] = 0.0
+        error = np.maximum.reduceat(chord, firsts)
+        done = (error <= tolerance) | (intervals >= MOST_INTERVALS)
+        for i in np.flatnonzero(done).tolist():
+            a, b = firsts[i], firsts[i] + edges * intervals[i]
+            found[which[i]] = Strand(
+                points[a + 1 : b + 1], joints[a + 1 : b + 1], times[a:b], slowest[a:b]
+            )
         # The error of a chord goes like the square of its length.
-        doublings = np.ceil(np.log2(np.maximum(error[~done] / tolerance, 1.1)) / 2.0)
-        needed = np.minimum(n * 2 ** doublings.astype(int), MOST_INTERVALS)
-        for more in np.unique(needed):
-            rest = which[~done][needed == more]
-            waiting[int(more)] = np.union1d(waiting.get(int(more), rest), rest)
+        more = np.ceil(intervals * np.sqrt(1.1 * error / tolerance)).astype(int)
+        which, intervals = which[~done], np.minimum(more[~done], MOST_INTERVALS)
     return [s for s in found if s is not None]
-
-
-def _spacing(n: int) -> FloatArray:
-    """``n + 1`` numbers from 0 to 1, dense at the ends.
-
-    Legs are straightest at the ends of a move; there joint angles go like the square root of the
-    way, which this spacing turns into a smooth function.
-    """
-    return (1.0 - np.cos(np.pi * np.arange(n + 1) / n)) / 2.0
 
 
 def _standing_joints(robot: Quadruped, feet: FloatArray, body: FloatArray) -> FloatArray:
@@ -202,11 +229,6 @@ def _standing_joints(robot: Quadruped, feet: FloatArray, body: FloatArray) -> Fl
     return joints
 
 
-def _midway(robot: Quadruped, leg: str, joints: FloatArray) -> FloatArray:
-    mine = joints[..., list(robot.leg_columns[leg])]
-    return np.asarray((mine[:, 1:] + mine[:, :-1]) / 2.0)
-
-
 def _base_pose(robot: Quadruped, settings: CrawlSettings, body: FloatArray) -> FloatArray:
     """Base position and roll, pitch, yaw ``(K, 6)`` in the world, from the body centre's path."""
     world = (body - robot.centre) @ rotation_z(settings.heading).T
@@ -218,35 +240,37 @@ def _base_pose(robot: Quadruped, settings: CrawlSettings, body: FloatArray) -> F
     return pose
 
 
-def _refuse_unreachable(leg: Leg, local: FloatArray, which: np.ndarray, steps: CrawlSteps) -> None:
+def _refuse_unreachable(leg: Leg, local: FloatArray, step: np.ndarray, steps: CrawlSteps) -> None:
     short = leg.shortfall(local)
-    if short.max() <= 1e-6:
+    worst = int(short.argmax())
+    if short[worst] <= 1e-6:
         return
-    row, sample = np.unravel_index(int(short.argmax()), short.shape)
-    distance = float(np.sqrt(leg.straightness(*local[row, sample])))
+    distance = float(np.sqrt(leg.straightness(*local[worst])))
     raise InfeasibleStepError(
-        f"step {which[row]} ({leg.name}): its foot would have to be {distance:.4g} m from the "
+        f"step {step[worst]} ({leg.name}): its foot would have to be {distance:.4g} m from the "
         f"hip's pitch axis during the swing, and the knee allows {leg.least_reach:.4g} to "
         f"{leg.reach:.4g} m; change swing_height or body_height",
-        step=int(which[row]), leg=leg.name, conflicts=(f"reach {leg.name}",),
+        step=int(step[worst]), leg=leg.name, conflicts=(f"reach {leg.name}",),
     )  # fmt: skip
 
 
 def _refuse_limits(
-    robot: Quadruped, joints: FloatArray, which: np.ndarray, steps: CrawlSteps, kind: str
+    robot: Quadruped, joints: FloatArray, step: np.ndarray, steps: CrawlSteps, kind: str
 ) -> None:
     """Raise when a joint leaves its position limits, naming the worst."""
+    least, most = joints.min(axis=0), joints.max(axis=0)
     for name, leg in robot.legs.items():
-        angles = joints[..., list(robot.leg_columns[name])]
+        columns = list(robot.leg_columns[name])
         low, high = leg.position_limits
-        over = np.maximum(low - angles, angles - high)
-        if over.max(initial=0.0) <= 1e-9:
+        over = np.maximum(low - least[columns], most[columns] - high)
+        worst = int(over.argmax())
+        if over[worst] <= 1e-9:
             continue
-        row, _, joint = (int(i) for i in np.unravel_index(int(over.argmax()), over.shape))
-        worst = angles[np.unravel_index(int(over.argmax()), over.shape)]
+        angles = joints[:, columns[worst]]
+        row = int(np.maximum(low[worst] - angles, angles - high[worst]).argmax())
         raise InfeasibleStepError(
-            f"step {which[row]} ({kind} for {steps.legs[which[row]]}): joint {leg.joints[joint]} "
-            f"would turn to {worst:.4f} rad, and its limits are {low[joint]:.4f} to "
-            f"{high[joint]:.4f} rad; try another body_height or nearer footholds",
-            step=int(which[row]), leg=name, conflicts=(f"position {leg.joints[joint]}",),
+            f"step {step[row]} ({kind} for {steps.legs[step[row]]}): joint {leg.joints[worst]} "
+            f"would turn to {angles[row]:.4f} rad, and its limits are {low[worst]:.4f} to "
+            f"{high[worst]:.4f} rad; try another body_height or nearer footholds",
+            step=int(step[row]), leg=name, conflicts=(f"position {leg.joints[worst]}",),
         )  # fmt: skip

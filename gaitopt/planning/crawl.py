@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -53,7 +54,7 @@ class CrawlSteps:
     heights: FloatArray
     start_height: float
 
-    @property
+    @cached_property
     def indices(self) -> np.ndarray:
         """Position of each step's leg in :data:`gaitopt.LEGS`."""
         return np.array([leg_index(leg) for leg in self.legs], dtype=int)

@@ -17,6 +17,9 @@ if TYPE_CHECKING:
     from gaitopt.planning.crawl import CrawlSteps
 
 
+_OTHERS = np.array([[i for i in range(4) if i != k] for k in range(4)])
+
+
 def crawl_phases(
     robot: Quadruped,
     settings: CrawlSettings,
@@ -40,12 +43,9 @@ def crawl_phases(
     if not steps.legs:
         return ()
     count = len(steps.legs)
-    standing = np.minimum(
-        static_stability_margin(steps.feet, cogs[:-1]),
-        static_stability_margin(steps.feet, cogs[1:]),
-    )
-    others = np.array([[i for i in range(4) if i != k] for k in steps.indices])
-    triangles = np.take_along_axis(steps.feet, others[..., None], axis=1)
+    ends_of_move = np.stack([cogs[:-1], cogs[1:]])
+    standing = static_stability_margin(steps.feet, ends_of_move).min(axis=0)
+    triangles = np.take_along_axis(steps.feet, _OTHERS[steps.indices][..., None], axis=1)
     swinging = static_stability_margin(triangles, cogs[1:])
     to_world = rotation_z(settings.heading).T
     lifted = steps.feet[np.arange(count), steps.indices] @ to_world
@@ -93,10 +93,10 @@ def _speed_limits(
     cuts = np.union1d(changes, ends)
     found: list[dict[int, list[tuple[float, float]]]] = [{} for _ in ends[1:]]
     owners = np.searchsorted(ends, cuts[:-1], side="right") - 1
-    for a, b, phase in zip(cuts[:-1].tolist(), cuts[1:].tolist(), owners.tolist(), strict=True):
-        span = (float(times[a]), float(times[b]))
-        if span[1] > span[0]:
-            found[phase].setdefault(int(slowest[a]), []).append(span)
+    joints, moments = slowest[cuts[:-1]].tolist(), times[cuts].tolist()
+    for i, phase in enumerate(owners.tolist()):
+        if moments[i + 1] > moments[i]:
+            found[phase].setdefault(joints[i], []).append((moments[i], moments[i + 1]))
     out = []
     for spans, a, b in zip(found, times[ends[:-1]], times[ends[1:]], strict=True):
         limits = [

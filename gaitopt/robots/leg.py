@@ -16,6 +16,7 @@ with NumPy's universal functions, so the same source runs on arrays and on CasAD
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -132,7 +133,7 @@ class Leg:
             angles = (roll, *angles)
         return tuple(
             wrap_angle(sign * angle, centre)
-            for sign, angle, centre in zip(self.signs, angles, self._centres(), strict=True)
+            for sign, angle, centre in zip(self.signs, angles, self._centres, strict=True)
         )
 
     def jacobian(self, q: Any) -> FloatArray:
@@ -170,12 +171,12 @@ class Leg:
     @property
     def reach(self) -> float:
         """Greatest distance from first pitch axis to foot that the knee's limits allow [m]."""
-        return self._extent()[1]
+        return self._extent[1]
 
     @property
     def least_reach(self) -> float:
         """Least distance from first pitch axis to foot that the knee's limits allow [m]."""
-        return self._extent()[0]
+        return self._extent[0]
 
     def shortfall(self, point: Any) -> FloatArray:
         """How far ``point`` ``(..., 3)`` lies outside the leg's reach ``(...)`` [m]; 0 inside.
@@ -185,7 +186,7 @@ class Leg:
         point = np.asarray(point, dtype=np.float64)
         columns = point[..., 0], point[..., 1], point[..., 2]
         distance = np.sqrt(self.straightness(*columns))
-        low, high = self._extent()
+        low, high = self._extent
         out = np.maximum(np.maximum(distance - high, low - distance), 0.0)
         _, py, pz = self._in_leg_frame(*columns)
         if not self.has_roll:
@@ -193,9 +194,10 @@ class Leg:
         inside = np.maximum(abs(self.lateral) - np.hypot(py, pz), 0.0)
         return np.asarray(np.maximum(out, inside))
 
+    @cached_property
     def _extent(self) -> tuple[float, float]:
         low, high = self.position_limits[:, -1]
-        centre = self._centres()[-1]
+        centre = self._centres[-1]
         ends = self.signs[-1] * np.array([max(low, centre - np.pi), min(high, centre + np.pi)])
         bends = np.sort(ends + self.zeros[1])
         side = np.clip(bends, 0.0, np.pi) if self.knee > 0 else np.clip(-bends, 0.0, np.pi)
@@ -204,6 +206,7 @@ class Leg:
         )
         return float(lengths.min()), float(lengths.max())
 
+    @cached_property
     def _centres(self) -> tuple[float, ...]:
         low, high = self.position_limits
         bounded = np.isfinite(low) & np.isfinite(high)

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import html
+from dataclasses import replace as changed
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from gaitopt.conventions import LEGS
+from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.errors import InputError, MissingPackageError
 from gaitopt.files import StrPath, written_whole
-from gaitopt.planning.plan import Phase, Plan
+from gaitopt.planning.path import MotionPath
+from gaitopt.planning.plan import Phase, Plan, Trajectory
 from gaitopt.viewing.colours import LEG_COLOURS
 from gaitopt.viewing.page import Moment, Page, render
 from gaitopt.viewing.robot_scene import robot_scene
@@ -19,9 +21,20 @@ from gaitopt.viewing.route_scene import ground_level, sampled, swings_scene, ter
 from gaitopt.viewing.scene import Scene, joined
 from gaitopt.viewing.support_scene import INSIDE, support_scene
 
+GHOST = 0.25
+"""Opacity of the planned robot beside a simulated one."""
+
+SIMULATED_EVERY = 0.1
+"""Least time between two samples of a simulated motion that are shown [s]: a page stays small."""
+
 
 def replay(
-    plan: Plan, path: StrPath, *, title: str | None = None, meshes: bool | StrPath = False
+    plan: Plan,
+    path: StrPath,
+    *,
+    title: str | None = None,
+    meshes: bool | StrPath = False,
+    simulated: Trajectory | None = None,
 ) -> Path:
     """Write a plan as one HTML file that plays in any browser, without a network.
 
@@ -37,28 +50,36 @@ def replay(
         meshes: for robots whose URDF names mesh files. ``False`` draws them as tubes along their
             joints, in about 1 MB. ``True`` embeds example-robot-data's meshes; a folder embeds the
             meshes found in it (up to tens of MB).
+        simulated: the same robot's motion in physics, ``gaitopt.simulate(plan).motion``. It is
+            shown in full, sampled ten times a second, and the plan's robot as a ghost.
 
     Returns:
         The path of the file.
 
     Raises:
-        InputError: the file cannot be written, or a mesh is missing.
+        InputError: the file cannot be written, a mesh is missing, or ``simulated`` is another
+            robot's motion.
     """
-    text = replay_html(plan, title=title, meshes=meshes)
+    text = replay_html(plan, title=title, meshes=meshes, simulated=simulated)
     with written_whole(path) as stream:
         stream.write(text)
     return Path(path)
 
 
 def show(
-    plan: Plan, height: int = 500, *, title: str | None = None, meshes: bool | StrPath = False
+    plan: Plan,
+    height: int = 500,
+    *,
+    title: str | None = None,
+    meshes: bool | StrPath = False,
+    simulated: Trajectory | None = None,
 ) -> Any:
     """The replay inside a Jupyter notebook; see :func:`replay`.
 
     Args:
         plan: the motion.
         height: of the frame [pixels].
-        title, meshes: as for :func:`replay`.
+        title, meshes, simulated: as for :func:`replay`.
 
     Returns:
         An ``IPython.display.HTML``. The replay runs in a frame of its own that can reach neither
@@ -76,30 +97,67 @@ def show(
         raise MissingPackageError(
             "show() needs a notebook: pip install 'gaitopt[notebook]'"
         ) from error
-    inside = html.escape(replay_html(plan, title=title, meshes=meshes), quote=True)
+    inside = html.escape(
+        replay_html(plan, title=title, meshes=meshes, simulated=simulated), quote=True
+    )
     return HTML(  # type: ignore[no-untyped-call]
         f'<div><iframe srcdoc="{inside}" sandbox="allow-scripts" title="gaitopt replay" '
         f'style="width:100%;height:{int(height)}px;border:0"></iframe></div>'
     )
 
 
-def replay_html(plan: Plan, *, title: str | None = None, meshes: bool | StrPath = False) -> str:
+def replay_html(
+    plan: Plan,
+    *,
+    title: str | None = None,
+    meshes: bool | StrPath = False,
+    simulated: Trajectory | None = None,
+) -> str:
     """The text of :func:`replay`'s file."""
-    return render(plan_page(plan, title, meshes))
+    return render(plan_page(plan, title, meshes, simulated))
 
 
-def plan_scene(plan: Plan, meshes: bool | StrPath = False) -> Scene:
+def plan_scene(
+    plan: Plan, meshes: bool | StrPath = False, simulated: Trajectory | None = None
+) -> Scene:
     """All that a replay shows, as frames and keyframes."""
     samples = sampled(plan)
-    return joined([
+    scenes = [
         terrain_scene(plan.footholds, plan.robot.foot_radius),
         swings_scene(plan, samples),
         support_scene(plan, samples),
-        robot_scene(plan, meshes),
-    ])  # fmt: skip
+    ]
+    if simulated is None:
+        return joined([*scenes, robot_scene(plan, meshes)])
+    real = robot_scene(simulated_plan(plan, simulated), meshes, ("simulated",))
+    return joined([*scenes, _ghost(robot_scene(plan, meshes)), real])
 
 
-def plan_page(plan: Plan, title: str | None = None, meshes: bool | StrPath = False) -> Page:
+def simulated_plan(plan: Plan, simulated: Trajectory) -> Plan:
+    """``plan`` with another motion, so that what draws plans draws it; its phases stay.
+
+    Raises:
+        InputError: the motion is another robot's.
+    """
+    if simulated.joint_names != plan.robot.joint_names:
+        raise InputError(
+            f"the simulated motion has the joints {', '.join(simulated.joint_names)}, the plan's "
+            f"robot has {', '.join(plan.robot.joint_names)}"
+        )
+    keep = np.unique(np.searchsorted(
+        simulated.t, np.append(np.arange(0.0, simulated.t[-1], SIMULATED_EVERY), simulated.t[-1])
+    ))  # fmt: skip
+    q, times = simulated.q[keep], simulated.t[keep] - simulated.t[0]
+    values = np.concatenate([q[:, :3], _angles(q[:, 3:7]), q[:, 7:]], axis=1)
+    return changed(plan, path=MotionPath.polyline(times, values))
+
+
+def plan_page(
+    plan: Plan,
+    title: str | None = None,
+    meshes: bool | StrPath = False,
+    simulated: Trajectory | None = None,
+) -> Page:
     """A plan's scene with its heading, legend and phases."""
     centre, radius, heading = _framing(plan)
     facts = [
@@ -108,8 +166,10 @@ def plan_page(plan: Plan, title: str | None = None, meshes: bool | StrPath = Fal
     ]
     if np.isfinite(plan.margin):
         facts.append(f"stability margin {1e3 * plan.margin:.1f} mm")
+    if simulated is not None:
+        facts.append("solid: simulated in physics; ghost: planned")
     return Page(
-        scene=plan_scene(plan, meshes),
+        scene=plan_scene(plan, meshes, simulated),
         title=plan.robot.name if title is None else str(title),
         facts=tuple(facts),
         legend=(*((leg, LEG_COLOURS[leg]) for leg in LEGS), ("support less margin", INSIDE)),
@@ -117,9 +177,30 @@ def plan_page(plan: Plan, title: str | None = None, meshes: bool | StrPath = Fal
         centre=centre,
         radius=radius,
         heading=heading,
-        follow="/robot/base",
+        follow="/robot/base" if simulated is None else "/simulated/base",
         close=_size(plan),
     )
+
+
+def _ghost(scene: Scene) -> Scene:
+    """The same scene, seen through, without shadows."""
+    nodes = tuple(
+        changed(node, parts=tuple(
+            changed(part, look=changed(part.look, opacity=GHOST * part.look.opacity, casts=False))
+            for part in node.parts
+        ))
+        for node in scene.nodes
+    )  # fmt: skip
+    return changed(scene, nodes=nodes)
+
+
+def _angles(quaternions: FloatArray) -> FloatArray:
+    """Roll, pitch, yaw ``(N, 3)`` [rad] of unit quaternions xyzw ``(N, 4)``, without jumps."""
+    x, y, z, w = quaternions.T
+    roll = np.arctan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
+    pitch = np.arcsin(np.clip(2.0 * (w * y - z * x), -1.0, 1.0))
+    yaw = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+    return np.asarray(np.unwrap(np.stack([roll, pitch, yaw], axis=1), axis=0))
 
 
 def _framing(plan: Plan) -> tuple[tuple[float, float, float], float, float]:

@@ -1,0 +1,60 @@
+"""A robot's URDF made ready for MuJoCo: without shapes, with possible inertias, free to move."""
+
+from __future__ import annotations
+
+from xml.etree import ElementTree
+
+import numpy as np
+
+from gaitopt.errors import RobotError
+from gaitopt.robots.quadruped import Quadruped
+
+
+def bare_urdf(robot: Quadruped) -> str:
+    """The robot's URDF without shapes, and with a root that floats.
+
+    Some URDFs hold inertias that no body can have (anymal_c's cameras and hatch): these lose their
+    products, and MuJoCo is told to replace what is still impossible by a ball's of the same trace.
+    """
+    root = ElementTree.fromstring(robot.urdf)
+    children = {c.get("link") for j in root.findall("joint") for c in j.findall("child")}
+    for element in list(root):
+        if element.tag not in ("link", "joint"):
+            root.remove(element)
+    for link in root.findall("link"):
+        for shape in link.findall("visual") + link.findall("collision"):
+            link.remove(shape)
+        for inertial in link.findall("inertial"):
+            if not _make_possible(inertial):
+                link.remove(inertial)
+    base = next(link.get("name") for link in root.findall("link")
+                if link.get("name") not in children)  # fmt: skip
+    if base == "world":
+        raise RobotError(f"{robot.name}: rename the URDF's root link: 'world' means the ground")
+    world = ElementTree.SubElement(root, "link", name="world")
+    joint = ElementTree.SubElement(root, "joint", name="gaitopt floating", type="floating")
+    ElementTree.SubElement(joint, "parent", link="world")
+    ElementTree.SubElement(joint, "child", link=str(base))
+    extension = ElementTree.SubElement(root, "mujoco")
+    ElementTree.SubElement(
+        extension, "compiler", fusestatic="false", inertiafromgeom="false", balanceinertia="true",
+        boundmass="0", boundinertia="0", angle="radian", autolimits="true",
+    )  # fmt: skip
+    root.remove(world)
+    root.insert(0, world)
+    return ElementTree.tostring(root, encoding="unicode")
+
+
+def _make_possible(inertial: ElementTree.Element) -> bool:
+    """Drop products of inertia from a matrix that is not positive definite; False: no mass."""
+    mass, inertia = inertial.find("mass"), inertial.find("inertia")
+    if mass is None or inertia is None or not float(mass.get("value", "0")) > 0.0:
+        return False
+    xx, xy, xz, yy, yz, zz = (
+        float(inertia.get(f"i{n}", "0")) for n in ("xx", "xy", "xz", "yy", "yz", "zz")
+    )
+    least = np.linalg.eigvalsh(np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))[0]
+    if not least > 1e-9 * (xx + yy + zz):
+        for name in ("ixy", "ixz", "iyz"):
+            inertia.set(name, "0")
+    return True
