@@ -2,24 +2,24 @@
 
 from __future__ import annotations
 
+import inspect
 from typing import TYPE_CHECKING
+
+from docutils import nodes
+from docutils.utils.math.latex2mathml import tex2mathml
 
 import gaitopt
 
 if TYPE_CHECKING:
     from sphinx.application import Sphinx
+    from sphinx.writers.html5 import HTML5Translator
 
 project = "gaitopt"
 author = "The gaitopt authors"
 copyright = author
 version = release = gaitopt.__version__
 
-extensions = [
-    "myst_parser",
-    "sphinx.ext.autodoc",
-    "sphinx.ext.mathjax",
-    "sphinx.ext.napoleon",
-]
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
 exclude_patterns = ["_build"]
 
 myst_enable_extensions = ["deflist", "dollarmath"]
@@ -34,10 +34,34 @@ napoleon_numpy_docstring = False
 html_theme = "furo"
 html_title = f"gaitopt {release}"
 html_show_sphinx = False
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
+# Formulas as MathML, which browsers draw themselves: the site needs no network and no script.
+html_math_renderer = "mathml"
 
 
-def escape_bars(app: object, what: str, name: str, obj: object, options: object,
-                lines: list[str]) -> None:  # fmt: skip
+def mathml(tex: str, block: bool) -> str:
+    """A formula as MathML; docutils 0.21 renamed the argument."""
+    if "as_block" in inspect.signature(tex2mathml).parameters:
+        return str(tex2mathml(tex, as_block=block))
+    return str(tex2mathml(tex, inline=not block))
+
+
+def visit_inline(self: HTML5Translator, node: nodes.math) -> None:
+    """Write a formula in the text."""
+    self.body.append(mathml(node.astext(), block=False))
+    raise nodes.SkipNode
+
+
+def visit_block(self: HTML5Translator, node: nodes.math_block) -> None:
+    """Write a formula in a line of its own."""
+    self.body.append(f'<div class="math-block">{mathml(node.astext(), block=True)}</div>')
+    raise nodes.SkipNode
+
+
+def escape_bars(
+    app: object, what: str, name: str, obj: object, options: object, lines: list[str]
+) -> None:
     """Docstrings write magnitudes as ``|x|``, which reStructuredText takes for substitutions."""
     for i, line in enumerate(lines):
         parts = line.split("``")
@@ -48,3 +72,4 @@ def escape_bars(app: object, what: str, name: str, obj: object, options: object,
 def setup(app: Sphinx) -> None:
     """Called by Sphinx."""
     app.connect("autodoc-process-docstring", escape_bars)
+    app.add_html_math_renderer("mathml", (visit_inline, None), (visit_block, None))

@@ -9,6 +9,7 @@ import numpy as np
 from gaitopt.checking.balance import margins_over, true_com
 from gaitopt.checking.sim_settings import SimulationSettings
 from gaitopt.control.gains import ControlGains
+from gaitopt.control.reference import rotations
 from gaitopt.conventions import LEGS, BoolArray, FloatArray
 from gaitopt.planning.plan import Plan, Trajectory
 
@@ -137,7 +138,6 @@ class SimulationRecord:
     Attributes:
         t: ``(N,)`` [s].
         q, v: Pinocchio's ``(N, nq)``, ``(N, nv)``.
-        feet: foot frames ``(N, 4, 3)`` [m].
         touching: which feet touch anything ``(N, 4)``.
         beneath: id of the shape under each foot ``(N, 4)``, -1 for none.
         peak_torques, peak_rates: ``(nj,)``.
@@ -148,7 +148,6 @@ class SimulationRecord:
     t: FloatArray
     q: FloatArray
     v: FloatArray
-    feet: FloatArray
     touching: BoolArray
     beneath: np.ndarray
     peak_torques: FloatArray
@@ -169,17 +168,20 @@ def report(
     """Judge a record against its plan; ``columns (4, n)`` are the ids of the shapes it names."""
     robot, t = plan.robot, record.t
     planned = plan.at(np.minimum(t, plan.duration))
-    landings = _landings(plan, record, columns, settings)
+    base, to_world = record.q[:, :3], rotations(record.q[:, 3:7]) @ robot.body_axes
+    inside = np.stack([robot.legs[leg].forward(record.q[:, 7:][:, list(robot.leg_columns[leg])])
+                       for leg in LEGS], axis=1)  # fmt: skip
+    feet = base[:, None, :] + np.einsum("nij,nlj->nli", to_world, inside)
+    landings = _landings(plan, record, feet, columns, settings)
     errors = np.array([e for e, _ in landings])
     missed = tuple(m for _, m in landings if m is not None)
-    to_world = np.array([_axes(q) for q in record.q[:, 3:7]]) @ robot.body_axes
     motion = Trajectory(
         t=t,
         q=record.q,
         v=record.v,
         contacts=record.touching,
-        cog=record.q[:, :3] + to_world @ robot.centre,
-        feet=record.feet,
+        cog=base + to_world @ robot.centre,
+        feet=feet,
         legs=LEGS,
         joint_names=robot.joint_names,
     )
@@ -198,7 +200,7 @@ def report(
         body_error=float(np.linalg.norm(record.q[:, :3] - planned.q[:, :3], axis=1).max()),
         com_margin=margin,
         smallest_margin=float(np.nanmin(margin)) if np.isfinite(margin).any() else float("nan"),
-        slip=_slip(plan, record, settings),
+        slip=_slip(plan, record.t, feet, settings),
         peak_torques=record.peak_torques,
         peak_rates=record.peak_rates,
         torque_use=_use(record.peak_torques, efforts),
@@ -216,7 +218,7 @@ def report(
 
 def stances(plan: Plan) -> list[tuple[int, str, float, float, FloatArray]]:
     """All times a foot stands after a swing: ``(step, leg, from, to, foothold)``, by step."""
-    swings = [p for p in plan.phases if p.kind == "swing" and p.duration > 0]
+    swings = [p for p in plan.phases if p.kind == "swing"]
     found = []
     for i, phase in enumerate(swings):
         later = (p.start for p in swings[i + 1 :] if p.leg == phase.leg)
@@ -225,7 +227,11 @@ def stances(plan: Plan) -> list[tuple[int, str, float, float, FloatArray]]:
 
 
 def _landings(
-    plan: Plan, record: SimulationRecord, columns: np.ndarray, settings: SimulationSettings
+    plan: Plan,
+    record: SimulationRecord,
+    feet: FloatArray,
+    columns: np.ndarray,
+    settings: SimulationSettings,
 ) -> list[tuple[float, MissedFoothold | None]]:
     """For each step the landing error (NaN: not done) and what was missed."""
     counts = dict.fromkeys(LEGS, 0)
@@ -244,11 +250,11 @@ def _landings(
             continue
         settled = min(settled, len(record.t) - 1)
         last = min(max(last, settled), len(record.t) - 1)
-        off = np.linalg.norm(record.feet[:, column, :2] - foothold[:2], axis=1)
+        off = np.linalg.norm(feet[:, column, :2] - foothold[:2], axis=1)
         reason = ""
         if off[settled] > radius:
             reason = "beside"
-        elif record.beneath[first : settled + 1, column].max() != mine:
+        elif not (record.beneath[first : settled + 1, column] == mine).any():
             reason = "no contact"
         elif off[last] > radius or (record.beneath[last - 2 : last + 1, column] != mine).all():
             reason = "left"
@@ -258,13 +264,13 @@ def _landings(
     return out
 
 
-def _slip(plan: Plan, record: SimulationRecord, settings: SimulationSettings) -> float:
+def _slip(plan: Plan, times: FloatArray, feet: FloatArray, settings: SimulationSettings) -> float:
     worst = 0.0
     starts = [(0, leg, 0.0, next((p.start for p in plan.phases
                if p.kind == "swing" and p.leg == leg), np.inf), None) for leg in LEGS]  # fmt: skip
     for _, leg, start, end, _ in [*starts, *stances(plan)]:
-        a, b = np.searchsorted(record.t, [start + settings.landing_time, end - 0.06])
-        places = record.feet[a:b, LEGS.index(leg), :2]
+        a, b = np.searchsorted(times, [start + settings.landing_time, end - 0.06])
+        places = feet[a:b, LEGS.index(leg), :2]
         if len(places):
             worst = max(worst, float(np.linalg.norm(places - places[0], axis=1).max()))
     return worst
@@ -280,9 +286,3 @@ def _tilt(quaternions: FloatArray, others: FloatArray) -> FloatArray:
     flip = np.sign(np.einsum("ni,ni->n", quaternions, others))[:, None]
     half = np.linalg.norm(quaternions - np.where(flip < 0, -1.0, 1.0) * others, axis=1) / 2.0
     return np.asarray(4.0 * np.arcsin(np.clip(half, 0.0, 1.0)))
-
-
-def _axes(quaternion: FloatArray) -> FloatArray:
-    import pinocchio as pin
-
-    return np.array(pin.Quaternion(quaternion).matrix())

@@ -17,7 +17,7 @@ from gaitopt.checking.sim_model import SimModel, build_sim_model, import_mujoco,
 from gaitopt.checking.sim_result import SimulationRecord, SimulationResult, report
 from gaitopt.checking.sim_settings import SimulationSettings
 from gaitopt.control.gains import ControlGains
-from gaitopt.control.tracking import Command, RobotState, TrackingController
+from gaitopt.control.tracking import Command, RobotState, TrackingController, rotation_of
 from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.planning.plan import Plan
 
@@ -80,8 +80,7 @@ class _Run:
             state, beneath = self._sense(data)
             status = self._verdict(now, state) or status
             if tick % stride == 0 or tick == count or status != "finished":
-                self.samples.append((now, state.q, state.v, data.geom_xpos[list(self.sim.feet)],
-                                     state.contacts, beneath))  # fmt: skip
+                self.samples.append((now, state.q, state.v, state.contacts, beneath))
             if status != "finished" or tick == count:
                 break
             sensed.append(state)
@@ -114,8 +113,9 @@ class _Run:
         qpos, qvel = data.qpos, data.qvel
         q, v = np.empty(7 + len(sim.qpos)), np.empty(6 + len(sim.qvel))
         q[:3], q[3:6], q[6], q[7:] = qpos[:3], qpos[4:7], qpos[3], qpos[sim.qpos]
-        # MuJoCo gives the velocity of the base's origin in the world's axes.
-        v[:3] = data.xmat[sim.base].reshape(3, 3).T @ qvel[:3]
+        # MuJoCo gives the velocity of the base's origin in the world's axes. (Its xmat, geom_xpos
+        # and contacts are those before the last step; only for contacts that is good enough.)
+        v[:3] = qvel[:3] @ rotation_of(q[3:7])
         v[3:6], v[6:] = qvel[3:6], qvel[sim.qvel]
         beneath = np.full(len(LEGS), -1)
         if data.ncon:
@@ -133,9 +133,7 @@ class _Run:
         tick = reference.tick(now)
         if not (np.isfinite(state.q).all() and np.abs(state.v).max() < 1e3):
             return "diverged"
-        x, y, z, w = state.q[3:7].tolist()
-        up = np.array([2 * (x * z + y * w), 2 * (y * z - x * w), 1 - 2 * (x * x + y * y)])
-        lean = float(up @ reference.rotation[tick, :, 2])
+        lean = float(rotation_of(state.q[3:7])[:, 2] @ reference.rotation[tick, :, 2])
         place = state.q[:3] - reference.position[tick]
         tall = self.settings.fall_error * self.plan.settings.body_height
         if lean < np.cos(self.settings.fall_tilt) or float(place @ place) > tall * tall:
@@ -166,8 +164,8 @@ class _Run:
         status: str,
         spent: tuple[float, float],
     ) -> SimulationRecord:
-        t, q, v, feet, touching, beneath = zip(*self.samples, strict=True)
-        q_all, v_all, feet_all = np.array(q), np.array(v), np.array(feet)
+        t, q, v, touching, beneath = zip(*self.samples, strict=True)
+        q_all, v_all = np.array(q), np.array(v)
         # A diverged state is no posture; the last good one stands for it.
         good = np.isfinite(q_all).all(axis=1) & np.isfinite(v_all).all(axis=1)
         keep = good if good.any() else np.ones(len(t), dtype=bool)
@@ -175,7 +173,6 @@ class _Run:
             t=np.array(t, dtype=np.float64)[keep],
             q=q_all[keep],
             v=v_all[keep],
-            feet=feet_all[keep],
             touching=np.array(touching)[keep],
             beneath=np.array(beneath)[keep],
             peak_torques=torques,

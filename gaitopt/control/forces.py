@@ -110,7 +110,8 @@ class ForceDistribution:
         load = self._solver.init if first else self._solver.update
         load(hessian, gradient, None, None, self._rows, low, high)
         self._solver.solve()
-        return np.array(self._solver.results.x)
+        # Its last bits depend on where its memory lies: rounded, the same input gives the same walk.
+        return np.asarray(np.round(self._solver.results.x, 7))
 
 
 def _pyramids(slope: float) -> FloatArray:

@@ -10,7 +10,7 @@ import numpy as np
 from gaitopt.control.gains import ControlGains
 from gaitopt.conventions import LEGS, BoolArray, FloatArray
 from gaitopt.errors import InputError
-from gaitopt.planning.plan import Plan, Trajectory
+from gaitopt.planning.plan import Plan
 from gaitopt.robots.quadruped import Quadruped
 
 LEAST_LOAD = 0.02
@@ -92,7 +92,7 @@ def build_reference(plan: Plan, gains: ControlGains, dt: float) -> Reference:
     moving = ((grid >= 0.0) & (grid < plan.duration))[:, None]
     joints = smoothed(motion.q[:, 7:], width)
     values = smoothed(plan.path.evaluate(times)[:, :3], width)
-    rotation = _rotations(motion)
+    rotation = rotations(motion.q[:, 3:7])
     feet, inverse = _legs(plan.robot, joints)
     velocity = smoothed(motion.v * moving, width)
     linear = np.einsum("nij,nj->ni", rotation, motion.v[:, :3] * moving)
@@ -150,8 +150,9 @@ def ramped(standing: BoolArray, ticks: float) -> FloatArray:
     return load
 
 
-def _rotations(motion: Trajectory) -> FloatArray:
-    x, y, z, w = motion.q[:, 3:7].T
+def rotations(quaternions: FloatArray) -> FloatArray:
+    """Rotation matrices ``(N, 3, 3)`` of unit quaternions xyzw ``(N, 4)``."""
+    x, y, z, w = quaternions.T
     rows = [
         [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
         [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],

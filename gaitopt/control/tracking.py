@@ -96,7 +96,7 @@ class TrackingController:
     def command(self, time: float, state: RobotState) -> Command:
         """What the servos are to do from ``time`` [s] on, given the measured ``state``."""
         tick = self.reference.tick(time)
-        rotation = _matrix(state.q[3:7])
+        rotation = rotation_of(state.q[3:7])
         feet, grasp, needed = self._dynamics(tick, state.q)
         self._watch(tick, state.contacts)
         share = self._forces.share(
@@ -183,13 +183,13 @@ class TrackingController:
         # A flying foot has time: it follows the body's wobbling slowly, joint velocities stay low.
         slowly = wanted + (self._correction - wanted) * self._decay
         self._correction = np.where(rule, wanted + self._offset, slowly)
-        step = np.einsum("lij,lj->li", ref.inverse[tick], self._correction)
+        step = (ref.inverse[tick] @ self._correction[:, :, None])[:, :, 0]
         angles = ref.joints[tick].copy()
         angles[self._columns] += step
         return np.asarray(angles)
 
 
-def _matrix(quaternion: FloatArray) -> FloatArray:
+def rotation_of(quaternion: FloatArray) -> FloatArray:
     """Rotation matrix ``(3, 3)`` of a unit quaternion xyzw; plain numbers are quickest here."""
     x, y, z, w = quaternion.tolist()
     return np.array(

@@ -1,0 +1,154 @@
+"""Walks in physics: what succeeds, what falls, and that each is told from the other."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import gaitopt
+from gaitopt import LEGS, Footholds, MissingPackageError, MotionPath, Plan, Quadruped
+from gaitopt.checking.sim_disturbances import push_settings, static_push
+from gaitopt.checking.sim_result import SimulationResult
+from gaitopt.checking.sim_settings import SimulationSettings
+from gaitopt.checking.simulation import simulate
+
+pytest.importorskip("mujoco")
+
+
+@pytest.fixture(scope="module")
+def short_plan(wang: Quadruped) -> Plan:
+    return gaitopt.plan_crawl(wang, gaitopt.s_columns(3, columns=3))
+
+
+@pytest.fixture(scope="module")
+def walk(short_plan: Plan) -> SimulationResult:
+    return simulate(short_plan)
+
+
+def test_a_short_walk_finishes_with_every_foot_on_its_column(
+    short_plan: Plan, walk: SimulationResult
+) -> None:
+    assert walk.succeeded, str(walk)
+    assert walk.steps_done == walk.steps == 8
+    radius = short_plan.footholds.radius
+    assert radius is not None and walk.landing_error < 0.25 * radius
+    assert walk.tilt < np.radians(1.0)
+    assert walk.body_error < 0.01
+    assert walk.smallest_margin > 0.0
+    assert walk.rates_within and walk.torque_use < 1.0
+
+
+def test_the_record_says_so_too(short_plan: Plan, walk: SimulationResult) -> None:
+    """The verdict again, from the motion and the footholds alone."""
+    motion = walk.motion
+    last = motion.feet[-1]
+    for leg, foot in zip(LEGS, last, strict=True):
+        assert np.linalg.norm(foot - short_plan.footholds[leg][-1]) < 0.01
+    assert motion.contacts[-1].all()
+    assert motion.t[-1] == pytest.approx(short_plan.duration + 0.5, abs=0.02)
+    for i, leg in enumerate(LEGS):
+        columns = list(short_plan.robot.leg_columns[leg])
+        ours = short_plan.robot.legs[leg].forward(motion.q[-1, 7:][columns])
+        turn = np.linalg.norm(motion.feet[-1, i] - motion.q[-1, :3] - ours)
+        assert turn < 0.01  # the body is all but level
+
+
+def test_the_same_walk_twice_is_the_same_walk(wang: Quadruped) -> None:
+    plan = gaitopt.plan_crawl(wang, gaitopt.s_columns(1, columns=2))
+    first, second = simulate(plan), simulate(plan)
+    assert np.array_equal(first.motion.q, second.motion.q)
+    assert np.array_equal(first.peak_torques, second.peak_torques)
+    assert first.energy == second.energy
+
+
+def test_standing_still_nothing_moves(wang: Quadruped) -> None:
+    plan = gaitopt.plan_crawl(wang, gaitopt.s_columns(0, columns=1))
+    result = simulate(plan, SimulationSettings(settle=2.0))
+    assert result.finished and result.steps == 0
+    assert result.body_error < 1e-3 and result.slip < 1e-4
+    assert result.peak_rates.max() < 0.01
+
+
+def test_a_missing_column_is_missed(short_plan: Plan, wang: Quadruped) -> None:
+    points = {leg: short_plan.footholds[leg].copy() for leg in LEGS}
+    points["RF"][1] += [0.0, -0.3, 0.0]
+    planted = replace(short_plan, footholds=Footholds(points, short_plan.footholds.radius))
+    result = simulate(planted, SimulationSettings(column_height=0.4))
+    assert not result.succeeded
+    assert result.missed and result.missed[0].leg == "RF" and result.missed[0].step == 1
+    assert result.missed[0].reason == "no contact"
+
+
+def test_a_body_outside_the_support_triangle_falls(short_plan: Plan) -> None:
+    result = simulate(leaning(short_plan, np.array([0.0, 0.10, 0.0])))
+    assert result.status == "fell"
+    assert not result.finished and not result.succeeded
+    assert result.end < short_plan.duration
+    assert result.steps_done < result.steps
+    assert "fell at" in str(result)
+
+
+def leaning(plan: Plan, offset: np.ndarray) -> Plan:
+    """The same feet, with the body ``offset`` to the side all the time."""
+    times = plan.path.times
+    motion, values = plan.at(times), plan.path.knots()
+    values[:, :3] += offset
+    for i, leg in enumerate(LEGS):
+        columns = 6 + np.array(plan.robot.leg_columns[leg])
+        values[:, columns] = plan.robot.legs[leg].inverse(motion.feet[:, i] - values[:, :3])
+    return replace(plan, path=MotionPath.polyline(times, values))
+
+
+def test_a_push_far_beyond_the_static_limit_tips_it(short_plan: Plan) -> None:
+    swing = next(p for p in short_plan.phases if p.kind == "swing" and p.step == 2)
+    result = simulate(short_plan, push_settings(swing, "+y", 10.0 * static_push(short_plan)))
+    assert not result.succeeded
+    assert result.status == "fell" or result.missed
+
+
+def test_a_push_well_below_it_does_not(short_plan: Plan) -> None:
+    swing = next(p for p in short_plan.phases if p.kind == "swing" and p.step == 2)
+    assert simulate(short_plan, push_settings(swing, "+y", 0.4 * static_push(short_plan))).succeeded
+
+
+def test_numbers_that_run_away_are_a_fall_not_an_error(short_plan: Plan) -> None:
+    gains = gaitopt.control.gains.ControlGains.for_robot(
+        short_plan.robot, joint_damping=0.0, joint_stiffness=1e9
+    )
+    result = simulate(short_plan, gains=gains)
+    assert result.status in ("fell", "diverged")
+    assert np.isfinite(result.motion.q).all()
+
+
+def test_without_mujoco_the_error_says_what_to_install(
+    short_plan: Plan, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(__import__("sys").modules, "mujoco", None)
+    with pytest.raises(MissingPackageError, match=r"pip install 'gaitopt\[sim\]'"):
+        simulate(short_plan)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(3))
+def test_the_papers_walk_crosses_all_columns(wang: Quadruped, seed: int) -> None:
+    result = simulate(gaitopt.plan_crawl(wang, gaitopt.s_columns(seed)))
+    assert result.succeeded, str(result)
+    assert result.rates_within
+    assert result.real_time_factor > 10
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "margin"), [("a1", 0.02), ("anymal_c", 0.03)])
+def test_other_robots_walk_on_flat_ground(name: str, margin: float) -> None:
+    from gaitopt.studies.terrains import s_columns_for
+
+    robot = gaitopt.load_robot(name)
+    footholds = Footholds(dict(s_columns_for(robot, 0, 5).points), None)
+    plan = gaitopt.plan_crawl(
+        robot, footholds, speed=0.1, stability_margin=margin,
+        body_height=robot.standing_height, swing_height=0.04,
+    )  # fmt: skip
+    result = simulate(plan)
+    assert result.succeeded, str(result)
