@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gaitopt.errors import GaitoptError, InputError
+from gaitopt.errors import GaitoptError, InfeasibleStepError, InputError
 from gaitopt.files import written_whole
 
 if TYPE_CHECKING:
@@ -122,8 +122,8 @@ def walk(
 
     model, places = _inputs(robot, footholds, seed)
     settings = _settings(
-        model, stability_margin, body_height, swing_height, sequence, reach_fraction, heading,
-        follow_terrain,
+        model, places, stability_margin, body_height, swing_height, sequence, reach_fraction,
+        heading, follow_terrain,
     )  # fmt: skip
     _make_folder(out)
     with _progress("planning") as tick:
@@ -172,8 +172,8 @@ def compare(
         raise InputError("--footholds and --seeds exclude each other: a CSV is one terrain")
     model, first = _inputs(robot, footholds, seed)
     settings = _settings(
-        model, stability_margin, body_height, swing_height, sequence, reach_fraction, heading,
-        follow_terrain,
+        model, first, stability_margin, body_height, swing_height, sequence, reach_fraction,
+        heading, follow_terrain,
     )  # fmt: skip
     terrains: Any = first
     if footholds is None:
@@ -382,6 +382,7 @@ def _inputs_terrain(model: Quadruped, seed: int) -> Footholds:
 
 def _settings(
     model: Quadruped,
+    places: Footholds,
     stability_margin: float,
     body_height: float | None,
     swing_height: float | None,
@@ -390,10 +391,8 @@ def _settings(
     heading: float,
     follow_terrain: bool,
 ) -> dict[str, Any]:
-    height = model.standing_height if body_height is None else body_height
-    return {
+    settings = {
         "stability_margin": stability_margin,
-        "body_height": height,
         # The paper's 7 cm, to the scale of the robot.
         "swing_height": round(0.175 * model.standing_height, 4)
         if swing_height is None
@@ -403,6 +402,23 @@ def _settings(
         "heading": heading,
         "follow_terrain": follow_terrain,
     }
+    if body_height is None:
+        body_height = _fitting_height(model, places, settings)
+    return {**settings, "body_height": body_height}
+
+
+def _fitting_height(model: Quadruped, places: Footholds, settings: dict[str, Any]) -> float:
+    """The robot's standing height, or a higher one where its joints' limits need it."""
+    from gaitopt.planning.crawl import plan_crawl
+
+    usual = model.standing_height
+    for height in (usual, *(round(usual * k / 14, 2) for k in (15, 16, 17))):
+        try:
+            plan_crawl(model, places, body_height=height, **settings)
+        except InfeasibleStepError:
+            continue
+        return height
+    return usual
 
 
 def _speed(text: str) -> Any:

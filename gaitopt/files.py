@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, Any
@@ -47,6 +47,29 @@ def written_whole(path: StrPath, *, binary: bool = False) -> Iterator[IO[Any]]:
         raise InputError(f"cannot write {target}: {error.strerror or error}") from error
     finally:
         temporary.unlink(missing_ok=True)
+
+
+@contextmanager
+def silenced_stderr() -> Iterator[Callable[[], str]]:
+    """Keep what C++ libraries print to stderr in the meantime; the value gives it as text.
+
+    urdfdom reports errors there, on lines of its own, whatever the caller does with them.
+    """
+    try:
+        before = os.dup(2)
+    except OSError:  # No stderr at all, as in some programs without a terminal.
+        yield lambda: ""
+        return
+    words: list[str] = []
+    with tempfile.TemporaryFile() as kept:
+        os.dup2(kept.fileno(), 2)
+        try:
+            yield lambda: "".join(words)
+        finally:
+            os.dup2(before, 2)
+            os.close(before)
+            kept.seek(0)
+            words.append(kept.read(10_000).decode("utf-8", "replace"))
 
 
 def read_bounded(path: StrPath, limit: int, error: type[GaitoptError]) -> bytes:

@@ -57,7 +57,7 @@ class SimulationSettings:
         landing_time: how long after the plan's touch-down a foot may take to stand [s].
         fall_tilt: a body tilted further than this from the plan has fallen [rad].
         fall_error: a body further than this from the plan has fallen, or is lost [share of the
-            height of the hips].
+            base's height above the feet].
         servo_tolerance: joint velocities may exceed their limits by this share of the limit: the
             servos follow a motion at the limits, and correct on top of it.
         record_every: time between the samples of the recorded motion [s].

@@ -110,7 +110,7 @@ class ForceDistribution:
         load = self._solver.init if first else self._solver.update
         load(hessian, gradient, None, None, self._rows, low, high)
         self._solver.solve()
-        # Its last bits depend on where its memory lies: rounded, the same input gives the same walk.
+        # The last bits depend on where its memory lies. Rounded, walks can be repeated.
         return np.asarray(np.round(self._solver.results.x, 7))
 
 

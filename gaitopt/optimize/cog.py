@@ -43,7 +43,7 @@ _ITERATIONS = 40
 _EMPTY = 1e-7
 _CONVERGED = 1e-10
 _STEP = 1e-9
-_POLISHED = 1e-13
+_POLISHED = 1e-14
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,9 +60,10 @@ class CogSolution:
         status: ``"solved"`` when the residuals below are within tolerance, else ``"failed"``.
         primal: largest violation of a constraint [m].
         stationarity: largest entry of the Lagrangian's gradient.
-        complementarity: sum of |dual x slack|.
-        error_bound: proven bound on the distance from the true optimum (``"distance"``), or on the
-            objective's distance from its optimum over the feasible set (the others).
+        complementarity: sum of dual times slack.
+        error_bound: bound on the distance from the true optimum [m] (``"distance"``), or on the
+            objective's distance from its optimum (the others). Proven for a feasible answer; a
+            violation, of 1e-9 m at most, enters to first order through the multipliers.
         iterations: QPs solved.
     """
 
@@ -187,11 +188,13 @@ class _Buffered:
 def _evaluate(call: _Buffered, problem: CogProblem, w: FloatArray, duals: FloatArray) -> _State:
     gradient, hessian, slack, jacobian = call(w, problem.parameters, duals)
     residual = gradient - duals @ jacobian
+    primal = max(0.0, -float(slack.min()))
     return _State(
         w, duals, gradient, hessian, slack, jacobian,
-        primal=max(0.0, -float(slack.min())),
+        primal=primal,
         stationarity=max(map(abs, residual.tolist())),
-        gap=float(duals @ np.abs(slack)),
+        # A violation shifts the optimum's value by the multipliers times its size.
+        gap=float(duals @ np.abs(slack)) + float(duals.sum()) * primal,
     )  # fmt: skip
 
 
@@ -231,7 +234,7 @@ def _judge(problem: CogProblem, state: _State, iterations: int) -> CogSolution:
         bound = float(2.0**0.5 * slope + (2.0 * slope**2 + 2.0 * gap) ** 0.5)
     else:
         # A linear objective: its shortfall is at most the gap plus slope times the region's width.
-        bound = gap + slope * 2.0
+        bound = gap + slope * form.width * max(1.0, problem.reach_fraction)
     solved = state.primal <= PRIMAL_TOLERANCE and bound <= ERROR_TOLERANCE
     position = w[:2].copy()
     position.setflags(write=False)

@@ -41,6 +41,7 @@ class CogFormulation:
         objective: which objective.
         swing: the leg that swings next; ``None`` for standing on four feet (no triangle).
         reaching: the leg of each reach constraint.
+        width: upper bound on the width of the area within the legs' reach [m].
         expressions: CasADi function ``(w, parameters) -> (cost, constraints)``, to look at.
         derivatives: CasADi function ``(w, parameters, duals) -> (gradient, hessian, constraints,
             jacobian)`` that the solver calls.
@@ -49,6 +50,7 @@ class CogFormulation:
     objective: str
     swing: str | None
     reaching: tuple[str, ...]
+    width: float
     expressions: Any
     derivatives: Any
 
@@ -112,6 +114,7 @@ def build_cog_formulation(
         objective=objective,
         swing=swing,
         reaching=reaching,
+        width=2.0 * max(float(np.hypot(x.reach, x.lateral)) for x in robot.legs.values()),
         expressions=ca.Function("cog", [w, prm], [cost, g], ["w", "p"], ["cost", "g"]),
         derivatives=ca.Function(
             "cog_derivatives", [w, prm, duals], [ca.densify(o) for o in outputs],

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from gaitopt.conventions import LEGS, FloatArray, rotation_z
-from gaitopt.errors import InfeasibleStepError
+from gaitopt.conventions import LEGS, BoolArray, FloatArray, rotation_z
+from gaitopt.errors import InfeasibleStepError, SolverError
 from gaitopt.optimize.cog import CogSolution
 from gaitopt.optimize.speed import knot_times
 from gaitopt.planning.path import MotionPath
@@ -29,7 +29,7 @@ CHORD_TOLERANCE = 1e-4
 """Most that a flying foot may depart from its path between two knots [m]."""
 FIRST_INTERVALS = {"stance": 8, "swing": 14}
 """Intervals of each straight move to begin with."""
-MOST_INTERVALS = 1024
+MOST_INTERVALS = 4096
 
 
 class Strand(NamedTuple):
@@ -206,7 +206,8 @@ def _refined(
         # What lies between the last knot of one step and the first of the next is no interval.
         chord[firsts[1:] - 1] = 0.0
         error = np.maximum.reduceat(chord, firsts)
-        done = (error <= tolerance) | (intervals >= MOST_INTERVALS)
+        done = error <= tolerance
+        _refuse_coarse(which, error, ~done & (intervals >= MOST_INTERVALS), steps, kind)
         for i in np.flatnonzero(done).tolist():
             a, b = firsts[i], firsts[i] + edges * intervals[i]
             found[which[i]] = Strand(
@@ -216,6 +217,19 @@ def _refined(
         more = np.ceil(intervals * np.sqrt(1.1 * error / tolerance)).astype(int)
         which, intervals = which[~done], np.minimum(more[~done], MOST_INTERVALS)
     return [s for s in found if s is not None]
+
+
+def _refuse_coarse(
+    which: np.ndarray, error: FloatArray, stuck: BoolArray, steps: CrawlSteps, kind: str
+) -> None:
+    """Raise when not even the most knots keep feet on their paths."""
+    if stuck.any():
+        i = int(np.flatnonzero(stuck)[0])
+        raise SolverError(
+            f"step {which[i]} ({kind} for {steps.legs[which[i]]}): feet leave their path by "
+            f"{error[i]:.2g} m between knots, even with {MOST_INTERVALS} intervals; take "
+            "reach_fraction below 1, so that no leg is quite straight"
+        )
 
 
 def _standing_joints(robot: Quadruped, feet: FloatArray, body: FloatArray) -> FloatArray:

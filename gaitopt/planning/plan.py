@@ -54,8 +54,9 @@ class CogEvidence:
         duals: multiplier of each constraint by name.
         primal: largest violation of a constraint [m].
         stationarity: largest entry of the Lagrangian's gradient.
-        complementarity: sum of |dual x slack|.
-        error_bound: proven bound on the distance from the true optimum [m].
+        complementarity: sum of dual times slack.
+        error_bound: bound on the distance from the true optimum (``"distance"``), or on the
+            margin's distance from the largest (``"margin"``) [m].
         iterations: QPs solved.
     """
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from gaitopt.conventions import LEGS, FloatArray, frozen
 from gaitopt.errors import InputError, RobotError
+from gaitopt.files import silenced_stderr
 from gaitopt.robots.leg import Leg
 
 CLOSED_FORM_TOLERANCE = 1e-9
@@ -77,9 +78,11 @@ class Quadruped:
         label = name or "URDF"
         _refuse_unsafe(urdf, label)
         try:
-            model = pin.buildModelFromXML(urdf, pin.JointModelFreeFlyer())
+            with silenced_stderr() as said:
+                model = pin.buildModelFromXML(urdf, pin.JointModelFreeFlyer())
         except Exception as error:
-            raise RobotError(f"{label}: Pinocchio cannot read this URDF: {error}") from error
+            words = re.sub(r" at line \d+ in \S+", "", " ".join(f"{error} {said()}".split()))[:300]
+            raise RobotError(f"{label}: Pinocchio cannot read this URDF: {words}") from error
         if name:
             model.name = name
         chains = discovery.find_chains(model)

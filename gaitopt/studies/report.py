@@ -17,7 +17,8 @@ def comparison_table(comparison: Comparison) -> Table:
     count = len(comparison.seeds)
     spread = f", mean ± standard deviation over {count} terrains" if count > 1 else ""
     table = Table(
-        title=f"{comparison.robot}: Table II over the same footholds (paper){spread}",
+        title=f"{comparison.robot}: Table II over the same footholds"
+        f"{' (paper)' if _is_papers(comparison) else ''}{spread}",
         caption=_caption(comparison),
         caption_justify="left",
         padding=(0, 1 if count == 1 else 0),
@@ -38,8 +39,14 @@ def as_text(table: Table, width: int = 140) -> str:
     return console.file.getvalue()  # type: ignore[attr-defined,no-any-return]
 
 
+def _is_papers(comparison: Comparison) -> bool:
+    """Whether the paper's figures belong beside ours: it has one robot only."""
+    return comparison.robot == "wang2020"
+
+
 def _row(comparison: Comparison, method: Method) -> list[str]:
-    name, paper = method.name, method.paper_time
+    name = method.name
+    paper = method.paper_time if _is_papers(comparison) else None
 
     def number(quantity: str, digits: int, scale: float = 1.0) -> str:
         return _spread(comparison.values(name, quantity) * scale, digits)
@@ -63,7 +70,7 @@ def _row(comparison: Comparison, method: Method) -> list[str]:
 def _gain(comparison: Comparison, method: Method) -> str:
     own = f"+{_spread(100.0 * comparison.speed_up(method.name), 0)}"
     first = comparison.methods[0].paper_time
-    if method.paper_time is None or first is None:
+    if method.paper_time is None or first is None or not _is_papers(comparison):
         return own
     told = PAPER_GAINS.get(method.name)
     return own if told is None else f"{own} ({told:.1f})"
@@ -76,11 +83,14 @@ def _spread(values: FloatArray, digits: int) -> str:
 
 def _caption(comparison: Comparison) -> str:
     lines = [
-        "In brackets: the paper, whose terrain, hip height and margin are not published. margin: "
-        "smallest over all",
-        "swings, of the body centre (planned with) and of the model's true COM. speed-up: of "
-        f"{comparison.methods[0].name!r} over this method.",
+        "margin: smallest over all swings, of the body centre (planned with) and of the model's "
+        "true COM.",
+        f"speed-up: of {comparison.methods[0].name!r} over this method.",
     ]
+    if _is_papers(comparison):
+        lines.append(
+            "In brackets: the paper, whose terrain, hip height and margin are not published."
+        )
     if comparison.refused:
         seeds = ", ".join(str(seed) for seed, _ in comparison.refused[:10])
         lines.append(

@@ -24,7 +24,7 @@ from gaitopt.viewing.support_scene import INSIDE, support_scene
 GHOST = 0.25
 """Opacity of the planned robot beside a simulated one."""
 
-SIMULATED_EVERY = 0.1
+SIMULATED_EVERY = 0.05
 """Least time between two samples of a simulated motion that are shown [s]: a page stays small."""
 
 
@@ -51,7 +51,7 @@ def replay(
             joints, in about 1 MB. ``True`` embeds example-robot-data's meshes; a folder embeds the
             meshes found in it (up to tens of MB).
         simulated: the same robot's motion in physics, ``gaitopt.simulate(plan).motion``. It is
-            shown in full, sampled ten times a second, and the plan's robot as a ghost.
+            shown in full, sampled twenty times a second, and the plan's robot as a ghost.
 
     Returns:
         The path of the file.
