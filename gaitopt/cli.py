@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+from rich.markup import escape
 
 from gaitopt.errors import GaitoptError, InfeasibleStepError, InputError
 from gaitopt.files import written_whole
@@ -26,7 +27,6 @@ app = typer.Typer(
     name="gaitopt",
     help="Plan the fastest statically stable walk of a four-legged robot over given footholds.",
     epilog="Start with: gaitopt walk",
-    no_args_is_help=True,
     add_completion=False,
     rich_markup_mode="rich",
     pretty_exceptions_enable=False,
@@ -52,7 +52,7 @@ FootholdsOption = Annotated[
                  rich_help_panel="What walks where"),
 ]  # fmt: skip
 SeedOption = Annotated[
-    int,
+    int | None,
     typer.Option(help="Seed of the random S-shaped columns, when no CSV is given.", min=0,
                  rich_help_panel="What walks where"),
 ]  # fmt: skip
@@ -101,7 +101,7 @@ PlanArgument = Annotated[Path, typer.Argument(help="A plan file (.npz).", metava
 def walk(
     robot: RobotOption = "wang2020",
     footholds: FootholdsOption = None,
-    seed: SeedOption = 0,
+    seed: SeedOption = None,
     objective: ObjectiveOption = Objective.distance,
     speed: SpeedOption = "max",
     stability_margin: MarginOption = 0.02,
@@ -125,11 +125,11 @@ def walk(
         model, places, stability_margin, body_height, swing_height, sequence, reach_fraction,
         heading, follow_terrain,
     )  # fmt: skip
-    _make_folder(out)
     with _progress("planning") as tick:
         plan = plan_crawl(model, places, objective.value, _speed(speed), progress=tick, **settings)
     with _progress("comparing with the baselines") as tick:
         comparison = run_comparison(model, places, progress=tick, **settings)
+    _make_folder(out)
     with _progress("writing plan, replay and figures") as tick:
         plan.save(out / "plan.npz")
         tick(1, 3)
@@ -142,17 +142,19 @@ def walk(
         tick(3, 3)
     console = _console()
     console.print(comparison.table())
-    console.print(_summary(plan))
-    console.print(f"[bold]{out / 'walk.html'}[/]  the replay: open it in a browser")
-    console.print(f"[bold]{out / 'plan.npz'}[/]   the plan: gaitopt.load_plan, gaitopt export")
-    console.print(f"[bold]{out / 'figures'}[/]    {len(figures)} figures")
+    console.print(escape(_summary(plan)))
+    console.print(f"[bold]{escape(str(out / 'walk.html'))}[/]  the replay: open it in a browser")
+    console.print(
+        f"[bold]{escape(str(out / 'plan.npz'))}[/]   the plan: gaitopt.load_plan, gaitopt export"
+    )
+    console.print(f"[bold]{escape(str(out / 'figures'))}[/]    {len(figures)} figures")
 
 
 @app.command()
 def compare(
     robot: RobotOption = "wang2020",
     footholds: FootholdsOption = None,
-    seed: SeedOption = 0,
+    seed: SeedOption = None,
     seeds: Annotated[
         int, typer.Option(help="Compare on this many random terrains, from --seed on.", min=1,
                           max=10_000, rich_help_panel="What walks where"),
@@ -177,7 +179,8 @@ def compare(
     )  # fmt: skip
     terrains: Any = first
     if footholds is None:
-        terrains = [(s, _inputs_terrain(model, s)) for s in range(seed, seed + seeds)]
+        first_seed = seed or 0
+        terrains = [(s, _inputs_terrain(model, s)) for s in range(first_seed, first_seed + seeds)]
     with _progress(f"planning on {seeds} terrain{'s' if seeds > 1 else ''}") as tick:
         comparison = run_comparison(model, terrains, progress=tick, **settings)
     _console().print(comparison.table())
@@ -201,7 +204,7 @@ def replay(
     loaded = _load(plan)
     target = out or plan.with_suffix(".html")
     write_replay(loaded, target)
-    _console().print(f"[bold]{target}[/]")
+    _console().print(f"[bold]{escape(str(target))}[/]")
     if show:
         with view(loaded) as url:
             _console().print(f"serving {url} on this machine only; press Enter to stop")
@@ -241,10 +244,10 @@ def simulate(
         tick(0, 1)
         result = run_simulation(loaded)
         tick(1, 1)
-    _console().print(str(result))
+    _console().print(escape(str(result)))
     if out is not None:
         write_replay(loaded, out, simulated=result.motion)
-        _console().print(f"[bold]{out}[/]")
+        _console().print(f"[bold]{escape(str(out))}[/]")
     if not result.succeeded:
         raise typer.Exit(1)
 
@@ -255,7 +258,7 @@ def study(
         Path, typer.Argument(help="CSV file that rows are appended to.", metavar="TABLE")
     ] = Path("study.csv"),
     robot: RobotOption = "wang2020",
-    seed: SeedOption = 0,
+    seed: SeedOption = None,
     seeds: Annotated[int, typer.Option(help="How many terrains, from --seed on.", min=1)] = 100,
     objective: Annotated[
         list[Objective] | None, typer.Option(help="Objectives; may be given more than once.")
@@ -281,7 +284,7 @@ def study(
     from gaitopt.studies.study_report import plot_study, study_table
 
     walks = grid(
-        range(seed, seed + seeds),
+        range(seed or 0, (seed or 0) + seeds),
         robots=(robot,),
         objectives=[o.value for o in objective or [Objective.distance]],
         stability_margins=stability_margin or [0.02],
@@ -295,21 +298,27 @@ def study(
     picture = table.with_suffix(".png")
     with written_whole(picture, binary=True) as stream:
         plot_study(rows).savefig(stream, format="png", dpi=150)
-    _console().print(f"[bold]{table}[/]  a row a walk\n[bold]{picture}[/]  what became of them")
+    _console().print(
+        f"[bold]{escape(str(table))}[/]  a row a walk\n[bold]{picture}[/]  what became of them"
+    )
 
 
 @app.command()
 def figures(
     plan: PlanArgument,
     out: Annotated[Path, typer.Argument(help="Folder for the figures.")] = Path("figures"),
+    step: Annotated[
+        int | None,
+        typer.Option(help="Step whose feasible area and swing to draw; a telling one by default."),
+    ] = None,
 ) -> None:
     """Write a plan's figures as PNG files."""
     from gaitopt.viewing.plots import save_figures
 
     loaded = _load(plan)
     _make_folder(out)
-    for path in save_figures(loaded, out):
-        _console().print(str(path))
+    for path in save_figures(loaded, out, step=step):
+        _console().print(escape(str(path)))
 
 
 @app.command()
@@ -322,7 +331,10 @@ def export(
         Path | None,
         typer.Option(help="Write the joints' motion as a JointTrajectory in YAML.", metavar="FILE"),
     ] = None,
-    dt: Annotated[float, typer.Option(help="Time between samples, in seconds.")] = 0.01,
+    dt: Annotated[
+        float | None,
+        typer.Option(help="Time between samples, in seconds; the plan's own knots by default."),
+    ] = None,
 ) -> None:
     """Write a plan's motion for other programs."""
     from gaitopt.exporting.ros import export_ros
@@ -330,11 +342,13 @@ def export(
 
     if csv is None and ros is None:
         raise InputError("nothing to write: give --csv FILE, --ros FILE, or both")
+    if csv == ros:
+        raise InputError(f"--csv and --ros both name {csv}; give two files")
     loaded = _load(plan)
     for path, write in ((csv, export_csv), (ros, export_ros)):
         if path is not None:
             write(loaded, path, dt)
-            _console().print(f"[bold]{path}[/]")
+            _console().print(f"[bold]{escape(str(path))}[/]")
 
 
 @app.command()
@@ -355,23 +369,52 @@ def robot(
 def main() -> None:
     """Entry point: run a command; the user's mistakes end in one line and exit code 2."""
     try:
-        app()
-    except GaitoptError as error:
-        print(f"gaitopt: {' '.join(str(error).split())}", file=sys.stderr)
-        sys.exit(2)
-    except KeyboardInterrupt:
+        code = app(standalone_mode=False)
+    except (KeyboardInterrupt, typer.Abort):
         print("gaitopt: stopped", file=sys.stderr)
         sys.exit(130)
+    except Exception as error:
+        # Typer carries a click of its own, whose errors are known by this method.
+        words = getattr(error, "format_message", None)
+        if words is None and not isinstance(error, GaitoptError):
+            raise
+        text = str(error) if words is None else words()
+        print(f"gaitopt: {' '.join(text.split())}", file=sys.stderr)
+        sys.exit(2)
+    sys.exit(code if isinstance(code, int) else 0)
 
 
-def _inputs(robot: str, footholds: Path | None, seed: int) -> tuple[Quadruped, Footholds]:
+def _show_version(wanted: bool) -> None:
+    if wanted:
+        from gaitopt import __version__
+
+        print(f"gaitopt {__version__}")
+        raise typer.Exit()
+
+
+@app.callback(invoke_without_command=True)
+def options(
+    context: typer.Context,
+    version: Annotated[
+        bool,
+        typer.Option("--version", help="Show the version.", callback=_show_version, is_eager=True),
+    ] = False,
+) -> None:
+    """Plan the fastest statically stable walk of a four-legged robot over given footholds."""
+    if context.invoked_subcommand is None:
+        print(context.get_help())
+
+
+def _inputs(robot: str, footholds: Path | None, seed: int | None) -> tuple[Quadruped, Footholds]:
     from gaitopt.robots.catalog import load_robot
     from gaitopt.terrain.footholds import Footholds
 
+    if footholds is not None and seed is not None:
+        raise InputError("--footholds and --seed exclude each other: give one of them")
     model = load_robot(robot)
     if footholds is not None:
         return model, Footholds.from_csv(footholds)
-    return model, _inputs_terrain(model, seed)
+    return model, _inputs_terrain(model, seed or 0)
 
 
 def _inputs_terrain(model: Quadruped, seed: int) -> Footholds:
@@ -479,7 +522,7 @@ def _progress(what: str) -> Iterator[Callable[[int, int], None]]:
 
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(),
                TimeElapsedColumn())  # fmt: skip
-    with Progress(*columns, console=Console(stderr=True)) as bar:
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task(what, total=None)
         yield lambda done, total: bar.update(task, completed=done, total=total)
 

@@ -24,7 +24,8 @@ def written_whole(path: StrPath, *, binary: bool = False) -> Iterator[IO[Any]]:
     Raises:
         InputError: the folder does not exist or cannot be written to.
     """
-    target = Path(path)
+    # Through a link, so that the link stays and its target is written.
+    target = Path(os.path.realpath(path))
     try:
         handle, name = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
     except OSError as error:
@@ -41,12 +42,18 @@ def written_whole(path: StrPath, *, binary: bool = False) -> Iterator[IO[Any]]:
         )
         with opened as stream:
             yield stream
-        temporary.chmod(0o644)
+        temporary.chmod(0o666 & ~_umask())
         temporary.replace(target)
     except OSError as error:
         raise InputError(f"cannot write {target}: {error.strerror or error}") from error
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def _umask() -> int:
+    mask = os.umask(0o077)
+    os.umask(mask)
+    return mask
 
 
 @contextmanager
@@ -84,8 +91,8 @@ def read_bounded(path: StrPath, limit: int, error: type[GaitoptError]) -> bytes:
     try:
         with source.open("rb") as stream:
             data = stream.read(limit + 1)
-    except OSError as cause:
-        raise error(f"cannot read {source}: {cause.strerror or cause}") from cause
+    except (OSError, ValueError) as cause:
+        raise error(f"cannot read {source}: {getattr(cause, 'strerror', '') or cause}") from cause
     if len(data) > limit:
         raise error(f"{source} is larger than {limit / 1e6:.0f} MB, the most that is read")
     return data

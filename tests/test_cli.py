@@ -146,3 +146,39 @@ def test_verify_is_an_exit_code_and_a_report(short_plan: Plan, tmp_path: Path) -
     assert passed.exit_code == 0 and "certified for every instant" in passed.output
     assert failed.exit_code == 1 and "NOT certified" in failed.output
     assert "margin of the body centre" in failed.output
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["walk", "--bogus"], "No such option: --bogus"),
+        (["walk", "--seed", "x"], "--seed"),
+        (["walk", "--seed", "1", "--footholds", "a.csv"], "exclude each other"),
+        (["export", "p.npz", "--csv", "a", "--ros", "a"], "both name a"),
+        (["nonsense"], "nonsense"),
+    ],
+)
+def test_options_that_make_no_sense_end_in_one_line(arguments: list[str], words: str) -> None:
+    done = run(*arguments)
+    assert done.returncode == 2
+    assert len(done.stderr.splitlines()) == 1 and words in done.stderr
+
+
+def test_names_with_brackets_are_no_markup(short_plan: Plan, tmp_path: Path) -> None:
+    source = tmp_path / "[bold]q[" / "p.npz"
+    source.parent.mkdir()
+    short_plan.save(source)
+    done = run("replay", str(source))
+    assert done.returncode == 0 and "[bold]q[" in done.stdout.replace("\n", "")
+
+
+def test_a_step_can_be_chosen_for_the_figures(short_plan: Plan, tmp_path: Path) -> None:
+    short_plan.save(tmp_path / "p.npz")
+    arguments = ["figures", str(tmp_path / "p.npz"), str(tmp_path / "f"), "--step"]
+    assert runner.invoke(app, [*arguments, "3"]).exit_code == 0
+    assert "step" in fails(*arguments, "99")
+
+
+def test_the_version_and_the_bare_command() -> None:
+    assert run("--version").stdout.startswith("gaitopt ")
+    assert "walk" in run().stdout

@@ -32,7 +32,11 @@ def com_margin(plan: Plan, times: FloatArray | None = None) -> tuple[FloatArray,
     Returns:
         The times ``(N,)`` [s] and the margins ``(N,)`` [m], on the horizontal projection.
     """
-    motion = plan.at(plan.path.times if times is None else times)
+    if times is None:
+        # A swing's last instant, with its foot still in the air, lies just before a knot.
+        ends = np.nextafter([p.end for p in plan.phases if p.duration > 0], 0.0)
+        times = np.union1d(plan.path.times, ends)
+    motion = plan.at(times)
     return motion.t, margins_over(motion, true_com(plan.robot, motion.q))
 
 

@@ -127,14 +127,15 @@ class _Run:
         # and contacts are those before the last step; only for contacts that is good enough.)
         v[:3] = qvel[:3] @ rotation_of(q[3:7])
         v[3:6], v[6:] = qvel[3:6], qvel[sim.qvel]
-        beneath = np.full(len(LEGS), -1)
+        beneath, deepest = np.full(len(LEGS), -1), [0.0] * len(LEGS)
         if data.ncon:
-            pairs, near = data.contact.geom.tolist(), data.contact.dist.tolist()
-            for (a, b), gap in zip(pairs, near, strict=True):
-                if gap <= 0.0:
-                    foot, other = (a, b) if a in sim.feet else (b, a)
-                    leg = sim.feet.index(foot)
-                    beneath[leg] = max(beneath[leg], other)
+            pairs, gaps = data.contact.geom.tolist(), data.contact.dist.tolist()
+            for (a, b), gap in zip(pairs, gaps, strict=True):
+                foot, other = (a, b) if a in sim.feet else (b, a)
+                leg = sim.feet.index(foot)
+                # A foot may touch two columns at once; it stands on the one it presses most.
+                if gap <= deepest[leg]:
+                    beneath[leg], deepest[leg] = other, gap
         return RobotState(q, v, beneath >= 0), beneath
 
     def _verdict(self, now: float, state: RobotState) -> str:

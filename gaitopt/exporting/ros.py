@@ -11,22 +11,23 @@ from gaitopt.files import StrPath, written_whole
 from gaitopt.planning.plan import Plan
 
 
-def export_ros(plan: Plan, path: StrPath, dt: float = 0.05) -> None:
+def export_ros(plan: Plan, path: StrPath, dt: float | None = None) -> None:
     """Write the joints' motion as YAML in the shape of ``trajectory_msgs/JointTrajectory``.
 
     ``joint_names`` and ``points`` with ``positions`` [rad], ``velocities`` [rad/s] and
-    ``time_from_start`` (``sec``, ``nanosec``). Points are the samples every ``dt`` and the end;
-    the time between two points is never shorter than the joints' limits allow.
+    ``time_from_start`` (``sec``, ``nanosec``). A controller that joins the points by straight
+    lines follows a plan's own knots exactly, but for the rounding of times to nanoseconds.
 
     Args:
         plan: the plan.
         path: the file, written whole or not at all.
-        dt: time between points [s].
+        dt: time between points [s]; by default the plan's own knots. A coarse ``dt`` cuts the
+            corners of the feet's paths.
 
     Raises:
         InputError: ``dt`` is no positive time, or the file cannot be written.
     """
-    motion = plan.sample(dt)
+    motion = plan.knots() if dt is None else plan.sample(dt)
     nanoseconds = np.rint(motion.t * 1e9).astype(np.int64)
     positions, velocities = motion.q[:, 7:], motion.v[:, 6:]
     with written_whole(path) as stream:
@@ -44,4 +45,4 @@ def export_ros(plan: Plan, path: StrPath, dt: float = 0.05) -> None:
 
 
 def _flow(values: FloatArray) -> str:
-    return "[" + ", ".join(f"{value:.9f}" for value in values) + "]"
+    return "[" + ", ".join(f"{value:.12g}" for value in values) + "]"

@@ -13,7 +13,7 @@ _BASE = ("base_x", "base_y", "base_z", "base_qx", "base_qy", "base_qz", "base_qw
 _TWIST = ("base_vx", "base_vy", "base_vz", "base_wx", "base_wy", "base_wz")
 
 
-def export_csv(plan: Plan, path: StrPath, dt: float = 0.01) -> None:
+def export_csv(plan: Plan, path: StrPath, dt: float | None = None) -> None:
     """Write the sampled motion as CSV, one line a sample, with a header of names.
 
     Columns: ``t`` [s]; base position [m] and quaternion (xyzw); each joint's angle [rad] under its
@@ -24,12 +24,13 @@ def export_csv(plan: Plan, path: StrPath, dt: float = 0.01) -> None:
     Args:
         plan: the plan.
         path: the file, written whole or not at all.
-        dt: time between samples [s].
+        dt: time between samples [s]; by default the plan's own knots, between which joints move in
+            straight lines, so that nothing is lost.
 
     Raises:
         InputError: ``dt`` is no positive time, or the file cannot be written.
     """
-    motion = plan.sample(dt)
+    motion = plan.knots() if dt is None else plan.sample(dt)
     joints = motion.joint_names
     header = ["t", *_BASE, *joints, *_TWIST, *(f"{j}_velocity" for j in joints)]
     header += [f"cog_{axis}" for axis in "xyz"]

@@ -24,7 +24,7 @@ def check_sequence(sequence: Iterable[str]) -> tuple[str, ...]:
     Raises:
         InputError: a leg is missing, unknown or named twice.
     """
-    order = tuple(sequence)
+    order = tuple(sequence) if isinstance(sequence, Iterable) else (sequence,)
     if sorted(map(str, order)) != sorted(LEGS):
         raise InputError(
             f"sequence must name each of {', '.join(LEGS)} once, got {', '.join(map(str, order))}"

@@ -120,7 +120,7 @@ def solve_cog(problem: CogProblem, workspace: CogWorkspace | None = None) -> Cog
     workspace = workspace or CogWorkspace()
     call, solver = workspace.call(form), workspace.solver(form.variables, form.constraints)
     w = np.zeros(form.variables)
-    w[:2] = problem.start
+    w[:2] = problem.parameters[:2]
     if form.objective != "distance":
         w[2] = problem.stability_margin if form.objective == "margin" else 1.0
     state = _evaluate(call, problem, w, np.zeros(form.constraints))
@@ -206,15 +206,21 @@ def _polished(call: _Buffered, problem: CogProblem, state: _State) -> _State:
     """
     active = np.flatnonzero(state.duals > ACTIVE_DUAL)
     count, size = len(active), len(state.w)
-    if not 0 < count <= size or state.gap < _POLISHED:
+    if not count or state.gap < _POLISHED:
         return state
     normals = state.jacobian[active]
     system = np.zeros((size + count, size + count))
     system[:size, :size] = state.hessian
     system[:size, size:] = -normals.T
     system[size:, :size] = normals
+    wanted = np.concatenate([-state.gradient, -state.slack[active]])
     try:
-        step = np.linalg.solve(system, np.concatenate([-state.gradient, -state.slack[active]]))
+        # More active constraints than unknowns meet in one point: the multipliers are not unique.
+        step = (
+            np.linalg.solve(system, wanted)
+            if count <= size
+            else np.linalg.lstsq(system, wanted, rcond=None)[0]
+        )
     except np.linalg.LinAlgError:
         return state
     if np.abs(step[:size]).max() > 1e-6 or step[size:].min() < 0.0:
@@ -236,9 +242,9 @@ def _judge(problem: CogProblem, state: _State, iterations: int) -> CogSolution:
         # A linear objective: its shortfall is at most the gap plus slope times the region's width.
         bound = gap + slope * form.width * max(1.0, problem.reach_fraction)
     solved = state.primal <= PRIMAL_TOLERANCE and bound <= ERROR_TOLERANCE
-    position = w[:2].copy()
+    position = w[:2] + problem.origin
     position.setflags(write=False)
-    distance = float(np.hypot(*(position - problem.start).tolist()))
+    distance = float(np.hypot(*(w[:2] - problem.parameters[:2]).tolist()))
     value = {"distance": distance, "margin": float(w[-1]),
              "reach": max(float(w[-1]), 0.0) ** 0.5}[form.objective]  # fmt: skip
     duals = (state.duals / weight).tolist()
@@ -246,7 +252,7 @@ def _judge(problem: CogProblem, state: _State, iterations: int) -> CogSolution:
         position=position,
         distance=distance,
         value=value,
-        margin=_margin(problem, position),
+        margin=_margin(problem, w),
         duals=dict(zip(problem.names, duals, strict=True)),
         active=tuple(n for n, d in zip(problem.names, duals, strict=True) if d > ACTIVE_DUAL),
         status="solved" if solved else "failed",
@@ -258,11 +264,11 @@ def _judge(problem: CogProblem, state: _State, iterations: int) -> CogSolution:
     )
 
 
-def _margin(problem: CogProblem, position: FloatArray) -> float:
-    """Stability margin at a COG position [m], from the half-planes alone."""
+def _margin(problem: CogProblem, w: FloatArray) -> float:
+    """Stability margin at the unknowns ``w`` [m], from the half-planes alone."""
     if not problem.formulation.planes:
         return float("inf")
-    x, y = position.tolist()
+    x, y = w[:2].tolist()
     planes = problem.parameters[2:11].tolist()
     return float(min(planes[i] * x + planes[i + 1] * y - planes[i + 2] for i in (0, 3, 6)))
 

@@ -129,7 +129,9 @@ class CogProblem:
 
     Attributes:
         formulation: the symbolic problem.
-        parameters: values of the formulation's parameters; the first two are the start.
+        parameters: values of the formulation's parameters, counted from ``origin``; the first two
+            are the start.
+        origin: middle of the feet ``(2,)`` [m]: near it coordinates keep their precision.
         names: a name for each constraint, such as ``"margin LF-RH"`` and ``"reach LH"``.
         stability_margin: ``S0`` [m].
         reach_fraction: share of the legs' reach that may be used.
@@ -138,24 +140,25 @@ class CogProblem:
     formulation: CogFormulation
     parameters: FloatArray
     names: tuple[str, ...]
+    origin: FloatArray
     stability_margin: float
     reach_fraction: float
 
     @property
     def start(self) -> FloatArray:
         """Where the COG is now ``(2,)`` [m]."""
-        return self.parameters[:2]
+        return self.parameters[:2] + self.origin
 
     def starting_at(self, start: FloatArray) -> CogProblem:
         """The same problem with the COG elsewhere at first."""
         parameters = self.parameters.copy()
-        parameters[:2] = start
+        parameters[:2] = start - self.origin
         return replace(self, parameters=parameters)
 
     def constraint_values(self, place: ArrayLike) -> FloatArray:
         """Slack of every constraint at a COG position ``(2,)`` [m], at the asked-for margin."""
         w = np.zeros(self.formulation.variables)
-        w[:2] = place
+        w[:2] = np.asarray(place) - self.origin
         if self.formulation.objective == "margin":
             w[2] = self.stability_margin
         if self.formulation.objective == "reach":
@@ -214,7 +217,7 @@ def build_cog_problems(
     reach_fraction: float,
     objective: Objective,
 ) -> list[CogProblem]:
-    """The problems of many steps at once, each starting below the origin.
+    """The problems of many steps at once, each starting in the middle of its feet.
 
     Args:
         feet: where the feet stand before each step ``(S, 4, 3)`` [m].
@@ -228,6 +231,9 @@ def build_cog_problems(
     """
     count = len(feet)
     blocks = [np.zeros((count, 2))]
+    origins = feet[..., :2].mean(axis=1)
+    shift = np.concatenate([origins, np.zeros((count, 1))], axis=1)
+    feet = feet - shift[:, None]
     places = feet
     if footholds is not None:
         standing = np.array([[i for i, leg in enumerate(LEGS) if leg != s] for s in swings])
@@ -237,18 +243,21 @@ def build_cog_problems(
         if flat.size:
             raise InputError(
                 f"step {flat[0]} ({swings[flat[0]]}): the three feet that stand, at "
-                f"{np.round(corners[flat[0]], 4).tolist()}, are in one line and support no area"
+                f"{np.round(corners[flat[0]] + origins[flat[0]], 4).tolist()}, are in one line and "
+                "support no area"
             )
         blocks.append(np.concatenate([normals, offsets[..., None]], axis=2).reshape(count, 9))
-        places = np.concatenate([feet, footholds[:, None]], axis=1)
+        places = np.concatenate([feet, (footholds - shift)[:, None]], axis=1)
     below = places - np.array([0.0, 0.0, 1.0]) * heights[:, None, None]
     blocks.append(np.tile([stability_margin, reach_fraction], (count, 1)))
     blocks.append(below.reshape(count, -1))
     parameters = np.concatenate(blocks, axis=1)
     return [
-        CogProblem(build_cog_formulation(robot, swing, objective), row, _constraint_names(swing),
-                   stability_margin, reach_fraction)
-        for swing, row in zip(swings, parameters, strict=True)
+        CogProblem(
+            build_cog_formulation(robot, swing, objective), row, _constraint_names(swing), origin,
+            stability_margin, reach_fraction,
+        )
+        for swing, row, origin in zip(swings, parameters, origins, strict=True)
     ]  # fmt: skip
 
 

@@ -82,8 +82,11 @@ def assemble_plan(
     )
     slowest = np.concatenate([*(s.slowest for s in strands), np.zeros(0, dtype=int)])
     phases = crawl_phases(robot, settings, steps, cogs, solutions, times, ends, slowest)
-    worst = max((s.error_bound for s in solutions), default=0.0)
-    return Plan(robot, footholds, settings, phases, path, {"cog_error_bound": worst})
+    info: dict[str, float | str] = {
+        "stability": "static margin of the body centre, on the horizontal projection",
+        "cog_error_bound": max((s.error_bound for s in solutions), default=0.0),
+    }
+    return Plan(robot, footholds, settings, phases, path, info)
 
 
 def _stance_strands(
@@ -100,6 +103,7 @@ def _stance_strands(
         halfway = (joints[1:] + joints[:-1]) / 2.0
         slip = np.zeros(len(halfway))
         for i, name in enumerate(LEGS):
+            _refuse_unreachable(robot.legs[name], feet[:, i] - body + robot.centre, at.step, steps)
             foot = robot.legs[name].forward(halfway[:, list(robot.leg_columns[name])])
             np.maximum(slip, np.linalg.norm(middle + foot - feet[1:, i], axis=1), out=slip)
         return body, joints, slip
@@ -194,6 +198,7 @@ def _refined(
         robot, settings, steps, tolerance, kind: of the walk.
     """
     speed = None if settings.speed == "max" else float(settings.speed)
+    limits = _leg_limits(robot)
     found: list[Strand | None] = [None] * len(steps.legs)
     which = np.arange(len(steps.legs))
     intervals = np.full(len(which), FIRST_INTERVALS[kind])
@@ -202,9 +207,10 @@ def _refined(
         points, joints, chord = place(at)
         _refuse_limits(robot, joints, at.step, steps, kind)
         lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)
-        times, slowest = knot_times(joints, robot.velocity_limits, lengths, speed)
+        times, slowest = knot_times(joints, limits, lengths, speed)
         # What lies between the last knot of one step and the first of the next is no interval.
         chord[firsts[1:] - 1] = 0.0
+        _refuse_flips(robot, joints, firsts, at.step, steps, kind)
         error = np.maximum.reduceat(chord, firsts)
         done = error <= tolerance
         _refuse_coarse(which, error, ~done & (intervals >= MOST_INTERVALS), steps, kind)
@@ -219,6 +225,35 @@ def _refined(
     return [s for s in found if s is not None]
 
 
+def _leg_limits(robot: Quadruped) -> FloatArray:
+    """Velocity limits, without one for joints that no leg owns: those stand still."""
+    limits = np.full(len(robot.joint_names), np.inf)
+    for name, leg in robot.legs.items():
+        limits[list(robot.leg_columns[name])] = leg.velocity_limits
+    return limits
+
+
+def _refuse_flips(
+    robot: Quadruped,
+    joints: FloatArray,
+    firsts: np.ndarray,
+    step: np.ndarray,
+    steps: CrawlSteps,
+    kind: str,
+) -> None:
+    """Raise when a joint would have to jump by a turn, which inverse kinematics hides."""
+    jumps = np.abs(np.diff(joints, axis=0))
+    jumps[firsts[1:] - 1] = 0.0
+    row, joint = (int(i) for i in np.unravel_index(int(jumps.argmax()), jumps.shape))
+    if jumps[row, joint] > np.pi:
+        raise InfeasibleStepError(
+            f"step {step[row]} ({kind} for {steps.legs[step[row]]}): joint "
+            f"{robot.joint_names[joint]} would have to turn right over; raise body_height",
+            step=int(step[row]), leg=steps.legs[step[row]],
+            conflicts=(f"position {robot.joint_names[joint]}",),
+        )  # fmt: skip
+
+
 def _refuse_coarse(
     which: np.ndarray, error: FloatArray, stuck: BoolArray, steps: CrawlSteps, kind: str
 ) -> None:
@@ -228,7 +263,8 @@ def _refuse_coarse(
         raise SolverError(
             f"step {which[i]} ({kind} for {steps.legs[which[i]]}): feet leave their path by "
             f"{error[i]:.2g} m between knots, even with {MOST_INTERVALS} intervals; take "
-            "reach_fraction below 1, so that no leg is quite straight"
+            "reach_fraction below 1 or another body_height, so that no leg is quite straight or "
+            "folded"
         )
 
 
@@ -261,9 +297,9 @@ def _refuse_unreachable(leg: Leg, local: FloatArray, step: np.ndarray, steps: Cr
         return
     distance = float(np.sqrt(leg.straightness(*local[worst])))
     raise InfeasibleStepError(
-        f"step {step[worst]} ({leg.name}): its foot would have to be {distance:.4g} m from the "
-        f"hip's pitch axis during the swing, and the knee allows {leg.least_reach:.4g} to "
-        f"{leg.reach:.4g} m; change swing_height or body_height",
+        f"step {step[worst]} ({steps.legs[step[worst]]}): the foot of {leg.name} would have to "
+        f"be {distance:.4g} m from the hip's pitch axis, and the knee allows "
+        f"{leg.least_reach:.4g} to {leg.reach:.4g} m; change swing_height or body_height",
         step=int(step[worst]), leg=leg.name, conflicts=(f"reach {leg.name}",),
     )  # fmt: skip
 

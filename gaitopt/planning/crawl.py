@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from gaitopt.conventions import LEGS, FloatArray, leg_index, rotation_z
 from gaitopt.errors import InfeasibleStepError, InputError
-from gaitopt.gait.crawl import WANG_SEQUENCE, swing_order
+from gaitopt.gait.crawl import WANG_SEQUENCE, check_sequence, swing_order
 from gaitopt.optimize.cog import (
     CogProblem,
     CogSolution,
@@ -111,13 +111,19 @@ def plan_crawl(
             margin or reach would do.
         SolverError: a solution failed the check of its residuals.
     """
+    if not isinstance(robot, Quadruped) or not isinstance(footholds, Footholds):
+        raise InputError(
+            f"plan_crawl takes a Quadruped (from load_robot) and Footholds, got "
+            f"{type(robot).__name__} and {type(footholds).__name__}"
+        )
     settings = CrawlSettings(
         objective=objective, speed=speed, stability_margin=stability_margin,
-        body_height=body_height, swing_height=swing_height, sequence=tuple(sequence), swing=swing,
-        reach_fraction=reach_fraction, heading=heading, follow_terrain=follow_terrain,
+        body_height=body_height, swing_height=swing_height, sequence=check_sequence(sequence),
+        swing=swing, reach_fraction=reach_fraction, heading=heading, follow_terrain=follow_terrain,
     )  # fmt: skip
     check_robot(robot)
     steps = crawl_steps(footholds, settings)
+    check_stance(steps)
     diagnosis.check_heights(robot, steps, settings)
     start = _start(robot, steps, settings, cog_start, footholds)
     solutions = optimise_cogs(robot, steps, settings, start, progress)
@@ -141,6 +147,25 @@ def check_robot(robot: Quadruped) -> None:
                 raise InputError(
                     f"{robot.name}: joint {joint} has the velocity limit {limit:g} rad/s; set a "
                     'positive one in the URDF (<limit velocity="...">)'
+                )
+
+
+def check_stance(steps: CrawlSteps) -> None:
+    """Refuse a first stance in which legs cross.
+
+    Raises:
+        InputError: names both legs; they may be swapped, or the heading forgotten.
+    """
+    first = dict(zip(LEGS, steps.feet[0], strict=True))
+    for axis, side, pairs in (
+        (1, "left of", (("LF", "RF"), ("LH", "RH"))),
+        (0, "ahead of", (("LF", "LH"), ("RF", "RH"))),
+    ):
+        for one, other in pairs:
+            if not first[one][axis] > first[other][axis]:
+                raise InputError(
+                    f"the first foothold of {one} is not {side} that of {other}, seen in the "
+                    "direction of walking; are legs swapped, or is heading to be set?"
                 )
 
 
@@ -221,7 +246,10 @@ def _start(
     feet = dict(zip(LEGS, steps.feet[0], strict=True))
     wanted = steps.feet[0, :, :2].mean(axis=0)
     if cog_start is not None:
-        given = np.asarray(cog_start, dtype=np.float64)
+        try:
+            given = np.asarray(cog_start, dtype=np.float64)
+        except (TypeError, ValueError):
+            given = np.empty(0)
         if given.shape != (2,) or not np.isfinite(given).all():
             raise InputError(
                 f"cog_start must be two finite numbers (x, y) in metres, got {cog_start!r}"

@@ -10,6 +10,7 @@ from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.errors import InfeasibleStepError, SolverError
 from gaitopt.optimize.cog import CogSolution, build_cog_problem, solve_cog
 from gaitopt.planning.settings import CrawlSettings
+from gaitopt.robots.leg import Leg
 from gaitopt.robots.quadruped import Quadruped
 
 if TYPE_CHECKING:
@@ -40,6 +41,7 @@ def check_heights(robot: Quadruped, steps: CrawlSteps, settings: CrawlSettings) 
                    ", or follow_terrain=True"),
                 step=worst, leg=name, conflicts=(f"reach {name}",),
                 reach_fraction=settings.reach_fraction,
+                needed_reach_fraction=_needed_straight_down(leg, float(drop[worst])),
             )  # fmt: skip
 
 
@@ -50,7 +52,8 @@ def explain_step(
     leg = steps.legs[step]
     best = _solve(robot, steps, settings, step, place, "margin")
     least = _solve(robot, steps, settings, step, place, "reach")
-    feasible = best.status == "solved" and best.value >= settings.stability_margin
+    # A margin that is met only just counts as one that is not: the solver needs some room.
+    feasible = best.status == "solved" and best.value > settings.stability_margin + 1e-7
     if feasible:
         return SolverError(
             f"step {step} ({leg}): the COG problem has a solution (margin {best.value:.4g} m) but "
@@ -94,9 +97,20 @@ def explain_start(
     return InfeasibleStepError(
         "the first footholds lie too far apart: no place of the body lets all four legs reach "
         f"them; {_way_out(settings, None, needed)}",
-        step=-1, leg="", conflicts=least.active, margin=settings.stability_margin,
-        reach_fraction=settings.reach_fraction, needed_reach_fraction=needed,
+        step=-1, leg=_first_leg(least.active), conflicts=least.active,
+        margin=settings.stability_margin, reach_fraction=settings.reach_fraction,
+        needed_reach_fraction=needed,
     )  # fmt: skip
+
+
+def _first_leg(conflicts: tuple[str, ...]) -> str:
+    """The leg that the first reach constraint among ``conflicts`` names."""
+    return next((leg for name in conflicts for leg in LEGS if leg in name.split()), "")
+
+
+def _needed_straight_down(leg: Leg, drop: float) -> float:
+    """Reach fraction with which a foot ``drop`` [m] below its hip is just in reach."""
+    return (float(np.sqrt(drop**2 - leg.lateral**2)) - leg.drop) / leg.reach
 
 
 def _solve(
@@ -131,11 +145,13 @@ def _way_out(settings: CrawlSettings, largest: float | None, needed: float | Non
     if largest is not None and largest > 0:
         options.append(f"stability_margin up to {_floor(largest):.4f} m works here")
     if needed is not None:
+        # Rounded up, so that what is advised works.
+        needed = float(np.ceil(needed * 1e4) / 1e4)
         text = f"with this margin the legs need reach_fraction {needed:.4f}"
         if needed > 1.0:
             text += " (more than straight legs have; try a lower body_height)"
         options.append(f"{text}, now {settings.reach_fraction:.4g}")
-    return "; ".join(options) or "move the foothold"
+    return "; ".join(options) or "no margin and no reach helps: move the foothold"
 
 
 def _floor(value: float) -> float:

@@ -15,6 +15,9 @@ from numpy.typing import ArrayLike
 from gaitopt.conventions import FloatArray, frozen
 from gaitopt.errors import InputError
 
+FARTHEST = 1e9
+"""How far a path may lead by a coarse bound [m, rad]: beyond lies a mistake."""
+
 
 @dataclass(frozen=True, eq=False)
 class MotionPath:
@@ -44,6 +47,13 @@ class MotionPath:
             )
         if not (np.isfinite(times).all() and np.isfinite(coefficients).all()):
             raise InputError("a path's times and coefficients must be finite")
+        size = np.concatenate([[np.abs(c).max(initial=0.0) for c in coefficients]])
+        longest = float(np.diff(times).max(initial=0.0))
+        reach = sum(s * longest**k for k, s in enumerate(size[::-1]))
+        if not reach < FARTHEST:
+            raise InputError(
+                f"a path leads {reach:.3g} m or rad away; at most {FARTHEST:g} is taken"
+            )
         if times[0] != 0.0 or (np.diff(times) <= 0.0).any():
             raise InputError("a path's times must start at 0 and increase")
         object.__setattr__(self, "times", times)

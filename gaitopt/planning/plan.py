@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from numbers import Real
 from types import MappingProxyType
 from typing import Literal
 
@@ -110,6 +111,17 @@ class Phase:
     def __post_init__(self) -> None:
         for name in ("cog_start", "cog_end", "foot_start", "foot_end"):
             object.__setattr__(self, name, frozen(getattr(self, name)))
+            if getattr(self, name).shape != (3,):
+                raise InputError(f"a phase's {name} must have the shape (3,)")
+        if self.kind not in ("stance", "swing") or self.leg not in LEGS:
+            raise InputError(f"a phase of kind {self.kind!r} for leg {self.leg!r} is unknown")
+        if not set(self.support) <= set(LEGS):
+            raise InputError(f"a phase's support names unknown legs: {self.support}")
+        numbers = (self.start, self.duration, self.margin, self.step)
+        if not all(isinstance(x, (int, float)) and x == x for x in numbers) or self.duration < 0:
+            raise InputError(
+                f"a phase's start, duration, margin and step must be numbers: {numbers}"
+            )
 
     @property
     def end(self) -> float:
@@ -233,7 +245,7 @@ class Plan:
         Raises:
             InputError: ``dt`` is not a positive time, or asks for too many samples.
         """
-        if isinstance(dt, bool) or not (np.isfinite(dt) and dt > 0):
+        if isinstance(dt, bool) or not isinstance(dt, Real) or not 0 < dt < np.inf:
             raise InputError(f"dt must be a positive time in seconds, got {dt!r}")
         if self.duration / dt > MAX_SAMPLES:
             raise InputError(
@@ -243,6 +255,14 @@ class Plan:
             )
         count = int(np.ceil(self.duration / dt - 1e-9))
         return self.at(np.append(np.arange(count) * float(dt), self.duration))
+
+    def knots(self) -> Trajectory:
+        """The motion at the path's own knots.
+
+        Between them a path of degree one moves every joint in a straight line, so these are all
+        that a robot needs to follow it exactly.
+        """
+        return self.at(self.path.times)
 
     def at(self, times: ArrayLike) -> Trajectory:
         """The motion at given ``times (N,)`` [s], which need not be equally spaced.

@@ -41,6 +41,9 @@ class CrawlSettings:
         _set(self, "reach_fraction", 1e-3, 1.0, "")
         _set(self, "heading", -1e3, 1e3, "rad")
         object.__setattr__(self, "sequence", check_sequence(self.sequence))
+        if not isinstance(self.follow_terrain, (bool, np.bool_)):
+            raise InputError(f"follow_terrain must be True or False, got {self.follow_terrain!r}")
+        object.__setattr__(self, "follow_terrain", bool(self.follow_terrain))
 
     def to_dict(self) -> dict[str, Any]:
         """The settings as plain JSON values."""

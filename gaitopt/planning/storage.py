@@ -22,9 +22,9 @@ from gaitopt.terrain.footholds import Footholds
 
 FORMAT = "gaitopt-plan"
 VERSION = 1
-FILE_LIMIT = 1_000_000_000
+FILE_LIMIT = 300_000_000
 """Most bytes of a plan file that are read."""
-CONTENT_LIMIT = 4_000_000_000
+CONTENT_LIMIT = 1_000_000_000
 """Most bytes that a plan file may unpack to."""
 
 _ARRAYS = ("footholds", "times", "coefficients")

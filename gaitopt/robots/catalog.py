@@ -9,7 +9,8 @@ from typing import Final
 
 from gaitopt.errors import MissingPackageError, RobotError
 from gaitopt.files import StrPath, read_bounded
-from gaitopt.robots.quadruped import URDF_LIMIT, Quadruped
+from gaitopt.robots.quadruped import Quadruped
+from gaitopt.robots.urdf_text import LIMIT as URDF_LIMIT
 
 OWN_ROBOTS: Final[tuple[str, ...]] = ("wang2020",)
 """Robots whose URDF is shipped with gaitopt."""

@@ -16,12 +16,10 @@ from gaitopt.conventions import LEGS, FloatArray, frozen
 from gaitopt.errors import InputError, RobotError
 from gaitopt.files import silenced_stderr
 from gaitopt.robots.leg import Leg
+from gaitopt.robots.urdf_text import check_urdf
 
 CLOSED_FORM_TOLERANCE = 1e-9
 """Largest disagreement allowed between closed form and Pinocchio when a robot is loaded [m]."""
-
-URDF_LIMIT = 20_000_000
-"""Most bytes of URDF text that are read."""
 
 _KNEES = {"forward": 1.0, "backward": -1.0}
 
@@ -76,7 +74,7 @@ class Quadruped:
 
         sides = _knee_sides(knees)
         label = name or "URDF"
-        _refuse_unsafe(urdf, label)
+        check_urdf(urdf, label)
         try:
             with silenced_stderr() as said:
                 model = pin.buildModelFromXML(urdf, pin.JointModelFreeFlyer())
@@ -174,20 +172,9 @@ class Quadruped:
         return np.where(low < high, np.clip(0.0, low, np.maximum(low, high)), 0.0)
 
 
-def _refuse_unsafe(urdf: str, label: str) -> None:
-    """Entities and document types have no place in a URDF, and are how XML attacks begin."""
-    if re.search(r"<!\s*(DOCTYPE|ENTITY)", urdf, flags=re.IGNORECASE):
-        raise RobotError(
-            f"{label}: the URDF declares a document type or entities, which are not read; "
-            "remove the <!DOCTYPE ...> part"
-        )
-    if len(urdf) > URDF_LIMIT:
-        raise RobotError(f"{label}: the URDF is larger than {URDF_LIMIT / 1e6:.0f} MB")
-    if "<robot" not in urdf:
-        raise RobotError(f"{label}: no <robot> element; this is not a URDF")
-
-
 def _knee_sides(knees: Mapping[str, str] | None) -> dict[str, float]:
+    if knees is not None and not isinstance(knees, Mapping):
+        raise InputError(f"knees must map legs to 'forward' or 'backward', got {knees!r}")
     for leg, side in (knees or {}).items():
         if leg not in LEGS or side not in _KNEES:
             raise InputError(

@@ -7,6 +7,7 @@ import io
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from numbers import Real
 from types import MappingProxyType
 
 import numpy as np
@@ -45,6 +46,11 @@ class Footholds:
     radius: float | None = None
 
     def __init__(self, points: Mapping[str, ArrayLike], radius: float | None = None) -> None:
+        if not isinstance(points, Mapping):
+            raise FootholdsError(
+                f"footholds must map {', '.join(LEGS)} to arrays (n, 3), got "
+                f"{type(points).__name__}"
+            )
         unknown = [str(leg) for leg in points if leg not in LEGS]
         missing = [leg for leg in LEGS if leg not in points]
         if unknown or missing:
@@ -60,7 +66,7 @@ class Footholds:
                 "every leg needs the same number of footholds, got "
                 + ", ".join(f"{leg} {n}" for leg, n in counts.items())
             )
-        if radius is not None and not (np.isfinite(radius) and radius > 0):
+        if radius is not None and not (isinstance(radius, Real) and 0 < radius < np.inf):
             raise FootholdsError(f"radius must be a positive length in metres, got {radius!r}")
         object.__setattr__(self, "points", MappingProxyType(arrays))
         object.__setattr__(self, "radius", None if radius is None else float(radius))
@@ -134,6 +140,8 @@ class Footholds:
 
 def _checked(leg: str, points: ArrayLike) -> FloatArray:
     try:
+        if np.iscomplexobj(points):
+            raise TypeError("complex numbers")
         array = frozen(points)
     except (TypeError, ValueError) as error:
         raise FootholdsError(f"footholds of {leg} are no array of numbers: {error}") from error

@@ -47,23 +47,25 @@ def save_figures(
     *,
     comparison: Mapping[str, Plan] | None = None,
     com_margin: tuple[ArrayLike, ArrayLike] | None = None,
+    step: int | None = None,
 ) -> list[Path]:
     """Write all figures of a plan as PNG files, each whole or not at all.
 
-    The feasible area and the swing are those of the step before which the COG moves farthest; a
-    plan without steps has neither.
+    A plan without steps has no feasible area and no swing to draw.
 
     Args:
         plan: any plan.
         folder: where to write; made when it is missing. Files of the same names are replaced.
         comparison: plans to draw beside this one in the figure of the COG over time.
         com_margin: see :func:`plot_margin`.
+        step: whose feasible area and swing to draw; by default the step before which the COG moves
+            farthest.
 
     Returns:
         The files, in the order of the paper's figures.
 
     Raises:
-        InputError: the folder cannot be made or written to.
+        InputError: the folder cannot be made or written to, or there is no such step.
     """
     target = Path(folder)
     try:
@@ -75,7 +77,7 @@ def save_figures(
         ) from error
     return [
         _save(draw(), target / f"{name}.png")
-        for name, draw in _figures(plan, comparison or {}, com_margin).items()
+        for name, draw in _figures(plan, comparison or {}, com_margin, step).items()
     ]
 
 
@@ -83,6 +85,7 @@ def _figures(
     plan: Plan,
     comparison: Mapping[str, Plan],
     com_margin: tuple[ArrayLike, ArrayLike] | None,
+    step: int | None,
 ) -> dict[str, Callable[[], Figure]]:
     """What to draw under which name."""
     among = any(other is plan for other in comparison.values())
@@ -90,8 +93,10 @@ def _figures(
     figures: dict[str, Callable[[], Figure]] = {
         "fig03_terrain": lambda: plot_terrain(plan.footholds),
         "fig04_gait_cycle": lambda: plot_gait_cycle(plan),
-        "fig05_swing": lambda: plot_swing(plan, telling_step(plan)),
-        "fig06_07_feasible_area": lambda: plot_feasible_area(plan, telling_step(plan)),
+        "fig05_swing": lambda: plot_swing(plan, telling_step(plan) if step is None else step),
+        "fig06_07_feasible_area": lambda: plot_feasible_area(
+            plan, telling_step(plan) if step is None else step
+        ),
         "fig11_paths": lambda: plot_paths(plan),
         "fig12_14_15_cog": lambda: plot_cog_over_time(plans),
         "fig13_joint_velocities": lambda: plot_joint_velocities(plan),

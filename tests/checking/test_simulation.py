@@ -71,6 +71,28 @@ def test_standing_still_nothing_moves(wang: Quadruped) -> None:
     assert result.peak_rates.max() < 0.01
 
 
+def test_standing_still_the_ground_carries_the_weight(wang: Quadruped) -> None:
+    """The simulator's own contact forces, after the robot has settled."""
+    import mujoco
+
+    from gaitopt.checking.sim_model import build_sim_model
+    from gaitopt.checking.simulation import _Run
+    from gaitopt.control.tracking import TrackingController
+
+    plan = gaitopt.plan_crawl(wang, gaitopt.s_columns(0, columns=1))
+    settings = SimulationSettings(stand=1.0)
+    controller = TrackingController(plan, dt=settings.control_interval)
+    sim = build_sim_model(wang, plan.footholds, controller.gains, settings)
+    data = _Run(mujoco, plan, sim, controller, settings)._start()
+    mujoco.mj_forward(sim.model, data)
+    total, force = np.zeros(3), np.zeros(6)
+    for i in range(data.ncon):
+        mujoco.mj_contactForce(sim.model, data, i, force)
+        total += data.contact.frame[i].reshape(3, 3).T @ force[:3]
+    assert abs(total[2]) == pytest.approx(9.81 * wang.mass, rel=1e-3)
+    assert np.abs(total[:2]).max() < 0.1
+
+
 def test_a_missing_column_is_missed(short_plan: Plan, wang: Quadruped) -> None:
     points = {leg: short_plan.footholds[leg].copy() for leg in LEGS}
     points["RF"][1] += [0.0, -0.3, 0.0]

@@ -53,7 +53,8 @@ def test_inertias_are_pinocchios(wang: Quadruped) -> None:
     data.qpos[:] = to_mujoco(sim, q)
     mujoco.mj_forward(sim.model, data)
     full = np.zeros((18, 18))
-    mujoco.mj_fullM(sim.model, data, full)
+    for i in range(18):
+        mujoco.mj_mulM(sim.model, data, full[i], np.eye(18)[i])
     order = np.concatenate([np.arange(6), sim.qvel])
     ours = pin.crba(wang.model, wang.model.createData(), q)
     ours = np.triu(ours) + np.triu(ours, 1).T

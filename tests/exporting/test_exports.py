@@ -11,6 +11,7 @@ import yaml
 
 import gaitopt
 from gaitopt import InputError, Plan
+from gaitopt.studies.terrains import s_columns_for
 
 
 def test_the_table_holds_the_samples(short_plan: Plan, tmp_path: Path) -> None:
@@ -60,3 +61,20 @@ def test_a_bad_request_leaves_nothing(short_plan: Plan, tmp_path: Path, export) 
     with pytest.raises(InputError, match="cannot write"):
         export(short_plan, tmp_path / "none" / "out")
     assert not list(tmp_path.iterdir())
+
+
+def test_by_default_the_knots_are_written_and_nothing_is_lost(tmp_path: Path) -> None:
+    """A fast robot's whole walk lasts seconds: samples at a fixed rate would cut its corners."""
+    robot = gaitopt.load_robot("a1")
+    plan = gaitopt.plan_crawl(robot, s_columns_for(robot, 0, columns=3),
+                              body_height=robot.standing_height, swing_height=0.04)  # fmt: skip
+    gaitopt.export_ros(plan, tmp_path / "walk.yaml")
+    points = yaml.safe_load((tmp_path / "walk.yaml").read_text())["points"]
+    stamps = [p["time_from_start"] for p in points]
+    times = np.array([s["sec"] + s["nanosec"] * 1e-9 for s in stamps])
+    joints = np.array([p["positions"] for p in points])
+    between = np.linspace(0, plan.duration, 500)
+    joined = np.stack([np.interp(between, times, column) for column in joints.T], axis=1)
+    assert joined == pytest.approx(plan.at(between).q[:, 7:], abs=1e-6)
+    gaitopt.export_csv(plan, tmp_path / "walk.csv")
+    assert len((tmp_path / "walk.csv").read_text().splitlines()) == len(plan.path.times) + 1

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import numpy as np
@@ -426,3 +427,95 @@ def test_many_random_terrains_are_walked(wang: Quadruped) -> None:
         assert plan.margin >= 0.02 - 1e-9
         times.append(plan.duration)
     assert min(times) > 205 and max(times) < 236
+
+
+NECK = (
+    '<link name="head"/><joint name="neck" type="revolute"><parent link="base"/>'
+    '<child link="head"/><axis xyz="0 1 0"/>'
+    '<limit lower="-1" upper="1" velocity="0" effort="1"/></joint></robot>'
+)
+
+
+def test_a_joint_that_no_leg_owns_stands_still(wang: Quadruped, columns: Footholds) -> None:
+    """A neck that may not move at all must not make 0 / 0 of the walk."""
+    headed = Quadruped.from_urdf(wang.urdf.replace("</robot>", NECK), "headed")
+    plan = plan_crawl(headed, columns)
+    assert plan.duration == pytest.approx(plan_crawl(wang, columns).duration, rel=1e-12)
+    motion = plan.sample(1.0)
+    assert np.isfinite(motion.q).all()
+    assert not motion.q[:, 7 + motion.joint_names.index("neck")].any()
+
+
+@pytest.mark.parametrize("east", [5e4, 5e5, 9e5])
+def test_far_coordinates_change_nothing(wang: Quadruped, columns: Footholds, east: float) -> None:
+    """Maps count in hundreds of kilometres."""
+    far = Footholds({leg: columns[leg] + [east, -east / 2, 0.0] for leg in LEGS})
+    near, away = plan_crawl(wang, columns), plan_crawl(wang, far)
+    assert away.duration == pytest.approx(near.duration, rel=1e-6)
+    assert away.margin == pytest.approx(0.02, abs=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("swap", "words"),
+    [
+        ({"LF": "RF", "RF": "LF"}, "first foothold of LF is not left of that of RF"),
+        ({"LF": "LH", "LH": "LF"}, "first foothold of LF is not ahead of that of LH"),
+    ],
+)
+def test_swapped_legs_are_noticed(
+    wang: Quadruped, columns: Footholds, swap: dict[str, str], words: str
+) -> None:
+    swapped = Footholds({leg: columns[swap.get(leg, leg)] for leg in LEGS})
+    with pytest.raises(InputError, match=words):
+        plan_crawl(wang, swapped)
+
+
+def test_a_forgotten_heading_is_noticed(wang: Quadruped, columns: Footholds) -> None:
+    sideways = Footholds({leg: columns[leg][:, [1, 0, 2]] * [-1, 1, 1] for leg in LEGS})
+    with pytest.raises(InputError, match="is heading to be set"):
+        plan_crawl(wang, sideways)
+    assert plan_crawl(wang, sideways, heading=np.pi / 2).margin >= 0.02 - 1e-9
+
+
+@pytest.mark.parametrize(("name", "height"), [("anymal", 0.10), ("solo12", 0.03)])
+def test_a_body_too_low_is_refused_rather_than_walked_wrongly(name: str, height: float) -> None:
+    """Folded that far, inverse kinematics has no continuous answer."""
+    robot = gaitopt.load_robot(name)
+    with pytest.raises(InfeasibleStepError, match=r"knee allows|turn right over"):
+        plan_crawl(robot, s_columns_for(robot), "margin", body_height=height, swing_height=0.01)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({"robot": "wang2020"}, r"takes a Quadruped \(from load_robot\) and Footholds, got str"),
+        ({"footholds": {}}, "got Quadruped and dict"),
+        ({"sequence": None}, "sequence must name each"),
+        ({"cog_start": "ab"}, "cog_start must be two finite numbers"),
+        ({"follow_terrain": "no"}, "follow_terrain must be True or False"),
+    ],
+)
+def test_arguments_of_another_kind(
+    wang: Quadruped, columns: Footholds, arguments: dict[str, Any], words: str
+) -> None:
+    with pytest.raises(InputError, match=words):
+        plan_crawl(**{"robot": wang, "footholds": columns, **arguments})
+
+
+def test_the_printed_advice_can_be_followed_to_the_letter(wang: Quadruped) -> None:
+    """What the message prints, rounded as it is, works at this step."""
+    followed = 0
+    for stride in (0.3, 0.35, 0.4):
+        for height in (0.5, 0.52, 0.53):
+            footholds = flat_footholds(wang, 2, stride)
+            asked = {"body_height": height, "stability_margin": 0.05, "reach_fraction": 0.97}
+            try:
+                plan_crawl(wang, footholds, **asked)  # type: ignore[arg-type]
+            except InfeasibleStepError as error:
+                found = re.search(r"need reach_fraction (\d\.\d+)", str(error))
+                if found and float(found[1]) <= 1.0:
+                    better = {**asked, "reach_fraction": float(found[1])}
+                    refused = _first_refused(wang, footholds, better)
+                    assert refused is None or refused > error.step
+                    followed += 1
+    assert followed >= 3

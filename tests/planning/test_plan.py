@@ -231,3 +231,41 @@ def test_a_missing_file_is_named(tmp_path: Path) -> None:
 def test_saving_where_nothing_can_be_written(short_plan: Plan, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="cannot write"):
         short_plan.save(tmp_path / "no" / "plan.npz")
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [
+        ("kind", "jump"),
+        ("leg", "XX"),
+        ("support", ["XX"]),
+        ("start", "a"),
+        ("start", None),
+        ("margin", "big"),
+        ("duration", -5.0),
+        ("step", "a"),
+        ("cog_start", [1.0, 2.0]),
+    ],
+)
+def test_phases_that_make_no_sense_are_refused(
+    short_plan: Plan, tmp_path: Path, field: str, value: Any
+) -> None:
+    short_plan.save(tmp_path / "plan.npz")
+    with np.load(tmp_path / "plan.npz") as stored:
+        phases = json.loads(stored["header"].tobytes())["phases"]
+    phases[1][field] = value
+    with pytest.raises(PlanFileError):
+        gaitopt.load_plan(rewritten(tmp_path / "plan.npz", tmp_path / "b.npz", phases=phases))
+
+
+def test_a_path_to_the_stars_is_refused(short_plan: Plan) -> None:
+    path = short_plan.path
+    with pytest.raises(InputError, match=r"leads .* away"):
+        gaitopt.MotionPath(path.times, path.coefficients * 1e300)
+
+
+def test_a_link_stays_a_link(short_plan: Plan, tmp_path: Path) -> None:
+    (tmp_path / "real").mkdir()
+    (tmp_path / "link.npz").symlink_to(tmp_path / "real" / "plan.npz")
+    short_plan.save(tmp_path / "link.npz")
+    assert (tmp_path / "link.npz").is_symlink() and (tmp_path / "real" / "plan.npz").is_file()

@@ -104,7 +104,7 @@ def test_empty_file_is_no_urdf(tmp_path: Path) -> None:
 
 def test_malformed_file_is_named(tmp_path: Path) -> None:
     (tmp_path / "broken.urdf").write_text("<robot name='x'><link></robot>")
-    assert refusal(tmp_path / "broken.urdf").startswith("broken: Pinocchio cannot read this URDF: ")
+    assert refusal(tmp_path / "broken.urdf").startswith("broken: the URDF is no well-formed XML: ")
 
 
 def test_file_over_the_limit_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,0 +1,115 @@
+"""Faults of a URDF's text that its readers pass over or report poorly; found before they read it.
+
+A reader may take a mass of -1 kg, drop a mass that is no number, or take an upper limit below the
+lower one; each would end in a wrong plan much later.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections import Counter
+from xml.etree import ElementTree
+
+from gaitopt.errors import RobotError
+
+LIMIT = 20_000_000
+"""Most characters of URDF that are read."""
+
+_NEEDS_LIMITS = ("revolute", "prismatic")
+
+
+def check_urdf(urdf: str, label: str) -> None:
+    """Refuse a URDF that is no sound one.
+
+    Args:
+        urdf: the text.
+        label: what to call it in the message.
+
+    Raises:
+        RobotError: the message names the link or joint, the attribute and its value.
+    """
+    # Entities and document types have no place in a URDF, and are how XML attacks begin.
+    if re.search(r"<!\s*(DOCTYPE|ENTITY)", urdf, flags=re.IGNORECASE):
+        raise RobotError(
+            f"{label}: the URDF declares a document type or entities, which are not read; "
+            "remove the <!DOCTYPE ...> part"
+        )
+    if len(urdf) > LIMIT:
+        raise RobotError(f"{label}: the URDF is larger than {LIMIT / 1e6:.0f} MB")
+    if "<robot" not in urdf:
+        raise RobotError(f"{label}: no <robot> element; this is not a URDF")
+    try:
+        root = ElementTree.fromstring(urdf)
+    except ElementTree.ParseError as error:
+        raise RobotError(f"{label}: the URDF is no well-formed XML: {error}") from error
+    if root.tag != "robot":
+        raise RobotError(f"{label}: the outermost element is <{root.tag}>, not <robot>")
+    for kind in ("link", "joint"):
+        _check_names(root, kind, label)
+    for link in root.findall("link"):
+        _check_link(link, f"{label}: link {link.get('name')}")
+    for joint in root.findall("joint"):
+        _check_joint(joint, f"{label}: joint {joint.get('name')}")
+
+
+def _check_names(root: ElementTree.Element, kind: str, label: str) -> None:
+    names = Counter(element.get("name") for element in root.findall(kind))
+    for name, count in names.items():
+        if not name:
+            raise RobotError(f"{label}: a {kind} has no name")
+        if count > 1:
+            raise RobotError(f"{label}: {count} {kind}s have the name {name}")
+
+
+def _check_link(link: ElementTree.Element, where: str) -> None:
+    for mass in link.iterfind("inertial/mass"):
+        value = _number(mass, "value", where)
+        if not 0.0 <= value < 1e9:
+            raise RobotError(f"{where}: a mass of {value:g} kg; it must be positive")
+    for inertia in link.iterfind("inertial/inertia"):
+        for name in inertia.keys():  # noqa: SIM118
+            _number(inertia, name, where)
+    for shape in link.iterfind("./*/geometry/*"):
+        for name in ("radius", "length"):
+            if shape.get(name) is not None and not _number(shape, name, where) > 0.0:
+                raise RobotError(
+                    f"{where}: a {shape.tag} with {name} {shape.get(name)}; it must be positive"
+                )
+        for part in (shape.get("size") or "").split():
+            if not _finite(part) > 0.0:
+                raise RobotError(f"{where}: a box of size {shape.get('size')!r}; give 3 lengths")
+
+
+def _check_joint(joint: ElementTree.Element, where: str) -> None:
+    limit = joint.find("limit")
+    if limit is None:
+        if joint.get("type") in _NEEDS_LIMITS:
+            raise RobotError(f"{where} is {joint.get('type')} and has no <limit>")
+        return
+    low, high = (_number(limit, name, where, "0") for name in ("lower", "upper"))
+    if low > high:
+        raise RobotError(f"{where}: its lower limit {low:g} is above its upper limit {high:g}")
+    for name in ("velocity", "effort"):
+        if _number(limit, name, where, "0") < 0.0:
+            raise RobotError(f"{where}: its {name} limit {limit.get(name)} is negative")
+
+
+def _number(
+    element: ElementTree.Element, name: str, where: str, missing: str | None = None
+) -> float:
+    text = element.get(name, missing)
+    value = math.nan if text is None else _finite(text, infinite=element.tag == "limit")
+    if math.isnan(value):
+        said = "is missing" if text is None else f"is {text[:20]!r}, no finite number"
+        raise RobotError(f"{where}: {name} of its <{element.tag}> {said}")
+    return value
+
+
+def _finite(text: str, *, infinite: bool = False) -> float:
+    """The number in ``text``; NaN when it is none, or infinite where that is not allowed."""
+    try:
+        value = float(text)
+    except ValueError:
+        return math.nan
+    return value if math.isfinite(value) or infinite else math.nan
