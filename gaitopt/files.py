@@ -30,7 +30,7 @@ def written_whole(path: StrPath, *, binary: bool = False) -> Iterator[IO[Any]]:
         handle, name = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
     except OSError as error:
         raise InputError(
-            f"cannot write {target}: {error.strerror or error}; give a path in a folder that "
+            f"cannot write {path}: {error.strerror or error}; give a path in a folder that "
             "exists and that you may write to"
         ) from error
     temporary = Path(name)
@@ -45,7 +45,7 @@ def written_whole(path: StrPath, *, binary: bool = False) -> Iterator[IO[Any]]:
         temporary.chmod(0o666 & ~_umask())
         temporary.replace(target)
     except OSError as error:
-        raise InputError(f"cannot write {target}: {error.strerror or error}") from error
+        raise InputError(f"cannot write {path}: {error.strerror or error}") from error
     finally:
         temporary.unlink(missing_ok=True)
 

@@ -39,6 +39,8 @@ class SimulationResult:
     Attributes:
         status: ``"finished"``, ``"fell"`` or ``"diverged"`` (numbers ran away: counted as a fall).
         end: when it ended [s]: with the plan and a short watch after it, or with the fall.
+        waited: for how long of it the controller kept feet from lifting off, because another had
+            not found its ground yet [s].
         steps_done: steps whose touch-down came before the end, of ``steps``.
         steps: steps of the plan.
         missed: footholds that were missed.
@@ -66,6 +68,7 @@ class SimulationResult:
 
     status: str
     end: float
+    waited: float
     steps_done: int
     steps: int
     missed: tuple[MissedFoothold, ...]
@@ -117,7 +120,8 @@ class SimulationResult:
         missed = ", ".join(f"step {m.step + 1} {m.leg} ({m.reason})" for m in self.missed[:5])
         more = f" and {len(self.missed) - 5} more" if len(self.missed) > 5 else ""
         return "\n".join([
-            f"{self.status} at {self.end:.1f} s, {self.steps_done} of {self.steps} steps",
+            f"{self.status} at {self.end:.1f} s, {self.steps_done} of {self.steps} steps, "
+            f"{self.waited:.2f} s spent waiting for contact",
             f"missed footholds: {missed or 'none'}{more}",
             f"largest landing error {1e3 * self.landing_error:.1f} mm, "
             f"slip {1e3 * self.slip:.1f} mm",
@@ -137,6 +141,7 @@ class SimulationRecord:
 
     Attributes:
         t: ``(N,)`` [s].
+        clock: the plan's time ``(N,)`` [s], which stands still where the controller waits.
         q, v: Pinocchio's ``(N, nq)``, ``(N, nv)``.
         touching: which feet touch anything ``(N, 4)``.
         beneath: id of the shape under each foot ``(N, 4)``, -1 for none.
@@ -146,6 +151,7 @@ class SimulationRecord:
     """
 
     t: FloatArray
+    clock: FloatArray
     q: FloatArray
     v: FloatArray
     touching: BoolArray
@@ -167,7 +173,7 @@ def report(
 ) -> SimulationResult:
     """Judge a record against its plan; ``columns (4, n)`` are the ids of the shapes it names."""
     robot, t = plan.robot, record.t
-    planned = plan.at(np.minimum(t, plan.duration))
+    planned = plan.at(np.clip(record.clock, 0.0, plan.duration))
     base, to_world = record.q[:, :3], rotations(record.q[:, 3:7]) @ robot.body_axes
     inside = np.stack([robot.legs[leg].forward(record.q[:, 7:][:, list(robot.leg_columns[leg])])
                        for leg in LEGS], axis=1)  # fmt: skip
@@ -191,6 +197,7 @@ def report(
     return SimulationResult(
         status=record.status,
         end=float(t[-1]),
+        waited=float(t[-1] - record.clock[-1]),
         steps_done=len(done),
         steps=len(errors),
         missed=missed,
@@ -200,7 +207,7 @@ def report(
         body_error=float(np.linalg.norm(record.q[:, :3] - planned.q[:, :3], axis=1).max()),
         com_margin=margin,
         smallest_margin=float(np.nanmin(margin)) if np.isfinite(margin).any() else float("nan"),
-        slip=_slip(plan, record.t, feet, settings),
+        slip=_slip(plan, record.clock, feet, settings),
         peak_torques=record.peak_torques,
         peak_rates=record.peak_rates,
         torque_use=_use(record.peak_torques, efforts),
@@ -241,15 +248,15 @@ def _landings(
         column = LEGS.index(leg)
         counts[leg] += 1
         mine = columns[column, min(counts[leg], columns.shape[1] - 1)]
-        first = int(np.searchsorted(record.t, start))
-        settled = int(np.searchsorted(record.t, min(start + settings.landing_time, end - 1e-6)))
+        first = int(np.searchsorted(record.clock, start))
+        settled = int(np.searchsorted(record.clock, min(start + settings.landing_time, end - 1e-6)))
         # Lift-off is smoothed: a foot may rise a little before its swing.
-        last = int(np.searchsorted(record.t, end - 0.06)) - 1
-        if first >= len(record.t):
+        last = int(np.searchsorted(record.clock, end - 0.06)) - 1
+        if first >= len(record.clock):
             out.append((np.nan, None))
             continue
-        settled = min(settled, len(record.t) - 1)
-        last = min(max(last, settled), len(record.t) - 1)
+        settled = min(settled, len(record.clock) - 1)
+        last = min(max(last, settled), len(record.clock) - 1)
         off = np.linalg.norm(feet[:, column, :2] - foothold[:2], axis=1)
         reason = ""
         if off[settled] > radius:

@@ -14,7 +14,7 @@ class Push:
     """A steady force on the body for a while.
 
     Attributes:
-        time: when it begins [s].
+        time: when it begins, on the plan's clock [s].
         duration: how long it lasts [s].
         force: at the body's centre of mass, in the world's axes ``(x, y, z)`` [N].
     """

@@ -67,11 +67,13 @@ class _Run:
     samples: list[tuple[Any, ...]] = field(default_factory=list)
 
     def run(self) -> SimulationRecord:
-        """Step until the plan's end, or a fall; the number of steps is fixed from the start."""
+        """Step until the plan's end, or a fall; the number of steps has a bound from the start."""
         begin = (time.perf_counter(), time.thread_time())
         settings, data = self.settings, self._start()
         interval, every = settings.control_interval, settings.control_every
-        count = int(np.ceil((self.plan.duration + settings.settle) / interval))
+        end = self.plan.duration + settings.settle
+        patience = self.controller.gains.patience * sum(p.kind == "swing" for p in self.plan.phases)
+        count = int(np.ceil((end + patience) / interval)) + 1
         stride = max(round(settings.record_every / interval), 1)
         delay = int(np.ceil(settings.sensing_delay / interval - 1e-9))
         sensed: deque[RobotState] = deque(maxlen=delay + 1)
@@ -79,16 +81,19 @@ class _Run:
         energy, status = 0.0, "finished"
         joints, servos = self.sim.qvel, self.sim.ctrl
         for tick in range(count + 1):
-            now = tick * interval
+            clock = tick * interval - self.controller.waited
             state, beneath = self._sense(data)
-            status = self._verdict(now, state) or status
-            if tick % stride == 0 or tick == count or status != "finished":
-                self.samples.append((now, state.q, state.v, state.contacts, beneath))
-            if status != "finished" or tick == count:
+            status = self._verdict(clock, state) or status
+            last = clock >= end - 1e-9 or tick == count or status != "finished"
+            if tick % stride == 0 or last:
+                self.samples.append(
+                    (tick * interval, clock, state.q, state.v, state.contacts, beneath)
+                )
+            if last:
                 break
             sensed.append(state)
-            self._act(data, self.controller.command(now, sensed[0]))
-            self._push(data, now)
+            self._act(data, self.controller.command(tick * interval, sensed[0]))
+            self._push(data, clock)
             self.mujoco.mj_step(self.sim.model, data, nstep=every)
             torque, rate = data.actuator_force[servos], data.qvel[joints]
             np.maximum(torques, np.abs(torque), out=torques)
@@ -138,10 +143,10 @@ class _Run:
                     beneath[leg], deepest[leg] = other, gap
         return RobotState(q, v, beneath >= 0), beneath
 
-    def _verdict(self, now: float, state: RobotState) -> str:
+    def _verdict(self, clock: float, state: RobotState) -> str:
         """``"fell"``, ``"diverged"``, or nothing."""
         reference = self.controller.reference
-        tick = reference.tick(now)
+        tick = reference.tick(clock)
         if not (np.isfinite(state.q).all() and np.abs(state.v).max() < 1e3):
             return "diverged"
         lean = float(rotation_of(state.q[3:7])[:, 2] @ reference.rotation[tick, :, 2])
@@ -158,11 +163,11 @@ class _Run:
             + (command.torque + gains.joint_damping * command.rates) / gains.joint_stiffness
         )
 
-    def _push(self, data: Any, now: float) -> None:
+    def _push(self, data: Any, clock: float) -> None:
         if self.settings.pushes:
             force = np.zeros(3)
             for push in self.settings.pushes:
-                if push.time <= now < push.time + push.duration:
+                if push.time <= clock < push.time + push.duration:
                     force += push.force
             data.xfrc_applied[self.sim.base, :3] = force
 
@@ -174,13 +179,14 @@ class _Run:
         status: str,
         spent: tuple[float, float],
     ) -> SimulationRecord:
-        t, q, v, touching, beneath = zip(*self.samples, strict=True)
+        t, clock, q, v, touching, beneath = zip(*self.samples, strict=True)
         q_all, v_all = np.array(q), np.array(v)
         # A diverged state is no posture; the last good one stands for it.
         good = np.isfinite(q_all).all(axis=1) & np.isfinite(v_all).all(axis=1)
         keep = good if good.any() else np.ones(len(t), dtype=bool)
         return SimulationRecord(
             t=np.array(t, dtype=np.float64)[keep],
+            clock=np.array(clock, dtype=np.float64)[keep],
             q=q_all[keep],
             v=v_all[keep],
             touching=np.array(touching)[keep],

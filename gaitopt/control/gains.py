@@ -36,6 +36,8 @@ class ControlGains:
             set-point of a foot that lands goes over from its target to its place [s].
         probe_speed: a foot that should stand but has found no ground goes down so fast [m/s].
         probe_depth: and so far [m].
+        patience: how long a foot may be kept from lifting off, because one that is to stand then
+            has found no ground yet; the plan's clock stands still meanwhile [s].
     """
 
     joint_stiffness: float
@@ -53,6 +55,7 @@ class ControlGains:
     blend_time: float = 0.2
     probe_speed: float = 0.06
     probe_depth: float = 0.03
+    patience: float = 0.6
 
     def __post_init__(self) -> None:
         for item in fields(self):

@@ -57,6 +57,9 @@ class Command:
 class TrackingController:
     """Follows one plan; call :meth:`command` every :attr:`dt` seconds, in order of time.
 
+    Attributes:
+        waited: how long the plan's clock has stood still [s]; the plan's time is that much less.
+
     Args:
         plan: the motion. Its robot is the model that the controller believes in.
         gains: :meth:`ControlGains.for_robot` by default.
@@ -88,6 +91,9 @@ class TrackingController:
         self._grounded = np.array(self.reference.standing[0])
         self._absent = np.zeros(len(LEGS))
         self._probe = np.zeros(len(LEGS))
+        self._awaited = np.zeros(len(LEGS), dtype=np.bool_)
+        self._patience = self.gains.patience
+        self.waited = 0.0
         self._ruled = self._grounded
         self._correction = np.zeros((len(LEGS), 3))
         self._offset = np.zeros((len(LEGS), 3))
@@ -95,22 +101,42 @@ class TrackingController:
 
     def command(self, time: float, state: RobotState) -> Command:
         """What the servos are to do from ``time`` [s] on, given the measured ``state``."""
-        tick = self.reference.tick(time)
+        tick = self._wait(self.reference.tick(time - self.waited), state.contacts)
         rotation = rotation_of(state.q[3:7])
         feet, grasp, needed = self._dynamics(tick, state.q)
         self._watch(tick, state.contacts)
+        waiting = self._awaited.any()
         share = self._forces.share(
             grasp[:, :6].T,
             needed[:6] + self._feedback(tick, state, rotation),
-            self._grounded * self.reference.load[tick],
+            self._grounded * (1.0 if waiting else self.reference.load[tick]),
         )
         torque = needed[6:] - share.forces.reshape(-1) @ grasp[:, 6:]
         return Command(
             torque=torque,
             angles=self._angles(tick, state.q[:3], rotation, feet),
-            rates=self.reference.rates[tick],
+            rates=0.0 * self.reference.rates[tick] if waiting else self.reference.rates[tick],
             share=share,
         )
+
+    def _wait(self, tick: int, contacts: BoolArray) -> int:
+        """The tick to follow: no foot lifts off before those that are to stand have found ground.
+
+        Where a foot lands at the very instant at which another leaves, the walk would otherwise
+        depend on a ground that is where the plan believes it to be.
+        """
+        standing = self.reference.standing
+        after = standing[min(tick + 1, len(standing) - 1)]
+        missing = after & ~contacts
+        leaving = (standing[tick] & ~after).any()
+        if not (leaving and missing.any() and self._patience > 0.0):
+            self._awaited = np.zeros(len(LEGS), dtype=np.bool_)
+            self._patience = self._patience if leaving else self.gains.patience
+            return tick
+        self._awaited = missing
+        self._patience -= self.dt
+        self.waited += self.dt
+        return tick
 
     def _dynamics(self, tick: int, q: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Feet ``(4, 3)``, Jacobian of their contact points ``(12, nv)``, inverse dynamics.
@@ -120,7 +146,8 @@ class TrackingController:
         import pinocchio as pin
 
         model, data = self._model, self._data
-        needed = np.array(pin.rnea(model, data, q, self._still, self.reference.acceleration[tick]))
+        acceleration = self._still if self._awaited.any() else self.reference.acceleration[tick]
+        needed = np.array(pin.rnea(model, data, q, self._still, acceleration))
         pin.computeJointJacobians(model, data, q)
         feet, grasp = np.empty((4, 3)), np.empty((12, model.nv))
         for i, frame in enumerate(self._frames):
@@ -138,7 +165,7 @@ class TrackingController:
         self._absent = np.where(contacts, 0.0, self._absent + self.dt)
         lost = self._absent > self.gains.contact_loss
         self._grounded = standing & (contacts | (self._grounded & ~lost))
-        probing = standing & ~self._grounded
+        probing = (standing & ~self._grounded) | self._awaited
         deeper = np.minimum(self._probe + self.gains.probe_speed * self.dt, self.gains.probe_depth)
         self._probe = np.where(probing, deeper, np.where(standing, self._probe, 0.0))
 
@@ -146,9 +173,10 @@ class TrackingController:
         """Spring-damper wrench on the body, in its own frame ``(6,)``."""
         ref, gains = self.reference, self.gains
         place = ref.position[tick] - state.q[:3]
-        speed = ref.linear[tick] - rotation @ state.v[:3]
+        moving = not self._awaited.any()
+        speed = moving * ref.linear[tick] - rotation @ state.v[:3]
         turn = _turn(ref.rotation[tick] @ rotation.T)
-        spin = ref.angular[tick] - rotation @ state.v[3:6]
+        spin = moving * ref.angular[tick] - rotation @ state.v[3:6]
         out = np.empty(6)
         out[:3] = gains.body_damping * speed + gains.body_stiffness * _capped(
             place, gains.largest_error

@@ -85,7 +85,7 @@ def _figures(
     plan: Plan,
     comparison: Mapping[str, Plan],
     com_margin: tuple[ArrayLike, ArrayLike] | None,
-    step: int | None,
+    step: int | None = None,
 ) -> dict[str, Callable[[], Figure]]:
     """What to draw under which name."""
     among = any(other is plan for other in comparison.values())
