@@ -36,8 +36,10 @@ class ControlGains:
             set-point of a foot that lands goes over from its target to its place [s].
         probe_speed: a foot that should stand but has found no ground goes down so fast [m/s].
         probe_depth: and so far [m].
-        patience: how long a foot may be kept from lifting off, because one that is to stand then
-            has found no ground yet; the plan's clock stands still meanwhile [s].
+        patience: how long the plan's clock may stand still at a time because a foot that should
+            stand has found no ground yet [s].
+        grace: so late may a foot be before the clock stands still for it [s], unless another is
+            about to lift off: then it waits at once.
     """
 
     joint_stiffness: float
@@ -56,6 +58,7 @@ class ControlGains:
     probe_speed: float = 0.06
     probe_depth: float = 0.03
     patience: float = 0.6
+    grace: float = 0.1
 
     def __post_init__(self) -> None:
         for item in fields(self):

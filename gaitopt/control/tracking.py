@@ -92,6 +92,7 @@ class TrackingController:
         self._absent = np.zeros(len(LEGS))
         self._probe = np.zeros(len(LEGS))
         self._awaited = np.zeros(len(LEGS), dtype=np.bool_)
+        self._late = np.zeros(len(LEGS))
         self._patience = self.gains.patience
         self.waited = 0.0
         self._ruled = self._grounded
@@ -120,18 +121,22 @@ class TrackingController:
         )
 
     def _wait(self, tick: int, contacts: BoolArray) -> int:
-        """The tick to follow: no foot lifts off before those that are to stand have found ground.
+        """The tick to follow: the plan waits for feet that should stand and have found no ground.
 
-        Where a foot lands at the very instant at which another leaves, the walk would otherwise
-        depend on a ground that is where the plan believes it to be.
+        No foot lifts off before, and the body does not go far. Where a foot lands at the very
+        instant at which another leaves, the walk would otherwise depend on a ground that is
+        exactly where the plan believes it to be.
         """
         standing = self.reference.standing
         after = standing[min(tick + 1, len(standing) - 1)]
-        missing = after & ~contacts
-        leaving = (standing[tick] & ~after).any()
-        if not (leaving and missing.any() and self._patience > 0.0):
+        if (standing[tick] & ~after).any():
+            missing = after & ~(contacts | self._grounded)
+        else:
+            missing = after & (self._late > self.gains.grace)
+        if self._patience <= 0.0 or not missing.any():
             self._awaited = np.zeros(len(LEGS), dtype=np.bool_)
-            self._patience = self._patience if leaving else self.gains.patience
+            if not missing.any():
+                self._patience = self.gains.patience
             return tick
         self._awaited = missing
         self._patience -= self.dt
@@ -166,6 +171,7 @@ class TrackingController:
         lost = self._absent > self.gains.contact_loss
         self._grounded = standing & (contacts | (self._grounded & ~lost))
         probing = (standing & ~self._grounded) | self._awaited
+        self._late = np.where(standing & ~self._grounded, self._late + self.dt, 0.0)
         deeper = np.minimum(self._probe + self.gains.probe_speed * self.dt, self.gains.probe_depth)
         self._probe = np.where(probing, deeper, np.where(standing, self._probe, 0.0))
 
