@@ -19,6 +19,10 @@ if TYPE_CHECKING:
     from gaitopt.checking.certificate import CertificateError as CertificateError
     from gaitopt.checking.certificate import Check as Check
     from gaitopt.checking.certificate import verify as verify
+    from gaitopt.checking.sim_result import SimulationResult as SimulationResult
+    from gaitopt.checking.sim_settings import Push as Push
+    from gaitopt.checking.sim_settings import SimulationSettings as SimulationSettings
+    from gaitopt.checking.simulation import simulate as simulate
     from gaitopt.conventions import LEGS as LEGS
     from gaitopt.errors import FootholdsError as FootholdsError
     from gaitopt.errors import GaitoptError as GaitoptError
@@ -63,6 +67,9 @@ __version__ = "0.1.0"
 _HOMES = {
     "checking.balance": "com_margin",
     "checking.certificate": "Certificate CertificateError Check verify",
+    "checking.sim_result": "SimulationResult",
+    "checking.sim_settings": "Push SimulationSettings",
+    "checking.simulation": "simulate",
     "conventions": "LEGS",
     "errors": "FootholdsError GaitoptError InfeasibleStepError InputError MissingPackageError "
     "PlanFileError RobotError SolverError",

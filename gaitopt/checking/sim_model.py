@@ -119,15 +119,23 @@ def _add_feet(mujoco: Any, spec: Any, robot: Quadruped, settings: SimulationSett
         body = spec.body(robot.legs[leg].foot)
         body.add_geom(
             name=_FOOT + leg, type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[radius, 0, 0], mass=0.0,
-            contype=1, conaffinity=2, condim=3, friction=[settings.friction, 0.005, 0.0001],
+            contype=1, conaffinity=2, **_surface(settings),
         )  # fmt: skip
+
+
+def _surface(settings: SimulationSettings) -> dict[str, Any]:
+    return {
+        "condim": 3,
+        "friction": [settings.friction, 0.005, 0.0001],
+        "solref": [settings.contact_time, 1.0],
+    }
 
 
 def _add_ground(
     mujoco: Any, spec: Any, robot: Quadruped, footholds: Footholds, settings: SimulationSettings
 ) -> list[list[str]]:
     """Columns, or the ground; names of what lies under each foothold."""
-    looks = dict(contype=2, conaffinity=1, condim=3, friction=[settings.friction, 0.005, 0.0001])
+    looks = {"contype": 2, "conaffinity": 1, **_surface(settings)}
     errors = np.zeros(footholds.array.shape[:2])
     for leg, index, error in settings.column_errors:
         if leg not in LEGS or not 0 <= index < len(footholds) or not np.isfinite(error):

@@ -47,7 +47,9 @@ def test_the_record_says_so_too(short_plan: Plan, walk: SimulationResult) -> Non
     for leg, foot in zip(LEGS, last, strict=True):
         assert np.linalg.norm(foot - short_plan.footholds[leg][-1]) < 0.01
     assert motion.contacts[-1].all()
-    assert motion.t[-1] == pytest.approx(short_plan.duration + 0.5, abs=0.02)
+    end = short_plan.duration + 0.5 + walk.waited
+    assert motion.t[-1] == pytest.approx(end, abs=0.02)
+    assert walk.waited < 0.03 * short_plan.duration
     for i, leg in enumerate(LEGS):
         columns = list(short_plan.robot.leg_columns[leg])
         ours = short_plan.robot.legs[leg].forward(motion.q[-1, 7:][columns])
@@ -101,6 +103,15 @@ def test_a_missing_column_is_missed(short_plan: Plan, wang: Quadruped) -> None:
     assert not result.succeeded
     assert result.missed and result.missed[0].leg == "RF" and result.missed[0].step == 1
     assert result.missed[0].reason == "no contact"
+
+
+@pytest.mark.parametrize("leg", LEGS)
+def test_a_column_five_millimetres_too_low_is_found(short_plan: Plan, leg: str) -> None:
+    """The plan's clock waits for the foot, which reaches down."""
+    result = simulate(short_plan, SimulationSettings(column_errors=((leg, 1, -0.005),)))
+    assert result.succeeded, str(result)
+    lowest = result.motion.feet[:, LEGS.index(leg), 2].min()
+    assert lowest == pytest.approx(short_plan.footholds[leg][1, 2] - 0.005, abs=1.5e-3)
 
 
 def test_a_body_outside_the_support_triangle_falls(short_plan: Plan) -> None:
