@@ -6,22 +6,43 @@ Mistakes of the user's end in one line and exit code 2, without a traceback.
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
-from enum import Enum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 from rich.markup import escape
 
-from gaitopt.errors import GaitoptError, InfeasibleStepError, InputError
+from gaitopt.cli_options import (
+    FollowOption,
+    FootholdsOption,
+    HeadingOption,
+    HeightOption,
+    MarginOption,
+    Objective,
+    ObjectiveOption,
+    OutOption,
+    PlanArgument,
+    ReachOption,
+    RobotOption,
+    SeedOption,
+    SequenceOption,
+    SpeedOption,
+    SwingHeightOption,
+)
+from gaitopt.cli_support import (
+    drawable,
+    load_inputs,
+    make_folder,
+    open_plan,
+    parse_speed,
+    plan_settings,
+    progress_bar,
+    random_terrain,
+    summarise,
+    terminal,
+)
+from gaitopt.errors import GaitoptError, InputError
 from gaitopt.files import written_whole
-
-if TYPE_CHECKING:
-    from gaitopt.planning.plan import Plan
-    from gaitopt.robots.quadruped import Quadruped
-    from gaitopt.terrain.footholds import Footholds
 
 app = typer.Typer(
     name="gaitopt",
@@ -32,69 +53,6 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-
-
-class Objective(str, Enum):
-    """Where the COG goes before each swing."""
-
-    distance = "distance"
-    margin = "margin"
-
-
-RobotOption = Annotated[
-    str,
-    typer.Option(help="A robot's name (see [bold]gaitopt robot --list[/]) or a URDF file.",
-                 rich_help_panel="What walks where"),
-]  # fmt: skip
-FootholdsOption = Annotated[
-    Path | None,
-    typer.Option(help="CSV file with the columns leg,step,x,y,z, in metres.", metavar="CSV",
-                 rich_help_panel="What walks where"),
-]  # fmt: skip
-SeedOption = Annotated[
-    int | None,
-    typer.Option(help="Seed of the random S-shaped columns, when no CSV is given.", min=0,
-                 rich_help_panel="What walks where"),
-]  # fmt: skip
-ObjectiveOption = Annotated[
-    Objective,
-    typer.Option(help="Move the COG as little as possible, or to the largest stability margin.",
-                 rich_help_panel="How"),
-]  # fmt: skip
-SpeedOption = Annotated[
-    str,
-    typer.Option(help="'max', or a speed of body and feet in m/s (within the joint limits).",
-                 rich_help_panel="How"),
-]  # fmt: skip
-MarginOption = Annotated[
-    float, typer.Option(help="Stability margin S0, in metres.", rich_help_panel="How")
-]
-HeightOption = Annotated[
-    float | None,
-    typer.Option(help="Height of the hips above the footholds, in metres; 0.40 for wang2020, "
-                 "else 0.7 of the leg's reach.", rich_help_panel="How", show_default=False),
-]  # fmt: skip
-SwingHeightOption = Annotated[
-    float | None,
-    typer.Option(help="How far feet rise above the higher end of a swing, in metres; 0.07 for "
-                 "wang2020, else to scale.", rich_help_panel="How", show_default=False),
-]  # fmt: skip
-SequenceOption = Annotated[
-    str, typer.Option(help="Order of the legs in a cycle.", rich_help_panel="How")
-]
-ReachOption = Annotated[
-    float, typer.Option(help="Share of the legs' reach to use, up to 1.", rich_help_panel="How")
-]
-HeadingOption = Annotated[
-    float, typer.Option(help="Direction the body faces, in radians from x.", rich_help_panel="How")
-]
-FollowOption = Annotated[
-    bool,
-    typer.Option("--follow-terrain", help="Keep the body's height above the feet, not constant.",
-                 rich_help_panel="How"),
-]  # fmt: skip
-OutOption = Annotated[Path, typer.Option(help="Folder for the results.", metavar="DIR")]
-PlanArgument = Annotated[Path, typer.Argument(help="A plan file (.npz).", metavar="PLAN")]
 
 
 @app.command()
@@ -120,29 +78,31 @@ def walk(
     from gaitopt.viewing.plots import save_figures
     from gaitopt.viewing.replay import replay as write_replay
 
-    model, places = _inputs(robot, footholds, seed)
-    settings = _settings(
+    model, places = load_inputs(robot, footholds, seed)
+    settings = plan_settings(
         model, places, stability_margin, body_height, swing_height, sequence, reach_fraction,
         heading, follow_terrain,
     )  # fmt: skip
-    with _progress("planning") as tick:
-        plan = plan_crawl(model, places, objective.value, _speed(speed), progress=tick, **settings)
-    with _progress("comparing with the baselines") as tick:
+    with progress_bar("planning") as tick:
+        plan = plan_crawl(
+            model, places, objective.value, parse_speed(speed), progress=tick, **settings
+        )
+    with progress_bar("comparing with the baselines") as tick:
         comparison = run_comparison(model, places, progress=tick, **settings)
-    _make_folder(out)
-    with _progress("writing plan, replay and figures") as tick:
+    make_folder(out)
+    with progress_bar("writing plan, replay and figures") as tick:
         plan.save(out / "plan.npz")
         tick(1, 3)
         write_replay(plan, out / "walk.html")
         tick(2, 3)
         figures = save_figures(
-            plan, out / "figures", comparison=_drawn(plan, comparison.plans),
+            plan, out / "figures", comparison=drawable(plan, comparison.plans),
             com_margin=com_margin(plan),
         )  # fmt: skip
         tick(3, 3)
-    console = _console()
+    console = terminal()
     console.print(comparison.table())
-    console.print(escape(_summary(plan)))
+    console.print(escape(summarise(plan)))
     console.print(f"[bold]{escape(str(out / 'walk.html'))}[/]  the replay: open it in a browser")
     console.print(
         f"[bold]{escape(str(out / 'plan.npz'))}[/]   the plan: gaitopt.load_plan, gaitopt export"
@@ -172,18 +132,18 @@ def compare(
 
     if footholds is not None and seeds > 1:
         raise InputError("--footholds and --seeds exclude each other: a CSV is one terrain")
-    model, first = _inputs(robot, footholds, seed)
-    settings = _settings(
+    model, first = load_inputs(robot, footholds, seed)
+    settings = plan_settings(
         model, first, stability_margin, body_height, swing_height, sequence, reach_fraction,
         heading, follow_terrain,
     )  # fmt: skip
     terrains: Any = first
     if footholds is None:
         first_seed = seed or 0
-        terrains = [(s, _inputs_terrain(model, s)) for s in range(first_seed, first_seed + seeds)]
-    with _progress(f"planning on {seeds} terrain{'s' if seeds > 1 else ''}") as tick:
+        terrains = [(s, random_terrain(model, s)) for s in range(first_seed, first_seed + seeds)]
+    with progress_bar(f"planning on {seeds} terrain{'s' if seeds > 1 else ''}") as tick:
         comparison = run_comparison(model, terrains, progress=tick, **settings)
-    _console().print(comparison.table())
+    terminal().print(comparison.table())
 
 
 @app.command()
@@ -201,13 +161,13 @@ def replay(
     from gaitopt.viewing.live import view
     from gaitopt.viewing.replay import replay as write_replay
 
-    loaded = _load(plan)
+    loaded = open_plan(plan)
     target = out or plan.with_suffix(".html")
     write_replay(loaded, target)
-    _console().print(f"[bold]{escape(str(target))}[/]")
+    terminal().print(f"[bold]{escape(str(target))}[/]")
     if show:
         with view(loaded) as url:
-            _console().print(f"serving {url} on this machine only; press Enter to stop")
+            terminal().print(f"serving {url} on this machine only; press Enter to stop")
             sys.stdin.readline()
 
 
@@ -221,8 +181,8 @@ def verify(
     """Certify a plan for every instant; exit code 0 when it is, 1 when it is not."""
     from gaitopt.checking.certificate import verify as certify
 
-    certificate = certify(_load(plan), collisions=collisions)
-    _console().print(certificate.table())
+    certificate = certify(open_plan(plan), collisions=collisions)
+    terminal().print(certificate.table())
     if not certificate.ok:
         raise typer.Exit(1)
 
@@ -239,15 +199,15 @@ def simulate(
     from gaitopt.checking.simulation import simulate as run_simulation
     from gaitopt.viewing.replay import replay as write_replay
 
-    loaded = _load(plan)
-    with _progress("simulating") as tick:
+    loaded = open_plan(plan)
+    with progress_bar("simulating") as tick:
         tick(0, 1)
         result = run_simulation(loaded)
         tick(1, 1)
-    _console().print(escape(str(result)))
+    terminal().print(escape(str(result)))
     if out is not None:
         write_replay(loaded, out, simulated=result.motion)
-        _console().print(f"[bold]{escape(str(out))}[/]")
+        terminal().print(f"[bold]{escape(str(out))}[/]")
     if not result.succeeded:
         raise typer.Exit(1)
 
@@ -288,17 +248,17 @@ def study(
         robots=(robot,),
         objectives=[o.value for o in objective or [Objective.distance]],
         stability_margins=stability_margin or [0.02],
-        speed=_speed(speed),
+        speed=parse_speed(speed),
         collisions=collisions,
         simulate=with_physics,
     )
-    with _progress(f"{len(walks)} walks") as tick:
+    with progress_bar(f"{len(walks)} walks") as tick:
         rows = run_study(walks, table, jobs=jobs, scheduler=scheduler, progress=tick)
-    _console().print(study_table(rows))
+    terminal().print(study_table(rows))
     picture = table.with_suffix(".png")
     with written_whole(picture, binary=True) as stream:
         plot_study(rows).savefig(stream, format="png", dpi=150)
-    _console().print(
+    terminal().print(
         f"[bold]{escape(str(table))}[/]  a row a walk\n[bold]{picture}[/]  what became of them"
     )
 
@@ -315,10 +275,10 @@ def figures(
     """Write a plan's figures as PNG files."""
     from gaitopt.viewing.plots import save_figures
 
-    loaded = _load(plan)
-    _make_folder(out)
+    loaded = open_plan(plan)
+    make_folder(out)
     for path in save_figures(loaded, out, step=step):
-        _console().print(escape(str(path)))
+        terminal().print(escape(str(path)))
 
 
 @app.command()
@@ -344,11 +304,11 @@ def export(
         raise InputError("nothing to write: give --csv FILE, --ros FILE, or both")
     if csv == ros:
         raise InputError(f"--csv and --ros both name {csv}; give two files")
-    loaded = _load(plan)
+    loaded = open_plan(plan)
     for path, write in ((csv, export_csv), (ros, export_ros)):
         if path is not None:
             write(loaded, path, dt)
-            _console().print(f"[bold]{escape(str(path))}[/]")
+            terminal().print(f"[bold]{escape(str(path))}[/]")
 
 
 @app.command()
@@ -361,9 +321,9 @@ def robot(
     from gaitopt.studies.report import robot_table
 
     if list_names:
-        _console().print("\n".join(robot_names()))
+        terminal().print("\n".join(robot_names()))
     else:
-        _console().print(robot_table(load_robot(name)))
+        terminal().print(robot_table(load_robot(name)))
 
 
 def main() -> None:
@@ -403,128 +363,6 @@ def options(
     """Plan the fastest statically stable walk of a four-legged robot over given footholds."""
     if context.invoked_subcommand is None:
         print(context.get_help())
-
-
-def _inputs(robot: str, footholds: Path | None, seed: int | None) -> tuple[Quadruped, Footholds]:
-    from gaitopt.robots.catalog import load_robot
-    from gaitopt.terrain.footholds import Footholds
-
-    if footholds is not None and seed is not None:
-        raise InputError("--footholds and --seed exclude each other: give one of them")
-    model = load_robot(robot)
-    if footholds is not None:
-        return model, Footholds.from_csv(footholds)
-    return model, _inputs_terrain(model, seed or 0)
-
-
-def _inputs_terrain(model: Quadruped, seed: int) -> Footholds:
-    from gaitopt.studies.terrains import s_columns_for
-
-    return s_columns_for(model, seed)
-
-
-def _settings(
-    model: Quadruped,
-    places: Footholds,
-    stability_margin: float,
-    body_height: float | None,
-    swing_height: float | None,
-    sequence: str,
-    reach_fraction: float,
-    heading: float,
-    follow_terrain: bool,
-) -> dict[str, Any]:
-    settings = {
-        "stability_margin": stability_margin,
-        # The paper's 7 cm, to the scale of the robot.
-        "swing_height": round(0.175 * model.standing_height, 4)
-        if swing_height is None
-        else swing_height,
-        "sequence": tuple(part.strip() for part in sequence.split(",")),
-        "reach_fraction": reach_fraction,
-        "heading": heading,
-        "follow_terrain": follow_terrain,
-    }
-    if body_height is None:
-        body_height = _fitting_height(model, places, settings)
-    return {**settings, "body_height": body_height}
-
-
-def _fitting_height(model: Quadruped, places: Footholds, settings: dict[str, Any]) -> float:
-    """The robot's standing height, or a higher one where its joints' limits need it."""
-    from gaitopt.planning.crawl import plan_crawl
-
-    usual = model.standing_height
-    for height in (usual, *(round(usual * k / 14, 2) for k in (15, 16, 17))):
-        try:
-            plan_crawl(model, places, body_height=height, **settings)
-        except InfeasibleStepError:
-            continue
-        return height
-    return usual
-
-
-def _speed(text: str) -> Any:
-    if text == "max":
-        return "max"
-    try:
-        return float(text)
-    except ValueError:
-        raise InputError(f"--speed must be 'max' or a number of m/s, got {text!r}") from None
-
-
-def _make_folder(folder: Path) -> None:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"cannot make the folder {folder}: {error.strerror or error}") from error
-
-
-def _load(path: Path) -> Plan:
-    from gaitopt.planning.storage import load_plan
-
-    return load_plan(path)
-
-
-def _drawn(plan: Plan, plans: Mapping[str, Plan]) -> dict[str, Plan]:
-    """The plans of a comparison that fit into one picture with ``plan``, which is one of them.
-
-    At the 5 mm/s of the paper's third row a walk takes an hour, and would squash all others.
-    """
-    return {
-        name: plan if other.settings == plan.settings else other
-        for name, other in plans.items()
-        if other.duration <= 4.0 * plan.duration
-    }
-
-
-def _summary(plan: Plan) -> str:
-    return (
-        f"{plan.robot.name} takes {len(plan.phases) // 2} steps over {plan.distance:.2f} m in "
-        f"{plan.duration:.1f} s ({1e3 * plan.mean_speed:.2f} mm/s), margin at least "
-        f"{1e3 * plan.margin:.1f} mm"
-    )
-
-
-def _console() -> Any:
-    from rich.console import Console
-
-    console = Console(highlight=False)
-    # A table needs its columns: where nobody watches, take the width that it needs.
-    return console if console.is_terminal else Console(highlight=False, width=150)
-
-
-@contextmanager
-def _progress(what: str) -> Iterator[Callable[[int, int], None]]:
-    """A progress bar that calls can advance with (done, in all)."""
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
-
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(),
-               TimeElapsedColumn())  # fmt: skip
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(what, total=None)
-        yield lambda done, total: bar.update(task, completed=done, total=total)
 
 
 if __name__ == "__main__":

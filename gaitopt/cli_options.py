@@ -1,0 +1,72 @@
+"""Options that several commands share."""
+
+from __future__ import annotations
+
+from enum import Enum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+class Objective(str, Enum):
+    """Where the COG goes before each swing."""
+
+    distance = "distance"
+    margin = "margin"
+
+
+RobotOption = Annotated[
+    str,
+    typer.Option(help="A robot's name (see [bold]gaitopt robot --list[/]) or a URDF file.",
+                 rich_help_panel="What walks where"),
+]  # fmt: skip
+FootholdsOption = Annotated[
+    Path | None,
+    typer.Option(help="CSV file with the columns leg,step,x,y,z, in metres.", metavar="CSV",
+                 rich_help_panel="What walks where"),
+]  # fmt: skip
+SeedOption = Annotated[
+    int | None,
+    typer.Option(help="Seed of the random S-shaped columns, when no CSV is given.", min=0,
+                 rich_help_panel="What walks where"),
+]  # fmt: skip
+ObjectiveOption = Annotated[
+    Objective,
+    typer.Option(help="Move the COG as little as possible, or to the largest stability margin.",
+                 rich_help_panel="How"),
+]  # fmt: skip
+SpeedOption = Annotated[
+    str,
+    typer.Option(help="'max', or a speed of body and feet in m/s (within the joint limits).",
+                 rich_help_panel="How"),
+]  # fmt: skip
+MarginOption = Annotated[
+    float, typer.Option(help="Stability margin S0, in metres.", rich_help_panel="How")
+]
+HeightOption = Annotated[
+    float | None,
+    typer.Option(help="Height of the hips above the footholds, in metres; 0.40 for wang2020, "
+                 "else 0.7 of the leg's reach.", rich_help_panel="How", show_default=False),
+]  # fmt: skip
+SwingHeightOption = Annotated[
+    float | None,
+    typer.Option(help="How far feet rise above the higher end of a swing, in metres; 0.07 for "
+                 "wang2020, else to scale.", rich_help_panel="How", show_default=False),
+]  # fmt: skip
+SequenceOption = Annotated[
+    str, typer.Option(help="Order of the legs in a cycle.", rich_help_panel="How")
+]
+ReachOption = Annotated[
+    float, typer.Option(help="Share of the legs' reach to use, up to 1.", rich_help_panel="How")
+]
+HeadingOption = Annotated[
+    float, typer.Option(help="Direction the body faces, in radians from x.", rich_help_panel="How")
+]
+FollowOption = Annotated[
+    bool,
+    typer.Option("--follow-terrain", help="Keep the body's height above the feet, not constant.",
+                 rich_help_panel="How"),
+]  # fmt: skip
+OutOption = Annotated[Path, typer.Option(help="Folder for the results.", metavar="DIR")]
+PlanArgument = Annotated[Path, typer.Argument(help="A plan file (.npz).", metavar="PLAN")]
