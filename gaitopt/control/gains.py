@@ -29,7 +29,9 @@ class ControlGains:
         friction: friction coefficient that the contact forces are planned for.
         smoothing: the reference is averaged over this time, so that its velocities do not jump
             [s].
-        load_time: a foot takes up, and gives up, its load over this time [s].
+        load_time: a foot gives up its load over this time before it lifts off [s].
+        firm_time: a foot that has found ground takes up its load over this time, and stands firm
+            after it: only then may another lift off [s].
         contact_loss: a standing foot may be without contact for so long before it counts as being
             in the air [s].
         blend_time: time constant within which a flying foot follows the body's errors, and the
@@ -53,6 +55,7 @@ class ControlGains:
     friction: float = 0.5
     smoothing: float = 0.04
     load_time: float = 0.1
+    firm_time: float = 0.05
     contact_loss: float = 0.03
     blend_time: float = 0.2
     probe_speed: float = 0.06
@@ -65,8 +68,8 @@ class ControlGains:
             value = getattr(self, item.name)
             if not (isinstance(value, (int, float)) and np.isfinite(value) and value >= 0):
                 raise InputError(f"{item.name} must be a number of at least 0, got {value!r}")
-        if not self.friction > 0:
-            raise InputError("friction must be positive: without it no foot can push")
+        if not (self.friction > 0 and self.firm_time > 0):
+            raise InputError("friction and firm_time must be positive")
 
     @classmethod
     def for_robot(cls, robot: Quadruped, **changes: float) -> ControlGains:

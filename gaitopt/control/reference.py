@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 
@@ -40,7 +39,8 @@ class Reference:
         inverse: joint angles of a leg per displacement of its foot in the base frame
             ``(N, 4, 3, 3)`` [rad/m], damped near the straight leg.
         standing: which feet stand ``(N, 4)``.
-        load: share of a full load each may carry, 0 in the air ``(N, 4)``.
+        load: share of a full load each may carry ``(N, 4)``: 0 in the air, falling before
+            lift-off.
     """
 
     dt: float
@@ -70,7 +70,7 @@ def build_reference(plan: Plan, gains: ControlGains, dt: float) -> Reference:
     """Sample ``plan`` for a controller that runs every ``dt`` seconds.
 
     Body and joints are averaged over ``gains.smoothing`` (which keeps joint velocities within
-    their limits), and the loads of feet that land or leave are ramped.
+    their limits), and the loads of feet that are about to leave are ramped.
 
     Raises:
         InputError: ``dt`` is no positive time or makes too many ticks, or a leg has no roll joint.
@@ -130,24 +130,20 @@ def smoothed(values: FloatArray, width: int) -> FloatArray:
 
 
 def ramped(standing: BoolArray, ticks: float) -> FloatArray:
-    """Loads ``(N, 4)``: from little to 1 over ``ticks`` after touch-down, and back before lift-off.
+    """Loads ``(N, 4)``: 1 for feet that stand, falling to little over ``ticks`` before lift-off.
 
-    Where a foot stands too briefly for both, each takes half of the time. Feet that stand at the
-    first (last) tick have stood (will stand) for ever.
+    A foot gives up its load only while all four stand to take it; where another lands at the very
+    instant at which it leaves, the controller sees to it.
     """
-    count, legs = standing.shape
-    load = np.zeros((count, legs))
-    for leg in range(legs):
-        edges = np.flatnonzero(np.diff(standing[:, leg].astype(np.int8))) + 1
-        bounds = np.concatenate([[0], edges, [count]])
-        for first, last in pairwise(bounds):
-            if not standing[first, leg]:
-                continue
-            tick = np.arange(first, last)
-            since = tick - first + 1.0 if first > 0 else np.full(len(tick), np.inf)
-            left = last - tick + 0.0 if last < count else np.full(len(tick), np.inf)
-            ramp = np.minimum(since, left) / min(ticks, (last - first) / 2.0)
-            load[first:last, leg] = np.clip(ramp, LEAST_LOAD, 1.0)
+    load = standing.astype(np.float64)
+    together = np.concatenate([[0], np.cumsum(~standing.all(axis=1))])
+    for leg in range(standing.shape[1]):
+        for last in np.flatnonzero(np.diff(standing[:, leg].astype(np.int8)) < 0) + 1:
+            first = max(last - round(ticks), 0)
+            # The last tick before lift-off at which not all stood.
+            first = max(first, int(np.searchsorted(together, together[last], side="left")))
+            left = np.arange(last - first, 0, -1.0)
+            load[first:last, leg] = np.maximum(left / (len(left) + 1.0), LEAST_LOAD)
     return load
 
 

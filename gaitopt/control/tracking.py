@@ -15,7 +15,7 @@ import numpy as np
 
 from gaitopt.control.forces import ForceDistribution, ForceShare
 from gaitopt.control.gains import GRAVITY, ControlGains
-from gaitopt.control.reference import Reference, build_reference
+from gaitopt.control.reference import LEAST_LOAD, Reference, build_reference
 from gaitopt.conventions import LEGS, BoolArray, FloatArray
 from gaitopt.planning.plan import Plan
 
@@ -93,6 +93,8 @@ class TrackingController:
         self._probe = np.zeros(len(LEGS))
         self._awaited = np.zeros(len(LEGS), dtype=np.bool_)
         self._late = np.zeros(len(LEGS))
+        # For how long each foot has borne load; those that stand at the start, for ever.
+        self._firm = np.where(self._grounded, np.inf, 0.0)
         self._patience = self.gains.patience
         self.waited = 0.0
         self._ruled = self._grounded
@@ -102,7 +104,7 @@ class TrackingController:
 
     def command(self, time: float, state: RobotState) -> Command:
         """What the servos are to do from ``time`` [s] on, given the measured ``state``."""
-        tick = self._wait(self.reference.tick(time - self.waited), state.contacts)
+        tick = self._wait(self.reference.tick(time - self.waited))
         rotation = rotation_of(state.q[3:7])
         feet, grasp, needed = self._dynamics(tick, state.q)
         self._watch(tick, state.contacts)
@@ -110,7 +112,7 @@ class TrackingController:
         share = self._forces.share(
             grasp[:, :6].T,
             needed[:6] + self._feedback(tick, state, rotation),
-            self._grounded * (1.0 if waiting else self.reference.load[tick]),
+            self._loads(tick),
         )
         torque = needed[6:] - share.forces.reshape(-1) @ grasp[:, 6:]
         return Command(
@@ -120,7 +122,7 @@ class TrackingController:
             share=share,
         )
 
-    def _wait(self, tick: int, contacts: BoolArray) -> int:
+    def _wait(self, tick: int) -> int:
         """The tick to follow: the plan waits for feet that should stand and have found no ground.
 
         No foot lifts off before, and the body does not go far. Where a foot lands at the very
@@ -130,7 +132,7 @@ class TrackingController:
         standing = self.reference.standing
         after = standing[min(tick + 1, len(standing) - 1)]
         if (standing[tick] & ~after).any():
-            missing = after & ~(contacts | self._grounded)
+            missing = after & (self._firm < self.gains.firm_time)
         else:
             missing = after & (self._late > self.gains.grace)
         if self._patience <= 0.0 or not missing.any():
@@ -166,14 +168,26 @@ class TrackingController:
 
     def _watch(self, tick: int, contacts: BoolArray) -> None:
         """Which feet bear load: those that should stand, and have found ground."""
-        standing = self.reference.standing[tick]
+        standing = self.reference.standing[tick] | self._awaited
         self._absent = np.where(contacts, 0.0, self._absent + self.dt)
         lost = self._absent > self.gains.contact_loss
         self._grounded = standing & (contacts | (self._grounded & ~lost))
-        probing = (standing & ~self._grounded) | self._awaited
+        self._firm = np.where(self._grounded, self._firm + self.dt, 0.0)
+        probing = standing & ~self._grounded
         self._late = np.where(standing & ~self._grounded, self._late + self.dt, 0.0)
         deeper = np.minimum(self._probe + self.gains.probe_speed * self.dt, self.gains.probe_depth)
         self._probe = np.where(probing, deeper, np.where(standing, self._probe, 0.0))
+
+    def _loads(self, tick: int) -> FloatArray:
+        """Share of a full load for each foot ``(4,)``, 0 for those in the air."""
+        borne = np.minimum(self._firm / self.gains.firm_time, 1.0)
+        load = self.reference.load[tick]
+        if self._awaited.any():
+            # While the clock stands still, the foot that is about to leave hands its load over.
+            standing = self.reference.standing
+            leaving = standing[tick] & ~standing[min(tick + 1, len(standing) - 1)]
+            load = np.where(leaving, 1.0 - borne[self._awaited].min(), 1.0)
+        return np.asarray(self._grounded * np.maximum(np.minimum(load, borne), LEAST_LOAD))
 
     def _feedback(self, tick: int, state: RobotState, rotation: FloatArray) -> FloatArray:
         """Spring-damper wrench on the body, in its own frame ``(6,)``."""

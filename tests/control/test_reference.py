@@ -21,15 +21,24 @@ def test_smoothing_is_the_mean_of_a_window() -> None:
     assert smoothed(np.ones((7, 2)), 3) == pytest.approx(np.ones((7, 2)))
 
 
-def test_loads_are_ramped_where_feet_land_and_leave() -> None:
+def test_loads_fall_before_a_foot_leaves() -> None:
     standing = np.ones((100, 4), dtype=bool)
     standing[40:60, 1] = False
     load = ramped(standing, 10.0)
     assert (load[:, [0, 2, 3]] == 1.0).all()
     assert (load[40:60, 1] == 0.0).all()
-    assert (load[standing] > 0.0).all()
-    assert (np.diff(load[28:40, 1]) <= 0).all() and (np.diff(load[60:72, 1]) >= 0).all()
-    assert load[0, 1] == load[-1, 1] == 1.0
+    assert (load[:30, 1] == 1.0).all() and (load[60:, 1] == 1.0).all()
+    assert (np.diff(load[29:40, 1]) < 0).all() and load[39, 1] > 0
+
+
+def test_a_foot_keeps_its_load_until_all_stand() -> None:
+    standing = np.ones((100, 4), dtype=bool)
+    standing[40:60, 1] = False
+    standing[60:80, 2] = False  # leaves as the other lands
+    standing[84:95, 3] = False  # a short while after that
+    load = ramped(standing, 10.0)
+    assert (load[:60, 2] == 1.0).all()
+    assert (load[:80, 3] == 1.0).all() and (load[80:84, 3] < 1.0).all()
 
 
 def test_the_reference_is_the_plan_within_the_smoothing(short_plan: Plan) -> None:
@@ -84,5 +93,5 @@ def test_bad_gains_are_refused(wang: Quadruped) -> None:
         ControlGains.for_robot(wang, kp=3.0)
     with pytest.raises(InputError, match="joint_damping"):
         ControlGains.for_robot(wang, joint_damping=-1.0)
-    with pytest.raises(InputError, match="friction must be positive"):
+    with pytest.raises(InputError, match="friction and firm_time must be positive"):
         ControlGains.for_robot(wang, friction=0.0)
