@@ -42,10 +42,12 @@ if TYPE_CHECKING:
     from gaitopt.optimize.speed import solve_speed_lp as solve_speed_lp
     from gaitopt.planning.crawl import plan_crawl as plan_crawl
     from gaitopt.planning.path import MotionPath as MotionPath
-    from gaitopt.planning.plan import Phase as Phase
+    from gaitopt.planning.phase import Phase as Phase
+    from gaitopt.planning.phase import Swing as Swing
     from gaitopt.planning.plan import Plan as Plan
     from gaitopt.planning.plan import Trajectory as Trajectory
     from gaitopt.planning.settings import CrawlSettings as CrawlSettings
+    from gaitopt.planning.settings import PlanSettings as PlanSettings
     from gaitopt.planning.storage import load_plan as load_plan
     from gaitopt.robots.catalog import load_robot as load_robot
     from gaitopt.robots.catalog import robot_names as robot_names
@@ -79,8 +81,9 @@ _HOMES = {
     "optimize.speed": "build_speed_lp solve_speed_lp",
     "planning.crawl": "plan_crawl",
     "planning.path": "MotionPath",
-    "planning.plan": "Phase Plan Trajectory",
-    "planning.settings": "CrawlSettings",
+    "planning.phase": "Phase Swing",
+    "planning.plan": "Plan Trajectory",
+    "planning.settings": "CrawlSettings PlanSettings",
     "planning.storage": "load_plan",
     "robots.catalog": "load_robot robot_names",
     "robots.leg": "Leg",

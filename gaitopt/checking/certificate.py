@@ -161,27 +161,30 @@ def verify(plan: Plan, robot: Quadruped | None = None, *, collisions: bool = Tru
         RobotError: the plan was made for another URDF than that of ``robot``, or than the one that
             gaitopt ships under the same name.
     """
-    from gaitopt.checking import checks, collision, motion
+    from gaitopt.checking import check_balance, check_contacts, check_joints, collision, motion
 
     _refuse_other_robot(plan, robot)
     traced = motion.trace(plan)
-    found = [
-        checks.continuity(plan),
-        checks.contact_sequence(plan),
-        checks.slip(plan, traced),
-        checks.landings(plan, traced),
-        checks.swing_height(plan, traced),
-        checks.ground(plan, traced),
-        checks.joint_positions(plan, traced),
-        checks.joint_velocities(plan, traced),
-        checks.reach(plan, traced),
-        checks.margin_of_cog(plan, traced),
-        checks.margin_of_com(plan, traced),
+    found: list[Check | None] = [
+        check_contacts.continuity(plan),
+        check_contacts.contact_sequence(plan),
+        check_contacts.slip(plan, traced),
+        check_contacts.landings(plan, traced),
+        check_contacts.swing_height(plan, traced),
+        check_contacts.ground(plan, traced),
+        check_joints.joint_positions(plan, traced),
+        check_joints.joint_velocities(plan, traced),
+        check_joints.joint_accelerations(plan, traced),
+        check_joints.joint_jerks(plan, traced),
+        check_joints.reach(plan, traced),
+        check_balance.margin_of_cog(plan, traced),
+        check_balance.margin_of_com(plan, traced),
         collision.self_collision(plan)
         if collisions
         else Check("self-collision", "unchecked", float("nan"), 0.0, "m", note="not asked for"),
     ]
-    return Certificate(plan.robot.name, plan.robot.sha256, tuple(found), len(traced.feet_bulge) + 1)
+    judged = tuple(check for check in found if check is not None)
+    return Certificate(plan.robot.name, plan.robot.sha256, judged, len(traced.feet_bulge) + 1)
 
 
 def _refuse_other_robot(plan: Plan, robot: Quadruped | None) -> None:

@@ -18,7 +18,8 @@ from gaitopt.checking.sim_settings import Push, SimulationSettings
 from gaitopt.checking.simulation import simulate
 from gaitopt.control.gains import GRAVITY
 from gaitopt.conventions import LEGS
-from gaitopt.planning.plan import Phase, Plan
+from gaitopt.planning.phase import Phase
+from gaitopt.planning.plan import Plan
 
 PUSH_TIME = 0.5
 """How long a push lasts [s]."""

@@ -225,11 +225,10 @@ def report(
 
 def stances(plan: Plan) -> list[tuple[int, str, float, float, FloatArray]]:
     """All times a foot stands after a swing: ``(step, leg, from, to, foothold)``, by step."""
-    swings = [p for p in plan.phases if p.kind == "swing"]
     found = []
-    for i, phase in enumerate(swings):
-        later = (p.start for p in swings[i + 1 :] if p.leg == phase.leg)
-        found.append((phase.step, phase.leg, phase.end, next(later, np.inf), phase.foot_end))
+    for i, swing in enumerate(plan.swings):
+        later = (s.start for s in plan.swings[i + 1 :] if s.leg == swing.leg)
+        found.append((swing.step, swing.leg, swing.end, next(later, np.inf), swing.foot_end))
     return found
 
 
@@ -273,8 +272,10 @@ def _landings(
 
 def _slip(plan: Plan, times: FloatArray, feet: FloatArray, settings: SimulationSettings) -> float:
     worst = 0.0
-    starts = [(0, leg, 0.0, next((p.start for p in plan.phases
-               if p.kind == "swing" and p.leg == leg), np.inf), None) for leg in LEGS]  # fmt: skip
+    starts = [
+        (0, leg, 0.0, next((s.start for s in plan.swings if s.leg == leg), np.inf), None)
+        for leg in LEGS
+    ]
     for _, leg, start, end, _ in [*starts, *stances(plan)]:
         a, b = np.searchsorted(times, [start + settings.landing_time, end - 0.06])
         places = feet[a:b, LEGS.index(leg), :2]

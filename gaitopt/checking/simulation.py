@@ -72,7 +72,7 @@ class _Run:
         settings, data = self.settings, self._start()
         interval, every = settings.control_interval, settings.control_every
         end = self.plan.duration + settings.settle
-        patience = self.controller.gains.patience * sum(p.kind == "swing" for p in self.plan.phases)
+        patience = self.controller.gains.patience * len(self.plan.swings)
         count = int(np.ceil((end + patience) / interval)) + 1
         stride = max(round(settings.record_every / interval), 1)
         delay = int(np.ceil(settings.sensing_delay / interval - 1e-9))

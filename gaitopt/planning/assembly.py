@@ -11,8 +11,8 @@ from gaitopt.conventions import LEGS, BoolArray, FloatArray, rotation_z
 from gaitopt.errors import InfeasibleStepError, SolverError
 from gaitopt.optimize.cog import CogSolution
 from gaitopt.optimize.speed import knot_times
+from gaitopt.planning.crawl_phases import crawl_phases
 from gaitopt.planning.path import MotionPath
-from gaitopt.planning.phases import crawl_phases
 from gaitopt.planning.plan import Plan
 from gaitopt.planning.settings import CrawlSettings
 from gaitopt.robots.leg import Leg

@@ -101,3 +101,15 @@ class MotionPath:
     def knots(self) -> FloatArray:
         """Values at all knots ``(K, 6 + nj)``."""
         return self.evaluate(self.times)
+
+    def jumps(self, derivative: int = 0) -> FloatArray:
+        """Jumps of a derivative at the knots between segments ``(K - 2, 6 + nj)``."""
+        if len(self.times) < 3:
+            return np.zeros((0, self.coefficients.shape[2]))
+        lengths = np.diff(self.times)[:, None]
+        ends, starts = np.zeros_like(self.coefficients[0]), np.zeros_like(self.coefficients[0])
+        for power in range(self.degree, derivative - 1, -1):
+            factor = float(np.prod(np.arange(power - derivative + 1, power + 1)))
+            starts = factor * self.coefficients[self.degree - power]
+            ends = ends * lengths + starts
+        return np.asarray(np.abs(starts[1:] - ends[:-1]))

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from numbers import Real
 from types import MappingProxyType
-from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,117 +15,14 @@ from gaitopt.conventions import LEGS, BoolArray, FloatArray, frozen
 from gaitopt.errors import InputError
 from gaitopt.files import StrPath
 from gaitopt.planning.path import MotionPath
+from gaitopt.planning.phase import Phase, Swing, find_swings
 from gaitopt.planning.rotations import rpy_rates_to_angular, rpy_to_matrix, rpy_to_quaternion
-from gaitopt.planning.settings import CrawlSettings
+from gaitopt.planning.settings import PlanSettings
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.footholds import Footholds
 
 MAX_SAMPLES = 20_000_000
 """Most samples that :meth:`Plan.sample` makes."""
-
-
-@dataclass(frozen=True)
-class Limit:
-    """Something that holds a phase back.
-
-    Attributes:
-        kind: ``"margin"`` (a side of the shrunken support triangle), ``"reach"`` (a leg's reach),
-            ``"joint velocity"`` or ``"speed"`` (the speed that was asked for).
-        name: the side (``"LF-RH"``), the leg, or the joint.
-        value: multiplier of a constraint, or the share of the phase's duration that a joint or
-            speed is at its limit.
-        spans: for ``"joint velocity"`` and ``"speed"`` the times of the plan during which the
-            limit holds, ``((start, end), ...)`` [s].
-    """
-
-    kind: str
-    name: str
-    value: float
-    spans: tuple[tuple[float, float], ...] = ()
-
-
-@dataclass(frozen=True)
-class CogEvidence:
-    """How one knows that a phase's COG target is the right one.
-
-    Attributes:
-        status: ``"solved"`` when all residuals are within tolerance.
-        objective: ``"distance"`` or ``"margin"``.
-        duals: multiplier of each constraint by name.
-        primal: largest violation of a constraint [m].
-        stationarity: largest entry of the Lagrangian's gradient.
-        complementarity: sum of dual times slack.
-        error_bound: bound on the distance from the true optimum (``"distance"``), or on the
-            margin's distance from the largest (``"margin"``) [m].
-        iterations: QPs solved.
-    """
-
-    status: str
-    objective: str
-    duals: Mapping[str, float]
-    primal: float
-    stationarity: float
-    complementarity: float
-    error_bound: float
-    iterations: int
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "duals", MappingProxyType(dict(self.duals)))
-
-    def __reduce__(self) -> tuple[object, ...]:
-        return (type(self), tuple(dict(v) if k == "duals" else v for k, v in vars(self).items()))
-
-
-@dataclass(frozen=True, eq=False)
-class Phase:
-    """A stretch of the plan with one set of supporting feet.
-
-    Attributes:
-        kind: ``"stance"`` (four feet stand, the body moves) or ``"swing"`` (one foot flies).
-        leg: the leg that swings now, or next.
-        step: index of the step, from 0 over the whole walk.
-        start, duration: [s]; a stance phase in which nothing needs to move lasts 0 s.
-        cog_start, cog_end: body centre at its ends ``(3,)`` [m].
-        support: the legs that stand.
-        foot_start, foot_end: where the leg's foot is before and after ``(3,)`` [m].
-        margin: smallest static stability margin of the body centre during the phase [m].
-        limited_by: what holds the phase back.
-        evidence: of the COG target, for stance phases that were optimised.
-    """
-
-    kind: Literal["stance", "swing"]
-    leg: str
-    step: int
-    start: float
-    duration: float
-    cog_start: FloatArray
-    cog_end: FloatArray
-    support: tuple[str, ...]
-    foot_start: FloatArray
-    foot_end: FloatArray
-    margin: float
-    limited_by: tuple[Limit, ...] = ()
-    evidence: CogEvidence | None = None
-
-    def __post_init__(self) -> None:
-        for name in ("cog_start", "cog_end", "foot_start", "foot_end"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
-            if getattr(self, name).shape != (3,):
-                raise InputError(f"a phase's {name} must have the shape (3,)")
-        if self.kind not in ("stance", "swing") or self.leg not in LEGS:
-            raise InputError(f"a phase of kind {self.kind!r} for leg {self.leg!r} is unknown")
-        if not set(self.support) <= set(LEGS):
-            raise InputError(f"a phase's support names unknown legs: {self.support}")
-        numbers = (self.start, self.duration, self.margin, self.step)
-        if not all(isinstance(x, (int, float)) and x == x for x in numbers) or self.duration < 0:
-            raise InputError(
-                f"a phase's start, duration, margin and step must be numbers: {numbers}"
-            )
-
-    @property
-    def end(self) -> float:
-        """``start + duration`` [s]."""
-        return self.start + self.duration
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,7 +63,7 @@ class Plan:
 
     Attributes:
         robot: the robot, with its URDF.
-        footholds: the footholds that were asked for.
+        footholds: the footholds that were asked for, or that the planner chose.
         settings: what the planner was asked for.
         phases: the phases, in order; their durations add up to :attr:`duration`.
         path: body and joints over time.
@@ -176,7 +72,7 @@ class Plan:
 
     robot: Quadruped
     footholds: Footholds
-    settings: CrawlSettings
+    settings: PlanSettings
     phases: tuple[Phase, ...]
     path: MotionPath
     info: Mapping[str, float | str] = field(default_factory=dict)
@@ -229,6 +125,11 @@ class Plan:
     def cog_distance(self) -> float:
         """Length of the body centre's path [m]."""
         return float(sum(np.linalg.norm(p.cog_end - p.cog_start) for p in self.phases))
+
+    @cached_property
+    def swings(self) -> tuple[Swing, ...]:
+        """Every foot's every flight, by time of lift-off."""
+        return find_swings(self.phases, self.footholds)
 
     @cached_property
     def phase_starts(self) -> FloatArray:

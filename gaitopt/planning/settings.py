@@ -2,55 +2,130 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, fields
+from importlib import import_module
 from typing import Any, ClassVar, Literal
 
 import numpy as np
 
 from gaitopt.errors import InputError
-from gaitopt.gait.crawl import WANG_SEQUENCE, check_sequence
+from gaitopt.gait.crawl import WANG_SEQUENCE, check_sequence, swing_order
 
 Speed = float | Literal["max"]
 
 
 @dataclass(frozen=True)
-class CrawlSettings:
+class PlanSettings:
+    """What every plan says of itself, and its certificate holds it to; planners add their own.
+
+    Attributes:
+        stability_margin: static stability margin of the body centre while a foot flies [m].
+        body_height: height of the hips above the mean height of the footholds [m].
+        swing_height: how far a foot rises above the higher end of its swing [m].
+        reach_fraction: share of each leg's reach that is used.
+        heading: direction in which the body faces at the start, from the world's x axis [rad].
+        acceleration_limit: of every joint [rad/s^2]; ``None`` where nothing is claimed.
+        jerk_limit: of every joint [rad/s^3]; ``None`` where nothing is claimed.
+    """
+
+    planner: ClassVar[str] = ""
+    least_support: ClassVar[int] = 3
+    """Fewest feet that ever stand."""
+
+    stability_margin: float = 0.02
+    body_height: float = 0.40
+    swing_height: float = 0.07
+    reach_fraction: float = 1.0
+    heading: float = 0.0
+    acceleration_limit: float | None = None
+    jerk_limit: float | None = None
+
+    def __post_init__(self) -> None:
+        set_number(self, "stability_margin", 0.0, 10.0, "m")
+        set_number(self, "body_height", 1e-3, 100.0, "m")
+        set_number(self, "swing_height", 0.0, 100.0, "m")
+        set_number(self, "reach_fraction", 1e-3, 1.0, "")
+        set_number(self, "heading", -1e3, 1e3, "rad")
+        for name, unit in (("acceleration_limit", "rad/s^2"), ("jerk_limit", "rad/s^3")):
+            if getattr(self, name) is not None:
+                set_number(self, name, 1e-9, 1e12, unit)
+
+    @property
+    def static(self) -> bool:
+        """Whether static stability is promised at every instant."""
+        return True
+
+    def swing_legs(self, footholds: int) -> list[str] | None:
+        """The legs in the order in which they lift off; ``None`` where any order will do.
+
+        Args:
+            footholds: footholds a leg.
+        """
+        return None
+
+    def to_dict(self) -> dict[str, Any]:
+        """The settings as plain JSON values."""
+        return {key: _plain(value) for key, value in asdict(self).items()}
+
+
+@dataclass(frozen=True)
+class CrawlSettings(PlanSettings):
     """Settings of :func:`gaitopt.plan_crawl`, which describes each."""
 
     planner: ClassVar[str] = "crawl"
 
     objective: str = "distance"
     speed: Speed = "max"
-    stability_margin: float = 0.02
-    body_height: float = 0.40
-    swing_height: float = 0.07
     sequence: tuple[str, ...] = WANG_SEQUENCE
     swing: str = "box"
-    reach_fraction: float = 1.0
-    heading: float = 0.0
     follow_terrain: bool = False
 
     def __post_init__(self) -> None:
-        _one_of("objective", self.objective, ("distance", "margin"))
-        _one_of("swing", self.swing, ("box",))
+        super().__post_init__()
+        one_of("objective", self.objective, ("distance", "margin"))
+        one_of("swing", self.swing, ("box",))
         if self.speed != "max":
-            object.__setattr__(self, "speed", _number("speed", self.speed, 1e-6, 1e3, "m/s"))
-        _set(self, "stability_margin", 0.0, 10.0, "m")
-        _set(self, "body_height", 1e-3, 100.0, "m")
-        _set(self, "swing_height", 0.0, 100.0, "m")
-        _set(self, "reach_fraction", 1e-3, 1.0, "")
-        _set(self, "heading", -1e3, 1e3, "rad")
+            set_number(self, "speed", 1e-6, 1e3, "m/s")
         object.__setattr__(self, "sequence", check_sequence(self.sequence))
-        if not isinstance(self.follow_terrain, (bool, np.bool_)):
-            raise InputError(f"follow_terrain must be True or False, got {self.follow_terrain!r}")
-        object.__setattr__(self, "follow_terrain", bool(self.follow_terrain))
+        set_flag(self, "follow_terrain")
 
-    def to_dict(self) -> dict[str, Any]:
-        """The settings as plain JSON values."""
-        return {**asdict(self), "sequence": list(self.sequence)}
+    def swing_legs(self, footholds: int) -> list[str]:
+        """The sequence, over and over."""
+        return [leg for leg, _ in swing_order(self.sequence, footholds)]
 
 
-def _one_of(name: str, value: object, known: tuple[str, ...]) -> None:
+_HOMES = {"crawl": ("gaitopt.planning.settings", "CrawlSettings")}
+
+
+def settings_from_dict(planner: str, values: Mapping[str, Any]) -> PlanSettings:
+    """The settings of a planner's plan, from what :meth:`PlanSettings.to_dict` gave.
+
+    Raises:
+        InputError: the planner is unknown, or a value is missing, unknown or out of range.
+    """
+    if planner not in _HOMES:
+        raise InputError(
+            f"the planner {planner!r} is unknown here; known are {', '.join(sorted(_HOMES))}"
+        )
+    module, name = _HOMES[planner]
+    kind: type[PlanSettings] = getattr(import_module(module), name)
+    unknown = sorted(set(values) - {f.name for f in fields(kind)})
+    if unknown:
+        raise InputError(f"settings of {planner} have no field {unknown[0]!r}")
+    return kind(**values)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, (tuple, list)):
+        return [_plain(v) for v in value]
+    if isinstance(value, Mapping):
+        return {str(k): _plain(v) for k, v in value.items()}
+    return value
+
+
+def one_of(name: str, value: object, known: tuple[str, ...]) -> None:
+    """Refuse a ``value`` that is not ``known``."""
     if value not in known:
         raise InputError(f"{name} must be one of {', '.join(map(repr, known))}, got {value!r}")
 
@@ -69,6 +144,15 @@ def _number(name: str, value: object, low: float, high: float, unit: str) -> flo
     return number
 
 
-def _set(settings: CrawlSettings, name: str, low: float, high: float, unit: str) -> None:
+def set_number(settings: object, name: str, low: float, high: float, unit: str) -> None:
+    """Make a field of frozen settings a float, when it is a number from ``low`` to ``high``."""
     value = _number(name, getattr(settings, name), low, high, unit)
     object.__setattr__(settings, name, value)
+
+
+def set_flag(settings: object, name: str) -> None:
+    """Make a field of frozen settings a bool, when it is true or false."""
+    value = getattr(settings, name)
+    if not isinstance(value, (bool, np.bool_)):
+        raise InputError(f"{name} must be True or False, got {value!r}")
+    object.__setattr__(settings, name, bool(value))

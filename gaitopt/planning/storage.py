@@ -15,8 +15,9 @@ from gaitopt.conventions import LEGS
 from gaitopt.errors import GaitoptError, PlanFileError
 from gaitopt.files import StrPath, read_bounded, written_whole
 from gaitopt.planning.path import MotionPath
-from gaitopt.planning.plan import CogEvidence, Limit, Phase, Plan
-from gaitopt.planning.settings import CrawlSettings
+from gaitopt.planning.phase import CogEvidence, Limit, Phase
+from gaitopt.planning.plan import Plan
+from gaitopt.planning.settings import settings_from_dict
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.footholds import Footholds
 
@@ -124,13 +125,11 @@ def _plan_from(header: dict[str, Any], arrays: dict[str, Any], name: str) -> Pla
             f"{name}: the URDF inside has the fingerprint {robot.sha256[:12]}..., and the plan was "
             f"made for {str(described['sha256'])[:12]}...; plan again for this robot"
         )
-    if header["planner"] != CrawlSettings.planner:
-        raise PlanFileError(f"{name}: the planner {header['planner']!r} is unknown here")
     points = dict(zip(LEGS, arrays["footholds"], strict=True))
     return Plan(
         robot=robot,
         footholds=Footholds(points, header["column_radius"]),
-        settings=CrawlSettings(**header["settings"]),
+        settings=settings_from_dict(header["planner"], header["settings"]),
         phases=tuple(_phase_from_dict(p) for p in header["phases"]),
         path=MotionPath(arrays["times"], arrays["coefficients"]),
         info=header["info"],

@@ -8,7 +8,8 @@ import numpy as np
 
 from gaitopt.conventions import LEGS, BoolArray, FloatArray
 from gaitopt.errors import InputError
-from gaitopt.planning.plan import Phase, Plan
+from gaitopt.planning.phase import Phase
+from gaitopt.planning.plan import Plan
 from gaitopt.viewing.colours import LEG_COLOURS
 
 if TYPE_CHECKING:
@@ -216,11 +217,6 @@ def time_limits(plan: Plan) -> tuple[float, float]:
     return 0.0, plan.duration if plan.duration > 0 else 1.0
 
 
-def flying(phase: Phase) -> tuple[str, ...]:
-    """The legs that do not stand during a phase."""
-    return tuple(leg for leg in LEGS if leg not in phase.support)
-
-
 def during(plan: Plan, span: tuple[float, float]) -> tuple[Phase, ...]:
     """The phases that take place within ``span`` [s]."""
     return tuple(p for p in plan.phases if p.end > span[0] and p.start < span[1])
@@ -234,5 +230,5 @@ def support_table(phases: tuple[Phase, ...]) -> BoolArray:
 def shade_swings(ax: Axes, phases: tuple[Phase, ...]) -> None:
     """Tint the times at which feet fly in the colours of their legs."""
     for phase in phases:
-        for leg in flying(phase) if phase.duration > 0 else ():
+        for leg in phase.flying if phase.duration > 0 else ():
             ax.axvspan(phase.start, phase.end, color=LEG_COLOURS[leg], alpha=0.13, linewidth=0)

@@ -8,7 +8,8 @@ import numpy as np
 
 from gaitopt.conventions import FloatArray, leg_index
 from gaitopt.errors import InputError
-from gaitopt.planning.plan import Phase, Plan
+from gaitopt.planning.phase import Phase
+from gaitopt.planning.plan import Plan
 from gaitopt.swing.box import box_corners
 from gaitopt.viewing.colours import LEG_COLOURS
 from gaitopt.viewing.plot_common import (
@@ -19,7 +20,6 @@ from gaitopt.viewing.plot_common import (
     cycle_phases,
     cycle_title,
     dress,
-    flying,
     forward_axis,
     line_key,
     panel,
@@ -56,7 +56,7 @@ def plot_gait_cycle(plan: Plan, cycle: int | None = None, ax: Axes | None = None
         ax.plot(span, (row, row), color=MUTED, linewidth=1.0, zorder=1)
     for phase in phases:
         bar = [(phase.start, phase.duration)]
-        for leg in flying(phase):
+        for leg in phase.flying:
             ax.broken_barh(bar, (rows[leg] - 0.32, 0.64), facecolor=LEG_COLOURS[leg], gid=leg,
                            zorder=2)  # fmt: skip
             _write(ax, f"{leg}_SW", phase, rows[leg], span)

@@ -9,7 +9,8 @@ from numpy.typing import ArrayLike
 
 from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.errors import InputError
-from gaitopt.planning.plan import Phase, Plan
+from gaitopt.planning.phase import Phase
+from gaitopt.planning.plan import Plan
 from gaitopt.stability.margins import static_stability_margin
 from gaitopt.viewing.plot_common import (
     INK,

@@ -13,7 +13,8 @@ from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.errors import InputError, MissingPackageError
 from gaitopt.files import StrPath, written_whole
 from gaitopt.planning.path import MotionPath
-from gaitopt.planning.plan import Phase, Plan, Trajectory
+from gaitopt.planning.phase import Phase
+from gaitopt.planning.plan import Plan, Trajectory
 from gaitopt.viewing.colours import LEG_COLOURS
 from gaitopt.viewing.page import Moment, Page, render
 from gaitopt.viewing.robot_scene import robot_scene
@@ -228,12 +229,15 @@ def _size(plan: Plan) -> float:
 def _moments(plan: Plan) -> tuple[Moment, ...]:
     count = plan.footholds.steps
     return tuple(
-        Moment(p.start, _label(p, count), LEG_COLOURS[p.leg] if p.kind == "swing" else "")
+        Moment(p.start, _label(p, count), LEG_COLOURS[p.leg] if len(p.flying) == 1 else "")
         for p in plan.phases if p.duration > 0
     )  # fmt: skip
 
 
 def _label(phase: Phase, steps: int) -> str:
-    doing = f"swing {phase.leg}" if phase.kind == "swing" else f"shift body for {phase.leg}"
+    if phase.kind == "swing":
+        doing = f"swing {' '.join(phase.flying)}"
+    else:
+        doing = f"shift body for {phase.leg}" if phase.leg else "stand"
     margin = f", margin {1e3 * phase.margin:.1f} mm" if np.isfinite(phase.margin) else ""
     return f"{doing}, step {phase.step + 1} of {steps}{margin}"

@@ -83,11 +83,10 @@ def ground_level(footholds: Footholds, foot_radius: float) -> float:
 def swings_scene(plan: Plan, samples: Samples) -> Scene:
     """The way of every flying foot, in its leg's colour."""
     tubes: dict[str, list[Surface]] = {leg: [] for leg in LEGS}
-    for phase in plan.phases:
-        if phase.kind == "swing" and phase.duration > 0:
-            points = swing_points(samples, phase.leg, phase.start, phase.end)
-            if len(points) > 1:
-                tubes[phase.leg].append(tube(points, 0.0022))
+    for swing in plan.swings:
+        points = swing_points(samples, swing.leg, swing.start, swing.end)
+        if len(points) > 1:
+            tubes[swing.leg].append(tube(points, 0.0022))
     nodes = [
         Node((*ROUTE, f"swings {leg}"),
              (Part(merged(found), Look(LEG_COLOURS[leg], 0.55, casts=False, layer=3)),))

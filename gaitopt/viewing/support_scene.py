@@ -8,7 +8,8 @@ import numpy as np
 
 from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.errors import InputError
-from gaitopt.planning.plan import Phase, Plan
+from gaitopt.planning.phase import Phase
+from gaitopt.planning.plan import Plan
 from gaitopt.stability.support import shrunken_polygon
 from gaitopt.viewing.colours import LEG_COLOURS
 from gaitopt.viewing.keyframes import POSITION_TOLERANCE, thinned
@@ -102,12 +103,11 @@ def _polygons(stance: Stance, margin: float, lift: float) -> list[Part]:
 
 
 def _flown(phase: Phase, samples: Samples) -> list[Part]:
-    if phase.kind != "swing":
-        return []
-    points = swing_points(samples, phase.leg, phase.start, phase.end)
-    if len(points) < 2:
-        return []
-    return [Part(tube(points, 0.0045), Look(LEG_COLOURS[phase.leg], casts=False))]
+    ways = {leg: swing_points(samples, leg, phase.start, phase.end) for leg in phase.flying}
+    return [
+        Part(tube(points, 0.0045), Look(LEG_COLOURS[leg], casts=False))
+        for leg, points in ways.items() if len(points) > 1
+    ]  # fmt: skip
 
 
 def _projection(

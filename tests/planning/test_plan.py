@@ -161,7 +161,7 @@ def test_a_damaged_byte_is_noticed(short_plan: Plan, tmp_path: Path) -> None:
         ({"version": 99}, "a plan of version 99; this gaitopt reads version 1"),
         ({"planner": "teleport"}, "planner 'teleport' is unknown"),
         ({"settings": {"objective": "fast"}}, "objective must be one of"),
-        ({"settings": {"colour": "red"}}, "no plan file, or was cut short"),
+        ({"settings": {"colour": "red"}}, "settings of crawl have no field 'colour'"),
         ({"phases": [{"kind": "stance"}]}, "no plan file, or was cut short"),
         ({"phases": None}, "no plan file, or was cut short"),
         ({"column_radius": -1.0}, "radius must be a positive length"),

@@ -8,7 +8,7 @@ import numpy as np
 
 from gaitopt.conventions import LEGS, FloatArray, rotation_z
 from gaitopt.optimize.cog import CogSolution
-from gaitopt.planning.plan import CogEvidence, Limit, Phase
+from gaitopt.planning.phase import CogEvidence, Limit, Phase
 from gaitopt.planning.settings import CrawlSettings
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.stability.margins import static_stability_margin
