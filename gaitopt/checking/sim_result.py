@@ -22,8 +22,8 @@ class MissedFoothold:
         step: index of the step, from 0 over the whole walk.
         leg: the leg.
         distance: how far the foot was from its foothold, horizontally [m].
-        reason: ``"beside"`` (further away than the column's radius), ``"no contact"`` (nothing
-            under the foot), or ``"left"`` (it stood, and was gone before its next swing).
+        reason: ``"no contact"`` (nothing under the foot), ``"beside"`` (on something else, or
+            further away than the column's radius), or ``"left"`` (it stood, and was gone before its next swing).
     """
 
     step: int
@@ -257,11 +257,11 @@ def _landings(
         settled = min(settled, len(record.clock) - 1)
         last = min(max(last, settled), len(record.clock) - 1)
         off = np.linalg.norm(feet[:, column, :2] - foothold[:2], axis=1)
-        reason = ""
-        if off[settled] > radius:
-            reason = "beside"
-        elif not (record.beneath[first : settled + 1, column] == mine).any():
+        reason, beneath = "", record.beneath[first : settled + 1, column]
+        if (beneath < 0).all():
             reason = "no contact"
+        elif off[settled] > radius or not (beneath == mine).any():
+            reason = "beside"
         elif off[last] > radius or (record.beneath[last - 2 : last + 1, column] != mine).all():
             reason = "left"
         distance = float(off[last] if reason == "left" else off[settled])

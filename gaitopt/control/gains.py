@@ -29,6 +29,8 @@ class ControlGains:
         friction: friction coefficient that the contact forces are planned for.
         smoothing: the reference is averaged over this time, so that its velocities do not jump
             [s].
+        body_smoothing: the same for the body, on its standing legs: accelerations of a body move
+            its ZMP, and one that jumps to full speed takes the load off a foot for a moment [s].
         load_time: a foot gives up its load over this time before it lifts off [s].
         firm_time: a foot that has found ground takes up its load over this time, and stands firm
             after it: only then may another lift off [s].
@@ -54,6 +56,7 @@ class ControlGains:
     largest_turn: float = 0.2
     friction: float = 0.5
     smoothing: float = 0.04
+    body_smoothing: float = 0.12
     load_time: float = 0.1
     firm_time: float = 0.05
     contact_loss: float = 0.03

@@ -31,7 +31,8 @@ class Reference:
         position: of the base ``(N, 3)`` [m].
         rotation: of the base ``(N, 3, 3)``.
         linear, angular: velocity of the base in the world's axes ``(N, 3)`` [m/s], [rad/s].
-        joints, rates: ``(N, nj)`` [rad], [rad/s], in the order of ``robot.joint_names``.
+        joints, rates: ``(N, nj)`` [rad], [rad/s], in the order of ``robot.joint_names``; the rates
+            of standing legs are those that carry the body's smoother motion.
         acceleration: Pinocchio's, of the smoothed motion: of the base in its own frame, and of
             the joints ``(N, nv)``.
         feet: foot frames in the world ``(N, 4, 3)`` [m].
@@ -69,8 +70,9 @@ class Reference:
 def build_reference(plan: Plan, gains: ControlGains, dt: float) -> Reference:
     """Sample ``plan`` for a controller that runs every ``dt`` seconds.
 
-    Body and joints are averaged over ``gains.smoothing`` (which keeps joint velocities within
-    their limits), and the loads of feet that are about to leave are ramped.
+    Joints are averaged over ``gains.smoothing`` (which keeps their velocities within the limits),
+    the body over ``gains.body_smoothing``, and the loads of feet that are about to leave are
+    ramped. Standing legs carry the body, flying ones follow the joints.
 
     Raises:
         InputError: ``dt`` is no positive time or makes too many ticks, or a leg has no roll joint.
@@ -85,28 +87,35 @@ def build_reference(plan: Plan, gains: ControlGains, dt: float) -> Reference:
             raise InputError(
                 f"{plan.robot.name}: leg {name} has two joints; the tracking controller needs three"
             )
-    width = 2 * round(gains.smoothing / dt / 2.0) + 1
-    lead = width // 2 + 2
+    width, wide = (
+        2 * round(t / dt / 2.0) + 1
+        for t in (gains.smoothing, max(gains.smoothing, gains.body_smoothing))
+    )
+    lead = wide // 2 + 2
     grid = np.arange(-lead, int(np.ceil(plan.duration / dt)) + lead + 1) * dt
     times = np.clip(grid, 0.0, plan.duration)
     motion = plan.at(times)
     moving = ((grid >= 0.0) & (grid < plan.duration))[:, None]
     joints = smoothed(motion.q[:, 7:], width)
-    values = smoothed(plan.path.evaluate(times)[:, :3], width)
+    values = smoothed(plan.path.evaluate(times)[:, :3], wide)
     rotation = rotations(motion.q[:, 3:7])
     feet, inverse = _legs(plan.robot, joints)
     velocity = smoothed(motion.v * moving, width)
+    velocity[:, :6] = smoothed(motion.v[:, :6] * moving, wide)
     linear = np.einsum("nij,nj->ni", rotation, motion.v[:, :3] * moving)
     angular = np.einsum("nij,nj->ni", rotation, motion.v[:, 3:6] * moving)
+    linear, angular = smoothed(linear, wide), smoothed(angular, wide)
+    rates = velocity[:, 6:].copy()
+    _carry(plan.robot, rates, motion.contacts, velocity[:, :6], feet, inverse)
     return Reference(
         dt=dt,
         lead=lead,
         position=values,
         rotation=rotation,
-        linear=smoothed(linear, width),
-        angular=smoothed(angular, width),
+        linear=linear,
+        angular=angular,
         joints=joints,
-        rates=velocity[:, 6:],
+        rates=rates,
         acceleration=np.gradient(velocity, dt, axis=0),
         feet=smoothed(motion.feet.reshape(len(times), -1), width).reshape(-1, len(LEGS), 3),
         feet_in_base=feet,
@@ -114,6 +123,22 @@ def build_reference(plan: Plan, gains: ControlGains, dt: float) -> Reference:
         standing=motion.contacts,
         load=ramped(motion.contacts, max(gains.load_time / dt, 1.0)),
     )
+
+
+def _carry(
+    robot: Quadruped,
+    rates: FloatArray,
+    standing: BoolArray,
+    twist: FloatArray,
+    feet: FloatArray,
+    inverse: FloatArray,
+) -> None:
+    """Give standing legs the rates ``(N, nj)`` that carry a body with this ``twist (N, 6)``."""
+    for i, name in enumerate(LEGS):
+        rows = np.flatnonzero(standing[:, i])
+        sweep = -twist[rows, :3] - np.cross(twist[rows, 3:], feet[rows, i])
+        columns = list(robot.leg_columns[name])
+        rates[rows[:, None], columns] = np.einsum("nij,nj->ni", inverse[rows, i], sweep)
 
 
 def smoothed(values: FloatArray, width: int) -> FloatArray:
