@@ -1,0 +1,37 @@
+"""The sine arch: constant speed forward, half a sine upward."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+
+from gaitopt.conventions import FloatArray
+from gaitopt.swing.curve import ArchCurve
+
+
+def half_sine(w: FloatArray, order: int) -> FloatArray:
+    """Derivative of ``sin(pi w)`` of the given ``order``, 0 to 3."""
+    s, c = np.sin(np.pi * w), np.cos(np.pi * w)
+    return (s, np.pi * c, -(np.pi**2) * s, -(np.pi**3) * c)[order]
+
+
+class SineArchSwing(ArchCurve):
+    """Progress ``s``, lift ``sin(pi s)``, with ``s = t / duration``.
+
+    At both ends the foot moves at the step's length over the duration sideways, and at
+    ``pi height / duration`` upwards at lift-off, downwards at touch-down: it lands with a blow.
+    Its acceleration there is zero.
+
+    Source: 003_8f161808651a8f3d.txt, eqs. (40) and (41), which call it half-elliptical. It is not:
+    see :class:`gaitopt.swing.ellipse.HalfEllipseSwing`.
+    """
+
+    smoothness: ClassVar[int] = 2
+    rest_order: ClassVar[int] = 0
+
+    def _progress(self, w: FloatArray, order: int) -> FloatArray:
+        return (w, np.ones_like(w), np.zeros_like(w), np.zeros_like(w))[order]
+
+    def _lift(self, w: FloatArray, order: int) -> FloatArray:
+        return half_sine(w, order)
