@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from gaitopt.conventions import LEGS as LEGS
     from gaitopt.errors import FootholdsError as FootholdsError
     from gaitopt.errors import GaitoptError as GaitoptError
+    from gaitopt.errors import InfeasibleSpeedError as InfeasibleSpeedError
     from gaitopt.errors import InfeasibleStepError as InfeasibleStepError
     from gaitopt.errors import InputError as InputError
     from gaitopt.errors import MissingPackageError as MissingPackageError
@@ -34,6 +35,20 @@ if TYPE_CHECKING:
     from gaitopt.errors import SolverError as SolverError
     from gaitopt.exporting.ros import export_ros as export_ros
     from gaitopt.exporting.tables import export_csv as export_csv
+    from gaitopt.gait.gaits import bound as bound
+    from gaitopt.gait.gaits import pace as pace
+    from gaitopt.gait.gaits import quasi_static as quasi_static
+    from gaitopt.gait.gaits import trot as trot
+    from gaitopt.gait.gaits import walk as walk
+    from gaitopt.gait.gaits import wave as wave
+    from gaitopt.gait.longitudinal import longitudinal_margin as longitudinal_margin
+    from gaitopt.gait.longitudinal import margin_over_duty as margin_over_duty
+    from gaitopt.gait.schedule import GaitSchedule as GaitSchedule
+    from gaitopt.gait.state_machine import GaitStateMachine as GaitStateMachine
+    from gaitopt.gait.state_machine import LegState as LegState
+    from gaitopt.gait.step_timing import SwingEvent as SwingEvent
+    from gaitopt.gait.step_timing import adapted_step_time as adapted_step_time
+    from gaitopt.gait.step_timing import swing_events as swing_events
     from gaitopt.optimize.cog import CogProblem as CogProblem
     from gaitopt.optimize.cog import CogSolution as CogSolution
     from gaitopt.optimize.cog import build_cog_problem as build_cog_problem
@@ -41,6 +56,8 @@ if TYPE_CHECKING:
     from gaitopt.optimize.speed import build_speed_lp as build_speed_lp
     from gaitopt.optimize.speed import solve_speed_lp as solve_speed_lp
     from gaitopt.planning.crawl import plan_crawl as plan_crawl
+    from gaitopt.planning.gait import plan_gait as plan_gait
+    from gaitopt.planning.gait_settings import GaitSettings as GaitSettings
     from gaitopt.planning.path import MotionPath as MotionPath
     from gaitopt.planning.phase import Phase as Phase
     from gaitopt.planning.phase import Swing as Swing
@@ -53,12 +70,22 @@ if TYPE_CHECKING:
     from gaitopt.robots.catalog import robot_names as robot_names
     from gaitopt.robots.leg import Leg as Leg
     from gaitopt.robots.quadruped import Quadruped as Quadruped
+    from gaitopt.robots.whole_body import feet_from_joints as feet_from_joints
+    from gaitopt.robots.whole_body import joints_from_feet as joints_from_feet
     from gaitopt.stability.margins import static_stability_margin as static_stability_margin
     from gaitopt.stability.support import shrunken_polygon as shrunken_polygon
+    from gaitopt.stability.zmp import support_margin as support_margin
+    from gaitopt.stability.zmp import whole_body_zmp as whole_body_zmp
     from gaitopt.studies.compare import Comparison as Comparison
     from gaitopt.studies.compare import compare as compare
+    from gaitopt.swing.catalogue import SWING_CURVES as SWING_CURVES
+    from gaitopt.swing.catalogue import swing_curve as swing_curve
+    from gaitopt.swing.curve import SwingCurve as SwingCurve
+    from gaitopt.swing.touchdown import com_touchdown as com_touchdown
+    from gaitopt.swing.touchdown import velocity_touchdown as velocity_touchdown
     from gaitopt.terrain.columns import s_columns as s_columns
     from gaitopt.terrain.footholds import Footholds as Footholds
+    from gaitopt.viewing.gait_figures import save_gait_figures as save_gait_figures
     from gaitopt.viewing.live import view as view
     from gaitopt.viewing.plots import save_figures as save_figures
     from gaitopt.viewing.replay import replay as replay
@@ -73,13 +100,20 @@ _HOMES = {
     "checking.sim_settings": "Push SimulationSettings",
     "checking.simulation": "simulate",
     "conventions": "LEGS",
-    "errors": "FootholdsError GaitoptError InfeasibleStepError InputError MissingPackageError "
-    "PlanFileError RobotError SolverError",
+    "errors": "FootholdsError GaitoptError InfeasibleSpeedError InfeasibleStepError "
+    "InputError MissingPackageError PlanFileError RobotError SolverError",
     "exporting.ros": "export_ros",
     "exporting.tables": "export_csv",
+    "gait.gaits": "bound pace quasi_static trot walk wave",
+    "gait.longitudinal": "longitudinal_margin margin_over_duty",
+    "gait.schedule": "GaitSchedule",
+    "gait.state_machine": "GaitStateMachine LegState",
+    "gait.step_timing": "SwingEvent adapted_step_time swing_events",
     "optimize.cog": "CogProblem CogSolution build_cog_problem solve_cog",
     "optimize.speed": "build_speed_lp solve_speed_lp",
     "planning.crawl": "plan_crawl",
+    "planning.gait": "plan_gait",
+    "planning.gait_settings": "GaitSettings",
     "planning.path": "MotionPath",
     "planning.phase": "Phase Swing",
     "planning.plan": "Plan Trajectory",
@@ -88,11 +122,17 @@ _HOMES = {
     "robots.catalog": "load_robot robot_names",
     "robots.leg": "Leg",
     "robots.quadruped": "Quadruped",
+    "robots.whole_body": "feet_from_joints joints_from_feet",
     "stability.margins": "static_stability_margin",
     "stability.support": "shrunken_polygon",
+    "stability.zmp": "support_margin whole_body_zmp",
     "studies.compare": "Comparison compare",
+    "swing.catalogue": "SWING_CURVES swing_curve",
+    "swing.curve": "SwingCurve",
+    "swing.touchdown": "com_touchdown velocity_touchdown",
     "terrain.columns": "s_columns",
     "terrain.footholds": "Footholds",
+    "viewing.gait_figures": "save_gait_figures",
     "viewing.live": "view",
     "viewing.plots": "save_figures",
     "viewing.replay": "replay show",

@@ -12,6 +12,7 @@ from typing import Annotated, Any
 import typer
 from rich.markup import escape
 
+from gaitopt.cli_gait import gait, trot
 from gaitopt.cli_options import (
     FollowOption,
     FootholdsOption,
@@ -110,6 +111,10 @@ def walk(
     console.print(f"[bold]{escape(str(out / 'figures'))}[/]    {len(figures)} figures")
 
 
+app.command()(trot)
+app.command()(gait)
+
+
 @app.command()
 def compare(
     robot: RobotOption = "wang2020",
@@ -195,7 +200,11 @@ def simulate(
         typer.Option(help="Also write a replay of plan and physics side by side.", metavar="HTML"),
     ] = None,
 ) -> None:
-    """Walk a plan in physics (MuJoCo); exit code 0 when all footholds are made, 1 when not."""
+    """Walk a plan in physics (MuJoCo).
+
+    Exit code 0 when every foot gets to its foothold with joint velocities within the limits (and
+    the servos' tolerance), 1 when not.
+    """
     from gaitopt.checking.simulation import simulate as run_simulation
     from gaitopt.viewing.replay import replay as write_replay
 
@@ -208,7 +217,7 @@ def simulate(
     if out is not None:
         write_replay(loaded, out, simulated=result.motion)
         terminal().print(f"[bold]{escape(str(out))}[/]")
-    if not result.succeeded:
+    if not result.passed:
         raise typer.Exit(1)
 
 

@@ -72,3 +72,41 @@ class InfeasibleStepError(GaitoptError):
         return (type(self), tuple(getattr(self, f.name) for f in fields(self)))
 
     __hash__ = GaitoptError.__hash__
+
+
+@dataclass
+class InfeasibleSpeedError(GaitoptError):
+    """A joint, or a leg's reach, does not allow the commanded velocity.
+
+    Attributes:
+        message: what is wrong, with the numbers and the way out.
+        limit: what is exceeded most, for instance ``"velocity LF_KFE"`` or ``"reach RH"``.
+        needed: how much of the limit the command needs, above 1; ``inf`` out of reach.
+        time: when it is exceeded most [s].
+        fastest: the share of the commanded velocity that works with this gait; ``None`` when not
+            even stepping on the spot does.
+        velocity: the velocity that works, ``(forward, sideways)`` [m/s], with :attr:`yaw_rate`.
+        yaw_rate: [rad/s].
+        cycle_time: a cycle that is long enough for the commanded velocity, or else for stepping
+            on the spot [s]; ``None`` where none was found.
+    """
+
+    message: str
+    limit: str
+    needed: float
+    time: float
+    fastest: float | None = None
+    velocity: tuple[float, float] | None = None
+    yaw_rate: float | None = None
+    cycle_time: float | None = None
+
+    def __post_init__(self) -> None:
+        super().__init__(self.message)
+
+    def __str__(self) -> str:
+        return self.message
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return (type(self), tuple(getattr(self, f.name) for f in fields(self)))
+
+    __hash__ = GaitoptError.__hash__

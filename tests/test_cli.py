@@ -47,7 +47,7 @@ def test_walk_writes_plan_replay_and_figures(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["robot", "nope"], "unknown robot 'nope'; known are wang2020, a1"),
+        (["robot", "nope"], "unknown robot 'nope'; known are wang2020, "),
         (["walk", "--footholds", "none.csv"], "cannot read none.csv"),
         (["walk", "--stability-margin", "0.3"], "inscribed circle"),
         (["walk", "--body-height", "2"], "take body_height below"),

@@ -179,6 +179,7 @@ def verify(plan: Plan, robot: Quadruped | None = None, *, collisions: bool = Tru
         check_joints.reach(plan, traced),
         check_balance.margin_of_cog(plan, traced),
         check_balance.margin_of_com(plan, traced),
+        check_balance.zmp(plan, traced),
         collision.self_collision(plan)
         if collisions
         else Check("self-collision", "unchecked", float("nan"), 0.0, "m", note="not asked for"),
@@ -188,10 +189,10 @@ def verify(plan: Plan, robot: Quadruped | None = None, *, collisions: bool = Tru
 
 
 def _refuse_other_robot(plan: Plan, robot: Quadruped | None) -> None:
-    from gaitopt.robots.catalog import OWN_ROBOTS, load_robot
+    from gaitopt.robots.catalog import OWN_ROBOTS, VARIANTS, load_robot
 
     name = plan.robot.name
-    if robot is None and name in OWN_ROBOTS:
+    if robot is None and name in (*OWN_ROBOTS, *VARIANTS):
         robot = load_robot(name)
     if robot is not None and robot.sha256 != plan.robot.sha256:
         raise RobotError(

@@ -52,10 +52,17 @@ class Pieces:
 
     def values(self) -> tuple[FloatArray, FloatArray]:
         """Values at the start and the end of every piece ``(P, n)``."""
-        end = np.zeros_like(self.coefficients[0])
-        for c in self.coefficients:
-            end = end * self.lengths[:, None] + c
-        return self.coefficients[-1], end
+        return self.at_ends(0)
+
+    def at_ends(self, derivative: int) -> tuple[FloatArray, FloatArray]:
+        """A derivative at the start and the end of every piece ``(P, n)``."""
+        start, end = (np.zeros_like(self.coefficients[0]) for _ in range(2))
+        degree = len(self.coefficients) - 1
+        for power in range(degree, derivative - 1, -1):
+            factor = float(np.prod(np.arange(power - derivative + 1, power + 1)))
+            start = factor * self.coefficients[degree - power]
+            end = end * self.lengths[:, None] + start
+        return start, end
 
     def enclosure(self, derivative: int = 0) -> tuple[FloatArray, FloatArray]:
         """Lowest and highest value that a derivative can take on each piece ``(P, n)``."""

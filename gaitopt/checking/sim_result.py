@@ -23,7 +23,8 @@ class MissedFoothold:
         leg: the leg.
         distance: how far the foot was from its foothold, horizontally [m].
         reason: ``"no contact"`` (nothing under the foot), ``"beside"`` (on something else, or
-            further away than the column's radius), or ``"left"`` (it stood, and was gone before its next swing).
+            further away than the column's radius), or ``"left"`` (it stood, and was gone before
+            its next swing).
     """
 
     step: int
@@ -106,6 +107,11 @@ class SimulationResult:
     def rates_within(self) -> bool:
         """Whether joint velocities kept to their limits and the servos' tolerance."""
         return self.rate_use <= 1.0 + self.servo_tolerance
+
+    @property
+    def passed(self) -> bool:
+        """Succeeded, with joint velocities within the limits that a robot's servos have."""
+        return self.succeeded and self.rates_within
 
     @property
     def real_time_factor(self) -> float:

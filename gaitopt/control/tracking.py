@@ -74,6 +74,7 @@ class TrackingController:
         self.gains = ControlGains.for_robot(robot) if gains is None else gains
         self.reference: Reference = build_reference(plan, self.gains, dt)
         self.dt = dt
+        self._may_wait = plan.settings.static
         self._model: Any = robot.model
         self._data: Any = robot.model.createData()
         self._frames = [robot.model.getFrameId(robot.legs[leg].foot) for leg in LEGS]
@@ -95,7 +96,8 @@ class TrackingController:
         self._late = np.zeros(len(LEGS))
         # For how long each foot has borne load; those that stand at the start, for ever.
         self._firm = np.where(self._grounded, np.inf, 0.0)
-        self._patience = self.gains.patience
+        # A robot that is held up by its motion cannot stop in the middle of it.
+        self._patience = self.gains.patience if self._may_wait else 0.0
         self.waited = 0.0
         self._ruled = self._grounded
         self._correction = np.zeros((len(LEGS), 3))
@@ -137,7 +139,7 @@ class TrackingController:
             missing = after & (self._late > self.gains.grace)
         if self._patience <= 0.0 or not missing.any():
             self._awaited = np.zeros(len(LEGS), dtype=np.bool_)
-            if not missing.any():
+            if not missing.any() and self._may_wait:
                 self._patience = self.gains.patience
             return tick
         self._awaited = missing

@@ -125,7 +125,7 @@ def plan_crawl(
     steps = crawl_steps(footholds, settings)
     check_stance(steps)
     diagnosis.check_heights(robot, steps, settings)
-    start = _start(robot, steps, settings, cog_start, footholds)
+    start = start_place(robot, steps, settings, cog_start, footholds)
     solutions = optimise_cogs(robot, steps, settings, start, progress)
     return assemble_plan(robot, footholds, settings, steps, start, solutions)
 
@@ -235,7 +235,7 @@ def step_problems(
     )  # fmt: skip
 
 
-def _start(
+def start_place(
     robot: Quadruped,
     steps: CrawlSteps,
     settings: CrawlSettings,

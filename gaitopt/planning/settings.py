@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, fields
+from dataclasses import dataclass, fields
 from importlib import import_module
 from typing import Any, ClassVar, Literal
 
@@ -66,7 +66,7 @@ class PlanSettings:
 
     def to_dict(self) -> dict[str, Any]:
         """The settings as plain JSON values."""
-        return {key: _plain(value) for key, value in asdict(self).items()}
+        return {f.name: _plain(getattr(self, f.name)) for f in fields(self)}
 
 
 @dataclass(frozen=True)
@@ -95,7 +95,11 @@ class CrawlSettings(PlanSettings):
         return [leg for leg, _ in swing_order(self.sequence, footholds)]
 
 
-_HOMES = {"crawl": ("gaitopt.planning.settings", "CrawlSettings")}
+_HOMES = {
+    "crawl": ("gaitopt.planning.settings", "CrawlSettings"),
+    "gait": ("gaitopt.planning.gait_settings", "GaitSettings"),
+    "route": ("gaitopt.planning.route_settings", "RouteSettings"),
+}
 
 
 def settings_from_dict(planner: str, values: Mapping[str, Any]) -> PlanSettings:
@@ -117,6 +121,8 @@ def settings_from_dict(planner: str, values: Mapping[str, Any]) -> PlanSettings:
 
 
 def _plain(value: Any) -> Any:
+    if hasattr(value, "to_dict"):
+        return _plain(value.to_dict())
     if isinstance(value, (tuple, list)):
         return [_plain(v) for v in value]
     if isinstance(value, Mapping):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from importlib import resources
 from pathlib import Path
@@ -11,9 +12,16 @@ from gaitopt.errors import MissingPackageError, RobotError
 from gaitopt.files import StrPath, read_bounded
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.urdf_text import LIMIT as URDF_LIMIT
+from gaitopt.robots.urdf_text import with_velocity_limit
 
-OWN_ROBOTS: Final[tuple[str, ...]] = ("wang2020",)
+OWN_ROBOTS: Final[tuple[str, ...]] = ("wang2020", "frog1")
 """Robots whose URDF is shipped with gaitopt."""
+
+VARIANTS: Final[Mapping[str, tuple[str, float]]] = {"wang2020-fast": ("wang2020", 300.0)}
+"""Robots that are others with joints of another velocity limit [deg/s].
+
+Joints of 17 deg/s do not trot; the catalogue's own robot should, so that nothing else is needed.
+"""
 
 EXAMPLE_ROBOTS: Final[tuple[str, ...]] = (
     "a1", "go1", "go2", "b1", "laikago", "anymal", "anymal_c", "hyq", "solo12", "solo8",
@@ -24,14 +32,15 @@ EXAMPLE_ROBOTS: Final[tuple[str, ...]] = (
 
 def robot_names() -> tuple[str, ...]:
     """Every name that :func:`load_robot` knows."""
-    return OWN_ROBOTS + EXAMPLE_ROBOTS
+    return OWN_ROBOTS + tuple(VARIANTS) + EXAMPLE_ROBOTS
 
 
 def load_robot(source: StrPath, knees: Mapping[str, str] | None = None) -> Quadruped:
     """Load a robot by name or from a URDF file.
 
     Args:
-        source: ``"wang2020"``, the name of one of example-robot-data's quadrupeds (see
+        source: ``"wang2020"``, ``"wang2020-fast"`` (the same with joints of 300 deg/s),
+            ``"frog1"``, the name of one of example-robot-data's quadrupeds (see
             :func:`robot_names`), or a path to a URDF file.
         knees: side per leg, ``"forward"`` or ``"backward"``, where the knee's limits leave both
             open; front knees backward and hind knees forward by default.
@@ -44,6 +53,10 @@ def load_robot(source: StrPath, knees: Mapping[str, str] | None = None) -> Quadr
     text = str(source)
     if text in OWN_ROBOTS:
         return Quadruped.from_urdf(own_urdf(text).read_text("utf-8"), text, knees)
+    if text in VARIANTS:
+        name, limit = VARIANTS[text]
+        urdf = with_velocity_limit(own_urdf(name).read_text("utf-8"), math.radians(limit))
+        return Quadruped.from_urdf(urdf, text, knees)
     if text in EXAMPLE_ROBOTS:
         path = example_urdf(text)
         return Quadruped.from_urdf(path.read_text("utf-8"), text, knees)

@@ -113,3 +113,13 @@ def _finite(text: str, *, infinite: bool = False) -> float:
     except ValueError:
         return math.nan
     return value if math.isfinite(value) or infinite else math.nan
+
+
+def with_velocity_limit(urdf: str, limit: float) -> str:
+    """The URDF with this velocity limit [rad/s] on every joint that has limits.
+
+    Only the numbers of ``<limit velocity="...">`` change, so comments and order stay.
+    """
+    return re.sub(
+        r"(<limit\b[^<>]*\bvelocity\s*=\s*)(\"[^\"]*\"|'[^']*')", rf'\g<1>"{float(limit)!r}"', urdf
+    )

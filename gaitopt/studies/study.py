@@ -63,8 +63,9 @@ class Row:
 
     Attributes:
         status: ``"ok"``, ``"refused"`` (no plan exists; see ``message``), ``"violated"`` (the
-            certificate found something), ``"fell"`` (in physics, or a foothold was missed), or
-            ``"error"`` (a fault of the program or the machine).
+            certificate found something), ``"fell"`` (in physics, or a foothold was missed),
+            ``"too fast"`` (in physics, for the joints), or ``"error"`` (a fault of the program or
+            the machine).
         message: why, in one line.
         duration: of the plan [s].
         mean_speed: [m/s].
@@ -222,8 +223,9 @@ def _simulated(plan: Any, found: dict[str, Any]) -> None:
     for name in ("steps_done", "landing_error", "tilt", "body_error", "rate_use",
                  "real_time_factor"):  # fmt: skip
         found[name] = getattr(result, name)
-    if not result.succeeded:
-        found["status"] = "fell" if found["status"] == "ok" else found["status"]
+    if not result.passed:
+        wrong = "too fast" if result.succeeded else "fell"
+        found["status"] = wrong if found["status"] == "ok" else found["status"]
         found["message"] = found.get("message") or _one_line(result)
 
 

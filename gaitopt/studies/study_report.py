@@ -19,11 +19,15 @@ Rows = Sequence[dict[str, str]]
 _GROUP = ("robot", "objective", "speed", "stability_margin", "body_height")
 
 
+STATES = ("ok", "refused", "violated", "fell", "too fast", "error")
+"""What can become of a walk."""
+
+
 def study_table(rows: Rows) -> Table:
     """Counts and medians, a line for each group of settings."""
     table = Table(title=f"{len(rows)} walks", caption=_reasons(rows), caption_justify="left")
     for header in ("robot", "objective", "speed", "S0 [m]", "height [m]", "walks", "ok", "refused",
-                   "violated", "fell", "error", "time [s]", "true COM [mm]"):  # fmt: skip
+                   "violated", "fell", "too fast", "error", "time [s]", "true COM [mm]"):  # fmt: skip
         table.add_column(header, justify="left" if header in ("robot", "objective") else "right")
     for group, members in _groups(rows).items():
         count = Counter(row["status"] for row in members)
@@ -31,7 +35,7 @@ def study_table(rows: Rows) -> Table:
         table.add_row(
             *(part or "standing" for part in group),
             str(len(members)),
-            *(str(count[s]) for s in ("ok", "refused", "violated", "fell", "error")),
+            *(str(count[s]) for s in STATES),
             _range(times),
             f"{margins.min():.1f}" if margins.size else "",
         )
@@ -61,10 +65,10 @@ def plot_study(rows: Rows) -> Figure:
         ax.grid(alpha=0.3)
     if left.lines:
         left.legend(fontsize=7, loc="lower right")
-    states = ("ok", "refused", "violated", "fell", "error")
     count = Counter(row["status"] for row in rows)
-    bars = right.bar(states, [count[s] for s in states], color=["#2e9e5b", "#8a8a8a", "#d1383d",
-                     "#e3b505", "#5b3d99"])  # fmt: skip
+    bars = right.bar(STATES, [count[s] for s in STATES], color=["#2e9e5b", "#8a8a8a", "#d1383d",
+                     "#e3b505", "#e07b39", "#5b3d99"])  # fmt: skip
+    right.tick_params(axis="x", labelsize=7)
     right.bar_label(bars)
     right.set(ylabel="walks", title="What became of them")
     return figure

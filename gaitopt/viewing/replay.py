@@ -165,8 +165,8 @@ def plan_page(
         f"{plan.footholds.steps} steps in {plan.duration:.1f} s",
         f"mean speed {1e3 * plan.mean_speed:.2f} mm/s",
     ]
-    if np.isfinite(plan.margin):
-        facts.append(f"stability margin {1e3 * plan.margin:.1f} mm")
+    if np.isfinite(plan.margin) or not plan.settings.static:
+        facts.append(_balance(plan))
     if simulated is not None:
         facts.append("solid: simulated in physics; ghost: planned")
     return Page(
@@ -226,6 +226,16 @@ def _size(plan: Plan) -> float:
     return max(float(np.linalg.norm(leg.hip)) + 0.6 * (leg.upper + leg.lower) for leg in legs)
 
 
+def _balance(plan: Plan) -> str:
+    """What holds the robot up, at its worst."""
+    zmp = plan.info.get("zmp_margin")
+    if plan.settings.static or not isinstance(zmp, float):
+        return f"stability margin {1e3 * plan.margin:.1f} mm"
+    if zmp >= -1e-4:
+        return f"ZMP margin {1e3 * max(zmp, 0.0):.1f} mm"
+    return f"ZMP at most {-1e3 * zmp:.1f} mm off its support"
+
+
 def _moments(plan: Plan) -> tuple[Moment, ...]:
     count = plan.footholds.steps
     return tuple(
@@ -239,5 +249,7 @@ def _label(phase: Phase, steps: int) -> str:
         doing = f"swing {' '.join(phase.flying)}"
     else:
         doing = f"shift body for {phase.leg}" if phase.leg else "stand"
-    margin = f", margin {1e3 * phase.margin:.1f} mm" if np.isfinite(phase.margin) else ""
+    # Two feet span a line: there is no margin to speak of.
+    known = np.isfinite(phase.margin) and len(phase.support) > 2
+    margin = f", margin {1e3 * phase.margin:.1f} mm" if known else ""
     return f"{doing}, step {phase.step + 1} of {steps}{margin}"

@@ -40,8 +40,8 @@ class Stance:
 def support_scene(plan: Plan, samples: Samples, root: FramePath = SUPPORT) -> Scene:
     """For each phase that lasts: the support polygon, its inside, and the swing that is flown.
 
-    The inside is the support polygon less ``plan.settings.stability_margin``. Phases with fewer
-    than three feet on the ground, or with feet in one line, have no polygon. Phase ``i`` of the
+    The inside is the support polygon less ``plan.settings.stability_margin``. Two feet have a line
+    instead; phases with fewer, or with feet in one line, have nothing. Phase ``i`` of the
     plan has the frame ``(*root, str(i))``.
     """
     stances = _stances(plan)
@@ -79,6 +79,9 @@ def _plane(feet: FloatArray) -> FloatArray:
 
 
 def _polygons(stance: Stance, margin: float, lift: float) -> list[Part]:
+    if len(stance.feet) == 2:
+        line = stance.on_plane(stance.feet[:, :2], lift)
+        return [Part(tube(line, 0.003), _flat(INK, 0.9, 6))]
     try:
         outer = shrunken_polygon(stance.feet, 0.0)
         inner = shrunken_polygon(stance.feet, margin)

@@ -102,7 +102,7 @@ def test_the_summary_counts_and_draws(tmp_path: Path) -> None:
     assert [ax.get_title() for ax in figure.axes] == ["Duration", "Stability",
                                                       "What became of them"]  # fmt: skip
     heights = [bar.get_height() for bar in figure.axes[2].patches]
-    assert heights == [2, 1, 0, 0, 0]
+    assert heights == [2, 1, 0, 0, 0, 0]
 
 
 def test_the_same_on_a_dask_cluster(tmp_path: Path) -> None:

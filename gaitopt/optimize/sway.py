@@ -1,0 +1,280 @@
+"""The sway of a body: the path on which its ZMP stays deepest inside the support polygons.
+
+The body's centre is taken as a point mass at constant height ``h``, so its ZMP is
+``c - (h / g) c''`` (003_8f161808651a8f3d.txt, Module D). The path is a cubic spline; its ZMP is then a
+cubic on every piece and lies within the range of its Bernstein coefficients, so what holds of these
+holds at every instant. First a linear program finds the largest margin, then a quadratic one the
+calmest path that keeps nearly all of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from gaitopt.conventions import FloatArray, frozen
+from gaitopt.errors import InputError, SolverError
+
+GRAVITY = 9.81
+"""Gravity [m/s^2], as Pinocchio and MuJoCo have it."""
+KEPT = 0.95
+"""Share of the largest margin that the calm path keeps."""
+DEPTH_WEIGHT = 100.0
+"""Weight of a margin's shortfall from the target, against the body's displacement."""
+TOLERANCE = 1e-6
+"""Violation of a constraint that is let pass [m]."""
+
+_SHARES = np.array([0.0, 1.0, 2.0, 3.0]) / 3.0
+_BERNSTEIN = np.stack(
+    [(1 - _SHARES) ** 3, 3 * _SHARES * (1 - _SHARES) ** 2, 3 * _SHARES**2 * (1 - _SHARES),
+     _SHARES**3], axis=1,
+)  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class SwayProblem:
+    """Where the ZMP must be, and where the body should.
+
+    Attributes:
+        times: ends of the spline's pieces ``(K + 1,)`` [s].
+        sides: for each piece the sides of its support polygon ``(m, 3)``: unit inward normal and
+            offset, ``n p >= o`` inside; ``(0, 3)`` in flight.
+        route: the nominal path at ``times`` ``(K + 1, 2)`` [m]; the body begins and ends on it at
+            rest.
+        height: of the body's centre above the ground [m].
+        period: of the gait, which weighs accelerations against displacements [s].
+        largest_offset: how far from the route the body may go along x and y [m].
+        target: margin beyond which nothing is gained [m].
+        zmp: Bernstein coefficients of the ZMP for unit spline coefficients ``(4 K, n)``.
+        place, second: the path at ``times``, and its second derivative, likewise ``(K + 1, n)``.
+        power: the path's coefficients on each piece, highest power first ``(4, K, n)``.
+    """
+
+    times: FloatArray
+    sides: tuple[FloatArray, ...]
+    route: FloatArray
+    height: float
+    period: float
+    largest_offset: float
+    target: float
+    zmp: Any
+    place: Any
+    second: Any
+    power: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class SwaySolution:
+    """A path of the body's centre, and how one knows that it is right.
+
+    Attributes:
+        times: ends of the pieces ``(K + 1,)`` [s].
+        coefficients: ``(4, K, 2)`` [m], highest power first, in the time since the piece's start.
+        margin: lower bound of the ZMP's margin over all instants, from the coefficients [m];
+            infinite where no polygon is asked for.
+        largest_margin: the linear program's optimum [m].
+        residual: largest violation of any constraint at the solution [m].
+    """
+
+    times: FloatArray
+    coefficients: FloatArray
+    margin: float
+    largest_margin: float
+    residual: float
+
+
+def build_sway_problem(
+    times: FloatArray,
+    sides: Sequence[FloatArray],
+    route: FloatArray,
+    height: float,
+    period: float,
+    largest_offset: float,
+    target: float,
+) -> SwayProblem:
+    """Lay out the problem; the arguments are the attributes of :class:`SwayProblem`.
+
+    Raises:
+        InputError: shapes do not fit, or times do not increase.
+    """
+    from scipy.interpolate import BSpline
+    from scipy.sparse import block_diag, csr_array
+
+    t, way = np.asarray(times, dtype=np.float64), np.asarray(route, dtype=np.float64)
+    pieces = len(t) - 1
+    if pieces < 1 or len(sides) != pieces or way.shape != (pieces + 1, 2):
+        raise InputError(
+            f"a sway needs K + 1 times, K polygons and a route (K + 1, 2); got {len(t)}, "
+            f"{len(sides)} and {way.shape}"
+        )
+    if not (np.diff(t) > 0).all() or not (height > 0 and period > 0 and largest_offset >= 0):
+        raise InputError("times must increase, height and period be positive")
+    knots = np.concatenate([[t[0]] * 3, t, [t[-1]] * 3])
+    n = pieces + 3
+    inside = t[:-1, None] + np.diff(t)[:, None] * _SHARES
+    value = BSpline.design_matrix(inside.ravel(), knots, 3)
+    spline = BSpline(knots, np.eye(n), 3)
+    bend = spline(t, 2)
+    to_bernstein = block_diag([np.linalg.inv(_BERNSTEIN)] * pieces)
+    bend_inside = bend[:-1, None, :] + (bend[1:] - bend[:-1])[:, None, :] * _SHARES[:, None]
+    zmp = to_bernstein @ (value - (height / GRAVITY) * csr_array(bend_inside.reshape(-1, n)))
+    power = np.stack([
+        (bend[1:] - bend[:-1]) / (6.0 * np.diff(t)[:, None]), bend[:-1] / 2.0,
+        spline(t[:-1], 1), spline(t[:-1]),
+    ])  # fmt: skip
+    return SwayProblem(
+        frozen(t), tuple(frozen(s) for s in sides), frozen(way), float(height), float(period),
+        float(largest_offset), float(target), csr_array(zmp), csr_array(spline(t)), csr_array(bend), power,
+    )  # fmt: skip
+
+
+def solve_sway(problem: SwayProblem) -> SwaySolution:
+    """The calmest path whose ZMP has nearly the largest margin at every instant.
+
+    Raises:
+        SolverError: the body cannot stay near enough to its route, or an answer failed the check
+            of its constraints.
+    """
+    rows, low = _margin_rows(problem)
+    bounds, floor = _offset_rows(problem)
+    fixed, at = _end_rows(problem)
+    largest = _largest_margin(rows, low, bounds, floor, fixed, at)
+    kept = min(largest - (1.0 - KEPT) * abs(largest) - 1e-5, problem.target)
+    x = _calmest(problem, rows, low, kept, bounds, floor, fixed, at)
+    margin = float((rows @ x - low).min(initial=np.inf))
+    residual = max(
+        kept - margin, float((floor - bounds @ x).max()), float(np.abs(fixed @ x - at).max())
+    )
+    if not residual <= TOLERANCE * 100.0:
+        raise SolverError(
+            f"the body's sway was not solved: a constraint is violated by {residual:.2g} m; take a "
+            "longer cycle or a smaller speed"
+        )
+    coefficients = problem.power @ x.reshape(2, -1).T
+    return SwaySolution(problem.times, frozen(coefficients), margin, largest, residual)
+
+
+def _margin_rows(problem: SwayProblem) -> tuple[Any, FloatArray]:
+    """Rows ``J x - m >= o`` that keep the ZMP's Bernstein coefficients inside the sides."""
+    from scipy.sparse import csr_array, diags_array, hstack
+
+    counts = [len(s) for s in problem.sides]
+    if not sum(counts):
+        return csr_array((0, 2 * problem.zmp.shape[1])), np.zeros(0)
+    # Four coefficients a piece, each against all of the piece's sides.
+    picked = np.concatenate([np.repeat(4 * k + np.arange(4), m) for k, m in enumerate(counts) if m])
+    table = np.concatenate([np.tile(s, (4, 1)) for s in problem.sides if len(s)])
+    points = problem.zmp[picked]
+    return (
+        csr_array(hstack([diags_array(table[:, 0]) @ points, diags_array(table[:, 1]) @ points])),
+        np.asarray(table[:, 2]),
+    )
+
+
+def _offset_rows(problem: SwayProblem) -> tuple[Any, FloatArray]:
+    """Rows ``J x >= o``: the body stays within the largest offset of its route at all times."""
+    from scipy.sparse import block_diag, csr_array, vstack
+
+    both = block_diag([problem.place, problem.place])
+    target = problem.route.T.ravel()
+    reach = problem.largest_offset
+    return csr_array(vstack([both, -both])), np.concatenate([target - reach, -target - reach])
+
+
+def _end_rows(problem: SwayProblem) -> tuple[Any, FloatArray]:
+    """Rows ``J x = o``: on the route and at rest at both ends, without acceleration."""
+    from scipy.sparse import block_diag, csr_array
+
+    n = problem.place.shape[1]
+    # The first (last) three control points in one place: no velocity, no acceleration.
+    ends = csr_array((np.ones(6), (np.arange(6), [0, 1, 2, n - 3, n - 2, n - 1])), shape=(6, n))
+    at = [np.repeat(problem.route[[0, -1], axis], 3) for axis in range(2)]
+    return csr_array(block_diag([ends, ends])), np.concatenate(at)
+
+
+def _largest_margin(
+    rows: Any, low: FloatArray, bounds: Any, floor: FloatArray, fixed: Any, at: FloatArray
+) -> float:
+    """Optimum of the linear program, by HiGHS; infinite where nothing bounds the margin."""
+    from scipy.optimize import linprog
+    from scipy.sparse import csr_array, hstack, vstack
+
+    if not rows.shape[0]:
+        return float("inf")
+    n = rows.shape[1]
+    one = csr_array(np.ones((rows.shape[0], 1)))
+    upper = vstack([hstack([-rows, one]), hstack([-bounds, csr_array((bounds.shape[0], 1))])])
+    found = linprog(
+        np.append(np.zeros(n), -1.0), A_ub=upper, b_ub=np.concatenate([-low, -floor]),
+        A_eq=hstack([fixed, csr_array((fixed.shape[0], 1))]), b_eq=at,
+        bounds=(None, None), method="highs", options={"time_limit": 60.0},
+    )  # fmt: skip
+    if found.x is None or not np.isfinite(found.x).all():
+        raise SolverError(f"no sway keeps the body near its route: {found.message}")
+    return float(found.x[-1])
+
+
+def _calmest(
+    problem: SwayProblem, rows: Any, low: FloatArray, kept: float, bounds: Any,
+    floor: FloatArray, fixed: Any, at: FloatArray,
+) -> FloatArray:  # fmt: skip
+    """Deep in every polygon with little displacement and acceleration, by PIQP."""
+    from scipy.sparse import block_diag, csr_array, diags_array, hstack, vstack
+
+    hessian, gradient, owner = _cost(problem)
+    pieces, n = len(problem.sides), fixed.shape[1]
+    depth = csr_array((np.ones(len(owner)), (np.arange(len(owner)), owner)),
+                      shape=(len(owner), pieces))  # fmt: skip
+    matrix = block_diag([bounds, diags_array(np.ones(pieces))])
+    if rows.shape[0]:
+        matrix = vstack([hstack([rows, -depth]), matrix])
+    least = np.concatenate([low, floor, np.full(pieces, kept)])
+    most = np.full(len(least), np.inf)
+    most[len(least) - pieces :] = problem.target
+    equal = hstack([fixed, csr_array((len(at), pieces))])
+    scale = 1.0 / float(np.abs(hessian.diagonal()).max())
+    return _solve_qp(hessian * scale, gradient * scale, vstack([equal, matrix]),
+                     np.concatenate([at, least]), np.concatenate([at, most]))[:n]  # fmt: skip
+
+
+def _solve_qp(
+    hessian: Any, gradient: FloatArray, matrix: Any, low: FloatArray, high: FloatArray
+) -> FloatArray:
+    """Minimise ``x H x / 2 + g x`` over ``low <= A x <= high``, all sparse, by PIQP.
+
+    An interior point: ProxQP's sparse solver, which does well on few active rows, did not come to
+    an end within minutes on these thousands of them.
+    """
+    import casadi as ca
+
+    h, a = (ca.DM(m.tocsc()) for m in (hessian, matrix))
+    options: dict[str, Any] = {
+        "piqp": {"max_iter": 200, "eps_abs": 1e-9, "eps_rel": 0.0},
+        "error_on_fail": False,
+    }
+    solver = ca.conic("sway", "piqp", {"h": h.sparsity(), "a": a.sparsity()}, options)
+    found = solver(h=h, g=gradient, a=a, lba=low, uba=high)
+    return np.asarray(found["x"]).ravel()
+
+
+def _cost(problem: SwayProblem) -> tuple[Any, FloatArray, np.ndarray]:
+    """Hessian and gradient over (x, margin of each piece), and the piece of each margin row."""
+    from scipy.sparse import block_diag, diags_array
+
+    shares = np.diff(problem.times) / (problem.times[-1] - problem.times[0])
+    steps = np.concatenate([shares, [0.0]]) / 2.0 + np.concatenate([[0.0], shares]) / 2.0
+    # A sway of the gait's period has accelerations (2 pi / period)^2 times its displacements.
+    weight = (problem.period / (2.0 * np.pi)) ** 4
+    place, bend = problem.place, problem.second
+    weighted = diags_array(steps)
+    single = place.T @ weighted @ place + weight * (bend.T @ weighted @ bend)
+    hessian = block_diag([single, single, diags_array(DEPTH_WEIGHT * shares)])
+    gradient = np.concatenate([
+        *(-(place.T @ (steps * problem.route[:, i])) for i in range(2)),
+        -DEPTH_WEIGHT * problem.target * shares,
+    ])  # fmt: skip
+    counts = np.array([len(s) for s in problem.sides])
+    return hessian, gradient, np.repeat(np.arange(len(counts)), 4 * counts)

@@ -1,0 +1,183 @@
+"""Body and feet of a gait as functions of time, and the joints that follow from them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from gaitopt.conventions import LEGS, BoolArray, FloatArray, leg_index
+from gaitopt.gait.step_timing import SwingEvent
+from gaitopt.planning.body_route import BodyRoute
+from gaitopt.planning.path import MotionPath
+from gaitopt.planning.smooth_path import States
+from gaitopt.robots.quadruped import Quadruped
+from gaitopt.robots.whole_body import (
+    base_twist,
+    base_twist_rate,
+    feet_from_joints,
+    joint_accelerations,
+    joint_rates,
+    joints_from_feet,
+)
+from gaitopt.swing.catalogue import swing_curve
+from gaitopt.swing.curve import SwingCurve
+from gaitopt.terrain.footholds import Footholds
+
+
+@dataclass(frozen=True, eq=False)
+class GaitMotion:
+    """A gait's motion, before it is put into joints.
+
+    Attributes:
+        robot: who walks.
+        route: the nominal way of the body's centre.
+        sway: the centre's own path, two columns x and y, where it is not the route.
+        height: of the body's centre [m].
+        footholds: where the feet stand.
+        events: all swings, in the order of lift-offs.
+        swing: name of the swing curve.
+        swing_height: [m].
+        duration: of the whole motion [s].
+    """
+
+    robot: Quadruped
+    route: BodyRoute
+    sway: MotionPath | None
+    height: float
+    footholds: Footholds
+    events: tuple[SwingEvent, ...]
+    swing: str
+    swing_height: float
+    duration: float
+
+    @cached_property
+    def curves(self) -> SwingCurve | None:
+        """All swings as one array of curves, in the order of ``events``."""
+        if not self.events:
+            return None
+        ends = np.array([
+            [self.footholds[e.leg][e.step], self.footholds[e.leg][e.step + 1]] for e in self.events
+        ])  # fmt: skip
+        lasting = [e.touch_down - e.lift_off for e in self.events]
+        return swing_curve(self.swing, ends[:, 0], ends[:, 1], self.swing_height, lasting)
+
+    def centre(self, times: FloatArray) -> States:
+        """Place, velocity and acceleration of the body's centre ``(N, 2)`` in the world."""
+        if self.sway is None:
+            return self.route.motion(times)
+        values = tuple(self.sway.evaluate(times, k) for k in range(3))
+        return values[0], values[1], values[2]
+
+    def base(self, times: FloatArray) -> States:
+        """x, y, z, roll, pitch, yaw of the base ``(N, 6)`` and two derivatives."""
+        place, speed, change = self.centre(times)
+        yaw, turn, spin = self.route.yaw(times)
+        c, s = np.cos(yaw), np.sin(yaw)
+        x, y, z = self.robot.centre.tolist()
+        arm = np.stack([c * x - s * y, s * x + c * y], axis=-1)
+        across = np.stack([-arm[:, 1], arm[:, 0]], axis=-1)
+        out = [np.zeros((len(times), 6)) for _ in range(3)]
+        out[0][:, :2] = place - arm
+        out[1][:, :2] = speed - across * turn[:, None]
+        out[2][:, :2] = change - across * spin[:, None] + arm * (turn**2)[:, None]
+        out[0][:, 2] = self.height - z
+        ahead = self.robot.body_axes[:, 0]
+        out[0][:, 5] = yaw - float(np.arctan2(ahead[1], ahead[0]))
+        out[1][:, 5], out[2][:, 5] = turn, spin
+        return out[0], out[1], out[2]
+
+    def feet(self, times: FloatArray) -> States:
+        """Feet in the world ``(N, 4, 3)`` and two derivatives, a flying foot by its curve."""
+        place = np.empty((len(times), len(LEGS), 3))
+        landed = self._landed(times)
+        for i, leg in enumerate(LEGS):
+            place[:, i] = self.footholds[leg][landed[:, i]]
+        speed, change = np.zeros_like(place), np.zeros_like(place)
+        rows, which = self._flights(times)
+        if self.curves is not None and rows.size:
+            since = times[rows] - np.array([e.lift_off for e in self.events])[which]
+            legs = np.array([leg_index(e.leg) for e in self.events])[which]
+            flown = type(self.curves)(
+                self.curves.start[which], self.curves.end[which], self.curves.height[which],
+                self.curves.duration[which],
+            )  # fmt: skip
+            place[rows, legs] = flown.position(since)
+            speed[rows, legs] = flown.velocity(since)
+            change[rows, legs] = flown.acceleration(since)
+        return place, speed, change
+
+    def _landed(self, times: FloatArray) -> np.ndarray:
+        """How many swings of each leg are over ``(N, 4)``."""
+        found = np.zeros((len(times), len(LEGS)), dtype=int)
+        for i, leg in enumerate(LEGS):
+            ends = [e.touch_down for e in self.events if e.leg == leg]
+            found[:, i] = np.searchsorted(ends, times, side="right")
+        return found
+
+    def _flights(self, times: FloatArray) -> tuple[np.ndarray, np.ndarray]:
+        """Samples at which a foot flies, and the event it belongs to; a sample may come often."""
+        rows, which = [], []
+        for k, event in enumerate(self.events):
+            mine = np.flatnonzero((times > event.lift_off) & (times < event.touch_down))
+            rows.append(mine)
+            which.append(np.full(len(mine), k))
+        if not rows:
+            return np.zeros(0, dtype=int), np.zeros(0, dtype=int)
+        return np.concatenate(rows), np.concatenate(which)
+
+    def reached(self, times: FloatArray) -> BoolArray:
+        """Which feet the legs reach ``(N, 4)``."""
+        base = self.base(times)[0]
+        found = joints_from_feet(
+            self.robot, base[:, :3], base[:, 3:], self.feet(times)[0], on_unreachable="mask"
+        )
+        return found[1]
+
+    def state(self, times: FloatArray, inside: FloatArray) -> States:
+        """Path columns and two derivatives ``(N, 6 + nj)``, for :func:`smooth_path`."""
+        base = self.base(times)[0]
+        joints = joints_from_feet(self.robot, base[:, :3], base[:, 3:], self.feet(times)[0])
+        _, speed, change = self.base(inside)
+        _, foot_speed, foot_change = self.feet(inside)
+        rpy = base[:, 3:]
+        twist = base_twist(rpy, speed[:, :3], speed[:, 3:])
+        rate = base_twist_rate(rpy, speed[:, :3], speed[:, 3:], change[:, :3], change[:, 3:])
+        rates = joint_rates(self.robot, rpy, joints, twist, foot_speed)
+        accelerations = joint_accelerations(
+            self.robot, rpy, joints, twist, rates, rate, foot_change
+        )
+        return (
+            np.concatenate([base, joints], axis=1),
+            np.concatenate([speed, rates], axis=1),
+            np.concatenate([change, accelerations], axis=1),
+        )
+
+    def foot_error(self, times: FloatArray, values: FloatArray) -> FloatArray:
+        """How far the feet of path values ``(N, 6 + nj)`` are from where they should be ``(N,)``."""
+        feet = feet_from_joints(self.robot, values[:, :3], values[:, 3:6], values[:, 6:])
+        return np.asarray(np.linalg.norm(feet - self.feet(times)[0], axis=2).max(axis=1))
+
+    def knots(self, longest: float) -> FloatArray:
+        """Times between which the motion is analytic, at most ``longest`` [s] apart ``(K + 1,)``."""
+        ends = [0.0, self.duration, *self.route.breaks]
+        for k, event in enumerate(self.events):
+            assert self.curves is not None
+            lasting = event.touch_down - event.lift_off
+            ends += [event.lift_off, event.touch_down]
+            ends += (event.lift_off + self.curves.breaks[k] * lasting).tolist()
+        if self.sway is not None:
+            ends += self.sway.times.tolist()
+        return refined(np.clip(ends, 0.0, self.duration), longest)
+
+
+def refined(times: FloatArray, longest: float) -> FloatArray:
+    """``times`` without doubles, and more in between, so that none are ``longest`` [s] apart."""
+    ordered = np.sort(times)
+    kept = ordered[np.concatenate([[True], np.diff(ordered) > 1e-7])]
+    kept[-1] = ordered[-1]
+    counts = np.maximum(np.ceil(np.diff(kept) / longest - 1e-9).astype(int), 1)
+    pieces = [np.linspace(a, b, n, endpoint=False)
+              for a, b, n in zip(kept[:-1], kept[1:], counts, strict=True)]  # fmt: skip
+    return np.concatenate([*pieces, kept[-1:]])
