@@ -9,9 +9,9 @@ import numpy as np
 from gaitopt.checking.balance import margins_over, true_com
 from gaitopt.checking.sim_settings import SimulationSettings
 from gaitopt.control.gains import ControlGains
-from gaitopt.control.reference import rotations
 from gaitopt.conventions import LEGS, BoolArray, FloatArray
 from gaitopt.planning.plan import Plan, Trajectory
+from gaitopt.robots.rotations import quaternion_to_matrix
 
 
 @dataclass(frozen=True)
@@ -180,7 +180,7 @@ def report(
     """Judge a record against its plan; ``columns (4, n)`` are the ids of the shapes it names."""
     robot, t = plan.robot, record.t
     planned = plan.at(np.clip(record.clock, 0.0, plan.duration))
-    base, to_world = record.q[:, :3], rotations(record.q[:, 3:7]) @ robot.body_axes
+    base, to_world = record.q[:, :3], quaternion_to_matrix(record.q[:, 3:7]) @ robot.body_axes
     inside = np.stack([robot.legs[leg].forward(record.q[:, 7:][:, list(robot.leg_columns[leg])])
                        for leg in LEGS], axis=1)  # fmt: skip
     feet = base[:, None, :] + np.einsum("nij,nlj->nli", to_world, inside)

@@ -11,6 +11,7 @@ from gaitopt.conventions import LEGS, BoolArray, FloatArray
 from gaitopt.errors import InputError
 from gaitopt.planning.plan import Plan
 from gaitopt.robots.quadruped import Quadruped
+from gaitopt.robots.rotations import quaternion_to_matrix
 
 LEAST_LOAD = 0.02
 """Share of a full load below which a standing foot never goes."""
@@ -98,7 +99,7 @@ def build_reference(plan: Plan, gains: ControlGains, dt: float) -> Reference:
     moving = ((grid >= 0.0) & (grid < plan.duration))[:, None]
     joints = smoothed(motion.q[:, 7:], width)
     values = smoothed(plan.path.evaluate(times)[:, :3], wide)
-    rotation = rotations(motion.q[:, 3:7])
+    rotation = quaternion_to_matrix(motion.q[:, 3:7])
     feet, inverse = _legs(plan.robot, joints)
     velocity = smoothed(motion.v * moving, width)
     velocity[:, :6] = smoothed(motion.v[:, :6] * moving, wide)
@@ -170,17 +171,6 @@ def ramped(standing: BoolArray, ticks: float) -> FloatArray:
             left = np.arange(last - first, 0, -1.0)
             load[first:last, leg] = np.maximum(left / (len(left) + 1.0), LEAST_LOAD)
     return load
-
-
-def rotations(quaternions: FloatArray) -> FloatArray:
-    """Rotation matrices ``(N, 3, 3)`` of unit quaternions xyzw ``(N, 4)``."""
-    x, y, z, w = quaternions.T
-    rows = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-    ]
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
 def _legs(robot: Quadruped, joints: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -1,10 +1,12 @@
-"""The sway of a body: the path on which its ZMP stays deepest inside the support polygons.
+"""The sway of a body: the path on which its ZMP stays deep inside the support polygons.
 
 The body's centre is taken as a point mass at constant height ``h``, so its ZMP is
-``c - (h / g) c''`` (003_8f161808651a8f3d.txt, Module D). The path is a cubic spline; its ZMP is then a
-cubic on every piece and lies within the range of its Bernstein coefficients, so what holds of these
-holds at every instant. First a linear program finds the largest margin, then a quadratic one the
-calmest path that keeps nearly all of it.
+``c - (h / g) c''`` (003_8f161808651a8f3d.txt, Module D). The path is a cubic spline; its ZMP is
+then a cubic on every piece and lies within the range of its Bernstein coefficients, so what holds
+of these holds at every instant. First a linear program finds the largest margin that can be kept
+all along; then a quadratic one keeps nearly all of it, goes deeper into every polygon up to a
+target, and moves the body little. (Where one foot lands at the instant at which another leaves, the
+ZMP crosses a common side of two triangles, and no path has a margin above zero.)
 """
 
 from __future__ import annotations
@@ -127,7 +129,8 @@ def build_sway_problem(
     ])  # fmt: skip
     return SwayProblem(
         frozen(t), tuple(frozen(s) for s in sides), frozen(way), float(height), float(period),
-        float(largest_offset), float(target), csr_array(zmp), csr_array(spline(t)), csr_array(bend), power,
+        float(largest_offset), float(target), csr_array(zmp), csr_array(spline(t)),
+        csr_array(bend), power,
     )  # fmt: skip
 
 

@@ -1,4 +1,4 @@
-"""What a gait asks of joints and legs, against what they can; and the way out when it is too much."""
+"""What a gait asks of joints and legs, against what they can; and what to do about too much."""
 
 from __future__ import annotations
 
@@ -72,11 +72,12 @@ def _reach(motion: GaitMotion, settings: GaitSettings) -> list[Violation]:
     base, feet = motion.base(times)[0], motion.feet(times)[0]
     c, s = np.cos(motion.route.yaw(times)[0]), np.sin(motion.route.yaw(times)[0])
     gap = feet - base[:, None, :3]
-    local = np.stack([c[:, None] * gap[..., 0] + s[:, None] * gap[..., 1],
-                      c[:, None] * gap[..., 1] - s[:, None] * gap[..., 0], gap[..., 2]], -1)  # fmt: skip
-    reached = joints_from_feet(motion.robot, base[:, :3], base[:, 3:], feet, on_unreachable="mask")[
-        1
-    ]
+    ahead = c[:, None] * gap[..., 0] + s[:, None] * gap[..., 1]
+    left = c[:, None] * gap[..., 1] - s[:, None] * gap[..., 0]
+    local = np.stack([ahead, left, gap[..., 2]], axis=-1)
+    _, reached = joints_from_feet(
+        motion.robot, base[:, :3], base[:, 3:], feet, on_unreachable="mask"
+    )
     found = []
     for i, name in enumerate(LEGS):
         leg = motion.robot.legs[name]

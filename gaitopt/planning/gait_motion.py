@@ -155,12 +155,12 @@ class GaitMotion:
         )
 
     def foot_error(self, times: FloatArray, values: FloatArray) -> FloatArray:
-        """How far the feet of path values ``(N, 6 + nj)`` are from where they should be ``(N,)``."""
+        """How far the feet are from their places at path values ``(N, 6 + nj)``: ``(N,)`` [m]."""
         feet = feet_from_joints(self.robot, values[:, :3], values[:, 3:6], values[:, 6:])
         return np.asarray(np.linalg.norm(feet - self.feet(times)[0], axis=2).max(axis=1))
 
     def knots(self, longest: float) -> FloatArray:
-        """Times between which the motion is analytic, at most ``longest`` [s] apart ``(K + 1,)``."""
+        """Times ``(K + 1,)`` between which it is analytic, at most ``longest`` [s] apart."""
         ends = [0.0, self.duration, *self.route.breaks]
         for k, event in enumerate(self.events):
             assert self.curves is not None

@@ -16,9 +16,9 @@ from gaitopt.errors import InputError
 from gaitopt.files import StrPath
 from gaitopt.planning.path import MotionPath
 from gaitopt.planning.phase import Phase, Swing, find_swings
-from gaitopt.planning.rotations import rpy_rates_to_angular, rpy_to_matrix, rpy_to_quaternion
 from gaitopt.planning.settings import PlanSettings
 from gaitopt.robots.quadruped import Quadruped
+from gaitopt.robots.rotations import rpy_rates_to_angular, rpy_to_matrix, rpy_to_quaternion
 from gaitopt.terrain.footholds import Footholds
 
 MAX_SAMPLES = 20_000_000

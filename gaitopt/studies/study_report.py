@@ -26,8 +26,8 @@ STATES = ("ok", "refused", "violated", "fell", "too fast", "error")
 def study_table(rows: Rows) -> Table:
     """Counts and medians, a line for each group of settings."""
     table = Table(title=f"{len(rows)} walks", caption=_reasons(rows), caption_justify="left")
-    for header in ("robot", "objective", "speed", "S0 [m]", "height [m]", "walks", "ok", "refused",
-                   "violated", "fell", "too fast", "error", "time [s]", "true COM [mm]"):  # fmt: skip
+    for header in ("robot", "objective", "speed", "S0 [m]", "height [m]", "walks", *STATES,
+                   "time [s]", "true COM [mm]"):  # fmt: skip
         table.add_column(header, justify="left" if header in ("robot", "objective") else "right")
     for group, members in _groups(rows).items():
         count = Counter(row["status"] for row in members)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import html
 import json
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from functools import lru_cache
 from importlib import resources
 from typing import Any
@@ -35,6 +35,27 @@ class Moment:
 
 
 @dataclass(frozen=True)
+class Label:
+    """A name that floats above a frame of the scene.
+
+    Attributes:
+        frame: which frame, ``"/robot/base"``.
+        lift: how far above it the name floats [m].
+        name: plain text.
+        result: what stands below the name from ``since`` [s] on; the clock runs there before.
+        since: see ``result``.
+        colour: of the mark beside the name.
+    """
+
+    frame: str
+    lift: float
+    name: str
+    result: str
+    since: float
+    colour: str
+
+
+@dataclass(frozen=True)
 class Page:
     """A scene with all that stands around it.
 
@@ -48,6 +69,10 @@ class Page:
         heading: direction of walking about z [rad]; the camera looks from the front left.
         follow: frame that the camera may follow, ``"/robot/base"``; ``""`` for none.
         close: radius of the ball that the camera frames when it follows [m].
+        speeds: what the page offers, times real time.
+        labels: names that float above frames.
+        look_from: where the camera stands, as so much ahead, to the left and above.
+        held: points that the first view holds instead of the ball, as close as may be [m].
     """
 
     scene: Scene
@@ -61,6 +86,9 @@ class Page:
     follow: str = ""
     close: float = 0.5
     speeds: tuple[float, ...] = field(default=SPEEDS)
+    labels: tuple[Label, ...] = ()
+    look_from: tuple[float, float, float] = (0.75, 0.8, 0.62)
+    held: tuple[tuple[float, float, float], ...] = ()
 
 
 def comfortable_speed(duration: float, speeds: tuple[float, ...] = SPEEDS) -> float:
@@ -106,6 +134,9 @@ def _data(page: Page) -> dict[str, Any]:
         "heading": page.heading,
         "follow": page.follow,
         "close": page.close,
+        "labels": [asdict(label) for label in page.labels],
+        "lookFrom": list(page.look_from),
+        "held": [list(point) for point in page.held],
     }
 
 

@@ -16,7 +16,7 @@ from gaitopt.conventions import LEGS, FloatArray, leg_index
 from gaitopt.errors import InputError
 from gaitopt.planning.phase import Phase
 from gaitopt.planning.plan import Plan
-from gaitopt.planning.rotations import rpy_to_matrix
+from gaitopt.robots.rotations import rpy_to_matrix
 from gaitopt.stability.support import shrunken_polygon, support_half_planes
 from gaitopt.viewing.plot_common import step_phases
 

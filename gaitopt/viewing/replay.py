@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+from collections.abc import Callable
 from dataclasses import replace as changed
 from pathlib import Path
 from typing import Any
@@ -90,6 +91,22 @@ def show(
         InputError: ``height`` is no positive whole number, or a mesh is missing.
         MissingPackageError: IPython is not installed.
     """
+    return framed(
+        lambda: replay_html(plan, title=title, meshes=meshes, simulated=simulated), height
+    )
+
+
+def framed(page: Callable[[], str], height: int) -> Any:
+    """A page in a frame of a Jupyter notebook that can reach neither notebook nor network.
+
+    Args:
+        page: makes the page's text.
+        height: of the frame [pixels].
+
+    Raises:
+        InputError: ``height`` is no positive whole number.
+        MissingPackageError: IPython is not installed.
+    """
     if isinstance(height, bool) or not 50 <= int(height) <= 10_000:
         raise InputError(f"height must be from 50 to 10000 pixels, got {height!r}")
     try:
@@ -98,9 +115,7 @@ def show(
         raise MissingPackageError(
             "show() needs a notebook: pip install 'gaitopt[notebook]'"
         ) from error
-    inside = html.escape(
-        replay_html(plan, title=title, meshes=meshes, simulated=simulated), quote=True
-    )
+    inside = html.escape(page(), quote=True)
     return HTML(  # type: ignore[no-untyped-call]
         f'<div><iframe srcdoc="{inside}" sandbox="allow-scripts" title="gaitopt replay" '
         f'style="width:100%;height:{int(height)}px;border:0"></iframe></div>'
@@ -160,7 +175,7 @@ def plan_page(
     simulated: Trajectory | None = None,
 ) -> Page:
     """A plan's scene with its heading, legend and phases."""
-    centre, radius, heading = _framing(plan)
+    centre, radius, heading = framing(plan)
     facts = [
         f"{plan.footholds.steps} steps in {plan.duration:.1f} s",
         f"mean speed {1e3 * plan.mean_speed:.2f} mm/s",
@@ -179,7 +194,7 @@ def plan_page(
         radius=radius,
         heading=heading,
         follow="/robot/base" if simulated is None else "/simulated/base",
-        close=_size(plan),
+        close=robot_size(plan),
     )
 
 
@@ -204,7 +219,7 @@ def _angles(quaternions: FloatArray) -> FloatArray:
     return np.asarray(np.unwrap(np.stack([roll, pitch, yaw], axis=1), axis=0))
 
 
-def _framing(plan: Plan) -> tuple[tuple[float, float, float], float, float]:
+def framing(plan: Plan) -> tuple[tuple[float, float, float], float, float]:
     """Centre and radius [m] of a ball around route and body, and the heading [rad]."""
     level = ground_level(plan.footholds, plan.robot.foot_radius)
     body = plan.path.knots()[:, :3]
@@ -217,10 +232,10 @@ def _framing(plan: Plan) -> tuple[tuple[float, float, float], float, float]:
     if float(np.hypot(*ahead)) < 1e-6:
         ahead = np.array([np.cos(plan.settings.heading), np.sin(plan.settings.heading)])
     radius = float(np.linalg.norm(high - low)) / 2.0
-    return (x, y, z), max(radius, 1.3 * _size(plan)), float(np.arctan2(ahead[1], ahead[0]))
+    return (x, y, z), max(radius, 1.3 * robot_size(plan)), float(np.arctan2(ahead[1], ahead[0]))
 
 
-def _size(plan: Plan) -> float:
+def robot_size(plan: Plan) -> float:
     """Radius [m] of a ball around the robot as it walks."""
     legs = plan.robot.legs.values()
     return max(float(np.linalg.norm(leg.hip)) + 0.6 * (leg.upper + leg.lower) for leg in legs)

@@ -64,21 +64,65 @@
     return out.setFromMatrixPosition(follower.matrixWorld);
   };
 
+  // How far a camera that looks along -direction at the target must be to see all points.
+  function distanceTo(points, direction) {
+    const right = new THREE.Vector3(0, 1, 0).cross(direction).normalize();
+    const up = new THREE.Vector3().crossVectors(direction, right);
+    const tall = Math.tan(camera.fov * Math.PI / 360);
+    const wide = tall * window.innerWidth / window.innerHeight;
+    return Math.max(...points.map((point) => {
+      const away = toView(point).sub(controls.target);
+      const side = Math.abs(away.dot(right)) / wide, height = Math.abs(away.dot(up)) / tall;
+      return away.dot(direction) + 1.04 * Math.max(side, height / 0.8);
+    }));
+  }
+
   function resetView() {
     const narrow = Math.min(1, window.innerWidth / window.innerHeight / 1.6);
     const radius = state.follow ? data.close : data.radius;
-    const distance = 0.8 * radius / Math.sin(camera.fov * Math.PI / 360) / narrow;
-    const direction = new THREE.Vector3(0, 0.62, 0)
-      .addScaledVector(ahead, 0.75).addScaledVector(left, 0.8).normalize();
+    const [forth, aside, above] = data.lookFrom;
+    const direction = new THREE.Vector3(0, above, 0)
+      .addScaledVector(ahead, forth).addScaledVector(left, aside).normalize();
     controls.target.copy(centre);
     if (state.follow) {
       whereIsIt(place);
       controls.target.set(place.x, centre.y, place.z);
     }
     controls.target.y -= 0.08 * radius;
+    const distance = data.held.length && !state.follow ? distanceTo(data.held, direction)
+      : 0.8 * radius / Math.sin(camera.fov * Math.PI / 360) / narrow;
     camera.position.copy(controls.target).addScaledVector(direction, distance);
     before.copy(follower ? whereIsIt(place) : centre);
     viewer.set_dirty();
+  }
+
+  // ---- names above frames
+  const labels = data.labels.map((label) => {
+    const box = document.createElement("div"), name = document.createElement("b");
+    const result = document.createElement("span");
+    name.append(dot(label.colour), label.name);
+    box.className = "label";
+    box.append(name, result);
+    el("scene").append(box);
+    const frame = viewer.scene_tree.find(label.frame.split("/").filter(Boolean)).object;
+    return { ...label, box, result, frame };
+  });
+
+  function placeLabels() {
+    camera.updateMatrixWorld();
+    for (const { box, result, frame, ...label } of labels) {
+      frame.updateWorldMatrix(true, false);
+      place.setFromMatrixPosition(frame.matrixWorld);
+      place.y += label.lift;
+      place.project(camera);
+      const x = (place.x + 1) / 2 * window.innerWidth, y = (1 - place.y) / 2 * window.innerHeight;
+      box.style.transform = `translate(${x}px, ${y}px) translate(-50%, -100%)`;
+      box.style.zIndex = String(Math.round(1e6 * (1 - place.z)));
+      box.hidden = place.z > 1;
+      const done = state.time >= label.since;
+      box.classList.toggle("done", done);
+      result.textContent = done ? label.result : clock(state.time);
+    }
   }
 
   // ---- time
@@ -152,7 +196,10 @@
       seek(state.time + passed * state.speed);
       if (state.time >= data.duration) setPlaying(false);
     }
-    if (viewer.needs_render) viewer.render();
+    if (viewer.needs_render) {
+      viewer.render();
+      placeLabels();
+    }
     requestAnimationFrame(frame);
   }
 

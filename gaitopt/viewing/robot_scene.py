@@ -9,8 +9,8 @@ import numpy as np
 from gaitopt.conventions import FloatArray
 from gaitopt.files import StrPath
 from gaitopt.planning.plan import Plan
-from gaitopt.planning.rotations import rpy_to_quaternion
 from gaitopt.robots.quadruped import Quadruped
+from gaitopt.robots.rotations import rpy_to_quaternion
 from gaitopt.viewing.keyframes import (
     ANGLE_TOLERANCE,
     LARGEST_TURN,

@@ -9,7 +9,7 @@ import pytest
 
 import gaitopt
 from gaitopt import Plan, Quadruped, Trajectory
-from gaitopt.planning.rotations import rpy_to_quaternion
+from gaitopt.robots.rotations import rpy_to_quaternion
 from gaitopt.studies.terrains import s_columns_for
 from gaitopt.viewing.replay import GHOST, plan_page, plan_scene, replay, simulated_plan
 

@@ -23,7 +23,7 @@ from gaitopt import (
     walk,
 )
 from gaitopt.gait.state_machine import GaitStateMachine, LegState
-from gaitopt.planning.rotations import rpy_to_matrix
+from gaitopt.robots.rotations import rpy_to_matrix
 
 
 @pytest.fixture(scope="module")

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import PPoly
 
 from gaitopt import InputError, MotionPath
-from gaitopt.planning.rotations import rpy_rates_to_angular, rpy_to_matrix, rpy_to_quaternion
+from gaitopt.robots.rotations import rpy_rates_to_angular, rpy_to_matrix, rpy_to_quaternion
 
 Array = NDArray[np.float64]
 
