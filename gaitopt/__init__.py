@@ -72,9 +72,9 @@ if TYPE_CHECKING:
     from gaitopt.robots.quadruped import Quadruped as Quadruped
     from gaitopt.robots.whole_body import feet_from_joints as feet_from_joints
     from gaitopt.robots.whole_body import joints_from_feet as joints_from_feet
+    from gaitopt.stability.contacts import support_margin as support_margin
     from gaitopt.stability.margins import static_stability_margin as static_stability_margin
     from gaitopt.stability.support import shrunken_polygon as shrunken_polygon
-    from gaitopt.stability.zmp import support_margin as support_margin
     from gaitopt.stability.zmp import whole_body_zmp as whole_body_zmp
     from gaitopt.studies.compare import Comparison as Comparison
     from gaitopt.studies.compare import compare as compare
@@ -125,7 +125,8 @@ _HOMES = {
     "robots.whole_body": "feet_from_joints joints_from_feet",
     "stability.margins": "static_stability_margin",
     "stability.support": "shrunken_polygon",
-    "stability.zmp": "support_margin whole_body_zmp",
+    "stability.contacts": "support_margin",
+    "stability.zmp": "whole_body_zmp",
     "studies.compare": "Comparison compare",
     "swing.catalogue": "SWING_CURVES swing_curve",
     "swing.curve": "SwingCurve",

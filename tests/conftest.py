@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 import pytest
+from hypothesis import settings
 
 import gaitopt
 from gaitopt import Footholds, Plan, Quadruped
+
+# On a loaded machine a single example may take long: that is no fault of the code.
+settings.register_profile("patient", deadline=None)
+settings.load_profile("patient")
 
 
 @pytest.fixture(scope="session")

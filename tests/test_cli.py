@@ -85,6 +85,33 @@ def test_a_csv_of_ones_own_is_walked(tmp_path: Path) -> None:
     assert plan.settings.speed == 0.05 and len(plan.phases) == 16
 
 
+def test_trot_writes_plan_replay_and_figures(tmp_path: Path) -> None:
+    done = run("trot", "--speed", "0.3", "--distance", "1.5", "--out", "out", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    plan = gaitopt.load_plan(tmp_path / "out" / "plan.npz")
+    assert plan.settings.to_dict()["velocity"] == [0.3, 0.0]
+    assert (tmp_path / "out" / "trot.html").stat().st_size < 3_000_000
+    assert len(list((tmp_path / "out" / "figures").glob("*.png"))) >= 5
+    assert "wang2020-fast takes" in done.stdout and "trot.html" in done.stdout
+    verified = runner.invoke(app, ["verify", str(tmp_path / "out" / "plan.npz")])
+    assert verified.exit_code == 0 and "ZMP" in verified.output
+
+
+def test_a_gait_of_ones_choice_is_planned(tmp_path: Path) -> None:
+    arguments = ["gait", "RH,RF,LH,LF", "--cycle", "2", "--duty", "0.85", "--speed", "0.05",
+                 "--distance", "0.1", "--out", str(tmp_path)]  # fmt: skip
+    result = runner.invoke(app, arguments)
+    assert result.exit_code == 0, result.output
+    assert (tmp_path / "rh-rf-lh-lf.html").exists()
+
+
+def test_a_trot_that_the_joints_do_not_allow_says_so() -> None:
+    words = fails("trot", "--robot", "wang2020")
+    assert "its limit is 0.2967 rad/s" in words and "stepping on the spot" in words
+    assert "--duration" in fails("trot", "--speed", "0")
+    assert "gait must be one of" in fails("gait", "gallop")
+
+
 def test_compare_prints_the_table() -> None:
     result = runner.invoke(app, ["compare", "--seeds", "2"])
     assert result.exit_code == 0

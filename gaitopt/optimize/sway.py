@@ -145,7 +145,9 @@ def solve_sway(problem: SwayProblem) -> SwaySolution:
     bounds, floor = _offset_rows(problem)
     fixed, at = _end_rows(problem)
     largest = _largest_margin(rows, low, bounds, floor, fixed, at)
-    kept = min(largest - (1.0 - KEPT) * abs(largest) - 1e-5, problem.target)
+    kept = problem.target
+    if np.isfinite(largest):
+        kept = min(largest - (1.0 - KEPT) * abs(largest) - 1e-5, kept)
     x = _calmest(problem, rows, low, kept, bounds, floor, fixed, at)
     margin = float((rows @ x - low).min(initial=np.inf))
     residual = max(

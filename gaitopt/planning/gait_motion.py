@@ -14,12 +14,14 @@ from gaitopt.planning.path import MotionPath
 from gaitopt.planning.smooth_path import States
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.whole_body import (
+    feet_from_joints,
+    joints_from_feet,
+)
+from gaitopt.robots.whole_body_rates import (
     base_twist,
     base_twist_rate,
-    feet_from_joints,
     joint_accelerations,
     joint_rates,
-    joints_from_feet,
 )
 from gaitopt.swing.catalogue import swing_curve
 from gaitopt.swing.curve import SwingCurve

@@ -9,7 +9,8 @@ from gaitopt.gait.step_timing import SwingEvent
 from gaitopt.planning.gait_motion import GaitMotion
 from gaitopt.planning.path import MotionPath
 from gaitopt.planning.phase import Phase
-from gaitopt.stability.zmp import cart_table_zmp, support_margin
+from gaitopt.stability.contacts import support_margin
+from gaitopt.stability.zmp import cart_table_zmp
 
 SAMPLES = 9
 """Samples a phase for its margins, both ends included."""

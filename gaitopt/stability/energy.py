@@ -21,8 +21,9 @@ from numpy.typing import ArrayLike
 
 from gaitopt.conventions import FloatArray
 from gaitopt.errors import InputError
+from gaitopt.stability.contacts import standing_feet
 from gaitopt.stability.support import pair_lines
-from gaitopt.stability.zmp import GRAVITY, standing_feet
+from gaitopt.stability.zmp import GRAVITY
 
 
 def energy_stability_margin(

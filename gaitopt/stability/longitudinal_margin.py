@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from gaitopt.conventions import FloatArray
 from gaitopt.errors import InputError
-from gaitopt.stability.zmp import standing_feet
+from gaitopt.stability.contacts import standing_feet
 
 ON_LINE = 1e-12
 """A foot that is this near the COG's line of motion lies on it [m]."""

@@ -42,17 +42,19 @@ class Label:
         frame: which frame, ``"/robot/base"``.
         lift: how far above it the name floats [m].
         name: plain text.
-        result: what stands below the name from ``since`` [s] on; the clock runs there before.
-        since: see ``result``.
         colour: of the mark beside the name.
+        landings: when each step ends, ascending [s]; below the name stands how many are done.
+        result: what stands there instead from ``since`` [s] on.
+        since: see ``result``.
     """
 
     frame: str
     lift: float
     name: str
+    colour: str
+    landings: tuple[float, ...]
     result: str
     since: float
-    colour: str
 
 
 @dataclass(frozen=True)

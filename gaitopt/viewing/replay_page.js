@@ -77,6 +77,10 @@
     }));
   }
 
+  // Until somebody takes hold of the camera, the view fits the window.
+  let moved = false;
+  controls.addEventListener("start", () => { moved = true; });
+
   function resetView() {
     const narrow = Math.min(1, window.innerWidth / window.innerHeight / 1.6);
     const radius = state.follow ? data.close : data.radius;
@@ -93,24 +97,25 @@
       : 0.8 * radius / Math.sin(camera.fov * Math.PI / 360) / narrow;
     camera.position.copy(controls.target).addScaledVector(direction, distance);
     before.copy(follower ? whereIsIt(place) : centre);
+    moved = false;
     viewer.set_dirty();
   }
 
   // ---- names above frames
   const labels = data.labels.map((label) => {
     const box = document.createElement("div"), name = document.createElement("b");
-    const result = document.createElement("span");
+    const below = document.createElement("span");
     name.append(dot(label.colour), label.name);
     box.className = "label";
-    box.append(name, result);
+    box.append(name, below);
     el("scene").append(box);
     const frame = viewer.scene_tree.find(label.frame.split("/").filter(Boolean)).object;
-    return { ...label, box, result, frame };
+    return { label, box, below, frame };
   });
 
   function placeLabels() {
     camera.updateMatrixWorld();
-    for (const { box, result, frame, ...label } of labels) {
+    for (const { label, box, below, frame } of labels) {
       frame.updateWorldMatrix(true, false);
       place.setFromMatrixPosition(frame.matrixWorld);
       place.y += label.lift;
@@ -121,7 +126,8 @@
       box.hidden = place.z > 1;
       const done = state.time >= label.since;
       box.classList.toggle("done", done);
-      result.textContent = done ? label.result : clock(state.time);
+      below.textContent = done ? label.result
+        : `${countUpTo(label.landings, state.time)} of ${label.landings.length} steps`;
     }
   }
 
@@ -132,14 +138,17 @@
   actions.forEach((action) => action.play());
   const starts = data.moments.map((m) => m[0]);
 
-  function momentAt(time) {
-    let low = 0, high = starts.length;
+  // How many of ascending times have come.
+  function countUpTo(times, time) {
+    let low = 0, high = times.length;
     while (low < high) {
       const middle = (low + high) >> 1;
-      if (starts[middle] <= time) low = middle + 1; else high = middle;
+      if (times[middle] <= time) low = middle + 1; else high = middle;
     }
-    return Math.max(0, low - 1);
+    return low;
   }
+
+  const momentAt = (time) => Math.max(0, countUpTo(starts, time) - 1);
 
   function clock(seconds) {
     const minutes = Math.floor(seconds / 60), rest = seconds - 60 * minutes;
@@ -249,7 +258,10 @@
     el(id).addEventListener("pointerup", () => el(id).blur());
     el(id).addEventListener("change", () => el(id).blur());
   }
-  window.addEventListener("resize", () => { paintStrip(); viewer.set_dirty(); });
+  window.addEventListener("resize", () => {
+    paintStrip();
+    if (moved) viewer.set_dirty(); else resetView();
+  });
 
   // ---- start: the address may say where, as in replay.html#t=60&paused&speed=5&follow
   viewer.set_3d_pane_size();

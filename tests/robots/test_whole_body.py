@@ -28,18 +28,20 @@ from gaitopt.robots.rotations import (
     rpy_to_quaternion,
 )
 from gaitopt.robots.whole_body import (
-    base_twist,
-    base_twist_rate,
     configuration,
     feet_from_joints,
     from_configuration,
     hip_frames,
     homogeneous,
     inverse_homogeneous,
+    joints_from_feet,
+)
+from gaitopt.robots.whole_body_rates import (
+    base_twist,
+    base_twist_rate,
     jacobian_rate,
     joint_accelerations,
     joint_rates,
-    joints_from_feet,
 )
 
 robot = cache(load_robot)

@@ -9,12 +9,12 @@ from hypothesis import strategies as st
 
 from gaitopt.conventions import FloatArray, rotation_z
 from gaitopt.errors import InputError
+from gaitopt.stability.contacts import support_margin
 from gaitopt.stability.longitudinal_margin import (
     longitudinal_margins,
     longitudinal_stability_margin,
 )
 from gaitopt.stability.margins import static_stability_margin
-from gaitopt.stability.zmp import support_margin
 
 STANCE = np.array([[0.2, 0.15], [-0.2, 0.15], [-0.2, -0.15], [0.2, -0.15]])
 RIGHT_ANGLE = np.array([[0.0, 0.0], [4.0, 0.0], [0.0, 3.0]])

@@ -1,0 +1,73 @@
+"""Make the pictures of the gallery of gaits: ``python docs/make_gallery.py trot walk``.
+
+One picture a name, ``docs/images/gait_<name>.png``. Without a name all are made.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+
+from make_images import IMAGES, paint
+from matplotlib.figure import Figure
+
+from gaitopt.gait.gaits import bound, crawl, pace, quasi_static, trot, walk, wave
+from gaitopt.gait.schedule import GaitSchedule
+from gaitopt.planning.gait import plan_gait
+from gaitopt.robots.catalog import load_robot
+from gaitopt.viewing.plot_schedule import plot_gait_diagram, plot_margin_over_duty
+from gaitopt.viewing.plot_snapshots import plot_snapshots
+from gaitopt.viewing.plot_swing_curves import plot_swing_curves
+from gaitopt.viewing.plot_zmp import plot_zmp
+
+GAITS: dict[str, GaitSchedule] = {
+    "walk": walk(1.6),
+    "wave": wave(1.6),
+    "crawl": crawl(("RH", "RF", "LF", "LH"), 1.6),
+    "quasi_static": quasi_static(1.0),
+    "trot": trot(0.5),
+    "flying_trot": trot(0.5, 0.4),
+    "pace": pace(0.5),
+    "bound": bound(0.5),
+}
+
+
+def diagram(schedule: GaitSchedule) -> Figure:
+    """A gait diagram, lower than the figure of its own."""
+    figure = Figure(figsize=(7.0, 2.4), layout="compressed")
+    return plot_gait_diagram(schedule, ax=figure.add_subplot())
+
+
+def trot_snapshots() -> Figure:
+    """The trot of the second paper, from the side."""
+    robot = load_robot("wang2020-fast")
+    return plot_snapshots(plan_gait(robot, trot(0.5), 0.3, distance=1.5, swing="cycloid"))
+
+
+def walk_zmp() -> Figure:
+    """A walk with its sway, from above."""
+    return plot_zmp(plan_gait(load_robot("wang2020-fast"), walk(1.6), 0.1, distance=0.3))
+
+
+ALL: dict[str, Callable[[], Figure]] = {
+    **{name: lambda schedule=schedule: diagram(schedule) for name, schedule in GAITS.items()},
+    "orders": plot_margin_over_duty,
+    "swing_curves": plot_swing_curves,
+    "trot_snapshots": trot_snapshots,
+    "walk_zmp": walk_zmp,
+}
+
+
+def main(names: list[str]) -> None:
+    """Make the named pictures, or all."""
+    unknown = [name for name in names if name not in ALL]
+    if unknown:
+        raise SystemExit(f"unknown picture {unknown[0]!r}; known are {', '.join(ALL)}")
+    for name in names or ALL:
+        target = IMAGES / f"gait_{name}.png"
+        paint(ALL[name](), target)
+        print(f"{target.name}: {target.stat().st_size / 1e3:.0f} kB")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

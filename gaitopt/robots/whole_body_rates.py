@@ -1,0 +1,244 @@
+"""Velocities and accelerations of the joints that follow from those of the body and the feet.
+
+Closed forms over any number of samples, with the frames of :mod:`gaitopt.robots.whole_body`.
+"""
+
+from __future__ import annotations
+
+from typing import Final, Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from gaitopt.conventions import LEGS, BoolArray, FloatArray
+from gaitopt.errors import InputError
+from gaitopt.robots.leg import Leg
+from gaitopt.robots.quadruped import Quadruped
+from gaitopt.robots.rotations import (
+    rpy_accelerations_to_angular,
+    rpy_rates_to_angular,
+    rpy_to_matrix,
+)
+from gaitopt.robots.whole_body import at_sample, feet_in_body, joined, shaped, turned_back
+
+SINGULAR: Final = 1e-9
+"""A leg is singular below this share of its Jacobian's largest determinant."""
+
+
+def base_twist(rpy: ArrayLike, position_rates: ArrayLike, rpy_rates: ArrayLike) -> FloatArray:
+    """Pinocchio's base velocity ``v[..., :6]``: linear, then angular, in the base's own frame.
+
+    Args:
+        rpy: ``(..., 3)`` [rad].
+        position_rates: derivative of the base's position in the world ``(..., 3)`` [m/s].
+        rpy_rates: derivative of ``rpy`` ``(..., 3)`` [rad/s].
+    """
+    rotation = rpy_to_matrix(shaped("rpy", rpy, 3))
+    linear = turned_back(rotation, shaped("position_rates", position_rates, 3))
+    angular = rpy_rates_to_angular(rpy, shaped("rpy_rates", rpy_rates, 3))
+    return joined(linear, angular)
+
+
+def base_twist_rate(
+    rpy: ArrayLike,
+    position_rates: ArrayLike,
+    rpy_rates: ArrayLike,
+    position_accelerations: ArrayLike,
+    rpy_accelerations: ArrayLike,
+) -> FloatArray:
+    """Pinocchio's base acceleration ``a[..., :6]``: the derivative of :func:`base_twist`.
+
+    Args:
+        rpy: ``(..., 3)`` [rad].
+        position_rates: ``(..., 3)`` [m/s].
+        rpy_rates: ``(..., 3)`` [rad/s].
+        position_accelerations: second derivative of the position in the world [m/s^2].
+        rpy_accelerations: second derivative of ``rpy`` [rad/s^2].
+    """
+    twist = base_twist(rpy, position_rates, rpy_rates)
+    rotation = rpy_to_matrix(rpy)
+    pull = turned_back(rotation, shaped("position_accelerations", position_accelerations, 3))
+    accelerations = shaped("rpy_accelerations", rpy_accelerations, 3)
+    angular = rpy_accelerations_to_angular(rpy, rpy_rates, accelerations)
+    # The axes turn below the velocity, so its components change also when it does not.
+    return joined(pull - np.cross(twist[..., 3:], twist[..., :3]), angular)
+
+
+def joint_rates(
+    robot: Quadruped,
+    rpy: ArrayLike,
+    joints: ArrayLike,
+    twist: ArrayLike,
+    foot_velocities: ArrayLike,
+    *,
+    on_singular: Literal["raise", "nan"] = "raise",
+) -> FloatArray:
+    """Joint velocities of given motions of the body and the feet.
+
+    Args:
+        robot: the robot.
+        rpy: roll, pitch and yaw of the base ``(..., 3)`` [rad].
+        joints: ``(..., nj)`` [rad], in the order of :attr:`Quadruped.joint_names`.
+        twist: velocity of the base in its own frame ``(..., 6)``, see :func:`base_twist`.
+        foot_velocities: in the world ``(..., 4, 3)`` [m/s]. Of a pitch-pitch leg's foot only the
+            part in the leg's plane is followed.
+        on_singular: what to do where a leg is straight or folded, or a foot on its roll axis, so
+            that no finite rate moves it: ``"raise"``, or ``"nan"`` for that leg's joints.
+
+    Returns:
+        ``(..., nj)`` [rad/s]; 0 for joints that no leg owns.
+
+    Raises:
+        InputError: a leg is singular, or an array has another shape.
+    """
+    motion = _body_motion(robot, rpy, twist)
+    angles = shaped("joints", joints, len(robot.joint_names))
+    speeds = shaped("foot_velocities", foot_velocities, 4, 3) @ motion.to_world
+    feet = feet_in_body(robot, angles)
+    carried = motion.linear[..., None, :] + np.cross(motion.angular[..., None, :], feet)
+    return _solved(robot, angles, speeds - carried, on_singular)
+
+
+def joint_accelerations(
+    robot: Quadruped,
+    rpy: ArrayLike,
+    joints: ArrayLike,
+    twist: ArrayLike,
+    rates: ArrayLike,
+    twist_rate: ArrayLike,
+    foot_accelerations: ArrayLike,
+    *,
+    on_singular: Literal["raise", "nan"] = "raise",
+) -> FloatArray:
+    """Joint accelerations of given motions of the body and the feet.
+
+    Args:
+        robot: the robot.
+        rpy: roll, pitch and yaw of the base ``(..., 3)`` [rad].
+        joints: ``(..., nj)`` [rad], in the order of :attr:`Quadruped.joint_names`.
+        twist: velocity of the base in its own frame ``(..., 6)``, see :func:`base_twist`.
+        rates: joint velocities ``(..., nj)`` [rad/s], of :func:`joint_rates`.
+        twist_rate: derivative of ``twist`` ``(..., 6)``, see :func:`base_twist_rate`.
+        foot_accelerations: in the world ``(..., 4, 3)`` [m/s^2].
+        on_singular: as in :func:`joint_rates`.
+
+    Returns:
+        ``(..., nj)`` [rad/s^2]; 0 for joints that no leg owns.
+
+    Raises:
+        InputError: a leg is singular, or an array has another shape.
+    """
+    motion, change = _body_motion(robot, rpy, twist), _body_motion(robot, rpy, twist_rate)
+    angles = shaped("joints", joints, len(robot.joint_names))
+    speeds = shaped("rates", rates, len(robot.joint_names))
+    pulls = shaped("foot_accelerations", foot_accelerations, 4, 3) @ motion.to_world
+    relative, turning = [], []
+    for name in LEGS:
+        leg, columns = robot.legs[name], list(robot.leg_columns[name])
+        q, dq = angles[..., columns], speeds[..., columns]
+        relative.append(np.einsum("...ij,...j->...i", leg.jacobian(q), dq))
+        turning.append(np.einsum("...ij,...j->...i", jacobian_rate(leg, q, dq), dq))
+    spin, feet = motion.angular[..., None, :], feet_in_body(robot, angles)
+    frame = change.linear + np.cross(motion.angular, motion.linear)
+    carried = (
+        frame[..., None, :]
+        + np.cross(change.angular[..., None, :], feet)
+        + np.cross(spin, np.cross(spin, feet) + 2.0 * np.stack(relative, axis=-2))
+        + np.stack(turning, axis=-2)
+    )
+    return _solved(robot, angles, pulls - carried, on_singular)
+
+
+def jacobian_rate(leg: Leg, q: ArrayLike, rates: ArrayLike) -> FloatArray:
+    """Derivative of :meth:`Leg.jacobian` over time ``(..., 3, nj)``, in the body frame.
+
+    Its product with ``rates`` is the foot's acceleration at constant joint velocities.
+
+    Args:
+        leg: the leg.
+        q: joint angles ``(..., nj)`` [rad].
+        rates: their derivatives ``(..., nj)`` [rad/s].
+
+    Raises:
+        InputError: an array has another shape.
+    """
+    signs = np.array(leg.signs)
+    angles = np.moveaxis(shaped("q", q, len(signs)) * signs, -1, 0)
+    speeds = np.moveaxis(shaped("rates", rates, len(signs)) * signs, -1, 0)
+    thigh = angles[-2] + leg.zeros[0]
+    shank = thigh + angles[-1] + leg.zeros[1]
+    thigh_rate, shank_rate = speeds[-2], speeds[-2] + speeds[-1]
+    roll, roll_rate = (angles[0], speeds[0]) if leg.has_roll else (0.0 * thigh, 0.0 * thigh)
+    sine, cosine = np.sin(roll), np.cos(roll)
+    # Height of the foot over the roll axis in the leg's plane, and how it changes.
+    up, low = leg.upper * np.cos(thigh), leg.lower * np.cos(shank)
+    up_slope, low_slope = leg.upper * np.sin(thigh), leg.lower * np.sin(shank)
+    height, climb = -leg.drop - up - low, up_slope * thigh_rate + low_slope * shank_rate
+    zero = 0.0 * climb
+
+    def turned(x: FloatArray, z: FloatArray, dx: FloatArray, dz: FloatArray) -> FloatArray:
+        """Rate of the column ``(x, -z sin, z cos)`` of a pitch joint."""
+        return np.stack(
+            [dx, -dz * sine - z * cosine * roll_rate, dz * cosine - z * sine * roll_rate], axis=-1
+        )
+
+    swing = np.stack(
+        [
+            zero,
+            (height * sine - leg.lateral * cosine) * roll_rate - climb * cosine,
+            -(height * cosine + leg.lateral * sine) * roll_rate - climb * sine,
+        ],
+        axis=-1,
+    )
+    knee = turned(-low, low_slope, low_slope * shank_rate, low * shank_rate)
+    hip = knee + turned(-up, up_slope, up_slope * thigh_rate, up * thigh_rate)
+    local = np.stack([swing, hip, knee][-len(signs) :], axis=-1)
+    return np.asarray(leg.axes @ (local * signs))
+
+
+class _BodyMotion(NamedTuple):
+    """Body axes in the world ``(..., 3, 3)``, and a twist along them, each ``(..., 3)``."""
+
+    to_world: FloatArray
+    linear: FloatArray
+    angular: FloatArray
+
+
+def _body_motion(robot: Quadruped, rpy: ArrayLike, twist: ArrayLike) -> _BodyMotion:
+    values = shaped("twist", twist, 6)
+    to_world = rpy_to_matrix(shaped("rpy", rpy, 3)) @ robot.body_axes
+    axes = robot.body_axes
+    return _BodyMotion(to_world, values[..., :3] @ axes, values[..., 3:] @ axes)
+
+
+def _solved(
+    robot: Quadruped, joints: FloatArray, wanted: FloatArray, on_singular: str
+) -> FloatArray:
+    """Joint vectors ``(..., nj)`` whose Jacobians make ``wanted (..., 4, 3)`` in the body frame."""
+    if on_singular not in ("raise", "nan"):
+        raise InputError(f"on_singular must be 'raise' or 'nan', got {on_singular!r}")
+    lead = np.broadcast_shapes(joints.shape[:-1], wanted.shape[:-2])
+    found = np.zeros((*lead, joints.shape[-1]))
+    for i, name in enumerate(LEGS):
+        leg, columns = robot.legs[name], list(robot.leg_columns[name])
+        # Two joints move the foot within the leg's plane; three need no such choice.
+        axes = leg.axes if leg.has_roll else leg.axes[:, [0, 2]]
+        matrix = axes.T @ leg.jacobian(joints[..., columns])
+        largest = leg.upper * leg.lower * (leg.upper + leg.lower if leg.has_roll else 1.0)
+        regular = np.abs(np.linalg.det(matrix)) > SINGULAR * largest
+        if on_singular == "raise" and not regular.all():
+            raise InputError(_singular(robot, leg, regular))
+        safe = np.where(regular[..., None, None], matrix, np.eye(len(columns)))
+        right = np.broadcast_to(wanted[..., i, :] @ axes, (*lead, len(columns)))
+        rates = np.linalg.solve(safe, right[..., None])[..., 0]
+        found[..., columns] = np.where(regular[..., None], rates, np.nan)
+    return found
+
+
+def _singular(robot: Quadruped, leg: Leg, regular: BoolArray) -> str:
+    sample = tuple(int(k) for k in np.argwhere(~regular)[0])
+    return (
+        f"{robot.name}: no finite joint velocity moves foot {leg.name} in all directions"
+        f"{at_sample(sample)}: the leg is straight or folded, or its foot is on the roll axis; "
+        "keep off the end of its reach, or ask with on_singular='nan'"
+    )

@@ -1,0 +1,115 @@
+"""Any set of standing feet: the hull they span, and how far inside it a point lies."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from gaitopt.conventions import BoolArray, FloatArray
+from gaitopt.errors import InputError
+from gaitopt.stability.margins import static_stability_margin
+
+
+def support_margin(feet: ArrayLike, contacts: ArrayLike, point: ArrayLike) -> FloatArray:
+    """Signed distance of ``point`` from the border of the standing feet's convex hull.
+
+    One definition for any number of feet. Inside it is the distance from the nearest side, the
+    static stability margin; outside it is minus the distance from the hull. Two feet span a
+    segment and one foot a point: both have no inside, so the margin is never positive.
+
+    Args:
+        feet: all feet ``(..., m, 2)`` or ``(..., m, 3)`` [m]; those that fly may be anything.
+        contacts: which of them stand ``(..., m)``, of truth values.
+        point: the ZMP, or the COM ``(..., 2)`` or ``(..., 3)`` [m]; leading axes are broadcast.
+
+    Returns:
+        ``(...)`` [m], judged on the horizontal projection; NaN in flight (see :func:`in_flight`)
+        and where the point is NaN. Source: 003_8f161808651a8f3d.txt, "Stability and Gait
+        Control", Sections 1-3.
+
+    Raises:
+        InputError: shapes that do not fit, or contacts that are not truth values.
+    """
+    corners = standing_feet(feet, contacts)[..., :2]
+    place = of_width("point", point, 2, 3)[..., :2]
+    inside = static_stability_margin(corners[..., _at_least_three(corners.shape[-2]), :], place)
+    away = place[..., None, :] - corners
+    first, second = np.triu_indices(corners.shape[-2])
+    along = corners[..., second, :] - corners[..., first, :]
+    square = (along**2).sum(axis=-1)
+    # Every join of two feet lies in the hull and its sides are among them: from outside the
+    # nearest of them is as far as the hull.
+    share = (away[..., first, :] * along).sum(axis=-1) / np.where(square > 0, square, 1.0)
+    gap = away[..., first, :] - np.clip(share, 0.0, 1.0)[..., None] * along
+    outside = np.hypot(gap[..., 0], gap[..., 1]).min(axis=-1)
+    return np.asarray(np.where(inside > 0, inside, 0.0 - outside))
+
+
+def in_flight(contacts: ArrayLike) -> BoolArray:
+    """Where no foot stands ``(...)``: there a ZMP and a margin are not defined.
+
+    Trots with a duty factor below 0.5 have such phases (003_8f161808651a8f3d.txt, Module D,
+    Section 2.3).
+
+    Args:
+        contacts: which feet stand ``(..., m)``, of truth values.
+    """
+    return np.asarray(~_truth_values(contacts).any(axis=-1))
+
+
+def standing_feet(feet: ArrayLike, contacts: ArrayLike | None) -> FloatArray:
+    """``feet`` with those that fly moved onto one that stands, which leaves the hull as it is.
+
+    So one array holds samples with different sets of standing feet, and no loop runs over them.
+
+    Args:
+        feet: ``(..., m, 2)`` or ``(..., m, 3)`` [m].
+        contacts: which of them stand ``(..., m)``, of truth values; all, when ``None``.
+
+    Returns:
+        ``(..., m, 2)`` or ``(..., m, 3)`` [m]; NaN in flight.
+
+    Raises:
+        InputError: shapes that do not fit, or contacts that are not truth values.
+    """
+    places = np.asarray(feet, np.float64)
+    if places.ndim < 2 or places.shape[-2] < 1 or places.shape[-1] not in (2, 3):
+        raise InputError(f"feet must be (..., m, 2) or (..., m, 3), got {places.shape}")
+    if contacts is None:
+        return places
+    standing = _truth_values(contacts)
+    if standing.ndim < 1 or standing.shape[-1] != places.shape[-2]:
+        raise InputError(
+            f"contacts must have one value a foot: {standing.shape} for feet of {places.shape}"
+        )
+    lead = np.broadcast_shapes(standing.shape, places.shape[:-1])
+    places = np.broadcast_to(places, (*lead, places.shape[-1]))
+    standing = np.broadcast_to(standing, lead)[..., None]
+    stand_in = np.take_along_axis(places, standing.argmax(axis=-2)[..., None], axis=-2)
+    stand_in = np.where(standing.any(axis=-2, keepdims=True), stand_in, np.nan)
+    return np.asarray(np.where(standing, places, stand_in))
+
+
+def of_width(name: str, values: ArrayLike, *widths: int) -> FloatArray:
+    """``values`` as an array whose last axis has one of these ``widths``.
+
+    Raises:
+        InputError: it has not.
+    """
+    array = np.asarray(values, np.float64)
+    if array.ndim == 0 or array.shape[-1] not in widths:
+        wanted = " or ".join(f"(..., {width})" for width in widths)
+        raise InputError(f"{name} must be {wanted}, got {array.shape}")
+    return array
+
+
+def _truth_values(contacts: ArrayLike) -> BoolArray:
+    values = np.asarray(contacts)
+    if values.dtype != np.bool_:
+        raise InputError(f"contacts must be truth values (bool), got {values.dtype}")
+    return values
+
+
+def _at_least_three(count: int) -> list[int]:
+    """Indices of all feet, the last one repeated until there are three."""
+    return [min(i, count - 1) for i in range(max(count, 3))]
