@@ -51,7 +51,8 @@ def save_figures(
 ) -> list[Path]:
     """Write all figures of a plan as PNG files, each whole or not at all.
 
-    A plan without steps has no feasible area and no swing to draw.
+    A plan without steps has no feasible area and no swing to draw; a gait by velocity has figures
+    of its own (:func:`gaitopt.save_gait_figures`).
 
     Args:
         plan: any plan.
@@ -67,6 +68,10 @@ def save_figures(
     Raises:
         InputError: the folder cannot be made or written to, or there is no such step.
     """
+    if plan.settings.planner == "gait":
+        from gaitopt.viewing.gait_figures import save_gait_figures
+
+        return save_gait_figures(plan, folder)
     target = Path(folder)
     try:
         target.mkdir(parents=True, exist_ok=True)
