@@ -63,6 +63,9 @@ if TYPE_CHECKING:
     from gaitopt.planning.phase import Swing as Swing
     from gaitopt.planning.plan import Plan as Plan
     from gaitopt.planning.plan import Trajectory as Trajectory
+    from gaitopt.planning.route_crawl import RouteError as RouteError
+    from gaitopt.planning.route_crawl import plan_route as plan_route
+    from gaitopt.planning.route_settings import RouteSettings as RouteSettings
     from gaitopt.planning.settings import CrawlSettings as CrawlSettings
     from gaitopt.planning.settings import PlanSettings as PlanSettings
     from gaitopt.planning.storage import load_plan as load_plan
@@ -117,6 +120,8 @@ _HOMES = {
     "planning.path": "MotionPath",
     "planning.phase": "Phase Swing",
     "planning.plan": "Plan Trajectory",
+    "planning.route_crawl": "RouteError plan_route",
+    "planning.route_settings": "RouteSettings",
     "planning.settings": "CrawlSettings PlanSettings",
     "planning.storage": "load_plan",
     "robots.catalog": "load_robot robot_names",

@@ -16,6 +16,7 @@ from gaitopt.cli_gait import gait, trot
 from gaitopt.cli_options import (
     FollowOption,
     FootholdsOption,
+    FreeOption,
     HeadingOption,
     HeightOption,
     MarginOption,
@@ -70,6 +71,7 @@ def walk(
     reach_fraction: ReachOption = 1.0,
     heading: HeadingOption = 0.0,
     follow_terrain: FollowOption = False,
+    free: FreeOption = None,
     out: OutOption = Path("out"),
 ) -> None:
     """Plan a walk, compare it with the paper's baselines, and write plan, replay and figures."""
@@ -86,7 +88,13 @@ def walk(
     )  # fmt: skip
     with progress_bar("planning") as tick:
         plan = plan_crawl(
-            model, places, objective.value, parse_speed(speed), progress=tick, **settings
+            model,
+            places,
+            objective.value,
+            parse_speed(speed),
+            free=free,
+            progress=tick,
+            **settings,
         )
     with progress_bar("comparing with the baselines") as tick:
         comparison = run_comparison(model, places, progress=tick, **settings)
@@ -242,6 +250,7 @@ def study(
     collisions: Annotated[
         bool, typer.Option("--collisions", help="Also look for self-collisions.")
     ] = False,
+    free: FreeOption = None,
     jobs: Annotated[int, typer.Option(help="Processes; -1 for one a core.")] = -1,
     scheduler: Annotated[
         str | None,
@@ -258,6 +267,7 @@ def study(
         objectives=[o.value for o in objective or [Objective.distance]],
         stability_margins=stability_margin or [0.02],
         speed=parse_speed(speed),
+        free=free,
         collisions=collisions,
         simulate=with_physics,
     )

@@ -14,6 +14,7 @@ class Objective(str, Enum):
 
     distance = "distance"
     margin = "margin"
+    time = "time"
 
 
 RobotOption = Annotated[
@@ -33,7 +34,8 @@ SeedOption = Annotated[
 ]  # fmt: skip
 ObjectiveOption = Annotated[
     Objective,
-    typer.Option(help="Move the COG as little as possible, or to the largest stability margin.",
+    typer.Option(help="Move the COG as little as possible, or to the largest stability margin; or optimise "
+                 "all steps at once for the least time.",
                  rich_help_panel="How"),
 ]  # fmt: skip
 SpeedOption = Annotated[
@@ -67,6 +69,11 @@ FollowOption = Annotated[
     bool,
     typer.Option("--follow-terrain", help="Keep the body's height above the feet, not constant.",
                  rich_help_panel="How"),
+]  # fmt: skip
+FreeOption = Annotated[
+    str | None,
+    typer.Option(help="With the objective time, what is free: route, overlap, swing (default), "
+                 "height, posture or dynamic.", rich_help_panel="How", show_default=False),
 ]  # fmt: skip
 OutOption = Annotated[Path, typer.Option(help="Folder for the results.", metavar="DIR")]
 PlanArgument = Annotated[Path, typer.Argument(help="A plan file (.npz).", metavar="PLAN")]

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -63,7 +63,7 @@ class CrawlSteps:
 def plan_crawl(
     robot: Quadruped,
     footholds: Footholds,
-    objective: Literal["distance", "margin"] = "distance",
+    objective: Literal["distance", "margin", "time"] = "distance",
     speed: Speed = "max",
     stability_margin: float = 0.02,
     body_height: float = 0.40,
@@ -75,6 +75,7 @@ def plan_crawl(
     heading: float = 0.0,
     follow_terrain: bool = False,
     cog_start: ArrayLike | None = None,
+    free: str | Iterable[str] | None = None,
     progress: Progress | None = None,
 ) -> Plan:
     """Plan a statically stable walk over given footholds.
@@ -83,7 +84,8 @@ def plan_crawl(
         robot: from :func:`gaitopt.load_robot`; its legs need a roll joint.
         footholds: where the feet go; the first of each leg is where it stands at the start.
         objective: ``"distance"`` moves the COG as little as possible (the paper's method),
-            ``"margin"`` to the largest stability margin (the SSM baseline).
+            ``"margin"`` to the largest stability margin (the SSM baseline); ``"time"`` optimises all
+            steps at once for the least time (:func:`gaitopt.plan_route`).
         speed: ``"max"`` for the highest speed that the joints allow, or a speed of body and feet
             [m/s], which is still held within the joints' limits.
         stability_margin: ``S0``, distance of the COG from the support triangle's sides during
@@ -100,6 +102,8 @@ def plan_crawl(
             at a constant height.
         cog_start: where the body centre is at the start ``(2,)`` [m]; by default above the middle
             of the first footholds, or as near to it as the legs reach.
+        free: with the objective ``"time"``, what is free beyond the body's targets, as for
+            :func:`gaitopt.plan_route`; ``"swing"`` by default.
         progress: called with (steps done, steps in all).
 
     Returns:
@@ -116,6 +120,13 @@ def plan_crawl(
             f"plan_crawl takes a Quadruped (from load_robot) and Footholds, got "
             f"{type(robot).__name__} and {type(footholds).__name__}"
         )
+    if objective == "time" or free is not None:
+        return _least_time(
+            robot, footholds, objective, speed, swing, "swing" if free is None else free,
+            stability_margin=stability_margin, body_height=body_height, swing_height=swing_height,
+            sequence=sequence, reach_fraction=reach_fraction, heading=heading,
+            follow_terrain=follow_terrain, cog_start=cog_start,
+        )  # fmt: skip
     settings = CrawlSettings(
         objective=objective, speed=speed, stability_margin=stability_margin,
         body_height=body_height, swing_height=swing_height, sequence=check_sequence(sequence),
@@ -128,6 +139,28 @@ def plan_crawl(
     start = start_place(robot, steps, settings, cog_start, footholds)
     solutions = optimise_cogs(robot, steps, settings, start, progress)
     return assemble_plan(robot, footholds, settings, steps, start, solutions)
+
+
+def _least_time(
+    robot: Quadruped,
+    footholds: Footholds,
+    objective: str,
+    speed: Speed,
+    swing: str,
+    free: str | Iterable[str],
+    **settings: Any,
+) -> Plan:
+    """The walk by :func:`gaitopt.plan_route`, when the other settings go with it."""
+    from gaitopt.planning.route_crawl import plan_route
+
+    if objective != "time":
+        raise InputError(f"free goes with the objective 'time', got {objective!r}")
+    if speed != "max" or swing != "box":
+        raise InputError(
+            "the objective 'time' has speeds and swings of its own: leave speed and swing out, got "
+            f"{speed!r} and {swing!r}"
+        )
+    return plan_route(robot, footholds, free, **settings)
 
 
 def check_robot(robot: Quadruped) -> None:

@@ -34,6 +34,7 @@ class Walk:
         columns: columns a leg.
         objective, speed, stability_margin: as for :func:`gaitopt.plan_crawl`.
         body_height: [m]; ``None`` for the robot's standing height.
+        free: with the objective ``"time"``, what is free beyond the body's targets.
         certify: whether to certify the plan.
         collisions: whether the certificate looks for self-collisions.
         simulate: whether to walk the plan in physics.
@@ -42,10 +43,11 @@ class Walk:
     robot: str = "wang2020"
     seed: int = 0
     columns: int = 17
-    objective: Literal["distance", "margin"] = "distance"
+    objective: Literal["distance", "margin", "time"] = "distance"
     speed: Speed = "max"
     stability_margin: float = 0.02
     body_height: float | None = None
+    free: str | None = None
     certify: bool = True
     collisions: bool = False
     simulate: bool = False
@@ -192,7 +194,7 @@ def _walked(walk: Walk) -> Row:
     plan = plan_crawl(
         robot, s_columns_for(robot, walk.seed, walk.columns), walk.objective, walk.speed,
         stability_margin=walk.stability_margin, body_height=height,
-        swing_height=round(0.175 * robot.standing_height, 4),
+        swing_height=round(0.175 * robot.standing_height, 4), free=walk.free,
     )  # fmt: skip
     found: dict[str, Any] = {
         "status": "ok", "duration": plan.duration, "mean_speed": plan.mean_speed,
