@@ -7,8 +7,9 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
+from io import BytesIO
+from pathlib import Path
 
-from make_images import IMAGES, paint
 from matplotlib.figure import Figure
 
 from gaitopt.gait.gaits import bound, crawl, pace, quasi_static, trot, walk, wave
@@ -19,6 +20,8 @@ from gaitopt.viewing.plot_schedule import plot_gait_diagram, plot_margin_over_du
 from gaitopt.viewing.plot_snapshots import plot_snapshots
 from gaitopt.viewing.plot_swing_curves import plot_swing_curves
 from gaitopt.viewing.plot_zmp import plot_zmp
+
+IMAGES = Path(__file__).parent / "images"
 
 GAITS: dict[str, GaitSchedule] = {
     "walk": walk(1.6),
@@ -58,6 +61,17 @@ ALL: dict[str, Callable[[], Figure]] = {
 }
 
 
+def write(figure: Figure, target: Path) -> None:
+    """Write a figure in few colours, chosen so that thin lines keep theirs."""
+    from PIL import Image
+
+    buffer = BytesIO()
+    figure.savefig(buffer, format="png", dpi=100)
+    image = Image.open(buffer).convert("RGB")
+    small = image.quantize(256, Image.Quantize.MAXCOVERAGE, kmeans=2, dither=Image.Dither.NONE)
+    small.save(target, optimize=True)
+
+
 def main(names: list[str]) -> None:
     """Make the named pictures, or all."""
     unknown = [name for name in names if name not in ALL]
@@ -65,7 +79,7 @@ def main(names: list[str]) -> None:
         raise SystemExit(f"unknown picture {unknown[0]!r}; known are {', '.join(ALL)}")
     for name in names or ALL:
         target = IMAGES / f"gait_{name}.png"
-        paint(ALL[name](), target)
+        write(ALL[name](), target)
         print(f"{target.name}: {target.stat().st_size / 1e3:.0f} kB")
 
 

@@ -255,7 +255,7 @@ def _solve_qp(
     """
     import casadi as ca
 
-    h, a = (ca.DM(m.tocsc()) for m in (hessian, matrix))
+    h, a = (_as_casadi(m) for m in (hessian, matrix))
     options: dict[str, Any] = {
         "piqp": {"max_iter": 200, "eps_abs": 1e-9, "eps_rel": 0.0},
         "error_on_fail": False,
@@ -263,6 +263,17 @@ def _solve_qp(
     solver = ca.conic("sway", "piqp", {"h": h.sparsity(), "a": a.sparsity()}, options)
     found = solver(h=h, g=gradient, a=a, lba=low, uba=high)
     return np.asarray(found["x"]).ravel()
+
+
+def _as_casadi(matrix: Any) -> Any:
+    """A SciPy matrix as CasADi's, which not all of its versions read by themselves."""
+    import casadi as ca
+
+    columns = matrix.tocsc()
+    columns.sort_indices()
+    rows, count = columns.shape
+    pattern = ca.Sparsity(rows, count, columns.indptr.tolist(), columns.indices.tolist())
+    return ca.DM(pattern, columns.data)
 
 
 def _cost(problem: SwayProblem) -> tuple[Any, FloatArray, np.ndarray]:

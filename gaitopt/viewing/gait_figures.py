@@ -12,16 +12,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gaitopt.errors import InputError
 from gaitopt.files import StrPath
 from gaitopt.gait.schedule import GaitSchedule
 from gaitopt.planning.plan import Plan
+from gaitopt.viewing.figure_files import write_figures
 from gaitopt.viewing.plot_joint_curves import plot_joint_curves
 from gaitopt.viewing.plot_schedule import plot_gait_diagram
 from gaitopt.viewing.plot_snapshots import plot_snapshots
 from gaitopt.viewing.plot_swing_curves import plot_cycloids, plot_swing_curves
 from gaitopt.viewing.plot_zmp import plot_zmp
-from gaitopt.viewing.plots import _save
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -56,15 +55,7 @@ def save_gait_figures(plan: Plan, folder: StrPath) -> list[Path]:
     Raises:
         InputError: the folder cannot be made or written to.
     """
-    target = Path(folder)
-    try:
-        target.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(
-            f"cannot make the folder {target}: {error.strerror or error}; give a folder in a place "
-            "that you may write to"
-        ) from error
-    return [_save(draw(), target / f"{name}.png") for name, draw in _figures(plan).items()]
+    return write_figures(_figures(plan), folder)
 
 
 def _figures(plan: Plan) -> dict[str, Callable[[], Figure]]:

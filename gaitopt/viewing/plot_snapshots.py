@@ -24,6 +24,7 @@ from gaitopt.viewing.plot_common import (
     line_key,
     new_figure,
     span_of,
+    walk_times,
 )
 
 if TYPE_CHECKING:
@@ -66,7 +67,7 @@ def plot_snapshots(plan: Plan, count: int | None = None) -> Figure:
     ratios = _proportions(plan, times, axis), _proportions(plan, poses, axis, pitch)
     figure = new_figure(WIDTH, 2.1 + (WIDTH - 1.0) * sum(ratios))
     along, apart = figure.subplots(2, 1, height_ratios=ratios)
-    paths = _from_side(plan.at(np.linspace(0.0, plan.duration, 600)).feet, axis)
+    paths = _from_side(plan.at(walk_times(plan)).feet, axis)
     for i, leg in enumerate(LEGS):
         along.plot(*paths[:, i].T, color=LEG_COLOURS[leg], linewidth=0.8, alpha=0.6, gid="path")
     _draw_poses(along, plan, times, axis)

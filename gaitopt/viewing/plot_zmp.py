@@ -140,9 +140,9 @@ def _draw_supports(ax: Axes, plan: Plan) -> list[Any]:
                 areas.append(corners[ConvexHull(corners).vertices])
             except QhullError:  # Feet in one line support no area.
                 lines.append(corners)
-    areas_at = PolyCollection(areas, facecolor=SUPPORT_COLOUR, alpha=0.04, linewidth=0, gid="areas")
+    areas_at = PolyCollection(areas, facecolor=SUPPORT_COLOUR, alpha=0.02, linewidth=0, gid="areas")
     ax.add_collection(areas_at)
-    edges = PolyCollection(areas, facecolor="none", edgecolor=SUPPORT_COLOUR, alpha=0.25,
+    edges = PolyCollection(areas, facecolor="none", edgecolor=SUPPORT_COLOUR, alpha=0.2,
                            linewidth=0.5)  # fmt: skip
     ax.add_collection(edges)
     ax.add_collection(LineCollection(lines, color=SUPPORT_COLOUR, linewidth=0.7, alpha=0.7,

@@ -7,16 +7,15 @@ opens, and there is nothing to close. Figure numbers are those of 000_6dacb41600
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gaitopt.errors import InputError
-from gaitopt.files import StrPath, written_whole
+from gaitopt.files import StrPath
 from gaitopt.planning.plan import Plan
+from gaitopt.viewing.figure_files import write_figures
 from gaitopt.viewing.plot_feasible import plot_feasible_area
 from gaitopt.viewing.plot_gait import plot_gait_cycle, plot_swing
 from gaitopt.viewing.plot_margin import plot_margin
@@ -37,8 +36,6 @@ __all__ = [
     "plot_terrain",
     "save_figures",
 ]
-
-DPI = 150
 
 
 def save_figures(
@@ -72,18 +69,7 @@ def save_figures(
         from gaitopt.viewing.gait_figures import save_gait_figures
 
         return save_gait_figures(plan, folder)
-    target = Path(folder)
-    try:
-        target.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(
-            f"cannot make the folder {target}: {error.strerror or error}; give a folder in a place "
-            "that you may write to"
-        ) from error
-    return [
-        _save(draw(), target / f"{name}.png")
-        for name, draw in _figures(plan, comparison or {}, com_margin, step).items()
-    ]
+    return write_figures(_figures(plan, comparison or {}, com_margin, step), folder)
 
 
 def _figures(
@@ -118,15 +104,3 @@ def telling_step(plan: Plan) -> int:
     chosen = [p for p in plan.phases if p.step in swings]
     moved = [float(np.linalg.norm(p.cog_end - p.cog_start)) for p in chosen]
     return chosen[int(np.argmax(moved))].step
-
-
-def _save(figure: Figure, path: Path) -> Path:
-    from PIL import Image
-
-    buffer = BytesIO()
-    figure.savefig(buffer, format="png", dpi=DPI)
-    # A palette of 256 colours is plenty for lines on white, and a third of the size.
-    small = Image.open(buffer).convert("RGB").quantize(256, dither=Image.Dither.NONE)
-    with written_whole(path, binary=True) as stream:
-        small.save(stream, format="PNG", dpi=(DPI, DPI), optimize=True)
-    return path

@@ -28,7 +28,8 @@
   for (const name of Object.keys(viewer.scene_tree.children.Lights.children)) {
     viewer.set_property(["Lights", name], "visible", false);
   }
-  const reach = Math.min(data.radius * 1.15, 3);
+  const widest = 4;
+  const reach = Math.min(data.radius * 1.15, widest);
   const ahead = new THREE.Vector3(Math.cos(data.heading), 0, -Math.sin(data.heading));
   const left = new THREE.Vector3(ahead.z, 0, -ahead.x);
   const sunOffset = new THREE.Vector3(0, 4, 0).addScaledVector(ahead, 1.5).addScaledVector(left, -1);
@@ -166,7 +167,7 @@
       }
       before.copy(place);
     }
-    sun.target.position.copy(data.radius <= 2.6 || !follower ? centre : place);
+    sun.target.position.copy(reach < widest || !follower ? centre : place);
     sun.position.copy(sun.target.position).add(sunOffset);
     const [, label, colour] = data.moments[momentAt(state.time)] || [0, "", ""];
     el("phase").replaceChildren(...(colour ? [dot(colour)] : []), label);
@@ -197,6 +198,11 @@
     resetView();
   }
 
+  function draw() {
+    viewer.render();
+    placeLabels();
+  }
+
   let last;
   function frame(now) {
     const passed = Math.min((now - (last === undefined ? now : last)) / 1000, 0.25);
@@ -205,10 +211,7 @@
       seek(state.time + passed * state.speed);
       if (state.time >= data.duration) setPlaying(false);
     }
-    if (viewer.needs_render) {
-      viewer.render();
-      placeLabels();
-    }
+    if (viewer.needs_render) draw();
     requestAnimationFrame(frame);
   }
 
@@ -271,7 +274,7 @@
   setFollow(hash.has("follow"));
   paintStrip();
   setPlaying(!hash.has("paused"));
-  window.gaitopt = { state, seek, setPlaying, setSpeed, setFollow, viewer };
+  window.gaitopt = { state, seek, setPlaying, setSpeed, setFollow, draw, viewer };
   requestAnimationFrame(frame);
   requestAnimationFrame(() => { document.body.dataset.ready = "yes"; });
 })();

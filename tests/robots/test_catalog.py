@@ -20,17 +20,17 @@ def refusal(source: str | Path) -> str:
 
 
 def test_catalogue_holds_wang2020_and_the_eleven_quadrupeds_of_example_robot_data() -> None:
-    assert OWN_ROBOTS == ("wang2020",)
+    assert OWN_ROBOTS == ("wang2020", "frog1")
     assert sorted(EXAMPLE_ROBOTS) == sorted(
         "a1 go1 go2 b1 laikago anymal anymal_c hyq solo12 solo8 quadruped".split()  # noqa: SIM905
     )
-    assert robot_names() == OWN_ROBOTS + EXAMPLE_ROBOTS
+    assert robot_names() == OWN_ROBOTS + ("wang2020-fast",) + EXAMPLE_ROBOTS
 
 
 @pytest.mark.parametrize("name", robot_names())
 def test_every_name_loads_with_four_legs(name: str) -> None:
     robot = load_robot(name)
-    joints = 2 if name in ("solo8", "quadruped") else 3
+    joints = 2 if name in ("solo8", "quadruped", "frog1") else 3
     assert robot.name == name
     assert [len(leg.joints) for leg in robot.legs.values()] == [joints] * 4
 
@@ -56,14 +56,16 @@ def test_path_need_not_end_in_urdf(tmp_path: Path) -> None:
 
 def test_unknown_name_lists_the_known_ones() -> None:
     assert refusal("wang2021") == (
-        "unknown robot 'wang2021'; known are wang2020, a1, go1, go2, b1, laikago, anymal, "
-        "anymal_c, hyq, solo12, solo8, quadruped, or give a path to a URDF file"
+        "unknown robot 'wang2021'; known are wang2020, frog1, wang2020-fast, a1, go1, go2, b1, "
+        "laikago, anymal, anymal_c, hyq, solo12, solo8, quadruped, or give a path to a URDF file"
     )
 
 
 @pytest.mark.parametrize("name", ["", "WANG2020", "anymal-c", "n" * 5000, "nul\0"])
 def test_other_names_are_unknown(name: str) -> None:
-    assert refusal(name).startswith(f"unknown robot {name!r}; known are wang2020, a1, ")
+    assert refusal(name).startswith(
+        f"unknown robot {name!r}; known are wang2020, frog1, wang2020-fast, a1, "
+    )
 
 
 def test_missing_file_is_named(tmp_path: Path) -> None:

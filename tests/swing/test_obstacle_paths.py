@@ -211,6 +211,15 @@ def test_oblique_swing_stays_in_the_upright_plane_through_its_ends(pattern: Patt
     assert BOARD.distance(path.points()).min() > MARGIN - 1e-9
 
 
+def test_path_of_corners_alone_has_no_place_for_more_waypoints() -> None:
+    """Half around a log, from the height of its axis: two quarter turns that share the top."""
+    start, end = np.array([-0.085, 0, 0.055]), np.array([0.085, 0, 0.055])
+    path = obstacle_path(start, end, LOG, MARGIN, count=5)
+    assert path.waypoints[2] == pytest.approx([0, 0, 0.14], abs=1e-8)
+    with pytest.raises(InputError, match=r"number from 5, .* to 5; got 13"):
+        obstacle_path(start, end, LOG, MARGIN)
+
+
 # --- lengths ------------------------------------------------------------------------------------
 
 

@@ -1,0 +1,406 @@
+"""Paths of a foot over an obstacle, and the proof that what is flown clears it.
+
+Three patterns go over a convex section swollen by a safety margin: ``"box"``, ``"trapezoid"`` and
+``"parabola"`` (the paper's mixed parabola). The path itself clears the section by construction. A
+leg flies another curve, through the path's waypoints only: :func:`least_clearance` bounds how near
+that comes, and :func:`clear_path` moves the waypoints until it clears.
+
+Source: 004_6eabd5aa21217b1c.txt, Section III.A and Fig. 3.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from numbers import Real
+from typing import Final, Literal, NamedTuple, Protocol, TypeVar, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from gaitopt.conventions import FloatArray, frozen
+from gaitopt.errors import InputError, SolverError
+from gaitopt.swing.mixed_parabola import Corner, parabola_corners
+from gaitopt.swing.trapezoid_path import box_path_corners, trapezoid_corners
+
+Pattern = Literal["box", "trapezoid", "parabola"]
+PATTERNS: Final[tuple[Pattern, ...]] = get_args(Pattern)
+PAPER_COUNT = 13
+"""Waypoints of the paper's path."""
+MOST_WAYPOINTS = 1000
+CLEARANCE_TOLERANCE = 2e-5
+"""Between the clearance that is proven and the least one that was seen [m], unless asked else."""
+_FINEST = 1e-6
+LEAST_ROOM = 1e-4
+"""How far beyond the margin the ends of a path must stand that is to clear in flight [m]."""
+_ROUNDS = 8
+_MORE_WAYPOINTS = 4
+# A tangent from a point on an arc is only known to the root of rounding.
+_SAME = 1e-8
+_LOOKS = 2_000_000
+
+
+class Section(Protocol):
+    """What a path needs of an obstacle, as :class:`gaitopt.terrain.obstacles.Obstacle` has it."""
+
+    @property
+    def core(self) -> tuple[tuple[float, float], ...]:
+        """Corners ``(x, z)`` of the convex core in the obstacle's frame [m]."""
+
+    @property
+    def rounding(self) -> float:
+        """Radius by which the core is swollen [m]."""
+
+    def inflated(self, margin: float) -> Section:
+        """The obstacle swollen by ``margin`` [m]."""
+
+    def to_local(self, points: ArrayLike) -> FloatArray:
+        """World points ``(..., 3)`` in the obstacle's frame [m]."""
+
+    def to_world(self, points: ArrayLike) -> FloatArray:
+        """The inverse of :meth:`to_local`."""
+
+    def distance(self, points: ArrayLike) -> FloatArray:
+        """Signed distance of world points ``(..., 3)`` from the obstacle ``(...)`` [m]."""
+
+
+class Flown(Protocol):
+    """A curve that a foot flies: a place at each time, and how fast it moves at most."""
+
+    @property
+    def times(self) -> FloatArray:
+        """Knots ``(K,)``, increasing [s]."""
+
+    @property
+    def speeds(self) -> FloatArray:
+        """Bound on the foot's speed between knots ``(K - 1,)`` [m/s]."""
+
+    def place(self, times: FloatArray) -> FloatArray:
+        """Places at ``times (N,)`` in the world ``(N, 3)`` [m]."""
+
+
+class Clearance(NamedTuple):
+    """How near a flown curve comes to an obstacle.
+
+    Attributes:
+        proven: no point of the curve is nearer [m]; negative inside.
+        seen: distance of the nearest point that was looked at [m].
+        time: when that is [s].
+    """
+
+    proven: float
+    seen: float
+    time: float
+
+
+@dataclass(frozen=True, eq=False)
+class ObstaclePath:
+    """A path over an obstacle.
+
+    Attributes:
+        pattern: ``"box"``, ``"trapezoid"`` or ``"parabola"``.
+        margin: distance from the obstacle that the path keeps [m].
+        waypoints: ``(n, 3)`` in the world [m]; the first and last are the path's ends.
+        controls: control points of the pieces that make the path ``(P, 3, 3)`` [m]: each is the
+            parabola ``(1 - s)^2 a + 2 s (1 - s) b + s^2 c``; on straight pieces b is the middle.
+    """
+
+    pattern: str
+    margin: float
+    waypoints: FloatArray
+    controls: FloatArray
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "waypoints", frozen(self.waypoints))
+        object.__setattr__(self, "controls", frozen(self.controls))
+
+    def points(self, per_piece: int = 64) -> FloatArray:
+        """Points of the path itself ``(P per_piece + 1, 3)`` [m], from its start to its end."""
+        s = (np.arange(per_piece) / per_piece)[:, None]
+        a, b, c = (self.controls[:, None, k] for k in range(3))
+        inner = (1.0 - s) ** 2 * a + 2.0 * s * (1.0 - s) * b + s**2 * c
+        return np.concatenate([inner.reshape(-1, 3), self.controls[-1:, 2]])
+
+    @property
+    def length(self) -> float:
+        """Length of the path [m]."""
+        nodes, weights = np.polynomial.legendre.leggauss(32)
+        s = ((nodes + 1.0) / 2.0)[:, None]
+        first, second = np.diff(self.controls, axis=1).transpose(1, 0, 2)[:, :, None]
+        speed = np.linalg.norm(2.0 * ((1.0 - s) * first + s * second), axis=-1)
+        return float((speed @ weights).sum() / 2.0)
+
+
+def obstacle_path(
+    start: ArrayLike,
+    end: ArrayLike,
+    obstacle: Section,
+    margin: float,
+    *,
+    pattern: Pattern = "parabola",
+    count: int = PAPER_COUNT,
+) -> ObstaclePath:
+    """Waypoints over an obstacle, in the upright plane through both ends.
+
+    Three waypoints are at each corner, the rest evenly on the straight pieces. The foot is a point
+    here: for a ball its radius belongs to ``margin``.
+
+    Args:
+        start: where the foot lifts off ``(3,)`` [m].
+        end: where it touches down ``(3,)`` [m], on the obstacle's other side.
+        obstacle: what is in the way, taken as endlessly long.
+        margin: distance to keep from it [m]; must be positive, for it rounds the corners.
+        pattern: ``"box"``, ``"trapezoid"`` or ``"parabola"``.
+        count: number of waypoints with both ends.
+
+    Raises:
+        InputError: unknown pattern, too few waypoints for the pattern's corners, a number that is
+            not finite, or an end that stands within the margin beside the obstacle.
+    """
+    plane = _Plane.between(start, end, obstacle, margin)
+    try:
+        shape = _SHAPES[pattern]
+    except (KeyError, TypeError):
+        raise InputError(
+            f"pattern {pattern!r} is unknown; there are {', '.join(PATTERNS)}"
+        ) from None
+    corners = shape(plane.start, plane.end, plane.core, plane.radius)
+    stops, pieces = _laid_out(plane, corners, rounded=pattern == "parabola")
+    # Without a straight piece there is no place for more.
+    most = MOST_WAYPOINTS if any(open_ for _, open_ in stops) else len(stops)
+    if not (isinstance(count, (int, np.integer)) and len(stops) <= count <= most):
+        raise InputError(
+            f"count must be a whole number from {len(stops)}, for the corners and ends of this "
+            f"{pattern} path, to {most}; got {count!r}"
+        )
+    waypoints = _filled(stops, int(count))
+    return ObstaclePath(
+        pattern=pattern,
+        margin=float(margin),
+        waypoints=plane.to_world(waypoints),
+        controls=plane.to_world(pieces),
+    )
+
+
+def path_lengths(
+    start: ArrayLike, end: ArrayLike, obstacle: Section, margin: float
+) -> dict[Pattern, float]:
+    """Length of each pattern's path between the same ends [m]; errors as :func:`obstacle_path`."""
+    enough = 40  # the number of waypoints does not change the path
+    return {
+        pattern: obstacle_path(start, end, obstacle, margin, pattern=pattern, count=enough).length
+        for pattern in PATTERNS
+    }
+
+
+def least_clearance(
+    flown: Flown, obstacle: Section, tolerance: float = CLEARANCE_TOLERANCE
+) -> Clearance:
+    """Least distance between a flown curve and an obstacle, at all times and not only at samples.
+
+    No foot is faster than ``flown.speeds``, so it stays within half a piece's duration times that
+    of the piece's middle. Pieces that may hold the least distance are halved until what is proven
+    and what was seen differ by ``tolerance``.
+
+    Args:
+        flown: the curve.
+        obstacle: what it may come near to.
+        tolerance: at least 1e-6 [m].
+
+    Raises:
+        InputError: the tolerance is finer.
+        SolverError: that takes more than two million looks.
+    """
+    if not tolerance >= _FINEST:
+        raise InputError(f"tolerance must be at least {_FINEST:g} m, got {tolerance!r}")
+    starts, lengths = flown.times[:-1].copy(), np.diff(flown.times)
+    speeds = flown.speeds
+    seen, when, proven, looks = np.inf, 0.0, np.inf, 0
+    while starts.size:
+        middles = starts + lengths / 2.0
+        distances = obstacle.distance(flown.place(middles))
+        looks += len(middles)
+        nearest = int(distances.argmin())
+        if distances[nearest] < seen:
+            seen, when = float(distances[nearest]), float(middles[nearest])
+        bounds = distances - speeds * lengths / 2.0
+        open_ = bounds < seen - tolerance
+        proven = min(proven, float(bounds[~open_].min(initial=np.inf)))
+        if looks > _LOOKS or not np.isfinite(distances).all():
+            raise SolverError(f"the clearance of a flown curve was not found within {looks} looks")
+        starts, lengths, speeds = starts[open_], lengths[open_] / 2.0, speeds[open_]
+        starts, lengths, speeds = (
+            np.concatenate([starts, starts + lengths]), np.tile(lengths, 2), np.tile(speeds, 2),
+        )  # fmt: skip
+    return Clearance(min(proven, seen), seen, when)
+
+
+F = TypeVar("F", bound=Flown)
+
+
+def clear_path(
+    fly: Callable[[FloatArray], F],
+    start: ArrayLike,
+    end: ArrayLike,
+    obstacle: Section,
+    margin: float,
+    *,
+    pattern: Pattern = "parabola",
+    count: int = PAPER_COUNT,
+) -> tuple[ObstaclePath, F, Clearance]:
+    """A path whose *flown* curve keeps ``margin`` from the obstacle at every instant.
+
+    Where the curve through the waypoints cuts into the margin, the path is laid farther out by as
+    much, and given more waypoints where that is not enough or there is no room.
+
+    Args:
+        fly: makes the flown curve from waypoints ``(n, 3)`` [m].
+        start, end, obstacle, margin, pattern, count: as in :func:`obstacle_path`.
+
+    Returns:
+        The path, the curve flown through its waypoints, and its clearance from the obstacle
+        swollen by ``margin``: proven to be at least 0.
+
+    Raises:
+        InputError: as :func:`obstacle_path`, an end is within 0.1 mm of the margin, and whatever
+            ``fly`` raises.
+        SolverError: no path was found within 8 rounds.
+    """
+    room = _Plane.between(start, end, obstacle, margin).room
+    if room < LEAST_ROOM:
+        raise InputError(
+            f"start and end stand {room:.2g} m beyond the margin of {margin:g} m beside the "
+            f"obstacle, and need {LEAST_ROOM:g} m; stand farther away or lessen the margin"
+        )
+    keep_out = obstacle.inflated(margin)
+    extra, clearance = 0.0, Clearance(-np.inf, -np.inf, 0.0)
+    for attempt in range(_ROUNDS):
+        path = obstacle_path(start, end, obstacle, margin + extra, pattern=pattern, count=count)
+        flown = fly(path.waypoints)
+        clearance = least_clearance(flown, keep_out)
+        if clearance.proven < 0.0 and clearance.seen > 2.0 * _FINEST:
+            clearance = least_clearance(flown, keep_out, clearance.seen / 2.0)
+        if clearance.proven >= 0.0:
+            return path, flown, clearance
+        wanted = extra - 1.1 * clearance.proven
+        if wanted > room or attempt % 2:
+            count = min(count + _MORE_WAYPOINTS, MOST_WAYPOINTS)
+        extra = min(wanted, room)
+    raise SolverError(
+        f"the curve flown over the obstacle comes up to {-clearance.proven:.2g} m into its margin "
+        f"of {margin:g} m at {clearance.time:.3g} s, after {_ROUNDS} rounds with up to {count} "
+        "waypoints; stand farther from the obstacle, or lessen the margin"
+    )
+
+
+class _Plane(NamedTuple):
+    """The upright plane of a swing over an obstacle, seen so that the foot goes to the right."""
+
+    obstacle: Section
+    sense: float
+    start: FloatArray
+    end: FloatArray
+    side: tuple[float, float]
+    core: FloatArray
+    radius: float
+
+    @classmethod
+    def between(cls, start: ArrayLike, end: ArrayLike, obstacle: Section, margin: float) -> _Plane:
+        """The plane of a swing, when both ends are beside the obstacle and its margin."""
+        try:
+            ends = np.array([start, end], dtype=np.float64)
+        except (TypeError, ValueError):
+            ends = np.empty(0)
+        if ends.shape != (2, 3) or not np.isfinite(ends).all():
+            raise InputError(
+                f"start and end must be three finite numbers each, got {start!r}, {end!r}"
+            )
+        if not (isinstance(margin, Real) and 0.0 < margin < np.inf):
+            raise InputError(f"margin must be a positive length in metres, got {margin!r}")
+        local = obstacle.to_local(ends)
+        sense = 1.0 if local[1, 0] >= local[0, 0] else -1.0
+        core = np.array(obstacle.core) * [sense, 1.0]
+        flat = local[:, [0, 2]] * [sense, 1.0]
+        side = float(local[0, 1]), float(local[1, 1])
+        radius = obstacle.rounding + margin
+        plane = cls(obstacle, sense, flat[0], flat[1], side, core, radius)
+        if plane.room < -_SAME:
+            raise InputError(
+                f"start and end are {core[:, 0].min() - flat[0, 0]:.4g} and "
+                f"{flat[1, 0] - core[:, 0].max():.4g} m beside the obstacle's core, and need "
+                f"{radius:.4g} m (its rounding and the margin) each, on opposite sides of it; "
+                "stand farther away or lessen the margin"
+            )
+        return plane
+
+    @property
+    def room(self) -> float:
+        """By how much the margin may grow before an end stands in it [m]."""
+        before = self.core[:, 0].min() - self.start[0]
+        after = self.end[0] - self.core[:, 0].max()
+        return float(min(before, after)) - self.radius
+
+    def to_world(self, points: FloatArray) -> FloatArray:
+        """Points ``(..., 2)`` of the plane in the world ``(..., 3)``."""
+        share = (points[..., 0] - self.start[0]) / (self.end[0] - self.start[0])
+        y = self.side[0] + share * (self.side[1] - self.side[0])
+        local = np.stack([self.sense * points[..., 0], y, points[..., 1]], axis=-1)
+        return self.obstacle.to_world(local)
+
+
+def _laid_out(
+    plane: _Plane, corners: list[Corner], *, rounded: bool
+) -> tuple[list[tuple[FloatArray, bool]], FloatArray]:
+    """Stops, each with whether the way to it is straight and long; and the pieces ``(P, 3, 2)``."""
+    stops: list[tuple[FloatArray, bool]] = [(plane.start, False)]
+    pieces: list[FloatArray] = []
+
+    def straight_to(point: FloatArray, *, open_: bool) -> None:
+        here = stops[-1][0]
+        if np.hypot(*(point - here)) > _SAME:
+            stops.append((point, open_))
+            pieces.append(np.array([here, (here + point) / 2.0, point]))
+
+    for corner in corners:
+        straight_to(corner.before, open_=True)
+        if rounded and np.hypot(*(corner.after - corner.before)) > _SAME:
+            middle = (corner.before + 2.0 * corner.tip + corner.after) / 4.0
+            stops += [(middle, False), (corner.after, False)]
+            pieces.append(np.array(corner))
+        else:
+            straight_to(corner.tip, open_=False)
+            straight_to(corner.after, open_=False)
+    straight_to(plane.end, open_=True)
+    # Where the first or last straight piece was too short to keep, the corner is at the end.
+    stops[-1] = (plane.end, stops[-1][1])
+    pieces[0][0], pieces[-1][2] = plane.start, plane.end
+    return stops, np.array(pieces)
+
+
+def _filled(stops: list[tuple[FloatArray, bool]], count: int) -> FloatArray:
+    """``count`` waypoints ``(count, 2)``: the stops, and more on the straight ways between."""
+    places = np.array([p for p, _ in stops])
+    lengths = np.linalg.norm(np.diff(places, axis=0), axis=1)
+    lengths[[not open_ for _, open_ in stops[1:]]] = 0.0
+    added, left = np.zeros(len(lengths), dtype=int), count - len(stops)
+    while left > 0:
+        spacing = lengths / (added + 1)
+        widest = np.flatnonzero(spacing > spacing.max() - _SAME)
+        if len(widest) > left:
+            # One for both flanks of a symmetric path belongs in the middle of it.
+            rest = np.delete(spacing, widest)
+            other = np.flatnonzero(spacing == rest.max(initial=0.0))
+            widest = (other if rest.max(initial=0.0) > 0.0 else widest)[:1]
+        added[widest] += 1
+        left -= len(widest)
+    parts = [places[:1]]
+    for here, there, more in zip(places[:-1], places[1:], added, strict=True):
+        parts.append(np.linspace(here, there, more + 2)[1:])
+    return np.concatenate(parts)
+
+
+_SHAPES = {
+    "box": box_path_corners,
+    "trapezoid": trapezoid_corners,
+    "parabola": parabola_corners,
+}
