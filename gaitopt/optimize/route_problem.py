@@ -1,0 +1,341 @@
+"""The time-optimal route as one smooth problem whose matrices are banded.
+
+Unknowns are poses at knots and the times ``h`` between them; minimise the sum of all ``h``. Between
+two knots every joint keeps its velocity limit, ``|q(k+1) - q(k)| <= w h``: the path's length in the
+norm ``max |dq| / w`` (``docs/theory.md``), written so that it is smooth. All else are inequalities
+at single knots: joint position limits, and rows that are linear or separable quadratics of a pose.
+There are no equalities: what is fixed is no unknown.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from gaitopt.conventions import FloatArray
+from gaitopt.optimize.route_legs import RouteLegs
+
+JOINTS = 12
+
+
+class Rows(NamedTuple):
+    """Inequalities ``offset + linear . y + sum(square * y**2) / 2 >= 0`` on single poses ``y``.
+
+    Attributes:
+        knot: the pose that each row looks at ``(M,)``, ascending.
+        linear, square: ``(M, 9)``.
+        offset: ``(M,)``.
+    """
+
+    knot: np.ndarray
+    linear: FloatArray
+    square: FloatArray
+    offset: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class RouteProblem:
+    """A time-optimal route problem.
+
+    Attributes:
+        legs: constants of the robot's legs.
+        feet: where the feet stand at each knot ``(K, 4, 3)`` [m].
+        swing: 1 for the leg whose foot is part of the pose ``(K, 4)``.
+        poses: values of all poses ``(K, 9)``; those that are unknowns serve as a first guess.
+        unknown: number of each entry among the poses' unknowns ``(K, 9)``, -1 where it is fixed;
+            ascending from knot to knot. Knots may share unknowns.
+        rows: inequalities on single poses.
+        bounded: which position limits are looked at, low and high ``(2, 12)``.
+    """
+
+    legs: RouteLegs
+    feet: FloatArray
+    swing: FloatArray
+    poses: FloatArray
+    unknown: np.ndarray
+    rows: Rows
+    bounded: np.ndarray
+    evenness: float = 1.0
+
+    @property
+    def knots(self) -> int:
+        """Number of knots ``K``."""
+        return len(self.poses)
+
+    @cached_property
+    def rates(self) -> FloatArray:
+        """Velocity limits of all joints ``(12,)`` [rad/s]."""
+        return np.asarray(self.legs.rates.reshape(JOINTS))
+
+    @cached_property
+    def columns(self) -> np.ndarray:
+        """The pose's entries that are unknown at any knot."""
+        return np.flatnonzero((self.unknown >= 0).any(axis=0))
+
+    @cached_property
+    def numbering(self) -> tuple[np.ndarray, np.ndarray, int]:
+        """Places of poses ``(K, nc)`` and times ``(K - 1,)`` in the vector of unknowns; its size.
+
+        Times are put between the poses that they separate, so that matrices are banded.
+        """
+        poses = self.unknown[:, self.columns]
+        latest = np.maximum.accumulate(poses.max(axis=1, initial=-1))
+        times = latest[:-1] + 1 + np.arange(self.knots - 1)
+        count = int(poses.max(initial=-1)) + 1
+        # An unknown pose moves back by the number of times that stand before it.
+        before = np.searchsorted(latest[:-1], np.arange(count), side="left")
+        placed = np.where(poses >= 0, poses + before[np.maximum(poses, 0)], -1)
+        return placed, times, count + self.knots - 1
+
+    @cached_property
+    def fixed_knots(self) -> int:
+        """Number of leading knots without unknowns, at which nothing is to be decided."""
+        free = (self.unknown >= 0).any(axis=1)
+        return int(np.argmax(free)) if free.any() else self.knots
+
+    def start(self) -> FloatArray:
+        """The first guess as a vector of unknowns, with times a little longer than needed."""
+        return self.pack(self.poses, 1.1 * self.needed(self.poses) + 1e-2)
+
+    def needed(self, poses: FloatArray) -> FloatArray:
+        """The least time between each two of ``poses (K, 9)`` ``(K - 1,)`` [s]."""
+        joints = self.legs.joints(poses, self.feet, self.swing).reshape(-1, JOINTS)
+        return np.asarray((np.abs(np.diff(joints, axis=0)) / self.rates).max(axis=1))
+
+    def worst_knots(self, x: FloatArray, duals: FloatArray, count: int = 3) -> np.ndarray:
+        """The knots at which the Lagrangian's gradient is largest ``(count,)``."""
+        placed, at, _ = self.numbering
+        slope = np.abs(self.cost + self.even * x - self.linearised(x).pull(duals))
+        by_knot = np.where(placed >= 0, slope[np.maximum(placed, 0)], 0.0).max(axis=1)
+        by_knot[1:] = np.maximum(by_knot[1:], slope[at])
+        return np.argsort(-by_knot)[:count]
+
+    def pack(self, poses: FloatArray, times: FloatArray) -> FloatArray:
+        """The vector of unknowns of given poses and times."""
+        placed, at, size = self.numbering
+        x = np.zeros(size)
+        mine = placed >= 0
+        x[placed[mine]] = poses[:, self.columns][mine]
+        x[at] = times
+        return x
+
+    def unpack(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Poses ``(K, 9)`` and times ``(K - 1,)`` of a vector of unknowns."""
+        placed, at, _ = self.numbering
+        poses = self.poses.copy()
+        poses[:, self.columns] = np.where(
+            placed >= 0, x[np.maximum(placed, 0)], poses[:, self.columns]
+        )
+        return poses, x[at]
+
+    @cached_property
+    def cost(self) -> FloatArray:
+        """Gradient of the sum of all times."""
+        _, at, size = self.numbering
+        out = np.zeros(size)
+        out[at] = 1.0
+        return out
+
+    @cached_property
+    def even(self) -> FloatArray:
+        """Diagonal of the small quadratic term that keeps knots apart, in the times only."""
+        return self.cost * self.evenness
+
+    def values(self, x: FloatArray) -> FloatArray:
+        """All inequalities, which must not be negative; NaN where a foot is out of reach."""
+        poses, times = self.unpack(x)
+        joints = self.legs.joints(poses, self.feet, self.swing).reshape(-1, JOINTS)
+        return self._values(poses, times, joints)
+
+    def _values(self, poses: FloatArray, times: FloatArray, joints: FloatArray) -> FloatArray:
+        turn, room = np.diff(joints, axis=0), self.rates * times[:, None]
+        late = joints[self.fixed_knots :]
+        low, high = self.bounded
+        y = poses[self.rows.knot]
+        single = self.rows.offset + ((self.rows.linear + self.rows.square * y / 2.0) * y).sum(1)
+        return np.concatenate([
+            (room - turn).ravel(), (room + turn).ravel(),
+            (late - self.legs.low.ravel())[:, low].ravel(),
+            (self.legs.high.ravel() - late)[:, high].ravel(), single,
+        ])  # fmt: skip
+
+    @property
+    def settled(self) -> int:
+        """How many of the first inequalities can be met by giving intervals more time."""
+        return 2 * (self.knots - 1) * JOINTS
+
+    def settle(
+        self, x: FloatArray, values: FloatArray, slack: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Give intervals just so much more time that velocity limits keep their ``slack``.
+
+        Args:
+            x: unknowns.
+            values: of all inequalities at ``x``.
+            slack: what the velocity limits are to keep.
+
+        Returns:
+            Unknowns and values with the longer times.
+        """
+        count = self.settled
+        short = np.maximum(slack[:count] - values[:count], 0.0).reshape(2, -1, JOINTS)
+        more = (short.max(axis=0) / self.rates).max(axis=1)
+        out, after = x.copy(), values.copy()
+        out[self.numbering[1]] += more
+        after[:count] += np.tile((more[:, None] * self.rates).ravel(), 2)
+        return out, after
+
+    def linearised(self, x: FloatArray) -> Linearised:
+        """Values and derivatives at ``x``."""
+        return Linearised(self, x)
+
+    @cached_property
+    def band(self) -> Band:
+        """Where the blocks of each interval go in the banded matrix."""
+        placed, at, size = self.numbering
+        return Band.of(np.concatenate([placed[:-1], at[:, None], placed[1:]], axis=1), size)
+
+
+class Band(NamedTuple):
+    """Scatters blocks of intervals into the lower band of a symmetric matrix.
+
+    Attributes:
+        source: entries of the flattened blocks that are used.
+        target: their places in the flattened band.
+        shape: of the band, ``(width, size)``.
+        where: unknown of each row of each block ``(K - 1, b)``, -1 where there is none.
+    """
+
+    source: np.ndarray
+    target: np.ndarray
+    shape: tuple[int, int]
+    where: np.ndarray
+
+    @classmethod
+    def of(cls, where: np.ndarray, size: int) -> Band:
+        """From the unknowns that each block's rows belong to."""
+        row, column = where[:, :, None], where[:, None, :]
+        used = (row >= column) & (column >= 0)
+        source = np.flatnonzero(used)
+        down = np.broadcast_to(row - column, used.shape).reshape(-1)[source]
+        across = np.broadcast_to(column, used.shape).reshape(-1)[source]
+        width = int(down.max(initial=0)) + 1
+        return cls(source, down * size + across, (width, size), where)
+
+    def matrix(self, blocks: FloatArray) -> FloatArray:
+        """Sum of ``blocks (K - 1, b, b)`` in LAPACK's lower banded form ``(width, size)``."""
+        flat = np.bincount(
+            self.target, blocks.reshape(-1)[self.source], minlength=self.shape[0] * self.shape[1]
+        )
+        return np.asarray(flat.reshape(self.shape))
+
+
+class Linearised:
+    """A problem's values and derivatives at one point.
+
+    Attributes:
+        values: all inequalities ``(m,)``.
+    """
+
+    def __init__(self, problem: RouteProblem, x: FloatArray) -> None:
+        self._problem = problem
+        self._poses, times = problem.unpack(x)
+        self._bent = problem.legs.bend(self._poses, problem.feet, problem.swing)
+        joints = self._bent.joints.reshape(-1, JOINTS)
+        self.values = problem._values(self._poses, times, joints)
+        self._slopes = self._bent.gradients()[:, :, problem.columns]
+        rows = problem.rows
+        self._rows = (rows.linear + rows.square * self._poses[rows.knot])[:, problem.columns]
+
+    def _split(self, v: FloatArray) -> tuple[FloatArray, ...]:
+        """Parts of a vector over inequalities: up, down, low, high, rows."""
+        p = self._problem
+        late = p.knots - p.fixed_knots
+        spans = (p.knots - 1) * JOINTS
+        low, high = (int(b.sum()) * late for b in p.bounded)
+        up, down, below, above, rows = np.split(v, np.cumsum([spans, spans, low, high]))
+        return (up.reshape(-1, JOINTS), down.reshape(-1, JOINTS),
+                below.reshape(late, -1), above.reshape(late, -1), rows)  # fmt: skip
+
+    def _on_joints(self, v: FloatArray) -> FloatArray:
+        """``sum of v * values`` as weights on the joints of every knot ``(K, 12)``."""
+        p = self._problem
+        up, down, below, above, _ = self._split(v)
+        out = np.zeros((p.knots, JOINTS))
+        out[1:] += down - up
+        out[:-1] -= down - up
+        out[p.fixed_knots :, p.bounded[0]] += below
+        out[p.fixed_knots :, p.bounded[1]] -= above
+        return out
+
+    def pull(self, v: FloatArray) -> FloatArray:
+        """Transposed Jacobian times ``v (m,)``."""
+        p = self._problem
+        up, down, _, _, rows = self._split(v)
+        on_poses = np.einsum("kj,kjc->kc", self._on_joints(v), self._slopes)
+        np.add.at(on_poses, p.rows.knot, rows[:, None] * self._rows)
+        placed, at, size = p.numbering
+        mine = placed >= 0
+        out = np.bincount(placed[mine], on_poses[mine], minlength=size)
+        out[at] += (up + down) @ p.rates
+        return np.asarray(out)
+
+    def push(self, dx: FloatArray) -> FloatArray:
+        """Jacobian times ``dx (n,)``."""
+        p = self._problem
+        placed, at, _ = p.numbering
+        moves = np.where(placed >= 0, dx[np.maximum(placed, 0)], 0.0)
+        joints = np.einsum("kjc,kc->kj", self._slopes, moves)
+        turn, room = np.diff(joints, axis=0), p.rates * dx[at][:, None]
+        late = joints[p.fixed_knots :]
+        return np.concatenate([
+            (room - turn).ravel(), (room + turn).ravel(), late[:, p.bounded[0]].ravel(),
+            -late[:, p.bounded[1]].ravel(), (self._rows * moves[p.rows.knot]).sum(axis=1),
+        ])  # fmt: skip
+
+    def normal(self, scale: FloatArray, duals: FloatArray) -> FloatArray:
+        """``J' diag(scale) J`` minus the curvature of ``duals * values``, in banded form."""
+        p = self._problem
+        c = len(p.columns)
+        up, down, below, above, rows = self._split(scale)
+        slopes = self._slopes
+        sides = np.concatenate([-slopes[:-1], slopes[1:]], axis=2)
+        pair = np.swapaxes(sides, 1, 2) @ ((up + down)[:, :, None] * sides)
+        cross = np.einsum("kjc,kj->kc", sides, (down - up) * p.rates)
+        blocks = np.empty((p.knots - 1, 2 * c + 1, 2 * c + 1))
+        blocks[:, :c, :c], blocks[:, c + 1 :, c + 1 :] = pair[:, :c, :c], pair[:, c:, c:]
+        blocks[:, :c, c + 1 :], blocks[:, c + 1 :, :c] = pair[:, :c, c:], pair[:, c:, :c]
+        blocks[:, :c, c] = blocks[:, c, :c] = cross[:, :c]
+        blocks[:, c + 1 :, c] = blocks[:, c, c + 1 :] = cross[:, c:]
+        blocks[:, c, c] = (up + down) @ p.rates**2
+        single = self._single(below, above, rows, duals)
+        blocks[:, :c, :c] += single[:-1]
+        blocks[-1, c + 1 :, c + 1 :] += single[-1]
+        return p.band.matrix(blocks)
+
+    def _single(
+        self,
+        below: FloatArray,
+        above: FloatArray,
+        rows: FloatArray,
+        duals: FloatArray,
+    ) -> FloatArray:
+        """What single knots add to the matrix ``(K, c, c)``."""
+        p = self._problem
+        weights = self._on_joints(duals).reshape(-1, 4, 3)
+        out = -p.legs.curvature(self._bent, weights)[:, p.columns][:, :, p.columns]
+        bow = self._split(duals)[4][:, None] * p.rows.square[:, p.columns]
+        bend = np.zeros((p.knots, len(p.columns)))
+        np.add.at(bend, p.rows.knot, bow)
+        out[:, range(len(p.columns)), range(len(p.columns))] -= bend
+        stiff = np.zeros((p.knots, JOINTS))
+        stiff[p.fixed_knots :, p.bounded[0]] += below
+        stiff[p.fixed_knots :, p.bounded[1]] += above
+        if p.bounded.any():
+            out += np.swapaxes(self._slopes, 1, 2) @ (stiff[:, :, None] * self._slopes)
+        outer = (rows[:, None] * self._rows)[:, :, None] * self._rows[:, None, :]
+        np.add.at(out, p.rows.knot, outer)
+        return np.asarray(out)

@@ -1,0 +1,213 @@
+"""The smooth motion of a dynamic route, and what it asks of joints and ground.
+
+Body centre, orientation and flying feet are quadratic B-splines in time, with the poses at knots as
+control points: piecewise parabolas, whose velocity is continuous and whose acceleration is constant
+on each span. Joints follow by inverse kinematics, so standing feet stand.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from gaitopt.conventions import LEGS, FloatArray, rotation_z
+from gaitopt.optimize.route_legs import BODY, FOOT, TURN, RouteLegs
+from gaitopt.planning.path import MotionPath
+from gaitopt.planning.route_assembly import base_poses
+from gaitopt.planning.route_knots import RouteKnots
+from gaitopt.planning.smooth_path import smooth_path
+from gaitopt.robots.quadruped import Quadruped
+from gaitopt.robots.rotations import rpy_to_matrix
+from gaitopt.stability.margins import static_stability_margin
+from gaitopt.stability.zmp import point_mass_zmp
+
+SLIP_TOLERANCE = 1e-5
+"""Most that a standing foot may wander between knots of the path [m]."""
+SAMPLES = 7
+"""Samples of each span at which a motion is judged."""
+_STEP = 2e-4
+
+
+@dataclass(frozen=True, eq=False)
+class RouteMotion:
+    """A smooth motion; all but the robot's base is in the heading frame.
+
+    Attributes:
+        robot, heading: of the walk.
+        legs: constants of the legs.
+        knots: who flies when. The foot that lifts off at a knot flies from the beginning of that
+            knot's span, and the one that lands at a knot until the end of its span.
+        poses: control points ``(K, 9)``.
+        spans: length of every knot's span ``(K,)`` [s].
+    """
+
+    robot: Quadruped
+    heading: float
+    legs: RouteLegs
+    knots: RouteKnots
+    poses: FloatArray
+    spans: FloatArray
+
+    def slower(self, stretch: float) -> RouteMotion:
+        """The same motion in ``stretch`` times the time."""
+        return replace(self, spans=self.spans * stretch)
+
+    @cached_property
+    def times(self) -> FloatArray:
+        """Begin of every span, and the end ``(K + 1,)`` [s]."""
+        return np.concatenate([[0.0], np.cumsum(self.spans)])
+
+    @cached_property
+    def flying(self) -> tuple[np.ndarray, np.ndarray]:
+        """Whether a foot flies on each span ``(K,)``, and the leg that does, or will."""
+        flies, leg = np.zeros(len(self.spans), dtype=bool), np.zeros(len(self.spans), dtype=int)
+        for a, b in zip(self.knots.ends[1::2].tolist(), self.knots.ends[2::2].tolist(),
+                        strict=True):  # fmt: skip
+            flies[a : b + 1], leg[a : b + 1] = True, self.knots.leg[a]
+        return flies, leg
+
+    @cached_property
+    def pieces(self) -> FloatArray:
+        """Parabolas of all pose entries on every span ``(3, K, 9)``, highest power first."""
+        _, leg = self.flying
+        feet = np.where(self.knots.flying[..., None] > 0, self.poses[:, None, FOOT],
+                        self.knots.feet)  # fmt: skip
+        body, foot = _parabolas(self.poses[:, :6], self.spans), _parabolas(feet, self.spans)
+        return np.concatenate([body, foot[:, np.arange(len(leg)), leg]], axis=2)
+
+    def pose(self, times: FloatArray, span: np.ndarray, order: int = 0) -> FloatArray:
+        """Poses, or their derivatives, by the parabolas of given spans ``(N, 9)``."""
+        t = (times - self.times[span])[:, None]
+        a, b, c = self.pieces[:, span]
+        if order == 0:
+            return np.asarray((a * t + b) * t + c)
+        return np.asarray(2.0 * a * t + b if order == 1 else 2.0 * a)
+
+    def joints(self, times: FloatArray, interval: np.ndarray) -> FloatArray:
+        """Joint angles leg by leg ``(N, 12)``."""
+        flies, leg = self.flying
+        flying = np.zeros((len(times), 4))
+        flying[np.arange(len(times)), leg[interval]] = flies[interval]
+        poses = self.pose(times, interval)
+        return self.legs.joints(poses, self.knots.feet[interval], flying).reshape(-1, 12)
+
+    def interval(self, times: FloatArray) -> np.ndarray:
+        """The span that each time lies in."""
+        found = np.searchsorted(self.times, times, side="right") - 1
+        return np.clip(found, 0, len(self.spans) - 1)
+
+    def _values(self, times: FloatArray, interval: np.ndarray) -> FloatArray:
+        """Columns of a path ``(N, 6 + nj)``."""
+        poses = self.pose(times, interval)
+        out = np.empty((len(times), 6 + len(self.robot.joint_names)))
+        out[:, :6] = base_poses(self.robot, self.heading, poses[:, BODY], poses[:, TURN])
+        out[:, 6:] = self.robot.neutral_joints()
+        columns = [6 + c for leg in LEGS for c in self.robot.leg_columns[leg]]
+        out[:, columns] = self.joints(times, interval)
+        return out
+
+    def path(self) -> MotionPath:
+        """The motion as a path.
+
+        Raises:
+            SolverError: standing feet do not stay in their places.
+        """
+
+        def state(
+            times: FloatArray, inner: FloatArray
+        ) -> tuple[FloatArray, FloatArray, FloatArray]:
+            interval = self.interval(inner)
+            return (self._values(times, interval),
+                    *_derivatives(lambda t: self._values(t, interval), inner))  # fmt: skip
+
+        return smooth_path(self.times, state, self._slip, SLIP_TOLERANCE)
+
+    def _slip(self, times: FloatArray, values: FloatArray) -> FloatArray:
+        """How far path values put standing feet from their places ``(N,)`` [m]."""
+        interval = self.interval(times)
+        turned = rpy_to_matrix(values[:, 3:6]) @ self.robot.body_axes
+        places = self.knots.feet[interval] @ rotation_z(self.heading).T
+        flies, leg_of = self.flying
+        slip = np.zeros(len(times))
+        for i, leg in enumerate(LEGS):
+            foot = self.robot.legs[leg].forward(
+                values[:, [6 + c for c in self.robot.leg_columns[leg]]]
+            )
+            away = values[:, :3] + np.einsum("nij,nj->ni", turned, foot) - places[:, i]
+            stands = ~(flies[interval] & (leg_of[interval] == i))
+            slip = np.where(stands, np.maximum(slip, np.linalg.norm(away, axis=1)), slip)
+        return slip
+
+    def samples(self) -> tuple[FloatArray, np.ndarray]:
+        """Times within all intervals ``(N,)``, :data:`SAMPLES` each, and the interval of each."""
+        share = np.linspace(0.0, 1.0, SAMPLES)
+        lengths = np.diff(self.times)[:, None]
+        times = self.times[:-1, None] + lengths * share
+        return times.ravel(), np.repeat(np.arange(len(lengths)), SAMPLES)
+
+    def use(self) -> tuple[FloatArray, FloatArray]:
+        """Largest joint velocities and accelerations at samples of each span.
+
+        Returns:
+            ``(K, 12)`` [rad/s] and ``(K, 12)`` [rad/s^2].
+        """
+        times, interval = self.samples()
+        found = _derivatives(lambda t: self.joints(t, interval), times)
+        rates, bends = (np.abs(f).reshape(-1, SAMPLES, 12).max(axis=1) for f in found)
+        return rates, bends
+
+    def margins(self, dynamic: bool, stretch: float = 1.0) -> FloatArray:
+        """Least margin at samples of each interval over the feet that stand ``(K - 1,)`` [m].
+
+        Args:
+            dynamic: of the zero moment point of a point mass at the body centre, above the mean
+                height of the standing feet; else of the body centre's projection.
+            stretch: judge the motion as if it took this much longer.
+        """
+        times, interval = self.samples()
+        centre = self.pose(times, interval)[:, BODY]
+        feet = self.knots.feet[interval]
+        swings, leg = (part[interval] for part in self.flying)
+        out = np.empty(len(times))
+        point = centre[:, :2]
+        if dynamic:
+            pull = self.pose(times, interval, 2)[:, BODY] / stretch**2
+            stands = ~(swings[:, None] & (np.arange(4) == leg[:, None]))
+            ground = (feet[..., 2] * stands).sum(axis=1) / stands.sum(axis=1)
+            point = point_mass_zmp(centre, pull, ground)
+        for i in range(4):
+            mine = swings & (leg == i)
+            others = [j for j in range(4) if j != i]
+            out[mine] = static_stability_margin(feet[mine][:, others], point[mine])
+        out[~swings] = static_stability_margin(feet[~swings], point[~swings])
+        return np.asarray(out.reshape(-1, SAMPLES).min(axis=1))
+
+
+def _parabolas(points: FloatArray, spans: FloatArray) -> FloatArray:
+    """Quadratic B-spline in powers of the time since each span's start ``(3, K, ...)``.
+
+    Args:
+        points: control points ``(K, ...)``; the first and the last count twice.
+        spans: ``(K,)`` [s].
+    """
+    shape = (-1,) + (1,) * (points.ndim - 1)
+    d = spans.reshape(shape)
+    speed = np.diff(points, axis=0) / ((d[1:] + d[:-1]) / 2.0)
+    rest = np.zeros_like(points[:1])
+    before, after = np.concatenate([rest, speed]), np.concatenate([speed, rest])
+    start = points - before * d / 2.0
+    return np.stack([(after - before) / (2.0 * d), before, start])
+
+
+def _derivatives(
+    values: Callable[[FloatArray], FloatArray], times: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """First and second derivatives of smooth ``values(times)``, to fourth order."""
+    h = _STEP
+    far = [values(times + k * h) for k in (-2, -1, 0, 1, 2)]
+    first = (far[0] - 8.0 * far[1] + 8.0 * far[3] - far[4]) / (12.0 * h)
+    second = (-far[0] + 16.0 * far[1] - 30.0 * far[2] + 16.0 * far[3] - far[4]) / (12.0 * h**2)
+    return first, second

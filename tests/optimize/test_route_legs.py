@@ -1,0 +1,82 @@
+"""Four legs at once, judged leg by leg and by differences."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import gaitopt
+from gaitopt import LEGS, Quadruped
+from gaitopt.optimize.route_legs import FOOT, TURN, RouteLegs, rotation, rotations
+from gaitopt.robots.rotations import rpy_to_matrix
+
+Array = NDArray[np.float64]
+ROBOTS = ["wang2020", "anymal", "a1"]
+
+
+def random_poses(robot: Quadruped, count: int) -> tuple[Array, Array, Array]:
+    """Poses near standing, the places of the feet, and who swings."""
+    rng = np.random.default_rng(7)
+    size = robot.standing_height
+    below = [leg.hip + leg.axes[:, 1] * leg.lateral for leg in robot.legs.values()]
+    feet = np.array(below) * [1, 1, 0] + 0.05 * size * rng.uniform(-1, 1, (count, 4, 3))
+    swing = np.eye(4)[rng.integers(0, 4, count)]
+    poses = np.zeros((count, 9))
+    poses[:, :3] = robot.centre * [1, 1, 0] + [0, 0, size]
+    poses[:, :6] += rng.uniform(-1, 1, (count, 6)) * [0.02, 0.02, 0.02, 0.2, 0.2, 0.2]
+    poses[:, FOOT] = (feet * swing[..., None]).sum(axis=1)
+    poses[:, 8] += 0.1 * size
+    return poses, feet, swing
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_angles_are_those_of_each_leg_s_inverse(name: str) -> None:
+    robot = gaitopt.load_robot(name)
+    poses, feet, swing = random_poses(robot, 20)
+    angles = RouteLegs.of(robot).joints(poses, feet, swing)
+    turned = rpy_to_matrix(poses[:, TURN])
+    for i, leg in enumerate(LEGS):
+        foot = np.where(swing[:, i, None] > 0, poses[:, FOOT], feet[:, i])
+        local = np.einsum("nij,ni->nj", turned, foot - poses[:, :3]) + robot.centre
+        assert angles[:, i] == pytest.approx(robot.legs[leg].inverse(local), abs=1e-12)
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_gradients_and_curvature_are_those_of_differences(name: str) -> None:
+    robot = gaitopt.load_robot(name)
+    legs = RouteLegs.of(robot)
+    poses, feet, swing = random_poses(robot, 8)
+    bent = legs.bend(poses, feet, swing)
+    weights = np.random.default_rng(1).normal(size=(8, 4, 3))
+    curvature = legs.curvature(bent, weights)
+    step = 1e-6
+    for i in range(9):
+        moved = [legs.bend(poses + s * step * np.eye(9)[i], feet, swing) for s in (1, -1)]
+        slope = (moved[0].joints - moved[1].joints).reshape(8, 12) / (2 * step)
+        assert bent.gradients()[:, :, i] == pytest.approx(slope, abs=1e-7)
+        pulled = [np.einsum("kj,kjc->kc", weights.reshape(8, 12), m.gradients()) for m in moved]
+        assert curvature[:, i] == pytest.approx((pulled[0] - pulled[1]) / (2 * step), abs=1e-6)
+
+
+def test_the_slopes_are_the_inverse_of_the_jacobian(wang: Quadruped) -> None:
+    poses, feet, swing = random_poses(wang, 10)
+    bent = RouteLegs.of(wang).bend(poses, feet, swing)
+    for i, leg in enumerate(LEGS):
+        product = bent.slopes[:, i] @ wang.legs[leg].jacobian(bent.joints[:, i])
+        assert product == pytest.approx(np.broadcast_to(np.eye(3), (10, 3, 3)), abs=1e-12)
+
+
+def test_rotations_are_roll_pitch_yaw_and_their_derivatives() -> None:
+    angles = np.random.default_rng(0).uniform(-1, 1, (6, 3))
+    whole, first, second = rotations(angles)
+    assert whole == pytest.approx(rpy_to_matrix(angles), abs=1e-15)
+    assert rotation(angles) == pytest.approx(whole, abs=1e-15)
+    step, pairs = 1e-6, [(a, b) for a in range(3) for b in range(a, 3)]
+    for a in range(3):
+        ahead, behind = (rotations(angles + s * step * np.eye(3)[a]) for s in (1, -1))
+        assert first[a] == pytest.approx((ahead[0] - behind[0]) / (2 * step), abs=1e-9)
+        for k, (i, j) in enumerate(pairs):
+            if a == i:
+                slope = (ahead[1][j] - behind[1][j]) / (2 * step)
+                assert second[k] == pytest.approx(slope, abs=1e-9)

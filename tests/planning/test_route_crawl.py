@@ -1,0 +1,177 @@
+"""Time-optimal walks: certified, faster with every freedom, the same however they are turned."""
+
+from __future__ import annotations
+
+import pickle
+
+import numpy as np
+import pytest
+
+import gaitopt
+from gaitopt import LEGS, Footholds, InfeasibleStepError, InputError, Plan, Quadruped
+from gaitopt.planning.route_crawl import RouteError, plan_route
+from gaitopt.planning.route_settings import ROWS, RouteSettings
+
+
+@pytest.fixture(scope="module")
+def short() -> Footholds:
+    """Two cycles, eight steps."""
+    return gaitopt.s_columns(3, columns=3)
+
+
+@pytest.fixture(scope="module")
+def rows(wang: Quadruped, short: Footholds) -> dict[str, Plan]:
+    """The plan of every row over the same eight steps."""
+    return {row: plan_route(wang, short, row) for row in ROWS}
+
+
+STATIC_ROWS = [row for row in ROWS if row != "dynamic"]
+
+
+def mirrored(footholds: Footholds) -> Footholds:
+    """Left and right exchanged."""
+    other = {"LF": "RF", "LH": "RH", "RH": "LH", "RF": "LF"}
+    return Footholds({leg: footholds[other[leg]] * [1, -1, 1] for leg in LEGS}, footholds.radius)
+
+
+@pytest.mark.parametrize("row", list(ROWS))
+def test_every_row_is_certified(rows: dict[str, Plan], row: str) -> None:
+    gaitopt.verify(rows[row]).raise_for_violations()
+
+
+def test_each_freedom_makes_the_walk_faster(rows: dict[str, Plan], short_plan: Plan) -> None:
+    times = [short_plan.duration, *(rows[row].duration for row in STATIC_ROWS)]
+    assert np.all(np.diff(times) < 0)
+    gains = times[0] / np.array(times)
+    assert gains[3] > 1.8 and gains[4] > 2.7 and gains[5] > 4.5
+
+
+def test_at_every_instant_a_joint_runs_at_its_limit(rows: dict[str, Plan]) -> None:
+    for plan in (rows[row] for row in STATIC_ROWS):
+        use = np.abs(plan.path.coefficients[0][:, 6:]) / plan.robot.velocity_limits
+        assert use.max(axis=1) == pytest.approx(1.0, abs=1e-9)
+
+
+def test_what_is_not_free_stays(rows: dict[str, Plan]) -> None:
+    """Height and orientation are fixed in the first rows, and the body still in the first."""
+    for row in ("route", "overlap", "swing"):
+        body = rows[row].path.knots()[:, :6]
+        assert np.ptp(body[:, 2:], axis=0).max() < 1e-12
+    assert np.ptp(rows["height"].path.knots()[:, 2]) > 0.01
+    assert np.ptp(rows["height"].path.knots()[:, 3:6], axis=0).max() < 1e-12
+    for phase in rows["route"].phases:
+        if phase.kind == "swing":
+            assert phase.cog_end == pytest.approx(phase.cog_start, abs=1e-12)
+
+
+def test_free_feet_keep_their_clearance(rows: dict[str, Plan], short: Footholds) -> None:
+    """Outside the columns' radius 20 mm above the higher column, at sampled instants."""
+    assert short.radius is not None
+    for row in ("swing", "height", "posture"):
+        plan = rows[row]
+        motion = plan.at(np.linspace(0.0, plan.duration, 4000))
+        for phase in plan.phases:
+            if phase.kind == "swing":
+                inside = (motion.t > phase.start) & (motion.t < phase.end)
+                foot = motion.feet[inside, LEGS.index(phase.leg)]
+                ends = np.stack([phase.foot_start, phase.foot_end])
+                away = np.linalg.norm(foot[:, None, :2] - ends[:, :2], axis=2).min(axis=1)
+                high = foot[away > short.radius, 2] - ends[:, 2].max()
+                assert high.min(initial=np.inf) >= 0.02
+        assert float(plan.info["clearance"]) >= 0.02
+
+
+def test_time_does_not_depend_on_how_the_walk_is_turned(wang: Quadruped, short: Footholds) -> None:
+    turn = 0.7
+    matrix = np.array(
+        [[np.cos(turn), np.sin(turn), 0], [-np.sin(turn), np.cos(turn), 0], [0, 0, 1]]
+    )
+    turned = Footholds({leg: short[leg] @ matrix + [5.0, -3.0, 0.2] for leg in LEGS}, short.radius)
+    straight = plan_route(wang, short, "posture")
+    plan = plan_route(wang, turned, "posture", heading=turn)
+    assert plan.duration == pytest.approx(straight.duration, rel=1e-3)
+    gaitopt.verify(plan, collisions=False).raise_for_violations()
+
+
+def test_left_and_right_are_alike(wang: Quadruped, short: Footholds) -> None:
+    one = plan_route(wang, short, "height")
+    other = plan_route(wang, mirrored(short), "height", sequence=("LH", "LF", "RH", "RF"))
+    assert other.duration == pytest.approx(one.duration, rel=2e-3)
+
+
+def test_a_larger_margin_takes_longer_and_is_kept(wang: Quadruped, short: Footholds) -> None:
+    plans = [plan_route(wang, short, "height", stability_margin=s) for s in (0.0, 0.02, 0.04)]
+    assert np.all(np.diff([p.duration for p in plans]) > 0)
+    for plan in plans:
+        assert plan.margin >= plan.settings.stability_margin
+
+
+def test_a_horizon_loses_little(wang: Quadruped) -> None:
+    footholds = gaitopt.s_columns(1, columns=6)
+    whole = plan_route(wang, footholds, "swing")
+    plan = plan_route(wang, footholds, "swing", horizon=8)
+    gaitopt.verify(plan, collisions=False).raise_for_violations()
+    assert plan.duration < 1.02 * whole.duration
+
+
+@pytest.mark.parametrize("name", ["anymal", "a1"])
+def test_other_robots_walk_too(name: str) -> None:
+    from gaitopt.studies.terrains import s_columns_for
+
+    robot = gaitopt.load_robot(name)
+    footholds, height = s_columns_for(robot, 0, columns=3), robot.standing_height
+    paper = gaitopt.plan_crawl(robot, footholds, body_height=height)
+    plan = plan_route(robot, footholds, "height", body_height=height)
+    gaitopt.verify(plan).raise_for_violations()
+    assert plan.duration < paper.duration / 2.0
+
+
+def test_uneven_columns(wang: Quadruped) -> None:
+    footholds = gaitopt.s_columns(4, columns=3, height_jitter=0.03)
+    gaitopt.verify(plan_route(wang, footholds, "posture")).raise_for_violations()
+
+
+def test_standing_still_is_a_plan(wang: Quadruped) -> None:
+    plan = plan_route(wang, gaitopt.s_columns(0, columns=1))
+    assert plan.duration == 0.0 and plan.phases == ()
+
+
+def test_no_convergence_is_no_plan(wang: Quadruped, short: Footholds) -> None:
+    """The error names steps, offers the per-phase walk and keeps the solver's report."""
+    with pytest.raises(RouteError, match=r"did not converge.*at steps [0-7]") as caught:
+        plan_route(wang, short, "swing", iterations=4)
+    error = caught.value
+    assert error.steps and all(0 <= s < 8 for s in error.steps)
+    assert error.plan is not None
+    gaitopt.verify(error.plan, collisions=False).raise_for_violations()
+    assert len(error.report.splitlines()) == 4
+    copy = pickle.loads(pickle.dumps(error))
+    assert (str(copy), copy.steps, copy.report) == (str(error), error.steps, error.report)
+
+
+def test_an_impossible_margin_names_the_step(wang: Quadruped, short: Footholds) -> None:
+    with pytest.raises(InfeasibleStepError, match="margin"):
+        plan_route(wang, short, stability_margin=0.2)
+
+
+def test_bad_settings_are_refused(wang: Quadruped, short: Footholds) -> None:
+    with pytest.raises(InputError, match="free must be one of route, overlap"):
+        plan_route(wang, short, "fast")
+    with pytest.raises(InputError, match="free names 'wings'"):
+        plan_route(wang, short, ["overlap", "wings"])
+    with pytest.raises(InputError, match="horizon"):
+        plan_route(wang, short, horizon=1)
+    with pytest.raises(InputError, match="swing_knots"):
+        plan_route(wang, short, swing_knots=2)
+    with pytest.raises(InputError, match="takes a Quadruped"):
+        plan_route(short, wang)  # type: ignore[arg-type]
+
+
+def test_freedoms_are_chosen_by_name(wang: Quadruped, short: Footholds) -> None:
+    """In any order; a set without a row's name is joined."""
+    plan = plan_route(wang, short, {"height", "overlap"})
+    assert isinstance(plan.settings, RouteSettings)
+    assert plan.settings.free == ("overlap", "height")
+    assert plan.settings.row == "overlap+height"
+    assert np.ptp(plan.path.knots()[:, 2]) > 0.01
+    gaitopt.verify(plan, collisions=False).raise_for_violations()
