@@ -31,6 +31,7 @@ from gaitopt.cli_options import (
     SpeedOption,
     SwingHeightOption,
 )
+from gaitopt.cli_race import race
 from gaitopt.cli_support import (
     drawable,
     load_inputs,
@@ -121,6 +122,7 @@ def walk(
 
 app.command()(trot)
 app.command()(gait)
+app.command()(race)
 
 
 @app.command()

@@ -161,7 +161,14 @@ def verify(plan: Plan, robot: Quadruped | None = None, *, collisions: bool = Tru
         RobotError: the plan was made for another URDF than that of ``robot``, or than the one that
             gaitopt ships under the same name.
     """
-    from gaitopt.checking import check_balance, check_contacts, check_joints, collision, motion
+    from gaitopt.checking import (
+        check_balance,
+        check_contacts,
+        check_joints,
+        check_obstacles,
+        collision,
+        motion,
+    )
 
     _refuse_other_robot(plan, robot)
     traced = motion.trace(plan)
@@ -180,6 +187,7 @@ def verify(plan: Plan, robot: Quadruped | None = None, *, collisions: bool = Tru
         check_balance.margin_of_cog(plan, traced),
         check_balance.margin_of_com(plan, traced),
         check_balance.zmp(plan, traced),
+        check_obstacles.obstacles_cleared(plan),
         collision.self_collision(plan)
         if collisions
         else Check("self-collision", "unchecked", float("nan"), 0.0, "m", note="not asked for"),

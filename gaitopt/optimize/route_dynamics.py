@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gaitopt.conventions import FloatArray
-from gaitopt.optimize.route_problem import JOINTS, Band, Linearised, RouteProblem
+from gaitopt.optimize.route_problem import JOINTS, Band, Linearised, RouteProblem, Slots
 
 LEAST_SPAN = 0.01
 """Shortest span [s]."""
@@ -112,6 +112,11 @@ class RouteDynamics(RouteProblem):
         return np.concatenate(
             [np.concatenate([none, each[:-1]]), each, np.concatenate([each[1:], none])], axis=1
         )
+
+    @cached_property
+    def zmp_slots(self) -> Slots:
+        """The ZMP's rows by their knots."""
+        return Slots.of(self.zmp.knot, self.knots)
 
     @cached_property
     def wide(self) -> Band:
@@ -263,7 +268,7 @@ class LinearisedDynamics(Linearised):
         faster, slower = self._speed(base)
         local[:-1] += np.einsum("kj,kjc->kc", faster + slower, room)
         local[:-1] += np.einsum("kj,kjc->kc", slower - faster, turn)
-        np.add.at(local, p.zmp.knot, zmp[:, None] * self._zmp_rows)
+        local += p.zmp_slots.spread(zmp[:, None] * self._zmp_rows).sum(axis=1)
         mine = p.local >= 0
         out += np.bincount(p.local[mine], local[mine], minlength=len(out))
         out[p.numbering[1]] += spans
@@ -296,8 +301,8 @@ class LinearisedDynamics(Linearised):
         faster, slower = self._speed(base)
         for weight, rows in ((faster, room - turn), (slower, room + turn)):
             blocks[:-1] += np.swapaxes(rows, 1, 2) @ (weight[:, :, None] * rows)
-        outer = (zmp[:, None] * self._zmp_rows)[:, :, None] * self._zmp_rows[:, None]
-        np.add.at(blocks, p.zmp.knot, outer)
+        spread = p.zmp_slots.spread(self._zmp_rows)
+        blocks += np.swapaxes(spread, 1, 2) @ (p.zmp_slots.spread(zmp)[:, :, None] * spread)
         out = p.wide.matrix(blocks)
         narrow = super().normal(self._without_speed(base), self._parts(duals)[0])
         out[: len(narrow)] += narrow
@@ -313,11 +318,8 @@ class LinearisedDynamics(Linearised):
         z = p.zmp
         apart, height, _, _ = self._zmp_parts
         share = zmp / z.gravity
-        np.add.at(
-            on_jumps[:, JOINTS:],
-            z.knot,
-            np.column_stack([-(share * height)[:, None] * z.normal, share * apart]),
-        )
+        pulls = np.column_stack([-(share * height)[:, None] * z.normal, share * apart])
+        on_jumps[:, JOINTS:] += p.zmp_slots.spread(pulls).sum(axis=1)
         # Weights on the velocities, and from them on the joints at knots.
         on_velocity = on_jumps[:-1] - on_jumps[1:]
         on_moves = on_velocity / self._between[:, None]
@@ -349,6 +351,7 @@ class LinearisedDynamics(Linearised):
         times_apart[:, 2 * c + 1] += zmp
         times_height = -share[:, None] * self._sway_rows
         for place, other in zip(here, (times_apart, times_height), strict=True):
-            outer = place[:, :, None] * other[:, None]
-            np.add.at(out, z.knot, outer + np.swapaxes(outer, 1, 2))
+            one, two = p.zmp_slots.spread(place), p.zmp_slots.spread(other)
+            outer = np.swapaxes(one, 1, 2) @ two
+            out += outer + np.swapaxes(outer, 1, 2)
         return out

@@ -36,6 +36,33 @@ class Rows(NamedTuple):
     offset: FloatArray
 
 
+class Slots(NamedTuple):
+    """Lays out rows by their knots, so that sums over each knot's rows are matrix products.
+
+    Attributes:
+        knot: of each row ``(M,)``, ascending.
+        slot: its number among its knot's rows ``(M,)``.
+        shape: knots, and most rows of any.
+    """
+
+    knot: np.ndarray
+    slot: np.ndarray
+    shape: tuple[int, int]
+
+    @classmethod
+    def of(cls, knot: np.ndarray, knots: int) -> Slots:
+        """From each row's knot, ascending."""
+        first = np.searchsorted(knot, knot, side="left")
+        slot = np.arange(len(knot)) - first
+        return cls(knot, slot, (knots, int(slot.max(initial=0)) + 1))
+
+    def spread(self, rows: FloatArray) -> FloatArray:
+        """``rows (M, ...)`` as ``(knots, most, ...)``, with zeros where there is none."""
+        out = np.zeros((*self.shape, *rows.shape[1:]))
+        out[self.knot, self.slot] = rows
+        return out
+
+
 @dataclass(frozen=True, eq=False)
 class RouteProblem:
     """A time-optimal route problem.
@@ -193,6 +220,11 @@ class RouteProblem:
         return Linearised(self, x)
 
     @cached_property
+    def slots(self) -> Slots:
+        """The rows by their knots."""
+        return Slots.of(self.rows.knot, self.knots)
+
+    @cached_property
     def band(self) -> Band:
         """Where the blocks of each interval go in the banded matrix."""
         placed, at, size = self.numbering
@@ -276,7 +308,7 @@ class Linearised:
         p = self._problem
         up, down, _, _, rows = self._split(v)
         on_poses = np.einsum("kj,kjc->kc", self._on_joints(v), self._slopes)
-        np.add.at(on_poses, p.rows.knot, rows[:, None] * self._rows)
+        on_poses += p.slots.spread(rows[:, None] * self._rows).sum(axis=1)
         placed, at, size = p.numbering
         mine = placed >= 0
         out = np.bincount(placed[mine], on_poses[mine], minlength=size)
@@ -328,14 +360,13 @@ class Linearised:
         weights = self._on_joints(duals).reshape(-1, 4, 3)
         out = -p.legs.curvature(self._bent, weights)[:, p.columns][:, :, p.columns]
         bow = self._split(duals)[4][:, None] * p.rows.square[:, p.columns]
-        bend = np.zeros((p.knots, len(p.columns)))
-        np.add.at(bend, p.rows.knot, bow)
+        bend = p.slots.spread(bow).sum(axis=1)
         out[:, range(len(p.columns)), range(len(p.columns))] -= bend
         stiff = np.zeros((p.knots, JOINTS))
         stiff[p.fixed_knots :, p.bounded[0]] += below
         stiff[p.fixed_knots :, p.bounded[1]] += above
         if p.bounded.any():
             out += np.swapaxes(self._slopes, 1, 2) @ (stiff[:, :, None] * self._slopes)
-        outer = (rows[:, None] * self._rows)[:, :, None] * self._rows[:, None, :]
-        np.add.at(out, p.rows.knot, outer)
+        spread = p.slots.spread(self._rows)
+        out += np.swapaxes(spread, 1, 2) @ (p.slots.spread(rows)[:, :, None] * spread)
         return np.asarray(out)

@@ -40,6 +40,8 @@ EVENNESS = 3.0
 """Weight of the term that keeps spans alike [1/s]."""
 MOST_STRETCH = 1.02
 """Most that time is stretched in the end."""
+LEAST_TIGHTENING = 1e-4
+"""Least by which the margin of a span is raised [m]."""
 HASTE = 1.2
 """Exponent by which rows are tightened more than was seen to be needed."""
 _LEAST_SHARE = 0.25
@@ -141,6 +143,7 @@ def tightened(
     if "dynamic" in settings.free:
         margins = np.minimum(motion.margins(True), motion.margins(True, stretch))
         short = np.maximum(settings.stability_margin - margins, 0.0)
+        short = np.where(short > 0.0, 1.2 * short + LEAST_TIGHTENING, 0.0)
         zmp = zmp._replace(offset=zmp.offset + short[zmp.knot])
     return replace(problem, hurry=hurry, accelerations=accelerations, zmp=zmp)
 

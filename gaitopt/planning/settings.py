@@ -98,6 +98,7 @@ class CrawlSettings(PlanSettings):
 _HOMES = {
     "crawl": ("gaitopt.planning.settings", "CrawlSettings"),
     "gait": ("gaitopt.planning.gait_settings", "GaitSettings"),
+    "stride": ("gaitopt.planning.stride_settings", "StrideSettings"),
     "route": ("gaitopt.planning.route_settings", "RouteSettings"),
 }
 

@@ -32,12 +32,26 @@ from gaitopt.viewing.scene import FramePath, Node, Scene, Track, joined, pose
 BASELINE = "the paper"
 """The plan that the others are held against, by name."""
 
-LANE_COLOURS = ("#6b7683", "#20262e", "#8d6a9f", "#3f7cac", "#2a9d8f", "#e9a23b", "#e4572e",
-                "#b5179e")  # fmt: skip
-"""Colours of the lanes, in turn."""
+LANE_COLOURS = {
+    "SSM baseline": "#6b7683",
+    "the paper": "#20262e",
+    "route": "#8d6a9f",
+    "overlap": "#3f7cac",
+    "swing": "#2a9d8f",
+    "height": "#e9a23b",
+    "posture": "#e4572e",
+    "dynamic": "#b5179e",
+}
+"""Colours of the rows of a race; lanes of other names take them in turn."""
 
 PLACE_TOLERANCE, TURN_TOLERANCE = 5e-4, 1e-3
 """Most that keyframes of a race are off, beyond those of a replay [m], [rad]."""
+
+
+def lane_colour(name: str, lane: int) -> str:
+    """The colour of a lane by its name, or else by its number from 0."""
+    others = tuple(LANE_COLOURS.values())
+    return LANE_COLOURS.get(name, others[lane % len(others)])
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,8 +86,9 @@ def race_replay(
     """Write plans as one HTML file in which their robots race side by side.
 
     All start together on one clock, each on its own copy of its terrain. Who has arrived stands
-    still, with time and ratio above it; the others count their steps. What moves is within 0.6 mm (body) and 1.1 mrad (each
-    joint) of its plan. The address may say where to start: ``race.html#t=40&paused&follow``.
+    still, with time and ratio above it; the others count their steps. What moves is within 0.6 mm
+    (body) and 1.1 mrad (each joint) of its plan. The address may say where to start:
+    ``race.html#t=40&paused&follow``.
 
     Args:
         plans: by name, from the right side of the walk to its left.
@@ -173,7 +188,7 @@ def line_up(plans: Mapping[str, Plan], baseline: str = BASELINE) -> tuple[Runner
         offset = (i - (len(plans) - 1) / 2.0) * pitch * left - start
         runners.append(Runner(
             str(name), plan, _result(plan, reference, name == baseline),
-            LANE_COLOURS[i % len(LANE_COLOURS)], offset, (f"lane {i}",),
+            lane_colour(str(name), i), offset, (f"lane {i}",),
         ))  # fmt: skip
     return tuple(runners)
 
@@ -265,10 +280,15 @@ def _bounds(runners: tuple[Runner, ...]) -> tuple[FloatArray, FloatArray]:
 
 def _result(plan: Plan, reference: float | None, is_baseline: bool) -> str:
     """Time and ratio, as they stand above a robot that has arrived."""
-    time = f"{plan.duration:.1f} s"
+    time = short_time(plan.duration)
     if reference is None or is_baseline or not plan.duration:
         return time
     return f"{time} · {reference / plan.duration:.2f}×"
+
+
+def short_time(time: float) -> str:
+    """A time with its unit, for a label [s]."""
+    return f"{time:.1f} s" if time >= 10.0 else f"{time:.2f} s"
 
 
 def _label(runner: Runner) -> Label:

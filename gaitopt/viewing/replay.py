@@ -17,6 +17,7 @@ from gaitopt.planning.path import MotionPath
 from gaitopt.planning.phase import Phase
 from gaitopt.planning.plan import Plan, Trajectory
 from gaitopt.viewing.colours import LEG_COLOURS
+from gaitopt.viewing.obstacle_scene import obstacle_scene
 from gaitopt.viewing.page import Moment, Page, render
 from gaitopt.viewing.robot_scene import robot_scene
 from gaitopt.viewing.route_scene import ground_level, sampled, swings_scene, terrain_scene
@@ -140,6 +141,7 @@ def plan_scene(
     samples = sampled(plan)
     scenes = [
         terrain_scene(plan.footholds, plan.robot.foot_radius),
+        obstacle_scene(getattr(plan.settings, "obstacles", ())),
         swings_scene(plan, samples),
         support_scene(plan, samples),
     ]

@@ -1,0 +1,340 @@
+"""The posture problem: where to hold the body over given feet, in all six of its freedoms.
+
+Unknown are the body's pose and the joints of every leg: for each foot that must be reached one set
+of angles. Knees bend to their own side only, so reach and joint limits are plain bounds on angles,
+and the closed chain is an equation without roots or cases. The least weighted motion from the pose
+before is sought, while the body centre stays inside the support polygon by a margin.
+
+A leg without roll joint keeps its foot in the plane of its thigh and shank. With point feet that do
+not slide this leaves a body little freedom. Let the feet of a level robot stand ``2 w`` apart, as
+wide as its legs' planes are. A body that leans by ``phi`` needs them ``2 w / cos(phi)`` apart: each
+must slide by ``w (1 / cos(phi) - 1)``, 1 mm for frog1 at 5 degrees. Yaw turns the planes out of the
+feet in the first order, and so does a shift sideways. So x, z and pitch remain, unless feet may
+give a little (``foot_give``), as the paper's did: its Section V.B reports slippage and clearance.
+
+Source: 004_6eabd5aa21217b1c.txt, Section IV, which describes the postures in words.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Any, Final, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from gaitopt.conventions import LEGS, FloatArray, frozen
+from gaitopt.errors import InputError
+from gaitopt.robots.quadruped import Quadruped
+from gaitopt.robots.rotations import matrix_to_rpy, rpy_to_matrix
+from gaitopt.stability.support import support_half_planes
+
+FREEDOMS: Final[tuple[str, ...]] = ("x", "y", "z", "roll", "pitch", "yaw")
+"""A body's freedoms, in the order of a pose."""
+PLANES = 4
+"""Most sides of the support polygon."""
+LEVEL = 1e-9
+"""Roll below which a body counts as level [rad]."""
+MARGIN_WEIGHT = 10.0
+"""Weight of the linear objective against the quadratic one, which keeps the answer unique."""
+
+Objective = Literal["motion", "margin"]
+Reaching = tuple[str, FloatArray]
+
+
+@dataclass(frozen=True, eq=False)
+class BodyPose:
+    """Where the body is.
+
+    Attributes:
+        centre: of the body, :attr:`Quadruped.centre`, in the world ``(3,)`` [m].
+        rpy: roll, pitch and yaw of the body frame, x forward and z up ``(3,)`` [rad].
+    """
+
+    centre: FloatArray
+    rpy: FloatArray
+
+    def __post_init__(self) -> None:
+        for name in ("centre", "rpy"):
+            try:
+                values = frozen(getattr(self, name))
+            except (TypeError, ValueError):
+                values = frozen([])
+            if values.shape != (3,) or not np.isfinite(values).all():
+                raise InputError(
+                    f"{name} must be three finite numbers, got {getattr(self, name)!r}"
+                )
+            object.__setattr__(self, name, values)
+
+    @property
+    def axes(self) -> FloatArray:
+        """Axes of the body frame as columns in the world ``(3, 3)``."""
+        return rpy_to_matrix(self.rpy)
+
+    @property
+    def numbers(self) -> FloatArray:
+        """x, y, z, roll, pitch, yaw ``(6,)``."""
+        return np.concatenate([self.centre, self.rpy])
+
+    def origin(self, robot: Quadruped) -> FloatArray:
+        """Origin of the body frame in the world ``(3,)`` [m]."""
+        return np.asarray(self.centre - self.axes @ robot.centre)
+
+    def base(self, robot: Quadruped) -> FloatArray:
+        """The base's x, y, z, roll, pitch, yaw ``(6,)``, as in a :class:`gaitopt.Plan`."""
+        turn = matrix_to_rpy(self.axes @ robot.body_axes.T)
+        return np.concatenate([self.origin(robot), turn])
+
+    def in_body(self, robot: Quadruped, points: ArrayLike) -> FloatArray:
+        """World ``points (..., 3)`` in the body frame [m]."""
+        return np.asarray((np.asarray(points, np.float64) - self.origin(robot)) @ self.axes)
+
+
+@dataclass(frozen=True, eq=False)
+class PostureFormulation:
+    """The symbolic problem of one robot, for legs that reach so many places; built once.
+
+    Unknowns: the pose (6), the margin (1), and for each place the angles of its leg. Parameters:
+    the pose before (6), weights (6), weight of the height, half-planes (4 x 3: normal, offset),
+    places (n x 3), and which objective.
+
+    Attributes:
+        reaching: the leg of each place.
+        nlp: CasADi's ``x``, ``p``, ``f``, ``g``.
+        rows: what each constraint is: ``"closed"`` and ``"plane"`` [m], ``"mean plane"`` [m],
+            ``"margin"`` [m].
+        gradient: CasADi function ``(x, p, duals) -> (gradient of the Lagrangian, constraints)``.
+    """
+
+    reaching: tuple[str, ...]
+    nlp: dict[str, Any]
+    rows: tuple[str, ...]
+    gradient: Any
+
+
+@dataclass(frozen=True, eq=False)
+class PostureProblem:
+    """One instance.
+
+    Attributes:
+        robot: the robot.
+        start: the pose before.
+        feet: where the feet are ``(4, 3)`` [m].
+        support: the legs that stand.
+        reaching: legs and the places ``(3,)`` [m] that they must reach without moving the body.
+        margin: least static stability margin [m].
+        reach_fraction: share of each leg's reach that is used.
+        foot_give: how far a foot may be beside the plane of a leg without roll [m].
+        free: the freedoms that may change.
+        weights: of the six freedoms in the objective, [1] and [m^2/rad^2].
+        height_weight: of a change of potential energy over weight, on top.
+        objective: ``"motion"``, or ``"margin"`` for the pose of the largest margin.
+    """
+
+    robot: Quadruped
+    start: BodyPose
+    feet: FloatArray
+    support: tuple[str, ...]
+    reaching: tuple[Reaching, ...]
+    margin: float
+    reach_fraction: float
+    foot_give: float
+    free: tuple[str, ...]
+    weights: FloatArray
+    height_weight: float
+    objective: Objective = "motion"
+
+    @property
+    def formulation(self) -> PostureFormulation:
+        """The symbolic problem."""
+        return posture_formulation(self.robot, tuple(leg for leg, _ in self.reaching))
+
+    @property
+    def flat_legged(self) -> bool:
+        """Whether a leg has no roll joint."""
+        return not all(leg.has_roll for leg in self.robot.legs.values())
+
+    def starting_at(self, start: BodyPose) -> PostureProblem:
+        """The same problem from another pose."""
+        return replace(self, start=start)
+
+    def largest_margin(self) -> PostureProblem:
+        """The same problem, asking for the largest margin."""
+        return replace(self, objective="margin")
+
+
+def build_posture_problem(
+    robot: Quadruped,
+    feet: Mapping[str, ArrayLike],
+    start: BodyPose,
+    *,
+    swing: str | None = None,
+    places: Sequence[ArrayLike] = (),
+    margin: float = 0.02,
+    reach_fraction: float = 1.0,
+    foot_give: float = 0.0,
+    free: Sequence[str] = FREEDOMS,
+    weights: ArrayLike | None = None,
+    height_weight: float = 0.0,
+    objective: Objective = "motion",
+) -> PostureProblem:
+    """The problem of holding the body over given feet.
+
+    Args:
+        robot: the robot.
+        feet: where each foot is ``(3,)`` [m].
+        start: the pose before; motion is counted from it.
+        swing: the leg that lifts off next; ``None`` for four feet that stand.
+        places: where the swinging leg must also reach from the same pose, its next foothold for
+            instance ``(n, 3)`` [m].
+        margin: least distance of the body centre's projection from the sides of the support
+            polygon of the standing feet [m].
+        reach_fraction: share of each leg's reach that may be used.
+        foot_give: how far a foot may be beside its leg's plane [m], for legs without roll.
+        free: which of ``"x" "y" "z" "roll" "pitch" "yaw"`` may change.
+        weights: of these six ``(6,)``; by default 1 for a metre, and for a radian as much as the
+            hips then move: the squared half length or width of the stance.
+        height_weight: weight of the change of the body's height, its potential energy over its
+            weight, on top of its motion.
+        objective: ``"motion"``, or ``"margin"``.
+
+    Raises:
+        InputError: a name is unknown, a number out of range, or the feet support no area.
+    """
+    stands = _feet(feet)
+    if swing is not None and swing not in LEGS:
+        raise InputError(f"swing must be one of {', '.join(LEGS)} or None, got {swing!r}")
+    if swing is None and len(places):
+        raise InputError("places are for the leg that swings; name it, or leave them out")
+    support = tuple(leg for leg in LEGS if leg != swing)
+    support_half_planes(stands[[LEGS.index(leg) for leg in support]])
+    unknown = [name for name in free if name not in FREEDOMS]
+    if unknown:
+        raise InputError(f"free names {unknown[0]!r}; there are {', '.join(FREEDOMS)}")
+    if objective not in ("motion", "margin"):
+        raise InputError(f"objective must be 'motion' or 'margin', got {objective!r}")
+    reaching = [(leg, frozen(stands[i])) for i, leg in enumerate(LEGS)]
+    reaching += [(str(swing), _place(point)) for point in places]
+    return PostureProblem(
+        robot=robot, start=start, feet=frozen(stands), support=support, reaching=tuple(reaching),
+        margin=_within("margin", margin, -10.0, 10.0),
+        reach_fraction=_within("reach_fraction", reach_fraction, 1e-3, 1.0),
+        foot_give=_within("foot_give", foot_give, 0.0, 1.0), free=tuple(free),
+        weights=_weights(robot, weights),
+        height_weight=_within("height_weight", height_weight, 0.0, 1e6), objective=objective,
+    )  # fmt: skip
+
+
+@lru_cache(maxsize=64)
+def posture_formulation(robot: Quadruped, reaching: tuple[str, ...]) -> PostureFormulation:
+    """The problem in CasADi for one robot and the legs that reach."""
+    import casadi as ca
+
+    ca.GlobalOptions.setNumpyMode(1)
+    pose, margin = ca.SX.sym("pose", 6), ca.SX.sym("margin")
+    angles = [ca.SX.sym(f"q{i}", len(robot.legs[leg].joints)) for i, leg in enumerate(reaching)]
+    before, weights, height = ca.SX.sym("before", 6), ca.SX.sym("weights", 6), ca.SX.sym("height")
+    planes, places = ca.SX.sym("planes", 3 * PLANES), ca.SX.sym("places", 3 * len(reaching))
+    widest = ca.SX.sym("widest")
+    rows: list[Any] = []
+    names: list[str] = []
+    aside: list[Any] = []
+    for i, (leg, q) in enumerate(zip(reaching, angles, strict=True)):
+        gap = _gap(robot, leg, pose, q, places[3 * i : 3 * i + 3])
+        plane = not robot.legs[leg].has_roll
+        rows += [gap[0], gap[1], gap[2]]
+        names += ["closed", "plane" if plane else "closed", "closed"]
+        aside += [gap[1]] if plane else []
+    # One equation for all feet: which of its three freedoms closes it is chosen by bounds.
+    rows.append(sum(aside) / len(aside) if aside else ca.SX(0))
+    names.append("mean plane")
+    for k in range(PLANES):
+        normal, offset = planes[3 * k : 3 * k + 2], planes[3 * k + 2]
+        # A side that is not there has the normal zero, and asks for nothing.
+        there = ca.sumsqr(normal)
+        rows.append(ca.dot(normal, pose[:2]) - offset - there * margin)
+        names.append("margin")
+    moved = pose - before
+    cost = (ca.dot(weights, moved**2) + height * moved[2] ** 2) / 2.0
+    cost -= widest * MARGIN_WEIGHT * margin
+    x = ca.vertcat(pose, margin, *angles)
+    p = ca.vertcat(before, weights, height, planes, places, widest)
+    g = ca.vertcat(*rows)
+    duals = ca.SX.sym("duals", len(rows))
+    slope = ca.gradient(cost + ca.dot(duals, g), x)
+    gradient = ca.Function("posture_gradient", [x, p, duals], [slope, g])
+    return PostureFormulation(reaching, {"x": x, "p": p, "f": cost, "g": g}, tuple(names), gradient)
+
+
+def _gap(robot: Quadruped, leg: str, pose: Any, q: Any, place: Any) -> Any:
+    """The foot by its joints, less where it is, in the leg's frame (3) [m]."""
+    import casadi as ca
+
+    one = robot.legs[leg]
+    body = casadi_axes(pose[3:])
+    wanted = ca.mtimes(body.T, place - pose[:3]) + ca.DM(robot.centre)
+    found = ca.vertcat(*one.forward_columns(*[q[k] for k in range(len(one.joints))]))
+    return ca.mtimes(ca.DM(one.axes).T, found - wanted)
+
+
+def casadi_axes(rpy: Any) -> Any:
+    """Rotation matrix Rz(yaw) Ry(pitch) Rx(roll) of CasADi symbols ``rpy`` (3)."""
+    import casadi as ca
+
+    (cr, cp, cy), (sr, sp, sy) = ([f(rpy[k]) for k in range(3)] for f in (ca.cos, ca.sin))
+    return ca.vertcat(
+        ca.horzcat(cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr),
+        ca.horzcat(sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr),
+        ca.horzcat(-sp, cp * sr, cp * cr),
+    )
+
+
+def angle_bounds(
+    robot: Quadruped, leg: str, reach_fraction: float
+) -> tuple[FloatArray, FloatArray]:
+    """Least and greatest joint angles of a leg ``(nj,)`` [rad]: limits, knee side and reach."""
+    one = robot.legs[leg]
+    low, high = one.position_limits[0].copy(), one.position_limits[1].copy()
+    longest = reach_fraction * one.reach
+    cosine = (longest**2 - one.upper**2 - one.lower**2) / (2.0 * one.upper * one.lower)
+    straight = float(np.arccos(np.clip(cosine, -1.0, 1.0)))
+    bends = np.sort(one.knee * np.array([straight, np.pi]))
+    ends = np.sort(one.signs[-1] * (bends - one.zeros[1]))
+    low[-1], high[-1] = max(low[-1], ends[0]), min(high[-1], ends[1])
+    return low, high
+
+
+def _feet(feet: Mapping[str, ArrayLike]) -> FloatArray:
+    missing = [leg for leg in LEGS if leg not in feet]
+    if missing or len(feet) != len(LEGS):
+        raise InputError(f"feet need exactly {', '.join(LEGS)}, got {', '.join(map(str, feet))}")
+    return np.array([_place(feet[leg]) for leg in LEGS])
+
+
+def _place(point: ArrayLike) -> FloatArray:
+    try:
+        values = frozen(point)
+    except (TypeError, ValueError):
+        values = frozen([])
+    if values.shape != (3,) or not np.isfinite(values).all():
+        raise InputError(f"a foot's place must be three finite numbers, got {point!r}")
+    return values
+
+
+def _within(name: str, value: float, low: float, high: float) -> float:
+    good = isinstance(value, (int, float, np.floating)) and not isinstance(value, bool)
+    if not good or not low <= value <= high:
+        raise InputError(f"{name} must be a number from {low:g} to {high:g}, got {value!r}")
+    return float(value)
+
+
+def _weights(robot: Quadruped, weights: ArrayLike | None) -> FloatArray:
+    if weights is None:
+        length, width = (size / 2.0 for size in robot.stance_size)
+        return frozen([1.0, 1.0, 1.0, width**2, length**2, length**2 + width**2])
+    given = np.asarray(weights, dtype=np.float64)
+    if given.shape != (6,) or not (np.isfinite(given).all() and (given > 0.0).all()):
+        raise InputError(f"weights must be six positive numbers, got {weights!r}")
+    return frozen(given)

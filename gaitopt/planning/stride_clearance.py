@@ -1,0 +1,257 @@
+"""How near any part of the robot comes to an obstacle, by Pinocchio's collision shapes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+from xml.etree import ElementTree
+
+import numpy as np
+
+from gaitopt.conventions import LEGS, FloatArray
+from gaitopt.errors import InputError
+from gaitopt.planning.path import MotionPath
+from gaitopt.robots.quadruped import Quadruped
+from gaitopt.robots.rotations import rpy_to_quaternion
+from gaitopt.terrain.obstacles import Obstacle
+
+LEAST_STEP = 1e-3
+"""Way of the fastest part between two looks where the robot is nearest to the obstacle [m]."""
+MOST_LOOKS = 1_000_000
+
+
+class Nearest(NamedTuple):
+    """The nearest part of a robot.
+
+    Attributes:
+        distance: from the obstacle [m].
+        leg: the leg that it belongs to, ``""`` for the body.
+        shape: its name.
+        index: which configuration, or look.
+    """
+
+    distance: float
+    leg: str
+    shape: str
+    index: int
+
+
+class Approach(NamedTuple):
+    """How near a motion comes to an obstacle.
+
+    Attributes:
+        seen: the nearest part that was looked at.
+        proven: no part is nearer at any instant [m].
+        time: of ``seen`` [s].
+        looks: how many configurations were looked at.
+    """
+
+    seen: Nearest
+    proven: float
+    time: float
+    looks: int
+
+
+@dataclass(frozen=True, eq=False)
+class Surroundings:
+    """The robot's collision shapes and one obstacle.
+
+    Attributes:
+        robot: the robot.
+        geometry: Pinocchio's geometry with a pair of every shape and the obstacle.
+        names: name of each pair's shape.
+        owners: leg of each pair's shape, ``""`` for the body.
+        reach: farthest that any shape's point is from the base's origin [m].
+    """
+
+    robot: Quadruped
+    geometry: Any
+    names: tuple[str, ...]
+    owners: tuple[str, ...]
+    reach: float
+
+    @classmethod
+    def of(cls, robot: Quadruped, obstacle: Obstacle) -> Surroundings:
+        """Read the shapes, and put the obstacle beside them.
+
+        Raises:
+            InputError: the URDF has mesh shapes, which are not read, or a leg has no shape at all.
+        """
+        import pinocchio as pin
+
+        geometry = pin.buildGeomFromUrdfString(
+            robot.model, _checked_shapes(robot), pin.GeometryType.COLLISION
+        )
+        shapes = list(geometry.geometryObjects)
+        owners = tuple(_owner(robot, shape.parentJoint) for shape in shapes)
+        bare = [leg for leg in LEGS if leg not in owners]
+        if bare:
+            raise InputError(
+                f"{robot.name}: leg {bare[0]} has no collision shape, so nobody can say whether it "
+                "touches an obstacle; add <collision> elements to the URDF"
+            )
+        board = pin.GeometryObject("obstacle", 0, pin.SE3.Identity(), _convex(obstacle))
+        index = geometry.addGeometryObject(board)
+        for k in range(len(shapes)):
+            geometry.addCollisionPair(pin.CollisionPair(k, index))
+        reach = _farthest(robot, shapes)
+        return cls(robot, geometry, tuple(shape.name for shape in shapes), owners, reach)
+
+    def distances(self, values: FloatArray) -> FloatArray:
+        """Distance of every shape at path values ``(N, 6 + nj)``: ``(N, shapes)`` [m]."""
+        import pinocchio as pin
+
+        model = self.robot.model
+        data, placed = model.createData(), self.geometry.createData()
+        q = np.concatenate(
+            [values[:, :3], rpy_to_quaternion(values[:, 3:6]), values[:, 6:]], axis=1
+        )
+        out = np.empty((len(q), len(self.names)))
+        for row, one in zip(out, q, strict=True):
+            pin.updateGeometryPlacements(model, data, self.geometry, placed, one)
+            pin.computeDistances(self.geometry, placed)
+            row[:] = [result.min_distance for result in placed.distanceResults]
+        return out
+
+    def nearest(self, values: FloatArray) -> Nearest:
+        """The nearest part at path values ``(N, 6 + nj)``."""
+        return self._nearest(self.distances(values))
+
+    def _nearest(self, found: FloatArray) -> Nearest:
+        k, shape = np.unravel_index(int(found.argmin()), found.shape)
+        return Nearest(
+            float(found[k, shape]), self.owners[shape], self.names[shape], int(k)
+        )  # fmt: skip
+
+    def along(self, path: MotionPath, wanted: float) -> Approach:
+        """How near a motion comes, at every instant.
+
+        No part is faster than a bound from the rates of body and joints. So after a look nothing
+        can be nearer than ``wanted`` before the robot has moved by what was left of the distance;
+        where nothing is left, by :data:`LEAST_STEP`.
+
+        Args:
+            path: body and joints over time.
+            wanted: the distance that is to be kept [m].
+
+        Raises:
+            InputError: that takes more than a million looks.
+        """
+        times, way = _travelled(path, self._speeds(path))
+        seen, proven, when, looks = Nearest(np.inf, "", "", 0), np.inf, 0.0, 0
+        at = 0.0
+        while True:
+            now = float(np.interp(at, way, times)) if way[-1] > 0.0 else 0.0
+            look = self.nearest(path.evaluate([now]))
+            if look.distance < seen.distance:
+                seen, when = look._replace(index=looks), now
+            looks += 1
+            free = max(look.distance - wanted, LEAST_STEP)
+            # Until the next look no part comes nearer by more than it moves.
+            proven = min(proven, max(look.distance - free, wanted) if free > LEAST_STEP
+                         else look.distance - min(free, way[-1] - at))  # fmt: skip
+            if at >= way[-1] or looks > MOST_LOOKS:
+                break
+            at = min(at + free, float(way[-1]))
+        if looks > MOST_LOOKS:
+            raise InputError(f"a motion of {way[-1]:.4g} m near an obstacle is too long to check")
+        return Approach(seen, float(proven), when, looks)
+
+    def _speeds(self, path: MotionPath) -> FloatArray:
+        """Bound on the speed of any part on each piece of the path ``(K - 1,)`` [m/s]."""
+        rates = largest_rates(path)
+        base = np.linalg.norm(rates[:, :3], axis=1)
+        turning = rates[:, 3:6].sum(axis=1) * self.reach
+        legs = [rates[:, 6:][:, list(self.robot.leg_columns[leg])].sum(axis=1) for leg in LEGS]
+        longest = max(
+            leg.upper + leg.lower + abs(leg.lateral) + leg.drop for leg in self.robot.legs.values()
+        )
+        # Shapes stick out beyond the foot's frame by less than a fifth of the leg.
+        return np.asarray(base + turning + 1.2 * longest * np.max(legs, axis=0))
+
+
+def largest_rates(path: MotionPath, derivative: int = 1) -> FloatArray:
+    """Bound on the size of a derivative of every column on each piece ``(K - 1, 6 + nj)``.
+
+    The largest Bernstein coefficient, so it holds on the whole piece.
+    """
+    from math import comb
+
+    lengths = np.diff(path.times)[:, None]
+    powers = path.coefficients[::-1]
+    degree = len(powers) - 1 - derivative
+    if degree < 0:
+        return np.zeros_like(powers[0])
+    scaled = [
+        float(np.prod(np.arange(k + 1, k + derivative + 1))) * powers[k + derivative] * lengths**k
+        for k in range(degree + 1)
+    ]
+    bernstein = [
+        sum(comb(i, k) / comb(degree, k) * scaled[k] for k in range(i + 1))
+        for i in range(degree + 1)
+    ]
+    return np.asarray(np.abs(bernstein).max(axis=0))
+
+
+def _travelled(path: MotionPath, speeds: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Times of all knots, and bounds on the way up to each [m]."""
+    way = np.concatenate([[0.0], np.cumsum(speeds * np.diff(path.times))])
+    return np.asarray(path.times), way
+
+
+def _checked_shapes(robot: Quadruped) -> str:
+    """The URDF, when none of its collision shapes is a mesh."""
+    for link in ElementTree.fromstring(robot.urdf).iter("link"):
+        if link.findall("collision/geometry/mesh"):
+            raise InputError(
+                f"{robot.name}: the collision shape of link {link.get('name')} is a mesh, and "
+                "meshes are not read; an obstacle can be kept clear only of boxes, cylinders and "
+                "balls"
+            )
+    return robot.urdf
+
+
+def _owner(robot: Quadruped, joint: int) -> str:
+    """The leg that a joint of the model belongs to, ``""`` for the body."""
+    model = robot.model
+    for leg in LEGS:
+        chain = {model.getJointId(name) for name in robot.legs[leg].joints}
+        while joint > 1 and joint not in chain:
+            parent = int(model.parents[joint])
+            if parent in chain:
+                return leg
+            if parent <= 1:
+                break
+            joint = parent
+        if joint in chain:
+            return leg
+    return ""
+
+
+def _farthest(robot: Quadruped, shapes: list[Any]) -> float:
+    """Bound on the distance of any point of the robot from the base's origin [m]."""
+    model = robot.model
+    out = 0.0
+    for shape in shapes:
+        shape.geometry.computeLocalAABB()
+        size = float(np.linalg.norm(shape.placement.translation))
+        size += float(np.linalg.norm(shape.geometry.aabb_center)) + float(
+            shape.geometry.aabb_radius
+        )
+        joint = int(shape.parentJoint)
+        while joint > 1:
+            size += float(np.linalg.norm(model.jointPlacements[joint].translation))
+            joint = int(model.parents[joint])
+        out = max(out, size)
+    return out
+
+
+def _convex(obstacle: Obstacle) -> Any:
+    """The obstacle as a convex body of coal's; a round one with a hull just outside it."""
+    import coal
+
+    vertices, faces = obstacle.mesh(64)
+    points, triangles = coal.StdVec_Vec3s(), coal.StdVec_Triangle()
+    points.extend([np.asarray(v) for v in vertices])
+    triangles.extend([coal.Triangle(*(int(k) for k in face)) for face in faces])
+    return coal.Convex(points, triangles)

@@ -1,0 +1,400 @@
+"""Footholds and postures of a walk over an obstacle, before anything is timed.
+
+First guesses put the feet as near to the obstacle as the margin allows. Where a part of the robot
+would then come too near to it, that foot is set farther away, or the foot that flies goes higher;
+where the true centre of mass would leave the support, postures take a larger margin. All that is
+bounded: what does not come to rest after so many rounds is refused.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from gaitopt.conventions import LEGS, FloatArray, leg_index
+from gaitopt.errors import GaitoptError, InputError
+from gaitopt.optimize.posture import PostureSolution, solve_posture
+from gaitopt.optimize.posture_problem import BodyPose, build_posture_problem
+from gaitopt.planning.stride_clearance import Surroundings
+from gaitopt.planning.stride_layout import (
+    Gaps,
+    Layout,
+    first_gaps,
+    footholds,
+    lay_out,
+    stands_over,
+)
+from gaitopt.planning.stride_settings import StrideSettings
+from gaitopt.robots.quadruped import Quadruped
+from gaitopt.robots.rotations import rpy_to_quaternion
+from gaitopt.robots.whole_body import feet_from_joints, joints_from_feet
+from gaitopt.stability.margins import static_stability_margin
+from gaitopt.swing.obstacle_paths import obstacle_path
+from gaitopt.terrain.footholds import Footholds
+from gaitopt.terrain.obstacles import Obstacle
+
+ROOM = 0.015
+"""Room beyond the margin at first, in which a flown path may be laid farther out [m]."""
+RESERVE = 2e-3
+"""What the first look asks for on top of clearance, since it looks at few samples [m]."""
+REACH_RESERVE = 0.999
+"""Share of the reach that postures use, so that curves between waypoints stay within it."""
+MARGIN_RESERVE = 1e-6
+FARTHER = 1.3
+"""How much farther a foot is set away than its leg is too near: a leaning leg gains less."""
+BODY_RESERVE = 3e-3
+"""Least margin of the true centre of mass at the samples [m]."""
+ROUNDS = 15
+MOVE_SAMPLES = 5
+SWING_SAMPLES = 9
+
+
+class StrideFault(GaitoptError):
+    """A walk does not work; internal, turned into an error that tells the way out.
+
+    Attributes:
+        leg: the leg to blame.
+        step: index of its step.
+        cause: ``"posture"``, ``"obstacle"``, ``"body"`` or ``"short"``.
+        posture: the posture that was not found.
+    """
+
+    def __init__(
+        self,
+        message: str,
+        leg: str = "",
+        step: int = -1,
+        cause: str = "posture",
+        posture: PostureSolution | None = None,
+    ) -> None:
+        super().__init__(message)
+        self.leg, self.step, self.cause, self.posture = leg, step, cause, posture
+
+
+class Step(NamedTuple):
+    """One leg's step.
+
+    Attributes:
+        leg: which.
+        cycle: of the walk, from 0.
+        over: whether it leads over the obstacle.
+        feet: where the feet are before it ``(4, 3)`` [m].
+        target: where the foot touches down ``(3,)`` [m].
+        pose: of the body during it.
+    """
+
+    leg: str
+    cycle: int
+    over: bool
+    feet: FloatArray
+    target: FloatArray
+    pose: BodyPose
+
+    @property
+    def landed(self) -> FloatArray:
+        """Where the feet are after it ``(4, 3)`` [m]."""
+        feet = self.feet.copy()
+        feet[leg_index(self.leg)] = self.target
+        return feet
+
+
+class Demand(NamedTuple):
+    """What rounds have found to be needed.
+
+    Attributes:
+        gaps: between the obstacle and the feet beside it.
+        lift: how much higher than needed for the foot alone strides go over it [m].
+        margin: stability margin that postures are asked for [m].
+        foot: what feet keep from the obstacle on top of their margin [m].
+    """
+
+    gaps: Gaps
+    lift: float
+    margin: float
+    foot: float = 0.0
+
+    def widened(self, leg: str, across: float, extent: tuple[float, float], by: float) -> Demand:
+        """With more room for a leg whose foot is at ``across`` an obstacle of some ``extent``."""
+        if extent[0] < across < extent[1]:
+            return self._replace(lift=self.lift + by)
+        return self._replace(gaps=self.gaps.widened(leg, after=across >= extent[1], by=by))
+
+
+@dataclass(frozen=True, eq=False)
+class StrideRoute:
+    """A walk before timing.
+
+    Attributes:
+        robot: the robot.
+        obstacle: what is in the way.
+        settings: what was asked.
+        demand: gaps, lift and margin that it needs.
+        layout: its cycles.
+        footholds: in the world.
+        start, end: poses before the first and after the last step.
+        steps: all steps.
+    """
+
+    robot: Quadruped
+    obstacle: Obstacle
+    settings: StrideSettings
+    demand: Demand
+    layout: Layout
+    footholds: Footholds
+    start: BodyPose
+    end: BodyPose
+    steps: tuple[Step, ...]
+
+    @property
+    def raised(self) -> Obstacle:
+        """The obstacle that paths go over: lifted, where they have to go higher."""
+        x, y, z = self.obstacle.position
+        return replace(self.obstacle, position=(x, y, z + self.demand.lift))
+
+    @property
+    def foot_margin(self) -> float:
+        """Distance that the centre of a foot's ball keeps from the obstacle [m]."""
+        return self.settings.margin + self.demand.foot + self.robot.foot_radius
+
+    def waypoints(self, step: Step) -> FloatArray:
+        """Places of the foot on its way ``(n, 3)`` [m]."""
+        start = step.feet[leg_index(step.leg)]
+        if step.over:
+            path = obstacle_path(
+                start, step.target, self.raised, self.foot_margin,
+                pattern=self.settings.pattern, count=self.settings.waypoints,
+            )  # fmt: skip
+            return path.waypoints
+        share = np.linspace(0.0, 1.0, SWING_SAMPLES)[:, None]
+        way = start + share * (step.target - start)
+        way[:, 2] += self.settings.swing_height * 4.0 * (share * (1.0 - share))[:, 0]
+        return np.asarray(way)
+
+
+def find_route(
+    robot: Quadruped,
+    obstacle: Obstacle,
+    settings: StrideSettings,
+    around: Surroundings,
+    demand: Demand | None = None,
+) -> StrideRoute:
+    """A walk that comes nowhere too near to the obstacle, at the places that are looked at.
+
+    Args:
+        robot: the robot.
+        obstacle: what is in the way.
+        settings: what was asked.
+        around: the robot's shapes and the obstacle.
+        demand: to start with; the least one by default.
+
+    Raises:
+        StrideFault: there is none, or none was found within so many rounds.
+    """
+    wanted = demand or first_demand(robot, obstacle, settings)
+    for _ in range(ROUNDS):
+        route = make_route(robot, obstacle, settings, wanted)
+        values, owners = looks(route)
+        wider = widened(route, around, values)
+        if wider != wanted:
+            wanted = wider
+            continue
+        short = BODY_RESERVE - body_margin(route, values, owners)
+        if short <= 0.0:
+            return route
+        wanted = wanted._replace(margin=wanted.margin + short + 1e-3)
+    raise StrideFault(
+        f"footholds beside the obstacle were not found within {ROUNDS} rounds", cause="obstacle"
+    )
+
+
+def first_demand(robot: Quadruped, obstacle: Obstacle, settings: StrideSettings) -> Demand:
+    """The least that can do: the feet at the margin, and the foot alone over the obstacle."""
+    missing = settings.swing_height - obstacle.height - settings.margin
+    return Demand(
+        first_gaps(settings, robot, ROOM), max(missing, 0.0),
+        settings.stability_margin + MARGIN_RESERVE,
+    )  # fmt: skip
+
+
+def make_route(
+    robot: Quadruped, obstacle: Obstacle, settings: StrideSettings, demand: Demand
+) -> StrideRoute:
+    """Footholds and postures of a demand.
+
+    Raises:
+        StrideFault: a posture is impossible.
+    """
+    if stands_over(robot, obstacle, demand.gaps) < 0.0:
+        raise StrideFault(
+            f"{robot.name} stands {robot.stance_size[0]:.4g} m long, and beside an obstacle "
+            f"{obstacle.width:.4g} m wide its feet need {demand.gaps.front_after:.3g} and "
+            f"{demand.gaps.hind_before:.3g} m between them and it",
+            cause="short",
+        )
+    layout = lay_out(robot, obstacle, demand.gaps, settings.approach, settings.leave)
+    places = footholds(robot, obstacle, layout)
+    start, end = (
+        _square_pose(robot, obstacle, settings, float(layout.centres[k])) for k in (0, -1)
+    )
+    route = StrideRoute(robot, obstacle, settings, demand, layout, places, start, end, ())
+    feet, pose = places.array[:, 0].copy(), start
+    steps: list[Step] = []
+    for cycle in range(layout.cycles):
+        for leg in settings.sequence:
+            target = places[leg][cycle + 1]
+            step = Step(leg, cycle, layout.strides_over(leg, cycle), feet.copy(), target, pose)
+            steps.append(step._replace(pose=_posture(route, step, len(steps)).pose))
+            feet, pose = step.landed, steps[-1].pose
+    last = _settled(route, feet, pose)
+    return replace(route, steps=tuple(steps), end=last)
+
+
+def _square_pose(
+    robot: Quadruped, obstacle: Obstacle, settings: StrideSettings, centre: float
+) -> BodyPose:
+    """The body level above four square feet."""
+    local = np.array([centre, 0.0, robot.foot_radius + settings.body_height])
+    return BodyPose(obstacle.to_world(local), np.array([0.0, 0.0, obstacle.yaw]))
+
+
+def _posture(route: StrideRoute, step: Step, number: int) -> PostureSolution:
+    """The nearest posture from which a step is possible; the step's own pose is the one before."""
+    settings, robot = route.settings, route.robot
+    places = [step.target]
+    if step.over:
+        way = route.waypoints(step)
+        top = np.flatnonzero(way[:, 2] > way[:, 2].max() - 1e-6)
+        places += [way[top[0]], way[top[-1]]]
+    problem = build_posture_problem(
+        robot, dict(zip(LEGS, step.feet, strict=True)), step.pose, swing=step.leg, places=places,
+        margin=route.demand.margin, reach_fraction=settings.reach_fraction * REACH_RESERVE,
+    )  # fmt: skip
+    found = solve_posture(problem)
+    if found.status != "solved":
+        raise StrideFault(
+            f"step {number}: no posture keeps a margin of {route.demand.margin:.4g} m while "
+            f"{step.leg} steps {np.linalg.norm(step.target - problem.feet[leg_index(step.leg)]):.4g}"
+            f" m{' over the obstacle' if step.over else ''} (short of reach by "
+            f"{found.residuals.reach:.3g} m, of margin by {found.residuals.margin:.3g} m)",
+            step.leg, number, "posture", found,
+        )  # fmt: skip
+    return found
+
+
+def _settled(route: StrideRoute, feet: FloatArray, before: BodyPose) -> BodyPose:
+    """The recovery state: level above the last square of feet."""
+    found = solve_posture(
+        build_posture_problem(
+            route.robot,
+            dict(zip(LEGS, feet, strict=True)),
+            route.end,
+            reach_fraction=route.settings.reach_fraction * REACH_RESERVE,
+            margin=route.demand.margin,
+        )  # fmt: skip
+    )
+    return found.pose if found.status == "solved" else before
+
+
+def looks(route: StrideRoute) -> tuple[FloatArray, np.ndarray]:
+    """Path values ``(N, 6 + nj)`` at samples of all moves and swings, and the step of each ``(N,)``.
+
+    Steps are counted from 0; samples of the body's move before a step are told apart by
+    ``-1 - step``.
+
+    Raises:
+        StrideFault: a foot is out of reach somewhere.
+    """
+    bases, feet, owners = [], [], []
+    before = route.start.base(route.robot)
+    share = np.linspace(0.0, 1.0, MOVE_SAMPLES)[:, None]
+    for k, step in enumerate(route.steps):
+        here = step.pose.base(route.robot)
+        bases.append(before + share * (here - before))
+        feet.append(np.broadcast_to(step.feet, (MOVE_SAMPLES, 4, 3)))
+        owners.append(np.full(MOVE_SAMPLES, -1 - k))
+        way = route.waypoints(step)
+        flying = np.broadcast_to(step.feet, (len(way), 4, 3)).copy()
+        flying[:, leg_index(step.leg)] = way
+        bases.append(np.broadcast_to(here, (len(way), 6)))
+        feet.append(flying)
+        owners.append(np.full(len(way), k))
+        before = here
+    base, places, owner = np.concatenate(bases), np.concatenate(feet), np.concatenate(owners)
+    joints, reached = joints_from_feet(
+        route.robot, base[:, :3], base[:, 3:], places, on_unreachable="mask"
+    )
+    if not reached.all():
+        k, leg = (int(v) for v in np.argwhere(~reached)[0])
+        number = int(owner[k]) if owner[k] >= 0 else -1 - int(owner[k])
+        raise StrideFault(
+            f"step {number}: foot {LEGS[leg]} is out of reach on the way", LEGS[leg], number
+        )
+    return np.concatenate([base, joints], axis=1), owner
+
+
+def widened(route: StrideRoute, around: Surroundings, values: FloatArray) -> Demand:
+    """The demand that gives more room to all legs that come too near; the same when none does.
+
+    A foot that stands beside the obstacle is blamed for its leg, and set farther away; a foot
+    above it goes higher.
+
+    Args:
+        route: the walk as it is.
+        around: the robot's shapes and the obstacle.
+        values: of the path, to look at ``(N, 6 + nj)``.
+
+    Raises:
+        StrideFault: it is the body, whose room is its height.
+    """
+    found = around.distances(values)
+    wanted = route.settings.clearance + RESERVE
+    demand = route.demand
+    low, high = route.obstacle.extent
+    for owner in sorted(set(around.owners)):
+        mine = found[:, [k for k, leg in enumerate(around.owners) if leg == owner]].min(axis=1)
+        near = np.flatnonzero(mine < wanted)
+        if not near.size:
+            continue
+        if not owner:
+            raise StrideFault(
+                f"the body would come within {mine.min():.3g} m of the obstacle", cause="body"
+            )
+        feet = feet_from_joints(route.robot, values[near, :3], values[near, 3:6], values[near, 6:])[
+            :, leg_index(owner)
+        ]
+        across = route.obstacle.to_local(feet)[:, 0]
+        for side in (across <= low, across >= high, (across > low) & (across < high)):
+            if side.any():
+                by = FARTHER * float(wanted - mine[near][side].min()) + 1e-3
+                demand = demand.widened(owner, float(across[side][0]), (low, high), by)
+    return demand
+
+
+def body_margin(route: StrideRoute, values: FloatArray, owners: np.ndarray) -> float:
+    """Least margin of the true centre of mass at the samples [m]."""
+    import pinocchio as pin
+
+    model = route.robot.model
+    data = model.createData()
+    q = np.concatenate([values[:, :3], rpy_to_quaternion(values[:, 3:6]), values[:, 6:]], axis=1)
+    centres = np.array([pin.centerOfMass(model, data, one).copy() for one in q])
+    least = np.inf
+    for k, step in enumerate(route.steps):
+        stand = [i for i, leg in enumerate(LEGS) if leg != step.leg]
+        for mine, feet in ((owners == k, step.feet[stand]), (owners == -1 - k, step.feet)):
+            least = min(least, float(static_stability_margin(feet, centres[mine]).min()))
+    return least
+
+
+def scaled(obstacle: Obstacle, height: float = 1.0, width: float = 1.0) -> Obstacle:
+    """The obstacle with its section scaled; a round one by ``height`` in both directions."""
+    if obstacle.shape == "round":
+        width = height
+    core = tuple((x * width, z * height) for x, z in obstacle.core)
+    rounding = obstacle.rounding * min(height, width)
+    try:
+        return replace(obstacle, core=core, rounding=rounding)
+    except InputError:
+        return obstacle

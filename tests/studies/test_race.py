@@ -1,0 +1,277 @@
+"""The race: rows, ratios, failures, many terrains."""
+
+from __future__ import annotations
+
+import csv
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import gaitopt
+from gaitopt import Footholds, InputError, Quadruped
+from gaitopt.planning.route_crawl import plan_route
+from gaitopt.planning.route_settings import ROWS
+from gaitopt.studies.race import (
+    PAPER,
+    SSM,
+    Finish,
+    Lane,
+    Race,
+    Standings,
+    race,
+    race_many,
+    row_names,
+)
+from gaitopt.studies.race_bound import lower_bound
+from gaitopt.studies.race_report import race_table
+from gaitopt.studies.report import as_text
+from gaitopt.studies.terrains import s_columns_for
+
+STATIC = ("ssm", "route", "overlap", "swing", "height", "posture")
+
+
+@pytest.fixture(scope="module")
+def terrain() -> Footholds:
+    return gaitopt.s_columns(0, columns=3)
+
+
+@pytest.fixture(scope="module")
+def short(wang: Quadruped, terrain: Footholds) -> Race:
+    """All static rows over eight steps."""
+    return race(wang, terrain, STATIC)
+
+
+def by_hand(*finishes: Finish) -> Standings:
+    rows = tuple(dict.fromkeys(f.row for f in finishes))
+    return Standings("robot", 8, rows, finishes, {})
+
+
+# ---------------------------------------------------------------- rows
+
+
+def test_all_rows_start_with_the_two_baselines() -> None:
+    assert row_names() == (SSM, PAPER, *ROWS)
+
+
+def test_the_papers_row_always_runs_along_and_the_tables_order_is_kept() -> None:
+    assert row_names(["posture", " swing ", "ssm"]) == (SSM, PAPER, "swing", "posture")
+    assert row_names(["paper"]) == row_names([]) == (PAPER,)
+
+
+def test_a_row_that_the_planner_gains_is_raced(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(ROWS, "new", ("overlap", "height"))
+    assert row_names()[-1] == "new"
+
+
+def test_an_unknown_row_is_named_with_those_there_are() -> None:
+    with pytest.raises(InputError, match="rows names 'quick'; there are ssm, paper, route"):
+        row_names(["quick"])
+
+
+# ---------------------------------------------------------------- one terrain
+
+
+def test_lanes_hold_the_planners_own_plans(
+    short: Race, wang: Quadruped, terrain: Footholds
+) -> None:
+    assert [lane.name for lane in short.lanes] == list(row_names(STATIC))
+    assert short[SSM].plan.duration == gaitopt.plan_crawl(wang, terrain, "margin").duration  # type: ignore[union-attr]
+    assert short[PAPER].plan.duration == gaitopt.plan_crawl(wang, terrain).duration  # type: ignore[union-attr]
+    swing = plan_route(wang, terrain, "swing")
+    assert short.plans["swing"].duration == pytest.approx(swing.duration, rel=1e-9)
+    assert short.ratio("swing") == pytest.approx(short.plans[PAPER].duration / swing.duration)
+
+
+def test_who_may_do_more_is_faster(short: Race) -> None:
+    """Each row can walk as the one before it does, but for what the knots between cost."""
+    times = [plan.duration for plan in short.plans.values()]
+    assert len(times) == 7
+    assert all(after < 1.01 * before for before, after in pairwise(times))
+    assert short.ratio("posture") > 4.5
+
+
+def test_every_row_is_certified_and_keeps_its_margin(short: Race) -> None:
+    for finish in short.standings.finishes:
+        assert (finish.verdict, finish.message) == ("certified", "")
+        assert finish.margin >= 0.02 - 1e-9 and not finish.dynamic
+        assert finish.solve_time > 0
+
+
+def test_settings_reach_all_planners(wang: Quadruped) -> None:
+    found = race(wang, gaitopt.s_columns(1, columns=2), ["swing"], certify=False,
+                 stability_margin=0.03, body_height=0.42)  # fmt: skip
+    for plan in found.plans.values():
+        assert (plan.settings.stability_margin, plan.settings.body_height) == (0.03, 0.42)
+        assert plan.margin >= 0.03 - 1e-9
+    assert {f.verdict for f in found.standings.finishes} == {"unchecked"}
+
+
+def test_progress_counts_rows(wang: Quadruped) -> None:
+    seen: list[tuple[int, int]] = []
+    race(wang, gaitopt.s_columns(1, columns=2), ["ssm"], certify=False,
+         progress=lambda a, b: seen.append((a, b)))  # fmt: skip
+    assert seen == [(1, 2), (2, 2)]
+
+
+def test_a_gait_balanced_by_its_zmp_is_judged_by_it() -> None:
+    plan = gaitopt.plan_gait(gaitopt.load_robot("wang2020-fast"), gaitopt.trot(0.5), (0.2, 0.0),
+                             distance=0.2)  # fmt: skip
+    finish = Lane("dynamic", plan, "", 1.0, None).finish()
+    assert finish.dynamic and finish.margin == plan.info["zmp_margin"]
+    assert "ZMP" in str(by_hand(finish))
+
+
+# ---------------------------------------------------------------- the lower bound
+
+
+def test_no_walk_with_as_much_freedom_stays_below_the_bound(
+    short: Race, wang: Quadruped, terrain: Footholds
+) -> None:
+    """The paper's walk is one of the route's, and what holds for a row holds for those above it."""
+    bounds = {lane.name: lane.bound for lane in short.lanes[2:]}
+    times = {name: plan.duration for name, plan in short.plans.items()}
+    assert bounds["route"] < times[PAPER] < times[SSM]
+    order = list(bounds)
+    for i, name in enumerate(order):
+        assert all(bounds[name] < times[other] for other in order[: i + 1])
+    safer = plan_route(wang, terrain, "swing", stability_margin=0.03)
+    blinkered = plan_route(wang, terrain, "swing", horizon=4)
+    assert bounds["swing"] < min(safer.duration, blinkered.duration)
+
+
+def test_the_static_rows_are_near_their_bounds(short: Race) -> None:
+    assert all(0.0 <= short.standings.gaps(row)[0] < 0.08 for row in STATIC[1:])
+    assert np.isnan(short.standings.gaps(PAPER)[0]) and np.isnan(short[PAPER].bound)
+
+
+def test_shorter_parts_bound_less(short: Race) -> None:
+    swing = short.plans["swing"]
+    bounds = [lower_bound(swing, part) for part in (2, 4)]
+    assert [*bounds, short["swing"].bound] == sorted([*bounds, short["swing"].bound])
+    assert bounds[0] > 0.4 * swing.duration
+
+
+def test_smooth_and_dynamic_walks_have_no_bound(wang: Quadruped) -> None:
+    columns = gaitopt.s_columns(0, columns=2)
+    smooth = plan_route(wang, columns, "swing", acceleration_limit=3.0)
+    assert np.isnan(lower_bound(smooth))
+    assert lower_bound(plan_route(wang, gaitopt.s_columns(0, columns=1))) == 0.0
+
+
+@pytest.mark.parametrize("part", [0, -1, 2.5, True])
+def test_parts_have_steps(short: Race, part: int) -> None:
+    with pytest.raises(InputError, match="whole number of steps"):
+        lower_bound(short.plans["swing"], part)
+
+
+# ---------------------------------------------------------------- what goes wrong
+
+
+def test_rows_that_fail_say_why_and_the_others_go_on(
+    wang: Quadruped, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(ROWS, "broken", ("wings",))
+    found = race(wang, gaitopt.s_columns(0, columns=2), ["broken", "ssm"], certify=False)
+    assert found["broken"].plan is None and "'wings'" in found["broken"].error
+    assert list(found.plans) == [SSM, PAPER]
+    assert np.isnan(found.ratio("broken")) and found.ratio(SSM) < 1
+    assert "broken: failed: free names 'wings'" in str(found)
+
+
+def test_a_terrain_that_nobody_can_walk_is_told_once(wang: Quadruped) -> None:
+    found = race(wang, gaitopt.s_columns(0, columns=2), ["ssm", "swing"], stability_margin=0.3)
+    assert found.plans == {} and {f.verdict for f in found.standings.finishes} == {"failed"}
+    text = " ".join(str(found).split())
+    assert text.count("inscribed circle") == 1 and f"{SSM}, {PAPER}, swing: failed:" in text
+
+
+def test_a_setting_out_of_range_is_the_users_mistake(wang: Quadruped) -> None:
+    with pytest.raises(InputError, match="stability_margin"):
+        race(wang, gaitopt.s_columns(0, columns=2), ["swing"], stability_margin=-1.0)
+
+
+def test_a_violated_plan_is_shown_as_such(short: Race) -> None:
+    """A claim of a larger margin than was planned for."""
+    from dataclasses import replace
+
+    plan = short.plans[PAPER]
+    claim = replace(plan, settings=replace(plan.settings, stability_margin=0.0201))
+    finish = Lane(PAPER, claim, "", 0.1, gaitopt.verify(claim, collisions=False)).finish()
+    assert finish.verdict == "violated" and "margin of the body centre" in finish.message
+
+
+def test_a_lane_is_found_by_name(short: Race) -> None:
+    assert short["swing"].name == "swing"
+    with pytest.raises(KeyError, match="no row 'fly'; there are SSM baseline, the paper"):
+        short["fly"]
+
+
+# ---------------------------------------------------------------- many terrains
+
+
+def test_many_terrains_are_the_races_on_each(wang: Quadruped, tmp_path: Path) -> None:
+    table, seen = tmp_path / "race.csv", list[tuple[int, int]]()
+    found = race_many(wang, [4, 7], ["swing"], columns=2, jobs=2, collisions=False, table=table,
+                      bound=False, progress=lambda a, b: seen.append((a, b)))  # fmt: skip
+    assert seen == [(k, 4) for k in range(1, 5)]
+    assert found.seeds == (4, 7) and found.steps == 4
+    for k, seed in enumerate((4, 7)):
+        alone = race(wang, s_columns_for(wang, seed, 2), ["swing"], certify=False)
+        assert found.ratios("swing")[k] == pytest.approx(alone.ratio("swing"), rel=1e-6)
+    assert list(found.plans) == [PAPER, "swing"]
+    assert np.array_equal(found.plans["swing"].footholds.array,
+                          s_columns_for(wang, 4, 2).array)  # fmt: skip
+    with table.open(newline="") as stream:
+        lines = list(csv.DictReader(stream))
+    assert sorted((x["seed"], x["row"], x["verdict"]) for x in lines) == sorted(
+        (str(s), row, "certified") for s in (4, 7) for row in (PAPER, "swing")
+    )
+
+
+def test_no_terrain_and_no_table_are_refused(wang: Quadruped, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="at least one seed"):
+        race_many(wang, [])
+    with pytest.raises(InputError, match="cannot write the table"):
+        race_many(wang, [1], ["paper"], table=tmp_path / "none" / "t.csv")
+
+
+def test_ratios_are_taken_terrain_by_terrain() -> None:
+    """The median of the ratios, which is not the ratio of the medians."""
+    times = {PAPER: (100.0, 40.0, 60.0), "swing": (50.0, 30.0, 20.0)}
+    found = by_hand(*(Finish(s, row, t[s], verdict="certified") for row, t in times.items()
+                      for s in range(3)))  # fmt: skip
+    assert found.ratios("swing").tolist() == pytest.approx([2.0, 4.0 / 3.0, 3.0])
+    text = str(found)
+    assert "2.00 (1.33 .. 3.00)" in text and "60.0 (40.0 .. 100.0)" in text
+    assert "3 certified" in text and "of 3 terrains" in text
+
+
+def test_a_failed_terrain_does_not_hide_the_others() -> None:
+    found = by_hand(Finish(0, PAPER, 10.0), Finish(1, PAPER, 12.0, verdict="certified"),
+                    Finish(0, "swing", 5.0, verdict="certified"),
+                    Finish(1, "swing", message="step 3 [bold]lost[/]"))  # fmt: skip
+    assert np.array_equal(found.ratios("swing"), [2.0, np.nan], equal_nan=True)
+    text = " ".join(str(found).split())
+    assert "1 certified, 1 failed" in text
+    assert "swing, seed 1: failed: step 3 [bold]lost[/]" in text
+
+
+def test_many_reasons_are_counted() -> None:
+    found = by_hand(*(Finish(s, PAPER, message=f"reason {s}") for s in range(9)))
+    assert "reason 4" in str(found) and "reason 5" not in str(found) and "and 4 more" in str(found)
+
+
+def test_the_table_has_its_units(short: Race) -> None:
+    text = as_text(race_table(short.standings))
+    for words in ("time [s]", "speed [mm/s]", "× the paper", "× SSM", "planning [s]",
+                  "margin [mm]", "certificate", "8 steps"):  # fmt: skip
+        assert words in text
+    assert "terrains" not in text and "gap [%]" in text
+
+
+def test_a_column_without_numbers_is_left_out() -> None:
+    text = str(by_hand(Finish(-1, PAPER, 10.0, verdict="unchecked")))
+    assert "time [s]" in text and "gap" not in text and "× SSM: " in text
+    assert "× SSM ┃" not in text
