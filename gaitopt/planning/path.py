@@ -47,9 +47,9 @@ class MotionPath:
             )
         if not (np.isfinite(times).all() and np.isfinite(coefficients).all()):
             raise InputError("a path's times and coefficients must be finite")
-        size = np.concatenate([[np.abs(c).max(initial=0.0) for c in coefficients]])
-        longest = float(np.diff(times).max(initial=0.0))
-        reach = sum(s * longest**k for k, s in enumerate(size[::-1]))
+        lengths = np.diff(times) if len(times) > 1 else np.zeros(1)
+        sizes = np.abs(coefficients).max(axis=2)[::-1]
+        reach = float(sum(size * lengths**k for k, size in enumerate(sizes)).max())
         if not reach < FARTHEST:
             raise InputError(
                 f"a path leads {reach:.3g} m or rad away; at most {FARTHEST:g} is taken"
