@@ -107,11 +107,14 @@ class _Run:
         data = self.mujoco.MjData(self.sim.model)
         data.qpos[:] = to_mujoco(self.sim, self.plan.at([0.0]).q[0])
         self.mujoco.mj_forward(self.sim.model, data)
-        for _ in range(int(np.ceil(self.settings.stand / self.settings.control_interval))):
+        interval = self.settings.control_interval
+        ticks = int(np.ceil(max(self.settings.stand, self.controller.reference.before) / interval))
+        for tick in range(-ticks, 0):
             state, _ = self._sense(data)
             if not np.isfinite(state.q).all():
                 break
-            self._act(data, self.controller.command(-self.settings.stand, state))
+            # The reference gets under way a little before the plan: it has no jumps.
+            self._act(data, self.controller.command(tick * interval, state))
             self.mujoco.mj_step(self.sim.model, data, nstep=self.settings.control_every)
         return data
 

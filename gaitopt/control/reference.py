@@ -63,6 +63,11 @@ class Reference:
     def __len__(self) -> int:
         return len(self.position)
 
+    @property
+    def before(self) -> float:
+        """How long before the plan's start the reference begins to move [s]."""
+        return self.lead * self.dt
+
     def tick(self, time: float) -> int:
         """Index of the tick at ``time`` [s]; at rest for ever before and after."""
         return min(max(round(time / self.dt) + self.lead, 0), len(self) - 1)
