@@ -53,8 +53,11 @@ if TYPE_CHECKING:
     from gaitopt.optimize.cog import CogSolution as CogSolution
     from gaitopt.optimize.cog import build_cog_problem as build_cog_problem
     from gaitopt.optimize.cog import solve_cog as solve_cog
+    from gaitopt.optimize.posture import solve_posture as solve_posture
     from gaitopt.optimize.speed import build_speed_lp as build_speed_lp
     from gaitopt.optimize.speed import solve_speed_lp as solve_speed_lp
+    from gaitopt.optimize.spline import JointSpline as JointSpline
+    from gaitopt.optimize.spline import solve_spline as solve_spline
     from gaitopt.planning.crawl import plan_crawl as plan_crawl
     from gaitopt.planning.gait import plan_gait as plan_gait
     from gaitopt.planning.gait_settings import GaitSettings as GaitSettings
@@ -63,12 +66,14 @@ if TYPE_CHECKING:
     from gaitopt.planning.phase import Swing as Swing
     from gaitopt.planning.plan import Plan as Plan
     from gaitopt.planning.plan import Trajectory as Trajectory
-    from gaitopt.planning.route_crawl import RouteError as RouteError
     from gaitopt.planning.route_crawl import plan_route as plan_route
     from gaitopt.planning.route_settings import RouteSettings as RouteSettings
+    from gaitopt.planning.route_steps import RouteError as RouteError
     from gaitopt.planning.settings import CrawlSettings as CrawlSettings
     from gaitopt.planning.settings import PlanSettings as PlanSettings
     from gaitopt.planning.storage import load_plan as load_plan
+    from gaitopt.planning.stride import plan_stride as plan_stride
+    from gaitopt.planning.stride_settings import StrideSettings as StrideSettings
     from gaitopt.robots.catalog import load_robot as load_robot
     from gaitopt.robots.catalog import robot_names as robot_names
     from gaitopt.robots.leg import Leg as Leg
@@ -88,6 +93,10 @@ if TYPE_CHECKING:
     from gaitopt.swing.touchdown import velocity_touchdown as velocity_touchdown
     from gaitopt.terrain.columns import s_columns as s_columns
     from gaitopt.terrain.footholds import Footholds as Footholds
+    from gaitopt.terrain.obstacles import Obstacle as Obstacle
+    from gaitopt.terrain.obstacles import rectangular_obstacle as rectangular_obstacle
+    from gaitopt.terrain.obstacles import round_obstacle as round_obstacle
+    from gaitopt.terrain.obstacles import triangular_obstacle as triangular_obstacle
     from gaitopt.viewing.gait_figures import save_gait_figures as save_gait_figures
     from gaitopt.viewing.live import view as view
     from gaitopt.viewing.plots import save_figures as save_figures
@@ -97,6 +106,11 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 _HOMES = {
+    "optimize.posture": "solve_posture",
+    "optimize.spline": "JointSpline solve_spline",
+    "terrain.obstacles": "Obstacle rectangular_obstacle round_obstacle triangular_obstacle",
+    "planning.stride_settings": "StrideSettings",
+    "planning.stride": "plan_stride",
     "checking.balance": "com_margin",
     "checking.certificate": "Certificate CertificateError Check verify",
     "checking.sim_result": "SimulationResult",
@@ -120,7 +134,8 @@ _HOMES = {
     "planning.path": "MotionPath",
     "planning.phase": "Phase Swing",
     "planning.plan": "Plan Trajectory",
-    "planning.route_crawl": "RouteError plan_route",
+    "planning.route_crawl": "plan_route",
+    "planning.route_steps": "RouteError",
     "planning.route_settings": "RouteSettings",
     "planning.settings": "CrawlSettings PlanSettings",
     "planning.storage": "load_plan",

@@ -32,6 +32,7 @@ from gaitopt.cli_options import (
     SwingHeightOption,
 )
 from gaitopt.cli_race import race
+from gaitopt.cli_stride import stride
 from gaitopt.cli_support import (
     drawable,
     load_inputs,
@@ -123,6 +124,7 @@ def walk(
 app.command()(trot)
 app.command()(gait)
 app.command()(race)
+app.command()(stride)
 
 
 @app.command()

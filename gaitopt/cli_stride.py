@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from enum import Enum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.markup import escape
 
-from gaitopt.cli_options import OutOption
+from gaitopt.cli_options import MarginOption, OutOption
 from gaitopt.cli_support import make_folder, progress_bar, terminal
 from gaitopt.errors import InputError, MissingPackageError
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from gaitopt.planning.phase import Swing
     from gaitopt.planning.plan import Plan
     from gaitopt.robots.quadruped import Quadruped
     from gaitopt.terrain.obstacles import Obstacle
@@ -22,8 +25,6 @@ PAPER_BOARD = (0.11, 0.04)
 """Height and width of the paper's board [m], for its robot."""
 PAPER_MARGIN = 0.03
 """The paper's distance between foot and board [m]."""
-PAPER_HIPS = 0.72
-"""Height of its hips over its feet [m]; obstacles for other robots are to their scale."""
 
 
 class Shape(str, Enum):
@@ -32,6 +33,14 @@ class Shape(str, Enum):
     rectangular = "rectangular"
     round = "round"
     triangular = "triangular"
+
+
+class Pattern(str, Enum):
+    """Path over an obstacle."""
+
+    parabola = "parabola"
+    trapezoid = "trapezoid"
+    box = "box"
 
 
 StriderOption = Annotated[
@@ -54,21 +63,23 @@ WidthOption = Annotated[
                  rich_help_panel="What strides over what", show_default=False),
 ]  # fmt: skip
 PositionOption = Annotated[
-    float | None,
-    typer.Option(help="Its place ahead of the middle of the robot, in metres; by default where "
-                 "the robot gets to in its stride.",
-                 rich_help_panel="What strides over what", show_default=False),
+    float,
+    typer.Option(help="Its place along x, in metres. The robot begins in front of it.",
+                 rich_help_panel="What strides over what"),
 ]  # fmt: skip
-ClearanceOption = Annotated[
+FootOption = Annotated[
     float | None,
     typer.Option("--margin", help="Distance that feet keep from it, in metres; the paper's 0.03 "
                  "to the robot's scale by default.", rich_help_panel="How", show_default=False),
 ]  # fmt: skip
-StabilityOption = Annotated[
-    float | None,
-    typer.Option("--stability-margin", help="Static stability margin, in metres; the planner's "
-                 "own by default.", rich_help_panel="How", show_default=False),
+ClearanceOption = Annotated[
+    float,
+    typer.Option(help="Distance that every part of the robot keeps from it, in metres.",
+                 rich_help_panel="How"),
 ]  # fmt: skip
+PatternOption = Annotated[
+    Pattern, typer.Option(help="Path of a foot over it.", rich_help_panel="How")
+]
 StudyOption = Annotated[
     bool,
     typer.Option("--study", help="Instead, print the study of the paper's swing: our splines, the "
@@ -76,28 +87,104 @@ StudyOption = Annotated[
 ]  # fmt: skip
 
 
+def stride(
+    robot: StriderOption = "frog1",
+    shape: ShapeOption = Shape.rectangular,
+    height: HeightOption = None,
+    width: WidthOption = None,
+    position: PositionOption = 0.0,
+    margin: FootOption = None,
+    clearance: ClearanceOption = 0.01,
+    stability_margin: MarginOption = 0.02,
+    pattern: PatternOption = Pattern.parabola,
+    study: StudyOption = False,
+    out: OutOption = Path("out"),
+) -> None:
+    """Walk over an obstacle, as in the fourth paper, and write plan, replay and figures."""
+    from gaitopt.planning.stride import plan_stride
+    from gaitopt.robots.catalog import load_robot
+
+    if study:
+        print_study()
+        return
+    model = load_robot(robot)
+    scale = scale_of(model)
+    with progress_bar("planning") as tick:
+        plan = plan_stride(
+            model, obstacle_for(shape, height, width, position, scale),
+            margin=round(PAPER_MARGIN * scale, 3) if margin is None else margin,
+            clearance=clearance, stability_margin=stability_margin, pattern=pattern.value,
+            progress=tick, **limits_of(model),
+        )  # fmt: skip
+    write_stride(plan, out)
+    console = terminal()
+    console.print(escape(describe(plan)))
+    console.print(f"[bold]{escape(str(out / 'stride.html'))}[/]  the replay: open it in a browser")
+    console.print(f"[bold]{escape(str(out / 'plan.npz'))}[/]  the plan: gaitopt verify, simulate")
+    console.print(f"[bold]{escape(str(out / 'figures'))}[/]  its figures")
+
+
+def write_stride(plan: Plan, out: Path) -> None:
+    """Plan file, replay and figures of a stride, in a folder; Figs. 6 and 7 are its own."""
+    from gaitopt.viewing.figure_files import write_figures
+    from gaitopt.viewing.plot_joint_curves import plot_joint_curves
+    from gaitopt.viewing.plot_posture import plot_posture
+    from gaitopt.viewing.plots import save_figures
+    from gaitopt.viewing.replay import replay
+
+    def joints() -> Figure:
+        swing = first_stride(plan)
+        return plot_joint_curves(plan, [swing.leg], span=(swing.start, swing.end))
+
+    make_folder(out)
+    with progress_bar("writing plan, replay and figures") as tick:
+        plan.save(out / "plan.npz")
+        tick(1, 4)
+        replay(plan, out / "stride.html")
+        tick(2, 4)
+        save_figures(plan, out / "figures")
+        tick(3, 4)
+        own = {"striding_fig06_joints": joints, "striding_fig07_cog": lambda: plot_posture(plan)}
+        write_figures(own, out / "figures")
+        tick(4, 4)
+
+
+def first_stride(plan: Plan) -> Swing:
+    """The first swing that goes over the obstacle."""
+    obstacle = obstacle_of(plan)
+    for swing in plan.swings:
+        ends = obstacle.to_local([swing.foot_start, swing.foot_end])[:, 0]
+        if ends[0] * ends[1] < 0.0:
+            return swing
+    raise InputError("no leg strides over the obstacle in this plan")
+
+
+def obstacle_of(plan: Plan) -> Obstacle:
+    """What a plan of plan_stride goes over."""
+    from gaitopt.planning.stride_settings import StrideSettings
+
+    if not isinstance(plan.settings, StrideSettings):
+        raise InputError(f"a plan of {plan.settings.planner} has no obstacle")
+    return plan.settings.obstacles[0]
+
+
 def obstacle_for(
-    robot: Quadruped,
-    shape: Shape,
-    height: float | None,
-    width: float | None,
-    position: float,
+    shape: Shape, height: float | None, width: float | None, position: float, scale: float
 ) -> Obstacle:
-    """The obstacle that the options describe, on the ground below a robot's feet."""
+    """The obstacle that the options describe; the paper's to ``scale`` where they say nothing."""
     from gaitopt.terrain import obstacles
 
-    usual = [round(size * scale_of(robot), 3) for size in PAPER_BOARD]
-    high = usual[0] if height is None else height
-    place = (position, 0.0, -robot.foot_radius)
+    usual_height, usual_width = (round(size * scale, 3) for size in PAPER_BOARD)
+    high = usual_height if height is None else height
+    wide = usual_width if width is None else width
+    place = (position, 0.0, 0.0)
     if shape is Shape.round:
         if width is not None and width != high:
             raise InputError("a round obstacle is as wide as it is high: leave --width out")
         return obstacles.round_obstacle(high, position=place)
-    make = {
-        Shape.rectangular: obstacles.rectangular_obstacle,
-        Shape.triangular: obstacles.triangular_obstacle,
-    }[shape]
-    return make(high, usual[1] if width is None else width, position=place)
+    if shape is Shape.triangular:
+        return obstacles.triangular_obstacle(high, wide, position=place)
+    return obstacles.rectangular_obstacle(high, wide, position=place)
 
 
 def scale_of(robot: Quadruped) -> float:
@@ -105,6 +192,31 @@ def scale_of(robot: Quadruped) -> float:
     from gaitopt.robots.catalog import load_robot
 
     return robot.standing_height / load_robot("frog1").standing_height
+
+
+def limits_of(robot: Quadruped) -> dict[str, Any]:
+    """The paper's limits of acceleration and jerk for its robot; the planner's own for others."""
+    from gaitopt.optimize.spline_reference import PAPER_LIMITS
+
+    if robot.name != "frog1":
+        return {}
+    return {"acceleration_limit": PAPER_LIMITS.acceleration, "jerk_limit": PAPER_LIMITS.jerk}
+
+
+def describe(plan: Plan) -> str:
+    """A stride in a sentence."""
+    obstacle = obstacle_of(plan)
+    said = (
+        f"{plan.robot.name} takes {len(plan.swings)} steps over {plan.distance:.2f} m in "
+        f"{plan.duration:.1f} s, over an obstacle {1e3 * obstacle.height:.0f} mm high and "
+        f"{1e3 * obstacle.width:.0f} mm wide; margin at least {1e3 * plan.margin:.1f} mm"
+    )
+    energy, apart = plan.info.get("energy_margin"), plan.info.get("clearance")
+    if isinstance(energy, float):
+        said += f", {energy:.2f} J to tip it"
+    if isinstance(apart, float):
+        said += f"; no part of it comes nearer to the obstacle than {1e3 * apart:.1f} mm"
+    return said
 
 
 def print_study() -> None:

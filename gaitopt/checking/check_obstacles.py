@@ -213,40 +213,51 @@ class _Stretch(NamedTuple):
         return cls((at_start + at_end - (end - start)) / 2.0, pair, start, end, at_start, at_end)
 
 
-def _least(plan: Plan, geometry: Any, pieces: Pieces, pairs: list[Pair], limit: float) -> _Least:
-    """The least distance of all pairs, enclosed to :data:`RESOLUTION`; closer near the limit."""
-    model = plan.robot.model
-    data, placed = model.createData(), geometry.createData()
-    times = np.append(pieces.starts, pieces.starts[-1] + pieces.lengths[-1])
-    best = _Least(np.inf, 0.0, "", np.inf)
+class _Looks:
+    """Looks at one pair at one place of its way, and remembers the nearest that was seen."""
 
-    def look(k: int, way: float) -> float:
-        nonlocal best
-        time = float(np.interp(way, pairs[k].travelled, times))
-        q = configurations(plan.path.evaluate([time]))[0]
-        pin.updateGeometryPlacements(model, data, geometry, placed, q)
-        distance = float(pin.computeDistance(geometry, placed, pairs[k].index).min_distance)
-        if distance < best.seen:
-            best = _Least(distance, time, pairs[k].name, distance)
+    def __init__(self, plan: Plan, geometry: Any, pieces: Pieces, pairs: list[Pair]) -> None:
+        self._plan, self._geometry, self._pairs = plan, geometry, pairs
+        self._data, self._placed = plan.robot.model.createData(), geometry.createData()
+        self._times = np.append(pieces.starts, pieces.starts[-1] + pieces.lengths[-1])
+        self.best = _Least(np.inf, 0.0, "", np.inf)
+
+    def distance(self, k: int, way: float) -> float:
+        """Distance of pair ``k`` [m] where its shape has gone ``way`` at most."""
+        pair, model = self._pairs[k], self._plan.robot.model
+        time = float(np.interp(way, pair.travelled, self._times))
+        q = configurations(self._plan.path.evaluate([time]))[0]
+        pin.updateGeometryPlacements(model, self._data, self._geometry, self._placed, q)
+        found = pin.computeDistance(self._geometry, self._placed, pair.index)
+        distance = float(found.min_distance)
+        if distance < self.best.seen:
+            self.best = _Least(distance, time, pair.name, distance)
         return distance
 
-    agenda = []
-    for k, pair in enumerate(pairs):
-        end = float(pair.travelled[-1])
-        agenda.append(_Stretch.of(k, 0.0, end, look(k, 0.0), look(k, end)))
+    def whole(self, k: int) -> _Stretch:
+        """All of the way of pair ``k``."""
+        end = float(self._pairs[k].travelled[-1])
+        return _Stretch.of(k, 0.0, end, self.distance(k, 0.0), self.distance(k, end))
+
+
+def _least(plan: Plan, geometry: Any, pieces: Pieces, pairs: list[Pair], limit: float) -> _Least:
+    """The least distance of all pairs, enclosed to :data:`RESOLUTION`; closer near the limit."""
+    looks = _Looks(plan, geometry, pieces, pairs)
+    agenda = [looks.whole(k) for k in range(len(pairs))]
     heapq.heapify(agenda)
     for _ in range(MOST_LOOKS):
         low = agenda[0]
-        if best.seen - low.lowest <= _width(best.seen, limit):
+        if looks.best.seen - low.lowest <= _width(looks.best.seen, limit):
             break
         heapq.heappop(agenda)
         # Where the two slopes from the ends meet is where the distance may be lowest.
         middle = (low.start + low.end + low.at_start - low.at_end) / 2.0
         middle = min(max(middle, low.start), low.end)
-        at_middle = look(low.pair, middle)
+        at_middle = looks.distance(low.pair, middle)
         for start, end, a, b in ((low.start, middle, low.at_start, at_middle),
                                  (middle, low.end, at_middle, low.at_end)):  # fmt: skip
             heapq.heappush(agenda, _Stretch.of(low.pair, start, end, a, b))
+    best = looks.best
     return best._replace(bound=min(agenda[0].lowest, best.seen) - ROUNDING)
 
 

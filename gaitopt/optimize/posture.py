@@ -45,7 +45,7 @@ RESERVE = 1e-8
 SHAO_SEQUENCE = ("RF", "LH", "LF", "RH")
 """The paper's order of the legs."""
 _WIDEST = 100.0
-_ITERATIONS = 200
+_ITERATIONS = 100
 
 
 @dataclass(frozen=True)
@@ -299,7 +299,7 @@ def _start(problem: PostureProblem, low: FloatArray, high: FloatArray) -> FloatA
         for leg, place in problem.reaching
     ]
     x = np.concatenate([problem.start.numbers, [problem.margin], *angles])
-    return np.clip(x, low, high)
+    return np.asarray(np.clip(x, low, high))
 
 
 def _parameters(problem: PostureProblem) -> FloatArray:

@@ -11,8 +11,8 @@ from gaitopt.errors import InputError
 from gaitopt.optimize.route_problem import RouteProblem, Rows
 from gaitopt.optimize.route_solver import solve_route
 from gaitopt.planning.plan import Plan
-from gaitopt.planning.route_crawl import _prepared, _problem
 from gaitopt.planning.route_settings import RouteSettings
+from gaitopt.planning.route_steps import prepared, problem_of
 
 
 def route_bound(plan: Plan, window: int = 8, iterations: int = 300) -> FloatArray:
@@ -43,11 +43,11 @@ def route_bound(plan: Plan, window: int = 8, iterations: int = 300) -> FloatArra
         )
     if isinstance(window, bool) or window < 1:
         raise InputError(f"window must be a whole number of steps from 1, got {window!r}")
-    route = _prepared(plan.robot, plan.footholds, settings, None)
+    route = prepared(plan.robot, plan.footholds, settings, None)
     times = []
     count = len(route.steps.legs)
     for first in range(0, count, window):
-        whole = _problem(route, first, min(first + window, count))
+        whole = problem_of(route, first, min(first + window, count))
         problem = _without_start(whole, settings.stance_knots)
         answer = solve_route(problem, problem.start(), iterations=iterations)
         needed = problem.needed(problem.unpack(answer.x)[0]).sum()

@@ -25,7 +25,7 @@ from gaitopt.planning.route_motion import RouteMotion
 from gaitopt.planning.route_settings import RouteSettings
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.stability.support import pair_lines, triangle_half_planes
-from gaitopt.stability.zmp import GRAVITY
+from gaitopt.stability.zmp import GRAVITY, point_mass_zmp
 
 if TYPE_CHECKING:
     from gaitopt.planning.crawl import CrawlSteps
@@ -141,11 +141,26 @@ def tightened(
     accelerations = np.maximum(problem.accelerations / asked, _LEAST_SHARE * limit)
     zmp = problem.zmp
     if "dynamic" in settings.free:
-        margins = np.minimum(motion.margins(True), motion.margins(True, stretch))
-        short = np.maximum(settings.stability_margin - margins, 0.0)
-        short = np.where(short > 0.0, 1.2 * short + LEAST_TIGHTENING, 0.0)
-        zmp = zmp._replace(offset=zmp.offset + short[zmp.knot])
+        zmp = _safer(zmp, motion, motion.slower(stretch), settings)
     return replace(problem, hurry=hurry, accelerations=accelerations, zmp=zmp)
+
+
+def _safer(
+    zmp: ZmpRows, motion: RouteMotion, slower: RouteMotion, settings: RouteSettings
+) -> ZmpRows:
+    """Rows with so much more room at their knots as the ZMP wanders within their spans."""
+    wanted = _zmp_rows(motion.knots, settings, len(motion.spans)).offset - ZMP_RESERVE
+    along = [
+        np.einsum("mi,msi->ms", zmp.normal, m.zero_moment_points()[zmp.knot])
+        for m in (motion, slower)
+    ]
+    least = np.minimum(along[0].min(axis=1), along[1].min(axis=1))
+    # What the problem sees is the body centre's control point, with the span's acceleration.
+    centre, pull = motion.poses[zmp.knot, :3], 2.0 * motion.pieces[0, zmp.knot, :3]
+    seen = point_mass_zmp(centre, pull, zmp.ground)
+    wander = (zmp.normal * seen).sum(axis=1) - least
+    offset = np.maximum(zmp.offset, wanted + wander + LEAST_TIGHTENING)
+    return zmp._replace(offset=np.where(least < wanted, offset, zmp.offset))
 
 
 def stretch_needed(problem: RouteDynamics, motion: RouteMotion, limit: float) -> float:

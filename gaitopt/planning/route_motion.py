@@ -159,25 +159,31 @@ class RouteMotion:
         rates, bends = (np.abs(f).reshape(-1, SAMPLES, 12).max(axis=1) for f in found)
         return rates, bends
 
-    def margins(self, dynamic: bool, stretch: float = 1.0) -> FloatArray:
-        """Least margin at samples of each interval over the feet that stand ``(K - 1,)`` [m].
+    def zero_moment_points(self) -> FloatArray:
+        """ZMP at samples of each span ``(K, SAMPLES, 2)`` [m].
+
+        Of a point mass at the body centre, on the mean height of the standing feet.
+        """
+        times, span = self.samples()
+        flies, leg = self.flying
+        stands = ~(flies[span, None] & (np.arange(4) == leg[span, None]))
+        ground = (self.knots.feet[span][..., 2] * stands).sum(axis=1) / stands.sum(axis=1)
+        centre, pull = (self.pose(times, span, k)[:, BODY] for k in (0, 2))
+        return point_mass_zmp(centre, pull, ground).reshape(-1, SAMPLES, 2)
+
+    def margins(self, dynamic: bool) -> FloatArray:
+        """Least margin at samples of each span over the feet that stand ``(K,)`` [m].
 
         Args:
-            dynamic: of the zero moment point of a point mass at the body centre, above the mean
-                height of the standing feet; else of the body centre's projection.
-            stretch: judge the motion as if it took this much longer.
+            dynamic: of the zero moment point; else of the body centre's projection.
         """
-        times, interval = self.samples()
-        centre = self.pose(times, interval)[:, BODY]
-        feet = self.knots.feet[interval]
-        swings, leg = (part[interval] for part in self.flying)
-        out = np.empty(len(times))
-        point = centre[:, :2]
+        times, span = self.samples()
+        feet = self.knots.feet[span]
+        swings, leg = (part[span] for part in self.flying)
+        point = self.pose(times, span)[:, :2]
         if dynamic:
-            pull = self.pose(times, interval, 2)[:, BODY] / stretch**2
-            stands = ~(swings[:, None] & (np.arange(4) == leg[:, None]))
-            ground = (feet[..., 2] * stands).sum(axis=1) / stands.sum(axis=1)
-            point = point_mass_zmp(centre, pull, ground)
+            point = self.zero_moment_points().reshape(-1, 2)
+        out = np.empty(len(times))
         for i in range(4):
             mine = swings & (leg == i)
             others = [j for j in range(4) if j != i]

@@ -41,8 +41,8 @@ FULL_SPEED = 0.5
 ROUNDS = 6
 FOOT_TOLERANCE = 2e-5
 """What the proof of the feet's margin may fall short by [m]: it is so fine."""
-HALVINGS = 6
-"""Bisections for the largest obstacle: it is found to a sixtieth of the one asked for."""
+HALVINGS = 5
+"""Bisections for the largest obstacle: it is found to a thirtieth of the one asked for."""
 
 Progress = Callable[[int, int], None]
 
@@ -71,7 +71,8 @@ def plan_stride(
     The robot walks along the obstacle's x axis on the level ground that the obstacle stands on, and
     begins in front of it. The planner chooses the footholds: each pair of feet strides over the
     obstacle in one cycle, from as near before it to as near behind it as no part of the robot comes
-    within ``clearance`` of it. That is checked with the URDF's collision shapes at every instant.
+    within ``clearance`` of it. That is checked with the URDF's collision shapes at every instant;
+    where these are meshes, lines along the legs stand for them.
 
     Args:
         robot: from :func:`gaitopt.load_robot`; legs with or without roll joint.
@@ -102,9 +103,8 @@ def plan_stride(
         [J]; and the gaps between the obstacle and the feet beside it [m].
 
     Raises:
-        InputError: a setting is out of range, a joint has no velocity limit, or shapes are missing.
+        InputError: a setting is out of range, or a joint has no velocity limit.
         InfeasibleStepError: no such walk was found; says how large an obstacle would do.
-        SolverError: a swing was not solved.
     """
     _check(robot, obstacle)
     reach = float(np.mean([leg.reach for leg in robot.legs.values()]))
@@ -154,7 +154,11 @@ def _attempt(
     demand: Demand | None = None
     for _ in range(ROUNDS):
         route = find_route(robot, obstacle, settings, around, demand)
-        pieces = pieces_of(route, progress)
+        try:
+            pieces = pieces_of(route, progress)
+        except (InputError, SolverError) as error:
+            # Another height of the body may do, or a smaller obstacle.
+            raise StrideFault(str(error), cause="swing") from error
         path = joined([piece.path for piece in pieces if piece.path is not None])
         closest = around.along(path, settings.clearance)
         foot = foot_margin(route, pieces)
@@ -165,7 +169,7 @@ def _attempt(
             gaps = Gaps(*(gap + more for gap in route.demand.gaps))
             demand = route.demand._replace(foot=route.demand.foot + more, gaps=gaps)
         else:
-            return plan_of(route, pieces, _info(route, closest, foot))
+            return plan_of(route, pieces, _info(route, around, closest, foot))
     raise StrideFault(
         f"leg {closest.seen.leg or 'none, the body'} comes within {closest.proven:.4g} m of the "
         f"obstacle after {ROUNDS} rounds",
@@ -189,12 +193,15 @@ def _roomier(
     return demand._replace(gaps=Gaps(*(gap + more for gap in demand.gaps)), lift=demand.lift + more)
 
 
-def _info(route: StrideRoute, closest: Approach, foot: float) -> dict[str, float | str]:
+def _info(
+    route: StrideRoute, around: Surroundings, closest: Approach, foot: float
+) -> dict[str, float | str]:
     gaps = {f"gap_{name}": float(gap) for name, gap in route.demand.gaps._asdict().items()}
     return {
         "clearance": closest.proven,
         "foot_margin": foot,
         "nearest": f"{closest.seen.shape} at {closest.time:.2f} s",
+        **({"lines_for_meshes": ", ".join(around.stand_ins)} if around.stand_ins else {}),
         **gaps,
     }
 
@@ -206,18 +213,21 @@ def _refusal(
     robot: Quadruped, obstacle: Obstacle, tries: list[StrideSettings], fault: StrideFault
 ) -> InfeasibleStepError:
     """The error that tells the largest obstacle that would do."""
-    height = _largest(lambda s: _works(robot, scaled(obstacle, height=s), tries))
-    said = f"{robot.name} does not get over this obstacle: {fault}"
-    if height is not None:
-        best = scaled(obstacle, height=height)
-        size = f"{best.height:.3g} m high"
-        way = f"; with these settings it gets over one {size} and {best.width:.3g} m wide"
-    else:
-        width = _largest(lambda s: _works(robot, scaled(obstacle, width=s), tries))
+    # The strides alone decide, and every second height of the body is near enough to the others.
+    few = [replace(settings, approach=0, leave=0) for settings in tries[::2]]
+    lower = _largest(robot, few, lambda share: scaled(obstacle, height=share))
+    narrower = None
+    if lower is None:
+        narrower = _largest(robot, few, lambda share: scaled(obstacle, width=share))
+    best = lower or narrower
+    if best is not None:
         way = (
-            f"; one of this height may be {scaled(obstacle, width=width).width:.3g} m wide"
-            if width is not None
-            else "; none of this height or width will do: lessen margin, stability_margin or "
+            f"; with these settings it gets over one {best.height:.3g} m high and "
+            f"{best.width:.3g} m wide"
+        )
+    else:
+        way = (
+            "; neither a lower nor a narrower one will do: lessen margin, stability_margin or "
             "clearance, or give another body_height"
         )
     largest = None
@@ -225,28 +235,44 @@ def _refusal(
         found = solve_posture(fault.posture.problem.largest_margin())
         largest = found.margin if found.status == "solved" else None
     return InfeasibleStepError(
-        said + way, step=fault.step, leg=fault.leg, conflicts=(fault.cause,),
+        f"{robot.name} does not get over this obstacle: {fault}{way}",
+        step=fault.step, leg=fault.leg, conflicts=(fault.cause,),
         margin=tries[0].stability_margin, largest_margin=largest,
         reach_fraction=tries[0].reach_fraction,
     )  # fmt: skip
 
 
-def _largest(works: Callable[[float], bool]) -> float | None:
-    """The largest share below 1 that works, by bisection; ``None`` when a 64th does not."""
+def _largest(
+    robot: Quadruped, tries: list[StrideSettings], sized: Callable[[float], Obstacle]
+) -> Obstacle | None:
+    """The largest obstacle that works, by bisection over its share of the one asked for.
+
+    Postures and footholds decide; what they allow is then planned in full, and made smaller when
+    that fails. ``None`` when a 32nd does not do.
+    """
     low, high = 0.0, 1.0
     for _ in range(HALVINGS):
         middle = (low + high) / 2.0
-        low, high = (middle, high) if works(middle) else (low, middle)
-    return low or None
+        low, high = (middle, high) if _works(robot, sized(middle), tries) else (low, middle)
+    for share in (low, 0.95 * low, 0.9 * low):
+        if share and _works(robot, sized(share), tries, in_full=True):
+            return sized(share)
+    return None
 
 
-def _works(robot: Quadruped, obstacle: Obstacle, tries: list[StrideSettings]) -> bool:
-    """Whether postures and footholds are found, at any of the heights."""
+def _works(
+    robot: Quadruped, obstacle: Obstacle, tries: list[StrideSettings], *, in_full: bool = False
+) -> bool:
+    """Whether postures and footholds are found at any of the heights, or a plan in full."""
     around = Surroundings.of(robot, obstacle)
     for settings in tries:
+        asked = replace(settings, obstacles=(obstacle,))
         try:
-            find_route(robot, obstacle, replace(settings, obstacles=(obstacle,)), around)
-        except (StrideFault, InputError, SolverError):
+            if in_full:
+                _attempt(robot, obstacle, asked, around, None)
+            else:
+                find_route(robot, obstacle, asked, around)
+        except (StrideFault, InputError):
             continue
         return True
     return False

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import Any, NamedTuple
-from xml.etree import ElementTree
 
 import numpy as np
 
 from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.errors import InputError
 from gaitopt.planning.path import MotionPath
+from gaitopt.planning.stride_shapes import obstacle_solid, robot_shapes
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.rotations import rpy_to_quaternion
 from gaitopt.terrain.obstacles import Obstacle
@@ -27,13 +27,13 @@ class Nearest(NamedTuple):
         distance: from the obstacle [m].
         leg: the leg that it belongs to, ``""`` for the body.
         shape: its name.
-        index: which configuration, or look.
+        place: which configuration, or look.
     """
 
     distance: float
     leg: str
     shape: str
-    index: int
+    place: int
 
 
 class Approach(NamedTuple):
@@ -61,41 +61,35 @@ class Surroundings:
         geometry: Pinocchio's geometry with a pair of every shape and the obstacle.
         names: name of each pair's shape.
         owners: leg of each pair's shape, ``""`` for the body.
-        reach: farthest that any shape's point is from the base's origin [m].
+        stand_ins: names of shapes that stand for meshes.
+        reach: bound on the distance of any point of the robot from the base's origin [m].
+        lever: bound on the distance of any point of a leg from any of the leg's hinges [m].
     """
 
     robot: Quadruped
     geometry: Any
     names: tuple[str, ...]
     owners: tuple[str, ...]
+    stand_ins: tuple[str, ...]
     reach: float
+    lever: float
 
     @classmethod
     def of(cls, robot: Quadruped, obstacle: Obstacle) -> Surroundings:
-        """Read the shapes, and put the obstacle beside them.
-
-        Raises:
-            InputError: the URDF has mesh shapes, which are not read, or a leg has no shape at all.
-        """
+        """Read the shapes, and put the obstacle beside them."""
         import pinocchio as pin
 
-        geometry = pin.buildGeomFromUrdfString(
-            robot.model, _checked_shapes(robot), pin.GeometryType.COLLISION
-        )
-        shapes = list(geometry.geometryObjects)
-        owners = tuple(_owner(robot, shape.parentJoint) for shape in shapes)
-        bare = [leg for leg in LEGS if leg not in owners]
-        if bare:
-            raise InputError(
-                f"{robot.name}: leg {bare[0]} has no collision shape, so nobody can say whether it "
-                "touches an obstacle; add <collision> elements to the URDF"
-            )
-        board = pin.GeometryObject("obstacle", 0, pin.SE3.Identity(), _convex(obstacle))
-        index = geometry.addGeometryObject(board)
-        for k in range(len(shapes)):
-            geometry.addCollisionPair(pin.CollisionPair(k, index))
-        reach = _farthest(robot, shapes)
-        return cls(robot, geometry, tuple(shape.name for shape in shapes), owners, reach)
+        shapes = robot_shapes(robot)
+        solids = list(shapes.geometry.geometryObjects)
+        board = pin.GeometryObject("obstacle", 0, pin.SE3.Identity(), obstacle_solid(obstacle))
+        index = shapes.geometry.addGeometryObject(board)
+        for k in range(len(solids)):
+            shapes.geometry.addCollisionPair(pin.CollisionPair(k, index))
+        return cls(
+            robot, shapes.geometry, shapes.names, shapes.owners, shapes.stand_ins,
+            max(_span(robot, solid, 1) for solid in solids),
+            max(_span(robot, solid, 2) for solid in solids),
+        )  # fmt: skip
 
     def distances(self, values: FloatArray) -> FloatArray:
         """Distance of every shape at path values ``(N, 6 + nj)``: ``(N, shapes)`` [m]."""
@@ -115,13 +109,9 @@ class Surroundings:
 
     def nearest(self, values: FloatArray) -> Nearest:
         """The nearest part at path values ``(N, 6 + nj)``."""
-        return self._nearest(self.distances(values))
-
-    def _nearest(self, found: FloatArray) -> Nearest:
+        found = self.distances(values)
         k, shape = np.unravel_index(int(found.argmin()), found.shape)
-        return Nearest(
-            float(found[k, shape]), self.owners[shape], self.names[shape], int(k)
-        )  # fmt: skip
+        return Nearest(float(found[k, shape]), self.owners[shape], self.names[shape], int(k))
 
     def along(self, path: MotionPath, wanted: float) -> Approach:
         """How near a motion comes, at every instant.
@@ -137,14 +127,14 @@ class Surroundings:
         Raises:
             InputError: that takes more than a million looks.
         """
-        times, way = _travelled(path, self._speeds(path))
+        times, way = _travelled(path, self.speeds(path))
         seen, proven, when, looks = Nearest(np.inf, "", "", 0), np.inf, 0.0, 0
         at = 0.0
         while True:
             now = float(np.interp(at, way, times)) if way[-1] > 0.0 else 0.0
             look = self.nearest(path.evaluate([now]))
             if look.distance < seen.distance:
-                seen, when = look._replace(index=looks), now
+                seen, when = look._replace(place=looks), now
             looks += 1
             free = max(look.distance - wanted, LEAST_STEP)
             # Until the next look no part comes nearer by more than it moves.
@@ -157,17 +147,13 @@ class Surroundings:
             raise InputError(f"a motion of {way[-1]:.4g} m near an obstacle is too long to check")
         return Approach(seen, float(proven), when, looks)
 
-    def _speeds(self, path: MotionPath) -> FloatArray:
+    def speeds(self, path: MotionPath) -> FloatArray:
         """Bound on the speed of any part on each piece of the path ``(K - 1,)`` [m/s]."""
         rates = largest_rates(path)
         base = np.linalg.norm(rates[:, :3], axis=1)
         turning = rates[:, 3:6].sum(axis=1) * self.reach
         legs = [rates[:, 6:][:, list(self.robot.leg_columns[leg])].sum(axis=1) for leg in LEGS]
-        longest = max(
-            leg.upper + leg.lower + abs(leg.lateral) + leg.drop for leg in self.robot.legs.values()
-        )
-        # Shapes stick out beyond the foot's frame by less than a fifth of the leg.
-        return np.asarray(base + turning + 1.2 * longest * np.max(legs, axis=0))
+        return np.asarray(base + turning + self.lever * np.max(legs, axis=0))
 
 
 def largest_rates(path: MotionPath, derivative: int = 1) -> FloatArray:
@@ -199,59 +185,19 @@ def _travelled(path: MotionPath, speeds: FloatArray) -> tuple[FloatArray, FloatA
     return np.asarray(path.times), way
 
 
-def _checked_shapes(robot: Quadruped) -> str:
-    """The URDF, when none of its collision shapes is a mesh."""
-    for link in ElementTree.fromstring(robot.urdf).iter("link"):
-        if link.findall("collision/geometry/mesh"):
-            raise InputError(
-                f"{robot.name}: the collision shape of link {link.get('name')} is a mesh, and "
-                "meshes are not read; an obstacle can be kept clear only of boxes, cylinders and "
-                "balls"
-            )
-    return robot.urdf
+def _span(robot: Quadruped, solid: Any, depth: int) -> float:
+    """Bound on the distance of a shape's points from the hinge that is ``depth`` joints out [m].
 
-
-def _owner(robot: Quadruped, joint: int) -> str:
-    """The leg that a joint of the model belongs to, ``""`` for the body."""
-    model = robot.model
-    for leg in LEGS:
-        chain = {model.getJointId(name) for name in robot.legs[leg].joints}
-        while joint > 1 and joint not in chain:
-            parent = int(model.parents[joint])
-            if parent in chain:
-                return leg
-            if parent <= 1:
-                break
-            joint = parent
-        if joint in chain:
-            return leg
-    return ""
-
-
-def _farthest(robot: Quadruped, shapes: list[Any]) -> float:
-    """Bound on the distance of any point of the robot from the base's origin [m]."""
-    model = robot.model
-    out = 0.0
-    for shape in shapes:
-        shape.geometry.computeLocalAABB()
-        size = float(np.linalg.norm(shape.placement.translation))
-        size += float(np.linalg.norm(shape.geometry.aabb_center)) + float(
-            shape.geometry.aabb_radius
-        )
-        joint = int(shape.parentJoint)
-        while joint > 1:
-            size += float(np.linalg.norm(model.jointPlacements[joint].translation))
-            joint = int(model.parents[joint])
-        out = max(out, size)
-    return out
-
-
-def _convex(obstacle: Obstacle) -> Any:
-    """The obstacle as a convex body of coal's; a round one with a hull just outside it."""
-    import coal
-
-    vertices, faces = obstacle.mesh(64)
-    points, triangles = coal.StdVec_Vec3s(), coal.StdVec_Triangle()
-    points.extend([np.asarray(v) for v in vertices])
-    triangles.extend([coal.Triangle(*(int(k) for k in face)) for face in faces])
-    return coal.Convex(points, triangles)
+    From the base's origin for a depth of 1, from the first hinge of its branch for 2; along the
+    way, so from any hinge farther out it is no more.
+    """
+    model, joint = robot.model, int(solid.parentJoint)
+    if joint < depth:
+        return 0.0
+    solid.geometry.computeLocalAABB()
+    centre = solid.placement.act(np.array(solid.geometry.aabb_center))
+    size = float(np.linalg.norm(centre)) + float(solid.geometry.aabb_radius)
+    while joint > 1 and (depth == 1 or model.parents[joint] > 1):
+        size += float(np.linalg.norm(model.jointPlacements[joint].translation))
+        joint = int(model.parents[joint])
+    return size

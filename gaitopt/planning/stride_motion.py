@@ -35,13 +35,13 @@ STANCE_ERROR = 1e-6
 PARTS = 8
 """Pieces that a motion is cut into at first."""
 DEGREE = 5
-SPLINE_PARTS = 8
+SPLINE_PARTS = 4
 """Segments that each interval of a spline is cut into."""
 SLOWER = (1.0, 1.02, 1.05, 1.1, 1.2, 1.35, 1.5, 2.0)
 """Stretches of a swing that are tried until its ends can be made soft."""
 LONGEST_SOFT = 2.5
 """How much longer a soft end may be than the piece it replaces."""
-LONGEST = 16.0
+LONGEST = 30.0
 """Longest segment of a path over its shortest."""
 SAFE = 1.0 + 1e-10
 """Stretch beyond what is needed, so that rounding breaks no limit."""

@@ -41,12 +41,15 @@ RESERVE = 2e-3
 """What the first look asks for on top of clearance, since it looks at few samples [m]."""
 REACH_RESERVE = 0.999
 """Share of the reach that postures use, so that curves between waypoints stay within it."""
-MARGIN_RESERVE = 1e-6
+MARGIN_RESERVE = 2e-6
+STILL = 1e-6
+"""A posture as near to the one before as this is that one [m, rad]."""
 FARTHER = 1.3
-"""How much farther a foot is set away than its leg is too near: a leaning leg gains less."""
+"""How much farther a foot is set away than its leg is too near, at first: a leg that leans more
+gains less."""
 BODY_RESERVE = 3e-3
 """Least margin of the true centre of mass at the samples [m]."""
-ROUNDS = 15
+ROUNDS = 12
 MOVE_SAMPLES = 5
 SWING_SAMPLES = 9
 
@@ -57,7 +60,7 @@ class StrideFault(GaitoptError):
     Attributes:
         leg: the leg to blame.
         step: index of its step.
-        cause: ``"posture"``, ``"obstacle"``, ``"body"`` or ``"short"``.
+        cause: ``"posture"``, ``"obstacle"``, ``"body"``, ``"swing"`` or ``"short"``.
         posture: the posture that was not found.
     """
 
@@ -95,7 +98,7 @@ class Step(NamedTuple):
     @property
     def landed(self) -> FloatArray:
         """Where the feet are after it ``(4, 3)`` [m]."""
-        feet = self.feet.copy()
+        feet: FloatArray = self.feet.copy()
         feet[leg_index(self.leg)] = self.target
         return feet
 
@@ -193,10 +196,10 @@ def find_route(
         StrideFault: there is none, or none was found within so many rounds.
     """
     wanted = demand or first_demand(robot, obstacle, settings)
-    for _ in range(ROUNDS):
+    for k in range(ROUNDS):
         route = make_route(robot, obstacle, settings, wanted)
         values, owners = looks(route)
-        wider = widened(route, around, values)
+        wider = widened(route, around, values, FARTHER + 0.3 * k)
         if wider != wanted:
             wanted = wider
             continue
@@ -245,7 +248,9 @@ def make_route(
         for leg in settings.sequence:
             target = places[leg][cycle + 1]
             step = Step(leg, cycle, layout.strides_over(leg, cycle), feet.copy(), target, pose)
-            steps.append(step._replace(pose=_posture(route, step, len(steps)).pose))
+            steps.append(
+                step._replace(pose=_or_still(pose, _posture(route, step, len(steps)).pose))
+            )
             feet, pose = step.landed, steps[-1].pose
     last = _settled(route, feet, pose)
     return replace(route, steps=tuple(steps), end=last)
@@ -273,11 +278,10 @@ def _posture(route: StrideRoute, step: Step, number: int) -> PostureSolution:
     )  # fmt: skip
     found = solve_posture(problem)
     if found.status != "solved":
+        length = float(np.linalg.norm(step.target - problem.feet[leg_index(step.leg)]))
         raise StrideFault(
             f"step {number}: no posture keeps a margin of {route.demand.margin:.4g} m while "
-            f"{step.leg} steps {np.linalg.norm(step.target - problem.feet[leg_index(step.leg)]):.4g}"
-            f" m{' over the obstacle' if step.over else ''} (short of reach by "
-            f"{found.residuals.reach:.3g} m, of margin by {found.residuals.margin:.3g} m)",
+            f"{step.leg} steps {length:.3g} m{' over the obstacle' if step.over else ''}",
             step.leg, number, "posture", found,
         )  # fmt: skip
     return found
@@ -292,13 +296,18 @@ def _settled(route: StrideRoute, feet: FloatArray, before: BodyPose) -> BodyPose
             route.end,
             reach_fraction=route.settings.reach_fraction * REACH_RESERVE,
             margin=route.demand.margin,
-        )  # fmt: skip
+        )
     )
-    return found.pose if found.status == "solved" else before
+    return _or_still(before, found.pose) if found.status == "solved" else before
+
+
+def _or_still(before: BodyPose, found: BodyPose) -> BodyPose:
+    """The pose before, when the one that was found is hardly another."""
+    return before if np.abs(found.numbers - before.numbers).max() < STILL else found
 
 
 def looks(route: StrideRoute) -> tuple[FloatArray, np.ndarray]:
-    """Path values ``(N, 6 + nj)`` at samples of all moves and swings, and the step of each ``(N,)``.
+    """Path values ``(N, 6 + nj)`` at samples of all moves and swings, and each one's step ``(N,)``.
 
     Steps are counted from 0; samples of the body's move before a step are told apart by
     ``-1 - step``.
@@ -334,7 +343,9 @@ def looks(route: StrideRoute) -> tuple[FloatArray, np.ndarray]:
     return np.concatenate([base, joints], axis=1), owner
 
 
-def widened(route: StrideRoute, around: Surroundings, values: FloatArray) -> Demand:
+def widened(
+    route: StrideRoute, around: Surroundings, values: FloatArray, gain: float = FARTHER
+) -> Demand:
     """The demand that gives more room to all legs that come too near; the same when none does.
 
     A foot that stands beside the obstacle is blamed for its leg, and set farther away; a foot
@@ -344,6 +355,7 @@ def widened(route: StrideRoute, around: Surroundings, values: FloatArray) -> Dem
         route: the walk as it is.
         around: the robot's shapes and the obstacle.
         values: of the path, to look at ``(N, 6 + nj)``.
+        gain: how much more room is given than is missing.
 
     Raises:
         StrideFault: it is the body, whose room is its height.
@@ -367,7 +379,7 @@ def widened(route: StrideRoute, around: Surroundings, values: FloatArray) -> Dem
         across = route.obstacle.to_local(feet)[:, 0]
         for side in (across <= low, across >= high, (across > low) & (across < high)):
             if side.any():
-                by = FARTHER * float(wanted - mine[near][side].min()) + 1e-3
+                by = gain * float(wanted - mine[near][side].min()) + 1e-3
                 demand = demand.widened(owner, float(across[side][0]), (low, high), by)
     return demand
 

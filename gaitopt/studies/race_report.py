@@ -9,7 +9,6 @@ from rich.markup import escape
 from rich.table import Table
 
 from gaitopt.conventions import FloatArray
-from gaitopt.studies.race_bound import PART
 
 if TYPE_CHECKING:
     from gaitopt.studies.race import Standings
@@ -95,12 +94,14 @@ def _verdict(standings: Standings, row: str) -> str:
 
 
 def _caption(standings: Standings) -> str:
+    from gaitopt.studies.race import BOUND_WINDOW
+
     lines = [
         "× the paper, × SSM: how many times less time than that row takes. "
         "planning: processor time. margin: the smallest."
     ]
     if any(np.isfinite(standings.gaps(row)).any() for row in standings.rows):
-        lines.append(f"gap: to the least time of parts of {PART} steps, each by itself.")
+        lines.append(f"gap: to the least time of parts of {BOUND_WINDOW} steps, each by itself.")
     reasons: dict[tuple[int, str, str], list[str]] = {}
     for finish in standings.finishes:
         if finish.message:

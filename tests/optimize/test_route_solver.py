@@ -15,8 +15,8 @@ from gaitopt import LEGS, Quadruped
 from gaitopt.optimize.route_dynamics import RouteDynamics, ZmpRows
 from gaitopt.optimize.route_problem import RouteProblem
 from gaitopt.optimize.route_solver import solve_route
-from gaitopt.planning.route_crawl import _prepared, _problem
 from gaitopt.planning.route_settings import ROWS, RouteSettings
+from gaitopt.planning.route_steps import prepared, problem_of
 
 Array = NDArray[np.float64]
 
@@ -24,8 +24,8 @@ Array = NDArray[np.float64]
 def small_problem(robot: Quadruped, row: str, steps: int = 4, **settings: Any) -> RouteProblem:
     """The first ``steps`` of a random terrain."""
     chosen = RouteSettings(free=ROWS[row], **settings)
-    route = _prepared(robot, gaitopt.s_columns(2, columns=3), chosen, None)
-    return _problem(route, 0, steps, all_limits=True)
+    route = prepared(robot, gaitopt.s_columns(2, columns=3), chosen, None)
+    return problem_of(route, 0, steps, all_limits=True)
 
 
 def with_accelerations(problem: RouteProblem) -> RouteDynamics:

@@ -9,8 +9,10 @@ import pytest
 
 import gaitopt
 from gaitopt import LEGS, Footholds, InfeasibleStepError, InputError, Plan, Quadruped
-from gaitopt.planning.route_crawl import RouteError, plan_route
+from gaitopt.planning.route_bound import route_bound
+from gaitopt.planning.route_crawl import plan_route
 from gaitopt.planning.route_settings import ROWS, RouteSettings
+from gaitopt.planning.route_steps import RouteError
 
 
 @pytest.fixture(scope="module")
@@ -175,3 +177,23 @@ def test_freedoms_are_chosen_by_name(wang: Quadruped, short: Footholds) -> None:
     assert plan.settings.row == "overlap+height"
     assert np.ptp(plan.path.knots()[:, 2]) > 0.01
     gaitopt.verify(plan, collisions=False).raise_for_violations()
+
+
+def test_a_free_order_is_never_slower(wang: Quadruped, short: Footholds) -> None:
+    fixed = plan_route(wang, short, "height")
+    plan = plan_route(wang, short, "height", sequence="free")
+    assert plan.duration <= fixed.duration
+    assert plan.info["orders_feasible"] == 6.0
+    gaitopt.verify(plan, collisions=False).raise_for_violations()
+
+
+def test_bounds_without_coupling_lie_below_and_grow(wang: Quadruped, short: Footholds) -> None:
+    """The longer the windows are the higher; one over the whole walk leaves only its start."""
+    plan = plan_route(wang, short, "swing")
+    bounds = [route_bound(plan, window).sum() for window in (1, 4, 8)]
+    assert np.all(np.diff(bounds) > 0)
+    assert bounds[-1] < plan.duration < 1.25 * bounds[-1]
+    with pytest.raises(InputError, match="window"):
+        route_bound(plan, 0)
+    with pytest.raises(InputError, match="route_bound takes"):
+        route_bound(gaitopt.plan_crawl(wang, short))

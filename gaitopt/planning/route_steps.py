@@ -1,0 +1,133 @@
+"""What a time-optimal route walks, the per-phase walk that shows the way, and how it fails."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from gaitopt.conventions import FloatArray
+from gaitopt.errors import GaitoptError, SolverError
+from gaitopt.optimize.route_problem import RouteProblem
+from gaitopt.optimize.route_solver import Answer
+from gaitopt.planning import crawl, diagnosis
+from gaitopt.planning.plan import Plan
+from gaitopt.planning.route_collision import Shapes
+from gaitopt.planning.route_knots import build_route
+from gaitopt.planning.route_settings import RouteSettings
+from gaitopt.planning.settings import CrawlSettings
+from gaitopt.robots.quadruped import Quadruped
+from gaitopt.terrain.footholds import Footholds
+
+
+class RouteError(SolverError):
+    """The time-optimal route did not converge.
+
+    Attributes:
+        steps: the steps at which the residuals are largest.
+        plan: the walk planned phase by phase, which is feasible.
+        report: the solver's iterations, a line each.
+    """
+
+    def __init__(self, message: str, steps: tuple[int, ...], plan: Plan | None, report: str):
+        super().__init__(message)
+        self.steps, self.plan, self.report = steps, plan, report
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return (RouteError, (str(self), self.steps, self.plan, self.report))
+
+
+@dataclass(frozen=True, eq=False)
+class Route:
+    """What is to be walked, and the per-phase walk that shows the way.
+
+    Attributes:
+        robot, footholds, settings: of the walk.
+        steps: its steps, in the heading frame.
+        cogs: body centre before and after each stance phase of the per-phase walk ``(S + 1, 3)``.
+        cog_start: what was asked for.
+        shapes: of the legs, to be kept apart; ``None`` where they are meshes.
+    """
+
+    robot: Quadruped
+    footholds: Footholds
+    settings: RouteSettings
+    steps: crawl.CrawlSteps
+    cogs: FloatArray
+    cog_start: ArrayLike | None
+    shapes: Shapes | None
+
+    def part(self, first: int, last: int) -> crawl.CrawlSteps:
+        """The steps from ``first`` up to, not including, ``last``."""
+        s = self.steps
+        return crawl.CrawlSteps(
+            s.legs[first:last], s.feet[first:last], s.targets[first:last], s.heights[first:last],
+            s.start_height,
+        )  # fmt: skip
+
+    def phase_by_phase(self) -> Plan | None:
+        """The paper's plan over the same footholds; ``None`` where there is none."""
+        s = self.settings
+        try:
+            return crawl.plan_crawl(
+                self.robot, self.footholds, stability_margin=s.stability_margin,
+                body_height=s.body_height, swing_height=s.swing_height, sequence=s.sequence,
+                reach_fraction=s.reach_fraction, heading=s.heading,
+                follow_terrain=s.follow_terrain, cog_start=self.cog_start,
+            )  # fmt: skip
+        except GaitoptError:
+            return None
+
+
+def prepared(
+    robot: Quadruped, footholds: Footholds, settings: RouteSettings, cog_start: ArrayLike | None
+) -> Route:
+    """Steps and COG targets of the per-phase walk.
+
+    Raises:
+        InfeasibleStepError: a step is impossible.
+    """
+    paper = CrawlSettings(
+        stability_margin=settings.stability_margin, body_height=settings.body_height,
+        swing_height=settings.swing_height, sequence=settings.sequence,
+        reach_fraction=settings.reach_fraction, heading=settings.heading,
+        follow_terrain=settings.follow_terrain,
+    )  # fmt: skip
+    crawl.check_robot(robot)
+    steps = crawl.crawl_steps(footholds, paper)
+    crawl.check_stance(steps)
+    diagnosis.check_heights(robot, steps, paper)
+    start = crawl.start_place(robot, steps, paper, cog_start, footholds)
+    solutions = crawl.optimise_cogs(robot, steps, paper, start)
+    ends = [np.append(s.position, z) for s, z in zip(solutions, steps.heights, strict=True)]
+    return Route(robot, footholds, settings, steps, np.vstack([start, *ends]), cog_start,
+                 Shapes.of(robot))  # fmt: skip
+
+
+def problem_of(route: Route, first: int, last: int, all_limits: bool = False) -> RouteProblem:
+    return build_route(
+        route.robot, route.part(first, last), route.settings, route.cogs[first : last + 1],
+        route.footholds.radius, all_limits=all_limits,
+    )[1]  # fmt: skip
+
+
+def failed(route: Route, problem: RouteProblem, answer: Answer, first: int) -> RouteError:
+    """The error for an answer that is none."""
+    each = route.settings.stance_knots + route.settings.swing_knots
+    worst = problem.worst_knots(answer.x, answer.duals)
+    steps = tuple(sorted({first + max(int(k) - 1, 0) // each for k in worst}))
+    plan = route.phase_by_phase()
+    offer = f" ({plan.duration:.1f} s) is in .plan" if plan else " failed, too"
+    report = "\n".join(
+        f"{i:4d} barrier {r[0]:.1e} time {r[1]:.4f} s gradient {r[2]:.1e} gap {r[3]:.1e} "
+        f"shift {r[4]:.1e}"
+        for i, r in enumerate(answer.history)
+    )
+    return RouteError(
+        f"the time-optimal route over steps {first} to {first + (problem.knots - 1) // each - 1} "
+        f"did not converge ({answer.status} after {answer.iterations} iterations), worst at "
+        f"steps {', '.join(map(str, steps))}: gradient {answer.stationarity:.2g}, violation "
+        f"{answer.primal:.2g}; free less, or take the walk planned phase by phase, which" + offer,
+        steps, plan, report,
+    )  # fmt: skip
