@@ -11,14 +11,13 @@ import heapq
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
-from xml.etree import ElementTree
 
 import numpy as np
 import pinocchio as pin
 from pinocchio import coal
 
 from gaitopt.checking.certificate import Check
-from gaitopt.checking.collision import CONTACT, Pair
+from gaitopt.checking.collision import CONTACT, Pair, without_meshes
 from gaitopt.checking.enclosure import Pieces, chain_to, speed_bound
 from gaitopt.checking.judging import judged
 from gaitopt.checking.motion import configurations
@@ -107,18 +106,6 @@ def robot_shapes(robot: Quadruped) -> Shapes:
             links.append(link)
             stand_ins.append(link)
     return Shapes(geometry, tuple(links), tuple(stand_ins))
-
-
-def without_meshes(urdf: str) -> tuple[str, tuple[str, ...]]:
-    """A URDF's text without its collision meshes, and the links that had some."""
-    root = ElementTree.fromstring(urdf)
-    meshed = []
-    for link in root.iter("link"):
-        for collision in link.findall("collision"):
-            if collision.find("geometry/mesh") is not None:
-                link.remove(collision)
-                meshed.append(str(link.get("name")))
-    return ElementTree.tostring(root, encoding="unicode"), tuple(dict.fromkeys(meshed))
 
 
 def _stand_ins(robot: Quadruped) -> list[tuple[int, str, Any, Any]]:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import heapq
 from dataclasses import dataclass
 from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 import pinocchio as pin
@@ -44,7 +45,8 @@ def self_collision(plan: Plan) -> Check:
     """No two links of different legs touch, and no leg touches the body.
 
     Shapes of one leg, and the body with each leg's first link, are left out: they meet at their
-    joints.
+    joints. So are pairs that overlap when the robot just stands: there the URDF's shapes are too
+    large, and the check tells which.
     """
     geometry = _geometry(plan)
     if geometry is None:
@@ -52,22 +54,23 @@ def self_collision(plan: Plan) -> Check:
                      note="the URDF's collision shapes are meshes, or missing")  # fmt: skip
     pieces = Pieces.of(plan.path)
     pairs = _pairs(plan, geometry, pieces)
+    pairs, overlapping = _apart_when_standing(plan, geometry, pairs)
     if not pairs:
         return Check("self-collision", "unchecked", float("nan"), 0.0, "m",
                      note="the URDF has no pair of collision shapes to hold apart")  # fmt: skip
     clearance, when, name = _advance(plan, geometry, pieces, pairs)
     status = "ok" if clearance >= CONTACT else "violated"
+    left_out = f"; left out, as they overlap when it stands: {', '.join(overlapping)}"
     return Check("self-collision", status, clearance, CONTACT, "m apart", ">=", when=when,
-                 where=name)  # fmt: skip
+                 where=name + left_out * bool(overlapping))  # fmt: skip
 
 
 def _geometry(plan: Plan) -> Any:
     """Pinocchio's collision shapes, when all of them are primitives."""
-    if "<mesh" in plan.robot.urdf:
+    text, meshed = without_meshes(plan.robot.urdf)
+    if meshed:
         return None
-    return pin.buildGeomFromUrdfString(
-        plan.robot.model, plan.robot.urdf, pin.GeometryType.COLLISION
-    )
+    return pin.buildGeomFromUrdfString(plan.robot.model, text, pin.GeometryType.COLLISION)
 
 
 def _pairs(plan: Plan, geometry: Any, pieces: Pieces) -> list[Pair]:
@@ -89,6 +92,29 @@ def _pairs(plan: Plan, geometry: Any, pieces: Pieces) -> list[Pair]:
             name = f"{second.name} and {first.name}"
             out.append(Pair(len(geometry.collisionPairs) - 1, name, moved[i] + moved[j]))
     return out
+
+
+def _apart_when_standing(
+    plan: Plan, geometry: Any, pairs: list[Pair]
+) -> tuple[list[Pair], list[str]]:
+    """The pairs that are apart when the robot stands square, and the names of the others."""
+    robot = plan.robot
+    joints = robot.neutral_joints()
+    for name, leg in robot.legs.items():
+        under = leg.hip + leg.axes[:, 1] * leg.lateral
+        under[2] = leg.hip[2] - robot.standing_height
+        joints[list(robot.leg_columns[name])] = leg.inverse(under)
+    q = np.concatenate([np.zeros(6), [1.0], joints])
+    data = geometry.createData()
+    pin.updateGeometryPlacements(robot.model, robot.model.createData(), geometry, data, q)
+    apart, overlapping = [], []
+    for pair in pairs:
+        gap = pin.computeDistance(geometry, data, pair.index).min_distance
+        if gap >= CONTACT:
+            apart.append(pair)
+        else:
+            overlapping.append(pair.name)
+    return apart, overlapping
 
 
 def _leg_of(model: Any, joint: int) -> int:
@@ -142,3 +168,15 @@ def _time_of(way: float, travelled: FloatArray, times: FloatArray) -> float:
     i = int(np.searchsorted(travelled, way, side="left"))
     share = (way - travelled[i - 1]) / (travelled[i] - travelled[i - 1])
     return float(times[i - 1] + share * (times[i] - times[i - 1]))
+
+
+def without_meshes(urdf: str) -> tuple[str, tuple[str, ...]]:
+    """A URDF's text without its collision meshes, and the links that had some."""
+    root = ElementTree.fromstring(urdf)
+    meshed = []
+    for link in root.iter("link"):
+        for collision in link.findall("collision"):
+            if collision.find("geometry/mesh") is not None:
+                link.remove(collision)
+                meshed.append(str(link.get("name")))
+    return ElementTree.tostring(root, encoding="unicode"), tuple(dict.fromkeys(meshed))
