@@ -72,9 +72,9 @@ def zmp(plan: Plan, motion: Motion) -> Check | None:
 
     The centre counts as a point mass: ``c - h c'' / (g + c_z'')``. Between samples the ZMP leaves
     its chord by at most an eighth of its second derivative's bound times the squared step; the
-    bound is that of a body at one height.
+    bound lets the height change and the load on the ground fall, but not its changes' changes.
     """
-    claimed = plan.info.get("zmp_margin")
+    claimed = plan.info.get("zmp_margin", None if plan.settings.static else _asked(plan))
     if not isinstance(claimed, float) or not np.isfinite(claimed):
         return None
     points, bulges = _zmp_of_centre(plan, motion)
@@ -90,6 +90,11 @@ def zmp(plan: Plan, motion: Motion) -> Check | None:
     return judged("ZMP of the body centre", float(margins[piece]), claimed - ZMP_SLACK, "m", ">=",
                   bound=bulges[piece], when=motion.pieces.starts[piece],
                   where=phase_name(plan, int(motion.phase[piece])))  # fmt: skip
+
+
+def _asked(plan: Plan) -> float:
+    """The margin that a dynamic plan was asked for, which it then promises of its ZMP."""
+    return float(plan.settings.stability_margin)
 
 
 def _outside(feet: FloatArray, points: FloatArray) -> FloatArray:
@@ -141,7 +146,10 @@ def _zmp_of_centre(plan: Plan, motion: Motion) -> tuple[FloatArray, FloatArray]:
         w**4 + 6 * w**2 * a + 3 * a**2 + 4 * w * j + s
     )
     height = float((motion.cog[..., 2] - ground).max())
-    return np.stack(points), (second + height / GRAVITY * fourth) * pieces.lengths**2 / 8.0
+    # At least this much of the weight is on the ground; a body that rises and falls has less.
+    load = max(GRAVITY - float(rates[2][:, 2].max(initial=0.0)), 0.1 * GRAVITY)
+    risen = rates[2][:, 2] / load * np.linalg.norm(rates[2][:, :2], axis=1)
+    return np.stack(points), (second + height / load * fourth + risen) * pieces.lengths**2 / 8.0
 
 
 def _arm_acceleration(arm: FloatArray, turn: list[FloatArray]) -> FloatArray:

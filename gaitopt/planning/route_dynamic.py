@@ -48,7 +48,11 @@ _LEAST_SHARE = 0.25
 
 
 def build_dynamic(
-    base: RouteProblem, knots: RouteKnots, settings: RouteSettings, poses: FloatArray
+    base: RouteProblem,
+    knots: RouteKnots,
+    settings: RouteSettings,
+    poses: FloatArray,
+    foot_radius: float = 0.0,
 ) -> RouteDynamics:
     """The problem with accelerations over the knots of one without.
 
@@ -56,11 +60,13 @@ def build_dynamic(
         base: the static problem; for a dynamic walk its rows of margins are left out.
         knots, settings: of the walk.
         poses: first guess ``(K, 9)``.
+        foot_radius: how far the ground lies below the feet's frames [m].
     """
     dynamic = "dynamic" in settings.free
     margins = np.abs(base.rows.linear[:, :2]).sum(axis=1) > 0
     rows = Rows(*(part[~margins] for part in base.rows))
     zmp = _zmp_rows(knots, settings, len(poses))
+    zmp = zmp._replace(ground=zmp.ground - foot_radius)
     if not dynamic:
         rows = _with_margins(rows, zmp)
         zmp = ZmpRows(zmp.knot[:0], zmp.normal[:0], zmp.offset[:0], zmp.ground[:0], zmp.gravity)

@@ -162,12 +162,13 @@ class RouteMotion:
     def zero_moment_points(self) -> FloatArray:
         """ZMP at samples of each span ``(K, SAMPLES, 2)`` [m].
 
-        Of a point mass at the body centre, on the mean height of the standing feet.
+        Of a point mass at the body centre, on the mean height of the ground below standing feet.
         """
         times, span = self.samples()
         flies, leg = self.flying
         stands = ~(flies[span, None] & (np.arange(4) == leg[span, None]))
         ground = (self.knots.feet[span][..., 2] * stands).sum(axis=1) / stands.sum(axis=1)
+        ground -= self.robot.foot_radius
         centre, pull = (self.pose(times, span, k)[:, BODY] for k in (0, 2))
         return point_mass_zmp(centre, pull, ground).reshape(-1, SAMPLES, 2)
 

@@ -42,7 +42,7 @@ def smooth_plan(route: Route, iterations: int) -> Plan:
     knots, base = build_route(
         route.robot, route.steps, settings, route.cogs, route.footholds.radius
     )
-    problem = build_dynamic(base, knots, settings, base.poses)
+    problem = build_dynamic(base, knots, settings, base.poses, route.robot.foot_radius)
     motion, path, answer, spent = _best_motion(route, knots, problem, limit, iterations)
     info: dict[str, float | str] = {
         "stability": "static margin of the body centre, on the horizontal projection"
