@@ -83,7 +83,7 @@ class SimulationSettings:
     landing_time: float = 0.3
     fall_tilt: float = 0.5
     fall_error: float = 0.5
-    servo_tolerance: float = 0.2
+    servo_tolerance: float = 0.3
     record_every: float = 0.02
 
     def __post_init__(self) -> None:

@@ -68,11 +68,10 @@ def plan_route(
     """Plan the fastest statically stable walk over given footholds, all steps at once.
 
     Args:
-        robot, footholds, stability_margin, body_height, swing_height, reach_fraction, heading,
-            follow_terrain, cog_start: as for :func:`gaitopt.plan_crawl`. A body height that is
-            free begins at ``body_height``.
-        sequence: order of the legs in a cycle, or ``"free"`` for the fastest of the six orders
-            over these footholds; ``plan.settings.sequence`` tells which.
+        robot: as for :func:`gaitopt.plan_crawl`, and likewise ``footholds``, ``stability_margin``,
+            ``swing_height``, ``sequence``, ``reach_fraction``, ``heading``, ``follow_terrain`` and
+            ``cog_start``. A ``body_height`` that is free begins at this one; the sequence may be
+            ``"free"``.
         free: what is free beyond the body's targets: the name of a row (``"route"``: nothing;
             ``"overlap"``: the body moves during swings; ``"swing"``: the swing curve, too;
             ``"height"``: the body's height, too; ``"posture"``: its roll, pitch and yaw, too;
