@@ -15,9 +15,9 @@ from gaitopt.planning.crawl_phases import crawl_phases
 from gaitopt.planning.path import MotionPath
 from gaitopt.planning.plan import Plan
 from gaitopt.planning.settings import CrawlSettings
+from gaitopt.planning.swing_ways import swing_ways
 from gaitopt.robots.leg import Leg
 from gaitopt.robots.quadruped import Quadruped
-from gaitopt.swing.box import box_corners
 from gaitopt.terrain.footholds import Footholds
 
 if TYPE_CHECKING:
@@ -120,7 +120,7 @@ def _swing_strands(
 ) -> list[Strand]:
     """Feet fly, the body stands still."""
     starts = steps.feet[np.arange(len(steps.legs)), steps.indices]
-    corners = box_corners(starts, steps.targets, settings.swing_height)
+    corners = swing_ways(settings.swing, starts, steps.targets, settings.swing_height)
     edges = np.diff(corners, axis=1)
     standing = np.array([s.joints[-1] for s in stances])
 
@@ -143,7 +143,8 @@ def _swing_strands(
             chord[mine[:-1]] = np.linalg.norm(gap, axis=1)
         return foot, joints, chord
 
-    strands = _refined(robot, settings, steps, place, 3, CHORD_TOLERANCE, "swing")
+    count = corners.shape[1] - 1
+    strands = _refined(robot, settings, steps, place, count, CHORD_TOLERANCE, "swing")
     return [
         s._replace(body=np.repeat(cogs[i + 1][None], len(s.body), axis=0))
         for i, s in enumerate(strands)
@@ -201,7 +202,8 @@ def _refined(
     limits = _leg_limits(robot)
     found: list[Strand | None] = [None] * len(steps.legs)
     which = np.arange(len(steps.legs))
-    intervals = np.full(len(which), FIRST_INTERVALS[kind])
+    # A curved way has many short edges, which are nearly straight in joint space.
+    intervals = np.full(len(which), FIRST_INTERVALS[kind] if edges <= 3 else 1)
     while which.size:
         at, firsts = _knots(which, intervals, edges)
         points, joints, chord = place(at)

@@ -84,8 +84,8 @@ def plan_crawl(
         robot: from :func:`gaitopt.load_robot`; its legs need a roll joint.
         footholds: where the feet go; the first of each leg is where it stands at the start.
         objective: ``"distance"`` moves the COG as little as possible (the paper's method),
-            ``"margin"`` to the largest stability margin (the SSM baseline); ``"time"`` optimises all
-            steps at once for the least time (:func:`gaitopt.plan_route`).
+            ``"margin"`` to the largest stability margin (the SSM baseline); ``"time"`` optimises
+            all steps at once for the least time (:func:`gaitopt.plan_route`).
         speed: ``"max"`` for the highest speed that the joints allow, or a speed of body and feet
             [m/s], which is still held within the joints' limits.
         stability_margin: ``S0``, distance of the COG from the support triangle's sides during
@@ -94,7 +94,9 @@ def plan_crawl(
             eq. (8).
         swing_height: how far a foot rises above the higher end of its swing [m].
         sequence: order of the legs in a cycle.
-        swing: shape of the swing: ``"box"``.
+        swing: shape of the swing: ``"box"``, the shape of another swing curve
+            (:data:`gaitopt.SWING_CURVES`), or a way over an obstacle, ``"trapezoid path"`` or
+            ``"parabola path"``.
         reach_fraction: share of each leg's reach that may be used, in (0, 1]; 1 allows the
             straight leg, where the joint velocities that move the foot grow without bound.
         heading: direction in which the body faces, from the world's x axis [rad].

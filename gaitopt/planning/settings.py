@@ -84,7 +84,7 @@ class CrawlSettings(PlanSettings):
     def __post_init__(self) -> None:
         super().__post_init__()
         one_of("objective", self.objective, ("distance", "margin"))
-        one_of("swing", self.swing, ("box",))
+        one_of("swing", self.swing, _swings())
         if self.speed != "max":
             set_number(self, "speed", 1e-6, 1e3, "m/s")
         object.__setattr__(self, "sequence", check_sequence(self.sequence))
@@ -93,6 +93,12 @@ class CrawlSettings(PlanSettings):
     def swing_legs(self, footholds: int) -> list[str]:
         """The sequence, over and over."""
         return [leg for leg, _ in swing_order(self.sequence, footholds)]
+
+
+def _swings() -> tuple[str, ...]:
+    from gaitopt.planning.swing_ways import SWINGS
+
+    return SWINGS
 
 
 _HOMES = {

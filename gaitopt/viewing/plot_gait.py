@@ -154,7 +154,9 @@ def _step_axis(plan: Plan, phase: Phase) -> FloatArray:
 
 
 def _mark_box(ax: Axes, plan: Plan, phase: Phase) -> None:
-    """Letters and measures of the box A, B, C, D."""
+    """Letters and measures of the box A, B, C, D, for a swing that is one."""
+    if getattr(plan.settings, "swing", "box") != "box":
+        return
     height = float(getattr(plan.settings, "swing_height", 0.0))
     moved = box_corners(phase.foot_start, phase.foot_end, height) - phase.foot_start
     corners = 1e3 * np.column_stack([moved[:, :2] @ _step_axis(plan, phase), moved[:, 2]])
