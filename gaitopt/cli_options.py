@@ -34,8 +34,8 @@ SeedOption = Annotated[
 ]  # fmt: skip
 ObjectiveOption = Annotated[
     Objective,
-    typer.Option(help="Move the COG as little as possible, or to the largest stability margin; or optimise "
-                 "all steps at once for the least time.",
+    typer.Option(help="Move the COG as little as possible, or to the largest stability margin; "
+                 "or optimise all steps at once for the least time.",
                  rich_help_panel="How"),
 ]  # fmt: skip
 SpeedOption = Annotated[

@@ -111,7 +111,8 @@ def run_document(path: Path, folder: Path) -> int:
 @pytest.mark.parametrize("name", ["README.md", "docs/index.md", "docs/tutorial.md",
                                   "docs/errors.md", "docs/plan_file.md", "docs/robots.md",
                                   "docs/theory.md", "docs/reproduction.md", "docs/gaits.md",
-                                  "docs/trust.md", "docs/striding.md", "docs/time_optimal.md"])  # fmt: skip
+                                  "docs/trust.md", "docs/striding.md",
+                                  "docs/time_optimal.md"])  # fmt: skip
 def test_what_documents_show_runs_and_prints_what_they_say(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

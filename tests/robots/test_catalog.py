@@ -24,7 +24,7 @@ def test_catalogue_holds_wang2020_and_the_eleven_quadrupeds_of_example_robot_dat
     assert sorted(EXAMPLE_ROBOTS) == sorted(
         "a1 go1 go2 b1 laikago anymal anymal_c hyq solo12 solo8 quadruped".split()  # noqa: SIM905
     )
-    assert robot_names() == OWN_ROBOTS + ("wang2020-fast",) + EXAMPLE_ROBOTS
+    assert robot_names() == (*OWN_ROBOTS, "wang2020-fast", *EXAMPLE_ROBOTS)
 
 
 @pytest.mark.parametrize("name", robot_names())

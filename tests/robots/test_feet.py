@@ -8,7 +8,8 @@ from gaitopt.robots.catalog import load_robot, robot_names
 from gaitopt.robots.feet import ball_radius
 
 RADII = {
-    "wang2020": 0.015, "wang2020-fast": 0.015, "frog1": 0.02, "a1": 0.02, "go1": 0.02, "b1": 0.04, "laikago": 0.0265, "anymal": 0.031,
+    "wang2020": 0.015, "wang2020-fast": 0.015, "frog1": 0.02,
+    "a1": 0.02, "go1": 0.02, "b1": 0.04, "laikago": 0.0265, "anymal": 0.031,
     "anymal_c": 0.03, "hyq": 0.02175, "quadruped": 0.025,
     "go2": 0.0, "solo12": 0.0, "solo8": 0.0,  # their URDFs hold meshes only
 }  # fmt: skip
