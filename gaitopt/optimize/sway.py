@@ -212,14 +212,19 @@ def _largest_margin(
     n = rows.shape[1]
     one = csr_array(np.ones((rows.shape[0], 1)))
     upper = vstack([hstack([-rows, one]), hstack([-bounds, csr_array((bounds.shape[0], 1))])])
-    found = linprog(
-        np.append(np.zeros(n), -1.0), A_ub=upper, b_ub=np.concatenate([-low, -floor]),
-        A_eq=hstack([fixed, csr_array((fixed.shape[0], 1))]), b_eq=at,
-        bounds=(None, None), method="highs", options={"time_limit": 60.0},
-    )  # fmt: skip
-    if found.x is None or not np.isfinite(found.x).all():
-        raise SolverError(f"no sway keeps the body near its route: {found.message}")
-    return float(found.x[-1])
+    equal = hstack([fixed, csr_array((fixed.shape[0], 1))])
+    # HiGHS' own choice of a method has been seen to end without any status.
+    for method in ("highs", "highs-ipm", "highs-ds"):
+        found = linprog(
+            np.append(np.zeros(n), -1.0), A_ub=upper, b_ub=np.concatenate([-low, -floor]),
+            A_eq=equal, b_eq=at, bounds=(None, None), method=method, options={"time_limit": 60.0},
+        )  # fmt: skip
+        if found.x is not None and np.isfinite(found.x).all():
+            return float(found.x[-1])
+    raise SolverError(
+        f"no sway keeps the body near its route ({found.message}); take sway=False, a longer cycle "
+        "or a smaller speed"
+    )
 
 
 def _calmest(

@@ -157,7 +157,7 @@ class Standings:
     def __str__(self) -> str:
         from gaitopt.studies.report import as_text
 
-        return as_text(self.table())
+        return as_text(self.table(), 150)
 
 
 @dataclass(frozen=True, eq=False)

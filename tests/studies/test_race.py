@@ -229,7 +229,7 @@ def test_ratios_are_taken_terrain_by_terrain() -> None:
     assert found.ratios("swing").tolist() == pytest.approx([2.0, 4.0 / 3.0, 3.0])
     text = str(found)
     assert "2.00 (1.33 .. 3.00)" in text and "60.0 (40.0 .. 100.0)" in text
-    assert "3 certified" in text and "of 3 terrains" in text
+    assert "3 of 3" in text and "of 3 terrains" in text
 
 
 def test_a_failed_terrain_does_not_hide_the_others() -> None:
@@ -238,8 +238,15 @@ def test_a_failed_terrain_does_not_hide_the_others() -> None:
                     Finish(1, "swing", message="step 3 [bold]lost[/]"))  # fmt: skip
     assert np.array_equal(found.ratios("swing"), [2.0, np.nan], equal_nan=True)
     text = " ".join(str(found).split())
-    assert "1 certified, 1 failed" in text
+    assert "1 of 2" in text
     assert "swing, seed 1: failed: step 3 [bold]lost[/]" in text
+
+
+def test_the_table_of_many_terrains_fits_a_wide_terminal() -> None:
+    rows = (SSM, PAPER, "route", "dynamic")
+    found = by_hand(*(Finish(s, row, 300.0 + s, 0.00474, 290.0, 12.34, 0.0201, row == "dynamic",
+                             "certified") for row in rows for s in range(100)))  # fmt: skip
+    assert "…" not in str(found) and "100 of 100" in str(found)
 
 
 def test_many_reasons_are_counted() -> None:
