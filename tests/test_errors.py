@@ -35,7 +35,17 @@ def step_error() -> InfeasibleStepError:
 
 def test_family_is_complete() -> None:
     names = {c.__name__ for c in FAMILY}
-    assert names == {"GaitoptError", "InfeasibleStepError", *BUILT_IN}
+    assert names == {"GaitoptError", "InfeasibleSpeedError", "InfeasibleStepError", *BUILT_IN}
+
+
+def test_infeasible_speed_reads_as_its_message_and_survives_pickling() -> None:
+    error = errors.InfeasibleSpeedError(
+        "0.3 m/s is too much", limit="velocity LF_KFE", needed=2.0, time=1.5, fastest=0.4,
+        velocity=(0.12, 0.0), yaw_rate=0.0,
+    )  # fmt: skip
+    again = pickle.loads(pickle.dumps(error))
+    assert str(again) == str(error) == "0.3 m/s is too much"
+    assert again == error and again.velocity == (0.12, 0.0) and again.cycle_time is None
 
 
 @pytest.mark.parametrize(("name", "kind"), BUILT_IN.items())

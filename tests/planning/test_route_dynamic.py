@@ -39,7 +39,9 @@ def test_its_zmp_keeps_the_margin(dynamic: Plan) -> None:
     # Where a span ends the acceleration jumps, and a difference across it is none of either.
     inside = np.abs(times[:, None] - dynamic.path.times).min(axis=1) > 2 * step
     ground = np.where(here.contacts, here.feet[..., 2], np.nan)
-    zmp = point_mass_zmp(here.cog, pull, np.nanmean(ground, axis=1))
+    # The ground lies below the centres of the feet's balls.
+    level = np.nanmean(ground, axis=1) - dynamic.robot.foot_radius
+    zmp = point_mass_zmp(here.cog, pull, level)
     margins = margins_over(here, zmp)
     assert margins[inside].min() >= 0.03 - 1e-4
     assert dynamic.margin == pytest.approx(margins[inside].min(), abs=2e-3)
