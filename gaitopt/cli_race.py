@@ -27,7 +27,7 @@ from gaitopt.files import written_whole
 
 if TYPE_CHECKING:
     from gaitopt.robots.quadruped import Quadruped
-    from gaitopt.studies.race import Standings
+    from gaitopt.studies.race_standings import Standings
     from gaitopt.terrain.footholds import Footholds
 
 SeedsOption = Annotated[

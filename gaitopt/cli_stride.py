@@ -136,6 +136,12 @@ def write_stride(plan: Plan, out: Path) -> None:
         swing = first_stride(plan)
         return plot_joint_curves(plan, [swing.leg], span=(swing.start, swing.end))
 
+    def splines() -> Figure:
+        from gaitopt.optimize.spline_reference import compare_splines
+        from gaitopt.viewing.plot_splines import plot_splines
+
+        return plot_splines(compare_splines(with_toppra=False))
+
     make_folder(out)
     with progress_bar("writing plan, replay and figures") as tick:
         plan.save(out / "plan.npz")
@@ -145,6 +151,8 @@ def write_stride(plan: Plan, out: Path) -> None:
         save_figures(plan, out / "figures")
         tick(3, 4)
         own = {"striding_fig06_joints": joints, "striding_fig07_cog": lambda: plot_posture(plan)}
+        if plan.robot.name == "frog1":
+            own["striding_fig06_splines"] = splines
         write_figures(own, out / "figures")
         tick(4, 4)
 

@@ -10,199 +10,34 @@ import csv
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, fields
-from functools import cached_property
+from dataclasses import asdict, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from gaitopt.conventions import FloatArray
 from gaitopt.errors import GaitoptError, InputError
 from gaitopt.files import StrPath
 from gaitopt.planning.crawl import plan_crawl
 from gaitopt.planning.plan import Plan
 from gaitopt.planning.route_settings import ROWS
 from gaitopt.robots.quadruped import Quadruped
+from gaitopt.studies.race_standings import (
+    BOUND_WINDOW,
+    PAPER,
+    SSM,
+    Finish,
+    Lane,
+    Race,
+    Standings,
+    one_line,
+)
 from gaitopt.studies.terrains import s_columns_for
 from gaitopt.terrain.footholds import Footholds
 
-if TYPE_CHECKING:
-    from rich.table import Table
-
-    from gaitopt.checking.certificate import Certificate
-
 Progress = Callable[[int, int], None]
 
-SSM, PAPER = "SSM baseline", "the paper"
-"""Names of the two rows that are planned phase by phase."""
-
-BOUND_WINDOW = 16
-"""Steps of each part of the route that the lower bound looks at by itself."""
-
 _SHORT = {"ssm": SSM, "paper": PAPER}
-
-
-@dataclass(frozen=True)
-class Finish:
-    """How one row did on one terrain, in numbers; ``nan`` where there are none.
-
-    Attributes:
-        seed: of the terrain; -1 for footholds of one's own.
-        row: the row's name.
-        time: duration of the plan [s].
-        mean_speed: [m/s].
-        bound: lower bound on the time of this row [s]; see
-            :func:`gaitopt.planning.route_bound.route_bound`.
-        solve_time: the processor's time for planning [s].
-        margin: smallest margin of what the row is held to [m]: of the body centre, or of the ZMP
-            where ``dynamic``.
-        dynamic: whether the plan is balanced by its ZMP.
-        verdict: ``"certified"``, ``"violated"``, ``"unchecked"``, or ``"failed"`` without a plan.
-        message: what is violated, or why there is no plan, in one line.
-    """
-
-    seed: int
-    row: str
-    time: float = np.nan
-    mean_speed: float = np.nan
-    bound: float = np.nan
-    solve_time: float = np.nan
-    margin: float = np.nan
-    dynamic: bool = False
-    verdict: str = "failed"
-    message: str = ""
-
-
-@dataclass(frozen=True, eq=False)
-class Lane:
-    """One row of a race.
-
-    Attributes:
-        name: the row's name.
-        plan: its plan; ``None`` where it failed.
-        error: why it failed, or could not be certified; else empty.
-        solve_time: the processor's time for planning [s].
-        certificate: the plan's certificate; ``None`` where none was asked for, or none could be
-            worked out.
-        bound: lower bound on the time of this row [s]; ``nan`` where there is none.
-    """
-
-    name: str
-    plan: Plan | None
-    error: str
-    solve_time: float
-    certificate: Certificate | None
-    bound: float = np.nan
-
-    def finish(self, seed: int = -1) -> Finish:
-        """The lane in numbers."""
-        if self.plan is None:
-            return Finish(seed, self.name, solve_time=self.solve_time, message=self.error)
-        verdict, message = "unchecked", self.error
-        if self.certificate is not None:
-            verdict = "certified" if self.certificate.ok else "violated"
-            message = _one_line("; ".join(map(str, self.certificate.violations)))
-        margin, dynamic = _margin(self.plan)
-        return Finish(seed, self.name, self.plan.duration, self.plan.mean_speed, self.bound,
-                      self.solve_time, margin, dynamic, verdict, message)  # fmt: skip
-
-
-@dataclass(frozen=True, eq=False)
-class Standings:
-    """What all rows did on all terrains.
-
-    Attributes:
-        robot: the robot's name.
-        steps: of the walk.
-        rows: names of the rows.
-        finishes: one for each terrain and row.
-        plans: the plans on the first terrain, by their rows' names.
-    """
-
-    robot: str
-    steps: int
-    rows: tuple[str, ...]
-    finishes: tuple[Finish, ...]
-    plans: dict[str, Plan]
-
-    @cached_property
-    def seeds(self) -> tuple[int, ...]:
-        """Seeds of the terrains."""
-        return tuple(dict.fromkeys(f.seed for f in self.finishes))
-
-    def of(self, row: str) -> tuple[Finish, ...]:
-        """The finishes of one row."""
-        return tuple(f for f in self.finishes if f.row == row)
-
-    def values(self, row: str, quantity: str) -> FloatArray:
-        """One number a terrain: ``quantity`` is an attribute of :class:`Finish`."""
-        found = {f.seed: float(getattr(f, quantity)) for f in self.of(row)}
-        return np.array([found.get(seed, np.nan) for seed in self.seeds])
-
-    def ratios(self, row: str, baseline: str = PAPER) -> FloatArray:
-        """How many times faster a row is than ``baseline``, a number a terrain."""
-        return np.asarray(self.values(baseline, "time") / self.values(row, "time"))
-
-    def gaps(self, row: str) -> FloatArray:
-        """How much longer a row takes than its lower bound, as a share, a number a terrain."""
-        return np.asarray(self.values(row, "time") / self.values(row, "bound") - 1.0)
-
-    def table(self) -> Table:
-        """The race as a table to print: medians and spread over several terrains."""
-        from gaitopt.studies.race_report import race_table
-
-        return race_table(self)
-
-    def __str__(self) -> str:
-        from gaitopt.studies.report import as_text
-
-        return as_text(self.table(), 150)
-
-
-@dataclass(frozen=True, eq=False)
-class Race:
-    """All rows on the same footholds.
-
-    Attributes:
-        robot: the robot's name.
-        footholds: what is walked.
-        lanes: one for each row.
-    """
-
-    robot: str
-    footholds: Footholds
-    lanes: tuple[Lane, ...]
-
-    def __getitem__(self, name: str) -> Lane:
-        for lane in self.lanes:
-            if lane.name == name:
-                return lane
-        raise KeyError(f"no row {name!r}; there are {', '.join(x.name for x in self.lanes)}")
-
-    @property
-    def plans(self) -> dict[str, Plan]:
-        """The plans by their rows' names."""
-        return {lane.name: lane.plan for lane in self.lanes if lane.plan is not None}
-
-    @property
-    def standings(self) -> Standings:
-        """The race in numbers."""
-        return Standings(
-            self.robot, self.footholds.steps, tuple(lane.name for lane in self.lanes),
-            tuple(lane.finish() for lane in self.lanes), self.plans,
-        )  # fmt: skip
-
-    def ratio(self, name: str, baseline: str = PAPER) -> float:
-        """How many times faster a row is than ``baseline``; ``nan`` where either has no plan."""
-        return float(self.standings.ratios(name, baseline)[0])
-
-    def table(self) -> Table:
-        """The race as a table to print."""
-        return self.standings.table()
-
-    def __str__(self) -> str:
-        return str(self.standings)
 
 
 def row_names(rows: Sequence[str] | None = None) -> tuple[str, ...]:
@@ -364,9 +199,7 @@ def _run_row(robot: Quadruped, footholds: Footholds, name: str, rules: _Rules) -
     return Lane(name, plan, trouble, taken, certificate, least)
 
 
-def _planned(
-    robot: Quadruped, footholds: Footholds, name: str, settings: dict[str, Any]
-) -> Plan:  # fmt: skip
+def _planned(robot: Quadruped, footholds: Footholds, name: str, settings: dict[str, Any]) -> Plan:
     if name in (SSM, PAPER):
         objective: Any = "margin" if name == SSM else "distance"
         return plan_crawl(robot, footholds, objective, **settings)
@@ -387,20 +220,9 @@ def _bound(plan: Plan) -> float:
     return min(least, plan.duration)
 
 
-def _margin(plan: Plan) -> tuple[float, bool]:
-    """The smallest margin of what holds the robot up, and whether that is its ZMP."""
-    zmp = plan.info.get("zmp_margin")
-    dynamic = not plan.settings.static
-    return (zmp if dynamic and isinstance(zmp, float) else plan.margin), dynamic
-
-
 def _reason(error: Exception) -> str:
     words = str(error) if isinstance(error, GaitoptError) else f"{type(error).__name__}: {error}"
-    return _one_line(words)
-
-
-def _one_line(words: str) -> str:
-    return " ".join(words.split())[:500]
+    return one_line(words)
 
 
 @contextmanager

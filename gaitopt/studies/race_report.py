@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from rich.markup import escape
 from rich.table import Table
 
 from gaitopt.conventions import FloatArray
-
-if TYPE_CHECKING:
-    from gaitopt.studies.race import Standings
+from gaitopt.studies.race_standings import BOUND_WINDOW, PAPER, SSM, Standings
 
 MOST_REASONS = 5
 """Reasons of failures and violations that are told below the table."""
@@ -40,8 +36,6 @@ def race_table(standings: Standings) -> Table:
 
 def _columns(standings: Standings) -> dict[str, list[str]]:
     """The cells of every column, a cell a row."""
-    from gaitopt.studies.race import PAPER, SSM
-
     s, rows = standings, standings.rows
     return {
         "time [s]": [_median(s.values(row, "time"), None) for row in rows],
@@ -90,8 +84,6 @@ def _verdict(standings: Standings, row: str) -> str:
 
 
 def _caption(standings: Standings) -> str:
-    from gaitopt.studies.race import BOUND_WINDOW
-
     lines = [
         "× the paper, × SSM: how many times less time than that row takes. "
         "planning: processor time. margin: the smallest."
