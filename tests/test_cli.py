@@ -112,6 +112,12 @@ def test_a_trot_that_the_joints_do_not_allow_says_so() -> None:
     assert "gait must be one of" in fails("gait", "gallop")
 
 
+def test_tables_have_their_units() -> None:
+    """Text in square brackets is markup to the library that prints them."""
+    assert "time [s]" in runner.invoke(app, ["compare"]).output
+    assert "reach [m]" in runner.invoke(app, ["robot", "wang2020"]).output
+
+
 def test_compare_prints_the_table() -> None:
     result = runner.invoke(app, ["compare", "--seeds", "2"])
     assert result.exit_code == 0

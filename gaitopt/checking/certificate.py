@@ -120,6 +120,7 @@ class Certificate:
 
     def table(self) -> Table:
         """The report as a table to print."""
+        from rich.markup import escape
         from rich.table import Table
 
         verdict = "certified" if self.ok else "NOT certified"
@@ -127,7 +128,7 @@ class Certificate:
                       caption=f"{self.samples} configurations by Pinocchio, bounds in between; "
                       f"URDF {self.sha256[:12]}")  # fmt: skip
         for header in ("check", "verdict", "worst", "limit", "bound used", "when [s]", "where"):
-            table.add_column(header)
+            table.add_column(escape(header))
         for c in self.checks:
             if c.status == "unchecked":
                 table.add_row(c.name, c.status, "", "", "", "", c.note)

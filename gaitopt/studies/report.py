@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from gaitopt.conventions import FloatArray
@@ -26,7 +27,7 @@ def comparison_table(comparison: Comparison) -> Table:
     table.add_column("method", no_wrap=True)
     for header in ("time [s]", "speed [mm/s]", "COG path [m]", "swing %", "stance %",
                    "margin [mm]", "true COM [mm]", "speed-up [%]"):  # fmt: skip
-        table.add_column(header, justify="right")
+        table.add_column(escape(header), justify="right")
     for method in comparison.methods:
         table.add_row(*_row(comparison, method))
     return table
@@ -109,7 +110,7 @@ def robot_table(robot: Quadruped) -> Table:
     )
     for header in ("leg", "joint", "limits [rad]", "velocity [rad/s]", "hip [m]", "links [m]",
                    "offset [m]", "knee", "reach [m]"):  # fmt: skip
-        table.add_column(header)
+        table.add_column(escape(header))
     for name, leg in robot.legs.items():
         hip = " ".join(f"{x:.3f}" for x in leg.hip)
         for i, joint in enumerate(leg.joints):

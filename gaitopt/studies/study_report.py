@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
+from rich.markup import escape
 from rich.table import Table
 
 from gaitopt.conventions import FloatArray
@@ -28,7 +29,9 @@ def study_table(rows: Rows) -> Table:
     table = Table(title=f"{len(rows)} walks", caption=_reasons(rows), caption_justify="left")
     for header in ("robot", "objective", "speed", "S0 [m]", "height [m]", "walks", *STATES,
                    "time [s]", "true COM [mm]"):  # fmt: skip
-        table.add_column(header, justify="left" if header in ("robot", "objective") else "right")
+        table.add_column(
+            escape(header), justify="left" if header in ("robot", "objective") else "right"
+        )
     for group, members in _groups(rows).items():
         count = Counter(row["status"] for row in members)
         times, margins = _numbers(members, "duration"), 1e3 * _numbers(members, "com_margin")
