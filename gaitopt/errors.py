@@ -36,8 +36,24 @@ class MissingPackageError(GaitoptError, ImportError):
     """An optional package is needed; the message holds the line that installs it."""
 
 
+class _Told(Exception):
+    """What an error that is a dataclass with a message needs to be an exception, too."""
+
+    message: str
+
+    def __post_init__(self) -> None:
+        super().__init__(self.message)
+
+    def __str__(self) -> str:
+        return self.message
+
+    def __reduce__(self) -> tuple[object, ...]:
+        told = fields(self)  # type: ignore[arg-type]
+        return (type(self), tuple(getattr(self, field.name) for field in told))
+
+
 @dataclass
-class InfeasibleStepError(GaitoptError):
+class InfeasibleStepError(_Told, GaitoptError):
     """No body position allows this step.
 
     Attributes:
@@ -62,20 +78,11 @@ class InfeasibleStepError(GaitoptError):
     reach_fraction: float | None = None
     needed_reach_fraction: float | None = None
 
-    def __post_init__(self) -> None:
-        super().__init__(self.message)
-
-    def __str__(self) -> str:
-        return self.message
-
-    def __reduce__(self) -> tuple[object, ...]:
-        return (type(self), tuple(getattr(self, f.name) for f in fields(self)))
-
     __hash__ = GaitoptError.__hash__
 
 
 @dataclass
-class InfeasibleSpeedError(GaitoptError):
+class InfeasibleSpeedError(_Told, GaitoptError):
     """A joint, or a leg's reach, does not allow the commanded velocity.
 
     Attributes:
@@ -99,14 +106,5 @@ class InfeasibleSpeedError(GaitoptError):
     velocity: tuple[float, float] | None = None
     yaw_rate: float | None = None
     cycle_time: float | None = None
-
-    def __post_init__(self) -> None:
-        super().__init__(self.message)
-
-    def __str__(self) -> str:
-        return self.message
-
-    def __reduce__(self) -> tuple[object, ...]:
-        return (type(self), tuple(getattr(self, f.name) for f in fields(self)))
 
     __hash__ = GaitoptError.__hash__
