@@ -12,7 +12,7 @@ from gaitopt.planning.phase import Phase
 from gaitopt.stability.contacts import support_margin
 from gaitopt.stability.zmp import cart_table_zmp
 
-SAMPLES = 9
+SAMPLES = 65
 """Samples a phase for its margins, both ends included."""
 
 
