@@ -34,9 +34,15 @@ def gait_phases(
     centres = np.column_stack([motion.centre(edges)[0], np.full(len(edges), motion.height)])
     lasting = np.diff(edges)
     flight = ~standing.any(axis=1)
+    worst = float(np.nanmin(moving)) if not flight.all() else float("-inf")
+    if motion.sway is not None:
+        # The ZMP of a cubic spline has its corners at the spline's own knots.
+        for side in (-1e-9, 1e-9):
+            knots = np.clip(motion.sway.times + side, 0.0, motion.duration)
+            worst = float(np.fmin(worst, smallest_zmp_margin(motion, knots)))
     info: dict[str, float | str] = {
         "stability": "ZMP of the body centre as a point mass",
-        "zmp_margin": float(np.nanmin(moving)) if not flight.all() else float("-inf"),
+        "zmp_margin": worst,
         "flight": float(lasting[flight].sum() / lasting.sum()),
     }
     margins = np.where(flight, -np.inf, np.nan_to_num(static, nan=-np.inf).min(axis=1))
