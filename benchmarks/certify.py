@@ -14,6 +14,7 @@ import argparse
 import sys
 from collections import Counter
 from collections.abc import Callable, Sequence
+from typing import Literal
 
 import numpy as np
 from rich.console import Console
@@ -39,7 +40,7 @@ def crawl_case(seed: int) -> str:
         seed, columns=5, jitter=rng.uniform(0.0, 0.05), amplitude=rng.uniform(0.0, 0.15)
     )
     margin, height = rng.uniform(0.0, 0.09), rng.uniform(0.33, 0.5)
-    objective = ("distance", "margin")[int(rng.integers(2))]
+    objective: Literal["distance", "margin"] = "margin" if rng.integers(2) else "distance"
     try:
         plan = gaitopt.plan_crawl(robot, terrain, objective, stability_margin=margin,
                                   body_height=height)  # fmt: skip

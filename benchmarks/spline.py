@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from benchmarks.measuring import Result, Timing, timed
 from gaitopt.errors import MissingPackageError
-from gaitopt.optimize import spline, spline_problem
+from gaitopt.optimize import joint_spline, spline, spline_problem
 from gaitopt.optimize import spline_reference as reference
 
 GOAL, LIMIT = 50.0, 100.0
@@ -20,7 +20,7 @@ def measure_spline(quick: bool) -> list[Result]:
     angles, limits = swing.spline.angles, reference.PAPER_LIMITS
     both, one = (timed(_solving(starts), rounds) for starts in (2, 1))
     whole = timed(reference.paper_swing, max(rounds // 5, 2))
-    uniform = spline.uniform_spline(angles, limits)
+    uniform = joint_spline.uniform_spline(angles, limits)
     ours = swing.spline.duration
     return [
         both.result("spline", "one spline, 13 knots, built and solved (2 starts)", "ms",
@@ -38,10 +38,10 @@ def measure_spline(quick: bool) -> list[Result]:
     ]  # fmt: skip
 
 
-def _solving(starts: int) -> Callable[[], spline.JointSpline]:
+def _solving(starts: int) -> Callable[[], joint_spline.JointSpline]:
     angles = reference.paper_swing().spline.angles
 
-    def call() -> spline.JointSpline:
+    def call() -> joint_spline.JointSpline:
         problem = spline_problem.build_spline_problem(angles, reference.PAPER_LIMITS)
         return spline.solve_spline(problem, starts)
 

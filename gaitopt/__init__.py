@@ -53,10 +53,10 @@ if TYPE_CHECKING:
     from gaitopt.optimize.cog import CogSolution as CogSolution
     from gaitopt.optimize.cog import build_cog_problem as build_cog_problem
     from gaitopt.optimize.cog import solve_cog as solve_cog
+    from gaitopt.optimize.joint_spline import JointSpline as JointSpline
     from gaitopt.optimize.posture import solve_posture as solve_posture
     from gaitopt.optimize.speed import build_speed_lp as build_speed_lp
     from gaitopt.optimize.speed import solve_speed_lp as solve_speed_lp
-    from gaitopt.optimize.spline import JointSpline as JointSpline
     from gaitopt.optimize.spline import solve_spline as solve_spline
     from gaitopt.planning.crawl import plan_crawl as plan_crawl
     from gaitopt.planning.gait import plan_gait as plan_gait
@@ -107,7 +107,8 @@ __version__ = "0.1.0"
 
 _HOMES = {
     "optimize.posture": "solve_posture",
-    "optimize.spline": "JointSpline solve_spline",
+    "optimize.joint_spline": "JointSpline",
+    "optimize.spline": "solve_spline",
     "terrain.obstacles": "Obstacle rectangular_obstacle round_obstacle triangular_obstacle",
     "planning.stride_settings": "StrideSettings",
     "planning.stride": "plan_stride",

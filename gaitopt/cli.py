@@ -90,14 +90,8 @@ def walk(
     )  # fmt: skip
     with progress_bar("planning") as tick:
         plan = plan_crawl(
-            model,
-            places,
-            objective.value,
-            parse_speed(speed),
-            free=free,
-            progress=tick,
-            **settings,
-        )
+            model, places, objective.value, parse_speed(speed), free=free, progress=tick, **settings
+        )  # fmt: skip
     with progress_bar("comparing with the baselines") as tick:
         comparison = run_comparison(model, places, progress=tick, **settings)
     make_folder(out)

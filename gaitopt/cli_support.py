@@ -118,7 +118,7 @@ def drawable(plan: Plan, plans: Mapping[str, Plan]) -> dict[str, Plan]:
 def summarise(plan: Plan) -> str:
     """A plan in one sentence."""
     return (
-        f"{plan.robot.name} takes {len(plan.phases) // 2} steps over {plan.distance:.2f} m in "
+        f"{plan.robot.name} takes {len(plan.swings)} steps over {plan.distance:.2f} m in "
         f"{plan.duration:.1f} s ({1e3 * plan.mean_speed:.2f} mm/s), margin at least "
         f"{1e3 * plan.margin:.1f} mm"
     )

@@ -16,6 +16,9 @@ BoolArray = NDArray[np.bool_]
 LEGS: Final[tuple[str, str, str, str]] = ("LF", "LH", "RH", "RF")
 """The four legs, in the order of every array axis that runs over legs."""
 
+GRAVITY: Final = 9.81
+"""Acceleration of gravity [m/s^2]: that of the papers, of Pinocchio and of MuJoCo."""
+
 WANG_NUMBERS: Final[dict[int, str]] = {1: "RH", 2: "RF", 3: "LH", 4: "LF"}
 """Leg numbers of Wang et al. 2020 (000_6dacb41600db6a3c.txt, Section II)."""
 

@@ -23,13 +23,9 @@ from numpy.typing import ArrayLike
 
 from gaitopt.conventions import FloatArray, frozen
 from gaitopt.errors import MissingPackageError, SolverError
-from gaitopt.optimize.spline import (
-    JointSpline,
-    ObstacleSwing,
-    solve_obstacle_swing,
-    solve_spline,
-    uniform_spline,
-)
+from gaitopt.optimize.joint_spline import JointSpline, uniform_spline
+from gaitopt.optimize.obstacle_swing import ObstacleSwing, solve_obstacle_swing
+from gaitopt.optimize.spline import solve_spline
 from gaitopt.optimize.spline_problem import JointLimits, build_spline_problem, checked_angles
 from gaitopt.robots.catalog import load_robot
 from gaitopt.robots.leg import Leg

@@ -27,8 +27,8 @@ SLIP_TOLERANCE = 1e-5
 """Most that a standing foot may wander between two knots [m]."""
 CHORD_TOLERANCE = 1e-4
 """Most that a flying foot may depart from its path between two knots [m]."""
-FIRST_INTERVALS = {"stance": 8, "swing": 14}
-"""Intervals of each straight move to begin with."""
+FIRST_INTERVALS = {"stance": 8, "swing": 42}
+"""Intervals of each move to begin with, shared out over its straight edges."""
 MOST_INTERVALS = 4096
 
 
@@ -202,8 +202,7 @@ def _refined(
     limits = _leg_limits(robot)
     found: list[Strand | None] = [None] * len(steps.legs)
     which = np.arange(len(steps.legs))
-    # A curved way has many short edges, which are nearly straight in joint space.
-    intervals = np.full(len(which), FIRST_INTERVALS[kind] if edges <= 3 else 1)
+    intervals = np.full(len(which), -(-FIRST_INTERVALS[kind] // edges))
     while which.size:
         at, firsts = _knots(which, intervals, edges)
         points, joints, chord = place(at)

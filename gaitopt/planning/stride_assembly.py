@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from gaitopt.conventions import LEGS, FloatArray, leg_index
+from gaitopt.optimize.obstacle_swing import solve_obstacle_swing
 from gaitopt.optimize.posture_problem import BodyPose
-from gaitopt.optimize.spline import solve_obstacle_swing
 from gaitopt.optimize.spline_problem import JointLimits
 from gaitopt.planning.path import MotionPath
 from gaitopt.planning.phase import Limit, Phase
@@ -31,7 +31,7 @@ from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.rotations import rpy_to_matrix
 from gaitopt.stability.energy import energy_stability_margin
 from gaitopt.stability.margins import static_stability_margin
-from gaitopt.swing.obstacle_paths import least_clearance
+from gaitopt.swing.clearance import least_clearance
 
 BUSY = 0.999
 """Share of its limit from which a joint is said to hold a phase back."""

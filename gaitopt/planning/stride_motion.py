@@ -14,8 +14,8 @@ import numpy as np
 
 from gaitopt.conventions import LEGS, FloatArray, leg_index
 from gaitopt.errors import SolverError
+from gaitopt.optimize.joint_spline import JointSpline
 from gaitopt.optimize.posture_problem import BodyPose
-from gaitopt.optimize.spline import JointSpline
 from gaitopt.planning.path import MotionPath
 from gaitopt.planning.smooth_path import States, smooth_path
 from gaitopt.planning.stride_clearance import largest_rates

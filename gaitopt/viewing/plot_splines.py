@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gaitopt.optimize.spline import JointSpline, uniform_spline
+from gaitopt.optimize.joint_spline import JointSpline, uniform_spline
 from gaitopt.optimize.spline_reference import PAPER_INTERVALS, PAPER_LIMITS, SplineComparison
 from gaitopt.viewing.plot_common import INK, MUTED
 

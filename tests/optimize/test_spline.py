@@ -18,16 +18,14 @@ import gaitopt
 from gaitopt.errors import InputError, MissingPackageError, SolverError
 from gaitopt.optimize import spline as spline_module
 from gaitopt.optimize import spline_reference as reference
-from gaitopt.optimize.spline import (
-    KINDS,
-    JointSpline,
+from gaitopt.optimize.joint_spline import KINDS, JointSpline, uniform_spline
+from gaitopt.optimize.obstacle_swing import (
+    FootCurve,
     ObstacleSwing,
-    UnsolvedSplineError,
     solve_obstacle_swing,
-    solve_spline,
     swing_angles,
-    uniform_spline,
 )
+from gaitopt.optimize.spline import UnsolvedSplineError, solve_spline
 from gaitopt.optimize.spline_problem import (
     VELOCITY_RESERVE,
     JointLimits,
@@ -596,7 +594,7 @@ def test_foot_is_never_faster_than_its_bound(name: str) -> None:
     knots = rng.uniform(-0.5, 0.5, (7, len(of.joints)))
     one = np.ones(len(of.joints))
     spline = uniform_spline(knots, JointLimits(one, one, one))
-    curve = spline_module.FootCurve(of, spline, np.zeros(3), np.eye(3))
+    curve = FootCurve(of, spline, np.zeros(3), np.eye(3))
     for k in range(6):
         times = np.linspace(spline.times[k], spline.times[k + 1], 2001)
         steps = np.linalg.norm(np.diff(curve.place(times), axis=0), axis=1)

@@ -13,15 +13,8 @@ from hypothesis import strategies as st
 
 from gaitopt.conventions import rotation_z
 from gaitopt.errors import InputError, SolverError
-from gaitopt.swing.obstacle_paths import (
-    CLEARANCE_TOLERANCE,
-    PATTERNS,
-    Pattern,
-    clear_path,
-    least_clearance,
-    obstacle_path,
-    path_lengths,
-)
+from gaitopt.swing.clearance import CLEARANCE_TOLERANCE, clear_path, least_clearance
+from gaitopt.swing.obstacle_paths import PATTERNS, Pattern, obstacle_path, path_lengths
 from gaitopt.terrain.obstacles import (
     Obstacle,
     rectangular_obstacle,
