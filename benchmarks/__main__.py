@@ -10,7 +10,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from benchmarks import fresh, outputs, planner, rivals, spline
+from benchmarks import fresh, outputs, planner, rivals, route, spline
 from benchmarks.measuring import Result, use_one_core
 from benchmarks.report import machine, results_table
 from gaitopt.files import written_whole
@@ -25,6 +25,7 @@ BENCHMARKS: dict[str, Callable[[bool], list[Result]]] = {
     "files": outputs.measure_files,
     "replay": outputs.measure_replay,
     "spline": spline.measure_spline,
+    "route": route.measure_route,
     "obvious": rivals.measure_obvious,
 }
 _WIDTH = 136

@@ -14,11 +14,15 @@ from rich.markup import escape
 
 from gaitopt.cli_gait import gait, trot
 from gaitopt.cli_options import (
+    CollisionsOption,
+    Com,
+    ComOption,
     FollowOption,
     FootholdsOption,
     FreeOption,
     HeadingOption,
     HeightOption,
+    JobsOption,
     MarginOption,
     Objective,
     ObjectiveOption,
@@ -27,6 +31,7 @@ from gaitopt.cli_options import (
     ReachOption,
     RobotOption,
     SeedOption,
+    SeedsOption,
     SequenceOption,
     SpeedOption,
     SwingHeightOption,
@@ -74,6 +79,7 @@ def walk(
     heading: HeadingOption = 0.0,
     follow_terrain: FollowOption = False,
     free: FreeOption = None,
+    com: ComOption = Com.body,
     out: OutOption = Path("out"),
 ) -> None:
     """Plan a walk, compare it with the paper's baselines, and write plan, replay and figures."""
@@ -90,7 +96,8 @@ def walk(
     )  # fmt: skip
     with progress_bar("planning") as tick:
         plan = plan_crawl(
-            model, places, objective.value, parse_speed(speed), free=free, progress=tick, **settings
+            model, places, objective.value, parse_speed(speed), free=free, com=com.value,
+            progress=tick, **settings,
         )  # fmt: skip
     with progress_bar("comparing with the baselines") as tick:
         comparison = run_comparison(model, places, progress=tick, **settings)
@@ -126,10 +133,7 @@ def compare(
     robot: RobotOption = "wang2020",
     footholds: FootholdsOption = None,
     seed: SeedOption = None,
-    seeds: Annotated[
-        int, typer.Option(help="Compare on this many random terrains, from --seed on.", min=1,
-                          max=10_000, rich_help_panel="What walks where"),
-    ] = 1,
+    seeds: SeedsOption = 1,
     stability_margin: MarginOption = 0.02,
     body_height: HeightOption = None,
     swing_height: SwingHeightOption = None,
@@ -137,7 +141,7 @@ def compare(
     reach_fraction: ReachOption = 1.0,
     heading: HeadingOption = 0.0,
     follow_terrain: FollowOption = False,
-) -> None:  # fmt: skip
+) -> None:
     """Print Table II: the paper's method, the largest margin, and fixed speeds."""
     from gaitopt.studies.compare import compare as run_comparison
 
@@ -185,9 +189,7 @@ def replay(
 @app.command()
 def verify(
     plan: PlanArgument,
-    collisions: Annotated[
-        bool, typer.Option(help="Look for self-collisions, which takes most of the time.")
-    ] = True,
+    collisions: CollisionsOption = True,
 ) -> None:
     """Certify a plan for every instant; exit code 0 when it is, 1 when it is not."""
     from gaitopt.checking.certificate import verify as certify
@@ -249,7 +251,7 @@ def study(
         bool, typer.Option("--collisions", help="Also look for self-collisions.")
     ] = False,
     free: FreeOption = None,
-    jobs: Annotated[int, typer.Option(help="Processes; -1 for one a core.")] = -1,
+    jobs: JobsOption = -1,
     scheduler: Annotated[
         str | None,
         typer.Option(help="Work on the Dask cluster at this address.", metavar="ADDRESS"),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.markup import escape
@@ -89,10 +89,9 @@ def trot(
     out: OutOption = Path("out"),
 ) -> None:
     """Trot at a speed, as in the second paper, and write plan, replay and figures."""
-    _run(
-        "trot", robot, (speed, sideways), yaw_rate, distance, duration, cycle, duty, out,
-        acceleration_limit=acceleration_limit, swing=swing, sway=sway, body_height=body_height,
-        swing_height=swing_height,
+    gait(
+        "trot", robot, speed, sideways, yaw_rate, distance, duration, acceleration_limit, cycle,
+        duty, swing, sway, body_height, swing_height, out,
     )  # fmt: skip
 
 
@@ -117,47 +116,34 @@ def gait(
     out: OutOption = Path("out"),
 ) -> None:  # fmt: skip
     """Plan any gait at a commanded velocity, and write plan, replay and figures."""
-    _run(
-        name, robot, (speed, sideways), yaw_rate, distance, duration, cycle, duty, out,
-        acceleration_limit=acceleration_limit, swing=swing, sway=sway, body_height=body_height,
-        swing_height=swing_height,
-    )  # fmt: skip
-
-
-def _run(
-    name: str,
-    robot: str,
-    velocity: tuple[float, float],
-    yaw_rate: float,
-    distance: float | None,
-    duration: float | None,
-    cycle: float,
-    duty: float | None,
-    out: Path,
-    **settings: Any,
-) -> None:
     from gaitopt.gait.gaits import crawl
     from gaitopt.gait.gaits import gait as named
     from gaitopt.planning.gait import plan_gait
     from gaitopt.robots.catalog import load_robot
-    from gaitopt.viewing.gait_figures import save_gait_figures
-    from gaitopt.viewing.replay import replay
 
     if "," in name:
         order = tuple(part.strip() for part in name.split(","))
         schedule = crawl(order, cycle) if duty is None else crawl(order, cycle, duty)
     else:
         schedule = named(name.replace("-", "_"), cycle, duty)
-    if duration is not None:
-        distance = None
-    elif not any(velocity):
+    if duration is None and not (speed or sideways):
         raise InputError("a gait on the spot has no distance: give --duration")
     model = load_robot(robot)
     with progress_bar("planning") as tick:
         plan = plan_gait(
-            model, schedule, velocity, yaw_rate, distance=distance, duration=duration,
-            progress=tick, **settings,
+            model, schedule, (speed, sideways), yaw_rate,
+            distance=distance if duration is None else None, duration=duration,
+            acceleration_limit=acceleration_limit, swing=swing, sway=sway,
+            body_height=body_height, swing_height=swing_height, progress=tick,
         )  # fmt: skip
+    _write(plan, name, out)
+
+
+def _write(plan: Plan, name: str, out: Path) -> None:
+    """Plan file, replay and figures of a gait, in a folder."""
+    from gaitopt.viewing.gait_figures import save_gait_figures
+    from gaitopt.viewing.replay import replay
+
     make_folder(out)
     with progress_bar("writing plan, replay and figures") as tick:
         plan.save(out / "plan.npz")

@@ -17,6 +17,13 @@ class Objective(str, Enum):
     time = "time"
 
 
+class Com(str, Enum):
+    """What keeps the stability margin."""
+
+    body = "body"
+    model = "model"
+
+
 RobotOption = Annotated[
     str,
     typer.Option(help="A robot's name (see [bold]gaitopt robot --list[/]) or a URDF file.",
@@ -30,6 +37,11 @@ FootholdsOption = Annotated[
 SeedOption = Annotated[
     int | None,
     typer.Option(help="Seed of the random S-shaped columns, when no CSV is given.", min=0,
+                 rich_help_panel="What walks where"),
+]  # fmt: skip
+SeedsOption = Annotated[
+    int,
+    typer.Option(help="Go over this many random terrains, from --seed on.", min=1, max=10_000,
                  rich_help_panel="What walks where"),
 ]  # fmt: skip
 ObjectiveOption = Annotated[
@@ -57,8 +69,10 @@ SwingHeightOption = Annotated[
                  "wang2020, else to scale.", rich_help_panel="How", show_default=False),
 ]  # fmt: skip
 SequenceOption = Annotated[
-    str, typer.Option(help="Order of the legs in a cycle.", rich_help_panel="How")
-]
+    str,
+    typer.Option(help="Order of the legs in a cycle, or 'free' to search for the fastest order.",
+                 rich_help_panel="How"),
+]  # fmt: skip
 ReachOption = Annotated[
     float, typer.Option(help="Share of the legs' reach to use, up to 1.", rich_help_panel="How")
 ]
@@ -75,5 +89,15 @@ FreeOption = Annotated[
     typer.Option(help="With the objective time, what is free: route, overlap, swing (default), "
                  "height, posture or dynamic.", rich_help_panel="How", show_default=False),
 ]  # fmt: skip
+ComOption = Annotated[
+    Com,
+    typer.Option(help="With the objective time, what keeps the margin: the body's centre, or the "
+                 "true centre of mass of the whole model.", rich_help_panel="How"),
+]  # fmt: skip
+CollisionsOption = Annotated[
+    bool,
+    typer.Option(help="Look for self-collisions, which takes most of a certificate's time."),
+]
+JobsOption = Annotated[int, typer.Option(help="Processes for many terrains; -1 for one a core.")]
 OutOption = Annotated[Path, typer.Option(help="Folder for the results.", metavar="DIR")]
 PlanArgument = Annotated[Path, typer.Argument(help="A plan file (.npz).", metavar="PLAN")]

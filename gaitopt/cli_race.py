@@ -9,15 +9,20 @@ import typer
 from rich.markup import escape
 
 from gaitopt.cli_options import (
+    CollisionsOption,
+    Com,
+    ComOption,
     FollowOption,
     FootholdsOption,
     HeadingOption,
     HeightOption,
+    JobsOption,
     MarginOption,
     OutOption,
     ReachOption,
     RobotOption,
     SeedOption,
+    SeedsOption,
     SequenceOption,
     SwingHeightOption,
 )
@@ -30,11 +35,6 @@ if TYPE_CHECKING:
     from gaitopt.studies.race_standings import Standings
     from gaitopt.terrain.footholds import Footholds
 
-SeedsOption = Annotated[
-    int,
-    typer.Option(help="Race on this many random terrains, from --seed on.", min=1, max=10_000,
-                 rich_help_panel="What walks where"),
-]  # fmt: skip
 ColumnsOption = Annotated[
     int | None,
     typer.Option(help="Columns a leg of the random terrains; 17 as in the paper by default.",
@@ -46,12 +46,7 @@ RowsOption = Annotated[
                  "always runs along.", show_default=False, metavar="NAMES"),
 ]  # fmt: skip
 CertifyOption = Annotated[bool, typer.Option(help="Certify every plan.")]
-CollisionsOption = Annotated[
-    bool,
-    typer.Option(help="Look for self-collisions, which takes most of a certificate's time."),
-]
 BoundOption = Annotated[bool, typer.Option(help="Work out lower bounds on the times.")]
-JobsOption = Annotated[int, typer.Option(help="Processes for --seeds; -1 for one a core.")]
 
 
 def race(
@@ -68,6 +63,7 @@ def race(
     reach_fraction: ReachOption = 1.0,
     heading: HeadingOption = 0.0,
     follow_terrain: FollowOption = False,
+    com: ComOption = Com.body,
     certify: CertifyOption = True,
     collisions: CollisionsOption = True,
     bound: BoundOption = True,
@@ -86,6 +82,7 @@ def race(
         model, places, stability_margin, body_height, swing_height, sequence, reach_fraction,
         heading, follow_terrain,
     )  # fmt: skip
+    settings["com"] = com.value
     checks = {"certify": certify, "collisions": collisions, "bound": bound}
     make_folder(out)
     with progress_bar("racing") as tick:

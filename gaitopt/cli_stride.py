@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.markup import escape
 
-from gaitopt.cli_options import MarginOption, OutOption
+from gaitopt.cli_options import MarginOption, OutOption, RobotOption
 from gaitopt.cli_support import make_folder, progress_bar, terminal
 from gaitopt.errors import InputError, MissingPackageError
 
@@ -43,29 +43,24 @@ class Pattern(str, Enum):
     box = "box"
 
 
-StriderOption = Annotated[
-    str,
-    typer.Option("--robot", help="A robot's name (see [bold]gaitopt robot --list[/]) or a URDF "
-                 "file.", rich_help_panel="What strides over what"),
-]  # fmt: skip
 ShapeOption = Annotated[
-    Shape, typer.Option(help="Section of the obstacle.", rich_help_panel="What strides over what")
+    Shape, typer.Option(help="Section of the obstacle.", rich_help_panel="What walks where")
 ]
 HeightOption = Annotated[
     float | None,
     typer.Option(help="Height of the obstacle, in metres; the paper's 0.11 to the robot's scale "
-                 "by default.", rich_help_panel="What strides over what", show_default=False),
+                 "by default.", rich_help_panel="What walks where", show_default=False),
 ]  # fmt: skip
 WidthOption = Annotated[
     float | None,
     typer.Option(help="Width of its section, in metres; the paper's 0.04 to the robot's scale by "
                  "default. A round one is as wide as it is high.",
-                 rich_help_panel="What strides over what", show_default=False),
+                 rich_help_panel="What walks where", show_default=False),
 ]  # fmt: skip
 PositionOption = Annotated[
     float,
     typer.Option(help="Its place along x, in metres. The robot begins in front of it.",
-                 rich_help_panel="What strides over what"),
+                 rich_help_panel="What walks where"),
 ]  # fmt: skip
 FootOption = Annotated[
     float | None,
@@ -88,7 +83,7 @@ StudyOption = Annotated[
 
 
 def stride(
-    robot: StriderOption = "frog1",
+    robot: RobotOption = "frog1",
     shape: ShapeOption = Shape.rectangular,
     height: HeightOption = None,
     width: WidthOption = None,
@@ -169,9 +164,7 @@ def first_stride(plan: Plan) -> Swing:
 
 def obstacle_of(plan: Plan) -> Obstacle:
     """What a plan of plan_stride goes over."""
-    from gaitopt.planning.stride_settings import StrideSettings
-
-    if not isinstance(plan.settings, StrideSettings):
+    if not plan.settings.obstacles:
         raise InputError(f"a plan of {plan.settings.planner} has no obstacle")
     return plan.settings.obstacles[0]
 

@@ -54,7 +54,7 @@ def plan_settings(
         "swing_height": round(0.175 * model.standing_height, 4)
         if swing_height is None
         else swing_height,
-        "sequence": tuple(part.strip() for part in sequence.split(",")),
+        "sequence": "free" if sequence == "free" else tuple(s.strip() for s in sequence.split(",")),
         "reach_fraction": reach_fraction,
         "heading": heading,
         "follow_terrain": follow_terrain,

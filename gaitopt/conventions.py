@@ -19,12 +19,6 @@ LEGS: Final[tuple[str, str, str, str]] = ("LF", "LH", "RH", "RF")
 GRAVITY: Final = 9.81
 """Acceleration of gravity [m/s^2]: that of the papers, of Pinocchio and of MuJoCo."""
 
-WANG_NUMBERS: Final[dict[int, str]] = {1: "RH", 2: "RF", 3: "LH", 4: "LF"}
-"""Leg numbers of Wang et al. 2020 (000_6dacb41600db6a3c.txt, Section II)."""
-
-XILING_NUMBERS: Final[dict[int, str]] = {1: "LF", 2: "LH", 3: "RH", 4: "RF"}
-"""Leg numbers of the XiLing report (003_8f161808651a8f3d.txt)."""
-
 
 def leg_index(leg: str) -> int:
     """Position of ``leg`` in :data:`LEGS`."""

@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
-FAST = ("plan", "cog", "import", "sample", "files", "obvious")
+FAST = ("plan", "cog", "import", "sample", "files", "obvious", "route")
 
 
 def run(*arguments: str) -> subprocess.CompletedProcess[str]:
@@ -66,6 +66,13 @@ def test_the_obvious_way_finds_the_same_walk(report: dict[str, Any]) -> None:
     assert found["time-apart"]["unit"] == "%" and found["time-apart"]["median"] <= 1.0
 
 
+def test_other_solvers_find_the_same_fastest_walk(report: dict[str, Any]) -> None:
+    """The time that IPOPT and fatrop find for the very same problem, over ours."""
+    found = rows(report)
+    for rival in ("route-ipopt-time", "route-fatrop-time"):
+        assert found[rival]["median"] == pytest.approx(1.0, abs=2e-3)
+
+
 def test_ratios_are_those_of_the_cpu_times_in_the_same_run(report: dict[str, Any]) -> None:
     found = rows(report)
     for theirs, ours in (("obvious-cog-anew", "ours-cog"), ("obvious-plan", "ours-plan")):
@@ -100,6 +107,6 @@ def test_the_readme_names_every_benchmark() -> None:
     readme = (ROOT / "benchmarks" / "README.md").read_text()
     listed = run("-m", "benchmarks", "--help").stdout.split("of ")[1].split(";")[0]
     names = [name.strip() for name in listed.replace("\n", " ").split(",")]
-    assert len(names) == 10
+    assert len(names) == 11
     for name in names:
         assert f"`{name}`" in readme, name

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
+import pinocchio as pin
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from gaitopt.conventions import (
+    GRAVITY,
     LEGS,
-    WANG_NUMBERS,
-    XILING_NUMBERS,
     frozen,
     leg_index,
     rotation_z,
@@ -24,16 +24,8 @@ def test_there_are_four_legs_named_by_side_and_end() -> None:
     assert {side + end for side in "LR" for end in "FH"} == set(LEGS)
 
 
-@pytest.mark.parametrize("numbers", [WANG_NUMBERS, XILING_NUMBERS])
-def test_papers_number_each_leg_once(numbers: dict[int, str]) -> None:
-    assert sorted(numbers) == [1, 2, 3, 4]
-    assert sorted(numbers.values()) == sorted(LEGS)
-
-
-def test_wang_numbers_agree_with_the_signs_of_eq_9() -> None:
-    """alpha = 1 (ahead) for legs 2 and 4; beta = 1 (left) for legs 3 and 4."""
-    assert {i for i, leg in WANG_NUMBERS.items() if leg[1] == "F"} == {2, 4}
-    assert {i for i, leg in WANG_NUMBERS.items() if leg[0] == "L"} == {3, 4}
+def test_gravity_is_that_of_pinocchios_models() -> None:
+    assert pin.Model().gravity.linear.tolist() == [0.0, 0.0, -GRAVITY]
 
 
 @pytest.mark.parametrize("leg", LEGS)

@@ -6,25 +6,29 @@ from math import nan
 
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
-from scipy.spatial.transform import Rotation
 
 from gaitopt.checking.certificate import Check
 from gaitopt.checking.judging import SHORT, judged, phase_name
 from gaitopt.checking.motion import Motion
+from gaitopt.checking.zero_moment import zmp_of_centre
 from gaitopt.conventions import FloatArray
 from gaitopt.planning.plan import Plan
 
-GRAVITY = 9.81
 ZMP_SLACK = 1e-3
 """How far the ZMP's margin may fall short of the plan's own figure, which is sampled [m]."""
+PUSH = 1e-6
+"""Largest jump of the base's velocity that counts as rounding [m/s, rad/s]."""
 DYNAMIC = "a dynamic gait promises no static margin: see its ZMP"
+TRUE_COM = "the margin is promised of the true COM"
 
 
 def margin_of_cog(plan: Plan, motion: Motion) -> Check:
     """While a foot flies, the body centre keeps the stability margin that was asked for."""
     if not plan.settings.static:
         return Check("margin of the body centre", "unchecked", nan, nan, "m", note=DYNAMIC)
-    margins = _margins(motion, motion.cog, motion.cog_bulge)
+    if plan.settings.true_com:
+        return Check("margin of the body centre", "unchecked", nan, nan, "m", note=TRUE_COM)
+    margins = _margins(motion, motion.cog, motion.cog_bulge, -np.inf)
     flying = np.asarray(~motion.standing.all(axis=1))
     short = np.where(flying, margins - plan.settings.stability_margin, margins)
     piece = int(short.argmin())
@@ -35,66 +39,68 @@ def margin_of_cog(plan: Plan, motion: Motion) -> Check:
 
 
 def margin_of_com(plan: Plan, motion: Motion) -> Check:
-    """The model's true centre of mass never leaves the support polygon."""
+    """The model's true centre of mass never leaves the support polygon.
+
+    Where the plan promises the stability margin of it, it keeps that as well, at every instant
+    after the first stance phase, which begins wherever the robot stands.
+    """
     if not plan.settings.static:
         return Check("margin of the true COM", "unchecked", nan, nan, "m", note=DYNAMIC)
-    margins = _margins(motion, motion.com, motion.com_bulge)
-    piece = int(margins.argmin())
-    return judged("margin of the true COM", float(margins[piece]), 0.0, "m", ">=",
+    margins = _margins(motion, motion.com, motion.com_bulge, -np.inf)
+    promised = plan.settings.stability_margin - SHORT if plan.settings.true_com else 0.0
+    asked = np.where(motion.phase > 0, promised, 0.0)
+    piece = int((margins - asked).argmin())
+    return judged("margin of the true COM", float(margins[piece]), float(asked[piece]), "m", ">=",
                    bound=motion.com_bulge[piece], when=motion.pieces.starts[piece],
                    where=phase_name(plan, int(motion.phase[piece])))  # fmt: skip
-
-
-def _margins(motion: Motion, points: FloatArray, bulges: FloatArray) -> FloatArray:
-    """Lower bound of the margin on every piece: hulls of the feet where the piece starts."""
-    out = np.full(len(bulges), np.inf)
-    for index in np.unique(motion.phase):
-        mine = np.flatnonzero(motion.phase == index)
-        standing = np.flatnonzero(motion.standing[mine[0]])
-        feet = motion.feet[0, mine[0], standing, :2]
-        moved = np.linalg.norm(
-            (motion.feet[:, mine][:, :, standing, :2] - feet).reshape(-1, len(standing), 2), axis=2
-        )
-        try:
-            sides = ConvexHull(feet).equations
-        except (QhullError, ValueError):
-            out[mine] = -np.inf
-            continue
-        # Qhull's distances are positive outside; the worse end of each piece counts.
-        outside = (points[:, mine, :2] @ sides[:, :2].T + sides[:, 2]).max(axis=(0, 2))
-        shift = moved.max() + motion.feet_bulge[mine][:, standing].max(axis=1)
-        out[mine] = -outside - bulges[mine] - shift
-    return out
 
 
 def zmp(plan: Plan, motion: Motion) -> Check | None:
     """The ZMP of the body's centre keeps the margin that the plan tells of, while any foot stands.
 
-    The centre counts as a point mass: ``c - h c'' / (g + c_z'')``. Between samples the ZMP leaves
-    its chord by at most an eighth of its second derivative's bound times the squared step; the
-    bound lets the height change and the load on the ground fall, but not its changes' changes.
+    The centre counts as a point mass: see :mod:`gaitopt.checking.zero_moment`. Where the base's
+    velocity jumps, or nothing may load the ground, there is no margin.
     """
-    claimed = plan.info.get("zmp_margin", None if plan.settings.static else _asked(plan))
+    name = "ZMP of the body centre"
+    claimed = plan.info.get("zmp_margin")
     if not isinstance(claimed, float) or not np.isfinite(claimed):
-        return None
-    points, bulges = _zmp_of_centre(plan, motion)
-    margins = np.full(len(bulges), np.inf)
-    for index in np.unique(motion.phase):
-        mine = np.flatnonzero(motion.phase == index)
-        standing = np.flatnonzero(motion.standing[mine[0]])
-        if standing.size:
-            feet = motion.feet[0, mine[0], standing, :2]
-            inside = -_outside(feet, points[:, mine]).max(axis=0)
-            margins[mine] = inside - bulges[mine] - motion.feet_bulge[mine][:, standing].max(axis=1)
+        return None if plan.settings.static else Check(
+            name, "unchecked", nan, nan, "m", note="the plan tells of no zmp_margin")  # fmt: skip
+    points, bulges = zmp_of_centre(plan, motion)
+    margins = _margins(motion, points, bulges, np.inf)
+    jumps = plan.path.jumps(1)[:, :6].max(axis=1, initial=0.0)
+    pushed = plan.path.times[1:-1][jumps > PUSH]
+    margins[np.isin(motion.pieces.starts, pushed)] = -np.inf
     piece = int(margins.argmin())
-    return judged("ZMP of the body centre", float(margins[piece]), claimed - ZMP_SLACK, "m", ">=",
+    return judged(name, float(margins[piece]), claimed - ZMP_SLACK, "m", ">=",
                   bound=bulges[piece], when=motion.pieces.starts[piece],
                   where=phase_name(plan, int(motion.phase[piece])))  # fmt: skip
 
 
-def _asked(plan: Plan) -> float:
-    """The margin that a dynamic plan was asked for, which it then promises of its ZMP."""
-    return float(plan.settings.stability_margin)
+def _margins(motion: Motion, points: FloatArray, bulges: FloatArray, afloat: float) -> FloatArray:
+    """Lower bound ``(P,)`` of the margin of a moving point on every piece [m].
+
+    The hulls are those of the feet where a phase starts. The distance from a hull is convex along
+    a chord, so the worse end of a piece counts.
+
+    Args:
+        motion: the motion.
+        points: the point at both ends of every piece ``(2, P, 2)`` or ``(2, P, 3)`` [m].
+        bulges: how far it leaves its chord ``(P,)`` [m].
+        afloat: the margin where no foot stands.
+    """
+    out = np.full(len(bulges), afloat)
+    for index in np.unique(motion.phase):
+        mine = np.flatnonzero(motion.phase == index)
+        standing = np.flatnonzero(motion.standing[mine[0]])
+        if not standing.size:
+            continue
+        feet = motion.feet[0, mine[0], standing, :2]
+        moved = np.linalg.norm(motion.feet[:, mine][:, :, standing, :2] - feet, axis=-1)
+        shift = moved.max() + motion.feet_bulge[mine][:, standing].max(axis=1)
+        outside = _outside(feet, points[:, mine, :2]).max(axis=0)
+        out[mine] = -outside - bulges[mine] - shift
+    return out
 
 
 def _outside(feet: FloatArray, points: FloatArray) -> FloatArray:
@@ -122,52 +128,3 @@ def _outside(feet: FloatArray, points: FloatArray) -> FloatArray:
     )  # fmt: skip
     gap = points[..., None, :] - corners - share[..., None] * along
     return np.asarray(np.where(inside > 0, np.linalg.norm(gap, axis=-1).min(axis=-1), inside))
-
-
-def _zmp_of_centre(plan: Plan, motion: Motion) -> tuple[FloatArray, FloatArray]:
-    """ZMP at both ends of every piece ``(2, P, 2)``, and how far it leaves its chord ``(P,)``."""
-    arm = plan.robot.body_axes @ plan.robot.centre
-    pieces = motion.pieces
-    ground = plan.footholds.array[..., 2].mean() - plan.robot.foot_radius
-    points = []
-    for end in range(2):
-        values = [pieces.at_ends(k)[end] for k in range(3)]
-        turn = [v[:, 3:6] for v in values]
-        swept = _arm_acceleration(arm, turn)
-        pull = values[2][:, :3] + swept
-        height = motion.cog[end, :, 2] - ground
-        points.append(motion.cog[end, :, :2] - (height / (GRAVITY + pull[:, 2]))[:, None]
-                      * pull[:, :2])  # fmt: skip
-    rates = [pieces.largest(k) for k in range(5)]
-    w, a, j, s = (r[:, 3:6].sum(axis=1) for r in rates[1:])
-    radius = float(np.linalg.norm(arm))
-    second = np.linalg.norm(rates[2][:, :2], axis=1) + radius * (w**2 + a)
-    fourth = np.linalg.norm(rates[4][:, :2], axis=1) + radius * (
-        w**4 + 6 * w**2 * a + 3 * a**2 + 4 * w * j + s
-    )
-    height = float((motion.cog[..., 2] - ground).max())
-    # At least this much of the weight is on the ground; a body that rises and falls has less.
-    load = max(GRAVITY - float(rates[2][:, 2].max(initial=0.0)), 0.1 * GRAVITY)
-    risen = rates[2][:, 2] / load * np.linalg.norm(rates[2][:, :2], axis=1)
-    return np.stack(points), (second + height / load * fourth + risen) * pieces.lengths**2 / 8.0
-
-
-def _arm_acceleration(arm: FloatArray, turn: list[FloatArray]) -> FloatArray:
-    """Acceleration ``(P, 3)`` of a point at ``arm`` in the base, by the base's turning alone."""
-    rpy, rates, changes = turn
-    rotation = Rotation.from_euler("ZYX", rpy[:, ::-1]).as_matrix()
-    yaw, pitch = rpy[:, 2], rpy[:, 1]
-    # World axes of the three hinges: z, then y turned by yaw, then x turned by yaw and pitch.
-    zero, one = np.zeros_like(yaw), np.ones_like(yaw)
-    z = np.stack([zero, zero, one], axis=1)
-    y = np.stack([-np.sin(yaw), np.cos(yaw), zero], axis=1)
-    x = np.stack([np.cos(yaw) * np.cos(pitch), np.sin(yaw) * np.cos(pitch), -np.sin(pitch)], axis=1)
-    spin_z = z * rates[:, 2:3]
-    spin_y = spin_z + y * rates[:, 1:2]
-    spin = spin_y + x * rates[:, :1]
-    change = (
-        z * changes[:, 2:3] + y * changes[:, 1:2] + x * changes[:, :1]
-        + np.cross(spin_z, y) * rates[:, 1:2] + np.cross(spin_y, x) * rates[:, :1]
-    )  # fmt: skip
-    place = rotation @ arm
-    return np.asarray(np.cross(change, place) + np.cross(spin, np.cross(spin, place)))

@@ -54,7 +54,7 @@ def obstacles_cleared(plan: Plan) -> Check | None:
         ``worst`` is a lower bound on the distance at all times, and ``bound`` how far it lies below
         the least distance that was seen, at ``when``. ``None`` where the plan knows of no obstacle.
     """
-    obstacles: Sequence[Obstacle] = getattr(plan.settings, "obstacles", None) or ()
+    obstacles = plan.settings.obstacles
     if not obstacles:
         return None
     limit = max(float(getattr(plan.settings, "clearance", 0.0)) - SLACK, CONTACT)

@@ -32,12 +32,45 @@ def check_sequence(sequence: Iterable[str]) -> tuple[str, ...]:
     return order
 
 
+def check_order(sequence: Iterable[str]) -> tuple[str, ...]:
+    """``sequence`` as a tuple, when it is a cycle of four legs or the order of a whole walk.
+
+    Raises:
+        InputError: a leg is missing or unknown, or steps more often than another.
+    """
+    order = tuple(sequence) if isinstance(sequence, Iterable) else (sequence,)
+    counts = {leg: order.count(leg) for leg in LEGS}
+    if len(order) <= len(LEGS) or sum(counts.values()) != len(order):
+        return check_sequence(order)
+    if len(set(counts.values())) > 1:
+        raise InputError(
+            "a sequence of more than four steps is the order of a whole walk, in which every leg "
+            "steps equally often; got " + ", ".join(f"{leg} {n}" for leg, n in counts.items())
+        )
+    return order
+
+
 def swing_order(sequence: Iterable[str], footholds: int) -> list[tuple[str, int]]:
     """The steps of a whole walk: ``(leg, index of the foothold it steps onto)``.
 
     Args:
-        sequence: order of the legs in a cycle.
+        sequence: order of the legs in a cycle, or of all steps of the walk.
         footholds: footholds a leg, the first being the start.
+
+    Raises:
+        InputError: the sequence is that of a walk with another number of steps.
     """
-    order = check_sequence(sequence)
-    return [(leg, k) for k in range(1, footholds) for leg in order]
+    order = check_order(sequence)
+    if len(order) == len(LEGS):
+        return [(leg, k) for k in range(1, footholds) for leg in order]
+    if len(order) != len(LEGS) * (footholds - 1):
+        raise InputError(
+            f"the sequence has {len(order)} steps, and {footholds} footholds a leg ask for "
+            f"{len(LEGS) * (footholds - 1)}; give a cycle of four legs, or as many steps"
+        )
+    taken = dict.fromkeys(LEGS, 0)
+    steps = []
+    for leg in order:
+        taken[leg] += 1
+        steps.append((leg, taken[leg]))
+    return steps

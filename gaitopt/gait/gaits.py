@@ -15,7 +15,8 @@ from typing import Final
 from gaitopt.conventions import LEGS
 from gaitopt.errors import InputError
 from gaitopt.gait.crawl import WANG_SEQUENCE, check_sequence
-from gaitopt.gait.schedule import SNAP, GaitSchedule, check_number
+from gaitopt.gait.schedule import SNAP, GaitSchedule
+from gaitopt.inputs import check_number
 
 CRITICAL: Final = 0.75
 """Below this duty factor no gait keeps three feet on the ground."""

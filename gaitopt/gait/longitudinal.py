@@ -22,7 +22,8 @@ from numpy.typing import ArrayLike
 from gaitopt.conventions import LEGS, BoolArray, FloatArray
 from gaitopt.errors import InputError
 from gaitopt.gait.gaits import crawl, wave
-from gaitopt.gait.schedule import SNAP, GaitSchedule, check_number
+from gaitopt.gait.schedule import SNAP, GaitSchedule
+from gaitopt.inputs import check_number
 
 LEFT: Final = np.array([leg[0] == "L" for leg in LEGS])
 FRONT: Final = np.array([leg[1] == "F" for leg in LEGS])

@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike
 
 from gaitopt.conventions import LEGS, BoolArray, FloatArray, frozen
 from gaitopt.errors import InputError
+from gaitopt.inputs import check_number
 
 SNAP: Final = 1e-9
 """Shares of a cycle that differ by this or less are one instant."""
@@ -264,23 +265,6 @@ class GaitSchedule:
                 f"a gait schedule has the entries {', '.join(sorted(known))}, got {got}"
             )
         return cls(**values)
-
-
-def check_number(name: str, value: object, low: float, high: float, unit: str = "") -> float:
-    """``value`` as float, when it is a number from ``low`` to ``high``.
-
-    Raises:
-        InputError: it is not.
-    """
-    if (
-        isinstance(value, (int, float, np.integer, np.floating))
-        and not isinstance(value, bool)
-        and low <= value <= high
-    ):
-        return float(value)
-    raise InputError(
-        f"{name} must be a number from {low:g} to {high:g} {unit}".rstrip() + f", got {value!r}"
-    )
 
 
 def wrapped(shares: ArrayLike) -> FloatArray:

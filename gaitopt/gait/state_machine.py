@@ -16,10 +16,11 @@ from typing import Final
 
 from gaitopt.conventions import LEGS
 from gaitopt.errors import InputError
-from gaitopt.gait.schedule import GaitSchedule, check_number, wrapped
+from gaitopt.gait.schedule import GaitSchedule, wrapped
 from gaitopt.gait.step_timing import GaitClock, Moment, check_cycles, first_swings
 from gaitopt.gait.step_timing import SwingEvent as SwingEvent
 from gaitopt.gait.step_timing import swing_events as swing_events
+from gaitopt.inputs import check_number
 
 LONGEST_ADVANCE: Final = 1000
 """Most cycles in one advance of a walk without end."""

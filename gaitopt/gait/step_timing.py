@@ -18,7 +18,8 @@ from numpy.typing import ArrayLike
 
 from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.errors import InputError
-from gaitopt.gait.schedule import SNAP, GaitSchedule, check_number, wrapped
+from gaitopt.gait.schedule import SNAP, GaitSchedule, wrapped
+from gaitopt.inputs import check_count, check_number
 
 MOST_CYCLES: Final = 100_000
 """Most swings of a leg in a walk."""
@@ -245,8 +246,4 @@ def check_cycles(cycles: object) -> int:
     Raises:
         InputError: it is not.
     """
-    if isinstance(cycles, bool) or not isinstance(cycles, (int, np.integer)) or not (
-        0 <= cycles <= MOST_CYCLES
-    ):  # fmt: skip
-        raise InputError(f"cycles must be a whole number from 0 to {MOST_CYCLES}, got {cycles!r}")
-    return int(cycles)
+    return check_count("cycles", cycles, 0, MOST_CYCLES)

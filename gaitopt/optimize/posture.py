@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gaitopt.conventions import LEGS, FloatArray, frozen
+from gaitopt.conventions import GRAVITY, LEGS, FloatArray, frozen
 from gaitopt.errors import InputError
 from gaitopt.optimize.posture_problem import (
     FREEDOMS,
@@ -34,7 +34,6 @@ from gaitopt.robots.quadruped import Quadruped
 from gaitopt.stability.energy import energy_stability_margin
 from gaitopt.stability.margins import static_stability_margin
 from gaitopt.stability.support import support_half_planes
-from gaitopt.stability.zmp import GRAVITY
 
 FEASIBILITY = 1e-7
 """Largest violation of a constraint in an accepted answer [m, rad]."""

@@ -27,6 +27,7 @@ from numpy.typing import ArrayLike
 
 from gaitopt.conventions import LEGS, FloatArray, frozen
 from gaitopt.errors import InputError
+from gaitopt.inputs import check_number
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.rotations import matrix_to_rpy, rpy_to_matrix
 from gaitopt.stability.support import support_half_planes
@@ -219,11 +220,11 @@ def build_posture_problem(
     reaching += [(str(swing), _place(point)) for point in places]
     return PostureProblem(
         robot=robot, start=start, feet=frozen(stands), support=support, reaching=tuple(reaching),
-        margin=_within("margin", margin, -10.0, 10.0),
-        reach_fraction=_within("reach_fraction", reach_fraction, 1e-3, 1.0),
-        foot_give=_within("foot_give", foot_give, 0.0, 1.0), free=tuple(free),
+        margin=check_number("margin", margin, -10.0, 10.0),
+        reach_fraction=check_number("reach_fraction", reach_fraction, 1e-3, 1.0),
+        foot_give=check_number("foot_give", foot_give, 0.0, 1.0), free=tuple(free),
         weights=_weights(robot, weights),
-        height_weight=_within("height_weight", height_weight, 0.0, 1e6), objective=objective,
+        height_weight=check_number("height_weight", height_weight, 0.0, 1e6), objective=objective,
     )  # fmt: skip
 
 
@@ -321,13 +322,6 @@ def _place(point: ArrayLike) -> FloatArray:
     if values.shape != (3,) or not np.isfinite(values).all():
         raise InputError(f"a foot's place must be three finite numbers, got {point!r}")
     return values
-
-
-def _within(name: str, value: float, low: float, high: float) -> float:
-    good = isinstance(value, (int, float, np.floating)) and not isinstance(value, bool)
-    if not good or not low <= value <= high:
-        raise InputError(f"{name} must be a number from {low:g} to {high:g}, got {value!r}")
-    return float(value)
 
 
 def _weights(robot: Quadruped, weights: ArrayLike | None) -> FloatArray:

@@ -10,17 +10,24 @@ tightened by whoever looks there. The motion begins and ends at rest.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
 from gaitopt.conventions import FloatArray
-from gaitopt.optimize.route_problem import JOINTS, Band, Linearised, RouteProblem, Slots
+from gaitopt.optimize.route_problem import (
+    JOINTS,
+    Band,
+    Linearised,
+    RouteProblem,
+    Rows,
+    Slots,
+)
 
 LEAST_SPAN = 0.01
-"""Shortest span [s]."""
+"""Shortest span, in units of the problem's time."""
 
 
 class ZmpRows(NamedTuple):
@@ -34,6 +41,7 @@ class ZmpRows(NamedTuple):
         normal: ``(M, 2)``.
         offset: ``(M,)`` [m].
         ground: ``(M,)`` [m].
+        least: what the offset must be at least, without any reserve ``(M,)`` [m].
         gravity: ``g`` [m/s^2].
     """
 
@@ -41,7 +49,25 @@ class ZmpRows(NamedTuple):
     normal: FloatArray
     offset: FloatArray
     ground: FloatArray
+    least: FloatArray
     gravity: float
+
+    def chosen(self, which: np.ndarray) -> ZmpRows:
+        """Some of the rows, by a mask or their numbers."""
+        return ZmpRows(self.knot[which], self.normal[which], self.offset[which],
+                       self.ground[which], self.least[which], self.gravity)  # fmt: skip
+
+
+class Entry(NamedTuple):
+    """How a motion comes in at its first knot, where that is not at rest.
+
+    Attributes:
+        velocity: of the joints and the body centre before the first knot's span ``(15,)``.
+        span: length of that span, which is no unknown [s].
+    """
+
+    velocity: FloatArray
+    span: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,20 +77,32 @@ class RouteDynamics(RouteProblem):
     The last knot's span is as long as the one before it.
 
     Attributes:
-        accelerations: limits on the span of every knot ``(K, 12)`` [rad/s^2].
-        hurry: velocity limits between each two spans ``(K - 1, 12)`` [rad/s].
+        accelerations: limits on the span of every knot, up and down ``(2, K, 12)`` [rad/s^2].
+        hurry: velocity limits between each two spans, up and down ``(2, K - 1, 12)`` [rad/s].
         zmp: rows of the zero moment point; none for joint accelerations alone.
+        entry: how the motion comes in; ``None`` from rest.
     """
 
     accelerations: FloatArray = None  # type: ignore[assignment]
     hurry: FloatArray = None  # type: ignore[assignment]
     zmp: ZmpRows = None  # type: ignore[assignment]
+    entry: Entry | None = None
 
     @cached_property
     def cost(self) -> FloatArray:
-        """Gradient of the sum of all spans."""
+        """Gradient of the sum of all spans that are unknown."""
         out = np.array(super().cost)
         out[self.numbering[1][-1]] += 1.0
+        if self.entry is not None:
+            out[self.numbering[1][0]] = 0.0
+        return out
+
+    @cached_property
+    def even(self) -> FloatArray:
+        """Diagonal of the small quadratic term; it also holds what nothing else looks at."""
+        out = np.array(super().even)
+        if self.entry is not None:
+            out[self.numbering[1][0]] = 1.0
         return out
 
     @property
@@ -78,22 +116,70 @@ class RouteDynamics(RouteProblem):
         """Nothing is changed."""
         return x, values
 
+    def unpack(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Poses ``(K, 9)`` and spans ``(K - 1,)`` of a vector of unknowns."""
+        poses, times = super().unpack(x)
+        if self.entry is not None:
+            times[0] = self.entry.span
+        return poses, times
+
+    def jumps(self, moves: FloatArray, between: FloatArray) -> FloatArray:
+        """Change of velocity over every span ``(K, 15)``.
+
+        Args:
+            moves: joints and body centre at all knots ``(K, 15)``.
+            between: times between the middles of spans ``(K - 1,)`` [s].
+        """
+        velocity = np.diff(moves, axis=0) / between[:, None]
+        rest = np.zeros((1, moves.shape[1]))
+        before = rest if self.entry is None else self.entry.velocity[None]
+        return np.diff(np.concatenate([before, velocity, rest]), axis=0)
+
+    def joints(self, poses: FloatArray) -> FloatArray:
+        """Joint angles at poses of all knots ``(K, 12)`` [rad]."""
+        return self.legs.joints(poses, self.feet, self.swing).reshape(-1, JOINTS)
+
+    def window(
+        self, first: int, last: int, poses: FloatArray, entry: Entry | None
+    ) -> RouteDynamics:
+        """The problem from one knot to another, at whose end the motion rests.
+
+        Args:
+            first, last: knots; the first one's pose is fixed.
+            poses: first guess ``(last - first + 1, 9)``, with the first pose as it is.
+            entry: how the motion comes in there.
+        """
+        unknown = self.unknown[first : last + 1].copy()
+        unknown[0] = -1
+        free = unknown >= 0
+        unknown[free] -= unknown[free].min()
+        inside = (self.rows.knot > first) & (self.rows.knot <= last)
+        rows = Rows(*(part[inside] for part in self.rows))
+        near = (self.zmp.knot >= first) & (self.zmp.knot <= last)
+        zmp = self.zmp.chosen(near)
+        return replace(
+            self, feet=self.feet[first : last + 1], swing=self.swing[first : last + 1],
+            poses=poses, unknown=unknown, rows=rows._replace(knot=rows.knot - first),
+            accelerations=self.accelerations[:, first : last + 1],
+            hurry=self.hurry[:, first:last], entry=entry,
+            zmp=zmp._replace(knot=zmp.knot - first),
+        )  # fmt: skip
+
     def _values(self, poses: FloatArray, times: FloatArray, joints: FloatArray) -> FloatArray:
         between, spans = intervals(times), np.append(times, times[-1])
         base = super()._values(poses, between, joints)
         count = (self.knots - 1) * JOINTS
-        spare = ((self.rates - self.hurry) * between[:, None]).ravel()
-        base[: 2 * count] -= np.tile(spare, 2)
-        moves = np.concatenate([joints, poses[:, :3]], axis=1)
-        jumps = velocity_jumps(moves, between)
+        base[: 2 * count] += ((self.hurry - self.rates) * between[:, None]).ravel()
+        jumps = self.jumps(np.concatenate([joints, poses[:, :3]], axis=1), between)
         room = self.accelerations * spans[:, None]
         z = self.zmp
         apart = (z.normal * poses[z.knot, :2]).sum(axis=1) - z.offset
         sway, heave = jumps[z.knot, JOINTS : JOINTS + 2], jumps[z.knot, JOINTS + 2]
         pull = (poses[z.knot, 2] - z.ground) * (z.normal * sway).sum(axis=1)
         return np.concatenate([
-            base, (room - jumps[:, :JOINTS]).ravel(), (room + jumps[:, :JOINTS]).ravel(),
-            apart * (spans[z.knot] + heave / z.gravity) - pull / z.gravity, times - LEAST_SPAN,
+            base, (room[0] - jumps[:, :JOINTS]).ravel(), (room[1] + jumps[:, :JOINTS]).ravel(),
+            apart * (spans[z.knot] + heave / z.gravity) - pull / z.gravity,
+            times - LEAST_SPAN * self.unit,
         ])  # fmt: skip
 
     def linearised(self, x: FloatArray) -> LinearisedDynamics:
@@ -108,7 +194,10 @@ class RouteDynamics(RouteProblem):
         """
         placed, at, _ = self.numbering
         none = np.full((1, placed.shape[1] + 1), -1)
-        each = np.concatenate([placed, np.append(at, at[-1:])[:, None]], axis=1)
+        spans = np.append(at, at[-1:])
+        if self.entry is not None:
+            spans[0] = -1
+        each = np.concatenate([placed, spans[:, None]], axis=1)
         return np.concatenate(
             [np.concatenate([none, each[:-1]]), each, np.concatenate([each[1:], none])], axis=1
         )
@@ -129,20 +218,31 @@ def intervals(times: FloatArray) -> FloatArray:
     return (times + np.append(times[1:], times[-1:])) / 2.0
 
 
-def velocity_jumps(moves: FloatArray, between: FloatArray) -> FloatArray:
-    """Change of velocity over every span ``(K, n)``.
+class _Shares(NamedTuple):
+    """A vector over inequalities by what they are about.
 
-    Args:
-        moves: control points ``(K, n)``.
-        between: times between the middles of spans ``(K - 1,)`` [s].
+    Attributes:
+        base: the base problem's, in which velocity limits count as zero.
+        jumps, turns: accelerations' and velocities', up and down ``(2, K, 12)``; no velocity
+            belongs to the last knot.
+        zmp: by knot and slot ``(K, Z)``.
+        spans: shortest spans' ``(K - 1,)``, with zero for one that is no unknown.
     """
-    velocity = np.diff(moves, axis=0) / between[:, None]
-    rest = np.zeros((1, moves.shape[1]))
-    return np.diff(np.concatenate([rest, velocity, rest]), axis=0)
+
+    base: FloatArray
+    jumps: FloatArray
+    turns: FloatArray
+    zmp: FloatArray
+    spans: FloatArray
 
 
 class LinearisedDynamics(Linearised):
-    """Values and derivatives of a route with accelerations at one point."""
+    """Values and derivatives of a route with accelerations at one point.
+
+    What a knot's rows say of its neighbourhood stands in one stack ``(K, 24 + Z, 3 c + 3)``: the
+    joints' velocity jumps over the knot's span, their turns to the next knot, and the ZMP's rows.
+    Limits then are times a span plus or minus a row of it.
+    """
 
     _problem: RouteDynamics
 
@@ -150,24 +250,21 @@ class LinearisedDynamics(Linearised):
         super().__init__(problem, x)
         poses, times = problem.unpack(x)
         self._between, self._spans = intervals(times), np.append(times, times[-1])
-        c = len(problem.columns)
-        self._c = c
+        self._c = c = len(problem.columns)
+        self._span, self._next = 2 * c + 1, 3 * c + 2
         flat = np.zeros((problem.knots, 3, c))
         for axis in range(3):
             flat[:, axis, problem.columns == axis] = 1.0
         self._ext = np.concatenate([self._slopes, flat], axis=1)
         moves = np.concatenate([self._bent.joints.reshape(-1, JOINTS), poses[:, :3]], axis=1)
         self._velocity = np.diff(moves, axis=0) / self._between[:, None]
+        self._jumped = problem.jumps(moves, self._between)
         self._jump_rows = self._jumps()
-        self._zmp_rows = self._zmp()
+        self._stack = self._stacked()
 
     def _columns(self, which: int) -> slice:
         """Local columns of the pose before (0), at (1), or after (2) a knot."""
         return slice(which * (self._c + 1), which * (self._c + 1) + self._c)
-
-    def _on_spans(self, before: FloatArray, after: FloatArray) -> tuple[FloatArray, ...]:
-        """Derivatives by the three local spans, from those by the two intervals beside a knot."""
-        return before / 2.0, (before + after) / 2.0, after / 2.0
 
     def _jumps(self) -> FloatArray:
         """Derivative of the velocity jumps by each knot's local unknowns ``(K, 15, 3 c + 3)``."""
@@ -175,25 +272,36 @@ class LinearisedDynamics(Linearised):
         count, n = ext.shape[:2]
         out = np.zeros((count, n, 3 * self._c + 3))
         before, at, after = (self._columns(i) for i in range(3))
-        rate = self._velocity / self._between[:, None]
         # v(k) - v(k-1) = (u(k+1) - u(k)) / h(k) - (u(k) - u(k-1)) / h(k-1)
-        out[1:, :, before] += ext[:-1] / h
-        out[1:, :, at] -= ext[1:] / h
-        out[:-1, :, at] -= ext[:-1] / h
-        out[:-1, :, after] += ext[1:] / h
-        none = np.zeros((1, n))
-        by_spans = self._on_spans(np.concatenate([none, rate]), np.concatenate([-rate, none]))
-        for i, part in enumerate(by_spans):
-            out[:, :, i * (self._c + 1) + self._c] += part
+        back, ahead = ext[:-1] / h, ext[1:] / h
+        out[1:, :, before] = back
+        out[1:, :, at] -= ahead
+        out[:-1, :, at] -= back
+        out[:-1, :, after] = ahead
+        half = self._velocity / (2.0 * self._between[:, None])
+        out[1:, :, self._c] = half
+        out[1:, :, self._span] += half
+        out[:-1, :, self._span] -= half
+        out[:-1, :, self._next] = -half
+        return out
+
+    def _stacked(self) -> FloatArray:
+        p = self._problem
+        slots = p.zmp_slots
+        out = np.zeros((p.knots, 2 * JOINTS + slots.shape[1], 3 * self._c + 3))
+        out[:, :JOINTS] = self._jump_rows[:, :JOINTS]
+        out[:-1, JOINTS : 2 * JOINTS, self._columns(1)] = -self._slopes[:-1]
+        out[:-1, JOINTS : 2 * JOINTS, self._columns(2)] = self._slopes[1:]
+        out[slots.knot, 2 * JOINTS + slots.slot] = self._zmp()
         return out
 
     def _zmp(self) -> FloatArray:
         """Derivative of the ZMP's rows by their knots' local unknowns ``(M, 3 c + 3)``."""
-        z, c = self._problem.zmp, self._c
+        z = self._problem.zmp
         apart, height, sway, heave = self._zmp_parts
         out = (apart / z.gravity)[:, None] * self._jump_rows[z.knot, JOINTS + 2]
         out -= (height / z.gravity)[:, None] * self._sway_rows
-        out[:, 2 * c + 1] += apart
+        out[:, self._span] += apart
         here = self._ext[z.knot, JOINTS:]
         out[:, self._columns(1)] += (self._spans[z.knot] + heave / z.gravity)[:, None] * np.einsum(
             "md,mdc->mc", z.normal, here[:, :2]
@@ -213,65 +321,39 @@ class LinearisedDynamics(Linearised):
         """Of every row: distance of the body centre, its height, and jumps along and up."""
         z = self._problem.zmp
         apart = (z.normal * self._poses[z.knot, :2]).sum(axis=1) - z.offset
-        rest = np.zeros((1, self._velocity.shape[1]))
-        jumps = np.diff(np.concatenate([rest, self._velocity, rest]), axis=0)[z.knot]
+        jumps = self._jumped[z.knot]
         sway = (z.normal * jumps[:, JOINTS : JOINTS + 2]).sum(axis=1)
         return apart, self._poses[z.knot, 2] - z.ground, sway, jumps[:, JOINTS + 2]
 
-    def _parts(self, v: FloatArray) -> tuple[FloatArray, ...]:
-        """Of a vector over inequalities: the base problem's, up, down, ZMP, spans."""
+    def _shares(self, v: FloatArray) -> _Shares:
         p = self._problem
         knots, zmp, spans = p.knots * JOINTS, len(p.zmp.knot), p.knots - 1
         base = len(v) - 2 * knots - zmp - spans
-        parts = np.split(v, np.cumsum([base, knots, knots, zmp]))
-        return (parts[0], parts[1].reshape(-1, JOINTS), parts[2].reshape(-1, JOINTS), *parts[3:])
-
-    def _without_speed(self, v: FloatArray) -> FloatArray:
-        out = np.array(v)
-        out[: 2 * (self._problem.knots - 1) * JOINTS] = 0.0
-        return out
-
-    def _speed(self, v: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Of the base problem's part: the velocity limits', up and down ``(K - 1, 12)``."""
-        both = v[: 2 * (self._problem.knots - 1) * JOINTS].reshape(2, -1, JOINTS)
-        return both[0], both[1]
-
-    @cached_property
-    def _speed_rows(self) -> tuple[FloatArray, FloatArray]:
-        """Derivatives of velocity limits by the local unknowns of each interval's first knot.
-
-        ``room`` and ``turn``, each ``(K - 1, 12, 3 c + 3)``: the limits are ``room -+ turn``.
-        """
-        p, c = self._problem, self._c
-        turn = np.zeros((p.knots - 1, JOINTS, 3 * c + 3))
-        turn[:, :, self._columns(1)] = -self._slopes[:-1]
-        turn[:, :, self._columns(2)] = self._slopes[1:]
-        room = np.zeros_like(turn)
-        room[:, :, 2 * c + 1] = room[:, :, 3 * c + 2] = p.hurry / 2.0
-        return room, turn
-
-    @cached_property
-    def _room_rows(self) -> FloatArray:
-        """Derivative of the allowed velocity jumps ``(K, 12, 3 c + 3)``."""
-        out = np.zeros((self._problem.knots, JOINTS, 3 * self._c + 3))
-        out[:, :, 2 * self._c + 1] = self._problem.accelerations
-        return out
+        parts = np.split(v, np.cumsum([base, 2 * knots, zmp]))
+        quiet, least = parts[0].copy(), parts[3].copy()
+        speeds = 2 * (p.knots - 1) * JOINTS
+        turns = np.zeros((2, p.knots, JOINTS))
+        turns[:, :-1] = quiet[:speeds].reshape(2, -1, JOINTS)
+        quiet[:speeds] = 0.0
+        if p.entry is not None:
+            least[0] = 0.0
+        return _Shares(quiet, parts[1].reshape(2, -1, JOINTS), turns, p.zmp_slots.spread(parts[2]),
+                       least)  # fmt: skip
 
     def pull(self, v: FloatArray) -> FloatArray:
         """Transposed Jacobian times ``v (m,)``."""
         p = self._problem
-        base, up, down, zmp, spans = self._parts(v)
-        out = super().pull(self._without_speed(base))
-        local = np.einsum("kj,kjc->kc", up + down, self._room_rows)
-        local += np.einsum("kj,kjc->kc", down - up, self._jump_rows[:, :JOINTS])
-        room, turn = self._speed_rows
-        faster, slower = self._speed(base)
-        local[:-1] += np.einsum("kj,kjc->kc", faster + slower, room)
-        local[:-1] += np.einsum("kj,kjc->kc", slower - faster, turn)
-        local += p.zmp_slots.spread(zmp[:, None] * self._zmp_rows).sum(axis=1)
+        s = self._shares(v)
+        out = super().pull(s.base)
+        weights = np.concatenate([s.jumps[1] - s.jumps[0], s.turns[1] - s.turns[0], s.zmp], axis=1)
+        local = (weights[:, None] @ self._stack)[:, 0]
+        local[:, self._span] += (s.jumps * p.accelerations).sum(axis=(0, 2))
+        pace = (s.turns[:, :-1] * p.hurry).sum(axis=(0, 2)) / 2.0
+        local[:-1, self._span] += pace
+        local[:-1, self._next] += pace
         mine = p.local >= 0
         out += np.bincount(p.local[mine], local[mine], minlength=len(out))
-        out[p.numbering[1]] += spans
+        out[p.numbering[1]] += s.spans
         return out
 
     def push(self, dx: FloatArray) -> FloatArray:
@@ -279,45 +361,70 @@ class LinearisedDynamics(Linearised):
         p = self._problem
         base = super().push(dx)
         moves = np.where(p.local >= 0, dx[np.maximum(p.local, 0)], 0.0)
-        room, turn = (np.einsum("kjc,kc->kj", r, moves[:-1]) for r in self._speed_rows)
+        rows = (self._stack @ moves[:, :, None])[:, :, 0]
+        jumps, turns = rows[:, :JOINTS], rows[:-1, JOINTS : 2 * JOINTS]
+        spans = moves[:, self._span, None]
+        between = (moves[:-1, self._span] + moves[:-1, self._next])[:, None] / 2.0
+        room, hurry = p.accelerations * spans, p.hurry * between
         count = (p.knots - 1) * JOINTS
-        base[:count], base[count : 2 * count] = (room - turn).ravel(), (room + turn).ravel()
-        jumps = np.einsum("kjc,kc->kj", self._jump_rows[:, :JOINTS], moves)
-        room = np.einsum("kjc,kc->kj", self._room_rows, moves)
+        base[:count], base[count : 2 * count] = (
+            (hurry[0] - turns).ravel(),
+            (hurry[1] + turns).ravel(),
+        )
+        slots = p.zmp_slots
+        least = dx[p.numbering[1]]
+        if p.entry is not None:
+            least[0] = 0.0
         return np.concatenate([
-            base, (room - jumps).ravel(), (room + jumps).ravel(),
-            (self._zmp_rows * moves[p.zmp.knot]).sum(axis=1), dx[p.numbering[1]],
+            base, (room[0] - jumps).ravel(), (room[1] + jumps).ravel(),
+            rows[slots.knot, 2 * JOINTS + slots.slot], least,
         ])  # fmt: skip
 
     def normal(self, scale: FloatArray, duals: FloatArray) -> FloatArray:
         """``J' diag(scale) J`` minus the curvature of ``duals * values``, in banded form."""
         p = self._problem
-        base, up, down, zmp, spans = self._parts(scale)
-        blocks = -self._bow(duals)
-        jumps = self._jump_rows[:, :JOINTS]
-        for weight, rows in ((up, self._room_rows - jumps), (down, self._room_rows + jumps)):
-            blocks += np.swapaxes(rows, 1, 2) @ (weight[:, :, None] * rows)
-        room, turn = self._speed_rows
-        faster, slower = self._speed(base)
-        for weight, rows in ((faster, room - turn), (slower, room + turn)):
-            blocks[:-1] += np.swapaxes(rows, 1, 2) @ (weight[:, :, None] * rows)
-        spread = p.zmp_slots.spread(self._zmp_rows)
-        blocks += np.swapaxes(spread, 1, 2) @ (p.zmp_slots.spread(zmp)[:, :, None] * spread)
+        s = self._shares(scale)
+        weights = np.concatenate([s.jumps.sum(axis=0), s.turns.sum(axis=0), s.zmp], axis=1)
+        blocks = np.swapaxes(self._stack, 1, 2) @ (weights[:, :, None] * self._stack)
+        self._add_spans(blocks, s)
+        bent = self._shares(duals)
+        _, _, below, above, rows = self._split(s.base)
+        blocks[:, self._columns(1), self._columns(1)] += self._single(
+            below, above, rows, duals[: len(s.base)]
+        )
+        if duals.any():
+            blocks -= self._bow(bent)
         out = p.wide.matrix(blocks)
-        narrow = super().normal(self._without_speed(base), self._parts(duals)[0])
-        out[: len(narrow)] += narrow
-        out[0, p.numbering[1]] += spans
+        out[0, p.numbering[1]] += s.spans
         return out
 
-    def _bow(self, duals: FloatArray) -> FloatArray:
+    def _add_spans(self, blocks: FloatArray, s: _Shares) -> None:
+        """Adds what limits times spans contribute to the squares of their rows."""
+        p = self._problem
+        signed = s.jumps[1] * p.accelerations[1] - s.jumps[0] * p.accelerations[0]
+        cross = (signed[:, None] @ self._stack[:, :JOINTS])[:, 0]
+        blocks[:, :, self._span] += cross
+        blocks[:, self._span] += cross
+        blocks[:, self._span, self._span] += (s.jumps * p.accelerations**2).sum(axis=(0, 2))
+        turns = s.turns[:, :-1]
+        signed = (turns[1] * p.hurry[1] - turns[0] * p.hurry[0]) / 2.0
+        cross = (signed[:, None] @ self._stack[:-1, JOINTS : 2 * JOINTS])[:, 0]
+        square = (turns * p.hurry**2).sum(axis=(0, 2)) / 4.0
+        for one in (self._span, self._next):
+            blocks[:-1, :, one] += cross
+            blocks[:-1, one] += cross
+            for other in (self._span, self._next):
+                blocks[:-1, one, other] += square
+
+    def _bow(self, s: _Shares) -> FloatArray:
         """Curvature of accelerations and ZMP at each knot's local unknowns ``(K, n, n)``."""
         p, c = self._problem, self._c
-        _, up, down, zmp, _ = self._parts(duals)
-        on_jumps = np.zeros((p.knots, JOINTS + 3))
-        on_jumps[:, :JOINTS] = down - up
         z = p.zmp
+        duals = s.zmp[p.zmp_slots.knot, p.zmp_slots.slot]
         apart, height, _, _ = self._zmp_parts
-        share = zmp / z.gravity
+        share = duals / z.gravity
+        on_jumps = np.zeros((p.knots, JOINTS + 3))
+        on_jumps[:, :JOINTS] = s.jumps[1] - s.jumps[0]
         pulls = np.column_stack([-(share * height)[:, None] * z.normal, share * apart])
         on_jumps[:, JOINTS:] += p.zmp_slots.spread(pulls).sum(axis=1)
         # Weights on the velocities, and from them on the joints at knots.
@@ -332,26 +439,33 @@ class LinearisedDynamics(Linearised):
         out[:, at, at] = curve[:, p.columns][:, :, p.columns]
         # v = (u+ - u) / h: its second derivatives by h, and by h and a pose; h is the mean of
         # two spans.
-        pace = on_velocity / self._between[:, None] ** 2
-        left = np.einsum("kj,kjc->kc", pace, self._ext[:-1]) / 2.0
-        right = -np.einsum("kj,kjc->kc", pace, self._ext[1:]) / 2.0
+        pace = (on_velocity / self._between[:, None] ** 2)[:, None] / 2.0
+        left, right = (pace @ self._ext[:-1])[:, 0], -(pace @ self._ext[1:])[:, 0]
         twice = (on_velocity * self._velocity).sum(axis=1) / (2.0 * self._between**2)
-        times = (2 * c + 1, 3 * c + 2)
-        for t in times:
+        for t in (self._span, self._next):
             for where, part in ((at, left), (after, right)):
                 out[:-1, where, t] += part
                 out[:-1, t, where] += part
-            for other in times:
+            for other in (self._span, self._next):
                 out[:-1, t, other] += twice
-        # Products of the body centre's place with its span and with velocity jumps.
-        here = np.zeros((2, len(z.knot), 3 * c + 3))
-        here[0, :, at] = np.einsum("md,mdc->mc", z.normal, self._ext[z.knot, JOINTS : JOINTS + 2])
-        here[1, :, at] = self._ext[z.knot, JOINTS + 2]
-        times_apart = share[:, None] * self._jump_rows[z.knot, JOINTS + 2]
-        times_apart[:, 2 * c + 1] += zmp
-        times_height = -share[:, None] * self._sway_rows
-        for place, other in zip(here, (times_apart, times_height), strict=True):
-            one, two = p.zmp_slots.spread(place), p.zmp_slots.spread(other)
-            outer = np.swapaxes(one, 1, 2) @ two
-            out += outer + np.swapaxes(outer, 1, 2)
+        self._add_products(out, duals)
         return out
+
+    def _add_products(self, out: FloatArray, duals: FloatArray) -> None:
+        """Adds products of the body centre's place with its span and with velocity jumps."""
+        z, slots = self._problem.zmp, self._problem.zmp_slots
+        share = duals / z.gravity
+        one, two = np.zeros((2, *slots.shape[:1], 2 * slots.shape[1], out.shape[1]))
+        at, second = self._columns(1), slots.shape[1] + slots.slot
+        one[slots.knot, slots.slot, at] = np.einsum(
+            "md,mdc->mc", z.normal, self._ext[z.knot, JOINTS : JOINTS + 2]
+        )
+        one[slots.knot, second, at] = self._ext[z.knot, JOINTS + 2]
+        along = share[:, None] * self._jump_rows[z.knot, JOINTS + 2]
+        along[:, self._span] += duals
+        two[slots.knot, slots.slot] = along
+        two[slots.knot, second] = -share[:, None] * self._sway_rows
+        # Only rows at the pose itself are not zero.
+        outer = np.swapaxes(one[:, :, at], 1, 2) @ two
+        out[:, at] += outer
+        out[:, :, at] += np.swapaxes(outer, 1, 2)

@@ -19,6 +19,7 @@ from gaitopt.robots.quadruped import Quadruped
 POSE = 9
 """Numbers of a pose."""
 BODY, TURN, FOOT = slice(0, 3), slice(3, 6), slice(6, 9)
+_SINGULAR = 1e-9
 _PAIRS = [(a, b) for a in range(3) for b in range(a, 3)]
 
 
@@ -142,12 +143,15 @@ class RouteLegs:
 
         The inverse of the Jacobian, in closed form: in the frame turned by the roll angle, the
         roll alone moves the foot along y, and the pitch joints move it in the plane of x and z.
+        A straight or folded leg, where the inverse has none, gets large but finite ones.
         """
         roll, ux, uz, lx, lz, hang = self._arms(joints)
         s, c = np.sin(roll), np.cos(roll)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            area = 1.0 / (ux * lz - lx * uz)
-            around = -1.0 / hang
+        spanned, least = ux * lz - lx * uz, _SINGULAR * self.upper * self.lower
+        # The knee's side gives the sign: the area is -upper lower sin(bend).
+        area = 1.0 / np.where(np.abs(spanned) < least, -self.knee * least, spanned)
+        level = _SINGULAR * self.lower
+        around = -1.0 / np.where(np.abs(hang) < level, -level, hang)
         push = self.lateral * around * area
         zero = np.zeros_like(s)
         rows = [

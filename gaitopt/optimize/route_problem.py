@@ -3,8 +3,9 @@
 Unknowns are poses at knots and the times ``h`` between them; minimise the sum of all ``h``. Between
 two knots every joint keeps its velocity limit, ``|q(k+1) - q(k)| <= w h``: the path's length in the
 norm ``max |dq| / w`` (``docs/theory.md``), written so that it is smooth. All else are inequalities
-at single knots: joint position limits, and rows that are linear or separable quadratics of a pose.
-There are no equalities: what is fixed is no unknown.
+at single knots: joint position limits, rows that are linear or separable quadratics of a pose, and
+rows that are linear in the true centre of mass. There are no equalities: what is fixed is no
+unknown.
 """
 
 from __future__ import annotations
@@ -16,9 +17,12 @@ from typing import NamedTuple
 import numpy as np
 
 from gaitopt.conventions import FloatArray
+from gaitopt.optimize.route_com import ComRows
 from gaitopt.optimize.route_legs import RouteLegs
 
 JOINTS = 12
+UNIT_TURN = np.radians(17.0)
+"""The slowest joint turns by so much in a problem's unit of time [rad]."""
 
 
 class Rows(NamedTuple):
@@ -76,6 +80,8 @@ class RouteProblem:
             ascending from knot to knot. Knots may share unknowns.
         rows: inequalities on single poses.
         bounded: which position limits are looked at, low and high ``(2, 12)``.
+        evenness: weight of the small quadratic term in the times [1/s].
+        com: inequalities on the true centre of mass, where there are any.
     """
 
     legs: RouteLegs
@@ -86,6 +92,7 @@ class RouteProblem:
     rows: Rows
     bounded: np.ndarray
     evenness: float = 1.0
+    com: ComRows | None = None
 
     @property
     def knots(self) -> int:
@@ -96,6 +103,16 @@ class RouteProblem:
     def rates(self) -> FloatArray:
         """Velocity limits of all joints ``(12,)`` [rad/s]."""
         return np.asarray(self.legs.rates.reshape(JOINTS))
+
+    @property
+    def unit(self) -> float:
+        """A time that is short for this robot [s]: of the size of what is between two knots."""
+        return float(UNIT_TURN / self.rates.min())
+
+    @property
+    def barrier(self) -> float:
+        """First barrier parameter from a poor guess: small against an interval's time [s]."""
+        return 1e-2 * self.unit
 
     @cached_property
     def columns(self) -> np.ndarray:
@@ -125,7 +142,16 @@ class RouteProblem:
 
     def start(self) -> FloatArray:
         """The first guess as a vector of unknowns, with times a little longer than needed."""
-        return self.pack(self.poses, 1.1 * self.needed(self.poses) + 1e-2)
+        return self.near(self.poses, 1e-2)
+
+    def near(self, poses: FloatArray, spare: float = 1e-3) -> FloatArray:
+        """Unknowns of given poses ``(K, 9)``, with times a little longer than needed.
+
+        Args:
+            poses: of all knots.
+            spare: added to every time, in units of time.
+        """
+        return self.pack(poses, 1.1 * self.needed(poses) + spare * self.unit)
 
     def needed(self, poses: FloatArray) -> FloatArray:
         """The least time between each two of ``poses (K, 9)`` ``(K - 1,)`` [s]."""
@@ -183,6 +209,9 @@ class RouteProblem:
         low, high = self.bounded
         y = poses[self.rows.knot]
         single = self.rows.offset + ((self.rows.linear + self.rows.square * y / 2.0) * y).sum(1)
+        if self.com is not None:
+            points = self.com.masses.points(poses, joints.reshape(-1, 4, 3))
+            single = np.concatenate([single, self.com.values(points)])[self.order]
         return np.concatenate([
             (room - turn).ravel(), (room + turn).ravel(),
             (late - self.legs.low.ravel())[:, low].ravel(),
@@ -220,9 +249,30 @@ class RouteProblem:
         return Linearised(self, x)
 
     @cached_property
+    def order(self) -> np.ndarray:
+        """Order that makes knots ascend in ``rows`` followed by those of the centre of mass."""
+        return np.argsort(self._knots_in_turn, kind="stable")
+
+    @property
+    def _knots_in_turn(self) -> np.ndarray:
+        return self.rows.knot if self.com is None else np.append(self.rows.knot, self.com.knot)
+
+    @cached_property
+    def row_knots(self) -> np.ndarray:
+        """Knots of all rows on single poses, ascending."""
+        return np.asarray(self._knots_in_turn[self.order])
+
+    @cached_property
+    def squares(self) -> FloatArray:
+        """Quadratic parts of all rows on single poses, in the poses' unknown entries."""
+        square = np.zeros((len(self.order), len(self.columns)))
+        square[: len(self.rows.knot)] = self.rows.square[:, self.columns]
+        return np.asarray(square[self.order])
+
+    @cached_property
     def slots(self) -> Slots:
         """The rows by their knots."""
-        return Slots.of(self.rows.knot, self.knots)
+        return Slots.of(self.row_knots, self.knots)
 
     @cached_property
     def band(self) -> Band:
@@ -278,9 +328,14 @@ class Linearised:
         self._bent = problem.legs.bend(self._poses, problem.feet, problem.swing)
         joints = self._bent.joints.reshape(-1, JOINTS)
         self.values = problem._values(self._poses, times, joints)
-        self._slopes = self._bent.gradients()[:, :, problem.columns]
-        rows = problem.rows
-        self._rows = (rows.linear + rows.square * self._poses[rows.knot])[:, problem.columns]
+        self._gradients = self._bent.gradients()
+        self._slopes = self._gradients[:, :, problem.columns]
+        rows, com = problem.rows, problem.com
+        single = rows.linear + rows.square * self._poses[rows.knot]
+        if com is not None:
+            self._com = com.masses.at(self._poses, self._bent, self._gradients)
+            single = np.concatenate([single, com.slopes(self._com)])[problem.order]
+        self._rows = single[:, problem.columns]
 
     def _split(self, v: FloatArray) -> tuple[FloatArray, ...]:
         """Parts of a vector over inequalities: up, down, low, high, rows."""
@@ -325,7 +380,7 @@ class Linearised:
         late = joints[p.fixed_knots :]
         return np.concatenate([
             (room - turn).ravel(), (room + turn).ravel(), late[:, p.bounded[0]].ravel(),
-            -late[:, p.bounded[1]].ravel(), (self._rows * moves[p.rows.knot]).sum(axis=1),
+            -late[:, p.bounded[1]].ravel(), (self._rows * moves[p.row_knots]).sum(axis=1),
         ])  # fmt: skip
 
     def normal(self, scale: FloatArray, duals: FloatArray) -> FloatArray:
@@ -357,9 +412,10 @@ class Linearised:
     ) -> FloatArray:
         """What single knots add to the matrix ``(K, c, c)``."""
         p = self._problem
-        weights = self._on_joints(duals).reshape(-1, 4, 3)
-        out = -p.legs.curvature(self._bent, weights)[:, p.columns][:, :, p.columns]
-        bow = self._split(duals)[4][:, None] * p.rows.square[:, p.columns]
+        on_rows = self._split(duals)[4]
+        bent = self._curvature(self._on_joints(duals).reshape(-1, 4, 3), on_rows)
+        out = -bent[:, p.columns][:, :, p.columns]
+        bow = on_rows[:, None] * p.squares
         bend = p.slots.spread(bow).sum(axis=1)
         out[:, range(len(p.columns)), range(len(p.columns))] -= bend
         stiff = np.zeros((p.knots, JOINTS))
@@ -370,3 +426,16 @@ class Linearised:
         spread = p.slots.spread(self._rows)
         out += np.swapaxes(spread, 1, 2) @ (p.slots.spread(rows)[:, :, None] * spread)
         return np.asarray(out)
+
+    def _curvature(self, weights: FloatArray, on_rows: FloatArray) -> FloatArray:
+        """Curvature of ``weights (K, 4, 3)`` on joints and of rows on the centre of mass."""
+        p = self._problem
+        if p.com is None:
+            return p.legs.curvature(self._bent, weights)
+        in_turn = np.empty_like(on_rows)
+        in_turn[p.order] = on_rows
+        pull = p.com.pull(in_turn[len(p.rows.knot) :], p.knots)
+        masses = p.com.masses
+        weights = weights + masses.on_joints(self._bent, self._com, pull)
+        out = masses.curvature(self._bent, self._gradients, self._com, pull)
+        return np.asarray(out + p.legs.curvature(self._bent, weights))

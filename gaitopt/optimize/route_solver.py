@@ -21,6 +21,8 @@ VIOLATION = 1e-6
 _TO_BOUNDARY = 0.995
 _ARMIJO = 1e-4
 _CLOSE = 1e10
+_NEAR_DUALS = 100.0
+_LEAST_BEND = 0.1
 _ROUNDING = 1e-10
 _MOST_SHIFTS = 60
 _PROGRESS = 1e-5
@@ -94,6 +96,8 @@ class _State:
     barrier: float
     largest_miss: float
     shift: float = 0.0
+    eased: bool = False
+    bend: float = 1.0
     filter: list[tuple[float, float]] = field(default_factory=list)
 
 
@@ -104,6 +108,8 @@ def solve_route(
     tolerance: float = 1e-3,
     barrier: float = 1e-2,
     iterations: int = MOST_ITERATIONS,
+    duals: FloatArray | None = None,
+    eased: bool = False,
 ) -> Answer:
     """Solve a route problem from ``start``.
 
@@ -113,11 +119,19 @@ def solve_route(
         tolerance: complementarity, relative to the objective, at which to stop.
         barrier: first barrier parameter.
         iterations: most Newton steps.
+        duals: multipliers of a problem nearby, to begin with.
+        eased: where the inequalities' curvature makes the Newton matrix indefinite, take less of
+            it (down to none: sequential linear programming), rather than damp the step. Better
+            where many inequalities are strongly bent.
     """
     here = problem.linearised(start)
     slack = np.maximum(here.values, 1e-3)
-    state = _State(np.array(start), slack, barrier / slack, barrier,
-                   max(1.0, 10.0 * float(np.abs(here.values - slack).sum())))  # fmt: skip
+    dual = barrier / slack
+    if duals is not None:
+        dual = np.clip(duals, dual / _NEAR_DUALS, dual * _NEAR_DUALS)
+    state = _State(np.array(start), slack, dual, barrier,
+                   max(1.0, 10.0 * float(np.abs(here.values - slack).sum())),
+                   eased=eased)  # fmt: skip
     history: list[tuple[float, ...]] = []
     status = "most iterations"
     for _ in range(iterations):
@@ -172,7 +186,34 @@ class _Newton:
         self._barrier = state.barrier
         self._matrix = here.normal(state.dual / state.slack, state.dual)
         self._matrix[0] += problem.even
-        self._factor = self._factorised(state)
+        self._factor = self._unbent(state) if state.eased else self._factorised(state)
+
+    def _unbent(self, state: _State) -> FloatArray | None:
+        """A factor with as much of the curvature as leaves the matrix positive definite."""
+        from scipy.linalg import LinAlgError, cholesky_banded
+
+        bent, bend, flat = self._matrix, state.bend, None
+        if not np.isfinite(bent).all():
+            return None
+        tiny = 1e-9 * float(np.abs(bent[0]).mean())
+        while bend > 0.0:
+            if bend < 1.0 and flat is None:
+                flat = self._here.normal(self._dual / self._slack, np.zeros_like(self._dual))
+                flat[0] += self._problem.even
+            self._matrix = bent.copy() if flat is None else bend * bent + (1.0 - bend) * flat
+            self._matrix[0] += tiny
+            try:
+                factor = cholesky_banded(self._matrix, lower=True, check_finite=False)
+            except LinAlgError:
+                bend = 0.5 * bend if bend > _LEAST_BEND else 0.0
+                continue
+            state.bend = min(1.0, 2.0 * bend)
+            return np.asarray(factor)
+        # Without its curvature the matrix is positive definite but for rounding.
+        state.bend = 2.0 * _LEAST_BEND
+        assert flat is not None
+        self._matrix = flat
+        return self._factorised(state)
 
     def _factorised(self, state: _State) -> FloatArray | None:
         from scipy.linalg import LinAlgError, cholesky_banded

@@ -17,11 +17,9 @@ from typing import Any
 
 import numpy as np
 
-from gaitopt.conventions import FloatArray, frozen
+from gaitopt.conventions import GRAVITY, FloatArray, frozen
 from gaitopt.errors import InputError, SolverError
 
-GRAVITY = 9.81
-"""Gravity [m/s^2], as Pinocchio and MuJoCo have it."""
 KEPT = 0.95
 """Share of the largest margin that the calm path keeps."""
 DEPTH_WEIGHT = 100.0

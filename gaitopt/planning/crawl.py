@@ -8,7 +8,7 @@ move as fast as the joints allow (Section IV). Planned in a frame turned to the 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Literal
 
@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from gaitopt.conventions import LEGS, FloatArray, leg_index, rotation_z
 from gaitopt.errors import InfeasibleStepError, InputError
-from gaitopt.gait.crawl import WANG_SEQUENCE, check_sequence, swing_order
+from gaitopt.gait.crawl import WANG_SEQUENCE, check_order, swing_order
 from gaitopt.optimize.cog import (
     CogProblem,
     CogSolution,
@@ -68,7 +68,7 @@ def plan_crawl(
     stability_margin: float = 0.02,
     body_height: float = 0.40,
     swing_height: float = 0.07,
-    sequence: Iterable[str] = WANG_SEQUENCE,
+    sequence: Iterable[str] | Literal["free"] = WANG_SEQUENCE,
     swing: str = "box",
     *,
     reach_fraction: float = 1.0,
@@ -76,6 +76,7 @@ def plan_crawl(
     follow_terrain: bool = False,
     cog_start: ArrayLike | None = None,
     free: str | Iterable[str] | None = None,
+    com: Literal["body", "model"] = "body",
     progress: Progress | None = None,
 ) -> Plan:
     """Plan a statically stable walk over given footholds.
@@ -93,7 +94,9 @@ def plan_crawl(
         body_height: height of the hips above the mean height of the footholds [m]; ``h`` of
             eq. (8).
         swing_height: how far a foot rises above the higher end of its swing [m].
-        sequence: order of the legs in a cycle.
+        sequence: order of the legs in a cycle, or of all steps of the walk, in which every leg
+            steps equally often; ``"free"`` searches for the fastest order that is possible, which
+            need not be periodic, and the plan's settings name it.
         swing: shape of the swing: ``"box"``, the shape of another swing curve
             (:data:`gaitopt.SWING_CURVES`), or a way over an obstacle, ``"trapezoid path"`` or
             ``"parabola path"``.
@@ -106,6 +109,8 @@ def plan_crawl(
             of the first footholds, or as near to it as the legs reach.
         free: with the objective ``"time"``, what is free beyond the body's targets, as for
             :func:`gaitopt.plan_route`; ``"swing"`` by default.
+        com: with the objective ``"time"``, what keeps the stability margin: the body's centre
+            (``"body"``) or the true centre of mass of the whole robot (``"model"``).
         progress: called with (steps done, steps in all).
 
     Returns:
@@ -122,25 +127,51 @@ def plan_crawl(
             f"plan_crawl takes a Quadruped (from load_robot) and Footholds, got "
             f"{type(robot).__name__} and {type(footholds).__name__}"
         )
-    if objective == "time" or free is not None:
+    if objective == "time" or free is not None or com != "body":
         return _least_time(
             robot, footholds, objective, speed, swing, "swing" if free is None else free,
             stability_margin=stability_margin, body_height=body_height, swing_height=swing_height,
             sequence=sequence, reach_fraction=reach_fraction, heading=heading,
-            follow_terrain=follow_terrain, cog_start=cog_start,
+            follow_terrain=follow_terrain, cog_start=cog_start, com=com,
         )  # fmt: skip
+    free_order = isinstance(sequence, str) and sequence == "free"
     settings = CrawlSettings(
         objective=objective, speed=speed, stability_margin=stability_margin,
-        body_height=body_height, swing_height=swing_height, sequence=check_sequence(sequence),
+        body_height=body_height, swing_height=swing_height,
+        sequence=WANG_SEQUENCE if free_order else check_order(sequence),
         swing=swing, reach_fraction=reach_fraction, heading=heading, follow_terrain=follow_terrain,
     )  # fmt: skip
     check_robot(robot)
+    if free_order:
+        from gaitopt.planning.free_gait import plan_free_crawl
+
+        return plan_free_crawl(robot, footholds, settings, cog_start, progress)
+    return plan_in_order(robot, footholds, settings, cog_start, progress)
+
+
+def plan_in_order(
+    robot: Quadruped,
+    footholds: Footholds,
+    settings: CrawlSettings,
+    cog_start: ArrayLike | None = None,
+    progress: Progress | None = None,
+) -> Plan:
+    """The crawl with the settings' sequence; arguments and errors of :func:`plan_crawl`."""
     steps = crawl_steps(footholds, settings)
     check_stance(steps)
     diagnosis.check_heights(robot, steps, settings)
-    start = start_place(robot, steps, settings, cog_start, footholds)
+    start = start_place(robot, steps, settings, cog_start)
     solutions = optimise_cogs(robot, steps, settings, start, progress)
     return assemble_plan(robot, footholds, settings, steps, start, solutions)
+
+
+def start_of(
+    robot: Quadruped, footholds: Footholds, settings: CrawlSettings, cog_start: ArrayLike | None
+) -> FloatArray:
+    """Body centre at the start of a walk ``(3,)`` [m], in the heading frame."""
+    steps = crawl_steps(footholds, replace(settings, sequence=WANG_SEQUENCE))
+    check_stance(steps)
+    return start_place(robot, steps, settings, cog_start)
 
 
 def _least_time(
@@ -156,7 +187,7 @@ def _least_time(
     from gaitopt.planning.route_crawl import plan_route
 
     if objective != "time":
-        raise InputError(f"free goes with the objective 'time', got {objective!r}")
+        raise InputError(f"free and com go with the objective 'time', got {objective!r}")
     if speed != "max" or swing != "box":
         raise InputError(
             "the objective 'time' has speeds and swings of its own: leave speed and swing out, got "
@@ -275,7 +306,6 @@ def start_place(
     steps: CrawlSteps,
     settings: CrawlSettings,
     cog_start: ArrayLike | None,
-    footholds: Footholds,
 ) -> FloatArray:
     """Body centre at the start ``(3,)``, in the heading frame."""
     feet = dict(zip(LEGS, steps.feet[0], strict=True))

@@ -12,8 +12,9 @@ from gaitopt.conventions import LEGS
 from gaitopt.errors import InputError
 from gaitopt.gait.schedule import GaitSchedule
 from gaitopt.gait.step_timing import SwingEvent, adapted_step_time, cycles_spanned, swing_events
+from gaitopt.inputs import check_number
 from gaitopt.planning.body_route import BodyRoute
-from gaitopt.planning.gait_limits import explain, find_violations
+from gaitopt.planning.gait_limits import Stretch, explain, find_violations, stretch_of
 from gaitopt.planning.gait_motion import GaitMotion
 from gaitopt.planning.gait_phases import gait_phases, smallest_zmp_margin
 from gaitopt.planning.gait_settings import GaitSettings, checked_velocity
@@ -29,6 +30,8 @@ STANCE_ERROR = 1e-6
 LONGEST_WALK = 2000
 """Most cycles of a walk."""
 KNOTS_A_SWING = 10
+FINER = 16
+"""Into how many parts a knot's interval is cut where a leg falls short between knots."""
 
 Progress = Callable[[int, int], None]
 
@@ -119,13 +122,13 @@ def plan_gait(
     least_ramp = 2.0 * schedule.cycle_time if ramp is None else ramp
     settings = replace(settings, cycles=_cycles(settings, least_ramp), cycle_times=())
     stages = 3 if settings.adapt else 2
-    motion, path = _attempt(robot, settings)
+    motion, stretch, path = _attempt(robot, settings)
     if progress is not None:
         progress(1, stages)
     if settings.adapt and path is not None:
         settings = replace(settings, cycle_times=_adapted(motion, settings))
-        motion, path = _attempt(robot, settings)
-    violations = find_violations(motion, path, settings)
+        motion, stretch, path = _attempt(robot, settings)
+    violations = find_violations(motion, stretch, path, settings)
     if violations or path is None:
         raise explain(settings, violations, lambda other: _works(robot, other))
     plan = _assembled(robot, settings, motion, path)
@@ -148,26 +151,24 @@ def _plateau(
             f"full speed), got {distance!r} and {duration!r}"
         )
     name, value = ("duration", duration) if distance is None else ("distance", distance)
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0 <= value <= 1e6:
-        raise InputError(f"{name} must be a number of at least 0, got {value!r}")
+    asked = check_number(name, value, 0.0, 1e6, "s" if distance is None else "m")
     if distance is None:
-        return float(value)
+        return asked
     speed = float(np.hypot(*velocity))
     if not speed > 0:
         raise InputError(
-            f"a distance of {value:g} m is never walked at no speed; give velocity, or a duration "
+            f"a distance of {asked:g} m is never walked at no speed; give velocity, or a duration "
             "to step in place or turn"
         )
-    return float(value) / speed
+    return asked / speed
 
 
 def _cycles(settings: GaitSettings, ramp: object) -> int:
     """Swings of each leg, so that the ramps are at least as long as asked for."""
-    if isinstance(ramp, bool) or not isinstance(ramp, (int, float)) or not 1e-3 <= ramp <= 1e5:
-        raise InputError(f"ramp must be a time of at least 0.001 s, got {ramp!r}")
+    least = check_number("ramp", ramp, 1e-3, 1e5, "s")
     once = swing_events(settings.schedule, 1)
     first = max(e.touch_down for e in once)
-    missing = settings.plateau + 2.0 * float(ramp) - first
+    missing = settings.plateau + 2.0 * least - first
     cycles = 1 + max(int(np.ceil(missing / settings.schedule.cycle_time - 1e-9)), 0)
     if cycles > LONGEST_WALK:
         raise InputError(
@@ -177,13 +178,24 @@ def _cycles(settings: GaitSettings, ramp: object) -> int:
     return cycles
 
 
-def _attempt(robot: Quadruped, settings: GaitSettings) -> tuple[GaitMotion, MotionPath | None]:
-    """The motion, and its path in joints unless a foot is out of reach."""
+def _attempt(
+    robot: Quadruped, settings: GaitSettings
+) -> tuple[GaitMotion, Stretch, MotionPath | None]:
+    """The motion, how far its legs are stretched, and its path unless a foot is out of reach."""
     motion = _motion(robot, settings)
     knots = motion.knots(settings.schedule.swing_time / KNOTS_A_SWING)
-    if not motion.reached(knots).all():
-        return motion, None
-    return motion, smooth_path(knots, motion.state, motion.foot_error, STANCE_ERROR)
+    stretch = stretch_of(motion, knots)
+    if not stretch.reached.all():
+        return motion, stretch, None
+    try:
+        return motion, stretch, smooth_path(knots, motion.state, motion.foot_error, STANCE_ERROR)
+    except InputError:
+        # A path is looked at between its knots, too, where a leg may fall just short.
+        longest = settings.schedule.swing_time / (KNOTS_A_SWING * FINER)
+        stretch = stretch_of(motion, motion.knots(longest))
+        if stretch.reached.all():
+            raise
+        return motion, stretch, None
 
 
 def _motion(robot: Quadruped, settings: GaitSettings) -> GaitMotion:
@@ -233,8 +245,8 @@ def _footholds(
 
 
 def _works(robot: Quadruped, settings: GaitSettings) -> bool:
-    motion, path = _attempt(robot, settings)
-    return path is not None and not find_violations(motion, path, settings)
+    motion, stretch, path = _attempt(robot, settings)
+    return path is not None and not find_violations(motion, stretch, path, settings)
 
 
 def _adapted(motion: GaitMotion, settings: GaitSettings) -> tuple[float, ...]:

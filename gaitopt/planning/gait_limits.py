@@ -9,12 +9,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gaitopt.conventions import LEGS, FloatArray
+from gaitopt.conventions import LEGS, BoolArray, FloatArray
 from gaitopt.errors import GaitoptError, InfeasibleSpeedError
 from gaitopt.planning.gait_motion import GaitMotion
 from gaitopt.planning.gait_settings import GaitSettings
 from gaitopt.planning.path import MotionPath
-from gaitopt.robots.whole_body import joints_from_feet
+from gaitopt.robots.rotations import rpy_to_matrix
+from gaitopt.robots.whole_body import REACH_TOLERANCE
 
 HALVINGS = 10
 """Bisections for the fastest velocity: it is found to a thousandth of the command."""
@@ -38,11 +39,38 @@ class Violation(NamedTuple):
     words: str
 
 
+class Stretch(NamedTuple):
+    """How far the legs are stretched.
+
+    Attributes:
+        times: ``(N,)`` [s].
+        lengths: from each leg's first pitch axis to its foot ``(N, 4)`` [m].
+        reached: whether the leg reaches its foot ``(N, 4)``.
+    """
+
+    times: FloatArray
+    lengths: FloatArray
+    reached: BoolArray
+
+
+def stretch_of(motion: GaitMotion, times: FloatArray) -> Stretch:
+    """How far a motion stretches the legs at ``times (N,)`` [s]."""
+    robot = motion.robot
+    base, feet = motion.base(times)[0], motion.feet(times)[0]
+    local = (feet - base[:, None, :3]) @ (rpy_to_matrix(base[:, 3:]) @ robot.body_axes)
+    lengths, reached = np.empty(feet.shape[:2]), np.empty(feet.shape[:2], dtype=np.bool_)
+    for i, name in enumerate(LEGS):
+        leg, points = robot.legs[name], local[:, i]
+        lengths[:, i] = np.sqrt(leg.straightness(*points.T))
+        reached[:, i] = leg.shortfall(points) <= REACH_TOLERANCE
+    return Stretch(times, lengths, reached)
+
+
 def find_violations(
-    motion: GaitMotion, path: MotionPath | None, settings: GaitSettings
+    motion: GaitMotion, stretch: Stretch, path: MotionPath | None, settings: GaitSettings
 ) -> list[Violation]:
     """All limits that are exceeded, reach first, then the worst first."""
-    reach = _reach(motion, settings)
+    reach = _reach(motion, stretch, settings)
     if path is None or reach:
         return reach
     robot = motion.robot
@@ -66,30 +94,19 @@ def find_violations(
     return sorted(found, key=lambda v: -v.use)
 
 
-def _reach(motion: GaitMotion, settings: GaitSettings) -> list[Violation]:
+def _reach(motion: GaitMotion, stretch: Stretch, settings: GaitSettings) -> list[Violation]:
     """Feet that are further away than the reach fraction allows."""
-    times = motion.knots(settings.schedule.swing_time / 10.0)
-    base, feet = motion.base(times)[0], motion.feet(times)[0]
-    c, s = np.cos(motion.route.yaw(times)[0]), np.sin(motion.route.yaw(times)[0])
-    gap = feet - base[:, None, :3]
-    ahead = c[:, None] * gap[..., 0] + s[:, None] * gap[..., 1]
-    left = c[:, None] * gap[..., 1] - s[:, None] * gap[..., 0]
-    local = np.stack([ahead, left, gap[..., 2]], axis=-1)
-    _, reached = joints_from_feet(
-        motion.robot, base[:, :3], base[:, 3:], feet, on_unreachable="mask"
-    )
     found = []
-    for i, name in enumerate(LEGS):
+    for name, lengths, reached in zip(LEGS, stretch.lengths.T, stretch.reached.T, strict=True):
         leg = motion.robot.legs[name]
-        stretch = np.sqrt(leg.straightness(*np.moveaxis(local[:, i], -1, 0)))
         allowed = settings.reach_fraction * leg.reach
-        bad = (stretch > allowed + 1e-9) | ~reached[:, i]
+        bad = (lengths > allowed + REACH_TOLERANCE) | ~reached
         if bad.any():
-            k = int(np.where(bad, stretch, -np.inf).argmax())
+            k = int(np.where(bad, lengths, -np.inf).argmax())
             found.append(
                 Violation(
-                    f"reach {name}", np.inf, float(times[k]),
-                    f"the foot of {name} would be {stretch[k]:.4g} m from the hip's pitch axis, or "
+                    f"reach {name}", np.inf, float(stretch.times[k]),
+                    f"the foot of {name} would be {lengths[k]:.4g} m from the hip's pitch axis, or "
                     f"beside its leg's plane; the leg allows {leg.least_reach:.4g} to "
                     f"{allowed:.4g} m",
                 )

@@ -7,9 +7,10 @@ from functools import cached_property
 
 import numpy as np
 
-from gaitopt.conventions import LEGS, BoolArray, FloatArray, leg_index
+from gaitopt.conventions import FloatArray
 from gaitopt.gait.step_timing import SwingEvent
 from gaitopt.planning.body_route import BodyRoute
+from gaitopt.planning.gait_contacts import flights_at, stances_at
 from gaitopt.planning.path import MotionPath
 from gaitopt.planning.smooth_path import States
 from gaitopt.robots.quadruped import Quadruped
@@ -92,15 +93,13 @@ class GaitMotion:
 
     def feet(self, times: FloatArray) -> States:
         """Feet in the world ``(N, 4, 3)`` and two derivatives, a flying foot by its curve."""
-        place = np.empty((len(times), len(LEGS), 3))
-        landed = self._landed(times)
-        for i, leg in enumerate(LEGS):
-            place[:, i] = self.footholds[leg][landed[:, i]]
+        place = stances_at(self.footholds, self.events, times)
         speed, change = np.zeros_like(place), np.zeros_like(place)
-        rows, which = self._flights(times)
+        flights = flights_at(self.events, times)
+        rows, legs = np.nonzero(flights >= 0)
         if self.curves is not None and rows.size:
+            which = flights[rows, legs]
             since = times[rows] - np.array([e.lift_off for e in self.events])[which]
-            legs = np.array([leg_index(e.leg) for e in self.events])[which]
             flown = type(self.curves)(
                 self.curves.start[which], self.curves.end[which], self.curves.height[which],
                 self.curves.duration[which],
@@ -109,33 +108,6 @@ class GaitMotion:
             speed[rows, legs] = flown.velocity(since)
             change[rows, legs] = flown.acceleration(since)
         return place, speed, change
-
-    def _landed(self, times: FloatArray) -> np.ndarray:
-        """How many swings of each leg are over ``(N, 4)``."""
-        found = np.zeros((len(times), len(LEGS)), dtype=int)
-        for i, leg in enumerate(LEGS):
-            ends = [e.touch_down for e in self.events if e.leg == leg]
-            found[:, i] = np.searchsorted(ends, times, side="right")
-        return found
-
-    def _flights(self, times: FloatArray) -> tuple[np.ndarray, np.ndarray]:
-        """Samples at which a foot flies, and the event it belongs to; a sample may come often."""
-        rows, which = [], []
-        for k, event in enumerate(self.events):
-            mine = np.flatnonzero((times > event.lift_off) & (times < event.touch_down))
-            rows.append(mine)
-            which.append(np.full(len(mine), k))
-        if not rows:
-            return np.zeros(0, dtype=int), np.zeros(0, dtype=int)
-        return np.concatenate(rows), np.concatenate(which)
-
-    def reached(self, times: FloatArray) -> BoolArray:
-        """Which feet the legs reach ``(N, 4)``."""
-        base = self.base(times)[0]
-        found = joints_from_feet(
-            self.robot, base[:, :3], base[:, 3:], self.feet(times)[0], on_unreachable="mask"
-        )
-        return found[1]
 
     def state(self, times: FloatArray, inside: FloatArray) -> States:
         """Path columns and two derivatives ``(N, 6 + nj)``, for :func:`smooth_path`."""
@@ -164,11 +136,11 @@ class GaitMotion:
     def knots(self, longest: float) -> FloatArray:
         """Times ``(K + 1,)`` between which it is analytic, at most ``longest`` [s] apart."""
         ends = [0.0, self.duration, *self.route.breaks]
-        for k, event in enumerate(self.events):
-            assert self.curves is not None
-            lasting = event.touch_down - event.lift_off
-            ends += [event.lift_off, event.touch_down]
-            ends += (event.lift_off + self.curves.breaks[k] * lasting).tolist()
+        if self.curves is not None:
+            lifts = np.array([e.lift_off for e in self.events])
+            lands = np.array([e.touch_down for e in self.events])
+            inner = lifts[:, None] + self.curves.breaks * (lands - lifts)[:, None]
+            ends += [*lifts.tolist(), *lands.tolist(), *inner.ravel().tolist()]
         if self.sway is not None:
             ends += self.sway.times.tolist()
         return refined(np.clip(ends, 0.0, self.duration), longest)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from gaitopt.conventions import LEGS, BoolArray, FloatArray
-from gaitopt.gait.step_timing import SwingEvent
+from gaitopt.conventions import LEGS, FloatArray
+from gaitopt.planning.gait_contacts import contacts_at, flights_at
 from gaitopt.planning.gait_motion import GaitMotion
 from gaitopt.planning.path import MotionPath
 from gaitopt.planning.phase import Phase
@@ -22,8 +22,8 @@ def gait_phases(
     """The phases, and what a plan says of its balance (see :func:`gaitopt.plan_gait`)."""
     edges = _edges(motion, path)
     times = edges[:-1, None] + np.diff(edges)[:, None] * np.linspace(0.0, 1.0, SAMPLES)
-    middles = (edges[1:] + edges[:-1]) / 2.0
-    standing = contacts_at(motion.events, middles)
+    flights = flights_at(motion.events, (edges[1:] + edges[:-1]) / 2.0)
+    standing = flights < 0
     flat = times.ravel()
     contacts = np.repeat(standing, SAMPLES, axis=0)
     feet = motion.feet(flat)[0]
@@ -31,7 +31,6 @@ def gait_phases(
     height = motion.height + motion.robot.foot_radius
     static = support_margin(feet, contacts, place).reshape(times.shape)
     moving = support_margin(feet, contacts, _zmp(place, change, height)).reshape(times.shape)
-    centres = np.column_stack([motion.centre(edges)[0], np.full(len(edges), motion.height)])
     lasting = np.diff(edges)
     flight = ~standing.any(axis=1)
     worst = float(np.nanmin(moving)) if not flight.all() else float("-inf")
@@ -46,20 +45,7 @@ def gait_phases(
         "flight": float(lasting[flight].sum() / lasting.sum()),
     }
     margins = np.where(flight, -np.inf, np.nan_to_num(static, nan=-np.inf).min(axis=1))
-    phases = tuple(
-        _phase(motion, k, edges, standing[k], centres, float(margins[k]))
-        for k in range(len(middles))
-    )
-    return phases, info
-
-
-def contacts_at(events: tuple[SwingEvent, ...], times: FloatArray) -> BoolArray:
-    """Which feet stand at ``times (N,)``: ``(N, 4)``."""
-    standing = np.ones((len(times), len(LEGS)), dtype=np.bool_)
-    for event in events:
-        inside = (times > event.lift_off) & (times < event.touch_down)
-        standing[inside, LEGS.index(event.leg)] = False
-    return standing
+    return _phases(motion, edges, flights, margins), info
 
 
 def smallest_zmp_margin(motion: GaitMotion, times: FloatArray) -> float:
@@ -81,36 +67,44 @@ def _edges(motion: GaitMotion, path: MotionPath) -> FloatArray:
         [0.0, motion.duration, *(t for e in motion.events for t in (e.lift_off, e.touch_down))]
     )
     # Lift-offs and touch-downs that are the same instant may differ in their last bits.
-    nearest = np.abs(path.times[:, None] - wanted[None]).argmin(axis=0)
-    return np.asarray(path.times[np.unique(nearest)])
+    later = np.clip(np.searchsorted(path.times, wanted), 1, len(path.times) - 1)
+    nearer = wanted - path.times[later - 1] <= path.times[later] - wanted
+    return np.asarray(path.times[np.unique(later - nearer)])
 
 
-def _phase(
-    motion: GaitMotion,
-    k: int,
-    edges: FloatArray,
-    standing: BoolArray,
-    centres: FloatArray,
-    margin: float,
-) -> Phase:
-    start, end = float(edges[k]), float(edges[k + 1])
-    support = tuple(leg for leg, stands in zip(LEGS, standing, strict=True) if stands)
-    flying: list[tuple[int, SwingEvent | None]] = [
-        (i, e) for i, e in enumerate(motion.events)
-        if e.leg not in support and e.lift_off < end - 1e-9 and e.touch_down > start + 1e-9
-    ]  # fmt: skip
-    later: list[tuple[int, SwingEvent | None]] = [
-        (i, e) for i, e in enumerate(motion.events) if e.lift_off > start - 1e-9
-    ]
-    step, event = (flying or later or [(len(motion.events), None)])[0]
-    kind = "swing" if flying else "stance"
-    leg = "" if event is None else event.leg
-    points = motion.footholds[leg or LEGS[0]]
-    at = 0 if event is None else event.step
-    ends = (points[at], points[at + 1]) if flying else (points[at], points[at])
-    if event is None:
-        ends = (points[-1], points[-1])
-    return Phase(
-        kind, leg, step, start, end - start, centres[k], centres[k + 1], support,  # type: ignore[arg-type]
-        ends[0], ends[1], margin,
-    )  # fmt: skip
+def _phases(
+    motion: GaitMotion, edges: FloatArray, flights: np.ndarray, margins: FloatArray
+) -> tuple[Phase, ...]:
+    """The phases between ``edges``; each belongs to the first swing that is on, or to the next one.
+
+    Args:
+        motion: the gait.
+        edges: ends of the phases ``(P + 1,)`` [s].
+        flights: the swing that each foot is in ``(P, 4)``, or -1.
+        margins: static margins ``(P,)`` [m].
+    """
+    centres = np.column_stack([motion.centre(edges)[0], np.full(len(edges), motion.height)])
+    lifts = [event.lift_off for event in motion.events]
+    flies = flights.max(axis=1) >= 0
+    on = np.where(flights >= 0, flights, len(lifts)).min(axis=1)
+    coming = np.searchsorted(lifts, edges[:-1] - 1e-9, side="right")
+    phases = []
+    for k, index in enumerate(np.where(flies, on, coming).tolist()):
+        leg, start, end = _owner(motion, index, bool(flies[k]))
+        phases.append(Phase(
+            "swing" if flies[k] else "stance", leg, index, float(edges[k]),
+            float(edges[k + 1] - edges[k]), centres[k], centres[k + 1],
+            tuple(name for name, at in zip(LEGS, flights[k], strict=True) if at < 0),
+            start, end, float(margins[k]),
+        ))  # fmt: skip
+    return tuple(phases)
+
+
+def _owner(motion: GaitMotion, index: int, flying: bool) -> tuple[str, FloatArray, FloatArray]:
+    """The leg of a swing, and where its foot is at both ends of the phase that belongs to it."""
+    if index == len(motion.events):
+        last = motion.footholds[LEGS[0]][-1]
+        return "", last, last
+    event = motion.events[index]
+    points = motion.footholds[event.leg]
+    return event.leg, points[event.step], points[event.step + flying]

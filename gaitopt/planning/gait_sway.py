@@ -6,11 +6,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from gaitopt.conventions import LEGS, FloatArray
+from gaitopt.conventions import FloatArray
 from gaitopt.errors import InputError
 from gaitopt.gait.step_timing import SwingEvent
 from gaitopt.optimize.sway import build_sway_problem, solve_sway
 from gaitopt.planning.body_route import BodyRoute
+from gaitopt.planning.gait_contacts import contacts_at, stances_at
 from gaitopt.planning.gait_motion import refined
 from gaitopt.planning.path import MotionPath
 from gaitopt.stability.support import support_half_planes
@@ -47,23 +48,13 @@ def sway_path(
     edges = [0.0, duration, *(t for e in events for t in (e.lift_off, e.touch_down))]
     times = refined(np.array(edges), cycle_time / PIECES)
     middles = (times[1:] + times[:-1]) / 2.0
-    sides = [support_sides(standing_at(footholds, events, t)) for t in middles.tolist()]
+    places = stances_at(footholds, events, middles)[..., :2]
+    standing = contacts_at(events, middles)
+    sides = [support_sides(feet[stands]) for feet, stands in zip(places, standing, strict=True)]
     problem = build_sway_problem(
         times, sides, route.motion(times)[0], height, cycle_time, largest_offset, target
     )
     return MotionPath(times, solve_sway(problem).coefficients)
-
-
-def standing_at(footholds: Footholds, events: Sequence[SwingEvent], time: float) -> FloatArray:
-    """The feet that stand at ``time`` ``(m, 2)`` [m]."""
-    places = []
-    for leg in LEGS:
-        mine = [e for e in events if e.leg == leg]
-        if any(e.lift_off < time < e.touch_down for e in mine):
-            continue
-        landed = sum(e.touch_down <= time for e in mine)
-        places.append(footholds[leg][landed, :2])
-    return np.array(places).reshape(-1, 2)
 
 
 def support_sides(feet: FloatArray) -> FloatArray:

@@ -79,7 +79,8 @@ class Phase:
         cog_start, cog_end: body centre at its ends ``(3,)`` [m].
         support: the legs that stand.
         foot_start, foot_end: where the leg's foot is before and after ``(3,)`` [m].
-        margin: smallest static stability margin of the body centre during the phase [m].
+        margin: smallest stability margin during the phase [m]: static, of the body centre or, where
+            the settings say so, of the true COM; of the ZMP where the plan is not static.
         limited_by: what holds the phase back.
         evidence: of the COG target, for stance phases that were optimised.
     """

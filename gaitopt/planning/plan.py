@@ -115,7 +115,7 @@ class Plan:
 
     @property
     def margin(self) -> float:
-        """Smallest static stability margin of the body centre [m].
+        """Smallest margin of all phases [m]: static, of the body centre or the true COM; or ZMP's.
 
         Judged on the horizontal projection, whatever the heights of the feet.
         """

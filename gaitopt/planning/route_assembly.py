@@ -17,6 +17,7 @@ from gaitopt.errors import SolverError
 from gaitopt.optimize.route_legs import BODY, FOOT, TURN, RouteLegs, rotation
 from gaitopt.planning.path import MotionPath
 from gaitopt.planning.phase import Limit, Phase
+from gaitopt.planning.route_balance import dense_com
 from gaitopt.planning.route_knots import RouteKnots
 from gaitopt.planning.route_settings import RouteSettings
 from gaitopt.robots.quadruped import Quadruped
@@ -261,12 +262,13 @@ def route_phases(
     knots: RouteKnots,
     dense: Dense,
 ) -> tuple[Phase, ...]:
-    """A stance and a swing phase for every step."""
+    """A stance and a swing phase for every step, with the margin of what the settings say."""
     if not steps.legs:
         return ()
     to_world = rotation_z(settings.heading).T
     at = dense.knots[knots.ends]
     world = dense.centre @ to_world
+    held = dense_com(robot, settings, dense) if settings.true_com else dense.centre
     phases = []
     for s, leg in enumerate(steps.legs):
         i = int(steps.indices[s])
@@ -275,7 +277,7 @@ def route_phases(
             a, b = (int(v) for v in at[2 * s + (kind == "swing") :][:2])
             support = LEGS if kind == "stance" else tuple(x for x in LEGS if x != leg)
             chosen = [LEGS.index(x) for x in support]
-            margin = static_stability_margin(steps.feet[s, chosen], dense.centre[a : b + 1]).min()
+            margin = static_stability_margin(steps.feet[s, chosen], held[a : b + 1]).min()
             phases.append(Phase(
                 "stance" if kind == "stance" else "swing", leg, s, float(dense.times[a]),
                 float(dense.times[b] - dense.times[a]), world[a], world[b], support, lifted,

@@ -49,7 +49,8 @@ def route_bound(plan: Plan, window: int = 8, iterations: int = 300) -> FloatArra
     for first in range(0, count, window):
         whole = problem_of(route, first, min(first + window, count))
         problem = _without_start(whole, settings.stance_knots)
-        answer = solve_route(problem, problem.start(), iterations=iterations)
+        answer = solve_route(problem, problem.start(), barrier=problem.barrier,
+                             iterations=iterations)  # fmt: skip
         needed = problem.needed(problem.unpack(answer.x)[0]).sum()
         times.append(float(needed) if answer.status == "solved" else float("nan"))
     return frozen(times)
@@ -62,6 +63,7 @@ def _without_start(problem: RouteProblem, stance: int) -> RouteProblem:
     number = np.cumsum(free).reshape(free.shape) - 1
     kept = problem.rows.knot >= stance
     rows = Rows(problem.rows.knot[kept] - stance, *(part[kept] for part in problem.rows[1:]))
+    com = None if problem.com is None else problem.com.since(stance)
     return replace(
         problem,
         feet=problem.feet[stance:],
@@ -69,4 +71,5 @@ def _without_start(problem: RouteProblem, stance: int) -> RouteProblem:
         poses=problem.poses[stance:],
         unknown=np.where(free, number, -1),
         rows=rows,
+        com=com,
     )

@@ -7,7 +7,7 @@ answer, and joins the problem as a row; a few rounds of solving and looking agai
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -21,9 +21,12 @@ APART = 2e-3
 NEAR = 6e-3
 """Distance below which a knot gets a row [m]."""
 Kind = TypeVar("Kind", bound=RouteProblem)
+_TOUCH = 1e-4
 _STEP = 1e-5
 _EVERY = 4
 _FAR = 0.08
+_LOOKS = 3
+"""Places between two knots at which shapes are looked at."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,8 +45,13 @@ class Shapes:
     neutral: FloatArray
 
     @classmethod
-    def of(cls, robot: Quadruped) -> Shapes | None:
-        """The pairs of shapes on different legs; ``None`` where shapes are meshes or missing."""
+    def of(cls, robot: Quadruped, trunk: bool = False) -> Shapes | None:
+        """The pairs of shapes on different legs; ``None`` where shapes are meshes or missing.
+
+        Args:
+            robot: whose shapes.
+            trunk: also pairs of the trunk and a leg beyond its first joint.
+        """
         import pinocchio as pin
 
         if "<mesh" in robot.urdf:
@@ -53,7 +61,8 @@ class Shapes:
         legs = [_first_joint(model, shape.parentJoint) for shape in geometry.geometryObjects]
         for i, first in enumerate(legs):
             for j in range(i):
-                if first > 1 and legs[j] > 1 and first != legs[j]:
+                apart = first > 1 and legs[j] > 1 and first != legs[j]
+                if apart or (trunk and _trunk_and_limb(geometry, legs, i, j)):
                     geometry.addCollisionPair(pin.CollisionPair(j, i))
         if not len(geometry.collisionPairs):
             return None
@@ -77,6 +86,14 @@ class Shapes:
         return out
 
 
+def _trunk_and_limb(geometry: Any, legs: list[int], i: int, j: int) -> bool:
+    """Whether one shape is the trunk's, and the other on a leg beyond its first joint."""
+    if (legs[i] > 1) == (legs[j] > 1):
+        return False
+    limb = i if legs[i] > 1 else j
+    return bool(geometry.geometryObjects[limb].parentJoint != legs[limb])
+
+
 def _first_joint(model: Any, joint: int) -> int:
     while joint > 1 and model.parents[joint] > 1:
         joint = model.parents[joint]
@@ -89,41 +106,79 @@ def close_pairs(shapes: Shapes, joints: FloatArray) -> list[int]:
     return [int(k) for k in np.flatnonzero(sampled.min(axis=0) < _FAR)]
 
 
-def touching(
-    shapes: Shapes, problem: RouteProblem, poses: FloatArray
-) -> tuple[FloatArray, list[int]] | None:
-    """Distances of close pairs at all knots ``(K, pairs)``, when legs come closer than they may.
+class Near(NamedTuple):
+    """How near the shapes of close pairs come.
 
-    Looked at are the knots and the places halfway between them.
+    Attributes:
+        found: at every knot ``(K, pairs)`` [m].
+        dip: how much nearer they come in the intervals beside each knot ``(K, pairs)`` [m].
+        pairs: which pairs.
     """
+
+    found: FloatArray
+    dip: FloatArray
+    pairs: list[int]
+
+
+def path_touches(robot: Quadruped, joints: FloatArray) -> bool:
+    """Whether links touch at any of many poses along a path; no, where shapes are meshes.
+
+    Args:
+        robot: whose links.
+        joints: angles in Pinocchio's order ``(N, nj)`` [rad], close to one another.
+    """
+    shapes = Shapes.of(robot, trunk=True)
+    if shapes is None:
+        return False
+    legs = joints[:, shapes.columns]
+    pairs = close_pairs(shapes, legs)
+    return bool(pairs) and bool(shapes.distances(legs, pairs).min() < _TOUCH)
+
+
+def touching(shapes: Shapes, problem: RouteProblem, poses: FloatArray) -> Near | None:
+    """How near close pairs come, when any comes closer than it may; knots and between them."""
     joints = problem.legs.joints(poses, problem.feet, problem.swing).reshape(-1, JOINTS)
     pairs = close_pairs(shapes, joints)
     if not pairs:
         return None
-    halfway = (joints[1:] + joints[:-1]) / 2.0
-    found = shapes.distances(np.concatenate([joints, halfway]), pairs)
-    return (found[: len(joints)], pairs) if found.min() < 0.5 * APART else None
+    found = shapes.distances(joints, pairs)
+    share = np.arange(1, _LOOKS + 1)[:, None, None] / (_LOOKS + 1.0)
+    inner = joints[:-1] + np.diff(joints, axis=0) * share
+    between = shapes.distances(inner.reshape(-1, JOINTS), pairs)
+    between = between.reshape(_LOOKS, -1, len(pairs)).min(axis=0)
+    if min(found.min(), between.min()) >= 0.5 * APART:
+        return None
+    sag = np.maximum(np.minimum(found[1:], found[:-1]) - between, 0.0)
+    dip = np.zeros_like(found)
+    dip[:-1] = sag
+    dip[1:] = np.maximum(dip[1:], sag)
+    return Near(found, dip, pairs)
 
 
 def kept_apart(
-    shapes: Shapes, problem: Kind, poses: FloatArray, found: FloatArray, pairs: list[int]
+    shapes: Shapes,
+    problem: Kind,
+    poses: FloatArray,
+    found: FloatArray,
+    dip: FloatArray,
+    pairs: list[int],
 ) -> Kind:
     """The problem with rows that hold close shapes apart, linearised about ``poses``.
 
     Args:
         shapes, problem, poses: of the robot, the walk, and the last answer.
-        found, pairs: what :func:`touching` gave.
+        found, dip, pairs: what :func:`touching` gave.
     """
     bent = problem.legs.bend(poses, problem.feet, problem.swing)
     joints = bent.joints.reshape(-1, JOINTS)
     slopes = bent.gradients()
-    near = [(k, pair) for k, pair in np.argwhere(found < NEAR).tolist() if k > 0]
+    near = [(k, pair) for k, pair in np.argwhere(found - dip < NEAR).tolist() if k > 0]
     linear, offset = np.zeros((len(near), POSE)), np.zeros(len(near))
     for i, (k, pair) in enumerate(near):
         moved = joints[k] + _STEP * np.concatenate([np.eye(JOINTS), -np.eye(JOINTS)])
         ahead, behind = shapes.distances(moved, [pairs[pair]])[:, 0].reshape(2, JOINTS)
         linear[i] = (ahead - behind) / (2.0 * _STEP) @ slopes[k]
-        offset[i] = found[k, pair] - APART - linear[i] @ poses[k]
+        offset[i] = found[k, pair] - dip[k, pair] - APART - linear[i] @ poses[k]
     rows = problem.rows
     knot = np.concatenate([rows.knot, np.array([k for k, _ in near], dtype=int)])
     order = np.argsort(knot, kind="stable")

@@ -9,7 +9,8 @@ import numpy as np
 
 from gaitopt.conventions import LEGS, FloatArray, rotation_z
 from gaitopt.optimize.route_legs import BODY, POSE, RouteLegs
-from gaitopt.optimize.route_problem import JOINTS, RouteProblem, Rows
+from gaitopt.optimize.route_problem import JOINTS, UNIT_TURN, RouteProblem, Rows
+from gaitopt.planning.route_balance import balance_rows
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.rotations import rpy_to_matrix
 from gaitopt.stability.support import pair_lines, triangle_half_planes
@@ -95,6 +96,8 @@ def build_route(
         unknown=_unknowns(settings, knots),
         rows=_rows(steps, settings, knots, radius or OPEN_RADIUS),
         bounded=np.ones((2, JOINTS), dtype=np.bool_),
+        evenness=float(legs.rates.min() / UNIT_TURN),
+        com=balance_rows(robot, settings, knots) if settings.true_com else None,
     )  # fmt: skip
     if not all_limits:
         joints = legs.joints(poses, knots.feet, knots.flying).reshape(-1, JOINTS)
@@ -187,7 +190,9 @@ def arch_shares(settings: RouteSettings) -> FloatArray:
 
 def _rows(steps: CrawlSteps, settings: RouteSettings, knots: RouteKnots, radius: float) -> Rows:
     """All inequalities on single poses."""
-    parts = [_margins(settings, knots)]
+    parts = [_row(np.array([], dtype=int), [], np.zeros(0))]
+    if not settings.true_com:
+        parts.append(_margins(settings, knots))
     if "posture" in settings.free:
         at = np.repeat(np.arange(1, len(knots.feet)), 6)
         turn = np.tile(np.repeat(np.arange(3, 6), 2), len(knots.feet) - 1)

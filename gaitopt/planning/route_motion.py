@@ -121,7 +121,7 @@ class RouteMotion:
         ) -> tuple[FloatArray, FloatArray, FloatArray]:
             interval = self.interval(inner)
             return (self._values(times, interval),
-                    *_derivatives(lambda t: self._values(t, interval), inner))  # fmt: skip
+                    *time_derivatives(lambda t: self._values(t, interval), inner))  # fmt: skip
 
         return smooth_path(self.times, state, self._slip, SLIP_TOLERANCE)
 
@@ -148,16 +148,21 @@ class RouteMotion:
         times = self.times[:-1, None] + lengths * share
         return times.ravel(), np.repeat(np.arange(len(lengths)), SAMPLES)
 
-    def use(self) -> tuple[FloatArray, FloatArray]:
-        """Largest joint velocities and accelerations at samples of each span.
+    @cached_property
+    def asked(self) -> tuple[FloatArray, FloatArray]:
+        """Most that joints are asked for, up and down, at samples of the motion.
 
         Returns:
-            ``(K, 12)`` [rad/s] and ``(K, 12)`` [rad/s^2].
+            Velocities from the middle of each span to that of the next ``(2, K - 1, 12)``
+            [rad/s], and accelerations on every span ``(2, K, 12)`` [rad/s^2].
         """
         times, interval = self.samples()
-        found = _derivatives(lambda t: self.joints(t, interval), times)
-        rates, bends = (np.abs(f).reshape(-1, SAMPLES, 12).max(axis=1) for f in found)
-        return rates, bends
+        found = time_derivatives(lambda t: self.joints(t, interval), times)
+        rates, bends = (f.reshape(-1, SAMPLES, 12) for f in found)
+        half = SAMPLES // 2
+        between = np.concatenate([rates[:-1, half:], rates[1:, : half + 1]], axis=1)
+        return (np.stack([between.max(axis=1), -between.min(axis=1)]),
+                np.stack([bends.max(axis=1), -bends.min(axis=1)]))  # fmt: skip
 
     def zero_moment_points(self) -> FloatArray:
         """ZMP at samples of each span ``(K, SAMPLES, 2)`` [m].
@@ -193,6 +198,21 @@ class RouteMotion:
         return np.asarray(out.reshape(-1, SAMPLES).min(axis=1))
 
 
+def part_of(knots: RouteKnots, first: int, last: int) -> RouteKnots:
+    """The knots from one to another; swings that are cut count as far as they reach."""
+    pairs = knots.ends[1:].reshape(-1, 2)
+    pairs = pairs[(pairs[:, 1] >= first) & (pairs[:, 0] <= last)]
+    cut = np.clip(pairs, first, last) - first
+    flight = slice(first, last)
+    leg = knots.leg[flight].copy()
+    # The span on which a foot lands is its own, though the next interval is another step's.
+    leg[cut[:, 0]] = knots.leg[pairs[:, 0]]
+    return RouteKnots(
+        knots.step[flight], knots.swings[flight], leg, knots.feet[first : last + 1],
+        knots.flying[first : last + 1], np.concatenate([[0], cut.ravel()]),
+    )  # fmt: skip
+
+
 def _parabolas(points: FloatArray, spans: FloatArray) -> FloatArray:
     """Quadratic B-spline in powers of the time since each span's start ``(3, K, ...)``.
 
@@ -209,11 +229,10 @@ def _parabolas(points: FloatArray, spans: FloatArray) -> FloatArray:
     return np.stack([(after - before) / (2.0 * d), before, start])
 
 
-def _derivatives(
-    values: Callable[[FloatArray], FloatArray], times: FloatArray
+def time_derivatives(
+    values: Callable[[FloatArray], FloatArray], times: FloatArray, h: float = _STEP
 ) -> tuple[FloatArray, FloatArray]:
-    """First and second derivatives of smooth ``values(times)``, to fourth order."""
-    h = _STEP
+    """First and second derivatives of smooth ``values(times)``, to fourth order in ``h``."""
     far = [values(times + k * h) for k in (-2, -1, 0, 1, 2)]
     first = (far[0] - 8.0 * far[1] + 8.0 * far[3] - far[4]) / (12.0 * h)
     second = (-far[0] + 16.0 * far[1] - 30.0 * far[2] + 16.0 * far[3] - far[4]) / (12.0 * h**2)

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from typing import ClassVar, Final
 
 from gaitopt.errors import InputError
-from gaitopt.gait.crawl import WANG_SEQUENCE, check_sequence, swing_order
-from gaitopt.planning.settings import PlanSettings, set_flag, set_number
+from gaitopt.gait.crawl import WANG_SEQUENCE, check_order, swing_order
+from gaitopt.inputs import check_count
+from gaitopt.planning.settings import PlanSettings, one_of, set_flag, set_number
 
 FREEDOMS: Final[tuple[str, ...]] = ("overlap", "swing", "height", "posture", "dynamic")
 """What can be freed beyond the body's targets, by name."""
@@ -38,24 +39,29 @@ class RouteSettings(PlanSettings):
     swing_knots: int = 8
     margin_reserve: float = 2e-5
     clearance_reserve: float = 5e-4
+    com: str = "body"
 
     def __post_init__(self) -> None:
         super().__post_init__()
         object.__setattr__(self, "free", check_free(self.free))
-        object.__setattr__(self, "sequence", check_sequence(self.sequence))
+        object.__setattr__(self, "sequence", check_order(self.sequence))
         set_flag(self, "follow_terrain")
+        one_of("com", self.com, ("body", "model"))
         set_number(self, "clearance", 0.0, 100.0, "m")
         set_number(self, "margin_reserve", 0.0, 1.0, "m")
         set_number(self, "clearance_reserve", 0.0, 1.0, "m")
         for name, least in (("stance_knots", 1), ("swing_knots", 4)):
-            value = getattr(self, name)
-            if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= 64:
-                raise InputError(f"{name} must be a whole number from {least} to 64, got {value!r}")
+            object.__setattr__(self, name, check_count(name, getattr(self, name), least, 64))
 
     @property
     def static(self) -> bool:
         """Whether static stability is promised; the dynamic row keeps its ZMP inside instead."""
         return "dynamic" not in self.free
+
+    @property
+    def true_com(self) -> bool:
+        """Whether the margin is promised of the true centre of mass, and not of the body's."""
+        return self.com == "model"
 
     @property
     def smooth(self) -> bool:

@@ -1,117 +1,205 @@
-"""Plans with bounded joint accelerations: solve, look between the knots, tighten, again."""
+"""Plans with bounded joint accelerations: all steps at once, or in windows that move along."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 from time import process_time
+from typing import NamedTuple
+
+import numpy as np
 
 from gaitopt.conventions import FloatArray
-from gaitopt.optimize.route_dynamics import RouteDynamics
+from gaitopt.optimize.route_dynamics import Entry, RouteDynamics
+from gaitopt.optimize.route_problem import JOINTS
 from gaitopt.optimize.route_solver import Answer, solve_route
-from gaitopt.planning.path import MotionPath
 from gaitopt.planning.plan import Plan
-from gaitopt.planning.route_collision import kept_apart, touching
-from gaitopt.planning.route_dynamic import (
-    MOST_STRETCH,
-    build_dynamic,
-    dynamic_phases,
-    exact_path,
-    new_motion,
-    stretch_needed,
-    tightened,
-)
+from gaitopt.planning.route_dynamic import build_dynamic, dynamic_phases
 from gaitopt.planning.route_knots import RouteKnots, build_route
-from gaitopt.planning.route_motion import RouteMotion
-from gaitopt.planning.route_steps import Route, failed
+from gaitopt.planning.route_motion import RouteMotion, part_of
+from gaitopt.planning.route_rounds import Found, Part, best_motion, kept_motion
+from gaitopt.planning.route_steps import Route, RouteError, failed, problem_of
 
-ROUNDS = 10
-"""Most rounds of tightening what a smooth motion asks for between knots."""
-NEAR = 1e-3
-"""First barrier parameter of all rounds but the first."""
+ROUGH = 0.1
+"""Tolerance of the walk without acceleration limits that is the first guess."""
+WINDOW = 16
+"""Steps of the windows in which a route is planned that was not solved as a whole."""
+BEFORE = 2
+"""Knots before a window that its motion depends on."""
 
 
-def smooth_plan(route: Route, iterations: int) -> Plan:
+def smooth_plan(route: Route, iterations: int, horizon: int | None = None) -> Plan:
     """A plan with bounded joint accelerations.
+
+    Args:
+        route: what is walked.
+        iterations: most Newton steps of each solution.
+        horizon: steps of a window; ``None`` for all steps at once.
 
     Raises:
         RouteError: no convergence, or no motion through an answer keeps its margin.
     """
     began = process_time()
     settings = route.settings
-    limit = float(settings.acceleration_limit or 0.0)
     knots, base = build_route(
         route.robot, route.steps, settings, route.cogs, route.footholds.radius
     )
     problem = build_dynamic(base, knots, settings, base.poses, route.robot.foot_radius)
-    motion, path, answer, spent = _best_motion(route, knots, problem, limit, iterations)
+    more: dict[str, float | str] = {}
+    if horizon is None:
+        try:
+            found, answers = _whole(route, knots, problem, iterations)
+        except RouteError:
+            if len(route.steps.legs) <= WINDOW:
+                raise
+            horizon = WINDOW
+    if horizon is not None:
+        found, answers, more = _in_windows(route, knots, problem, horizon, iterations)
+    phases = dynamic_phases(settings, route.steps, found.motion)
+    info = _info(route, found, answers) | {"solver_seconds": process_time() - began} | more
+    return Plan(route.robot, route.footholds, settings, phases, found.path, info)
+
+
+def _info(route: Route, found: Found, answers: list[Answer]) -> dict[str, float | str]:
+    """What the plan tells of itself; residuals are the worst of the answers it is made of."""
     info: dict[str, float | str] = {
         "stability": "static margin of the body centre, on the horizontal projection"
-        if settings.static
+        if route.settings.static
         else "ZMP of a point mass at the body centre",
-        "row": settings.row,
-        "knot_time": float(problem.cost @ answer.x),
-        "solver_seconds": process_time() - began,
-        "solver_iterations": float(spent),
-        "stationarity": answer.stationarity,
-        "violation": answer.primal,
-        "complementarity": answer.complementarity,
+        "row": route.settings.row,
+        "knot_time": float(found.motion.times[-1]),
+        "solver_iterations": float(sum(a.iterations for a in answers)),
+        "stationarity": found.answer.stationarity,
+        "violation": found.answer.primal,
+        "complementarity": found.answer.complementarity,
     }
-    phases = dynamic_phases(settings, route.steps, motion)
-    return Plan(route.robot, route.footholds, settings, phases, path, info)
+    if not route.settings.static:
+        info["zmp_margin"] = float(route.settings.stability_margin)
+    return info
 
 
-def _best_motion(
-    route: Route, knots: RouteKnots, problem: RouteDynamics, limit: float, iterations: int
-) -> tuple[RouteMotion, MotionPath, Answer, int]:
-    """The fastest motion that keeps all limits, with its path, answer, and Newton steps spent.
+def _whole(
+    route: Route, knots: RouteKnots, problem: RouteDynamics, iterations: int
+) -> tuple[Found, list[Answer]]:
+    """All steps at once."""
+    poses, guess = _guess(route, 0, len(route.steps.legs), None)
+    part = Part(replace(problem, poses=poses), knots, np.zeros((0, 9)), np.zeros(0), guess)
+    return best_motion(route, part, 0, iterations)
 
-    Raises:
-        RouteError: there is none.
+
+def _guess(
+    route: Route, first: int, last: int, here: FloatArray | None
+) -> tuple[FloatArray, FloatArray]:
+    """Poses ``(K, 9)`` and spans ``(K - 1,)``: the walk without acceleration limits, roughly."""
+    free = tuple(name for name in route.settings.free if name != "dynamic")
+    calm = replace(route, settings=replace(route.settings, free=free, acceleration_limit=None))
+    problem = problem_of(calm, first, last)
+    if here is not None:
+        problem.poses[0] = here
+    answer = solve_route(problem, problem.start(), tolerance=ROUGH, barrier=problem.barrier)
+    poses = problem.unpack(answer.x)[0] if answer.status == "solved" else problem.poses
+    return poses, 2.0 * problem.needed(poses) + 0.1 * problem.unit
+
+
+class _Planned(NamedTuple):
+    """What windows have planned so far.
+
+    Attributes:
+        knots, problem: of the whole route.
+        poses, spans: control points ``(K, 9)``, and spans ``(K,)`` [s].
     """
-    settings = route.settings
-    start, barrier = problem.pack(problem.poses, 2.0 * problem.needed(problem.poses) + 0.1), 1e-2
-    best: tuple[RouteMotion, MotionPath, Answer] | None = None
-    spent = 0
-    for _ in range(ROUNDS):
-        answer = solve_route(problem, start, barrier=barrier, iterations=2 * iterations)
-        spent += answer.iterations
-        if answer.status != "solved":
-            break
-        motion = new_motion(route.robot, settings, knots, problem, answer.x)
-        stretch = stretch_needed(problem, motion, limit)
-        # A motion that takes a little longer keeps all limits of its joints.
-        found = _kept(route, motion.slower(stretch), problem, limit)
-        if found is not None and (best is None or found[0].times[-1] < best[0].times[-1]):
-            best = *found, answer
-        if found is not None and stretch <= MOST_STRETCH:
-            break
-        problem, start = _next_round(route, problem, motion, answer, stretch)
-        barrier = NEAR
-    if best is None:
-        status = "limits between knots" if answer.status == "solved" else answer.status
-        raise failed(route, problem, replace(answer, status=status), 0)
-    return *best, spent
+
+    knots: RouteKnots
+    problem: RouteDynamics
+    poses: FloatArray
+    spans: FloatArray
+
+    def entry(self, at: int) -> Entry:
+        """How the motion comes in at a knot."""
+        p, near = self.problem, slice(at - 1, at + 1)
+        joints = p.legs.joints(self.poses[near], p.feet[near], p.swing[near]).reshape(-1, JOINTS)
+        moves = np.concatenate([joints, self.poses[near, :3]], axis=1)
+        return Entry(np.diff(moves, axis=0)[0] / self.spans[near].mean(), float(self.spans[at]))
+
+    def window(self, route: Route, first: int, end: int, last: int) -> Part:
+        """The window from the first step to, not including, the last; it goes on from the motion.
+
+        Up to step ``end`` it will be kept.
+        """
+        each = _each(route)
+        a, b = first * each, last * each
+        guess, times = _guess(route, first, last, self.poses[a] if a else None)
+        before = slice(a - BEFORE if a else 0, a)
+        return Part(
+            self.problem.window(a, b, guess, self.entry(a) if a else None),
+            part_of(self.knots, before.start, b), self.poses[before], self.spans[before], times,
+            (end - first) * each if end < last else None,
+        )  # fmt: skip
+
+    def keep(self, found: Found, first: int, last: int, window: int) -> None:
+        """Takes a found motion between two knots, and what was learned of limits to the third."""
+        new, times = found.problem.unpack(found.answer.x)
+        self.poses[first : last + 1] = new[: last + 1 - first]
+        self.spans[first : last + 1] = np.append(times, times[-1])[: last + 1 - first]
+        full, part = self.problem, found.problem
+        full.accelerations[:, first : window + 1] = part.accelerations
+        full.hurry[:, first:window] = part.hurry
+        mine = (full.zmp.knot >= first) & (full.zmp.knot <= window)
+        full.zmp.offset[mine] = part.zmp.offset
 
 
-def _kept(
-    route: Route, motion: RouteMotion, problem: RouteDynamics, limit: float
-) -> tuple[RouteMotion, MotionPath] | None:
-    """A motion whose path keeps the joints' limits, when it keeps its margin, too."""
-    settings = route.settings
-    if motion.margins(not settings.static).min() < settings.stability_margin:
-        return None
-    motion, path = exact_path(motion, problem, limit)
-    safe = motion.margins(not settings.static).min() >= settings.stability_margin
-    return (motion, path) if safe else None
+def _each(route: Route) -> int:
+    """Knots of a step."""
+    return route.settings.stance_knots + route.settings.swing_knots
 
 
-def _next_round(
-    route: Route, problem: RouteDynamics, motion: RouteMotion, answer: Answer, stretch: float
-) -> tuple[RouteDynamics, FloatArray]:
-    """The problem tightened by what was seen, and where to begin."""
-    tighter = tightened(problem, motion, route.settings, stretch)
-    poses, times = problem.unpack(answer.x)
-    found = touching(route.shapes, problem, poses) if route.shapes is not None else None
-    if route.shapes is not None and found is not None:
-        tighter = kept_apart(route.shapes, tighter, poses, *found)
-    return tighter, problem.pack(poses, 1.05 * stretch * times)
+def _in_windows(
+    route: Route, knots: RouteKnots, full: RouteDynamics, length: int, iterations: int
+) -> tuple[Found, list[Answer], dict[str, float | str]]:
+    """Windows of ``length`` steps, the first half of each of which is kept.
+
+    Every window ends at rest, so there is a way on from whatever is kept.
+    """
+    count, each = len(route.steps.legs), _each(route)
+    done = _Planned(knots, full, np.zeros((full.knots, 9)), np.zeros(full.knots))
+    answers: list[Answer] = []
+    used: dict[int, Found] = {}
+    shares: list[float] = []
+    first = before = 0
+    while first < count:
+        began = process_time()
+        last = min(first + length, count)
+        end = last if last == count else first + max(length // 2, 1)
+        try:
+            part = done.window(route, first, end, last)
+            found, some = best_motion(route, part, first, iterations)
+        except RouteError:
+            if first == 0 or first + 1 > before + length:
+                raise
+            # The window before it knows a way on: go along it by another step.
+            end, some = first + 1, []
+            done.keep(used[before], before * each, end * each, min(before + length, count) * each)
+        else:
+            done.keep(found, first * each, end * each, last * each)
+            used[first], before = found, first
+        answers += some
+        walked = done.spans[first * each : end * each].sum()
+        shares.append((process_time() - began) / float(walked))
+        first = end
+    motion = RouteMotion(route.robot, route.settings.heading, full.legs, knots, done.poses,
+                         done.spans)  # fmt: skip
+    part = Part(full, knots, done.poses[:0], done.spans[:0], done.spans[:-1])
+    kept, _ = kept_motion(route, part, motion)
+    if kept is None:
+        lost = replace(answers[-1], status="limits between windows")
+        raise failed(route, used[before].problem, lost, before)
+    more: dict[str, float | str] = {"windows": float(len(shares)), "window_share": max(shares)}
+    return Found(*kept, _worst([f.answer for f in used.values()]), full), answers, more
+
+
+def _worst(answers: list[Answer]) -> Answer:
+    """The last answer, with the worst of all residuals."""
+    return replace(
+        answers[-1], primal=max(a.primal for a in answers),
+        stationarity=max(a.stationarity for a in answers),
+        complementarity=sum(a.complementarity for a in answers),
+    )  # fmt: skip

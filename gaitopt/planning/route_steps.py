@@ -14,7 +14,7 @@ from gaitopt.optimize.route_solver import Answer
 from gaitopt.planning import crawl, diagnosis
 from gaitopt.planning.plan import Plan
 from gaitopt.planning.route_collision import Shapes
-from gaitopt.planning.route_knots import build_route
+from gaitopt.planning.route_knots import RouteKnots, build_route, lay_knots
 from gaitopt.planning.route_settings import RouteSettings
 from gaitopt.planning.settings import CrawlSettings
 from gaitopt.robots.quadruped import Quadruped
@@ -98,11 +98,17 @@ def prepared(
     steps = crawl.crawl_steps(footholds, paper)
     crawl.check_stance(steps)
     diagnosis.check_heights(robot, steps, paper)
-    start = crawl.start_place(robot, steps, paper, cog_start, footholds)
+    start = crawl.start_place(robot, steps, paper, cog_start)
     solutions = crawl.optimise_cogs(robot, steps, paper, start)
     ends = [np.append(s.position, z) for s, z in zip(solutions, steps.heights, strict=True)]
     return Route(robot, footholds, settings, steps, np.vstack([start, *ends]), cog_start,
-                 Shapes.of(robot))  # fmt: skip
+                 Shapes.of(robot, trunk=True))  # fmt: skip
+
+
+def knots_of(route: Route, first: int, last: int) -> RouteKnots:
+    """The knots of the steps from ``first`` up to, not including, ``last``."""
+    return lay_knots(route.part(first, last), route.settings.stance_knots,
+                     route.settings.swing_knots)  # fmt: skip
 
 
 def problem_of(route: Route, first: int, last: int, all_limits: bool = False) -> RouteProblem:
@@ -112,13 +118,27 @@ def problem_of(route: Route, first: int, last: int, all_limits: bool = False) ->
     )[1]  # fmt: skip
 
 
-def failed(route: Route, problem: RouteProblem, answer: Answer, first: int) -> RouteError:
-    """The error for an answer that is none."""
+def failed(
+    route: Route,
+    problem: RouteProblem,
+    answer: Answer,
+    first: int,
+    worst: np.ndarray | None = None,
+) -> RouteError:
+    """The error for an answer that is none.
+
+    Args:
+        route, problem, answer: what was to be walked, and what came of it.
+        first: the first step of the problem.
+        worst: the knots to blame; by default those with the worst residuals.
+    """
     each = route.settings.stance_knots + route.settings.swing_knots
-    worst = problem.worst_knots(answer.x, answer.duals)
+    worst = problem.worst_knots(answer.x, answer.duals) if worst is None else worst
     steps = tuple(sorted({first + max(int(k) - 1, 0) // each for k in worst}))
     plan = route.phase_by_phase()
     offer = f" ({plan.duration:.1f} s) is in .plan" if plan else " failed, too"
+    if plan and route.settings.true_com:
+        offer += " (its margin is that of the body centre)"
     report = "\n".join(
         f"{i:4d} barrier {r[0]:.1e} time {r[1]:.4f} s gradient {r[2]:.1e} gap {r[3]:.1e} "
         f"shift {r[4]:.1e}"

@@ -10,7 +10,10 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 
 from gaitopt.errors import InputError
-from gaitopt.gait.crawl import WANG_SEQUENCE, check_sequence, swing_order
+from gaitopt.gait.crawl import WANG_SEQUENCE, check_order, swing_order
+from gaitopt.inputs import check_number
+from gaitopt.planning.swing_ways import SWINGS
+from gaitopt.terrain.obstacles import Obstacle
 
 Speed = float | Literal["max"]
 
@@ -56,6 +59,16 @@ class PlanSettings:
         """Whether static stability is promised at every instant."""
         return True
 
+    @property
+    def obstacles(self) -> tuple[Obstacle, ...]:
+        """What is in the way, that the plan keeps clear of."""
+        return ()
+
+    @property
+    def true_com(self) -> bool:
+        """Whether the margin is promised of the true centre of mass, and not of the body's."""
+        return False
+
     def swing_legs(self, footholds: int) -> list[str] | None:
         """The legs in the order in which they lift off; ``None`` where any order will do.
 
@@ -84,21 +97,15 @@ class CrawlSettings(PlanSettings):
     def __post_init__(self) -> None:
         super().__post_init__()
         one_of("objective", self.objective, ("distance", "margin"))
-        one_of("swing", self.swing, _swings())
+        one_of("swing", self.swing, SWINGS)
         if self.speed != "max":
-            set_number(self, "speed", 1e-6, 1e3, "m/s")
-        object.__setattr__(self, "sequence", check_sequence(self.sequence))
+            set_number(self, "speed", 1e-6, 1e3, "m/s", " (or 'max')")
+        object.__setattr__(self, "sequence", check_order(self.sequence))
         set_flag(self, "follow_terrain")
 
     def swing_legs(self, footholds: int) -> list[str]:
         """The sequence, over and over."""
         return [leg for leg, _ in swing_order(self.sequence, footholds)]
-
-
-def _swings() -> tuple[str, ...]:
-    from gaitopt.planning.swing_ways import SWINGS
-
-    return SWINGS
 
 
 _HOMES = {
@@ -143,23 +150,11 @@ def one_of(name: str, value: object, known: tuple[str, ...]) -> None:
         raise InputError(f"{name} must be one of {', '.join(map(repr, known))}, got {value!r}")
 
 
-def _number(name: str, value: object, low: float, high: float, unit: str) -> float:
-    try:
-        number = float(value)  # type: ignore[arg-type]
-    except (TypeError, ValueError):
-        number = np.nan
-    if isinstance(value, bool) or not low <= number <= high:
-        raise InputError(
-            f"{name} must be a number from {low:g} to {high:g} {unit}".rstrip()
-            + f", got {value!r}"
-            + (" (or 'max')" if name == "speed" else "")
-        )
-    return number
-
-
-def set_number(settings: object, name: str, low: float, high: float, unit: str) -> None:
+def set_number(
+    settings: object, name: str, low: float, high: float, unit: str, hint: str = ""
+) -> None:
     """Make a field of frozen settings a float, when it is a number from ``low`` to ``high``."""
-    value = _number(name, getattr(settings, name), low, high, unit)
+    value = check_number(name, getattr(settings, name), low, high, unit, hint)
     object.__setattr__(settings, name, value)
 
 

@@ -21,14 +21,8 @@ from gaitopt.planning.stride_assembly import Piece, foot_margin, pieces_of, plan
 from gaitopt.planning.stride_clearance import Approach, Surroundings
 from gaitopt.planning.stride_layout import Gaps
 from gaitopt.planning.stride_motion import joined
-from gaitopt.planning.stride_route import (
-    Demand,
-    StrideFault,
-    StrideRoute,
-    find_route,
-    scaled,
-    widened,
-)
+from gaitopt.planning.stride_route import Demand, StrideFault, StrideRoute
+from gaitopt.planning.stride_search import find_route, widened
 from gaitopt.planning.stride_settings import StrideSettings
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.swing.obstacle_paths import Pattern
@@ -312,3 +306,15 @@ def _leg_values(robot: Quadruped, name: str, given: ArrayLike | None) -> tuple[f
             f"{given!r}"
         )
     return tuple(values.tolist())
+
+
+def scaled(obstacle: Obstacle, height: float = 1.0, width: float = 1.0) -> Obstacle:
+    """The obstacle with its section scaled; a round one by ``height`` in both directions."""
+    if obstacle.shape == "round":
+        width = height
+    core = tuple((x * width, z * height) for x, z in obstacle.core)
+    rounding = obstacle.rounding * min(height, width)
+    try:
+        return replace(obstacle, core=core, rounding=rounding)
+    except InputError:
+        return obstacle

@@ -10,6 +10,7 @@ import numpy as np
 
 from gaitopt.errors import InputError
 from gaitopt.gait.crawl import check_sequence, swing_order
+from gaitopt.inputs import check_count
 from gaitopt.optimize.posture import SHAO_SEQUENCE
 from gaitopt.planning.settings import PlanSettings, one_of, set_number
 from gaitopt.swing.obstacle_paths import PATTERNS, Pattern
@@ -72,12 +73,7 @@ class StrideSettings(PlanSettings):
 
 def set_count(settings: object, name: str, low: int, high: int) -> None:
     """Refuse a field that is no whole number from ``low`` to ``high``."""
-    value = getattr(settings, name)
-    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not (
-        low <= value <= high
-    ):  # fmt: skip
-        raise InputError(f"{name} must be a whole number from {low} to {high}, got {value!r}")
-    object.__setattr__(settings, name, int(value))
+    object.__setattr__(settings, name, check_count(name, getattr(settings, name), low, high))
 
 
 def _obstacle(given: object) -> Obstacle:

@@ -13,13 +13,13 @@ from typing import Any, Final, SupportsIndex
 
 import numpy as np
 
-from gaitopt.conventions import LEGS, WANG_NUMBERS, XILING_NUMBERS, leg_index
+from gaitopt.conventions import LEGS, leg_index
 from gaitopt.errors import InputError
 
 NUMBERINGS: Final[Mapping[str, Mapping[int, str]]] = MappingProxyType(
     {
-        "wang2020": MappingProxyType(WANG_NUMBERS),
-        "xiling": MappingProxyType(XILING_NUMBERS),
+        "wang2020": MappingProxyType({1: "RH", 2: "RF", 3: "LH", 4: "LF"}),
+        "xiling": MappingProxyType({1: "LF", 2: "LH", 3: "RH", 4: "RF"}),
         "wang2024": MappingProxyType({1: "LF", 2: "LH", 3: "RF", 4: "RH"}),
     }
 )

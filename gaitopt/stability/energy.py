@@ -19,11 +19,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gaitopt.conventions import FloatArray
+from gaitopt.conventions import GRAVITY, FloatArray
 from gaitopt.errors import InputError
 from gaitopt.stability.contacts import standing_feet
 from gaitopt.stability.support import pair_lines
-from gaitopt.stability.zmp import GRAVITY
 
 
 def energy_stability_margin(

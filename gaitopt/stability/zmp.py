@@ -13,11 +13,9 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import ArrayLike
 
+from gaitopt.conventions import GRAVITY as GRAVITY  # route_dynamic takes it from here
 from gaitopt.conventions import FloatArray
 from gaitopt.stability.contacts import of_width
-
-GRAVITY: Final = 9.81
-"""Acceleration of gravity [m/s^2], that of the paper and of Pinocchio."""
 
 LEAST_LOAD: Final = 1e-9
 """Share of the weight below which the ground counts as carrying nothing."""
@@ -46,8 +44,7 @@ def cart_table_zmp(
         InputError: an array has another shape.
     """
     place, pull = of_width("com", com, 3), of_width("acceleration", acceleration, 2, 3)
-    height = place[..., 2] - np.asarray(ground_height, np.float64)
-    return np.asarray(place[..., :2] - (height / gravity)[..., None] * pull[..., :2])
+    return _under_load(place, pull, ground_height, np.asarray(gravity))
 
 
 def point_mass_zmp(
@@ -74,6 +71,13 @@ def point_mass_zmp(
     place, pull = of_width("com", com, 3), of_width("acceleration", acceleration, 3)
     load = gravity + pull[..., 2]
     load = np.where(load > LEAST_LOAD * gravity, load, np.nan)
+    return _under_load(place, pull, ground_height, load)
+
+
+def _under_load(
+    place: FloatArray, pull: FloatArray, ground_height: ArrayLike, load: FloatArray
+) -> FloatArray:
+    """ZMP of a point mass whose weight and upward acceleration make ``load`` per mass [m/s^2]."""
     height = place[..., 2] - np.asarray(ground_height, np.float64)
     return np.asarray(place[..., :2] - (height / load)[..., None] * pull[..., :2])
 

@@ -202,7 +202,9 @@ def _run_row(robot: Quadruped, footholds: Footholds, name: str, rules: _Rules) -
 def _planned(robot: Quadruped, footholds: Footholds, name: str, settings: dict[str, Any]) -> Plan:
     if name in (SSM, PAPER):
         objective: Any = "margin" if name == SSM else "distance"
-        return plan_crawl(robot, footholds, objective, **settings)
+        # Phase by phase the margin is always that of the body centre.
+        shared = {name: value for name, value in settings.items() if name != "com"}
+        return plan_crawl(robot, footholds, objective, **shared)
     from gaitopt.planning.route_crawl import plan_route
 
     return plan_route(robot, footholds, name, **settings)

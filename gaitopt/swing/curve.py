@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from gaitopt.conventions import FloatArray, frozen
 from gaitopt.errors import InputError
+from gaitopt.inputs import check_numbers
 
 FARTHEST = 1e6
 """Largest coordinate of an end of a swing [m]: beyond lies a mistake."""
@@ -61,10 +62,10 @@ class SwingCurve(ABC):
     rest_order: ClassVar[int]
 
     def __post_init__(self) -> None:
-        start = _within("start", self.start, -FARTHEST, FARTHEST, "m")
-        end = _within("end", self.end, -FARTHEST, FARTHEST, "m")
-        height = _within("height", self.height, 0.0, HIGHEST, "m")
-        duration = _within("duration", self.duration, *DURATIONS, "s")
+        start = check_numbers("start", self.start, -FARTHEST, FARTHEST, "m")
+        end = check_numbers("end", self.end, -FARTHEST, FARTHEST, "m")
+        height = check_numbers("height", self.height, 0.0, HIGHEST, "m")
+        duration = check_numbers("duration", self.duration, *DURATIONS, "s")
         for name, place in (("start", start), ("end", end)):
             if place.shape[-1:] != (3,):
                 raise InputError(f"{name} must have the shape (..., 3), got {place.shape}")
@@ -259,19 +260,3 @@ def smooth_step(share: FloatArray, order: int = 0) -> FloatArray:
 @cache
 def _legendre_rule() -> tuple[FloatArray, FloatArray]:
     return np.polynomial.legendre.leggauss(_LENGTH_NODES)
-
-
-def _within(name: str, value: ArrayLike, low: float, high: float, unit: str) -> FloatArray:
-    """``value`` as an array of numbers from ``low`` to ``high``."""
-    try:
-        numbers = np.asarray(value, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise InputError(f"{name} must be numbers [{unit}], got {value!r}") from None
-    wrong = np.argwhere(~((numbers >= low) & (numbers <= high)))
-    if len(wrong):
-        index = tuple(wrong[0].tolist())
-        where = f" at index {index}" if index else ""
-        raise InputError(
-            f"{name} must be from {low:g} to {high:g} {unit}, got {numbers[index]:g}{where}"
-        )
-    return numbers

@@ -8,6 +8,7 @@ import numpy as np
 
 from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.errors import InputError
+from gaitopt.inputs import check_count
 from gaitopt.terrain.footholds import Footholds
 
 PAPER_STEP = 1.5 / 16
@@ -93,8 +94,7 @@ def _scatter(
 def _check(*, seed: int, columns: int, **lengths: float) -> None:
     if not (isinstance(seed, (int, np.integer)) and seed >= 0):
         raise InputError(f"seed must be a whole number of at least 0, got {seed!r}")
-    if not (isinstance(columns, (int, np.integer)) and 1 <= columns <= 100_000):
-        raise InputError(f"columns must be a whole number from 1 to 100000, got {columns!r}")
+    check_count("columns", columns, 1, 100_000)
     for name, value in lengths.items():
         lowest = 0.0 if name in ("amplitude", "jitter", "height_jitter") else 1e-6
         if not (isinstance(value, Real) and lowest <= value < np.inf):

@@ -13,6 +13,7 @@ from typing import Any
 
 from gaitopt.errors import InputError
 from gaitopt.files import StrPath
+from gaitopt.inputs import check_count
 from gaitopt.planning.plan import Plan
 from gaitopt.viewing.page import POLICY
 from gaitopt.viewing.replay import replay_html
@@ -48,8 +49,7 @@ def view(
     Raises:
         InputError: the port is no port or is taken, or a mesh is missing.
     """
-    if isinstance(port, bool) or not isinstance(port, int) or not 0 <= port <= 65535:
-        raise InputError(f"port must be a whole number from 0 to 65535, got {port!r}")
+    check_count("port", port, 0, 65535)
     shown = LiveView(replay_html(plan, title=title, meshes=meshes), port)
     if open_browser:
         webbrowser.open(shown.url)

@@ -89,7 +89,7 @@ def feasible_area(plan: Plan, step: int) -> FeasibleArea:
         name: outline(slack, _below_hip(plan, name, places[name], rotation)[None], farthest)
         for name, slack in slacks.items()
     }
-    margin = float(getattr(plan.settings, "stability_margin", 0.0))
+    margin = plan.settings.stability_margin
     support = swing.support if swing is not None else phase.support
     triangle = np.array([feet[leg_index(leg), :2] for leg in support]).reshape(-1, 2)
     sides = polygon_slack(triangle, margin)
@@ -132,7 +132,7 @@ def reach_slack(
         height: of the body centre [m].
     """
     leg = plan.robot.legs[name.split()[0]]
-    most = float(getattr(plan.settings, "reach_fraction", 1.0)) * leg.reach
+    most = plan.settings.reach_fraction * leg.reach
 
     def slack(places: FloatArray) -> FloatArray:
         centres = np.column_stack([places, np.full(len(places), height)])

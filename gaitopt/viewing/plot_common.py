@@ -8,6 +8,7 @@ import numpy as np
 
 from gaitopt.conventions import LEGS, BoolArray, FloatArray
 from gaitopt.errors import InputError
+from gaitopt.inputs import check_count
 from gaitopt.planning.phase import Phase
 from gaitopt.planning.plan import Plan
 from gaitopt.viewing.colours import LEG_COLOURS
@@ -146,7 +147,7 @@ def walk_times(plan: Plan, most: int = 4 * PIXELS) -> FloatArray:
 
 def forward_axis(plan: Plan) -> FloatArray:
     """The walk's forward direction ``(2,)``."""
-    heading = float(getattr(plan.settings, "heading", 0.0))
+    heading = plan.settings.heading
     return np.array([np.cos(heading), np.sin(heading)])
 
 
@@ -162,12 +163,9 @@ def step_phases(plan: Plan, step: int) -> tuple[Phase | None, Phase | None]:
         InputError: there is no such step.
     """
     count = steps_of(plan)
-    if isinstance(step, bool) or not isinstance(step, (int, np.integer)) or not 0 <= step < count:
-        raise InputError(
-            f"step must be a whole number from 0 to {count - 1}, got {step!r}"
-            if count
-            else f"step {step!r} cannot be drawn: the plan has no steps"
-        )
+    if not count:
+        raise InputError(f"step {step!r} cannot be drawn: the plan has no steps")
+    check_count("step", step, 0, count - 1)
     mine = [p for p in plan.phases if p.step == step]
     stance = next((p for p in mine if p.kind == "stance"), None)
     return stance, next((p for p in mine if p.kind == "swing"), None)
@@ -189,13 +187,9 @@ def cycle_phases(plan: Plan, cycle: int | None) -> tuple[int, tuple[Phase, ...]]
             starts.append(i)
         step = phase.step
     count = max(len(starts), 1)
-    chosen = count // 2 if cycle is None else cycle
-    if isinstance(cycle, bool) or not isinstance(chosen, (int, np.integer)) or not (
-        0 <= chosen < count
-    ):  # fmt: skip
-        raise InputError(f"cycle must be a whole number from 0 to {count - 1}, got {cycle!r}")
+    chosen = count // 2 if cycle is None else check_count("cycle", cycle, 0, count - 1)
     edges = [*starts, len(plan.phases)] if starts else [0, 0]
-    return int(chosen), plan.phases[edges[chosen] : edges[chosen + 1]]
+    return chosen, plan.phases[edges[chosen] : edges[chosen + 1]]
 
 
 def cycle_title(number: int, phases: tuple[Phase, ...]) -> str:

@@ -157,7 +157,7 @@ def _mark_box(ax: Axes, plan: Plan, phase: Phase) -> None:
     """Letters and measures of the box A, B, C, D, for a swing that is one."""
     if getattr(plan.settings, "swing", "box") != "box":
         return
-    height = float(getattr(plan.settings, "swing_height", 0.0))
+    height = plan.settings.swing_height
     moved = box_corners(phase.foot_start, phase.foot_end, height) - phase.foot_start
     corners = 1e3 * np.column_stack([moved[:, :2] @ _step_axis(plan, phase), moved[:, 2]])
     for name, corner, offset in zip("ABCD", corners, ((-1, 0), (-1, 1), (1, 1), (1, 0)),

@@ -103,7 +103,7 @@ def _draw_margin(
         t, y = thinned(times, margins)
         marker = "o" if len(t) and t[-1] <= t[0] else "-"
         ax.plot(t, 1e3 * y, marker, color=colour, linewidth=1.0, label=label, gid=label)
-    least = float(getattr(plan.settings, "stability_margin", 0.0))
+    least = plan.settings.stability_margin
     ax.axhline(1e3 * least, color=INK, linewidth=0.9, linestyle=(0, (4, 3)),
                label=f"$S_0$ = {1e3 * least:g} mm")  # fmt: skip
     found = f"; smallest {1e3 * plan.margin:.1f} mm" if plan.phases else ""

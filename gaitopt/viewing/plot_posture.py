@@ -19,6 +19,7 @@ import numpy as np
 
 from gaitopt.conventions import LEGS, FloatArray, rotation_z
 from gaitopt.errors import InputError
+from gaitopt.inputs import check_count
 from gaitopt.planning.phase import Swing
 from gaitopt.planning.plan import Plan
 from gaitopt.viewing.colours import LEG_COLOURS
@@ -71,10 +72,7 @@ def cog_cycle(plan: Plan, cycle: int) -> CogCycle:
         InputError: the plan has no such cycle.
     """
     count = len(plan.swings) // len(LEGS)
-    if isinstance(cycle, bool) or not isinstance(cycle, (int, np.integer)) or not (
-        0 <= cycle < count
-    ):  # fmt: skip
-        raise InputError(f"cycle must be a whole number from 0 to {count - 1}, got {cycle!r}")
+    check_count("cycle", cycle, 0, count - 1)
     swings = plan.swings[4 * cycle : 4 * cycle + 4]
     start = plan.swings[4 * cycle - 1].end if cycle else 0.0
     marks = np.array([start, *(t for s in swings for t in (s.start, s.end))])
@@ -99,7 +97,7 @@ def striding_cycle(plan: Plan) -> int:
     Raises:
         InputError: the plan knows of no obstacle, or no front leg goes over it.
     """
-    obstacles = getattr(plan.settings, "obstacles", ())
+    obstacles = plan.settings.obstacles
     if not obstacles:
         raise InputError("the plan has no obstacle; plan_stride makes plans that have one")
     for swing in plan.swings:

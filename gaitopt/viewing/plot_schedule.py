@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gaitopt.errors import InputError
 from gaitopt.gait.crawl import CRAWL_SEQUENCES, WANG_SEQUENCE
 from gaitopt.gait.longitudinal import margin_over_duty, wave_margin_over_duty
 from gaitopt.gait.schedule import GaitSchedule
+from gaitopt.inputs import check_count
 from gaitopt.viewing.colours import LEG_COLOURS
 from gaitopt.viewing.plot_common import INK, MUTED, SMALL, add_legend, dress, line_key, panel
 
@@ -42,10 +42,7 @@ def plot_gait_diagram(schedule: GaitSchedule, cycles: int = 2, ax: Axes | None =
     Raises:
         InputError: the number of cycles is not a whole number from 1 to :data:`MOST_DRAWN`.
     """
-    if isinstance(cycles, bool) or not isinstance(cycles, (int, np.integer)) or not (
-        1 <= cycles <= MOST_DRAWN
-    ):  # fmt: skip
-        raise InputError(f"cycles must be a whole number from 1 to {MOST_DRAWN}, got {cycles!r}")
+    check_count("cycles", cycles, 1, MOST_DRAWN)
     figure, ax = panel(ax, 8.5, 3.1)
     rows = {leg: 4 - i for i, leg in enumerate(LEG_COLOURS)}
     for leg, row in rows.items():

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gaitopt.conventions import LEGS, BoolArray, FloatArray
-from gaitopt.errors import InputError
 from gaitopt.gait.schedule import GaitSchedule
+from gaitopt.inputs import check_count
 from gaitopt.planning.plan import Plan
 from gaitopt.robots.rotations import rpy_to_matrix
 from gaitopt.viewing.colours import LEG_COLOURS
@@ -85,12 +85,7 @@ def plot_snapshots(plan: Plan, count: int | None = None) -> Figure:
 
 def _checked(count: int | None) -> int:
     """The number of stick figures along the way; 0 where it is left open."""
-    if count is None:
-        return 0
-    whole = isinstance(count, (int, np.integer)) and not isinstance(count, bool)
-    if not whole or not 1 <= count <= MOST:
-        raise InputError(f"count must be a whole number from 1 to {MOST}, got {count!r}")
-    return int(count)
+    return 0 if count is None else check_count("count", count, 1, MOST)
 
 
 def leg_points(plan: Plan, times: FloatArray) -> FloatArray:

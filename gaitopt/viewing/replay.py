@@ -10,12 +10,13 @@ from typing import Any
 
 import numpy as np
 
-from gaitopt.conventions import LEGS, FloatArray
+from gaitopt.conventions import LEGS
 from gaitopt.errors import InputError, MissingPackageError
 from gaitopt.files import StrPath, written_whole
 from gaitopt.planning.path import MotionPath
 from gaitopt.planning.phase import Phase
 from gaitopt.planning.plan import Plan, Trajectory
+from gaitopt.robots.rotations import quaternion_to_rpy
 from gaitopt.viewing.colours import LEG_COLOURS
 from gaitopt.viewing.obstacle_scene import obstacle_scene
 from gaitopt.viewing.page import Moment, Page, render
@@ -141,7 +142,7 @@ def plan_scene(
     samples = sampled(plan)
     scenes = [
         terrain_scene(plan.footholds, plan.robot.foot_radius),
-        obstacle_scene(getattr(plan.settings, "obstacles", ())),
+        obstacle_scene(plan.settings.obstacles),
         swings_scene(plan, samples),
         support_scene(plan, samples),
     ]
@@ -166,7 +167,8 @@ def simulated_plan(plan: Plan, simulated: Trajectory) -> Plan:
         simulated.t, np.append(np.arange(0.0, simulated.t[-1], SIMULATED_EVERY), simulated.t[-1])
     ))  # fmt: skip
     q, times = simulated.q[keep], simulated.t[keep] - simulated.t[0]
-    values = np.concatenate([q[:, :3], _angles(q[:, 3:7]), q[:, 7:]], axis=1)
+    turned = np.unwrap(quaternion_to_rpy(q[:, 3:7]), axis=0)
+    values = np.concatenate([q[:, :3], turned, q[:, 7:]], axis=1)
     return changed(plan, path=MotionPath.polyline(times, values))
 
 
@@ -210,15 +212,6 @@ def _ghost(scene: Scene) -> Scene:
         for node in scene.nodes
     )  # fmt: skip
     return changed(scene, nodes=nodes)
-
-
-def _angles(quaternions: FloatArray) -> FloatArray:
-    """Roll, pitch, yaw ``(N, 3)`` [rad] of unit quaternions xyzw ``(N, 4)``, without jumps."""
-    x, y, z, w = quaternions.T
-    roll = np.arctan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
-    pitch = np.arcsin(np.clip(2.0 * (w * y - z * x), -1.0, 1.0))
-    yaw = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
-    return np.asarray(np.unwrap(np.stack([roll, pitch, yaw], axis=1), axis=0))
 
 
 def framing(plan: Plan) -> tuple[tuple[float, float, float], float, float]:

@@ -6,9 +6,10 @@ from itertools import permutations
 
 import pytest
 
-from gaitopt.conventions import LEGS, WANG_NUMBERS
+from gaitopt.conventions import LEGS
 from gaitopt.errors import InputError
 from gaitopt.gait.crawl import CRAWL_SEQUENCES, WANG_SEQUENCE, check_sequence, swing_order
+from gaitopt.robots.numbering import NUMBERINGS
 
 
 def turned(sequence: tuple[str, ...]) -> frozenset[tuple[str, ...]]:
@@ -17,7 +18,8 @@ def turned(sequence: tuple[str, ...]) -> frozenset[tuple[str, ...]]:
 
 
 def test_wang_walks_in_the_order_of_its_numbers() -> None:
-    assert WANG_SEQUENCE == ("RH", "RF", "LH", "LF") == tuple(WANG_NUMBERS[i] for i in (1, 2, 3, 4))
+    numbers = NUMBERINGS["wang2020"]
+    assert WANG_SEQUENCE == ("RH", "RF", "LH", "LF") == tuple(numbers[i] for i in (1, 2, 3, 4))
 
 
 def test_hind_leg_is_followed_by_the_front_leg_of_its_side() -> None:

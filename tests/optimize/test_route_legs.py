@@ -67,6 +67,19 @@ def test_the_slopes_are_the_inverse_of_the_jacobian(wang: Quadruped) -> None:
         assert product == pytest.approx(np.broadcast_to(np.eye(3), (10, 3, 3)), abs=1e-12)
 
 
+@pytest.mark.parametrize("name", ROBOTS)
+def test_slopes_stay_finite_where_a_leg_is_straight(name: str) -> None:
+    """There the inverse has none; next to it those large ones have the same sign."""
+    legs = RouteLegs.of(gaitopt.load_robot(name))
+    joints = np.zeros((3, 4, 3))
+    joints[..., 1:] = -legs.signs[:, 1:] * legs.zeros
+    joints[1:, :, 2] += legs.signs[:, 2] * legs.knee * np.array([[1e-12], [1e-6]])
+    slopes = legs.slopes(joints)
+    assert np.isfinite(slopes).all()
+    assert np.abs(slopes[:2]).max() > 1e8
+    assert np.all(slopes[0] * slopes[2] >= -1e-6 * np.abs(slopes[0]).max())
+
+
 def test_rotations_are_roll_pitch_yaw_and_their_derivatives() -> None:
     angles = np.random.default_rng(0).uniform(-1, 1, (6, 3))
     whole, first, second = rotations(angles)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 import gaitopt
 from gaitopt import LEGS, Quadruped
-from gaitopt.optimize.route_dynamics import RouteDynamics, ZmpRows
+from gaitopt.optimize.route_dynamics import Entry, RouteDynamics, ZmpRows
 from gaitopt.optimize.route_problem import RouteProblem
 from gaitopt.optimize.route_solver import solve_route
 from gaitopt.planning.route_settings import ROWS, RouteSettings
@@ -28,25 +28,29 @@ def small_problem(robot: Quadruped, row: str, steps: int = 4, **settings: Any) -
     return problem_of(route, 0, steps, all_limits=True)
 
 
-def with_accelerations(problem: RouteProblem) -> RouteDynamics:
-    """The same problem with random limits, and random rows for the ZMP."""
+def with_accelerations(problem: RouteProblem, moving: bool = False) -> RouteDynamics:
+    """The same problem with random limits and rows for the ZMP; it may begin in motion."""
     rng = np.random.default_rng(3)
     knots = problem.knots
     shared = {f.name: getattr(problem, f.name) for f in fields(RouteProblem)}
     return RouteDynamics(
-        **shared, accelerations=rng.uniform(3, 4, (knots, 12)),
-        hurry=rng.uniform(0.2, 0.3, (knots - 1, 12)),
+        **shared, accelerations=rng.uniform(3, 4, (2, knots, 12)),
+        hurry=rng.uniform(0.2, 0.3, (2, knots - 1, 12)),
         zmp=ZmpRows(np.sort(rng.integers(1, knots, 20)), rng.normal(size=(20, 2)),
-                    0.01 * rng.normal(size=20), 0.02 * rng.normal(size=20), 9.81),
+                    0.01 * rng.normal(size=20), 0.02 * rng.normal(size=20), np.zeros(20), 9.81),
+        entry=Entry(rng.normal(size=15), 0.2) if moving else None,
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("smooth", [False, True])
+@pytest.mark.parametrize("com", ["body", "model"])
+@pytest.mark.parametrize("kind", ["fast", "smooth", "moving"])
 @pytest.mark.parametrize("row", ["route", "overlap", "swing", "height", "posture"])
-def test_derivatives_are_those_of_differences(wang: Quadruped, row: str, smooth: bool) -> None:
+def test_derivatives_are_those_of_differences(
+    wang: Quadruped, row: str, kind: str, com: str
+) -> None:
     """Jacobian, its transpose, and the banded matrix, column by column."""
-    problem = small_problem(wang, row, 2, swing_knots=5, stance_knots=2)
-    problem = with_accelerations(problem) if smooth else problem
+    problem = small_problem(wang, row, 2, swing_knots=5, stance_knots=2, com=com)
+    problem = problem if kind == "fast" else with_accelerations(problem, kind == "moving")
     rng = np.random.default_rng(0)
     x = problem.start()
     x = x + 1e-3 * rng.normal(size=len(x)) * (problem.cost == 0)

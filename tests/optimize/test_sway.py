@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from gaitopt import InputError
-from gaitopt.conventions import FloatArray
-from gaitopt.optimize.sway import GRAVITY, SwaySolution, build_sway_problem, solve_sway
+from gaitopt.conventions import GRAVITY, FloatArray
+from gaitopt.optimize.sway import SwaySolution, build_sway_problem, solve_sway
 
 SQUARE = np.array([[1.0, 0.0, -0.1], [-1.0, 0.0, -0.1], [0.0, 1.0, -0.1], [0.0, -1.0, -0.1]])
 """Sides of a square of 0.2 m about the origin."""

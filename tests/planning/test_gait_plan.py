@@ -319,6 +319,14 @@ def test_a_distance_needs_a_speed(fast: Quadruped) -> None:
         plan_gait("wang2020", trot(0.5), 0.1, duration=1.0)  # type: ignore[arg-type]
 
 
+def test_a_leg_that_falls_short_only_between_knots_is_a_speed_that_is_too_high() -> None:
+    """Found by trying speeds: all knots are within reach, and a time between them is not."""
+    with pytest.raises(InfeasibleSpeedError, match=r"the foot of .* m from the hip's") as caught:
+        plan_gait(gaitopt.load_robot("solo12"), trot(0.4), 2.0, duration=1.5)
+    assert caught.value.limit.startswith("reach")
+    assert caught.value.fastest is not None and 0.7 < caught.value.fastest < 1.0
+
+
 def with_info(plan: Plan, **info: Any) -> Plan:
     return dataclasses.replace(plan, info={**plan.info, **info})
 

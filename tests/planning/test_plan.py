@@ -16,6 +16,10 @@ import pytest
 import gaitopt
 from gaitopt import InputError, Plan, PlanFileError, RobotError
 from gaitopt.planning import storage
+from gaitopt.planning.gait_settings import GaitSettings
+from gaitopt.planning.route_settings import RouteSettings
+from gaitopt.planning.settings import CrawlSettings
+from gaitopt.planning.stride_settings import StrideSettings
 
 
 def same(a: Plan, b: Plan) -> bool:
@@ -51,6 +55,15 @@ def rewritten(source: Path, target: Path, **changes: Any) -> Path:
     arrays["header"] = np.frombuffer(json.dumps(header).encode(), dtype=np.uint8)
     np.savez(target, **arrays)
     return target
+
+
+def test_only_a_stride_is_told_of_obstacles() -> None:
+    board = gaitopt.rectangular_obstacle(0.11, 0.04)
+    assert StrideSettings(obstacles=(board,)).obstacles == (board,)
+    for kind in (CrawlSettings, GaitSettings, RouteSettings, StrideSettings):
+        settings = kind()
+        assert settings.obstacles == ()
+        assert ("obstacles" in settings.to_dict()) == (kind is StrideSettings)
 
 
 def test_velocities_are_the_rates_of_the_configurations(plan: Plan) -> None:

@@ -8,8 +8,12 @@ import pytest
 import gaitopt
 from gaitopt import LEGS, Footholds, InputError, Plan, Quadruped
 from gaitopt.checking.balance import margins_over
+from gaitopt.optimize.route_legs import RouteLegs
+from gaitopt.planning.route_between import _largest
 from gaitopt.planning.route_crawl import plan_route
-from gaitopt.planning.route_motion import _parabolas
+from gaitopt.planning.route_motion import RouteMotion, _parabolas, part_of
+from gaitopt.planning.route_settings import ROWS, RouteSettings
+from gaitopt.planning.route_steps import knots_of, prepared
 from gaitopt.stability.zmp import point_mass_zmp
 
 
@@ -100,9 +104,82 @@ def test_a_b_spline_has_its_known_derivatives() -> None:
 
 
 def test_what_cannot_be_smooth_is_refused(wang: Quadruped, short: Footholds) -> None:
-    with pytest.raises(InputError, match="acceleration_limit needs"):
-        plan_route(wang, short, "route", acceleration_limit=5.0)
+    with pytest.raises(InputError, match="needs 'overlap'"):
+        plan_route(wang, short, ["swing"], acceleration_limit=5.0)
     with pytest.raises(InputError, match="dynamic walk needs"):
         plan_route(wang, short, ["dynamic"])
     with pytest.raises(InputError, match="horizon"):
-        plan_route(wang, short, "dynamic", horizon=8)
+        plan_route(wang, short, "dynamic", horizon=1)
+
+
+def test_a_plan_tells_the_margin_that_its_zmp_keeps(
+    wang: Quadruped, short: Footholds, dynamic: Plan
+) -> None:
+    """As a number; a walk that is statically stable promises nothing of the kind."""
+    assert dynamic.info["zmp_margin"] == 0.03
+    assert "zmp_margin" not in plan_route(wang, short, "swing", acceleration_limit=8.0).info
+
+
+@pytest.mark.parametrize("row", ["dynamic", "height"])
+def test_a_horizon_loses_little(wang: Quadruped, row: str) -> None:
+    """Windows go on in motion; the joints keep their limits across their seams."""
+    footholds = gaitopt.s_columns(1, columns=5)
+    whole, near = (
+        plan_route(wang, footholds, row, acceleration_limit=6.0, horizon=horizon)
+        for horizon in (None, 8)
+    )
+    gaitopt.verify(near).raise_for_violations()
+    assert 0.98 * whole.duration < near.duration < 1.02 * whole.duration
+    assert near.info["windows"] == 3
+    bends = np.abs(near.path.evaluate(np.linspace(0, near.duration, 20001), 2)[:, 6:])
+    assert 5.4 < bends.max() <= 6.0 * (1 + 1e-9)
+    assert near.path.jumps(1).max() < 1e-6
+
+
+def test_windows_begin_in_motion(wang: Quadruped) -> None:
+    """Where one begins the robot neither stands nor slows down: it has steps ahead."""
+    plan = plan_route(wang, gaitopt.s_columns(1, columns=5), "dynamic", horizon=8)
+    speed = np.abs(plan.path.evaluate([swing.end for swing in plan.swings], 1)[:, 6:]).max(axis=1)
+    seams = np.array([3, 7])
+    assert (speed[seams] > 0.5 * np.median(speed[:-1])).all()
+    assert speed[-1] == pytest.approx(0.0, abs=1e-6)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [2, 19])
+def test_terrains_that_once_failed(wang: Quadruped, seed: int) -> None:
+    """All was solved, but nothing was left of the margin once the joints had their time."""
+    plan = plan_route(wang, gaitopt.s_columns(seed), "dynamic")
+    gaitopt.verify(plan).raise_for_violations()
+    assert plan.duration < 45.0
+    assert float(plan.info["violation"]) <= 1e-6
+
+
+def test_bounds_on_a_path_hold_and_are_close(dynamic: Plan) -> None:
+    """The largest velocity and acceleration of a quintic, against dense samples of it."""
+    path = dynamic.path
+    powers, lengths = path.coefficients[::-1], np.diff(path.times)
+    for order in (1, 2):
+        bound = _largest(powers, lengths, order)
+        share = np.linspace(0.0, 1.0, 101)
+        times = path.times[:-1, None] + lengths[:, None] * share * (1 - 1e-12)
+        seen = np.abs(path.evaluate(times.ravel(), order)).reshape(*times.shape, -1).max(axis=1)
+        assert (bound >= seen * (1 - 1e-9) - 1e-9).all()
+        assert bound.max() < 1.005 * seen.max()
+
+
+def test_parts_of_a_motion_know_who_flies(wang: Quadruped, short: Footholds) -> None:
+    """Cut anywhere within or between swings, every span has the leg of the whole."""
+    settings = RouteSettings(free=ROWS["swing"], stance_knots=3)
+    knots = knots_of(prepared(wang, short, settings, None), 0, 8)
+
+    def motion(first: int, last: int) -> RouteMotion:
+        count = last - first + 1
+        return RouteMotion(wang, 0.0, RouteLegs.of(wang), part_of(knots, first, last),
+                           np.zeros((count, 9)), np.ones(count))  # fmt: skip
+
+    flies, leg = motion(0, 88).flying
+    for first, last in ((0, 44), (9, 33), (11, 55), (20, 66), (31, 88)):
+        mine, mine_leg = motion(first, last).flying
+        assert np.array_equal(mine, flies[first : last + 1])
+        assert np.array_equal(mine_leg[mine], leg[first : last + 1][mine])

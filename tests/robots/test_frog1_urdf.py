@@ -28,13 +28,6 @@ BALL = 0.02
 WEIGHT = 55 * 9.81
 PARTS = ("THIGH", "SHANK", "FOOT")
 LINKS = ("base", *(f"{leg}_{part}" for leg in LEGS for part in PARTS))
-# The masses of the solids a link is made of, in the order of its collision shapes.
-SOLIDS = {
-    "base": (14, 7, 0.5, 0.5, 2.25, 2.25, 2.25, 2.25),
-    "THIGH": (0.7, 1.0, 2.5),
-    "SHANK": (1.6,),
-    "FOOT": (0.2,),
-}
 
 each_leg = pytest.mark.parametrize("leg", LEGS)
 each_link = pytest.mark.parametrize("link", LINKS)
@@ -67,20 +60,6 @@ def joints_for(frog: Quadruped, feet: Mapping[str, Any]) -> dict[str, float]:
         assert np.all(q >= leg.position_limits[0]) and np.all(q <= leg.position_limits[1])
         angles.update(zip(leg.joints, q, strict=True))
     return angles
-
-
-def size_and_inertia(shape: Any, mass: float) -> tuple[np.ndarray, np.ndarray]:
-    """Half sizes along the axes of a primitive, and its principal moments when solid."""
-    if shape.box is not None:
-        x, y, z = shape.box.size
-        moments = mass / 12 * np.array([y**2 + z**2, x**2 + z**2, x**2 + y**2])
-        return np.array([x, y, z]) / 2, moments
-    if shape.cylinder is not None:
-        r, length = shape.cylinder.radius, shape.cylinder.length
-        across = mass * (3 * r**2 + length**2) / 12
-        return np.array([r, r, length / 2]), np.array([across, across, mass * r**2 / 2])
-    r = shape.sphere.radius
-    return np.full(3, r), np.full(3, 2 / 5 * mass * r**2)
 
 
 def half_extent(shape: Any, turn: np.ndarray) -> np.ndarray:
@@ -232,40 +211,6 @@ def test_inverse_brings_every_angle_within_limits_back(frog: Quadruped, leg: str
 
 
 # --- masses -------------------------------------------------------------------------------------
-
-
-def test_centre_of_mass_of_the_straight_robot_is_on_the_vertical_axis(frog: Quadruped) -> None:
-    model = frog.model
-    com = pin.centerOfMass(model, model.createData(), pin.neutral(model))
-    np.testing.assert_allclose(com[:2], 0, atol=1e-12)
-
-
-@each_link
-def test_inertia_is_possible(urdf: Any, link: str) -> None:
-    inertial = urdf.link_map[link].inertial
-    np.testing.assert_array_equal(inertial.inertia, inertial.inertia.T)
-    small, middle, large = np.linalg.eigvalsh(inertial.inertia)
-    assert inertial.mass > 0 and small > 0
-    assert small + middle > large
-
-
-@each_link
-def test_inertia_is_that_of_the_shapes(urdf: Any, link: str) -> None:
-    shapes = urdf.link_map[link].collisions
-    masses = SOLIDS[link.split("_")[-1]]
-    places = [placement(s.origin) for s in shapes]
-    assert len(masses) == len(shapes)
-    com = sum(m * p[:3, 3] for m, p in zip(masses, places, strict=True)) / sum(masses)
-    inertia = np.zeros((3, 3))
-    for mass, place, shape in zip(masses, places, shapes, strict=True):
-        _, moments = size_and_inertia(shape.geometry, mass)
-        arm, turn = place[:3, 3] - com, place[:3, :3]
-        inertia += turn @ np.diag(moments) @ turn.T
-        inertia += mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
-    stated = urdf.link_map[link].inertial
-    assert stated.mass == pytest.approx(sum(masses), rel=1e-12)
-    np.testing.assert_allclose(placement(stated.origin)[:3, 3], com, rtol=0, atol=1e-8)
-    np.testing.assert_allclose(stated.inertia, inertia, rtol=1e-7, atol=1e-12)
 
 
 def test_efforts_hold_half_the_weight_on_one_foot(fixed: Any, frog: Quadruped) -> None:

@@ -12,9 +12,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gaitopt.conventions import LEGS, WANG_NUMBERS, FloatArray
+from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.robots.catalog import load_robot, robot_names
 from gaitopt.robots.leg import Leg, wrap_angle
+from gaitopt.robots.numbering import NUMBERINGS
 from gaitopt.robots.quadruped import Quadruped
 
 ROBOTS = robot_names()
@@ -189,7 +190,7 @@ def paper_angles(leg: str, q: FloatArray) -> tuple[Any, Any, Any]:
     return q[..., 0], -side * q[..., 1], -side * q[..., 2]
 
 
-@pytest.mark.parametrize(("number", "leg_name"), WANG_NUMBERS.items())
+@pytest.mark.parametrize(("number", "leg_name"), NUMBERINGS["wang2020"].items())
 def test_forward_map_is_eq_11(number: int, leg_name: str) -> None:
     q = random_joints(300, robot("wang2020").legs[leg_name], seed=11)
     t1, t2, t3 = paper_angles(leg_name, q)

@@ -24,14 +24,6 @@ UPPER, LOWER = 0.30, 0.27
 WEIGHT = 25 * 9.81
 LEG_LINKS = ("HIP", "THIGH", "SHANK", "FOOT")
 LINKS = ("base", *(f"{leg}_{part}" for leg in LEGS for part in LEG_LINKS))
-# The masses of the solids a link is made of, in the order of its collision shapes.
-SOLIDS = {
-    "base": (8, 0.5, 0.5, 1, 1, 1, 1),
-    "HIP": (1,),
-    "THIGH": (0.05, 0.50, 1),
-    "SHANK": (0.4,),
-    "FOOT": (0.05,),
-}
 CRANK = {"LF": 0.090, "RF": -0.090, "LH": -0.044, "RH": 0.044}  # upper leg beside the hip's plane
 LEAN = math.radians(8)  # front leg may lean this much further inward than its hind neighbour
 HUES = {"LF": 0, "RF": 220, "LH": 50, "RH": 130}  # degrees: red, blue, yellow, green
@@ -114,20 +106,6 @@ def random_configurations(model: Any, count: int) -> list[np.ndarray]:
     rng = np.random.default_rng(2020)
     low, high = model.lowerPositionLimit, model.upperPositionLimit
     return [rng.uniform(low, high) for _ in range(count)]
-
-
-def size_and_inertia(shape: Any, mass: float) -> tuple[np.ndarray, np.ndarray]:
-    """Half sizes along the axes of a primitive, and its principal moments when solid."""
-    if shape.box is not None:
-        x, y, z = shape.box.size
-        moments = mass / 12 * np.array([y**2 + z**2, x**2 + z**2, x**2 + y**2])
-        return np.array([x, y, z]) / 2, moments
-    if shape.cylinder is not None:
-        r, length = shape.cylinder.radius, shape.cylinder.length
-        across = mass * (3 * r**2 + length**2) / 12
-        return np.array([r, r, length / 2]), np.array([across, across, mass * r**2 / 2])
-    r = shape.sphere.radius
-    return np.full(3, r), np.full(3, 2 / 5 * mass * r**2)
 
 
 def placement(origin: np.ndarray | None) -> np.ndarray:
@@ -279,51 +257,6 @@ def test_robot_weighs_25_kg(floating: Any, urdf: Any) -> None:
 def test_legs_weigh_3_kg(urdf: Any, leg: str) -> None:
     total = sum(urdf.link_map[f"{leg}_{part}"].inertial.mass for part in LEG_LINKS)
     assert total == pytest.approx(3, rel=0, abs=1e-12)
-
-
-def test_centre_of_mass_of_the_straight_robot_is_on_the_vertical_axis(floating: Any) -> None:
-    com = pin.centerOfMass(floating, floating.createData(), pin.neutral(floating))
-    np.testing.assert_allclose(com[:2], 0, atol=1e-12)
-
-
-@each_link
-def test_inertia_is_possible(urdf: Any, link: str) -> None:
-    inertial = urdf.link_map[link].inertial
-    np.testing.assert_array_equal(inertial.inertia, inertial.inertia.T)
-    small, middle, large = np.linalg.eigvalsh(inertial.inertia)
-    assert inertial.mass > 0 and small > 0
-    assert small + middle > large
-
-
-@each_link
-def test_inertia_is_that_of_the_shapes(urdf: Any, link: str) -> None:
-    shapes = urdf.link_map[link].collisions
-    masses = SOLIDS[link.split("_")[-1]]
-    places = [placement(s.origin) for s in shapes]
-    assert len(masses) == len(shapes)
-    com = sum(m * p[:3, 3] for m, p in zip(masses, places, strict=True)) / sum(masses)
-    inertia = np.zeros((3, 3))
-    for mass, place, shape in zip(masses, places, shapes, strict=True):
-        _, moments = size_and_inertia(shape.geometry, mass)
-        arm, turn = place[:3, 3] - com, place[:3, :3]
-        inertia += turn @ np.diag(moments) @ turn.T
-        inertia += mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
-    stated = urdf.link_map[link].inertial
-    assert stated.mass == pytest.approx(sum(masses), rel=1e-12)
-    np.testing.assert_allclose(placement(stated.origin)[:3, 3], com, rtol=0, atol=1e-8)
-    np.testing.assert_allclose(stated.inertia, inertia, rtol=1e-7, atol=1e-12)
-
-
-@each_link
-def test_centre_of_mass_lies_within_the_shapes(urdf: Any, link: str) -> None:
-    corners = []
-    for shape in urdf.link_map[link].collisions:
-        place = placement(shape.origin)
-        half, _ = size_and_inertia(shape.geometry, 1.0)
-        reach = np.abs(place[:3, :3]) @ half
-        corners += [place[:3, 3] - reach, place[:3, 3] + reach]
-    com = placement(urdf.link_map[link].inertial.origin)[:3, 3]
-    assert np.all(np.min(corners, axis=0) < com) and np.all(com < np.max(corners, axis=0))
 
 
 @each_leg

@@ -9,8 +9,9 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from gaitopt.conventions import WANG_NUMBERS, FloatArray, rotation_z
+from gaitopt.conventions import FloatArray, rotation_z
 from gaitopt.errors import InputError
+from gaitopt.robots.numbering import NUMBERINGS
 from gaitopt.stability.support import (
     pair_lines,
     shrunken_polygon,
@@ -233,7 +234,7 @@ def usual_feet(rng: np.random.Generator) -> dict[int, FloatArray]:
     quarter = {"F": 1.0, "H": -1.0, "L": 1.0, "R": -1.0}
     return {
         i: np.array([quarter[leg[1]], quarter[leg[0]]]) * rng.uniform(0.1, 0.4, 2)
-        for i, leg in WANG_NUMBERS.items()
+        for i, leg in NUMBERINGS["wang2020"].items()
     }
 
 
@@ -266,7 +267,7 @@ def test_half_planes_are_eqs_4_to_7_with_two_signs_put_right(swing: int) -> None
     seen = set()
     for _ in range(200):
         feet, p = usual_feet(rng), rng.uniform(-0.3, 0.3, 2)
-        standing = [i for i in WANG_NUMBERS if i != swing]
+        standing = [i for i in NUMBERINGS["wang2020"] if i != swing]
         ours = distances(np.array([feet[i] for i in standing]), p)
         for i, j in combinations(standing, 2):
             sign = printed_sign(feet, i, j, swing) * (-1 if misprinted(feet, i, j) else 1)
@@ -280,7 +281,7 @@ def test_eq_5_and_eq_7_as_printed_exclude_the_middle_of_the_triangle() -> None:
     """Why the signs are put right: with level feet the printed ones hold no point inside."""
     feet = {
         i: np.array([0.2 if leg[1] == "F" else -0.2, 0.15 if leg[0] == "L" else -0.15])
-        for i, leg in WANG_NUMBERS.items()
+        for i, leg in NUMBERINGS["wang2020"].items()
     }
     middle_234 = (feet[2] + feet[3] + feet[4]) / 3
     assert printed_sign(feet, 2, 3, 1) * eq_3(feet, 2, 3, middle_234) < 0

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from scipy.spatial.distance import pdist
 
-from gaitopt.conventions import LEGS, WANG_NUMBERS
+from gaitopt.conventions import LEGS
 from gaitopt.errors import InputError
+from gaitopt.robots.numbering import NUMBERINGS
 from gaitopt.terrain.columns import s_columns
 
 JITTER = 0.02
@@ -96,7 +97,7 @@ def test_seed_0_is_the_default_and_stays_what_it_is() -> None:
 
 def test_legs_are_on_their_sides_and_in_the_paper_s_order() -> None:
     start = {leg: s_columns(jitter=0.0, diameter=0.005)[leg][0] for leg in LEGS}
-    for number, leg in WANG_NUMBERS.items():
+    for number, leg in NUMBERINGS["wang2020"].items():
         alpha, beta = (1 if number in (2, 4) else -1), (1 if number in (3, 4) else -1)
         np.testing.assert_allclose(start[leg], [0.2 * alpha, 0.15 * beta, 0], rtol=0, atol=1e-15)
 

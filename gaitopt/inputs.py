@@ -1,0 +1,79 @@
+"""Numbers that were given, held to what they may be."""
+
+from __future__ import annotations
+
+from numbers import Real
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from gaitopt.conventions import FloatArray
+from gaitopt.errors import InputError
+
+
+def check_number(
+    name: str, value: object, low: float, high: float, unit: str = "", hint: str = ""
+) -> float:
+    """``value`` as float, when it is a number from ``low`` to ``high``.
+
+    Args:
+        name: what it is, for the message.
+        value: what was given; an array of no dimension is a number, a bool or a text is none.
+        low, high: both are allowed.
+        unit: of the number.
+        hint: what the message ends with.
+
+    Raises:
+        InputError: it is not.
+    """
+    if isinstance(value, np.ndarray):
+        scalar = value.ndim == 0 and value.dtype.kind in "iuf"
+    else:
+        scalar = isinstance(value, Real) and not isinstance(value, bool)
+    number: Any = value
+    # A comparison with NaN is false.
+    if scalar and low <= number <= high:
+        return float(number)
+    raise InputError(
+        f"{name} must be a number from {low:g} to {high:g} {unit}".rstrip()
+        + f", got {value!r}{hint}"
+    )
+
+
+def check_numbers(
+    name: str, values: ArrayLike, low: float, high: float, unit: str = ""
+) -> FloatArray:
+    """``values`` as an array, when all are numbers from ``low`` to ``high``.
+
+    Raises:
+        InputError: one is not; the message says which.
+    """
+    try:
+        numbers = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InputError(
+            f"{name} must be numbers{f' [{unit}]' if unit else ''}, got {values!r}"
+        ) from None
+    wrong = np.argwhere(~((numbers >= low) & (numbers <= high)))
+    if len(wrong):
+        index = tuple(wrong[0].tolist())
+        where = f" at index {index}" if index else ""
+        raise InputError(
+            f"{name} must be from {low:g} to {high:g} {unit}".rstrip()
+            + f", got {numbers[index]:g}{where}"
+        )
+    return numbers
+
+
+def check_count(name: str, value: object, low: int, high: int) -> int:
+    """``value`` as int, when it is a whole number from ``low`` to ``high``.
+
+    Raises:
+        InputError: it is not; 2.0 is no whole number, nor is True.
+    """
+    whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+    number: Any = value
+    if whole and low <= number <= high:
+        return int(number)
+    raise InputError(f"{name} must be a whole number from {low} to {high}, got {value!r}")

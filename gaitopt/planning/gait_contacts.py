@@ -1,0 +1,47 @@
+"""Which foot stands where when, by the swings of a gait."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from gaitopt.conventions import LEGS, BoolArray, FloatArray
+from gaitopt.gait.step_timing import SwingEvent
+from gaitopt.terrain.footholds import Footholds
+
+
+def flights_at(events: Sequence[SwingEvent], times: FloatArray) -> np.ndarray:
+    """The swing that each foot is in at ``times (N,)``: ``(N, 4)``, an index into ``events``.
+
+    It is -1 for a foot that stands, as it does at lift-off and at touch-down.
+
+    Args:
+        events: swings; those of one leg follow each other.
+        times: [s].
+    """
+    found = np.full((len(times), len(LEGS)), -1)
+    for i, leg in enumerate(LEGS):
+        mine = np.array([k for k, e in enumerate(events) if e.leg == leg], dtype=int)
+        if not mine.size:
+            continue
+        lifts = np.array([events[k].lift_off for k in mine])
+        lands = np.array([events[k].touch_down for k in mine])
+        last = np.searchsorted(lifts, times, side="left") - 1
+        flies = (last >= 0) & (times < lands[last])
+        found[flies, i] = mine[last[flies]]
+    return found
+
+
+def contacts_at(events: Sequence[SwingEvent], times: FloatArray) -> BoolArray:
+    """Which feet stand at ``times (N,)``: ``(N, 4)``."""
+    return flights_at(events, times) < 0
+
+
+def stances_at(footholds: Footholds, events: Sequence[SwingEvent], times: FloatArray) -> FloatArray:
+    """Footholds of all feet at ``times (N,)``: ``(N, 4, 3)`` [m], the last of those that fly."""
+    places = np.empty((len(times), len(LEGS), 3))
+    for i, leg in enumerate(LEGS):
+        lands = [e.touch_down for e in events if e.leg == leg]
+        places[:, i] = footholds[leg][np.searchsorted(lands, times, side="right")]
+    return places

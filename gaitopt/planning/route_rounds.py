@@ -1,0 +1,173 @@
+"""Rounds of a smooth motion: solve, look between the knots, correct, and solve again."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gaitopt.conventions import FloatArray
+from gaitopt.optimize.route_dynamics import RouteDynamics
+from gaitopt.optimize.route_solver import Answer, solve_route
+from gaitopt.planning.path import MotionPath
+from gaitopt.planning.route_between import (
+    MOST_STRETCH,
+    corrected,
+    path_stretch,
+    stretch_needed,
+    tightened,
+)
+from gaitopt.planning.route_collision import kept_apart, touching
+from gaitopt.planning.route_knots import RouteKnots
+from gaitopt.planning.route_motion import RouteMotion
+from gaitopt.planning.route_steps import Route, failed
+
+ROUNDS = 12
+"""Most rounds of correcting what a smooth motion asks for between knots."""
+TOLERANCES = (3e-2, 1e-2, 2e-3)
+"""Of the solver in the first rounds; the last of them in all others, and for what is kept."""
+CORRECTIONS = 3
+"""Rounds that correct all rows; those after them only tighten."""
+ENOUGH = 1.001
+"""Stretch of time below which no further round is worth its time."""
+AT_NEXT = 8.0
+"""Spares of the limits that are kept where the next window begins, so that it has a choice."""
+COLD, WARM = 0.1, 0.01
+"""First barrier parameters, as shares of that from a poor guess."""
+_HAIR = 1e-4
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """A stretch of the route that is planned in one go.
+
+    Attributes:
+        problem: its problem.
+        knots: its knots, and those before it that its motion depends on.
+        poses, spans: of the latter ``(n, 9)`` and ``(n,)`` [s]; none at the route's beginning.
+        guess: spans of the first guess ``(K - 1,)`` [s].
+        next: the problem's knot at which another part will begin, if any.
+    """
+
+    problem: RouteDynamics
+    knots: RouteKnots
+    poses: FloatArray
+    spans: FloatArray
+    guess: FloatArray
+    next: int | None = None
+
+    @property
+    def reserve(self) -> FloatArray:
+        """How many spares of the limits to keep at each of the problem's knots ``(K,)``.
+
+        What comes in from here has no choice but to keep the limits.
+        """
+        out = np.ones(self.problem.knots)
+        if self.next is not None:
+            out[self.next - 1 : self.next + 2] = AT_NEXT
+        return out
+
+    @property
+    def skip(self) -> int:
+        """Knots before the problem's first."""
+        return len(self.spans)
+
+    def motion(self, route: Route, x: FloatArray) -> RouteMotion:
+        """The motion of an answer."""
+        poses, times = self.problem.unpack(x)
+        return RouteMotion(
+            route.robot, route.settings.heading, self.problem.legs, self.knots,
+            np.concatenate([self.poses, poses]),
+            np.concatenate([self.spans, times, times[-1:]]),
+        )  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """A motion that keeps all limits, with the answer and problem that it came from."""
+
+    motion: RouteMotion
+    path: MotionPath
+    answer: Answer
+    problem: RouteDynamics
+
+
+def best_motion(
+    route: Route, part: Part, first: int, iterations: int
+) -> tuple[Found, list[Answer]]:
+    """The fastest motion that keeps all limits, and all answers on the way there.
+
+    Raises:
+        RouteError: there is none.
+    """
+    problem = part.problem
+    cold = problem.pack(problem.poses, part.guess)
+    start, duals = cold, None
+    best: Found | None = None
+    answers: list[Answer] = []
+    for n in range(ROUNDS):
+        tolerance = TOLERANCES[min(n, len(TOLERANCES) - 1)]
+        barrier = (COLD if duals is None else WARM) * problem.barrier
+        answer = solve_route(problem, start, tolerance=tolerance, barrier=barrier,
+                             iterations=iterations, duals=duals, eased=True)  # fmt: skip
+        answers.append(answer)
+        if answer.status != "solved":
+            if duals is None:
+                break
+            start, duals = cold, None
+            continue
+        motion = part.motion(route, answer.x)
+        apart = _moved_apart(route, problem, answer)
+        if tolerance == TOLERANCES[-1] and apart is None:
+            kept, stretch = kept_motion(route, part, motion)
+            if kept is not None and (best is None or kept[0].times[-1] < best.motion.times[-1]):
+                best = Found(*kept, answer, problem)
+            if kept is not None and stretch <= ENOUGH:
+                break
+        improved = corrected if n < CORRECTIONS else tightened
+        problem = improved(apart or problem, motion, part.skip, _limit(route), part.reserve)
+        start, duals = answer.x, answer.duals if apart is None else None
+    if best is None:
+        status = "limits between knots" if answer.status == "solved" else answer.status
+        raise failed(route, problem, replace(answer, status=status), first)
+    return best, answers
+
+
+def _limit(route: Route) -> float:
+    """Limit of joint accelerations [rad/s^2]."""
+    return float(route.settings.acceleration_limit or np.inf)
+
+
+def _moved_apart(route: Route, problem: RouteDynamics, answer: Answer) -> RouteDynamics | None:
+    """The problem with rows that keep legs apart where an answer lets them touch; else none."""
+    if route.shapes is None:
+        return None
+    poses = problem.unpack(answer.x)[0]
+    found = touching(route.shapes, problem, poses)
+    return None if found is None else kept_apart(route.shapes, problem, poses, *found)
+
+
+def kept_motion(
+    route: Route, part: Part, motion: RouteMotion
+) -> tuple[tuple[RouteMotion, MotionPath] | None, float]:
+    """A motion whose path keeps the joints' limits, when it keeps its margin, too.
+
+    Also how much it had to be stretched for the former; it keeps the latter even with the most.
+    """
+    asked, dynamic, skip = route.settings.stability_margin, not route.settings.static, part.skip
+    rates, limit = part.problem.rates, _limit(route)
+    stretch = stretch_needed(motion, skip, rates, limit)
+    if stretch > MOST_STRETCH:
+        return None, stretch
+    # Stretching moves the ZMP along a line, and margins are concave: both ends are enough.
+    for one in (motion, motion.slower(MOST_STRETCH)):
+        if one.margins(dynamic)[skip:].min() < asked:
+            return None, stretch
+    path = motion.path()
+    stretch = path_stretch(route.robot, path, float(motion.times[skip]), rates, limit)
+    if stretch > MOST_STRETCH:
+        return None, stretch
+    if stretch > 1.0:
+        motion = motion.slower(stretch * (1.0 + _HAIR))
+        path = motion.path()
+    return (motion, path), stretch
