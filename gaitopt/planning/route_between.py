@@ -31,7 +31,9 @@ HASTE = 1.5
 """How many times what is too much is taken off the room, once rooms are tightened only."""
 PARTS = 8
 """Parts into which a path's pieces are cut for bounds on them."""
-_LEAST_SHARE, _MOST_SHARE = 0.25, 1.5
+_LEAST_SHARE, _MOST_SHARE = -0.75, 1.75
+"""Range of rooms in shares of the limits: where the map to joints is bent, a steady body
+accelerates them, and what knots see must even slow them down."""
 
 
 def corrected(

@@ -28,8 +28,8 @@ from gaitopt.planning.route_collision import kept_apart, touching
 from gaitopt.planning.route_knots import RouteKnots, build_route, feet_clearance
 from gaitopt.planning.route_settings import RouteSettings, check_free
 from gaitopt.planning.route_smooth import smooth_plan
-from gaitopt.planning.route_stops import StoppingMotion, stopping_path
 from gaitopt.planning.route_steps import Route, failed, knots_of, prepared, problem_of
+from gaitopt.planning.route_stops import StoppingMotion, stopping_path
 from gaitopt.planning.settings import CrawlSettings
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.footholds import Footholds
@@ -126,12 +126,13 @@ def plan_route(
     named = check_free(free)
     limited = acceleration_limit is not None or "dynamic" in named
     smooth, stops = limited and "swing" in named, limited and "swing" not in named
+    stance = 1 if stops else 3 if smooth else 4 if "posture" in named else 2
     settings = RouteSettings(
         free=named, stability_margin=stability_margin, body_height=body_height,
         swing_height=swing_height, sequence=check_order(sequence), clearance=clearance,
         reach_fraction=reach_fraction, heading=heading, follow_terrain=follow_terrain,
         acceleration_limit=_acceleration(robot, named, acceleration_limit),
-        stance_knots=stance_knots or (1 if stops else 3 if smooth else 4 if "posture" in named else 2),
+        stance_knots=stance_knots or stance,
         swing_knots=swing_knots or (8 if "swing" in named else 6 if stops else 12), com=com,
     )  # fmt: skip
     if settings.true_com and settings.smooth:
@@ -335,6 +336,9 @@ def _assembled(route: Route, poses: FloatArray, answers: list[Answer], seconds: 
         motion, path = stopping_path(motion, limit)
         dense = motion.dense()
     phases = route_phases(route.robot, settings, steps, knots, dense)
+    if settings.acceleration_limit is not None:
+        # No one joint sets the pace of such a phase.
+        phases = tuple(replace(phase, limited_by=()) for phase in phases)
     return Plan(route.robot, route.footholds, settings, phases, path, info)
 
 

@@ -95,8 +95,8 @@ def fastest_passage(
     def range_of(i: int, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Least and most ``u`` from place ``i`` that the joints allow there and at the next."""
         low, high = np.full(x.shape, -np.inf), np.full(x.shape, np.inf)
-        for q, b in ((slope[i], bend[i] * x[:, None]),
-                     (slope[i + 1] + 2.0 * steps[i] * bend[i + 1], bend[i + 1] * x[:, None])):  # fmt: skip
+        later = slope[i + 1] + 2.0 * steps[i] * bend[i + 1]
+        for q, b in ((slope[i], bend[i] * x[:, None]), (later, bend[i + 1] * x[:, None])):
             with np.errstate(divide="ignore", invalid="ignore"):
                 ends = np.stack([(-limit - b) / q, (limit - b) / q])
             ends = np.where(np.abs(q) > 1e-12, ends, np.array([-np.inf, np.inf])[:, None, None])
@@ -120,7 +120,7 @@ def fastest_passage(
     for i in range(len(steps)):
         _, high = range_of(i, out[i])
         out[i + 1] = np.clip(out[i] + 2.0 * steps[i] * high, 0.0, most[i + 1])
-    return out
+    return np.asarray(out)
 
 
 @dataclass(frozen=True, eq=False)
@@ -239,8 +239,9 @@ class StoppingMotion:
         values = self._values(self.times, parts)
         share = self.share(self.times, parts)
         centre = self.pose(parts // PARTS, share)[:, BODY]
-        return Dense(values[:, :6], centre, values[:, 6:], self.times,
-                     np.zeros(len(self.times) - 1, dtype=int), PARTS * self.lines.after)  # fmt: skip
+        slowest = np.zeros(len(self.times) - 1, dtype=int)
+        return Dense(values[:, :6], centre, values[:, 6:], self.times, slowest,
+                     PARTS * self.lines.after)  # fmt: skip
 
 
 GRID = (1.0 - np.cos(np.pi * np.arange(PARTS + 1) / PARTS)) / 2.0
