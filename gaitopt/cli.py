@@ -14,6 +14,7 @@ from rich.markup import escape
 
 from gaitopt.cli_gait import gait, trot
 from gaitopt.cli_options import (
+    AccelerationOption,
     CollisionsOption,
     Com,
     ComOption,
@@ -22,6 +23,7 @@ from gaitopt.cli_options import (
     FreeOption,
     HeadingOption,
     HeightOption,
+    HorizonOption,
     JobsOption,
     MarginOption,
     Objective,
@@ -80,6 +82,8 @@ def walk(
     follow_terrain: FollowOption = False,
     free: FreeOption = None,
     com: ComOption = Com.body,
+    acceleration_limit: AccelerationOption = None,
+    horizon: HorizonOption = None,
     out: OutOption = Path("out"),
 ) -> None:
     """Plan a walk, compare it with the paper's baselines, and write plan, replay and figures."""
@@ -97,8 +101,10 @@ def walk(
     with progress_bar("planning") as tick:
         plan = plan_crawl(
             model, places, objective.value, parse_speed(speed), free=free, com=com.value,
-            progress=tick, **settings,
+            acceleration_limit=acceleration_limit, horizon=horizon, progress=tick, **settings,
         )  # fmt: skip
+    # The baselines walk in the same order of legs, which may have been searched for.
+    settings["sequence"] = plan.settings.to_dict()["sequence"]
     with progress_bar("comparing with the baselines") as tick:
         comparison = run_comparison(model, places, progress=tick, **settings)
     make_folder(out)
@@ -115,6 +121,9 @@ def walk(
     console = terminal()
     console.print(comparison.table())
     console.print(escape(summarise(plan)))
+    paper = comparison.plans.get("proposed")
+    if objective is Objective.time and paper is not None and plan.duration:
+        console.print(f"{paper.duration / plan.duration:.2f} times as fast as the paper's method")
     console.print(f"[bold]{escape(str(out / 'walk.html'))}[/]  the replay: open it in a browser")
     console.print(
         f"[bold]{escape(str(out / 'plan.npz'))}[/]   the plan: gaitopt.load_plan, gaitopt export"

@@ -94,6 +94,16 @@ ComOption = Annotated[
     typer.Option(help="With the objective time, what keeps the margin: the body's centre, or the "
                  "true centre of mass of the whole model.", rich_help_panel="How"),
 ]  # fmt: skip
+AccelerationOption = Annotated[
+    float | None,
+    typer.Option(help="With the objective time, a limit of every joint's acceleration, in rad/s².",
+                 rich_help_panel="How", show_default=False),
+]  # fmt: skip
+HorizonOption = Annotated[
+    int | None,
+    typer.Option(help="With the objective time, plan only so many steps ahead, as a robot would.",
+                 rich_help_panel="How", show_default=False),
+]  # fmt: skip
 CollisionsOption = Annotated[
     bool,
     typer.Option(help="Look for self-collisions, which takes most of a certificate's time."),

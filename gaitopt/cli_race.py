@@ -98,6 +98,8 @@ def race(
     _write(found, out)
     if seeds > 1:
         terminal().print(f"[bold]{escape(str(out / 'race.csv'))}[/]   a line a walk")
+    if any(finish.verdict in ("failed", "violated") for finish in found.finishes):
+        raise typer.Exit(1)
 
 
 def _inputs(

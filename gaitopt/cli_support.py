@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gaitopt.errors import InfeasibleStepError, InputError
+from gaitopt.gait.crawl import WANG_SEQUENCE
 
 if TYPE_CHECKING:
     from gaitopt.planning.plan import Plan
@@ -69,6 +70,8 @@ def fitting_height(model: Quadruped, places: Footholds, settings: dict[str, Any]
     from gaitopt.planning.crawl import plan_crawl
 
     usual = model.standing_height
+    if settings["sequence"] == "free":
+        settings = {**settings, "sequence": WANG_SEQUENCE}
     for height in (usual, *(round(usual * k / 14, 2) for k in (15, 16, 17))):
         try:
             plan_crawl(model, places, body_height=height, **settings)
@@ -117,9 +120,11 @@ def drawable(plan: Plan, plans: Mapping[str, Plan]) -> dict[str, Plan]:
 
 def summarise(plan: Plan) -> str:
     """A plan in one sentence."""
+    what = "ZMP margin" if not plan.settings.static else "margin"
+    of = " of the true COM" if plan.settings.true_com else ""
     return (
         f"{plan.robot.name} takes {len(plan.swings)} steps over {plan.distance:.2f} m in "
-        f"{plan.duration:.1f} s ({1e3 * plan.mean_speed:.2f} mm/s), margin at least "
+        f"{plan.duration:.1f} s ({1e3 * plan.mean_speed:.2f} mm/s), {what}{of} at least "
         f"{1e3 * plan.margin:.1f} mm"
     )
 

@@ -85,6 +85,23 @@ def test_a_csv_of_ones_own_is_walked(tmp_path: Path) -> None:
     assert plan.settings.speed == 0.05 and len(plan.phases) == 16
 
 
+def test_a_time_optimal_walk_is_held_against_the_papers(tmp_path: Path) -> None:
+    gaitopt.s_columns(2, columns=2).to_csv(tmp_path / "feet.csv")
+    result = runner.invoke(
+        app,
+        ["walk", "--footholds", str(tmp_path / "feet.csv"), "--objective", "time", "--free",
+         "height", "--acceleration-limit", "6", "--horizon", "3", "--sequence", "free",
+         "--out", str(tmp_path / "out")],
+    )  # fmt: skip
+    assert result.exit_code == 0, result.output
+    plan = gaitopt.load_plan(tmp_path / "out" / "plan.npz")
+    assert plan.settings.acceleration_limit == 6.0 and float(plan.info["windows"]) > 1
+    paper = gaitopt.plan_crawl(
+        plan.robot, plan.footholds, sequence=plan.settings.swing_legs(2) or "free"
+    )
+    assert f"{paper.duration / plan.duration:.2f} times as fast as the paper's" in result.output
+
+
 def test_trot_writes_plan_replay_and_figures(tmp_path: Path) -> None:
     done = run("trot", "--speed", "0.3", "--distance", "1.5", "--out", "out", cwd=tmp_path)
     assert done.returncode == 0, done.stderr

@@ -62,10 +62,10 @@ def test_footholds_of_ones_own_are_raced(tmp_path: Path) -> None:
     assert "over 4 steps" in result.output and "unchecked" in result.output
 
 
-def test_a_race_that_nobody_can_run_says_why_and_ends_well(tmp_path: Path) -> None:
+def test_a_race_that_nobody_can_run_says_why_and_exits_with_1(tmp_path: Path) -> None:
     result = run("--columns", "2", "--rows", "swing", "--stability-margin", "0.3",
                  "--out", str(tmp_path))  # fmt: skip
-    assert result.exit_code == 0, result.output
+    assert result.exit_code == 1, result.output
     assert "inscribed circle" in " ".join(result.output.split())
     assert [path.name for path in tmp_path.iterdir()] == ["race.png"]
 

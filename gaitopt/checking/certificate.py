@@ -164,6 +164,7 @@ def verify(plan: Plan, robot: Quadruped | None = None, *, collisions: bool = Tru
     """
     from gaitopt.checking import (
         check_balance,
+        check_clearance,
         check_contacts,
         check_joints,
         check_obstacles,
@@ -180,6 +181,7 @@ def verify(plan: Plan, robot: Quadruped | None = None, *, collisions: bool = Tru
         check_contacts.landings(plan, traced),
         check_contacts.swing_height(plan, traced),
         check_contacts.ground(plan, traced),
+        check_clearance.swing_clearance(plan, traced),
         check_joints.joint_positions(plan, traced),
         check_joints.joint_velocities(plan, traced),
         check_joints.joint_accelerations(plan, traced),

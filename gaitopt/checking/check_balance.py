@@ -14,8 +14,8 @@ from gaitopt.checking.zero_moment import zmp_of_centre
 from gaitopt.conventions import FloatArray
 from gaitopt.planning.plan import Plan
 
-ZMP_SLACK = 1e-3
-"""How far the ZMP's margin may fall short of the plan's own figure, which is sampled [m]."""
+ZMP_SLACK = 1e-5
+"""How far the ZMP's margin may fall short of a figure that was found at samples [m]."""
 PUSH = 1e-6
 """Largest jump of the base's velocity that counts as rounding [m/s, rad/s]."""
 DYNAMIC = "a dynamic gait promises no static margin: see its ZMP"
@@ -56,13 +56,16 @@ def margin_of_com(plan: Plan, motion: Motion) -> Check:
 
 
 def zmp(plan: Plan, motion: Motion) -> Check | None:
-    """The ZMP of the body's centre keeps the margin that the plan tells of, while any foot stands.
+    """The ZMP of the body's centre keeps the margin asked of it, while any foot stands.
 
-    The centre counts as a point mass: see :mod:`gaitopt.checking.zero_moment`. Where the base's
-    velocity jumps, or nothing may load the ground, there is no margin.
+    Where the settings ask for none it is the one that the plan's ``info`` tells of. A walk that
+    was asked for one begins wherever the robot stands: in its first stance phase the ZMP stays
+    inside. The centre counts as a point mass: see :mod:`gaitopt.checking.zero_moment`. Where the
+    base's velocity jumps, or nothing may load the ground, there is no margin.
     """
     name = "ZMP of the body centre"
-    claimed = plan.info.get("zmp_margin")
+    promised = plan.settings.zmp_margin
+    claimed = plan.info.get("zmp_margin") if promised is None else promised
     if not isinstance(claimed, float) or not np.isfinite(claimed):
         return None if plan.settings.static else Check(
             name, "unchecked", nan, nan, "m", note="the plan tells of no zmp_margin")  # fmt: skip
@@ -71,8 +74,10 @@ def zmp(plan: Plan, motion: Motion) -> Check | None:
     jumps = plan.path.jumps(1)[:, :6].max(axis=1, initial=0.0)
     pushed = plan.path.times[1:-1][jumps > PUSH]
     margins[np.isin(motion.pieces.starts, pushed)] = -np.inf
-    piece = int(margins.argmin())
-    return judged(name, float(margins[piece]), claimed - ZMP_SLACK, "m", ">=",
+    slack = ZMP_SLACK if promised is None else SHORT
+    asked = np.where((motion.phase > 0) | (promised is None), claimed - slack, 0.0)
+    piece = int((margins - asked).argmin())
+    return judged(name, float(margins[piece]), float(asked[piece]), "m", ">=",
                   bound=bulges[piece], when=motion.pieces.starts[piece],
                   where=phase_name(plan, int(motion.phase[piece])))  # fmt: skip
 

@@ -16,8 +16,7 @@ import numpy as np
 from gaitopt.checking.sim_result import SimulationResult
 from gaitopt.checking.sim_settings import Push, SimulationSettings
 from gaitopt.checking.simulation import simulate
-from gaitopt.control.gains import GRAVITY
-from gaitopt.conventions import LEGS
+from gaitopt.conventions import GRAVITY, LEGS
 from gaitopt.planning.phase import Phase
 from gaitopt.planning.plan import Plan
 

@@ -40,8 +40,8 @@ class SimulationResult:
     Attributes:
         status: ``"finished"``, ``"fell"`` or ``"diverged"`` (numbers ran away: counted as a fall).
         end: when it ended [s]: with the plan and a short watch after it, or with the fall.
-        waited: for how long of it the controller kept feet from lifting off, because another had
-            not found its ground yet [s].
+        waited: for how long of it the plan's clock stood still, because a foot had yet to find its
+            ground or to take up its load before another might lift off [s].
         steps_done: steps whose touch-down came before the end, of ``steps``.
         steps: steps of the plan.
         missed: footholds that were missed.
@@ -55,7 +55,8 @@ class SimulationResult:
         smallest_margin: the smallest of it [m].
         slip: largest horizontal distance of a standing foot from where it landed [m], rolling of
             its ball included.
-        peak_torques, peak_rates: of every joint ``(nj,)`` [N m], [rad/s].
+        peak_torques, peak_rates: of every joint over all steps of the physics ``(nj,)`` [N m],
+            [rad/s].
         torque_use, rate_use: the largest of them as shares of the URDF's limits.
         servo_tolerance: what ``rate_use`` may exceed 1 by.
         energy: mechanical work done by the joints, braking not given back [J].
@@ -127,7 +128,7 @@ class SimulationResult:
         more = f" and {len(self.missed) - 5} more" if len(self.missed) > 5 else ""
         return "\n".join([
             f"{self.status} at {self.end:.1f} s, {self.steps_done} of {self.steps} steps, "
-            f"{self.waited:.2f} s spent waiting for contact",
+            f"{self.waited:.2f} s of it handing loads over",
             f"missed footholds: {missed or 'none'}{more}",
             f"largest landing error {1e3 * self.landing_error:.1f} mm, "
             f"slip {1e3 * self.slip:.1f} mm",

@@ -49,6 +49,8 @@ class SimulationSettings:
         body_mass, leg_mass: factors on the true masses and inertias of the body, and of all that
             hangs on it; the controller goes on believing in the URDF.
         torque_limits: whether the servos are held to the URDF's effort limits.
+        rate_limits: whether the servos are held to the URDF's velocity limits in what they tell
+            their motors. What the ground does to a joint is beyond them.
         contact_time: MuJoCo's time constant of contacts (``solref``); at 10 ms feet and ground give
             way by less than 1 mm, and steps of 2 ms stay stable [s].
         impratio: MuJoCo's ratio of frictional to normal stiffness, against creeping feet.
@@ -60,8 +62,9 @@ class SimulationSettings:
         fall_tilt: a body tilted further than this from the plan has fallen [rad].
         fall_error: a body further than this from the plan has fallen, or is lost [share of the
             base's height above the feet].
-        servo_tolerance: joint velocities may exceed their limits by this share of the limit: the
-            servos follow a motion at the limits, and correct on top of it.
+        servo_tolerance: joint velocities may exceed their limits by this share of the limit: what
+            the servos tell their motors does not, but legs pull at one another, and the ground at
+            them.
         record_every: time between the samples of the recorded motion [s].
     """
 
@@ -74,6 +77,7 @@ class SimulationSettings:
     body_mass: float = 1.0
     leg_mass: float = 1.0
     torque_limits: bool = True
+    rate_limits: bool = True
     contact_time: float = 0.01
     impratio: float = 10.0
     noslip_iterations: int = 3

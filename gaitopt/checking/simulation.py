@@ -18,10 +18,11 @@ import numpy as np
 
 from gaitopt.checking.sim_model import SimModel, build_sim_model, import_mujoco, to_mujoco
 from gaitopt.checking.sim_result import SimulationRecord, SimulationResult, report
+from gaitopt.checking.sim_servos import Servos
 from gaitopt.checking.sim_settings import SimulationSettings
 from gaitopt.control.gains import ControlGains
-from gaitopt.control.tracking import Command, RobotState, TrackingController, rotation_of
-from gaitopt.conventions import LEGS, FloatArray
+from gaitopt.control.tracking import RobotState, TrackingController, rotation_of
+from gaitopt.conventions import LEGS
 from gaitopt.planning.plan import Plan
 
 
@@ -70,20 +71,19 @@ class _Run:
         """Step until the plan's end, or a fall; the number of steps has a bound from the start."""
         begin = (time.perf_counter(), time.thread_time())
         settings, data = self.settings, self._start()
-        interval, every = settings.control_interval, settings.control_every
+        interval = settings.control_interval
         end = self.plan.duration + settings.settle
         patience = self.controller.gains.patience * len(self.plan.swings)
-        count = int(np.ceil((end + patience) / interval)) + 1
+        paused = self.controller.reference.clock.paused
+        count = int(np.ceil((end + paused + patience) / interval)) + 1
         stride = max(round(settings.record_every / interval), 1)
         delay = int(np.ceil(settings.sensing_delay / interval - 1e-9))
         sensed: deque[RobotState] = deque(maxlen=delay + 1)
-        torques, rates = np.zeros(len(self.sim.ctrl)), np.zeros(len(self.sim.ctrl))
-        energy, status = 0.0, "finished"
-        joints, servos = self.sim.qvel, self.sim.ctrl
+        status = "finished"
         for tick in range(count + 1):
-            clock = tick * interval - self.controller.waited
+            clock = self.controller.plan_time(tick * interval)
             state, beneath = self._sense(data)
-            status = self._verdict(clock, state) or status
+            status = self._verdict(tick * interval, state) or status
             last = clock >= end - 1e-9 or tick == count or status != "finished"
             if tick % stride == 0 or last:
                 self.samples.append(
@@ -92,15 +92,11 @@ class _Run:
             if last:
                 break
             sensed.append(state)
-            self._act(data, self.controller.command(tick * interval, sensed[0]))
             self._push(data, clock)
-            self.mujoco.mj_step(self.sim.model, data, nstep=every)
-            torque, rate = data.actuator_force[servos], data.qvel[joints]
-            np.maximum(torques, np.abs(torque), out=torques)
-            np.maximum(rates, np.abs(rate), out=rates)
-            energy += float(np.maximum(torque * rate, 0.0).sum()) * interval
+            command = self.controller.command(tick * interval, sensed[0])
+            self._servos.drive(data, command, settings.control_every)
         spent = (time.perf_counter() - begin[0], time.thread_time() - begin[1])
-        return self._record(torques, rates, energy, status, spent)
+        return self._record(status, spent)
 
     def _start(self) -> Any:
         """The plan's first posture, once the feet have settled into the ground."""
@@ -114,9 +110,14 @@ class _Run:
             if not np.isfinite(state.q).all():
                 break
             # The reference gets under way a little before the plan: it has no jumps.
-            self._act(data, self.controller.command(tick * interval, state))
-            self.mujoco.mj_step(self.sim.model, data, nstep=self.settings.control_every)
+            command = self.controller.command(tick * interval, state)
+            self._servos.drive(data, command, self.settings.control_every)
+        self._servos.forget()
         return data
+
+    @cached_property
+    def _servos(self) -> Servos:
+        return Servos(self.sim, self.plan.robot, self.controller.gains, self.settings)
 
     @cached_property
     def _lost(self) -> float:
@@ -146,10 +147,10 @@ class _Run:
                     beneath[leg], deepest[leg] = other, gap
         return RobotState(q, v, beneath >= 0), beneath
 
-    def _verdict(self, clock: float, state: RobotState) -> str:
+    def _verdict(self, time: float, state: RobotState) -> str:
         """``"fell"``, ``"diverged"``, or nothing."""
         reference = self.controller.reference
-        tick = reference.tick(clock)
+        tick = reference.tick(time - self.controller.waited)
         if not (np.isfinite(state.q).all() and np.abs(state.v).max() < 1e3):
             return "diverged"
         lean = float(rotation_of(state.q[3:7])[:, 2] @ reference.rotation[tick, :, 2])
@@ -157,14 +158,6 @@ class _Run:
         if lean < np.cos(self.settings.fall_tilt) or np.sqrt(place @ place) > self._lost:
             return "fell"
         return ""
-
-    def _act(self, data: Any, command: Command) -> None:
-        """Servos see set-points only: what is fed forward moves the set-point."""
-        gains = self.controller.gains
-        data.ctrl[self.sim.ctrl] = (
-            command.angles
-            + (command.torque + gains.joint_damping * command.rates) / gains.joint_stiffness
-        )
 
     def _push(self, data: Any, clock: float) -> None:
         if self.settings.pushes:
@@ -174,14 +167,7 @@ class _Run:
                     force += push.force
             data.xfrc_applied[self.sim.base, :3] = force
 
-    def _record(
-        self,
-        torques: FloatArray,
-        rates: FloatArray,
-        energy: float,
-        status: str,
-        spent: tuple[float, float],
-    ) -> SimulationRecord:
+    def _record(self, status: str, spent: tuple[float, float]) -> SimulationRecord:
         t, clock, q, v, touching, beneath = zip(*self.samples, strict=True)
         q_all, v_all = np.array(q), np.array(v)
         # A diverged state is no posture; the last good one stands for it.
@@ -194,9 +180,9 @@ class _Run:
             v=v_all[keep],
             touching=np.array(touching)[keep],
             beneath=np.array(beneath)[keep],
-            peak_torques=torques,
-            peak_rates=rates,
-            energy=energy,
+            peak_torques=self._servos.peak_torques,
+            peak_rates=self._servos.peak_rates,
+            energy=self._servos.energy,
             status=status,
             wall_time=spent[0],
             cpu_time=spent[1],

@@ -6,11 +6,9 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+from gaitopt.conventions import GRAVITY
 from gaitopt.errors import InputError
 from gaitopt.robots.quadruped import Quadruped
-
-GRAVITY = 9.81
-"""Weight of one kilogram [N], as Pinocchio and MuJoCo have it."""
 
 
 @dataclass(frozen=True)
@@ -29,11 +27,18 @@ class ControlGains:
         friction: friction coefficient that the contact forces are planned for.
         smoothing: the reference is averaged over this time, so that its velocities do not jump
             [s].
-        body_smoothing: the same for the body, on its standing legs: accelerations of a body move
-            its ZMP, and one that jumps to full speed takes the load off a foot for a moment [s].
+        body_smoothing: the same for the body of walks in which its velocity jumps, on its standing
+            legs: accelerations of a body move its ZMP, and one that jumps to full speed takes the
+            load off a foot for a moment [s].
         load_time: a foot gives up its load over this time before it lifts off [s].
         firm_time: a foot that has found ground takes up its load over this time, and stands firm
             after it: only then may another lift off [s].
+        handover: a static walk stands still until a foot has stood for so long before another
+            lifts off [s].
+        force_smoothing: time constant within which the contact forces that are wanted come about:
+            ground and feet give a little, and a load that jumps makes knees jerk [s].
+        press: the set-point of a foot that has just landed lies so far below its place [m], so
+            that it stays in touch while its load grows.
         contact_loss: a standing foot may be without contact for so long before it counts as being
             in the air [s].
         blend_time: time constant within which a flying foot follows the body's errors, and the
@@ -56,9 +61,12 @@ class ControlGains:
     largest_turn: float = 0.2
     friction: float = 0.5
     smoothing: float = 0.04
-    body_smoothing: float = 0.12
+    body_smoothing: float = 0.16
     load_time: float = 0.1
     firm_time: float = 0.05
+    handover: float = 0.14
+    force_smoothing: float = 0.01
+    press: float = 0.001
     contact_loss: float = 0.03
     blend_time: float = 0.2
     probe_speed: float = 0.06

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gaitopt.control.clock import WalkClock, walk_clock
 from gaitopt.control.gains import ControlGains
 from gaitopt.conventions import LEGS, BoolArray, FloatArray
 from gaitopt.errors import InputError
@@ -15,6 +16,9 @@ from gaitopt.robots.rotations import quaternion_to_matrix
 
 LEAST_LOAD = 0.02
 """Share of a full load below which a standing foot never goes."""
+
+LARGEST_JUMP = 1e-3
+"""A body whose velocity jumps by more than this is smoothed more [m/s], [rad/s]."""
 
 MOST_TICKS = 1_000_000
 """Most ticks of a reference, which takes about 1 kB each: 100 minutes at 6 ms."""
@@ -29,11 +33,13 @@ class Reference:
     Attributes:
         dt: time between ticks [s].
         lead: how many ticks lie before the plan's start, and after its end.
+        clock: which instant of the plan is followed when.
         position: of the base ``(N, 3)`` [m].
         rotation: of the base ``(N, 3, 3)``.
         linear, angular: velocity of the base in the world's axes ``(N, 3)`` [m/s], [rad/s].
         joints, rates: ``(N, nj)`` [rad], [rad/s], in the order of ``robot.joint_names``; the rates
-            of standing legs are those that carry the body's smoother motion.
+            of standing legs are those that carry the body's smoother motion, held within the
+            joints' limits.
         acceleration: Pinocchio's, of the smoothed motion: of the base in its own frame, and of
             the joints ``(N, nv)``.
         feet: foot frames in the world ``(N, 4, 3)`` [m].
@@ -47,6 +53,7 @@ class Reference:
 
     dt: float
     lead: int
+    clock: WalkClock
     position: FloatArray
     rotation: FloatArray
     linear: FloatArray
@@ -69,15 +76,16 @@ class Reference:
         return self.lead * self.dt
 
     def tick(self, time: float) -> int:
-        """Index of the tick at ``time`` [s]; at rest for ever before and after."""
+        """Index of the tick ``time`` [s] after the walk's start; at rest before and after."""
         return min(max(round(time / self.dt) + self.lead, 0), len(self) - 1)
 
 
 def build_reference(plan: Plan, gains: ControlGains, dt: float) -> Reference:
     """Sample ``plan`` for a controller that runs every ``dt`` seconds.
 
-    Joints are averaged over ``gains.smoothing`` (which keeps their velocities within the limits),
-    the body over ``gains.body_smoothing``, and the loads of feet that are about to leave are
+    A static walk stands still where feet hand over their load (:func:`walk_clock`). Joints are
+    averaged over ``gains.smoothing`` (which keeps their velocities within the limits), a body whose
+    velocity jumps over ``gains.body_smoothing``, and the loads of feet that are about to leave are
     ramped. Standing legs carry the body, flying ones follow the joints.
 
     Raises:
@@ -93,15 +101,13 @@ def build_reference(plan: Plan, gains: ControlGains, dt: float) -> Reference:
             raise InputError(
                 f"{plan.robot.name}: leg {name} has two joints; the tracking controller needs three"
             )
-    width, wide = (
-        2 * round(t / dt / 2.0) + 1
-        for t in (gains.smoothing, max(gains.smoothing, gains.body_smoothing))
-    )
+    clock = walk_clock(plan, gains.handover)
+    width, wide = (2 * round(t / dt / 2.0) + 1 for t in _windows(plan, clock, gains))
     lead = wide // 2 + 2
-    grid = np.arange(-lead, int(np.ceil(plan.duration / dt)) + lead + 1) * dt
-    times = np.clip(grid, 0.0, plan.duration)
-    motion = plan.at(times)
-    moving = ((grid >= 0.0) & (grid < plan.duration))[:, None]
+    grid = np.arange(-lead, int(np.ceil((plan.duration + clock.paused) / dt)) + lead + 1) * dt
+    times, pausing = np.clip(clock.plan_time(grid), 0.0, plan.duration), clock.pausing(grid)
+    motion, standing = plan.at(times), _standing(plan, times, pausing)
+    moving = ((grid >= 0.0) & (times < plan.duration) & ~pausing)[:, None]
     joints = smoothed(motion.q[:, 7:], width)
     values = smoothed(plan.path.evaluate(times)[:, :3], wide)
     rotation = quaternion_to_matrix(motion.q[:, 3:7])
@@ -112,10 +118,11 @@ def build_reference(plan: Plan, gains: ControlGains, dt: float) -> Reference:
     angular = np.einsum("nij,nj->ni", rotation, motion.v[:, 3:6] * moving)
     linear, angular = smoothed(linear, wide), smoothed(angular, wide)
     rates = velocity[:, 6:].copy()
-    _carry(plan.robot, rates, motion.contacts, velocity[:, :6], feet, inverse)
+    _carry(plan.robot, rates, standing, velocity[:, :6], feet, inverse)
     return Reference(
         dt=dt,
         lead=lead,
+        clock=clock,
         position=values,
         rotation=rotation,
         linear=linear,
@@ -126,9 +133,25 @@ def build_reference(plan: Plan, gains: ControlGains, dt: float) -> Reference:
         feet=smoothed(motion.feet.reshape(len(times), -1), width).reshape(-1, len(LEGS), 3),
         feet_in_base=feet,
         inverse=inverse,
-        standing=motion.contacts,
-        load=ramped(motion.contacts, max(gains.load_time / dt, 1.0)),
+        standing=standing,
+        load=ramped(standing, max(gains.load_time / dt, 1.0)),
     )
+
+
+def _windows(plan: Plan, clock: WalkClock, gains: ControlGains) -> tuple[float, float]:
+    """Times over which joints and body are averaged [s]."""
+    jumps = float(plan.path.jumps(1)[:, :6].max(initial=0.0))
+    # A clock that stops makes a smooth path jump.
+    wide = gains.body_smoothing if jumps > LARGEST_JUMP or clock.paused > 0.0 else 0.0
+    return gains.smoothing, max(gains.smoothing, wide)
+
+
+def _standing(plan: Plan, times: FloatArray, pausing: BoolArray) -> BoolArray:
+    """Which feet stand ``(N, 4)``; in a pause those that stand on either side of it."""
+    standing = np.array(plan.at(times).contacts)
+    sides = np.clip(times[pausing] + [[-1e-6], [1e-6]], 0.0, plan.duration)
+    standing[pausing] = plan.at(sides[0]).contacts | plan.at(sides[1]).contacts
+    return standing
 
 
 def _carry(
@@ -145,6 +168,9 @@ def _carry(
         sweep = -twist[rows, :3] - np.cross(twist[rows, 3:], feet[rows, i])
         columns = list(robot.leg_columns[name])
         rates[rows[:, None], columns] = np.einsum("nij,nj->ni", inverse[rows, i], sweep)
+    most = robot.velocity_limits
+    most = np.where(np.isfinite(most) & (most > 0.0), most, np.inf)
+    np.clip(rates, -most, most, out=rates)
 
 
 def smoothed(values: FloatArray, width: int) -> FloatArray:

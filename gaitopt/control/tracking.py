@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 
 from gaitopt.control.forces import ForceDistribution, ForceShare
-from gaitopt.control.gains import GRAVITY, ControlGains
+from gaitopt.control.gains import ControlGains
 from gaitopt.control.reference import LEAST_LOAD, Reference, build_reference
-from gaitopt.conventions import LEGS, BoolArray, FloatArray
+from gaitopt.conventions import GRAVITY, LEGS, BoolArray, FloatArray
 from gaitopt.planning.plan import Plan
 
 
@@ -40,7 +40,8 @@ class Command:
     """What the joint servos are told, in the order of ``robot.joint_names``.
 
     The servo's torque is ``torque + kp (angles - q) + kd (rates - dq)`` with the gains'
-    ``joint_stiffness`` and ``joint_damping``.
+    ``joint_stiffness`` and ``joint_damping``. Put the other way round: it is told to move at the
+    speed ``rates + kp / kd (angles - q)``. A servo that has a speed limit holds that within it.
 
     Attributes:
         torque: fed forward ``(nj,)`` [N m].
@@ -58,7 +59,7 @@ class TrackingController:
     """Follows one plan; call :meth:`command` every :attr:`dt` seconds, in order of time.
 
     Attributes:
-        waited: how long the plan's clock has stood still [s]; the plan's time is that much less.
+        waited: how long feet were waited for, beyond the pauses that the reference has [s].
 
     Args:
         plan: the motion. Its robot is the model that the controller believes in.
@@ -82,6 +83,7 @@ class TrackingController:
         self._radius = robot.foot_radius
         self._still = np.zeros(robot.model.nv)
         self._decay = float(np.exp(-dt / max(self.gains.blend_time, 1e-9)))
+        self._lingering = float(np.exp(-dt / max(self.gains.force_smoothing, 1e-9)))
         self._forces = ForceDistribution(
             robot.mass * GRAVITY, 0.5 * max(robot.stance_size), self.gains.friction
         )
@@ -103,6 +105,11 @@ class TrackingController:
         self._correction = np.zeros((len(LEGS), 3))
         self._offset = np.zeros((len(LEGS), 3))
         self._forces.reset()
+        self._pressed: FloatArray | None = None
+
+    def plan_time(self, time: float) -> float:
+        """Which instant of the plan is followed at ``time`` [s]."""
+        return float(self.reference.clock.plan_time(time - self.waited))
 
     def command(self, time: float, state: RobotState) -> Command:
         """What the servos are to do from ``time`` [s] on, given the measured ``state``."""
@@ -116,7 +123,7 @@ class TrackingController:
             needed[:6] + self._feedback(tick, state, rotation),
             self._loads(tick),
         )
-        torque = needed[6:] - share.forces.reshape(-1) @ grasp[:, 6:]
+        torque = needed[6:] - self._pressing(share.forces, state.contacts) @ grasp[:, 6:]
         return Command(
             torque=torque,
             angles=self._angles(tick, state.q[:3], rotation, feet),
@@ -191,6 +198,14 @@ class TrackingController:
             load = np.where(leaving, 1.0 - borne[self._awaited].min(), 1.0)
         return np.asarray(self._grounded * np.maximum(np.minimum(load, borne), LEAST_LOAD))
 
+    def _pressing(self, forces: FloatArray, contacts: BoolArray) -> FloatArray:
+        """The wanted ``forces (4, 3)`` as they come about ``(12,)``; at once none in the air."""
+        before = forces if self._pressed is None else self._pressed
+        pressed = forces + self._lingering * (before - forces)
+        pressed[~(contacts | self._grounded)] = 0.0
+        self._pressed = pressed
+        return pressed.reshape(-1)
+
     def _feedback(self, tick: int, state: RobotState, rotation: FloatArray) -> FloatArray:
         """Spring-damper wrench on the body, in its own frame ``(6,)``."""
         ref, gains = self.reference, self.gains
@@ -226,8 +241,10 @@ class TrackingController:
         rule = self._grounded[:, None]
         wanted = np.where(rule, standing, flying) - ref.feet_in_base[tick]
         for leg in np.flatnonzero(self._grounded & ~self._ruled):
-            # No set-point jumps at touch-down: the difference fades.
+            # No set-point jumps at touch-down: the difference fades. A little below the ground
+            # the foot keeps in touch with it until its load does so.
             self._offset[leg] = self._correction[leg] - wanted[leg]
+            self._offset[leg] -= self.gains.press * rotation[2]
         self._ruled = self._grounded
         self._offset *= self._decay
         # A flying foot has time: it follows the body's wobbling slowly, joint velocities stay low.

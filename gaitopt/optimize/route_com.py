@@ -14,8 +14,9 @@ from typing import NamedTuple
 import numpy as np
 
 from gaitopt.conventions import LEGS, FloatArray
-from gaitopt.optimize.route_legs import BODY, POSE, TURN, Bent, rotation
+from gaitopt.optimize.route_legs import BODY, POSE, TURN, Bent
 from gaitopt.robots.quadruped import Quadruped
+from gaitopt.robots.rotations import rpy_to_matrix
 
 _PAIRS = [(a, b) for a in range(3) for b in range(a, 3)]
 
@@ -94,7 +95,7 @@ class RouteMasses:
 
     def points(self, poses: FloatArray, joints: FloatArray) -> FloatArray:
         """The centre of mass ``(K, 3)`` [m] at ``poses (K, 9)`` with ``joints (K, 4, 3)``."""
-        turned = rotation(poses[:, TURN])
+        turned = rpy_to_matrix(poses[:, TURN])
         return np.asarray(poses[:, BODY] + np.einsum("Kij,Kj->Ki", turned, self.local(joints)))
 
     def local(self, joints: FloatArray) -> FloatArray:

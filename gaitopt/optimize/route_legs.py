@@ -15,9 +15,10 @@ import numpy as np
 from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.robots.leg import wrap_angle
 from gaitopt.robots.quadruped import Quadruped
+from gaitopt.robots.rotations import rpy_derivatives, rpy_to_matrix
 
-POSE = 9
-"""Numbers of a pose."""
+POSE, JOINTS = 9, 12
+"""Numbers of a pose, and joints of four legs."""
 BODY, TURN, FOOT = slice(0, 3), slice(3, 6), slice(6, 9)
 _SINGULAR = 1e-9
 _PAIRS = [(a, b) for a in range(3) for b in range(a, 3)]
@@ -76,6 +77,11 @@ class RouteLegs:
     high: FloatArray
     rates: FloatArray
 
+    @property
+    def reach(self) -> FloatArray:
+        """Length of the straight legs from their pitch axes ``(4,)`` [m]."""
+        return self.upper + self.lower
+
     @classmethod
     def of(cls, robot: Quadruped) -> RouteLegs:
         """Constants of a robot whose legs have three joints each."""
@@ -104,7 +110,8 @@ class RouteLegs:
         """
         flying = swing[..., None]
         arms = np.where(flying > 0, poses[:, None, FOOT], feet) - poses[:, None, BODY]
-        turned = rotations(poses[:, TURN])
+        angles = poses[:, TURN]
+        turned = (rpy_to_matrix(angles), *rpy_derivatives(angles))
         back = np.swapaxes(turned[0], 1, 2)
         local = arms @ turned[0] + self.body
         joints = self.inverse(local)
@@ -118,7 +125,7 @@ class RouteLegs:
     def joints(self, poses: FloatArray, feet: FloatArray, swing: FloatArray) -> FloatArray:
         """Angles alone ``(K, 4, 3)`` [rad]."""
         arms = np.where(swing[..., None] > 0, poses[:, None, FOOT], feet) - poses[:, None, BODY]
-        return self.inverse(arms @ rotation(poses[:, TURN]) + self.body)
+        return self.inverse(arms @ rpy_to_matrix(poses[:, TURN]) + self.body)
 
     def inverse(self, local: FloatArray) -> FloatArray:
         """Angles ``(K, 4, 3)`` of feet at ``local (K, 4, 3)``; NaN out of reach."""
@@ -209,42 +216,3 @@ class RouteLegs:
         out[..., 1, 1] = fx * uz - along * ux
         out[..., 1, 2] = out[..., 2, 1] = out[..., 2, 2] = fx * lz - along * lx
         return np.asarray(out * (self.signs[:, :, None] * self.signs[:, None, :]))
-
-
-def rotation(angles: FloatArray) -> FloatArray:
-    """``R = Rz Ry Rx`` of roll, pitch, yaw ``(K, 3)``: ``(K, 3, 3)``."""
-    (_, _, whole), _, _ = _factors(angles)
-    return whole
-
-
-def rotations(angles: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """``R``, its first derivatives ``(3, K, 3, 3)``, and its second ones ``(6, K, 3, 3)``.
-
-    The second ones are by (roll, roll), (roll, pitch), (roll, yaw), (pitch, pitch), (pitch, yaw)
-    and (yaw, yaw).
-    """
-    (x, y, whole), (dx, dy, dz), (ddx, ddy, ddz) = _factors(angles)
-    z = _about(2, angles[:, 2])[0]
-    zy, yx = z @ y, y @ x
-    first = np.stack([zy @ dx, z @ dy @ x, dz @ yx])
-    second = np.stack([zy @ ddx, z @ dy @ dx, dz @ (y @ dx), z @ ddy @ x, dz @ (dy @ x), ddz @ yx])
-    return whole, first, second
-
-
-def _factors(
-    angles: FloatArray,
-) -> tuple[tuple[FloatArray, ...], tuple[FloatArray, ...], tuple[FloatArray, ...]]:
-    x, y, z = (_about(axis, angles[:, axis]) for axis in range(3))
-    return (x[0], y[0], z[0] @ y[0] @ x[0]), (x[1], y[1], z[1]), (x[2], y[2], z[2])
-
-
-def _about(axis: int, angle: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Rotation about a coordinate axis with its first two derivatives, each ``(K, 3, 3)``."""
-    i, j = (axis + 1) % 3, (axis + 2) % 3
-    s, c = np.sin(angle), np.cos(angle)
-    out = np.zeros((3, len(angle), 3, 3))
-    out[0, :, axis, axis] = 1.0
-    for k, (sine, cosine) in enumerate(((s, c), (c, -s), (-s, -c))):
-        out[k, :, i, i] = out[k, :, j, j] = cosine
-        out[k, :, i, j], out[k, :, j, i] = -sine, sine
-    return out[0], out[1], out[2]

@@ -17,12 +17,13 @@ from typing import NamedTuple
 import numpy as np
 
 from gaitopt.conventions import FloatArray
+from gaitopt.optimize.route_band import Band, Slots
 from gaitopt.optimize.route_com import ComRows
-from gaitopt.optimize.route_legs import RouteLegs
+from gaitopt.optimize.route_legs import JOINTS, RouteLegs
+from gaitopt.optimize.route_linear import Linearised
 
-JOINTS = 12
 UNIT_TURN = np.radians(17.0)
-"""The slowest joint turns by so much in a problem's unit of time [rad]."""
+"""At its velocity limit the slowest joint turns by so much in a problem's unit of time [rad]."""
 
 
 class Rows(NamedTuple):
@@ -40,33 +41,6 @@ class Rows(NamedTuple):
     offset: FloatArray
 
 
-class Slots(NamedTuple):
-    """Lays out rows by their knots, so that sums over each knot's rows are matrix products.
-
-    Attributes:
-        knot: of each row ``(M,)``, ascending.
-        slot: its number among its knot's rows ``(M,)``.
-        shape: knots, and most rows of any.
-    """
-
-    knot: np.ndarray
-    slot: np.ndarray
-    shape: tuple[int, int]
-
-    @classmethod
-    def of(cls, knot: np.ndarray, knots: int) -> Slots:
-        """From each row's knot, ascending."""
-        first = np.searchsorted(knot, knot, side="left")
-        slot = np.arange(len(knot)) - first
-        return cls(knot, slot, (knots, int(slot.max(initial=0)) + 1))
-
-    def spread(self, rows: FloatArray) -> FloatArray:
-        """``rows (M, ...)`` as ``(knots, most, ...)``, with zeros where there is none."""
-        out = np.zeros((*self.shape, *rows.shape[1:]))
-        out[self.knot, self.slot] = rows
-        return out
-
-
 @dataclass(frozen=True, eq=False)
 class RouteProblem:
     """A time-optimal route problem.
@@ -80,7 +54,8 @@ class RouteProblem:
             ascending from knot to knot. Knots may share unknowns.
         rows: inequalities on single poses.
         bounded: which position limits are looked at, low and high ``(2, 12)``.
-        evenness: weight of the small quadratic term in the times [1/s].
+        unit: the solver counts times in it, so that robots of all speeds look alike to it [s].
+        evenness: weight of the small quadratic term in the times, counted so.
         com: inequalities on the true centre of mass, where there are any.
     """
 
@@ -91,6 +66,7 @@ class RouteProblem:
     unknown: np.ndarray
     rows: Rows
     bounded: np.ndarray
+    unit: float = 1.0
     evenness: float = 1.0
     com: ComRows | None = None
 
@@ -104,15 +80,15 @@ class RouteProblem:
         """Velocity limits of all joints ``(12,)`` [rad/s]."""
         return np.asarray(self.legs.rates.reshape(JOINTS))
 
-    @property
-    def unit(self) -> float:
-        """A time that is short for this robot [s]: of the size of what is between two knots."""
-        return float(UNIT_TURN / self.rates.min())
+    @cached_property
+    def turns(self) -> FloatArray:
+        """What all joints turn at most in a unit of time ``(12,)`` [rad]."""
+        return self.rates * self.unit
 
     @property
     def barrier(self) -> float:
-        """First barrier parameter from a poor guess: small against an interval's time [s]."""
-        return 1e-2 * self.unit
+        """First barrier parameter from a poor guess: small against an interval's time."""
+        return 1e-2
 
     @cached_property
     def columns(self) -> np.ndarray:
@@ -167,22 +143,22 @@ class RouteProblem:
         return np.argsort(-by_knot)[:count]
 
     def pack(self, poses: FloatArray, times: FloatArray) -> FloatArray:
-        """The vector of unknowns of given poses and times."""
+        """The vector of unknowns of given poses ``(K, 9)`` and times ``(K - 1,)`` [s]."""
         placed, at, size = self.numbering
         x = np.zeros(size)
         mine = placed >= 0
         x[placed[mine]] = poses[:, self.columns][mine]
-        x[at] = times
+        x[at] = times / self.unit
         return x
 
     def unpack(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Poses ``(K, 9)`` and times ``(K - 1,)`` of a vector of unknowns."""
+        """Poses ``(K, 9)`` and times ``(K - 1,)`` [s] of a vector of unknowns."""
         placed, at, _ = self.numbering
         poses = self.poses.copy()
         poses[:, self.columns] = np.where(
             placed >= 0, x[np.maximum(placed, 0)], poses[:, self.columns]
         )
-        return poses, x[at]
+        return poses, x[at] * self.unit
 
     @cached_property
     def cost(self) -> FloatArray:
@@ -201,9 +177,10 @@ class RouteProblem:
         """All inequalities, which must not be negative; NaN where a foot is out of reach."""
         poses, times = self.unpack(x)
         joints = self.legs.joints(poses, self.feet, self.swing).reshape(-1, JOINTS)
-        return self._values(poses, times, joints)
+        return self.values_at(poses, times, joints)
 
-    def _values(self, poses: FloatArray, times: FloatArray, joints: FloatArray) -> FloatArray:
+    def values_at(self, poses: FloatArray, times: FloatArray, joints: FloatArray) -> FloatArray:
+        """All inequalities at given poses ``(K, 9)`` and times ``(K - 1,)`` with their joints."""
         turn, room = np.diff(joints, axis=0), self.rates * times[:, None]
         late = joints[self.fixed_knots :]
         low, high = self.bounded
@@ -238,10 +215,10 @@ class RouteProblem:
         """
         count = self.settled
         short = np.maximum(slack[:count] - values[:count], 0.0).reshape(2, -1, JOINTS)
-        more = (short.max(axis=0) / self.rates).max(axis=1)
+        more = (short.max(axis=0) / self.turns).max(axis=1)
         out, after = x.copy(), values.copy()
         out[self.numbering[1]] += more
-        after[:count] += np.tile((more[:, None] * self.rates).ravel(), 2)
+        after[:count] += np.tile((more[:, None] * self.turns).ravel(), 2)
         return out, after
 
     def linearised(self, x: FloatArray) -> Linearised:
@@ -279,163 +256,3 @@ class RouteProblem:
         """Where the blocks of each interval go in the banded matrix."""
         placed, at, size = self.numbering
         return Band.of(np.concatenate([placed[:-1], at[:, None], placed[1:]], axis=1), size)
-
-
-class Band(NamedTuple):
-    """Scatters blocks of intervals into the lower band of a symmetric matrix.
-
-    Attributes:
-        source: entries of the flattened blocks that are used.
-        target: their places in the flattened band.
-        shape: of the band, ``(width, size)``.
-        where: unknown of each row of each block ``(K - 1, b)``, -1 where there is none.
-    """
-
-    source: np.ndarray
-    target: np.ndarray
-    shape: tuple[int, int]
-    where: np.ndarray
-
-    @classmethod
-    def of(cls, where: np.ndarray, size: int) -> Band:
-        """From the unknowns that each block's rows belong to."""
-        row, column = where[:, :, None], where[:, None, :]
-        used = (row >= column) & (column >= 0)
-        source = np.flatnonzero(used)
-        down = np.broadcast_to(row - column, used.shape).reshape(-1)[source]
-        across = np.broadcast_to(column, used.shape).reshape(-1)[source]
-        width = int(down.max(initial=0)) + 1
-        return cls(source, down * size + across, (width, size), where)
-
-    def matrix(self, blocks: FloatArray) -> FloatArray:
-        """Sum of ``blocks (K - 1, b, b)`` in LAPACK's lower banded form ``(width, size)``."""
-        flat = np.bincount(
-            self.target, blocks.reshape(-1)[self.source], minlength=self.shape[0] * self.shape[1]
-        )
-        return np.asarray(flat.reshape(self.shape))
-
-
-class Linearised:
-    """A problem's values and derivatives at one point.
-
-    Attributes:
-        values: all inequalities ``(m,)``.
-    """
-
-    def __init__(self, problem: RouteProblem, x: FloatArray) -> None:
-        self._problem = problem
-        self._poses, times = problem.unpack(x)
-        self._bent = problem.legs.bend(self._poses, problem.feet, problem.swing)
-        joints = self._bent.joints.reshape(-1, JOINTS)
-        self.values = problem._values(self._poses, times, joints)
-        self._gradients = self._bent.gradients()
-        self._slopes = self._gradients[:, :, problem.columns]
-        rows, com = problem.rows, problem.com
-        single = rows.linear + rows.square * self._poses[rows.knot]
-        if com is not None:
-            self._com = com.masses.at(self._poses, self._bent, self._gradients)
-            single = np.concatenate([single, com.slopes(self._com)])[problem.order]
-        self._rows = single[:, problem.columns]
-
-    def _split(self, v: FloatArray) -> tuple[FloatArray, ...]:
-        """Parts of a vector over inequalities: up, down, low, high, rows."""
-        p = self._problem
-        late = p.knots - p.fixed_knots
-        spans = (p.knots - 1) * JOINTS
-        low, high = (int(b.sum()) * late for b in p.bounded)
-        up, down, below, above, rows = np.split(v, np.cumsum([spans, spans, low, high]))
-        return (up.reshape(-1, JOINTS), down.reshape(-1, JOINTS),
-                below.reshape(late, -1), above.reshape(late, -1), rows)  # fmt: skip
-
-    def _on_joints(self, v: FloatArray) -> FloatArray:
-        """``sum of v * values`` as weights on the joints of every knot ``(K, 12)``."""
-        p = self._problem
-        up, down, below, above, _ = self._split(v)
-        out = np.zeros((p.knots, JOINTS))
-        out[1:] += down - up
-        out[:-1] -= down - up
-        out[p.fixed_knots :, p.bounded[0]] += below
-        out[p.fixed_knots :, p.bounded[1]] -= above
-        return out
-
-    def pull(self, v: FloatArray) -> FloatArray:
-        """Transposed Jacobian times ``v (m,)``."""
-        p = self._problem
-        up, down, _, _, rows = self._split(v)
-        on_poses = np.einsum("kj,kjc->kc", self._on_joints(v), self._slopes)
-        on_poses += p.slots.spread(rows[:, None] * self._rows).sum(axis=1)
-        placed, at, size = p.numbering
-        mine = placed >= 0
-        out = np.bincount(placed[mine], on_poses[mine], minlength=size)
-        out[at] += (up + down) @ p.rates
-        return np.asarray(out)
-
-    def push(self, dx: FloatArray) -> FloatArray:
-        """Jacobian times ``dx (n,)``."""
-        p = self._problem
-        placed, at, _ = p.numbering
-        moves = np.where(placed >= 0, dx[np.maximum(placed, 0)], 0.0)
-        joints = np.einsum("kjc,kc->kj", self._slopes, moves)
-        turn, room = np.diff(joints, axis=0), p.rates * dx[at][:, None]
-        late = joints[p.fixed_knots :]
-        return np.concatenate([
-            (room - turn).ravel(), (room + turn).ravel(), late[:, p.bounded[0]].ravel(),
-            -late[:, p.bounded[1]].ravel(), (self._rows * moves[p.row_knots]).sum(axis=1),
-        ])  # fmt: skip
-
-    def normal(self, scale: FloatArray, duals: FloatArray) -> FloatArray:
-        """``J' diag(scale) J`` minus the curvature of ``duals * values``, in banded form."""
-        p = self._problem
-        c = len(p.columns)
-        up, down, below, above, rows = self._split(scale)
-        slopes = self._slopes
-        sides = np.concatenate([-slopes[:-1], slopes[1:]], axis=2)
-        pair = np.swapaxes(sides, 1, 2) @ ((up + down)[:, :, None] * sides)
-        cross = np.einsum("kjc,kj->kc", sides, (down - up) * p.rates)
-        blocks = np.empty((p.knots - 1, 2 * c + 1, 2 * c + 1))
-        blocks[:, :c, :c], blocks[:, c + 1 :, c + 1 :] = pair[:, :c, :c], pair[:, c:, c:]
-        blocks[:, :c, c + 1 :], blocks[:, c + 1 :, :c] = pair[:, :c, c:], pair[:, c:, :c]
-        blocks[:, :c, c] = blocks[:, c, :c] = cross[:, :c]
-        blocks[:, c + 1 :, c] = blocks[:, c, c + 1 :] = cross[:, c:]
-        blocks[:, c, c] = (up + down) @ p.rates**2
-        single = self._single(below, above, rows, duals)
-        blocks[:, :c, :c] += single[:-1]
-        blocks[-1, c + 1 :, c + 1 :] += single[-1]
-        return p.band.matrix(blocks)
-
-    def _single(
-        self,
-        below: FloatArray,
-        above: FloatArray,
-        rows: FloatArray,
-        duals: FloatArray,
-    ) -> FloatArray:
-        """What single knots add to the matrix ``(K, c, c)``."""
-        p = self._problem
-        on_rows = self._split(duals)[4]
-        bent = self._curvature(self._on_joints(duals).reshape(-1, 4, 3), on_rows)
-        out = -bent[:, p.columns][:, :, p.columns]
-        bow = on_rows[:, None] * p.squares
-        bend = p.slots.spread(bow).sum(axis=1)
-        out[:, range(len(p.columns)), range(len(p.columns))] -= bend
-        stiff = np.zeros((p.knots, JOINTS))
-        stiff[p.fixed_knots :, p.bounded[0]] += below
-        stiff[p.fixed_knots :, p.bounded[1]] += above
-        if p.bounded.any():
-            out += np.swapaxes(self._slopes, 1, 2) @ (stiff[:, :, None] * self._slopes)
-        spread = p.slots.spread(self._rows)
-        out += np.swapaxes(spread, 1, 2) @ (p.slots.spread(rows)[:, :, None] * spread)
-        return np.asarray(out)
-
-    def _curvature(self, weights: FloatArray, on_rows: FloatArray) -> FloatArray:
-        """Curvature of ``weights (K, 4, 3)`` on joints and of rows on the centre of mass."""
-        p = self._problem
-        if p.com is None:
-            return p.legs.curvature(self._bent, weights)
-        in_turn = np.empty_like(on_rows)
-        in_turn[p.order] = on_rows
-        pull = p.com.pull(in_turn[len(p.rows.knot) :], p.knots)
-        masses = p.com.masses
-        weights = weights + masses.on_joints(self._bent, self._com, pull)
-        out = masses.curvature(self._bent, self._gradients, self._com, pull)
-        return np.asarray(out + p.legs.curvature(self._bent, weights))

@@ -77,6 +77,8 @@ def plan_crawl(
     cog_start: ArrayLike | None = None,
     free: str | Iterable[str] | None = None,
     com: Literal["body", "model"] = "body",
+    acceleration_limit: float | None = None,
+    horizon: int | None = None,
     progress: Progress | None = None,
 ) -> Plan:
     """Plan a statically stable walk over given footholds.
@@ -111,7 +113,10 @@ def plan_crawl(
             :func:`gaitopt.plan_route`; ``"swing"`` by default.
         com: with the objective ``"time"``, what keeps the stability margin: the body's centre
             (``"body"``) or the true centre of mass of the whole robot (``"model"``).
-        progress: called with (steps done, steps in all).
+        acceleration_limit, horizon: with the objective ``"time"``, a limit of every joint
+            [rad/s^2], and steps that are planned ahead, as for :func:`gaitopt.plan_route`.
+        progress: called with (steps done, steps in all); with the objective ``"time"`` as for
+            :func:`gaitopt.plan_route`.
 
     Returns:
         The plan; :meth:`Plan.sample` gives the motion, :func:`gaitopt.replay` shows it.
@@ -127,12 +132,14 @@ def plan_crawl(
             f"plan_crawl takes a Quadruped (from load_robot) and Footholds, got "
             f"{type(robot).__name__} and {type(footholds).__name__}"
         )
-    if objective == "time" or free is not None or com != "body":
+    fast = (acceleration_limit, horizon, free)
+    if objective == "time" or com != "body" or any(option is not None for option in fast):
         return _least_time(
             robot, footholds, objective, speed, swing, "swing" if free is None else free,
             stability_margin=stability_margin, body_height=body_height, swing_height=swing_height,
             sequence=sequence, reach_fraction=reach_fraction, heading=heading,
             follow_terrain=follow_terrain, cog_start=cog_start, com=com,
+            acceleration_limit=acceleration_limit, horizon=horizon, progress=progress,
         )  # fmt: skip
     free_order = isinstance(sequence, str) and sequence == "free"
     settings = CrawlSettings(
@@ -187,7 +194,10 @@ def _least_time(
     from gaitopt.planning.route_crawl import plan_route
 
     if objective != "time":
-        raise InputError(f"free and com go with the objective 'time', got {objective!r}")
+        raise InputError(
+            f"free, com, acceleration_limit and horizon go with the objective 'time', got "
+            f"{objective!r}"
+        )
     if speed != "max" or swing != "box":
         raise InputError(
             "the objective 'time' has speeds and swings of its own: leave speed and swing out, got "

@@ -14,7 +14,7 @@ import numpy as np
 
 from gaitopt.conventions import LEGS, FloatArray, rotation_z
 from gaitopt.errors import SolverError
-from gaitopt.optimize.route_legs import BODY, FOOT, TURN, RouteLegs, rotation
+from gaitopt.optimize.route_legs import BODY, FOOT, TURN, RouteLegs
 from gaitopt.planning.path import MotionPath
 from gaitopt.planning.phase import Limit, Phase
 from gaitopt.planning.route_balance import dense_com
@@ -214,7 +214,7 @@ def base_poses(
     """
     from scipy.spatial.transform import Rotation
 
-    body = rotation_z(heading) @ rotation(turns)
+    body = rotation_z(heading) @ rpy_to_matrix(turns)
     out = np.empty((len(centre), 6))
     out[:, :3] = centre @ rotation_z(heading).T - body @ robot.centre
     angles = Rotation.from_matrix(body @ robot.body_axes.T).as_euler("ZYX")

@@ -14,8 +14,9 @@ from math import comb, perm
 import numpy as np
 
 from gaitopt.conventions import LEGS, FloatArray
-from gaitopt.optimize.route_dynamics import RouteDynamics, intervals
-from gaitopt.optimize.route_problem import JOINTS
+from gaitopt.optimize.route_dynamics import RouteDynamics
+from gaitopt.optimize.route_dynamics_linear import intervals
+from gaitopt.optimize.route_legs import JOINTS
 from gaitopt.planning.path import MotionPath
 from gaitopt.planning.route_motion import RouteMotion
 from gaitopt.robots.quadruped import Quadruped

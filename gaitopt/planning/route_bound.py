@@ -8,59 +8,75 @@ import numpy as np
 
 from gaitopt.conventions import FloatArray, frozen
 from gaitopt.errors import InputError
+from gaitopt.inputs import check_count
 from gaitopt.optimize.route_problem import RouteProblem, Rows
 from gaitopt.optimize.route_solver import solve_route
 from gaitopt.planning.plan import Plan
 from gaitopt.planning.route_settings import RouteSettings
-from gaitopt.planning.route_steps import prepared, problem_of
+from gaitopt.planning.route_steps import Route, prepared, problem_of
 
 
 def route_bound(plan: Plan, window: int = 8, iterations: int = 300) -> FloatArray:
     """Times [s] below which no plan of the same settings is expected to come, window by window.
 
     The coupling between windows of steps is relaxed: each may begin in whatever pose of the body
-    suits it best, and moving there takes no time. What is left is one problem a window. Knots
-    joined in joint space take a little less time than the motion through them, which is on the
-    safe side; but the problems are not convex, so each bound is that of the best local optimum
-    found, and not a proof.
+    suits it best, and moving there takes no time. Limits of accelerations are relaxed, too, and
+    of a dynamic walk the whole of its balance: what is left of it is reach, clearance and joint
+    velocities. Knots joined in joint space take a little less time than the motion through them,
+    which is on the safe side; but the problems are not convex, so each bound is that of the best
+    local optimum found, and not a proof.
 
     Args:
-        plan: a time-optimal route, static and without acceleration limits.
+        plan: a time-optimal route.
         window: steps of each window; with 1 every swing is on its own. The bound grows with it.
         iterations: most Newton steps of each problem.
 
     Returns:
-        One time a window; their sum bounds the whole walk. NaN where there was no convergence.
+        One time a window; their sum bounds the whole walk. Where a window did not converge it is
+        that of its halves, which is lower; NaN where not even single steps did.
 
     Raises:
-        InputError: the plan is no route, or has accelerations, or ``window`` is below 1.
+        InputError: the plan is no route, or ``window`` is below 1.
     """
     settings = plan.settings
-    if not isinstance(settings, RouteSettings) or settings.smooth or "overlap" not in settings.free:
-        raise InputError(
-            "route_bound takes a plan of plan_route whose body moves during swings and whose "
-            "accelerations are not limited"
-        )
-    if isinstance(window, bool) or window < 1:
-        raise InputError(f"window must be a whole number of steps from 1, got {window!r}")
-    route = prepared(plan.robot, plan.footholds, settings, None)
-    times = []
+    if not isinstance(settings, RouteSettings):
+        raise InputError("route_bound takes a plan of plan_route")
+    window = check_count("window", window, 1, 10_000)
+    relaxed = replace(
+        settings, acceleration_limit=None,
+        free=tuple(name for name in settings.free if name != "dynamic"),
+    )  # fmt: skip
+    route = prepared(plan.robot, plan.footholds, relaxed, None)
     count = len(route.steps.legs)
-    for first in range(0, count, window):
-        whole = problem_of(route, first, min(first + window, count))
-        problem = _without_start(whole, settings.stance_knots)
-        answer = solve_route(problem, problem.start(), barrier=problem.barrier,
-                             iterations=iterations)  # fmt: skip
-        needed = problem.needed(problem.unpack(answer.x)[0]).sum()
-        times.append(float(needed) if answer.status == "solved" else float("nan"))
-    return frozen(times)
+    return frozen([
+        _least_time(route, settings.static, first, min(first + window, count), iterations)
+        for first in range(0, count, window)
+    ])  # fmt: skip
+
+
+def _least_time(route: Route, static: bool, first: int, last: int, iterations: int) -> float:
+    """Least time of some steps; of their halves apart, where there is no convergence."""
+    problem = _without_start(problem_of(route, first, last), route.settings.stance_knots)
+    if not static:
+        problem = _without_balance(problem)
+    answer = solve_route(problem, problem.start(), barrier=problem.barrier,
+                         iterations=iterations)  # fmt: skip
+    if answer.status == "solved":
+        return float(problem.needed(problem.unpack(answer.x)[0]).sum())
+    if last - first == 1:
+        return float("nan")
+    middle = (first + last) // 2
+    return _least_time(route, static, first, middle, iterations) + _least_time(
+        route, static, middle, last, iterations
+    )
 
 
 def _without_start(problem: RouteProblem, stance: int) -> RouteProblem:
     """The problem from its first swing on, with a free pose of the body at its beginning."""
     unknown = problem.unknown[stance:].copy()
     free = unknown >= 0
-    number = np.cumsum(free).reshape(free.shape) - 1
+    # Knots may share unknowns: where the body stands still, those of a swing do.
+    unknown[free] = np.unique(unknown[free], return_inverse=True)[1]
     kept = problem.rows.knot >= stance
     rows = Rows(problem.rows.knot[kept] - stance, *(part[kept] for part in problem.rows[1:]))
     com = None if problem.com is None else problem.com.since(stance)
@@ -69,7 +85,13 @@ def _without_start(problem: RouteProblem, stance: int) -> RouteProblem:
         feet=problem.feet[stance:],
         swing=problem.swing[stance:],
         poses=problem.poses[stance:],
-        unknown=np.where(free, number, -1),
+        unknown=unknown,
         rows=rows,
         com=com,
     )
+
+
+def _without_balance(problem: RouteProblem) -> RouteProblem:
+    """The problem without the rows that hold the body's centre over its support."""
+    level = np.abs(problem.rows.linear[:, :2]).sum(axis=1) == 0
+    return replace(problem, rows=Rows(*(part[level] for part in problem.rows)))

@@ -12,8 +12,8 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 
 from gaitopt.conventions import LEGS, FloatArray
-from gaitopt.optimize.route_legs import POSE
-from gaitopt.optimize.route_problem import JOINTS, RouteProblem, Rows
+from gaitopt.optimize.route_legs import JOINTS, POSE
+from gaitopt.optimize.route_problem import RouteProblem, Rows
 from gaitopt.robots.quadruped import Quadruped
 
 APART = 2e-3

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import fields, replace
+from numbers import Real
 from time import process_time
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,37 +18,32 @@ from numpy.typing import ArrayLike
 from gaitopt.conventions import FloatArray
 from gaitopt.errors import GaitoptError, InfeasibleStepError, InputError, SolverError
 from gaitopt.gait.crawl import CRAWL_SEQUENCES, WANG_SEQUENCE, check_order
-from gaitopt.optimize.route_solver import Answer, solve_route
+from gaitopt.inputs import check_count
+from gaitopt.optimize.route_solver import Answer
 from gaitopt.planning import crawl
+from gaitopt.planning.crawl import Progress
 from gaitopt.planning.free_gait import find_order, plan_touches
 from gaitopt.planning.path import MotionPath
 from gaitopt.planning.plan import Plan
 from gaitopt.planning.route_assembly import densify, motion_path, route_phases
-from gaitopt.planning.route_balance import raised, shortfall
-from gaitopt.planning.route_collision import kept_apart, touching
-from gaitopt.planning.route_knots import RouteKnots, build_route, feet_clearance
+from gaitopt.planning.route_balance import shortfall
+from gaitopt.planning.route_clearance import dense_heights
+from gaitopt.planning.route_knots import build_route
 from gaitopt.planning.route_settings import RouteSettings, check_free
 from gaitopt.planning.route_smooth import smooth_plan
-from gaitopt.planning.route_steps import Route, failed, knots_of, prepared, problem_of
+from gaitopt.planning.route_steps import Route, failed, prepared
 from gaitopt.planning.route_stops import StoppingMotion, stopping_path
+from gaitopt.planning.route_whole import planned_in_windows, planned_whole
 from gaitopt.planning.settings import CrawlSettings
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.footholds import Footholds
 
-if TYPE_CHECKING:
-    from gaitopt.optimize.route_com import ComRows
-    from gaitopt.optimize.route_problem import RouteProblem
-
-DIRECT_STEPS = 1024
-"""Longer routes are first planned in overlapping windows, and then as a whole."""
-WINDOW = 16
-"""Steps of such a window."""
-NEAR = 1e-2
-"""First barrier parameter from a good guess, as a share of that from a poor one."""
-ROUNDS = 6
-"""Most rounds of moving legs apart."""
-BALANCE_ROUNDS = 8
-"""Most rounds of keeping the true centre of mass in its margin between knots, too."""
+SLOWEST_RAMP = 10.0
+"""Longest time in which an acceleration limit may take a joint to its velocity limit [s]."""
+MOST_STEPS = 10_000
+"""Longest horizon."""
+MOST_ITERATIONS = 100_000
+"""Most Newton steps that may be asked for."""
 RAMP = 0.05
 """Time in which the slowest joint reaches its velocity limit, by default [s]."""
 
@@ -72,6 +68,7 @@ def plan_route(
     stance_knots: int | None = None,
     swing_knots: int | None = None,
     iterations: int = 300,
+    progress: Progress | None = None,
 ) -> Plan:
     """Plan the fastest statically stable walk over given footholds, all steps at once.
 
@@ -100,6 +97,8 @@ def plan_route(
             way, and keep the first half of each; ``None`` for all steps at once.
         stance_knots, swing_knots: intervals of the problem in each phase.
         iterations: most Newton steps of a solution.
+        progress: called with (done, in all), from (0, all) on: of steps, which are done window by
+            window or all at once; with the sequence ``"free"`` of orders.
 
     Returns:
         The plan. ``plan.info`` holds the solver's residuals, worked out anew at the end.
@@ -114,7 +113,25 @@ def plan_route(
             f"plan_route takes a Quadruped (from load_robot) and Footholds, got "
             f"{type(robot).__name__} and {type(footholds).__name__}"
         )
-    if isinstance(sequence, str) and sequence == "free":
+    named = check_free(free)
+    limited = acceleration_limit is not None or "dynamic" in named
+    smooth, stops = limited and "swing" in named, limited and "swing" not in named
+    stance = 1 if stops else 3 if smooth else 4 if "posture" in named else 2
+    free_order = isinstance(sequence, str) and sequence == "free"
+    settings = RouteSettings(
+        free=named, stability_margin=stability_margin, body_height=body_height,
+        swing_height=swing_height, clearance=clearance,
+        sequence=WANG_SEQUENCE if free_order else check_order(sequence),
+        reach_fraction=reach_fraction, heading=heading, follow_terrain=follow_terrain,
+        acceleration_limit=_acceleration(robot, named, acceleration_limit),
+        stance_knots=stance if stance_knots is None else stance_knots,
+        swing_knots=(8 if "swing" in named else 6 if stops else 12)
+        if swing_knots is None else swing_knots, com=com,
+    )  # fmt: skip
+    iterations = check_count("iterations", iterations, 1, MOST_ITERATIONS)
+    if horizon is not None:
+        horizon = check_count("horizon", horizon, 2, MOST_STEPS)
+    if free_order:
         options = dict(
             free=free, stability_margin=stability_margin, body_height=body_height,
             swing_height=swing_height, clearance=clearance, reach_fraction=reach_fraction,
@@ -122,40 +139,36 @@ def plan_route(
             acceleration_limit=acceleration_limit, horizon=horizon, stance_knots=stance_knots,
             swing_knots=swing_knots, iterations=iterations,
         )  # fmt: skip
-        return _fastest_order(robot, footholds, options)
-    named = check_free(free)
-    limited = acceleration_limit is not None or "dynamic" in named
-    smooth, stops = limited and "swing" in named, limited and "swing" not in named
-    stance = 1 if stops else 3 if smooth else 4 if "posture" in named else 2
-    settings = RouteSettings(
-        free=named, stability_margin=stability_margin, body_height=body_height,
-        swing_height=swing_height, sequence=check_order(sequence), clearance=clearance,
-        reach_fraction=reach_fraction, heading=heading, follow_terrain=follow_terrain,
-        acceleration_limit=_acceleration(robot, named, acceleration_limit),
-        stance_knots=stance_knots or stance,
-        swing_knots=swing_knots or (8 if "swing" in named else 6 if stops else 12), com=com,
-    )  # fmt: skip
-    if settings.true_com and settings.smooth:
-        raise InputError(
-            "com='model' keeps static stability at the joints' velocity limits only: leave "
-            "'dynamic' and acceleration_limit out, or take com='body'"
-        )
-    if horizon is not None and (isinstance(horizon, bool) or not 2 <= horizon <= 10_000):
-        raise InputError(f"horizon must be a whole number of steps from 2, got {horizon!r}")
+        return _fastest_order(robot, footholds, options, progress)
     route = prepared(robot, footholds, settings, cog_start)
     if not route.steps.legs:
         return Plan(robot, footholds, settings, (), _standing(route), {})
+    return _planned(route, horizon, iterations, progress)
+
+
+def _planned(route: Route, horizon: int | None, iterations: int, progress: Progress | None) -> Plan:
+    """The plan of a walk that has steps."""
+    steps, settings = len(route.steps.legs), route.settings
     began = process_time()
+    if progress is not None:
+        progress(0, steps)
     if settings.acceleration_limit is not None and "swing" in settings.free:
-        return smooth_plan(route, iterations, None if horizon is None else int(horizon))
-    if horizon is not None:
-        poses, answers = _in_windows(route, int(horizon), max(int(horizon) // 2, 1), iterations)
+        plan = smooth_plan(route, iterations, horizon, progress)
     else:
-        poses, answers = _whole(route, iterations)
-    return _assembled(route, poses, answers, process_time() - began)
+        if horizon is None:
+            poses, answers = planned_whole(route, iterations, progress)
+        else:
+            kept = max(horizon // 2, 1)
+            poses, answers = planned_in_windows(route, horizon, kept, iterations, progress)
+        plan = _assembled(route, poses, answers, process_time() - began)
+    if progress is not None:
+        progress(steps, steps)
+    return plan
 
 
-def _fastest_order(robot: Quadruped, footholds: Footholds, options: dict[str, Any]) -> Plan:
+def _fastest_order(
+    robot: Quadruped, footholds: Footholds, options: dict[str, Any], progress: Progress | None
+) -> Plan:
     """The fastest of the plans with each of the six cycles, and with the order that is searched.
 
     Raises:
@@ -163,11 +176,16 @@ def _fastest_order(robot: Quadruped, footholds: Footholds, options: dict[str, An
     """
     plans: list[Plan] = []
     errors: list[GaitoptError] = []
-    for order in _orders(robot, footholds, options):
+    orders = _orders(robot, footholds, options)
+    for done, order in enumerate(orders):
+        if progress is not None:
+            progress(done, len(orders))
         try:
             plans.append(plan_route(robot, footholds, sequence=order, **options))
         except (InfeasibleStepError, SolverError) as error:
             errors.append(error)
+    if progress is not None:
+        progress(len(orders), len(orders))
     if not plans:
         raise errors[0]
     best = min(plans, key=lambda plan: (plan_touches(plan), plan.duration))
@@ -194,114 +212,16 @@ def _acceleration(robot: Quadruped, free: tuple[str, ...], asked: float | None) 
             "acceleration_limit with a free 'swing' needs 'overlap' to be free, too: the swing's "
             "spline moves with the body's"
         )
+    slowest = float(min(leg.velocity_limits.min() for leg in robot.legs.values()))
     if asked is None and "dynamic" in free:
-        return round(float(min(leg.velocity_limits.min() for leg in robot.legs.values())) / RAMP, 6)
+        return round(slowest / RAMP, 6)
+    if isinstance(asked, Real) and 0.0 < asked < slowest / SLOWEST_RAMP:
+        raise InputError(
+            f"acceleration_limit is {asked:g} rad/s^2, with which a joint needs more than "
+            f"{SLOWEST_RAMP:g} s to its velocity limit of {slowest:.3g} rad/s; take at least "
+            f"{slowest / SLOWEST_RAMP:.3g}"
+        )
     return asked
-
-
-def _whole(route: Route, iterations: int) -> tuple[FloatArray, list[Answer]]:
-    """Poses at all knots, all steps at once."""
-    count = len(route.steps.legs)
-    problem, knots = problem_of(route, 0, count), knots_of(route, 0, count)
-    answers: list[Answer] = []
-    last = problem
-    if count <= DIRECT_STEPS:
-        answers, last = _solved(route, problem, knots, None, iterations)
-    if not answers or answers[-1].status != "solved":
-        poses, windows = _in_windows(route, WINDOW, WINDOW // 2, iterations, partial=True)
-        again, last = _solved(route, problem, knots, poses, iterations)
-        answers += [*windows, *again]
-    if answers[-1].status != "solved":
-        raise failed(route, last, answers[-1], 0)
-    return problem.unpack(answers[-1].x)[0], answers
-
-
-def _solved(
-    route: Route,
-    problem: RouteProblem,
-    knots: RouteKnots | None,
-    guess: FloatArray | None,
-    iterations: int,
-) -> tuple[list[Answer], RouteProblem]:
-    """Answers to the problem, and the problem that the last one solves.
-
-    In the last answer legs keep apart and the true COM keeps its margin.
-
-    Args:
-        route, problem: what is walked, and the steps that are solved.
-        knots: of these steps; ``None`` to keep the true COM's margin at knots only.
-        guess: poses from which to begin, near the optimum; the problem's own by default.
-        iterations: most Newton steps of each solution.
-    """
-
-    def again(changed: RouteProblem, poses: FloatArray) -> Answer:
-        return solve_route(changed, changed.near(poses), barrier=NEAR * changed.barrier,
-                           iterations=iterations)  # fmt: skip
-
-    if guess is None:
-        answers = [solve_route(problem, problem.start(), barrier=problem.barrier,
-                               iterations=iterations)]  # fmt: skip
-    else:
-        answers = [again(problem, guess)]
-    apart = problem
-    for attempt in range(max(ROUNDS, BALANCE_ROUNDS if problem.com is not None else 0)):
-        if answers[-1].status != "solved":
-            break
-        poses = problem.unpack(answers[-1].x)[0]
-        found = None
-        if route.shapes is not None and attempt < ROUNDS:
-            found = touching(route.shapes, problem, poses)
-        rows = _safer(route, apart, knots, poses)
-        if found is None and rows is None:
-            break
-        if rows is not None:
-            problem, apart = replace(problem, com=rows), replace(apart, com=rows)
-        if route.shapes is not None and found is not None:
-            apart = kept_apart(route.shapes, problem, poses, *found)
-        answers.append(again(apart, poses))
-    return answers, apart
-
-
-def _safer(
-    route: Route, problem: RouteProblem, knots: RouteKnots | None, poses: FloatArray
-) -> ComRows | None:
-    """Rows that ask more of the true COM, where it loses its margin between knots; else none."""
-    if problem.com is None or knots is None:
-        return None
-    dense = densify(route.robot, route.settings, knots, problem.legs, poses)
-    short = shortfall(route.robot, route.settings, knots, dense)
-    return raised(problem.com, knots, short) if short.max() > 0.0 else None
-
-
-def _in_windows(
-    route: Route, length: int, kept: int, iterations: int, partial: bool = False
-) -> tuple[FloatArray, list[Answer]]:
-    """Poses at all knots, planned in windows of ``length`` steps of which ``kept`` are kept.
-
-    Args:
-        partial: take what was found even where a window did not converge, as a first guess.
-    """
-    count, each = len(route.steps.legs), route.settings.stance_knots + route.settings.swing_knots
-    poses = np.zeros((count * each + 1, 9))
-    answers: list[Answer] = []
-    first, here = 0, None
-    while first < count:
-        last = min(first + length, count)
-        problem = problem_of(route, first, last)
-        if here is not None:
-            problem.poses[0] = here
-        # A first guess need not hold between knots.
-        knots = None if partial else knots_of(route, first, last)
-        some, solved = _solved(route, problem, knots, None, iterations)
-        answers += some
-        answer = answers[-1]
-        if answer.status != "solved" and not partial:
-            raise failed(route, solved, answer, first)
-        found = problem.unpack(answer.x)[0]
-        step = last - first if last == count else kept
-        poses[first * each : (first + step) * each + 1] = found[: step * each + 1]
-        here, first = found[step * each], first + step
-    return poses, answers
 
 
 def _assembled(route: Route, poses: FloatArray, answers: list[Answer], seconds: float) -> Plan:
@@ -324,11 +244,14 @@ def _assembled(route: Route, poses: FloatArray, answers: list[Answer], seconds: 
         "solver_iterations": float(sum(a.iterations for a in answers)),
         "stationarity": answers[-1].stationarity,
         "violation": answers[-1].primal,
-        "complementarity": answers[-1].complementarity,
+        "complementarity": answers[-1].complementarity * problem.unit,
     }
     if "swing" in settings.free:
-        info["clearance"] = feet_clearance(route.robot, steps, settings, knots, dense,
-                                           route.footholds.radius)  # fmt: skip
+        low = dense_heights(route, knots, dense).low
+        if low.min() < settings.clearance:
+            lost = replace(answers[-1], status="feet lose their clearance between knots")
+            raise failed(route, problem, lost, 0, np.argsort(low)[:3] + 1)
+        info["clearance"] = float(low.min())
     path = motion_path(dense)
     if settings.acceleration_limit is not None:
         limit = settings.acceleration_limit

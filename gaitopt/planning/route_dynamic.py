@@ -12,16 +12,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gaitopt.conventions import LEGS, FloatArray, rotation_z
+from gaitopt.conventions import GRAVITY, LEGS, FloatArray, rotation_z
 from gaitopt.optimize.route_dynamics import RouteDynamics, ZmpRows
-from gaitopt.optimize.route_legs import POSE
-from gaitopt.optimize.route_problem import JOINTS, RouteProblem, Rows
+from gaitopt.optimize.route_legs import JOINTS, POSE
+from gaitopt.optimize.route_problem import UNIT_TURN, RouteProblem, Rows
 from gaitopt.planning.phase import Phase
 from gaitopt.planning.route_knots import RouteKnots
 from gaitopt.planning.route_motion import RouteMotion
 from gaitopt.planning.route_settings import RouteSettings
 from gaitopt.stability.support import pair_lines, triangle_half_planes
-from gaitopt.stability.zmp import GRAVITY
 
 if TYPE_CHECKING:
     from gaitopt.planning.crawl import CrawlSteps
@@ -32,6 +31,11 @@ ZMP_RESERVE = 2e-3
 """Added to the margin that knots keep, to begin with [m]."""
 STATIC_RESERVE = 2e-5
 """The same for the body centre itself, whose spline never leaves its control points [m]."""
+FIRST_SHARE = 0.5
+"""Share of its own margin that a robot keeps before the first lift-off, where it stands with less
+than is asked for: to move in, its ZMP first has to move out."""
+LEAST_LOAD = 0.2
+"""Share of the weight that the ground bears at least, where legs are quick enough for less."""
 EVENNESS = 3.0
 """How much more alike a dynamic walk's spans are kept than the static problem's times."""
 
@@ -55,14 +59,20 @@ def build_dynamic(
     margins = np.abs(base.rows.linear[:, :2]).sum(axis=1) > 0
     rows = Rows(*(part[~margins] for part in base.rows))
     zmp = _zmp_rows(knots, settings, len(poses))
-    zmp = zmp._replace(ground=zmp.ground - foot_radius)
+    zmp = _eased(zmp._replace(ground=zmp.ground - foot_radius), knots, settings, poses[0, :2])
+    assert settings.acceleration_limit is not None
     if not dynamic:
         rows = _with_margins(rows, zmp)
         zmp = zmp.chosen(np.zeros(0, dtype=int))
+    elif settings.acceleration_limit * base.legs.reach.max() > (1.0 - LEAST_LOAD) * GRAVITY:
+        zmp = _with_load(zmp, len(poses))
     shared = {f.name: getattr(base, f.name) for f in fields(RouteProblem)}
     evenness = (EVENNESS if dynamic else 1.0) * base.evenness
-    shared |= {"rows": rows, "poses": poses, "evenness": evenness}
-    assert settings.acceleration_limit is not None
+    unit = base.unit
+    if dynamic:
+        # From rest to rest a joint takes so long for the turn that is a unit's at full speed.
+        unit = max(unit, 2.0 * float(np.sqrt(UNIT_TURN / settings.acceleration_limit)))
+    shared |= {"rows": rows, "poses": poses, "evenness": evenness, "unit": unit}
     return RouteDynamics(
         **shared,
         accelerations=np.full(
@@ -71,6 +81,25 @@ def build_dynamic(
         hurry=np.tile(VELOCITY_SHARE * base.rates, (2, base.knots - 1, 1)),
         zmp=zmp,
     )
+
+
+def first_margin(room: FloatArray, asked: float) -> FloatArray:
+    """The margin that is asked for before the first lift-off [m].
+
+    Args:
+        room: what the robot has where it stands at first [m].
+        asked: of all that follows [m].
+    """
+    return np.asarray(np.where(room < asked, FIRST_SHARE * room, asked))
+
+
+def _eased(rows: ZmpRows, knots: RouteKnots, settings: RouteSettings, start: FloatArray) -> ZmpRows:
+    """Rows that ask no more of the first stance phase than the robot can do from its ``start``."""
+    asked, first = settings.stability_margin, rows.knot < knots.ends[1]
+    room = rows.normal @ start - (rows.least - asked)
+    less = np.where(first, asked - first_margin(room, asked), 0.0)
+    spare = np.where(less > 0.0, 0.0, rows.offset - rows.least)
+    return rows._replace(least=rows.least - less, offset=rows.least - less + spare)
 
 
 def _with_margins(rows: Rows, spans: ZmpRows) -> Rows:
@@ -110,7 +139,21 @@ def _zmp_rows(knots: RouteKnots, settings: RouteSettings, count: int) -> ZmpRows
     stands = np.where(flies[:, None] & (np.arange(4) == leg[:, None]), np.nan, 1.0)
     ground = np.nanmean(knots.feet[..., 2] * stands, axis=1)
     least = least[order]
-    return ZmpRows(knot, normal[order], least + ZMP_RESERVE, ground[knot], least, GRAVITY)
+    return ZmpRows(knot, normal[order], least + ZMP_RESERVE, ground[knot], least,
+                   np.full(len(knot), GRAVITY))  # fmt: skip
+
+
+def _with_load(rows: ZmpRows, count: int) -> ZmpRows:
+    """Rows by which the body never falls so fast that its feet bear less than their share.
+
+    With no normal and the offset -1 a row says that the load is not negative, and with less
+    gravity that some of it is left.
+    """
+    one, none = -np.ones(count), np.zeros(count)
+    load = ZmpRows(np.arange(count), np.zeros((count, 2)), one, none, one,
+                   np.full(count, (1.0 - LEAST_LOAD) * GRAVITY))  # fmt: skip
+    parts = [np.concatenate(pair) for pair in zip(rows, load, strict=True)]
+    return ZmpRows(*parts).chosen(np.argsort(parts[0], kind="stable"))
 
 
 def dynamic_phases(

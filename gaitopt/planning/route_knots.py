@@ -7,18 +7,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gaitopt.conventions import LEGS, FloatArray, rotation_z
-from gaitopt.optimize.route_legs import BODY, POSE, RouteLegs
-from gaitopt.optimize.route_problem import JOINTS, UNIT_TURN, RouteProblem, Rows
+from gaitopt.conventions import FloatArray
+from gaitopt.optimize.route_legs import BODY, JOINTS, POSE, RouteLegs
+from gaitopt.optimize.route_problem import UNIT_TURN, RouteProblem, Rows
 from gaitopt.planning.route_balance import balance_rows
 from gaitopt.robots.quadruped import Quadruped
-from gaitopt.robots.rotations import rpy_to_matrix
 from gaitopt.stability.support import pair_lines, triangle_half_planes
 from gaitopt.swing.box import box_corners
 
 if TYPE_CHECKING:
     from gaitopt.planning.crawl import CrawlSteps
-    from gaitopt.planning.route_assembly import Dense
     from gaitopt.planning.route_settings import RouteSettings
 
 MOST_TILT = 0.35
@@ -96,7 +94,7 @@ def build_route(
         unknown=_unknowns(settings, knots),
         rows=_rows(steps, settings, knots, radius or OPEN_RADIUS),
         bounded=np.ones((2, JOINTS), dtype=np.bool_),
-        evenness=float(legs.rates.min() / UNIT_TURN),
+        unit=float(UNIT_TURN / legs.rates.min()),
         com=balance_rows(robot, settings, knots) if settings.true_com else None,
     )  # fmt: skip
     if not all_limits:
@@ -272,31 +270,3 @@ def _flights(steps: CrawlSteps, settings: RouteSettings, knots: RouteKnots, radi
         offset = radius / 2.0 - (centre[:, :2] ** 2).sum(axis=1) / (2.0 * radius)
         parts.append(Rows(knot, linear, square, offset))
     return Rows(*(np.concatenate([p[i] for p in parts]) for i in range(4)))
-
-
-def feet_clearance(
-    robot: Quadruped,
-    steps: CrawlSteps,
-    settings: RouteSettings,
-    knots: RouteKnots,
-    dense: Dense,
-    radius: float | None,
-) -> float:
-    """Least height of flying feet above the higher foothold, outside both columns' radius [m].
-
-    Judged at all dense knots; infinite where no foot is ever seen there.
-    """
-    turned = rotation_z(-settings.heading) @ rpy_to_matrix(dense.body[:, 3:]) @ robot.body_axes
-    base = dense.body[:, :3] @ rotation_z(settings.heading)
-    at = dense.knots[knots.ends]
-    least = np.inf
-    for s, i in enumerate(steps.indices.tolist()):
-        rows = slice(at[2 * s + 1], at[2 * s + 2] + 1)
-        columns = list(robot.leg_columns[LEGS[i]])
-        local = robot.legs[LEGS[i]].forward(dense.joints[rows, columns])
-        foot = base[rows] + np.einsum("nij,nj->ni", turned[rows], local)
-        ends = np.stack([steps.feet[s, i], steps.targets[s]])
-        away = np.linalg.norm(foot[:, None, :2] - ends[:, :2], axis=2).min(axis=1)
-        high = foot[away > (radius or OPEN_RADIUS) + 1e-9, 2] - ends[:, 2].max()
-        least = min(least, float(high.min(initial=np.inf)))
-    return least

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from gaitopt.conventions import FloatArray
 from gaitopt.optimize.route_dynamics import RouteDynamics
-from gaitopt.optimize.route_solver import Answer, solve_route
+from gaitopt.optimize.route_solver import VIOLATION, Answer, solve_route
+from gaitopt.planning import route_clearance as clearance
 from gaitopt.planning.path import MotionPath
 from gaitopt.planning.route_between import (
+    HASTE,
     MOST_STRETCH,
     corrected,
     path_stretch,
@@ -18,9 +21,11 @@ from gaitopt.planning.route_between import (
     tightened,
 )
 from gaitopt.planning.route_collision import kept_apart, touching
+from gaitopt.planning.route_dynamic import first_margin
 from gaitopt.planning.route_knots import RouteKnots
 from gaitopt.planning.route_motion import RouteMotion
 from gaitopt.planning.route_steps import Route, failed
+from gaitopt.stability.margins import static_stability_margin
 
 ROUNDS = 12
 """Most rounds of correcting what a smooth motion asks for between knots."""
@@ -34,6 +39,10 @@ AT_NEXT = 8.0
 """Spares of the limits that are kept where the next window begins, so that it has a choice."""
 COLD, WARM = 0.1, 0.01
 """First barrier parameters, as shares of that from a poor guess."""
+LAST_STRETCH = 1.5
+"""Most that time is stretched where no round gives a motion that needs hardly any."""
+NEARLY = 1e-3
+"""Gradient with which an answer is good enough where there is no better one."""
 _HAIR = 1e-4
 
 
@@ -68,6 +77,11 @@ class Part:
         return out
 
     @property
+    def whole(self) -> bool:
+        """Whether it is all of the route: nothing comes in, and nothing goes on."""
+        return self.skip == 0 and self.next is None
+
+    @property
     def skip(self) -> int:
         """Knots before the problem's first."""
         return len(self.spans)
@@ -92,6 +106,14 @@ class Found:
     problem: RouteDynamics
 
 
+class _Tried(NamedTuple):
+    """A motion that needs more time to keep all limits."""
+
+    motion: RouteMotion
+    answer: Answer
+    problem: RouteDynamics
+
+
 def best_motion(
     route: Route, part: Part, first: int, iterations: int
 ) -> tuple[Found, list[Answer]]:
@@ -104,6 +126,7 @@ def best_motion(
     cold = problem.pack(problem.poses, part.guess)
     start, duals = cold, None
     best: Found | None = None
+    spare: tuple[float, _Tried] | None = None
     answers: list[Answer] = []
     for n in range(ROUNDS):
         tolerance = TOLERANCES[min(n, len(TOLERANCES) - 1)]
@@ -111,8 +134,8 @@ def best_motion(
         answer = solve_route(problem, start, tolerance=tolerance, barrier=barrier,
                              iterations=iterations, duals=duals, eased=True)  # fmt: skip
         answers.append(answer)
-        if answer.status != "solved":
-            if duals is None:
+        if answer.status != "solved" and not (best is None and duals is None and _nearly(answer)):
+            if start is cold:
                 break
             start, duals = cold, None
             continue
@@ -120,17 +143,34 @@ def best_motion(
         apart = _moved_apart(route, problem, answer)
         if tolerance == TOLERANCES[-1] and apart is None:
             kept, stretch = kept_motion(route, part, motion)
+            usable = part.whole and clearance.kept(
+                motion, part.skip, route.settings, route.footholds.radius
+            )
+            if usable and (spare is None or stretch * motion.times[-1] < spare[0]):
+                spare = stretch * float(motion.times[-1]), _Tried(motion, answer, problem)
             if kept is not None and (best is None or kept[0].times[-1] < best.motion.times[-1]):
                 best = Found(*kept, answer, problem)
             if kept is not None and stretch <= ENOUGH:
                 break
         improved = corrected if n < CORRECTIONS else tightened
         problem = improved(apart or problem, motion, part.skip, _limit(route), part.reserve)
+        problem = clearance.raised(
+            problem, motion, part.skip, route.settings, route.footholds.radius,
+            HASTE if improved is tightened else None,
+        )  # fmt: skip
         start, duals = answer.x, answer.duals if apart is None else None
+    if best is None and spare is not None:
+        kept, _ = kept_motion(route, part, spare[1].motion, LAST_STRETCH)
+        best = None if kept is None else Found(*kept, spare[1].answer, spare[1].problem)
     if best is None:
         status = "limits between knots" if answer.status == "solved" else answer.status
         raise failed(route, problem, replace(answer, status=status), first)
     return best, answers
+
+
+def _nearly(answer: Answer) -> bool:
+    """Whether an answer keeps its limits and is the best to within a little, if not enough."""
+    return answer.primal <= VIOLATION and answer.stationarity <= NEARLY
 
 
 def _limit(route: Route) -> float:
@@ -147,25 +187,36 @@ def _moved_apart(route: Route, problem: RouteDynamics, answer: Answer) -> RouteD
     return None if found is None else kept_apart(route.shapes, problem, poses, *found)
 
 
-def kept_motion(
-    route: Route, part: Part, motion: RouteMotion
-) -> tuple[tuple[RouteMotion, MotionPath] | None, float]:
-    """A motion whose path keeps the joints' limits, when it keeps its margin, too.
+def asked_margins(route: Route, motion: RouteMotion, skip: int) -> FloatArray:
+    """The margin that every span of the motion after the first ``skip`` is to keep [m]."""
+    out = np.full(len(motion.spans) - skip, route.settings.stability_margin)
+    if skip == 0 and len(out):
+        room = static_stability_margin(motion.knots.feet[:1], motion.poses[:1, :2])
+        out[: motion.knots.ends[1]] = first_margin(room, route.settings.stability_margin)
+    return out
 
-    Also how much it had to be stretched for the former; it keeps the latter even with the most.
+
+def kept_motion(
+    route: Route, part: Part, motion: RouteMotion, most: float = MOST_STRETCH
+) -> tuple[tuple[RouteMotion, MotionPath] | None, float]:
+    """A motion whose path keeps the joints' limits, when it keeps margin and clearance, too.
+
+    Also how much it had to be stretched for the former, ``most`` at the most; it keeps the latter
+    even then.
     """
-    asked, dynamic, skip = route.settings.stability_margin, not route.settings.static, part.skip
+    dynamic, skip = not route.settings.static, part.skip
+    asked = asked_margins(route, motion, skip)
     rates, limit = part.problem.rates, _limit(route)
     stretch = stretch_needed(motion, skip, rates, limit)
-    if stretch > MOST_STRETCH:
+    if stretch > most or not clearance.kept(motion, skip, route.settings, route.footholds.radius):
         return None, stretch
     # Stretching moves the ZMP along a line, and margins are concave: both ends are enough.
-    for one in (motion, motion.slower(MOST_STRETCH)):
-        if one.margins(dynamic)[skip:].min() < asked:
+    for one in (motion, motion.slower(most)):
+        if (one.margins(dynamic)[skip:] < asked).any():
             return None, stretch
     path = motion.path()
     stretch = path_stretch(route.robot, path, float(motion.times[skip]), rates, limit)
-    if stretch > MOST_STRETCH:
+    if stretch > most:
         return None, stretch
     if stretch > 1.0:
         motion = motion.slower(stretch * (1.0 + _HAIR))

@@ -52,6 +52,13 @@ class RouteSettings(PlanSettings):
         set_number(self, "clearance_reserve", 0.0, 1.0, "m")
         for name, least in (("stance_knots", 1), ("swing_knots", 4)):
             object.__setattr__(self, name, check_count(name, getattr(self, name), least, 64))
+        if self.acceleration_limit is None and not self.static:
+            raise InputError("free: a dynamic walk needs an acceleration_limit")
+        if self.true_com and self.smooth:
+            raise InputError(
+                "com='model' keeps static stability at the joints' velocity limits only: leave "
+                "'dynamic' and acceleration_limit out, or take com='body'"
+            )
 
     @property
     def static(self) -> bool:
@@ -64,8 +71,13 @@ class RouteSettings(PlanSettings):
         return self.com == "model"
 
     @property
+    def zmp_margin(self) -> float | None:
+        """The stability margin, in the dynamic row."""
+        return None if self.static else self.stability_margin
+
+    @property
     def smooth(self) -> bool:
-        """Whether joint accelerations are bounded, and the motion is a spline."""
+        """Whether joint accelerations are bounded."""
         return self.acceleration_limit is not None
 
     def swing_legs(self, footholds: int) -> list[str]:

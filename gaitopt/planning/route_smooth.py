@@ -10,13 +10,15 @@ import numpy as np
 
 from gaitopt.conventions import FloatArray
 from gaitopt.optimize.route_dynamics import Entry, RouteDynamics
-from gaitopt.optimize.route_problem import JOINTS
+from gaitopt.optimize.route_legs import JOINTS
 from gaitopt.optimize.route_solver import Answer, solve_route
+from gaitopt.planning import route_clearance as clearance
+from gaitopt.planning.crawl import Progress
 from gaitopt.planning.plan import Plan
 from gaitopt.planning.route_dynamic import build_dynamic, dynamic_phases
 from gaitopt.planning.route_knots import RouteKnots, build_route
 from gaitopt.planning.route_motion import RouteMotion, part_of
-from gaitopt.planning.route_rounds import Found, Part, best_motion, kept_motion
+from gaitopt.planning.route_rounds import Found, Part, asked_margins, best_motion, kept_motion
 from gaitopt.planning.route_steps import Route, RouteError, failed, problem_of
 
 ROUGH = 0.1
@@ -27,13 +29,19 @@ BEFORE = 2
 """Knots before a window that its motion depends on."""
 
 
-def smooth_plan(route: Route, iterations: int, horizon: int | None = None) -> Plan:
+def smooth_plan(
+    route: Route,
+    iterations: int,
+    horizon: int | None = None,
+    progress: Progress | None = None,
+) -> Plan:
     """A plan with bounded joint accelerations.
 
     Args:
         route: what is walked.
         iterations: most Newton steps of each solution.
         horizon: steps of a window; ``None`` for all steps at once.
+        progress: called with (steps done, steps in all) before every window but the first.
 
     Raises:
         RouteError: no convergence, or no motion through an answer keeps its margin.
@@ -53,7 +61,7 @@ def smooth_plan(route: Route, iterations: int, horizon: int | None = None) -> Pl
                 raise
             horizon = WINDOW
     if horizon is not None:
-        found, answers, more = _in_windows(route, knots, problem, horizon, iterations)
+        found, answers, more = _in_windows(route, knots, problem, horizon, iterations, progress)
     phases = dynamic_phases(settings, route.steps, found.motion)
     info = _info(route, found, answers) | {"solver_seconds": process_time() - began} | more
     return Plan(route.robot, route.footholds, settings, phases, found.path, info)
@@ -70,10 +78,12 @@ def _info(route: Route, found: Found, answers: list[Answer]) -> dict[str, float 
         "solver_iterations": float(sum(a.iterations for a in answers)),
         "stationarity": found.answer.stationarity,
         "violation": found.answer.primal,
-        "complementarity": found.answer.complementarity,
+        "complementarity": found.answer.complementarity * found.problem.unit,
+        "clearance": float(clearance.heights(found.motion, 0, route.footholds.radius).min()),
     }
     if not route.settings.static:
-        info["zmp_margin"] = float(route.settings.stability_margin)
+        # Less where the robot stands with less at first.
+        info["zmp_margin"] = float(asked_margins(route, found.motion, 0).min())
     return info
 
 
@@ -81,13 +91,13 @@ def _whole(
     route: Route, knots: RouteKnots, problem: RouteDynamics, iterations: int
 ) -> tuple[Found, list[Answer]]:
     """All steps at once."""
-    poses, guess = _guess(route, 0, len(route.steps.legs), None)
+    poses, guess = _guess(route, 0, len(route.steps.legs), None, problem.unit)
     part = Part(replace(problem, poses=poses), knots, np.zeros((0, 9)), np.zeros(0), guess)
     return best_motion(route, part, 0, iterations)
 
 
 def _guess(
-    route: Route, first: int, last: int, here: FloatArray | None
+    route: Route, first: int, last: int, here: FloatArray | None, unit: float
 ) -> tuple[FloatArray, FloatArray]:
     """Poses ``(K, 9)`` and spans ``(K - 1,)``: the walk without acceleration limits, roughly."""
     free = tuple(name for name in route.settings.free if name != "dynamic")
@@ -97,7 +107,7 @@ def _guess(
         problem.poses[0] = here
     answer = solve_route(problem, problem.start(), tolerance=ROUGH, barrier=problem.barrier)
     poses = problem.unpack(answer.x)[0] if answer.status == "solved" else problem.poses
-    return poses, 2.0 * problem.needed(poses) + 0.1 * problem.unit
+    return poses, 2.0 * problem.needed(poses) + 0.1 * unit
 
 
 class _Planned(NamedTuple):
@@ -127,7 +137,7 @@ class _Planned(NamedTuple):
         """
         each = _each(route)
         a, b = first * each, last * each
-        guess, times = _guess(route, first, last, self.poses[a] if a else None)
+        guess, times = _guess(route, first, last, self.poses[a] if a else None, self.problem.unit)
         before = slice(a - BEFORE if a else 0, a)
         return Part(
             self.problem.window(a, b, guess, self.entry(a) if a else None),
@@ -145,6 +155,9 @@ class _Planned(NamedTuple):
         full.hurry[:, first:window] = part.hurry
         mine = (full.zmp.knot >= first) & (full.zmp.knot <= window)
         full.zmp.offset[mine] = part.zmp.offset
+        heights = clearance.height_rows(full.rows)
+        heights = heights[(full.rows.knot[heights] > first) & (full.rows.knot[heights] <= window)]
+        full.rows.offset[heights] = part.rows.offset[clearance.height_rows(part.rows)]
 
 
 def _each(route: Route) -> int:
@@ -153,7 +166,12 @@ def _each(route: Route) -> int:
 
 
 def _in_windows(
-    route: Route, knots: RouteKnots, full: RouteDynamics, length: int, iterations: int
+    route: Route,
+    knots: RouteKnots,
+    full: RouteDynamics,
+    length: int,
+    iterations: int,
+    progress: Progress | None,
 ) -> tuple[Found, list[Answer], dict[str, float | str]]:
     """Windows of ``length`` steps, the first half of each of which is kept.
 
@@ -166,6 +184,8 @@ def _in_windows(
     shares: list[float] = []
     first = before = 0
     while first < count:
+        if first and progress is not None:
+            progress(first, count)
         began = process_time()
         last = min(first + length, count)
         end = last if last == count else first + max(length // 2, 1)

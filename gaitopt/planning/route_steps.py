@@ -140,8 +140,8 @@ def failed(
     if plan and route.settings.true_com:
         offer += " (its margin is that of the body centre)"
     report = "\n".join(
-        f"{i:4d} barrier {r[0]:.1e} time {r[1]:.4f} s gradient {r[2]:.1e} gap {r[3]:.1e} "
-        f"shift {r[4]:.1e}"
+        f"{i:4d} barrier {r[0]:.1e} time {r[1] * problem.unit:.4f} s gradient {r[2]:.1e} "
+        f"gap {r[3]:.1e} shift {r[4]:.1e}"
         for i, r in enumerate(answer.history)
     )
     return RouteError(

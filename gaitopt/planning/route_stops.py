@@ -31,7 +31,6 @@ _SAME_WAY = 1e-6
 _STEP = 1e-3
 _HALVINGS = 50
 _HAIR = 1e-6
-_HAIR = 1e-6
 
 
 class Lines(NamedTuple):

@@ -69,6 +69,14 @@ class PlanSettings:
         """Whether the margin is promised of the true centre of mass, and not of the body's."""
         return False
 
+    @property
+    def zmp_margin(self) -> float | None:
+        """Margin that the ZMP of the body's centre was asked to keep [m]; ``None`` for none.
+
+        Where none was asked for, a plan may still tell in its ``info`` of one that was found.
+        """
+        return None
+
     def swing_legs(self, footholds: int) -> list[str] | None:
         """The legs in the order in which they lift off; ``None`` where any order will do.
 

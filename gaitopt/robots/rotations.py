@@ -24,6 +24,34 @@ def rpy_to_matrix(rpy: ArrayLike) -> FloatArray:
     return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
+def rpy_derivatives(rpy: ArrayLike) -> tuple[FloatArray, FloatArray]:
+    """Derivatives of :func:`rpy_to_matrix` by the angles.
+
+    Returns:
+        The first ones, by roll, pitch and yaw ``(3, ..., 3, 3)``; and the second ones, by (roll,
+        roll), (roll, pitch), (roll, yaw), (pitch, pitch), (pitch, yaw) and (yaw, yaw)
+        ``(6, ..., 3, 3)``.
+    """
+    factors = [_about(axis, angle) for axis, angle in enumerate(_columns(rpy))]
+    (x, dx, ddx), (y, dy, ddy), (z, dz, ddz) = factors
+    zy, yx = z @ y, y @ x
+    first = np.stack([zy @ dx, z @ dy @ x, dz @ yx])
+    second = np.stack([zy @ ddx, z @ dy @ dx, dz @ (y @ dx), z @ ddy @ x, dz @ (dy @ x), ddz @ yx])
+    return first, second
+
+
+def _about(axis: int, angle: FloatArray) -> FloatArray:
+    """Rotation by ``angle (...)`` about a coordinate axis, and two derivatives of it."""
+    i, j = (axis + 1) % 3, (axis + 2) % 3
+    s, c = np.sin(angle), np.cos(angle)
+    out = np.zeros((3, *angle.shape, 3, 3))
+    out[0, ..., axis, axis] = 1.0
+    for k, (sine, cosine) in enumerate(((s, c), (c, -s), (-s, -c))):
+        out[k, ..., i, i] = out[k, ..., j, j] = cosine
+        out[k, ..., i, j], out[k, ..., j, i] = -sine, sine
+    return out
+
+
 def rpy_to_quaternion(rpy: ArrayLike) -> FloatArray:
     """Unit quaternions ``(..., 4)`` in Pinocchio's order x, y, z, w of ``rpy (..., 3)`` [rad]."""
     half = np.asarray(rpy, np.float64) / 2.0

@@ -13,8 +13,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gaitopt.conventions import GRAVITY as GRAVITY  # route_dynamic takes it from here
-from gaitopt.conventions import FloatArray
+from gaitopt.conventions import GRAVITY, FloatArray
 from gaitopt.stability.contacts import of_width
 
 LEAST_LOAD: Final = 1e-9

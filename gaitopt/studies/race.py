@@ -215,11 +215,12 @@ def _bound(plan: Plan) -> float:
     from gaitopt.planning.route_bound import route_bound
 
     try:
-        least = float(route_bound(plan, BOUND_WINDOW).sum())
+        # A step without an answer takes no less than no time.
+        least = float(np.nansum(route_bound(plan, BOUND_WINDOW)))
     except InputError:
         return float("nan")
     # What has been walked can be walked, whatever a solver missed.
-    return min(least, plan.duration)
+    return min(least, plan.duration) if least > 0.0 else float("nan")
 
 
 def _reason(error: Exception) -> str:

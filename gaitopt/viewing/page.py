@@ -27,11 +27,15 @@ POLICY = (
 
 @dataclass(frozen=True)
 class Moment:
-    """What is written in the bar from ``start`` [s] on, in ``colour`` (``""`` for none)."""
+    """What is written from ``start`` [s] on, beside a ``mark`` of its own colour.
+
+    The bar has ``colour`` from there on; so has the mark where it is ``None``. ``""`` is no colour.
+    """
 
     start: float
     label: str
     colour: str = ""
+    mark: str | None = None
 
 
 @dataclass(frozen=True)
@@ -130,7 +134,10 @@ def _data(page: Page) -> dict[str, Any]:
     return {
         "duration": page.scene.duration,
         "speed": comfortable_speed(page.scene.duration, page.speeds),
-        "moments": [[m.start, m.label, m.colour] for m in page.moments],
+        "moments": [
+            [m.start, m.label, m.colour, m.colour if m.mark is None else m.mark]
+            for m in page.moments
+        ],
         "centre": list(page.centre),
         "radius": page.radius,
         "heading": page.heading,

@@ -154,7 +154,10 @@ def race_page(
     return Page(
         scene=race_scene(runners, meshes),
         title=plan.robot.name if title is None else str(title),
-        facts=(f"{plan.footholds.steps} steps over {plan.distance:.2f} m, {len(runners)} plans",),
+        facts=(
+            f"{plan.footholds.steps} steps over {plan.distance:.2f} m, {len(runners)} plans",
+            *([f"×: times as fast as {baseline}"] if baseline in plans and len(plans) > 1 else []),
+        ),
         legend=tuple((leg, LEG_COLOURS[leg]) for leg in LEGS),
         moments=_moments(runners),
         centre=(x, y, z),
@@ -306,11 +309,12 @@ def _lift(plan: Plan) -> float:
 
 
 def _moments(runners: tuple[Runner, ...]) -> tuple[Moment, ...]:
-    """Who arrives when; the bar is coloured by who comes next."""
+    """Who arrives when, with its mark; the bar is coloured by who comes next."""
     order = sorted(runners, key=lambda r: r.plan.duration)
-    start = Moment(0.0, "all start together", order[0].colour)
+    start = Moment(0.0, "all start together", order[0].colour, "")
     later = [*order[1:], None]
     return (start, *(
-        Moment(r.plan.duration, f"{r.name} has arrived: {r.result}", after.colour if after else "")
+        Moment(r.plan.duration, f"{r.name} has arrived: {r.result}",
+               after.colour if after else "", r.colour)
         for r, after in zip(order, later, strict=True)
     ))  # fmt: skip

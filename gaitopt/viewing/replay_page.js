@@ -169,8 +169,8 @@
     }
     sun.target.position.copy(reach < widest || !follower ? centre : place);
     sun.position.copy(sun.target.position).add(sunOffset);
-    const [, label, colour] = data.moments[momentAt(state.time)] || [0, "", ""];
-    el("phase").replaceChildren(...(colour ? [dot(colour)] : []), label);
+    const [, label, , mark] = data.moments[momentAt(state.time)] || [0, "", "", ""];
+    el("phase").replaceChildren(...(mark ? [dot(mark)] : []), label);
     el("clock").textContent = `${clock(state.time)} / ${clock(data.duration)}`;
     el("scrub").value = data.duration > 0 ? Math.round(1e6 * state.time / data.duration) : 0;
   }

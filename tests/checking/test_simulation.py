@@ -163,6 +163,42 @@ def test_without_mujoco_the_error_says_what_to_install(
         simulate(short_plan)
 
 
+@pytest.mark.parametrize(("row", "margin"), [("swing", 0.02), ("height", 0.03)])
+def test_time_optimal_walks_cross_within_the_servos_limits(
+    wang: Quadruped, row: str, margin: float
+) -> None:
+    """Joints at their limits most of the time, velocities that jump: no joint is 20 % too fast."""
+    plan = gaitopt.plan_crawl(
+        wang, gaitopt.s_columns(3, columns=5), "time", free=row, stability_margin=margin
+    )
+    result = simulate(plan)
+    assert result.succeeded, str(result)
+    assert result.rate_use < 1.2
+    assert result.landing_error < 4e-3
+    # The handover of loads takes its time, and that is all that is added.
+    assert result.waited < 0.08 * plan.duration
+
+
+@pytest.mark.slow
+def test_the_dynamic_row_is_walked_without_a_stop(wang: Quadruped) -> None:
+    """Its body leaves the support triangle; the ground's forces push it as planned."""
+    plan = gaitopt.plan_crawl(
+        wang, gaitopt.s_columns(3, columns=5), "time", free="dynamic", stability_margin=0.03
+    )
+    result = simulate(plan)
+    assert result.passed, str(result)
+    assert result.waited == 0.0
+    assert result.body_error < 4e-3
+
+
+def test_servos_without_a_speed_limit_correct_faster_than_joints_may(wang: Quadruped) -> None:
+    plan = gaitopt.plan_crawl(
+        wang, gaitopt.s_columns(3, columns=3), "time", free="height", stability_margin=0.03
+    )
+    free = simulate(plan, SimulationSettings(rate_limits=False))
+    assert free.rate_use > simulate(plan).rate_use
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_the_papers_walk_crosses_all_columns(wang: Quadruped, seed: int) -> None:

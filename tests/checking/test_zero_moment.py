@@ -172,6 +172,42 @@ def test_a_claim_is_judged_and_its_absence_told(swaying: Plan) -> None:
     assert "zmp_margin" in zmp_check(silent).note
 
 
+@pytest.fixture(scope="module")
+def dynamic(wang: gaitopt.Quadruped) -> Plan:
+    return gaitopt.plan_route(wang, gaitopt.s_columns(0, columns=3), "dynamic",
+                              stability_margin=0.02)  # fmt: skip
+
+
+def asking(plan: Plan, **settings: object) -> Plan:
+    """The same motion, said to be planned with other settings."""
+    return dataclasses.replace(plan, settings=dataclasses.replace(plan.settings, **settings))
+
+
+def test_a_dynamic_walk_is_held_to_what_was_asked_of_it(dynamic: Plan) -> None:
+    """Whatever its info tells: planted faults, and claims that are taken away."""
+    check = zmp_check(dynamic)
+    assert check.status == "ok" and check.limit == pytest.approx(0.02, abs=2e-6)
+    assert 0.02 - 1e-6 <= check.worst < 0.0203
+    assert zmp_check(asking(dynamic, stability_margin=0.0205)).status == "violated"
+    for info in ({}, {"zmp_margin": -1.0}, {"zmp_margin": "much"}):
+        told = dataclasses.replace(dynamic, info=info)
+        assert zmp_check(told).limit == check.limit and zmp_check(told).status == "ok"
+        assert zmp_check(asking(told, stability_margin=0.2)).status == "violated"
+
+
+def test_a_static_walk_cannot_pass_for_a_dynamic_one(wang: gaitopt.Quadruped) -> None:
+    plan = gaitopt.plan_route(wang, gaitopt.s_columns(0, columns=2), "posture")
+    named = (*plan.settings.to_dict()["free"], "dynamic")
+    with pytest.raises(gaitopt.InputError, match="needs an acceleration_limit"):
+        asking(plan, free=named)
+    assert zmp_check(asking(plan, free=named, acceleration_limit=6.0)).worst == -np.inf
+
+
+def test_settings_that_exclude_one_another_are_no_settings(dynamic: Plan) -> None:
+    with pytest.raises(gaitopt.InputError, match="com='model' keeps static stability"):
+        asking(dynamic, com="model")
+
+
 def test_a_push_has_no_zmp(swaying: Plan) -> None:
     """The base's velocity jumps by 0.1 mm/s in the middle."""
     times, coefficients = swaying.path.times, swaying.path.coefficients.copy()

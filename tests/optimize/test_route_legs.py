@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 import gaitopt
 from gaitopt import LEGS, Quadruped
-from gaitopt.optimize.route_legs import FOOT, TURN, RouteLegs, rotation, rotations
+from gaitopt.optimize.route_legs import FOOT, TURN, RouteLegs
 from gaitopt.robots.rotations import rpy_to_matrix
 
 Array = NDArray[np.float64]
@@ -78,18 +78,3 @@ def test_slopes_stay_finite_where_a_leg_is_straight(name: str) -> None:
     assert np.isfinite(slopes).all()
     assert np.abs(slopes[:2]).max() > 1e8
     assert np.all(slopes[0] * slopes[2] >= -1e-6 * np.abs(slopes[0]).max())
-
-
-def test_rotations_are_roll_pitch_yaw_and_their_derivatives() -> None:
-    angles = np.random.default_rng(0).uniform(-1, 1, (6, 3))
-    whole, first, second = rotations(angles)
-    assert whole == pytest.approx(rpy_to_matrix(angles), abs=1e-15)
-    assert rotation(angles) == pytest.approx(whole, abs=1e-15)
-    step, pairs = 1e-6, [(a, b) for a in range(3) for b in range(a, 3)]
-    for a in range(3):
-        ahead, behind = (rotations(angles + s * step * np.eye(3)[a]) for s in (1, -1))
-        assert first[a] == pytest.approx((ahead[0] - behind[0]) / (2 * step), abs=1e-9)
-        for k, (i, j) in enumerate(pairs):
-            if a == i:
-                slope = (ahead[1][j] - behind[1][j]) / (2 * step)
-                assert second[k] == pytest.approx(slope, abs=1e-9)

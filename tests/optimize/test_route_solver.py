@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
+from dataclasses import fields, replace
 from typing import Any
 
 import casadi as ca
@@ -37,19 +37,22 @@ def with_accelerations(problem: RouteProblem, moving: bool = False) -> RouteDyna
         **shared, accelerations=rng.uniform(3, 4, (2, knots, 12)),
         hurry=rng.uniform(0.2, 0.3, (2, knots - 1, 12)),
         zmp=ZmpRows(np.sort(rng.integers(1, knots, 20)), rng.normal(size=(20, 2)),
-                    0.01 * rng.normal(size=20), 0.02 * rng.normal(size=20), np.zeros(20), 9.81),
+                    0.01 * rng.normal(size=20), 0.02 * rng.normal(size=20), np.zeros(20),
+                    np.full(20, 9.81)),
         entry=Entry(rng.normal(size=15), 0.2) if moving else None,
     )  # fmt: skip
 
 
 @pytest.mark.parametrize("com", ["body", "model"])
+@pytest.mark.parametrize("unit", [1.0, 0.3])
 @pytest.mark.parametrize("kind", ["fast", "smooth", "moving"])
 @pytest.mark.parametrize("row", ["route", "overlap", "swing", "height", "posture"])
 def test_derivatives_are_those_of_differences(
-    wang: Quadruped, row: str, kind: str, com: str
+    wang: Quadruped, row: str, kind: str, unit: float, com: str
 ) -> None:
     """Jacobian, its transpose, and the banded matrix, column by column."""
     problem = small_problem(wang, row, 2, swing_knots=5, stance_knots=2, com=com)
+    problem = replace(problem, unit=unit)
     problem = problem if kind == "fast" else with_accelerations(problem, kind == "moving")
     rng = np.random.default_rng(0)
     x = problem.start()

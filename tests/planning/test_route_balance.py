@@ -177,7 +177,7 @@ def test_bounds_lie_below(plans: dict[str, Plan]) -> None:
 def test_plan_crawl_passes_it_on(wang: Quadruped, short: Footholds, plans: dict[str, Plan]) -> None:
     plan = gaitopt.plan_crawl(wang, short, "time", free="swing", com="model")
     assert plan.duration == plans["swing"].duration
-    with pytest.raises(InputError, match="com go with the objective 'time'"):
+    with pytest.raises(InputError, match="com, acceleration_limit and horizon go with"):
         gaitopt.plan_crawl(wang, short, com="model")
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+from typing import Any
 
 import numpy as np
 import pytest
@@ -66,21 +67,70 @@ def test_what_is_not_free_stays(rows: dict[str, Plan]) -> None:
             assert phase.cog_end == pytest.approx(phase.cog_start, abs=1e-12)
 
 
-def test_free_feet_keep_their_clearance(rows: dict[str, Plan], short: Footholds) -> None:
-    """Outside the columns' radius 20 mm above the higher column, at sampled instants."""
-    assert short.radius is not None
-    for row in ("swing", "height", "posture"):
-        plan = rows[row]
-        motion = plan.at(np.linspace(0.0, plan.duration, 4000))
-        for phase in plan.phases:
-            if phase.kind == "swing":
-                inside = (motion.t > phase.start) & (motion.t < phase.end)
-                foot = motion.feet[inside, LEGS.index(phase.leg)]
-                ends = np.stack([phase.foot_start, phase.foot_end])
-                away = np.linalg.norm(foot[:, None, :2] - ends[:, :2], axis=2).min(axis=1)
-                high = foot[away > short.radius, 2] - ends[:, 2].max()
-                assert high.min(initial=np.inf) >= 0.02
-        assert float(plan.info["clearance"]) >= 0.02
+def lowest_outside(plan: Plan) -> float:
+    """Least height of a flying foot above the higher column, outside the columns' radius [m].
+
+    Every 2 ms, and at all times more where a path has short pieces.
+    """
+    radius, least = plan.footholds.radius, np.inf
+    assert radius is not None
+    pieces = plan.path.times[:-1] + np.diff(plan.path.times) * np.linspace(0, 1, 5)[:, None]
+    motion = plan.at(np.unique(np.append(np.arange(0.0, plan.duration, 0.002), pieces)))
+    for phase in plan.phases:
+        if phase.kind == "swing":
+            inside = (motion.t >= phase.start) & (motion.t <= phase.end)
+            foot = motion.feet[inside, LEGS.index(phase.leg)]
+            ends = np.stack([phase.foot_start, phase.foot_end])
+            away = np.linalg.norm(foot[:, None, :2] - ends[:, :2], axis=2).min(axis=1)
+            high = foot[away > radius, 2] - ends[:, 2].max()
+            least = min(least, float(high.min(initial=np.inf)))
+    return least
+
+
+def test_free_feet_keep_their_clearance(rows: dict[str, Plan]) -> None:
+    """20 mm above the higher column; what plans tell is no more than what is seen."""
+    for row in ("swing", "height", "posture", "dynamic"):
+        least = lowest_outside(rows[row])
+        assert 0.02 <= float(rows[row].info["clearance"]) <= least < 0.022
+
+
+@pytest.mark.parametrize(
+    ("row", "limit", "clearance", "jitter"),
+    [("swing", None, 0.05, 0.03), ("posture", None, 0.05, 0.03), ("swing", 6.0, 0.02, 0.03),
+     ("posture", 6.0, 0.02, 0.03), ("dynamic", None, 0.02, 0.03), ("dynamic", None, 0.05, 0.0)],
+)  # fmt: skip
+def test_so_they_do_where_much_is_asked(
+    wang: Quadruped, row: str, limit: float | None, clearance: float, jitter: float
+) -> None:
+    """With the foot far below its goal a spline cuts a large corner, and a leg bows out."""
+    footholds = gaitopt.s_columns(0, columns=3, height_jitter=jitter)
+    plan = plan_route(wang, footholds, row, clearance=clearance, acceleration_limit=limit)
+    least = lowest_outside(plan)
+    assert clearance <= float(plan.info["clearance"]) <= least
+    check = gaitopt.verify(plan, collisions=False)["swing clearance"]
+    assert check.status == "ok" and check.worst <= least
+
+
+def test_windows_keep_the_clearance(wang: Quadruped) -> None:
+    footholds = gaitopt.s_columns(1, columns=4, height_jitter=0.03)
+    plan = plan_route(wang, footholds, "dynamic", horizon=4)
+    assert 0.02 <= float(plan.info["clearance"]) <= lowest_outside(plan)
+
+
+@pytest.mark.parametrize(("row", "limit"), [("swing", None), ("swing", 6.0), ("posture", 6.0),
+                                            ("dynamic", None)])  # fmt: skip
+def test_a_start_with_little_margin_is_walked_from(
+    wang: Quadruped, row: str, limit: float | None
+) -> None:
+    """10 mm inside four feet, where 20 mm are asked for: every flight keeps all of it."""
+    plan = plan_route(
+        wang, gaitopt.s_columns(0, columns=3), row, acceleration_limit=limit, cog_start=(0.0, 0.14)
+    )
+    margins = [phase.margin for phase in plan.phases]
+    assert 0.005 < margins[0] < 0.0103 and min(margins[1:]) >= 0.02
+    if row == "dynamic":
+        assert 0.005 < float(plan.info["zmp_margin"]) < 0.0103
+    gaitopt.verify(plan, collisions=False).raise_for_violations()
 
 
 def test_time_does_not_depend_on_how_the_walk_is_turned(wang: Quadruped, short: Footholds) -> None:
@@ -180,6 +230,37 @@ def test_bad_settings_are_refused(wang: Quadruped, short: Footholds) -> None:
         plan_route(short, wang)  # type: ignore[arg-type]
 
 
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"horizon": 8.5}, "horizon must be a whole number"),
+        ({"horizon": "8"}, "horizon must be a whole number"),
+        ({"horizon": 10**9}, "horizon must be a whole number from 2 to 10000"),
+        ({"stance_knots": 0}, "stance_knots must be a whole number"),
+        ({"swing_knots": 0}, "swing_knots must be a whole number"),
+        ({"iterations": 0}, "iterations must be a whole number"),
+        ({"iterations": 2.5}, "iterations must be a whole number"),
+        ({"acceleration_limit": 1e-9}, "more than 10 s to its velocity limit"),
+        ({"acceleration_limit": np.nan}, "acceleration_limit must be a number"),
+        ({"com": "model", "acceleration_limit": 6.0}, "com='model' keeps static stability"),
+    ],
+)
+@pytest.mark.parametrize("sequence", [("RH", "RF", "LH", "LF"), "free"])
+def test_settings_are_looked_at_before_anything_is_planned(
+    wang: Quadruped, options: dict[str, Any], words: str, sequence: Any
+) -> None:
+    far = gaitopt.s_columns(0, columns=3, forward=5.0)  # impossible: planning would say so
+    with pytest.raises(InputError, match=words):
+        plan_route(wang, far, "swing", sequence=sequence, **options)
+
+
+def test_plan_crawl_passes_its_options_on(wang: Quadruped, short: Footholds) -> None:
+    plan = gaitopt.plan_crawl(wang, short, "time", acceleration_limit=6.0, horizon=4)
+    assert plan.settings.acceleration_limit == 6.0 and float(plan.info["windows"]) > 1
+    with pytest.raises(InputError, match="go with the objective 'time'"):
+        gaitopt.plan_crawl(wang, short, horizon=4)
+
+
 def test_freedoms_are_chosen_by_name(wang: Quadruped, short: Footholds) -> None:
     """In any order; a set without a row's name is joined."""
     plan = plan_route(wang, short, {"height", "overlap"})
@@ -196,6 +277,29 @@ def test_a_free_order_is_never_slower(wang: Quadruped, short: Footholds) -> None
     assert plan.duration <= fixed.duration
     assert plan.info["orders_feasible"] == 7.0  # the six cycles, and the order that is searched
     gaitopt.verify(plan, collisions=False).raise_for_violations()
+
+
+def test_progress_counts_steps_window_by_window(wang: Quadruped) -> None:
+    """Half of each window is kept; all steps at once are done when they are done."""
+    footholds = gaitopt.s_columns(1, columns=4)
+
+    def seen(horizon: int | None, free: str = "swing") -> list[tuple[int, int]]:
+        calls: list[tuple[int, int]] = []
+        plan_route(wang, footholds, free, horizon=horizon,
+                   progress=lambda done, total: calls.append((done, total)))  # fmt: skip
+        return calls
+
+    assert seen(None) == [(0, 12), (12, 12)]
+    assert seen(6) == [(0, 12), (3, 12), (6, 12), (12, 12)]
+    assert seen(8, "dynamic") == [(0, 12), (4, 12), (12, 12)]
+
+
+def test_progress_counts_orders_and_is_passed_on(wang: Quadruped, short: Footholds) -> None:
+    """The six cycles and the order that is searched; the crawl for the least time tells it, too."""
+    calls: list[tuple[int, int]] = []
+    gaitopt.plan_crawl(wang, short, "time", sequence="free", free="route",
+                       progress=lambda done, total: calls.append((done, total)))  # fmt: skip
+    assert calls == [(k, 7) for k in range(8)]
 
 
 def test_bounds_without_coupling_lie_below_and_grow(wang: Quadruped, short: Footholds) -> None:

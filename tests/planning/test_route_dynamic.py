@@ -8,6 +8,7 @@ import pytest
 import gaitopt
 from gaitopt import LEGS, Footholds, InputError, Plan, Quadruped
 from gaitopt.checking.balance import margins_over
+from gaitopt.conventions import GRAVITY
 from gaitopt.optimize.route_legs import RouteLegs
 from gaitopt.planning.route_between import _largest
 from gaitopt.planning.route_crawl import plan_route
@@ -15,6 +16,7 @@ from gaitopt.planning.route_motion import RouteMotion, _parabolas, part_of
 from gaitopt.planning.route_settings import ROWS, RouteSettings
 from gaitopt.planning.route_steps import knots_of, prepared
 from gaitopt.stability.zmp import point_mass_zmp
+from gaitopt.studies.terrains import s_columns_for
 
 
 @pytest.fixture(scope="module")
@@ -153,6 +155,23 @@ def test_terrains_that_once_failed(wang: Quadruped, seed: int) -> None:
     gaitopt.verify(plan).raise_for_violations()
     assert plan.duration < 45.0
     assert float(plan.info["violation"]) <= 1e-6
+
+
+@pytest.mark.parametrize("name", ["anymal_c", "wang2020-fast"])
+def test_robots_with_fast_joints_walk_dynamically(name: str) -> None:
+    """Tens of times as fast as wang2020, and quick enough to fall: the ground always bears load."""
+    robot = gaitopt.load_robot(name)
+    footholds = s_columns_for(robot, 1, columns=3)
+    plan = plan_route(robot, footholds, "dynamic", body_height=robot.standing_height)
+    gaitopt.verify(plan).raise_for_violations()
+    static = plan_route(robot, footholds, "swing", body_height=robot.standing_height,
+                        acceleration_limit=plan.settings.acceleration_limit)  # fmt: skip
+    gaitopt.verify(static).raise_for_violations()
+    assert plan.duration < 0.8 * static.duration < 2.0
+    step = 1e-4
+    times = np.linspace(2 * step, plan.duration - 2 * step, 3000)
+    ahead, here, behind = (plan.at(times + k * step).cog[:, 2] for k in (1, 0, -1))
+    assert ((ahead - 2 * here + behind) / step**2).min() > -0.85 * GRAVITY
 
 
 def test_bounds_on_a_path_hold_and_are_close(dynamic: Plan) -> None:

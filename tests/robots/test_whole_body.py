@@ -23,6 +23,7 @@ from gaitopt.robots.rotations import (
     quaternion_to_matrix,
     quaternion_to_rpy,
     rpy_accelerations_to_angular,
+    rpy_derivatives,
     rpy_rates_to_angular,
     rpy_to_matrix,
     rpy_to_quaternion,
@@ -166,11 +167,28 @@ def test_angular_acceleration_is_pinocchios(
     np.testing.assert_allclose(ours, expected, rtol=0, atol=1e-13)
 
 
+def test_derivatives_of_rotations_are_those_of_differences() -> None:
+    angles, step = np.random.default_rng(0).uniform(-1, 1, (6, 3)), 1e-6
+    first, second = rpy_derivatives(angles)
+    pairs = [(a, b) for a in range(3) for b in range(a, 3)]
+    for a in range(3):
+        ends = [angles + s * step * np.eye(3)[a] for s in (1, -1)]
+        ahead, behind = (rpy_to_matrix(end) for end in ends)
+        np.testing.assert_allclose(first[a], (ahead - behind) / (2 * step), rtol=0, atol=1e-9)
+        ahead, behind = (rpy_derivatives(end)[0] for end in ends)
+        for k, (i, j) in enumerate(pairs):
+            if a in (i, j):
+                slope = (ahead - behind)[j if a == i else i] / (2 * step)
+                np.testing.assert_allclose(second[k], slope, rtol=0, atol=1e-9)
+
+
 def test_rotations_take_any_leading_axes() -> None:
     rng = np.random.default_rng(0)
     rpy, rates = rng.uniform(-1, 1, (2, 5, 7, 3))
     quaternion = rpy_to_quaternion(rpy)
     assert rpy_to_matrix(rpy).shape == quaternion_to_matrix(quaternion).shape == (5, 7, 3, 3)
+    for whole, part in zip(rpy_derivatives(rpy), rpy_derivatives(rpy[3, 4]), strict=True):
+        np.testing.assert_allclose(whole[:, 3, 4], part, rtol=0, atol=1e-15)
     np.testing.assert_array_equal(quaternion_to_rpy(quaternion)[3, 4], quaternion_to_rpy(
         quaternion[3, 4]))  # fmt: skip
     np.testing.assert_array_equal(

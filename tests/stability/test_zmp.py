@@ -12,13 +12,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import minimize
 
-from gaitopt.conventions import FloatArray, rotation_z
+from gaitopt.conventions import GRAVITY, FloatArray, rotation_z
 from gaitopt.errors import InputError
 from gaitopt.robots.catalog import load_robot, robot_names
 from gaitopt.stability.contacts import in_flight, standing_feet, support_margin
 from gaitopt.stability.margins import static_stability_margin
 from gaitopt.stability.zmp import (
-    GRAVITY,
     cart_table_zmp,
     ground_wrench,
     point_mass_zmp,

@@ -200,6 +200,10 @@ def test_the_bar_tells_who_arrives(page: Page, plans: dict[str, Plan]) -> None:
     assert [m.start for m in page.moments] == [0.0, *(plans[name].duration for name in order)]
     for moment, name in zip(page.moments[1:], order, strict=True):
         assert moment.label.startswith(f"{name} has arrived: {plans[name].duration:.0f}"[:-2])
+        # The mark is who arrives, the bar from there on who comes next.
+        assert moment.mark == next(label.colour for label in page.labels if label.name == name)
+    marks = [moment.mark for moment in page.moments]
+    assert [moment.colour for moment in page.moments] == [*marks[1:], ""]
 
 
 def test_the_first_view_holds_all_lanes(page: Page, runners: tuple[Runner, ...]) -> None:
