@@ -71,7 +71,7 @@ def _horizon(rounds: int) -> list[Result]:
 def _rivals(steps: int, rounds: int) -> list[Result]:
     """The same problem by our solver, IPOPT and fatrop."""
     route = prepared(walks.robot(), walks.terrain(steps), RouteSettings(free=ROWS["swing"]), None)
-    problem = problem_of(route, 0, steps, all_limits=False)
+    problem = problem_of(route, 0, steps)
     start = problem.start()
     ours = timed(lambda: solve_route(problem, start, tolerance=1e-4), rounds, 0)
     found = solve_route(problem, start, tolerance=1e-4)

@@ -5,6 +5,7 @@ World and body frames: x forward, y left, z up. SI units and radians everywhere.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Final
 
 import numpy as np
@@ -18,6 +19,14 @@ LEGS: Final[tuple[str, str, str, str]] = ("LF", "LH", "RH", "RF")
 
 GRAVITY: Final = 9.81
 """Acceleration of gravity [m/s^2]: that of the papers, of Pinocchio and of MuJoCo."""
+
+
+OTHER_LEGS: Final = np.array([[i for i in range(4) if i != k] for k in range(4)])
+"""Indices of the three other legs, for the index of each leg ``(4, 3)``."""
+OTHER_LEGS.setflags(write=False)
+
+Progress = Callable[[int, int], None]
+"""What planners and studies tell of their progress: (done, in all)."""
 
 
 def leg_index(leg: str) -> int:

@@ -7,7 +7,7 @@ move as fast as the joints allow (Section IV). Planned in a frame turned to the 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Literal
@@ -15,7 +15,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gaitopt.conventions import LEGS, FloatArray, leg_index, rotation_z
+from gaitopt.conventions import LEGS, FloatArray, Progress, leg_index, rotation_z
 from gaitopt.errors import InfeasibleStepError, InputError
 from gaitopt.gait.crawl import WANG_SEQUENCE, check_order, swing_order
 from gaitopt.optimize.cog import (
@@ -26,14 +26,12 @@ from gaitopt.optimize.cog import (
     build_cog_problems,
     solve_cog,
 )
-from gaitopt.planning import diagnosis
 from gaitopt.planning.assembly import assemble_plan
+from gaitopt.planning.diagnosis import check_heights, explain_start, explain_step
 from gaitopt.planning.plan import Plan
 from gaitopt.planning.settings import CrawlSettings, Speed
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.footholds import Footholds
-
-Progress = Callable[[int, int], None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,7 +164,7 @@ def plan_in_order(
     """The crawl with the settings' sequence; arguments and errors of :func:`plan_crawl`."""
     steps = crawl_steps(footholds, settings)
     check_stance(steps)
-    diagnosis.check_heights(robot, steps, settings)
+    check_heights(robot, steps, settings)
     start = start_place(robot, steps, settings, cog_start)
     solutions = optimise_cogs(robot, steps, settings, start, progress)
     return assemble_plan(robot, footholds, settings, steps, start, solutions)
@@ -290,7 +288,7 @@ def optimise_cogs(
         solution = solve_cog(problem.starting_at(place), workspace)
         low = solution.margin < settings.stability_margin - 1e-9
         if solution.status != "solved" or low:
-            raise diagnosis.explain_step(robot, steps, settings, s, place)
+            raise explain_step(robot, steps, settings, s, place)
         solutions.append(solution)
         place = solution.position
         if progress is not None:
@@ -343,5 +341,5 @@ def start_place(
         )  # fmt: skip
     solution = solve_cog(problem)
     if solution.status != "solved":
-        raise diagnosis.explain_start(robot, steps, settings, wanted)
+        raise explain_start(robot, steps, settings, wanted)
     return np.append(solution.position, steps.start_height)

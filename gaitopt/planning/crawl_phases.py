@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gaitopt.conventions import LEGS, FloatArray, rotation_z
+from gaitopt.conventions import LEGS, OTHER_LEGS, FloatArray, rotation_z
 from gaitopt.optimize.cog import CogSolution
 from gaitopt.planning.phase import CogEvidence, Limit, Phase
 from gaitopt.planning.settings import CrawlSettings
@@ -15,9 +15,6 @@ from gaitopt.stability.margins import static_stability_margin
 
 if TYPE_CHECKING:
     from gaitopt.planning.crawl import CrawlSteps
-
-
-_OTHERS = np.array([[i for i in range(4) if i != k] for k in range(4)])
 
 
 def crawl_phases(
@@ -45,7 +42,7 @@ def crawl_phases(
     count = len(steps.legs)
     ends_of_move = np.stack([cogs[:-1], cogs[1:]])
     standing = static_stability_margin(steps.feet, ends_of_move).min(axis=0)
-    triangles = np.take_along_axis(steps.feet, _OTHERS[steps.indices][..., None], axis=1)
+    triangles = np.take_along_axis(steps.feet, OTHER_LEGS[steps.indices][..., None], axis=1)
     swinging = static_stability_margin(triangles, cogs[1:])
     to_world = rotation_z(settings.heading).T
     lifted = steps.feet[np.arange(count), steps.indices] @ to_world

@@ -9,16 +9,15 @@ layer first. (000_6dacb41600db6a3c.txt, Section II, names the free gait and plan
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gaitopt.conventions import LEGS, FloatArray, rotation_z
+from gaitopt.conventions import LEGS, FloatArray, Progress, rotation_z
 from gaitopt.errors import InfeasibleStepError
-from gaitopt.planning import crawl
+from gaitopt.planning.crawl import plan_in_order, start_of
 from gaitopt.planning.free_steps import StepPlanner, Steps
 from gaitopt.planning.plan import Plan
 from gaitopt.planning.route_collision import path_touches
@@ -30,7 +29,6 @@ WIDTHS = (64, 512, 100_000)
 """Most ways that a search keeps in a layer; the next is tried where one finds no order."""
 KEPT = 4
 """Most ways that it keeps into one state."""
-Progress = Callable[[int, int], None]
 
 
 @dataclass(frozen=True)
@@ -94,7 +92,7 @@ def plan_free_crawl(
     """
     fixed, error = None, None
     try:
-        fixed = crawl.plan_in_order(robot, footholds, settings, cog_start)
+        fixed = plan_in_order(robot, footholds, settings, cog_start)
     except InfeasibleStepError as caught:
         error = caught
     order = find_order(robot, footholds, settings, cog_start, progress)
@@ -102,7 +100,7 @@ def plan_free_crawl(
     if order.complete and order.legs:
         try:
             sequenced = replace(settings, sequence=order.legs)
-            found = crawl.plan_in_order(robot, footholds, sequenced, cog_start)
+            found = plan_in_order(robot, footholds, sequenced, cog_start)
         except InfeasibleStepError as caught:
             error = error or caught
     if found is None and fixed is None:
@@ -147,7 +145,7 @@ def find_order(
     Raises:
         InfeasibleStepError: the body cannot stand over the first footholds.
     """
-    start = crawl.start_of(robot, footholds, settings, cog_start)
+    start = start_of(robot, footholds, settings, cog_start)
     points = footholds.array @ rotation_z(settings.heading)
     planner = planner_of(robot, footholds, settings)
     states = 0

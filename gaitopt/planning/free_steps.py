@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gaitopt.conventions import LEGS, BoolArray, FloatArray
+from gaitopt.conventions import LEGS, OTHER_LEGS, BoolArray, FloatArray
 from gaitopt.optimize.cog import CogWorkspace, build_cog_problems, solve_cog
 from gaitopt.optimize.speed import knot_times
 from gaitopt.planning.route_collision import Shapes
@@ -28,7 +28,6 @@ APART = 5e-4
 """Distance that shapes keep wherever they are looked at [m]."""
 WATCHED = 0.12
 """Shapes that are farther apart at four instants of a step are not looked at in between [m]."""
-_OTHERS = np.array([[i for i in range(4) if i != k] for k in range(4)])
 
 
 class Steps(NamedTuple):
@@ -77,11 +76,11 @@ class StepPlanner:
 
     @cached_property
     def _shapes(self) -> Shapes | None:
-        return Shapes.of(self.robot, trunk=True)
+        return Shapes.of(self.robot)
 
     def standing(self, steps: Steps) -> BoolArray:
         """Whether three feet support an area and no leg stands across another ``(E,)``."""
-        corners = np.take_along_axis(steps.feet[..., :2], _OTHERS[steps.leg][..., None], axis=1)
+        corners = np.take_along_axis(steps.feet[..., :2], OTHER_LEGS[steps.leg][..., None], axis=1)
         wide = ~np.isnan(triangle_half_planes(corners)[1]).any(axis=1)
         lf, lh, rh, rf = (steps.landed[:, i] for i in range(4))
         in_order = (lf[:, 0] > lh[:, 0]) & (rf[:, 0] > rh[:, 0])

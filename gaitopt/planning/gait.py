@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gaitopt.conventions import LEGS
+from gaitopt.conventions import LEGS, Progress
 from gaitopt.errors import InputError
 from gaitopt.gait.schedule import GaitSchedule
 from gaitopt.gait.step_timing import SwingEvent, adapted_step_time, cycles_spanned, swing_events
@@ -32,8 +31,6 @@ LONGEST_WALK = 2000
 KNOTS_A_SWING = 10
 FINER = 16
 """Into how many parts a knot's interval is cut where a leg falls short between knots."""
-
-Progress = Callable[[int, int], None]
 
 
 def plan_gait(

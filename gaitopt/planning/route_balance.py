@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from gaitopt.conventions import LEGS, FloatArray, rotation_z
+from gaitopt.conventions import LEGS, OTHER_LEGS, FloatArray, rotation_z
 from gaitopt.optimize.route_com import ComRows, RouteMasses
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.rotations import rpy_to_matrix
@@ -50,7 +50,7 @@ def support_sides(knots: RouteKnots) -> Sides:
     count = len(knots.step)
     normal, offset = np.zeros((count, SIDES, 2)), np.full((count, SIDES), -np.inf)
     flies = np.flatnonzero(knots.swings)
-    others = np.array([[i for i in range(4) if i != k] for k in range(4)])[knots.leg[flies]]
+    others = OTHER_LEGS[knots.leg[flies]]
     corners = np.take_along_axis(knots.feet[flies], others[..., None], axis=1)[..., :2]
     normal[flies, :3], offset[flies, :3] = triangle_half_planes(corners)
     stands = np.flatnonzero(~knots.swings)

@@ -45,12 +45,10 @@ class Shapes:
     neutral: FloatArray
 
     @classmethod
-    def of(cls, robot: Quadruped, trunk: bool = False) -> Shapes | None:
-        """The pairs of shapes on different legs; ``None`` where shapes are meshes or missing.
+    def of(cls, robot: Quadruped) -> Shapes | None:
+        """The pairs of shapes on different legs, and of the trunk and a leg beyond its first joint.
 
-        Args:
-            robot: whose shapes.
-            trunk: also pairs of the trunk and a leg beyond its first joint.
+        ``None`` where shapes are meshes or missing.
         """
         import pinocchio as pin
 
@@ -62,7 +60,7 @@ class Shapes:
         for i, first in enumerate(legs):
             for j in range(i):
                 apart = first > 1 and legs[j] > 1 and first != legs[j]
-                if apart or (trunk and _trunk_and_limb(geometry, legs, i, j)):
+                if apart or _trunk_and_limb(geometry, legs, i, j):
                     geometry.addCollisionPair(pin.CollisionPair(j, i))
         if not len(geometry.collisionPairs):
             return None
@@ -127,7 +125,7 @@ def path_touches(robot: Quadruped, joints: FloatArray) -> bool:
         robot: whose links.
         joints: angles in Pinocchio's order ``(N, nj)`` [rad], close to one another.
     """
-    shapes = Shapes.of(robot, trunk=True)
+    shapes = Shapes.of(robot)
     if shapes is None:
         return False
     legs = joints[:, shapes.columns]

@@ -15,13 +15,12 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gaitopt.conventions import FloatArray
+from gaitopt.conventions import FloatArray, Progress
 from gaitopt.errors import GaitoptError, InfeasibleStepError, InputError, SolverError
 from gaitopt.gait.crawl import CRAWL_SEQUENCES, WANG_SEQUENCE, check_order
 from gaitopt.inputs import check_count
 from gaitopt.optimize.route_solver import Answer
-from gaitopt.planning import crawl
-from gaitopt.planning.crawl import Progress
+from gaitopt.planning.crawl import check_robot, plan_in_order
 from gaitopt.planning.free_gait import find_order, plan_touches
 from gaitopt.planning.path import MotionPath
 from gaitopt.planning.plan import Plan
@@ -31,7 +30,7 @@ from gaitopt.planning.route_clearance import dense_heights
 from gaitopt.planning.route_knots import build_route
 from gaitopt.planning.route_settings import RouteSettings, check_free
 from gaitopt.planning.route_smooth import smooth_plan
-from gaitopt.planning.route_steps import Route, failed, prepared
+from gaitopt.planning.route_steps import Route, crawl_settings, failed, prepared
 from gaitopt.planning.route_stops import StoppingMotion, stopping_path
 from gaitopt.planning.route_whole import planned_in_windows, planned_whole
 from gaitopt.planning.settings import CrawlSettings
@@ -197,7 +196,7 @@ def _orders(
     robot: Quadruped, footholds: Footholds, options: dict[str, Any]
 ) -> list[tuple[str, ...]]:
     """The six cycles of legs, the paper's first; last the fastest order phase by phase."""
-    crawl.check_robot(robot)
+    check_robot(robot)
     known = {f.name for f in fields(CrawlSettings)} - {"acceleration_limit"}
     settings = CrawlSettings(**{k: v for k, v in options.items() if k in known})
     cycles = [WANG_SEQUENCE, *(order for order in CRAWL_SEQUENCES if order != WANG_SEQUENCE)]
@@ -267,10 +266,5 @@ def _assembled(route: Route, poses: FloatArray, answers: list[Answer], seconds: 
 
 def _standing(route: Route) -> MotionPath:
     """The path of a walk without steps: the body stands where it starts."""
-    settings = route.settings
-    plan = crawl.plan_crawl(
-        route.robot, route.footholds, body_height=settings.body_height,
-        reach_fraction=settings.reach_fraction, heading=settings.heading,
-        follow_terrain=settings.follow_terrain, cog_start=route.cog_start,
-    )  # fmt: skip
-    return plan.path
+    settings = crawl_settings(route.settings)
+    return plan_in_order(route.robot, route.footholds, settings, route.cog_start).path

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gaitopt.conventions import GRAVITY, LEGS, FloatArray, rotation_z
+from gaitopt.conventions import GRAVITY, LEGS, OTHER_LEGS, FloatArray, rotation_z
 from gaitopt.optimize.route_dynamics import RouteDynamics, ZmpRows
 from gaitopt.optimize.route_legs import JOINTS, POSE
 from gaitopt.optimize.route_problem import UNIT_TURN, RouteProblem, Rows
@@ -125,7 +125,7 @@ def _zmp_rows(knots: RouteKnots, settings: RouteSettings, count: int) -> ZmpRows
     for a, b in zip(knots.ends[1::2].tolist(), knots.ends[2::2].tolist(), strict=True):
         flies[a : b + 1], leg[a : b + 1] = True, knots.leg[a]
     at = np.flatnonzero(flies)
-    others = np.array([[i for i in range(4) if i != k] for k in range(4)])[leg[at]]
+    others = OTHER_LEGS[leg[at]]
     corners = np.take_along_axis(knots.feet[at], others[..., None], axis=1)[..., :2]
     normals, offsets = triangle_half_planes(corners)
     standing = np.flatnonzero(~flies)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gaitopt.conventions import FloatArray
+from gaitopt.conventions import OTHER_LEGS, FloatArray
 from gaitopt.optimize.route_legs import BODY, JOINTS, POSE, RouteLegs
 from gaitopt.optimize.route_problem import UNIT_TURN, RouteProblem, Rows
 from gaitopt.planning.route_balance import balance_rows
@@ -75,8 +75,6 @@ def build_route(
     settings: RouteSettings,
     cogs: FloatArray,
     radius: float | None,
-    *,
-    all_limits: bool = False,
 ) -> tuple[RouteKnots, RouteProblem]:
     """The problem of a whole route, with the per-phase plan as its first guess.
 
@@ -84,23 +82,20 @@ def build_route(
         robot, steps, settings: what is walked.
         cogs: body centre before and after each stance phase of a feasible walk ``(S + 1, 3)`` [m].
         radius: of the columns [m]; ``None`` on open ground.
-        all_limits: plan with all joint position limits, and not only with near ones.
     """
     knots = lay_knots(steps, settings.stance_knots, settings.swing_knots)
     legs = limited(RouteLegs.of(robot), settings.reach_fraction)
     poses = first_guess(steps, settings, knots, cogs)
+    joints = legs.joints(poses, knots.feet, knots.flying).reshape(-1, JOINTS)
+    room = np.stack([joints.min(0) - legs.low.ravel(), legs.high.ravel() - joints.max(0)])
     problem = RouteProblem(
         legs=legs, feet=knots.feet, swing=knots.flying, poses=poses,
         unknown=_unknowns(settings, knots),
         rows=_rows(steps, settings, knots, radius or OPEN_RADIUS),
-        bounded=np.ones((2, JOINTS), dtype=np.bool_),
+        bounded=~(room > NEAR_LIMIT),
         unit=float(UNIT_TURN / legs.rates.min()),
         com=balance_rows(robot, settings, knots) if settings.true_com else None,
     )  # fmt: skip
-    if not all_limits:
-        joints = legs.joints(poses, knots.feet, knots.flying).reshape(-1, JOINTS)
-        near = np.stack([joints.min(0) - legs.low.ravel(), legs.high.ravel() - joints.max(0)])
-        object.__setattr__(problem, "bounded", ~(near > NEAR_LIMIT))
     return knots, problem
 
 
@@ -217,7 +212,7 @@ def _margins(settings: RouteSettings, knots: RouteKnots) -> Rows:
     """
     margin = settings.stability_margin + settings.margin_reserve
     spans = np.flatnonzero(knots.swings)
-    others = np.array([[i for i in range(4) if i != k] for k in range(4)])[knots.leg[spans]]
+    others = OTHER_LEGS[knots.leg[spans]]
     corners = np.take_along_axis(knots.feet[spans], others[..., None], axis=1)[..., :2]
     normals, offsets = triangle_half_planes(corners)
     parts = [_lines(spans + 1, normals, offsets, margin)]

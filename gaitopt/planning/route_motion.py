@@ -7,32 +7,24 @@ on each span. Joints follow by inverse kinematics, so standing feet stand.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
-from gaitopt.conventions import LEGS, FloatArray, rotation_z
-from gaitopt.optimize.route_legs import BODY, FOOT, TURN, RouteLegs
-from gaitopt.planning.path import MotionPath
-from gaitopt.planning.route_assembly import base_poses
+from gaitopt.conventions import FloatArray
+from gaitopt.optimize.route_legs import BODY, FOOT
+from gaitopt.planning.foothold_motion import Contacts, FootholdMotion, time_derivatives
 from gaitopt.planning.route_knots import RouteKnots
-from gaitopt.planning.smooth_path import smooth_path
-from gaitopt.robots.quadruped import Quadruped
-from gaitopt.robots.rotations import rpy_to_matrix
 from gaitopt.stability.margins import static_stability_margin
 from gaitopt.stability.zmp import point_mass_zmp
 
-SLIP_TOLERANCE = 1e-5
-"""Most that a standing foot may wander between knots of the path [m]."""
 SAMPLES = 7
 """Samples of each span at which a motion is judged."""
-_STEP = 2e-4
 
 
 @dataclass(frozen=True, eq=False)
-class RouteMotion:
+class RouteMotion(FootholdMotion):
     """A smooth motion; all but the robot's base is in the heading frame.
 
     Attributes:
@@ -44,10 +36,6 @@ class RouteMotion:
         spans: length of every knot's span ``(K,)`` [s].
     """
 
-    robot: Quadruped
-    heading: float
-    legs: RouteLegs
-    knots: RouteKnots
     poses: FloatArray
     spans: FloatArray
 
@@ -87,59 +75,17 @@ class RouteMotion:
         return np.asarray(2.0 * a * t + b if order == 1 else 2.0 * a)
 
     def joints(self, times: FloatArray, interval: np.ndarray) -> FloatArray:
-        """Joint angles leg by leg ``(N, 12)``."""
+        """Joint angles leg by leg ``(N, 12)`` [rad]."""
+        return self.angles(self.pose(times, interval), self.contacts(interval))
+
+    def poses_at(self, times: FloatArray, piece: np.ndarray) -> FloatArray:
+        """Poses by the parabolas of given spans ``(N, 9)``."""
+        return self.pose(times, piece)
+
+    def contacts(self, piece: np.ndarray) -> Contacts:
+        """Which feet stand on given spans."""
         flies, leg = self.flying
-        flying = np.zeros((len(times), 4))
-        flying[np.arange(len(times)), leg[interval]] = flies[interval]
-        poses = self.pose(times, interval)
-        return self.legs.joints(poses, self.knots.feet[interval], flying).reshape(-1, 12)
-
-    def interval(self, times: FloatArray) -> np.ndarray:
-        """The span that each time lies in."""
-        found = np.searchsorted(self.times, times, side="right") - 1
-        return np.clip(found, 0, len(self.spans) - 1)
-
-    def _values(self, times: FloatArray, interval: np.ndarray) -> FloatArray:
-        """Columns of a path ``(N, 6 + nj)``."""
-        poses = self.pose(times, interval)
-        out = np.empty((len(times), 6 + len(self.robot.joint_names)))
-        out[:, :6] = base_poses(self.robot, self.heading, poses[:, BODY], poses[:, TURN])
-        out[:, 6:] = self.robot.neutral_joints()
-        columns = [6 + c for leg in LEGS for c in self.robot.leg_columns[leg]]
-        out[:, columns] = self.joints(times, interval)
-        return out
-
-    def path(self) -> MotionPath:
-        """The motion as a path.
-
-        Raises:
-            SolverError: standing feet do not stay in their places.
-        """
-
-        def state(
-            times: FloatArray, inner: FloatArray
-        ) -> tuple[FloatArray, FloatArray, FloatArray]:
-            interval = self.interval(inner)
-            return (self._values(times, interval),
-                    *time_derivatives(lambda t: self._values(t, interval), inner))  # fmt: skip
-
-        return smooth_path(self.times, state, self._slip, SLIP_TOLERANCE)
-
-    def _slip(self, times: FloatArray, values: FloatArray) -> FloatArray:
-        """How far path values put standing feet from their places ``(N,)`` [m]."""
-        interval = self.interval(times)
-        turned = rpy_to_matrix(values[:, 3:6]) @ self.robot.body_axes
-        places = self.knots.feet[interval] @ rotation_z(self.heading).T
-        flies, leg_of = self.flying
-        slip = np.zeros(len(times))
-        for i, leg in enumerate(LEGS):
-            foot = self.robot.legs[leg].forward(
-                values[:, [6 + c for c in self.robot.leg_columns[leg]]]
-            )
-            away = values[:, :3] + np.einsum("nij,nj->ni", turned, foot) - places[:, i]
-            stands = ~(flies[interval] & (leg_of[interval] == i))
-            slip = np.where(stands, np.maximum(slip, np.linalg.norm(away, axis=1)), slip)
-        return slip
+        return Contacts(piece, flies[piece], leg[piece])
 
     def samples(self) -> tuple[FloatArray, np.ndarray]:
         """Times within all intervals ``(N,)``, :data:`SAMPLES` each, and the interval of each."""
@@ -227,13 +173,3 @@ def _parabolas(points: FloatArray, spans: FloatArray) -> FloatArray:
     before, after = np.concatenate([rest, speed]), np.concatenate([speed, rest])
     start = points - before * d / 2.0
     return np.stack([(after - before) / (2.0 * d), before, start])
-
-
-def time_derivatives(
-    values: Callable[[FloatArray], FloatArray], times: FloatArray, h: float = _STEP
-) -> tuple[FloatArray, FloatArray]:
-    """First and second derivatives of smooth ``values(times)``, to fourth order in ``h``."""
-    far = [values(times + k * h) for k in (-2, -1, 0, 1, 2)]
-    first = (far[0] - 8.0 * far[1] + 8.0 * far[3] - far[4]) / (12.0 * h)
-    second = (-far[0] + 16.0 * far[1] - 30.0 * far[2] + 16.0 * far[3] - far[4]) / (12.0 * h**2)
-    return first, second

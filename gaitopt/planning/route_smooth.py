@@ -8,12 +8,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gaitopt.conventions import FloatArray
+from gaitopt.conventions import FloatArray, Progress
 from gaitopt.optimize.route_dynamics import Entry, RouteDynamics
 from gaitopt.optimize.route_legs import JOINTS
 from gaitopt.optimize.route_solver import Answer, solve_route
 from gaitopt.planning import route_clearance as clearance
-from gaitopt.planning.crawl import Progress
 from gaitopt.planning.plan import Plan
 from gaitopt.planning.route_dynamic import build_dynamic, dynamic_phases
 from gaitopt.planning.route_knots import RouteKnots, build_route

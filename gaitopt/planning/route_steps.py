@@ -11,7 +11,16 @@ from gaitopt.conventions import FloatArray
 from gaitopt.errors import GaitoptError, SolverError
 from gaitopt.optimize.route_problem import RouteProblem
 from gaitopt.optimize.route_solver import Answer
-from gaitopt.planning import crawl, diagnosis
+from gaitopt.planning.crawl import (
+    CrawlSteps,
+    check_robot,
+    check_stance,
+    crawl_steps,
+    optimise_cogs,
+    plan_in_order,
+    start_place,
+)
+from gaitopt.planning.diagnosis import check_heights
 from gaitopt.planning.plan import Plan
 from gaitopt.planning.route_collision import Shapes
 from gaitopt.planning.route_knots import RouteKnots, build_route, lay_knots
@@ -53,15 +62,15 @@ class Route:
     robot: Quadruped
     footholds: Footholds
     settings: RouteSettings
-    steps: crawl.CrawlSteps
+    steps: CrawlSteps
     cogs: FloatArray
     cog_start: ArrayLike | None
     shapes: Shapes | None
 
-    def part(self, first: int, last: int) -> crawl.CrawlSteps:
+    def part(self, first: int, last: int) -> CrawlSteps:
         """The steps from ``first`` up to, not including, ``last``."""
         s = self.steps
-        return crawl.CrawlSteps(
+        return CrawlSteps(
             s.legs[first:last], s.feet[first:last], s.targets[first:last], s.heights[first:last],
             s.start_height,
         )  # fmt: skip
@@ -70,14 +79,19 @@ class Route:
         """The paper's plan over the same footholds; ``None`` where there is none."""
         s = self.settings
         try:
-            return crawl.plan_crawl(
-                self.robot, self.footholds, stability_margin=s.stability_margin,
-                body_height=s.body_height, swing_height=s.swing_height, sequence=s.sequence,
-                reach_fraction=s.reach_fraction, heading=s.heading,
-                follow_terrain=s.follow_terrain, cog_start=self.cog_start,
-            )  # fmt: skip
+            return plan_in_order(self.robot, self.footholds, crawl_settings(s), self.cog_start)
         except GaitoptError:
             return None
+
+
+def crawl_settings(settings: RouteSettings) -> CrawlSettings:
+    """Settings of the walk phase by phase over the same footholds."""
+    return CrawlSettings(
+        stability_margin=settings.stability_margin, body_height=settings.body_height,
+        swing_height=settings.swing_height, sequence=settings.sequence,
+        reach_fraction=settings.reach_fraction, heading=settings.heading,
+        follow_terrain=settings.follow_terrain,
+    )  # fmt: skip
 
 
 def prepared(
@@ -88,21 +102,16 @@ def prepared(
     Raises:
         InfeasibleStepError: a step is impossible.
     """
-    paper = CrawlSettings(
-        stability_margin=settings.stability_margin, body_height=settings.body_height,
-        swing_height=settings.swing_height, sequence=settings.sequence,
-        reach_fraction=settings.reach_fraction, heading=settings.heading,
-        follow_terrain=settings.follow_terrain,
-    )  # fmt: skip
-    crawl.check_robot(robot)
-    steps = crawl.crawl_steps(footholds, paper)
-    crawl.check_stance(steps)
-    diagnosis.check_heights(robot, steps, paper)
-    start = crawl.start_place(robot, steps, paper, cog_start)
-    solutions = crawl.optimise_cogs(robot, steps, paper, start)
+    paper = crawl_settings(settings)
+    check_robot(robot)
+    steps = crawl_steps(footholds, paper)
+    check_stance(steps)
+    check_heights(robot, steps, paper)
+    start = start_place(robot, steps, paper, cog_start)
+    solutions = optimise_cogs(robot, steps, paper, start)
     ends = [np.append(s.position, z) for s, z in zip(solutions, steps.heights, strict=True)]
     return Route(robot, footholds, settings, steps, np.vstack([start, *ends]), cog_start,
-                 Shapes.of(robot, trunk=True))  # fmt: skip
+                 Shapes.of(robot))  # fmt: skip
 
 
 def knots_of(route: Route, first: int, last: int) -> RouteKnots:
@@ -111,10 +120,10 @@ def knots_of(route: Route, first: int, last: int) -> RouteKnots:
                      route.settings.swing_knots)  # fmt: skip
 
 
-def problem_of(route: Route, first: int, last: int, all_limits: bool = False) -> RouteProblem:
+def problem_of(route: Route, first: int, last: int) -> RouteProblem:
     return build_route(
         route.robot, route.part(first, last), route.settings, route.cogs[first : last + 1],
-        route.footholds.radius, all_limits=all_limits,
+        route.footholds.radius,
     )[1]  # fmt: skip
 
 

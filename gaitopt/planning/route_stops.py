@@ -14,16 +14,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gaitopt.conventions import LEGS, FloatArray, rotation_z
-from gaitopt.optimize.route_legs import BODY, FOOT, TURN, RouteLegs
+from gaitopt.conventions import FloatArray
+from gaitopt.optimize.route_legs import BODY, FOOT, RouteLegs
+from gaitopt.planning.foothold_motion import Contacts, FootholdMotion, time_derivatives
 from gaitopt.planning.path import MotionPath
-from gaitopt.planning.route_assembly import SLIP_TOLERANCE, Dense, base_poses
+from gaitopt.planning.route_assembly import Dense
 from gaitopt.planning.route_between import path_stretch
 from gaitopt.planning.route_knots import RouteKnots
-from gaitopt.planning.route_motion import time_derivatives
-from gaitopt.planning.smooth_path import smooth_path
 from gaitopt.robots.quadruped import Quadruped
-from gaitopt.robots.rotations import rpy_to_matrix
 
 PARTS = 24
 """Parts of a line; on each the second derivative of the place along the line is constant."""
@@ -123,7 +121,7 @@ def fastest_passage(
 
 
 @dataclass(frozen=True, eq=False)
-class StoppingMotion:
+class StoppingMotion(FootholdMotion):
     """A walk along straight lines, with a stop at the end of each.
 
     Attributes:
@@ -133,10 +131,6 @@ class StoppingMotion:
         stretch: how many times as long everything takes.
     """
 
-    robot: Quadruped
-    heading: float
-    legs: RouteLegs
-    knots: RouteKnots
     lines: Lines
     squares: FloatArray
     stretch: float = 1.0
@@ -173,12 +167,7 @@ class StoppingMotion:
 
     def joints(self, line: np.ndarray, share: FloatArray) -> FloatArray:
         """Joint angles leg by leg ``(N, 12)`` [rad]."""
-        owner = self.lines.owner[line]
-        flying = np.zeros((len(line), 4))
-        flying[np.arange(len(line)), self.knots.leg[owner]] = self.knots.swings[owner]
-        return self.legs.joints(self.pose(line, share), self.knots.feet[owner], flying).reshape(
-            -1, 12
-        )
+        return self.angles(self.pose(line, share), self._standing(line))
 
     def share(self, times: FloatArray, part: np.ndarray) -> FloatArray:
         """Share of the line at times ``(N,)``, by the law of given parts."""
@@ -188,54 +177,22 @@ class StoppingMotion:
         t = (times - self.times[part]) / self.stretch
         return np.asarray(GRID[i] + (np.sqrt(x) + pull * t / 2.0) * t)
 
-    def _part(self, times: FloatArray) -> np.ndarray:
-        found = np.searchsorted(self.times, times, side="right") - 1
-        return np.clip(found, 0, len(self.times) - 2)
+    def poses_at(self, times: FloatArray, piece: np.ndarray) -> FloatArray:
+        """Poses by the law of given parts ``(N, 9)``."""
+        return self.pose(piece // PARTS, self.share(times, piece))
 
-    def _values(self, times: FloatArray, part: np.ndarray) -> FloatArray:
-        line, share = part // PARTS, self.share(times, part)
-        poses = self.pose(line, share)
-        out = np.empty((len(times), 6 + len(self.robot.joint_names)))
-        out[:, :6] = base_poses(self.robot, self.heading, poses[:, BODY], poses[:, TURN])
-        out[:, 6:] = self.robot.neutral_joints()
-        columns = [6 + c for leg in LEGS for c in self.robot.leg_columns[leg]]
-        out[:, columns] = self.joints(line, share)
-        return out
+    def contacts(self, piece: np.ndarray) -> Contacts:
+        """Which feet stand on given parts."""
+        return self._standing(piece // PARTS)
 
-    def path(self) -> MotionPath:
-        """The motion as a path.
-
-        Raises:
-            SolverError: standing feet do not stay in their places.
-        """
-
-        def state(
-            times: FloatArray, inner: FloatArray
-        ) -> tuple[FloatArray, FloatArray, FloatArray]:
-            part = self._part(inner)
-            return (self._values(times, part),
-                    *time_derivatives(lambda t: self._values(t, part), inner))  # fmt: skip
-
-        return smooth_path(self.times, state, self._slip, SLIP_TOLERANCE)
-
-    def _slip(self, times: FloatArray, values: FloatArray) -> FloatArray:
-        """How far path values put standing feet from their places ``(N,)`` [m]."""
-        owner = self.lines.owner[self._part(times) // PARTS]
-        turned = rpy_to_matrix(values[:, 3:6]) @ self.robot.body_axes
-        places = self.knots.feet[owner] @ rotation_z(self.heading).T
-        slip = np.zeros(len(times))
-        for i, leg in enumerate(LEGS):
-            columns = [6 + c for c in self.robot.leg_columns[leg]]
-            foot = self.robot.legs[leg].forward(values[:, columns])
-            away = values[:, :3] + np.einsum("nij,nj->ni", turned, foot) - places[:, i]
-            stands = ~(self.knots.swings[owner] & (self.knots.leg[owner] == i))
-            slip = np.where(stands, np.maximum(slip, np.linalg.norm(away, axis=1)), slip)
-        return slip
+    def _standing(self, line: np.ndarray) -> Contacts:
+        owner = self.lines.owner[line]
+        return Contacts(owner, self.knots.swings[owner], self.knots.leg[owner])
 
     def dense(self) -> Dense:
         """The motion at all places, for the phases of a plan."""
         parts = np.append(np.arange(len(self.times) - 1), len(self.times) - 2)
-        values = self._values(self.times, parts)
+        values = self.values(self.times, parts)
         share = self.share(self.times, parts)
         centre = self.pose(parts // PARTS, share)[:, BODY]
         slowest = np.zeros(len(self.times) - 1, dtype=int)

@@ -12,9 +12,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gaitopt.conventions import FloatArray
+from gaitopt.conventions import FloatArray, Progress
 from gaitopt.optimize.route_solver import Answer, solve_route
-from gaitopt.planning.crawl import Progress
 from gaitopt.planning.route_assembly import densify
 from gaitopt.planning.route_balance import raised, shortfall
 from gaitopt.planning.route_clearance import dense_heights, narrowed

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gaitopt.conventions import FloatArray
+from gaitopt.conventions import FloatArray, Progress
 from gaitopt.errors import InfeasibleStepError, InputError, SolverError
 from gaitopt.optimize.posture import SHAO_SEQUENCE, solve_posture
 from gaitopt.planning.plan import Plan
@@ -37,8 +37,6 @@ FOOT_TOLERANCE = 2e-5
 """What the proof of the feet's margin may fall short by [m]: it is so fine."""
 HALVINGS = 5
 """Bisections for the largest obstacle: it is found to a thirtieth of the one asked for."""
-
-Progress = Callable[[int, int], None]
 
 
 def plan_stride(

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
-from gaitopt.conventions import LEGS, FloatArray, leg_index
+from gaitopt.conventions import LEGS, FloatArray, Progress, leg_index
 from gaitopt.optimize.obstacle_swing import solve_obstacle_swing
 from gaitopt.optimize.posture_problem import BodyPose
 from gaitopt.optimize.spline_problem import JointLimits
@@ -36,8 +35,6 @@ from gaitopt.swing.clearance import least_clearance
 BUSY = 0.999
 """Share of its limit from which a joint is said to hold a phase back."""
 _KINDS = {1: "joint velocity", 2: "joint acceleration", 3: "joint jerk"}
-
-Progress = Callable[[int, int], None]
 
 
 class Piece(NamedTuple):

@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from gaitopt.conventions import Progress
 from gaitopt.errors import GaitoptError, InputError
 from gaitopt.files import StrPath
 from gaitopt.planning.crawl import plan_crawl
@@ -34,8 +35,6 @@ from gaitopt.studies.race_standings import (
 )
 from gaitopt.studies.terrains import s_columns_for
 from gaitopt.terrain.footholds import Footholds
-
-Progress = Callable[[int, int], None]
 
 _SHORT = {"ssm": SSM, "paper": PAPER}
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -11,26 +13,11 @@ import gaitopt
 from gaitopt import LEGS, Quadruped
 from gaitopt.checking.balance import true_com
 from gaitopt.optimize.route_com import Com, RouteMasses
-from gaitopt.optimize.route_legs import FOOT, TURN, Bent, RouteLegs
+from gaitopt.optimize.route_legs import TURN, Bent, RouteLegs
 from gaitopt.robots.rotations import rpy_to_matrix, rpy_to_quaternion
 
 Array = NDArray[np.float64]
 ROBOTS = ["wang2020", "a1", "anymal", "anymal_c", "hyq"]
-
-
-def random_poses(robot: Quadruped, count: int) -> tuple[Array, Array, Array]:
-    """Poses near standing, the places of the feet, and who swings."""
-    rng = np.random.default_rng(11)
-    size = robot.standing_height
-    below = [leg.hip + leg.axes[:, 1] * leg.lateral for leg in robot.legs.values()]
-    feet = np.array(below) * [1, 1, 0] + 0.1 * size * rng.uniform(-1, 1, (count, 4, 3))
-    swing = np.eye(4)[rng.integers(0, 4, count)]
-    poses = np.zeros((count, 9))
-    poses[:, :3] = robot.centre * [1, 1, 0] + [0, 0, size]
-    poses[:, :6] += rng.uniform(-1, 1, (count, 6)) * [0.02, 0.02, 0.02, 0.2, 0.2, 0.2]
-    poses[:, FOOT] = (feet * swing[..., None]).sum(axis=1)
-    poses[:, 8] += 0.1 * size
-    return poses, feet, swing
 
 
 def seen(robot: Quadruped, poses: Array, feet: Array, swing: Array) -> tuple[Bent, Com]:
@@ -40,9 +27,9 @@ def seen(robot: Quadruped, poses: Array, feet: Array, swing: Array) -> tuple[Ben
 
 
 @pytest.mark.parametrize("name", ROBOTS)
-def test_the_centre_of_mass_is_pinocchio_s(name: str) -> None:
+def test_the_centre_of_mass_is_pinocchio_s(name: str, random_poses: Any) -> None:
     robot = gaitopt.load_robot(name)
-    poses, feet, swing = random_poses(robot, 20)
+    poses, feet, swing = random_poses(robot, 20, seed=11, spread=0.1)
     bent, com = seen(robot, poses, feet, swing)
     body = rpy_to_matrix(poses[:, TURN])
     q = np.tile(pin.neutral(robot.model), (20, 1))
@@ -58,10 +45,10 @@ def test_the_centre_of_mass_is_pinocchio_s(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ROBOTS)
-def test_gradient_and_curvature_are_those_of_differences(name: str) -> None:
+def test_gradient_and_curvature_are_those_of_differences(name: str, random_poses: Any) -> None:
     robot = gaitopt.load_robot(name)
     legs, masses = RouteLegs.of(robot), RouteMasses.of(robot)
-    poses, feet, swing = random_poses(robot, 8)
+    poses, feet, swing = random_poses(robot, 8, seed=11, spread=0.1)
     bent, com = seen(robot, poses, feet, swing)
     weights = np.random.default_rng(1).normal(size=(8, 3))
     curvature = masses.curvature(bent, bent.gradients(), com, weights)

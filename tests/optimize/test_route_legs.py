@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -15,25 +17,10 @@ Array = NDArray[np.float64]
 ROBOTS = ["wang2020", "anymal", "a1"]
 
 
-def random_poses(robot: Quadruped, count: int) -> tuple[Array, Array, Array]:
-    """Poses near standing, the places of the feet, and who swings."""
-    rng = np.random.default_rng(7)
-    size = robot.standing_height
-    below = [leg.hip + leg.axes[:, 1] * leg.lateral for leg in robot.legs.values()]
-    feet = np.array(below) * [1, 1, 0] + 0.05 * size * rng.uniform(-1, 1, (count, 4, 3))
-    swing = np.eye(4)[rng.integers(0, 4, count)]
-    poses = np.zeros((count, 9))
-    poses[:, :3] = robot.centre * [1, 1, 0] + [0, 0, size]
-    poses[:, :6] += rng.uniform(-1, 1, (count, 6)) * [0.02, 0.02, 0.02, 0.2, 0.2, 0.2]
-    poses[:, FOOT] = (feet * swing[..., None]).sum(axis=1)
-    poses[:, 8] += 0.1 * size
-    return poses, feet, swing
-
-
 @pytest.mark.parametrize("name", ROBOTS)
-def test_angles_are_those_of_each_leg_s_inverse(name: str) -> None:
+def test_angles_are_those_of_each_leg_s_inverse(name: str, random_poses: Any) -> None:
     robot = gaitopt.load_robot(name)
-    poses, feet, swing = random_poses(robot, 20)
+    poses, feet, swing = random_poses(robot, 20, seed=7, spread=0.05)
     angles = RouteLegs.of(robot).joints(poses, feet, swing)
     turned = rpy_to_matrix(poses[:, TURN])
     for i, leg in enumerate(LEGS):
@@ -43,10 +30,10 @@ def test_angles_are_those_of_each_leg_s_inverse(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ROBOTS)
-def test_gradients_and_curvature_are_those_of_differences(name: str) -> None:
+def test_gradients_and_curvature_are_those_of_differences(name: str, random_poses: Any) -> None:
     robot = gaitopt.load_robot(name)
     legs = RouteLegs.of(robot)
-    poses, feet, swing = random_poses(robot, 8)
+    poses, feet, swing = random_poses(robot, 8, seed=7, spread=0.05)
     bent = legs.bend(poses, feet, swing)
     weights = np.random.default_rng(1).normal(size=(8, 4, 3))
     curvature = legs.curvature(bent, weights)
@@ -59,8 +46,8 @@ def test_gradients_and_curvature_are_those_of_differences(name: str) -> None:
         assert curvature[:, i] == pytest.approx((pulled[0] - pulled[1]) / (2 * step), abs=1e-6)
 
 
-def test_the_slopes_are_the_inverse_of_the_jacobian(wang: Quadruped) -> None:
-    poses, feet, swing = random_poses(wang, 10)
+def test_the_slopes_are_the_inverse_of_the_jacobian(wang: Quadruped, random_poses: Any) -> None:
+    poses, feet, swing = random_poses(wang, 10, seed=7, spread=0.05)
     bent = RouteLegs.of(wang).bend(poses, feet, swing)
     for i, leg in enumerate(LEGS):
         product = bent.slopes[:, i] @ wang.legs[leg].jacobian(bent.joints[:, i])

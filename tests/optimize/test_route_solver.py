@@ -25,7 +25,8 @@ def small_problem(robot: Quadruped, row: str, steps: int = 4, **settings: Any) -
     """The first ``steps`` of a random terrain."""
     chosen = RouteSettings(free=ROWS[row], **settings)
     route = prepared(robot, gaitopt.s_columns(2, columns=3), chosen, None)
-    return problem_of(route, 0, steps, all_limits=True)
+    # With all position limits, not only those that are near.
+    return replace(problem_of(route, 0, steps), bounded=np.ones((2, 12), dtype=np.bool_))
 
 
 def with_accelerations(problem: RouteProblem, moving: bool = False) -> RouteDynamics:
