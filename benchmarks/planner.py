@@ -10,7 +10,7 @@ import numpy as np
 import gaitopt
 from benchmarks import walks
 from benchmarks.measuring import Result, Timing, timed
-from gaitopt.optimize.cog import CogWorkspace
+from gaitopt.optimize.cog.solver import CogWorkspace
 
 Objective = Literal["distance", "margin"]
 

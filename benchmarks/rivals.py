@@ -12,7 +12,7 @@ from benchmarks.measuring import Result, Timing, timed
 from benchmarks.planner import plan_time
 from gaitopt import Plan
 from gaitopt.conventions import FloatArray
-from gaitopt.optimize.cog import CogWorkspace
+from gaitopt.optimize.cog.solver import CogWorkspace
 
 COG_AGREEMENT = 1e-5
 """Largest distance allowed between the COG targets of the two ways [m]."""

@@ -13,11 +13,12 @@ import numpy as np
 from benchmarks import walks
 from benchmarks.measuring import Result, Timing, timed
 from gaitopt.conventions import LEGS
-from gaitopt.optimize.route_problem import RouteProblem
-from gaitopt.optimize.route_solver import solve_route
-from gaitopt.planning.route_crawl import plan_route
-from gaitopt.planning.route_settings import ROWS, RouteSettings
-from gaitopt.planning.route_steps import prepared, problem_of
+from gaitopt.interior_point.solver import solve_route
+from gaitopt.optimize.route.problem import RouteProblem
+from gaitopt.plan.settings.time_optimal import ROWS, RouteSettings
+from gaitopt.planners.time_optimal.build import problem_of
+from gaitopt.planners.time_optimal.planner import plan_route
+from gaitopt.planners.time_optimal.walk import prepared
 
 MOST_GROWTH = 1.2
 """Largest power of the steps that still counts as linear: iterations differ from walk to walk."""

@@ -6,8 +6,10 @@ from collections.abc import Callable
 
 from benchmarks.measuring import Result, Timing, timed
 from gaitopt.errors import MissingPackageError
-from gaitopt.optimize import joint_spline, spline, spline_problem
-from gaitopt.optimize import spline_reference as reference
+from gaitopt.optimize.spline import joint_spline
+from gaitopt.optimize.spline import problem as spline_problem
+from gaitopt.optimize.spline import solver as spline
+from gaitopt.studies import swing_study as reference
 
 GOAL, LIMIT = 50.0, 100.0
 """Tens of milliseconds for the spline of one swing [ms]."""

@@ -14,12 +14,12 @@ from matplotlib.figure import Figure
 
 from gaitopt.gait.gaits import bound, crawl, pace, quasi_static, trot, walk, wave
 from gaitopt.gait.schedule import GaitSchedule
-from gaitopt.planning.gait import plan_gait
+from gaitopt.planners.by_velocity.planner import plan_gait
 from gaitopt.robots.catalog import load_robot
-from gaitopt.viewing.plot_schedule import plot_gait_diagram, plot_margin_over_duty
-from gaitopt.viewing.plot_snapshots import plot_snapshots
-from gaitopt.viewing.plot_swing_curves import plot_swing_curves
-from gaitopt.viewing.plot_zmp import plot_zmp
+from gaitopt.viewing.figures.schedule import plot_gait_diagram, plot_margin_over_duty
+from gaitopt.viewing.figures.snapshots import plot_snapshots
+from gaitopt.viewing.figures.swing_curves import plot_swing_curves
+from gaitopt.viewing.figures.zmp import plot_zmp
 
 IMAGES = Path(__file__).parent / "images"
 

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gaitopt.planning.crawl import plan_crawl
+from gaitopt.planners.crawl import plan_crawl
 from gaitopt.robots.catalog import load_robot
 from gaitopt.terrain.columns import s_columns
 
@@ -28,7 +28,7 @@ IMAGES = Path(__file__).parent / "images"
 
 def replay(target: Path) -> None:
     """The replay of the paper's walk in the middle of a swing, as Chromium draws it."""
-    from gaitopt.viewing.replay import replay as write_replay
+    from gaitopt.viewing.replay.replay import replay as write_replay
 
     plan = plan_crawl(load_robot("wang2020"), s_columns(0))
     # In the middle of the walk, a swing at the very margin: the COG on the inner triangle's side.
@@ -42,7 +42,7 @@ def replay(target: Path) -> None:
 
 def feasible_area(target: Path) -> None:
     """Areas A and B before a step at which the reach of a leg counts (hips 0.555 m high)."""
-    from gaitopt.viewing.plots import plot_feasible_area
+    from gaitopt.viewing.figures.crawl_figures import plot_feasible_area
 
     plan = plan_crawl(load_robot("wang2020"), s_columns(0), body_height=0.555)
     paint(plot_feasible_area(plan, 40), target)
@@ -50,7 +50,7 @@ def feasible_area(target: Path) -> None:
 
 def joint_velocities(target: Path) -> None:
     """Joint velocities of the paper's walk, and of one cycle of it."""
-    from gaitopt.viewing.plots import plot_joint_velocities
+    from gaitopt.viewing.figures.crawl_figures import plot_joint_velocities
 
     paint(plot_joint_velocities(plan_crawl(load_robot("wang2020"), s_columns(0))), target)
 

@@ -14,15 +14,10 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from gaitopt.checking.balance import com_margin as com_margin
-    from gaitopt.checking.certificate import Certificate as Certificate
-    from gaitopt.checking.certificate import CertificateError as CertificateError
-    from gaitopt.checking.certificate import Check as Check
-    from gaitopt.checking.certificate import verify as verify
-    from gaitopt.checking.sim_result import SimulationResult as SimulationResult
-    from gaitopt.checking.sim_settings import Push as Push
-    from gaitopt.checking.sim_settings import SimulationSettings as SimulationSettings
-    from gaitopt.checking.simulation import simulate as simulate
+    from gaitopt.certificate.certificate import Certificate as Certificate
+    from gaitopt.certificate.certificate import CertificateError as CertificateError
+    from gaitopt.certificate.check import Check as Check
+    from gaitopt.certificate.verify import verify as verify
     from gaitopt.conventions import LEGS as LEGS
     from gaitopt.errors import FootholdsError as FootholdsError
     from gaitopt.errors import GaitoptError as GaitoptError
@@ -49,37 +44,42 @@ if TYPE_CHECKING:
     from gaitopt.gait.step_timing import SwingEvent as SwingEvent
     from gaitopt.gait.step_timing import adapted_step_time as adapted_step_time
     from gaitopt.gait.step_timing import swing_events as swing_events
-    from gaitopt.optimize.cog import CogProblem as CogProblem
-    from gaitopt.optimize.cog import CogSolution as CogSolution
-    from gaitopt.optimize.cog import build_cog_problem as build_cog_problem
-    from gaitopt.optimize.cog import solve_cog as solve_cog
-    from gaitopt.optimize.joint_spline import JointSpline as JointSpline
-    from gaitopt.optimize.posture import solve_posture as solve_posture
+    from gaitopt.motion.path import MotionPath as MotionPath
+    from gaitopt.optimize.cog.solver import CogProblem as CogProblem
+    from gaitopt.optimize.cog.solver import CogSolution as CogSolution
+    from gaitopt.optimize.cog.solver import build_cog_problem as build_cog_problem
+    from gaitopt.optimize.cog.solver import solve_cog as solve_cog
+    from gaitopt.optimize.posture.solver import solve_posture as solve_posture
     from gaitopt.optimize.speed import build_speed_lp as build_speed_lp
     from gaitopt.optimize.speed import solve_speed_lp as solve_speed_lp
-    from gaitopt.optimize.spline import solve_spline as solve_spline
-    from gaitopt.planning.crawl import plan_crawl as plan_crawl
-    from gaitopt.planning.gait import plan_gait as plan_gait
-    from gaitopt.planning.gait_settings import GaitSettings as GaitSettings
-    from gaitopt.planning.path import MotionPath as MotionPath
-    from gaitopt.planning.phase import Phase as Phase
-    from gaitopt.planning.phase import Swing as Swing
-    from gaitopt.planning.plan import Plan as Plan
-    from gaitopt.planning.plan import Trajectory as Trajectory
-    from gaitopt.planning.route_crawl import plan_route as plan_route
-    from gaitopt.planning.route_settings import RouteSettings as RouteSettings
-    from gaitopt.planning.route_steps import RouteError as RouteError
-    from gaitopt.planning.settings import CrawlSettings as CrawlSettings
-    from gaitopt.planning.settings import PlanSettings as PlanSettings
-    from gaitopt.planning.storage import load_plan as load_plan
-    from gaitopt.planning.stride import plan_stride as plan_stride
-    from gaitopt.planning.stride_settings import StrideSettings as StrideSettings
+    from gaitopt.optimize.spline.joint_spline import JointSpline as JointSpline
+    from gaitopt.optimize.spline.solver import solve_spline as solve_spline
+    from gaitopt.plan.com_margin import com_margin as com_margin
+    from gaitopt.plan.phase import Phase as Phase
+    from gaitopt.plan.phase import Swing as Swing
+    from gaitopt.plan.plan import Plan as Plan
+    from gaitopt.plan.plan import Trajectory as Trajectory
+    from gaitopt.plan.plan import load_plan as load_plan
+    from gaitopt.plan.settings.base import PlanSettings as PlanSettings
+    from gaitopt.plan.settings.by_velocity import GaitSettings as GaitSettings
+    from gaitopt.plan.settings.crawl import CrawlSettings as CrawlSettings
+    from gaitopt.plan.settings.over_obstacle import StrideSettings as StrideSettings
+    from gaitopt.plan.settings.time_optimal import RouteSettings as RouteSettings
+    from gaitopt.planners.by_velocity.planner import plan_gait as plan_gait
+    from gaitopt.planners.crawl import plan_crawl as plan_crawl
+    from gaitopt.planners.over_obstacle.planner import plan_stride as plan_stride
+    from gaitopt.planners.time_optimal.failure import RouteError as RouteError
+    from gaitopt.planners.time_optimal.planner import plan_route as plan_route
     from gaitopt.robots.catalog import load_robot as load_robot
     from gaitopt.robots.catalog import robot_names as robot_names
     from gaitopt.robots.leg import Leg as Leg
     from gaitopt.robots.quadruped import Quadruped as Quadruped
     from gaitopt.robots.whole_body import feet_from_joints as feet_from_joints
     from gaitopt.robots.whole_body import joints_from_feet as joints_from_feet
+    from gaitopt.simulation.result import SimulationResult as SimulationResult
+    from gaitopt.simulation.settings import Push as Push
+    from gaitopt.simulation.settings import SimulationSettings as SimulationSettings
+    from gaitopt.simulation.simulate import simulate as simulate
     from gaitopt.stability.contacts import support_margin as support_margin
     from gaitopt.stability.margins import static_stability_margin as static_stability_margin
     from gaitopt.stability.support import shrunken_polygon as shrunken_polygon
@@ -97,29 +97,23 @@ if TYPE_CHECKING:
     from gaitopt.terrain.obstacles import rectangular_obstacle as rectangular_obstacle
     from gaitopt.terrain.obstacles import round_obstacle as round_obstacle
     from gaitopt.terrain.obstacles import triangular_obstacle as triangular_obstacle
-    from gaitopt.viewing.gait_figures import save_gait_figures as save_gait_figures
-    from gaitopt.viewing.live import view as view
-    from gaitopt.viewing.plots import save_figures as save_figures
-    from gaitopt.viewing.replay import replay as replay
-    from gaitopt.viewing.replay import show as show
+    from gaitopt.viewing.figures.crawl_figures import save_figures as save_figures
+    from gaitopt.viewing.figures.gait_figures import save_gait_figures as save_gait_figures
+    from gaitopt.viewing.replay.live import view as view
+    from gaitopt.viewing.replay.replay import replay as replay
+    from gaitopt.viewing.replay.replay import show as show
 
 __version__ = "0.1.0"
 
 _HOMES = {
-    "optimize.posture": "solve_posture",
-    "optimize.joint_spline": "JointSpline",
-    "optimize.spline": "solve_spline",
-    "terrain.obstacles": "Obstacle rectangular_obstacle round_obstacle triangular_obstacle",
-    "planning.stride_settings": "StrideSettings",
-    "planning.stride": "plan_stride",
-    "checking.balance": "com_margin",
-    "checking.certificate": "Certificate CertificateError Check verify",
-    "checking.sim_result": "SimulationResult",
-    "checking.sim_settings": "Push SimulationSettings",
-    "checking.simulation": "simulate",
+    "certificate.certificate": "Certificate CertificateError",
+    "certificate.check": "Check",
+    "certificate.verify": "verify",
     "conventions": "LEGS",
-    "errors": "FootholdsError GaitoptError InfeasibleSpeedError InfeasibleStepError "
-    "InputError MissingPackageError PlanFileError RobotError SolverError",
+    "errors": (
+        "FootholdsError GaitoptError InfeasibleSpeedError InfeasibleStepError "
+        "InputError MissingPackageError PlanFileError RobotError SolverError"
+    ),
     "exporting.ros": "export_ros",
     "exporting.tables": "export_csv",
     "gait.gaits": "bound pace quasi_static trot walk wave",
@@ -127,26 +121,35 @@ _HOMES = {
     "gait.schedule": "GaitSchedule",
     "gait.state_machine": "GaitStateMachine LegState",
     "gait.step_timing": "SwingEvent adapted_step_time swing_events",
-    "optimize.cog": "CogProblem CogSolution build_cog_problem solve_cog",
+    "motion.path": "MotionPath",
+    "optimize.cog.solver": "CogProblem CogSolution build_cog_problem solve_cog",
+    "optimize.posture.solver": "solve_posture",
     "optimize.speed": "build_speed_lp solve_speed_lp",
-    "planning.crawl": "plan_crawl",
-    "planning.gait": "plan_gait",
-    "planning.gait_settings": "GaitSettings",
-    "planning.path": "MotionPath",
-    "planning.phase": "Phase Swing",
-    "planning.plan": "Plan Trajectory",
-    "planning.route_crawl": "plan_route",
-    "planning.route_steps": "RouteError",
-    "planning.route_settings": "RouteSettings",
-    "planning.settings": "CrawlSettings PlanSettings",
-    "planning.storage": "load_plan",
+    "optimize.spline.joint_spline": "JointSpline",
+    "optimize.spline.solver": "solve_spline",
+    "plan.com_margin": "com_margin",
+    "plan.phase": "Phase Swing",
+    "plan.plan": "Plan Trajectory load_plan",
+    "plan.settings.base": "PlanSettings",
+    "plan.settings.by_velocity": "GaitSettings",
+    "plan.settings.crawl": "CrawlSettings",
+    "plan.settings.over_obstacle": "StrideSettings",
+    "plan.settings.time_optimal": "RouteSettings",
+    "planners.by_velocity.planner": "plan_gait",
+    "planners.crawl": "plan_crawl",
+    "planners.over_obstacle.planner": "plan_stride",
+    "planners.time_optimal.failure": "RouteError",
+    "planners.time_optimal.planner": "plan_route",
     "robots.catalog": "load_robot robot_names",
     "robots.leg": "Leg",
     "robots.quadruped": "Quadruped",
     "robots.whole_body": "feet_from_joints joints_from_feet",
+    "simulation.result": "SimulationResult",
+    "simulation.settings": "Push SimulationSettings",
+    "simulation.simulate": "simulate",
+    "stability.contacts": "support_margin",
     "stability.margins": "static_stability_margin",
     "stability.support": "shrunken_polygon",
-    "stability.contacts": "support_margin",
     "stability.zmp": "whole_body_zmp",
     "studies.compare": "Comparison compare",
     "swing.catalogue": "SWING_CURVES swing_curve",
@@ -154,10 +157,11 @@ _HOMES = {
     "swing.touchdown": "com_touchdown velocity_touchdown",
     "terrain.columns": "s_columns",
     "terrain.footholds": "Footholds",
-    "viewing.gait_figures": "save_gait_figures",
-    "viewing.live": "view",
-    "viewing.plots": "save_figures",
-    "viewing.replay": "replay show",
+    "terrain.obstacles": "Obstacle rectangular_obstacle round_obstacle triangular_obstacle",
+    "viewing.figures.crawl_figures": "save_figures",
+    "viewing.figures.gait_figures": "save_gait_figures",
+    "viewing.replay.live": "view",
+    "viewing.replay.replay": "replay show",
 }
 _EXPORTS = {name: home for home, names in _HOMES.items() for name in names.split()}
 

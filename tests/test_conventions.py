@@ -8,13 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gaitopt.conventions import (
-    GRAVITY,
-    LEGS,
-    frozen,
-    leg_index,
-    rotation_z,
-)
+from gaitopt.conventions import GRAVITY, LEGS, frozen, leg_index, rotation_z
 
 angles = st.floats(-10.0, 10.0)
 

@@ -74,7 +74,12 @@ def run_console(fence: Fence, folder: Path) -> str:
     out = ""
     for line in fence.text.splitlines():
         if line.startswith("$ gaitopt ") and line not in SLOW:
-            command = [sys.executable, "-m", "gaitopt.cli", *shlex.split(line[10:], comments=True)]
+            command = [
+                sys.executable,
+                "-m",
+                "gaitopt.cli.app",
+                *shlex.split(line[10:], comments=True),
+            ]
             done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=120)
             assert done.returncode in (0, 2), f"{line}: {done.stderr}"
             out += done.stdout if done.returncode == 0 else done.stderr

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 
 from gaitopt.conventions import BoolArray, FloatArray, frozen
 from gaitopt.errors import InputError
-from gaitopt.planning.plan import Plan
+from gaitopt.plan.plan import Plan
 
 
 @dataclass(frozen=True, eq=False)

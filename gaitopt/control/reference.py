@@ -10,7 +10,7 @@ from gaitopt.control.clock import WalkClock, walk_clock
 from gaitopt.control.gains import ControlGains
 from gaitopt.conventions import LEGS, BoolArray, FloatArray
 from gaitopt.errors import InputError
-from gaitopt.planning.plan import Plan
+from gaitopt.plan.plan import Plan
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.rotations import quaternion_to_matrix
 

@@ -17,7 +17,7 @@ from gaitopt.control.forces import ForceDistribution, ForceShare
 from gaitopt.control.gains import ControlGains
 from gaitopt.control.reference import LEAST_LOAD, Reference, build_reference
 from gaitopt.conventions import GRAVITY, LEGS, BoolArray, FloatArray
-from gaitopt.planning.plan import Plan
+from gaitopt.plan.plan import Plan
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,7 +8,7 @@ import numpy as np
 
 from gaitopt.conventions import FloatArray
 from gaitopt.files import StrPath, written_whole
-from gaitopt.planning.plan import Plan
+from gaitopt.plan.plan import Plan
 
 
 def export_ros(plan: Plan, path: StrPath, dt: float | None = None) -> None:

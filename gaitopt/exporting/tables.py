@@ -7,7 +7,7 @@ import csv
 import numpy as np
 
 from gaitopt.files import StrPath, written_whole
-from gaitopt.planning.plan import Plan
+from gaitopt.plan.plan import Plan
 
 _BASE = ("base_x", "base_y", "base_z", "base_qx", "base_qy", "base_qz", "base_qw")
 _TWIST = ("base_vx", "base_vy", "base_vz", "base_wx", "base_wy", "base_wz")

@@ -74,3 +74,7 @@ def swing_order(sequence: Iterable[str], footholds: int) -> list[tuple[str, int]
         taken[leg] += 1
         steps.append((leg, taken[leg]))
     return steps
+
+
+SHAO_SEQUENCE = ("RF", "LH", "LF", "RH")
+"""The paper's order of the legs."""

@@ -22,11 +22,7 @@ from gaitopt.conventions import LEGS, BoolArray, FloatArray, frozen
 from gaitopt.errors import InputError
 from gaitopt.robots.leg import Leg
 from gaitopt.robots.quadruped import Quadruped
-from gaitopt.robots.rotations import (
-    quaternion_to_rpy,
-    rpy_to_matrix,
-    rpy_to_quaternion,
-)
+from gaitopt.robots.rotations import quaternion_to_rpy, rpy_to_matrix, rpy_to_quaternion
 
 XILING_LEG_AXES: Final = frozen([[0.0, 1.0, 0.0], [0.0, 0.0, -1.0], [-1.0, 0.0, 0.0]])
 """Axes of the leg frame of 003_8f161808651a8f3d.txt as columns in gaitopt's leg frame ``(3, 3)``.

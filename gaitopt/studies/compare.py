@@ -7,13 +7,15 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
+from rich.markup import escape
+from rich.table import Table
 
-from gaitopt.checking.balance import com_margin
 from gaitopt.conventions import FloatArray
 from gaitopt.errors import InfeasibleStepError, InputError
-from gaitopt.planning.crawl import plan_crawl
-from gaitopt.planning.plan import Plan
-from gaitopt.planning.settings import Speed
+from gaitopt.plan.com_margin import com_margin
+from gaitopt.plan.plan import Plan
+from gaitopt.plan.settings.crawl import Speed
+from gaitopt.planners.crawl import plan_crawl
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.footholds import Footholds
 
@@ -119,12 +121,11 @@ class Comparison:
 
     def table(self) -> Table:
         """The comparison as a table to print."""
-        from gaitopt.studies.report import comparison_table
 
         return comparison_table(self)
 
     def __str__(self) -> str:
-        from gaitopt.studies.report import as_text
+        from gaitopt.studies.tables import as_text
 
         return as_text(self.table())
 
@@ -194,3 +195,84 @@ def outcome(seed: int, method: Method, plan: Plan) -> Outcome:
         margin=min((p.margin for p in swings), default=float("inf")),
         com_margin=float(com_margin(plan)[1].min()),
     )
+
+
+def comparison_table(comparison: Comparison) -> Table:
+    """Table II, the paper's figures in brackets; mean and spread over several terrains."""
+    count = len(comparison.seeds)
+    spread = f", mean ± standard deviation over {count} terrains" if count > 1 else ""
+    table = Table(
+        title=f"{comparison.robot}: Table II over the same footholds"
+        f"{' (paper)' if _is_papers(comparison) else ''}{spread}",
+        caption=_caption(comparison),
+        caption_justify="left",
+        padding=(0, 1 if count == 1 else 0),
+    )
+    table.add_column("method", no_wrap=True)
+    for header in ("time [s]", "speed [mm/s]", "COG path [m]", "swing %", "stance %",
+                   "margin [mm]", "true COM [mm]", "speed-up [%]"):  # fmt: skip
+        table.add_column(escape(header), justify="right")
+    for method in comparison.methods:
+        table.add_row(*_row(comparison, method))
+    return table
+
+
+def _is_papers(comparison: Comparison) -> bool:
+    """Whether the paper's figures belong beside ours: it has one robot only."""
+    return comparison.robot == "wang2020"
+
+
+def _row(comparison: Comparison, method: Method) -> list[str]:
+    name = method.name
+    paper = method.paper_time if _is_papers(comparison) else None
+
+    def number(quantity: str, digits: int, scale: float = 1.0) -> str:
+        return _spread(comparison.values(name, quantity) * scale, digits)
+
+    swing = 100 * float(comparison.values(name, "swing_share").mean())
+    least = [1e3 * float(comparison.values(name, q).min()) for q in ("margin", "com_margin")]
+    return [
+        name,
+        number("time", 1) + ("" if paper is None else f" ({paper:.0f})"),
+        number("mean_speed", 2, 1e3)
+        + ("" if paper is None else f" ({1e3 * PAPER_DISTANCE / paper:.2f})"),
+        number("cog_distance", 2),
+        f"{swing:.0f}",
+        f"{100 - swing:.0f}",
+        f"{least[0]:.1f}",
+        f"{least[1]:.1f}",
+        "" if method is comparison.methods[0] else _gain(comparison, method),
+    ]
+
+
+def _gain(comparison: Comparison, method: Method) -> str:
+    own = f"+{_spread(100.0 * comparison.speed_up(method.name), 0)}"
+    first = comparison.methods[0].paper_time
+    if method.paper_time is None or first is None or not _is_papers(comparison):
+        return own
+    told = PAPER_GAINS.get(method.name)
+    return own if told is None else f"{own} ({told:.1f})"
+
+
+def _spread(values: FloatArray, digits: int) -> str:
+    mean = f"{values.mean():.{digits}f}"
+    return mean if len(values) < 2 else f"{mean} ± {values.std(ddof=1):.{digits}f}"
+
+
+def _caption(comparison: Comparison) -> str:
+    lines = [
+        "margin: smallest over all swings, of the body centre (planned with) and of the model's "
+        "true COM.",
+        f"speed-up: of {comparison.methods[0].name!r} over this method.",
+    ]
+    if _is_papers(comparison):
+        lines.append(
+            "In brackets: the paper, whose terrain, hip height and margin are not published."
+        )
+    if comparison.refused:
+        seeds = ", ".join(str(seed) for seed, _ in comparison.refused[:10])
+        lines.append(
+            f"{len(comparison.refused)} terrains left out as infeasible (seeds {seeds}): "
+            f"{comparison.refused[0][1]}"
+        )
+    return "\n".join(lines)

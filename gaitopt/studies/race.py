@@ -1,7 +1,7 @@
 """The race: every way to walk the same footholds, held against the paper's.
 
 The rows are the two baselines of 000_6dacb41600db6a3c.txt, planned phase by phase, and those of
-:data:`gaitopt.planning.route_settings.ROWS`, planned over the whole route at once.
+:data:`gaitopt.plan.settings.time_optimal.ROWS`, planned over the whole route at once.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ import numpy as np
 from gaitopt.conventions import Progress
 from gaitopt.errors import GaitoptError, InputError
 from gaitopt.files import StrPath
-from gaitopt.planning.crawl import plan_crawl
-from gaitopt.planning.plan import Plan
-from gaitopt.planning.route_settings import ROWS
+from gaitopt.plan.plan import Plan
+from gaitopt.plan.settings.time_optimal import ROWS
+from gaitopt.planners.crawl import plan_crawl
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.studies.race_standings import (
     BOUND_WINDOW,
@@ -188,7 +188,7 @@ def _run_row(robot: Quadruped, footholds: Footholds, name: str, rules: _Rules) -
     certificate, least, trouble = None, np.nan, ""
     try:
         if rules.certify:
-            from gaitopt.checking.certificate import verify
+            from gaitopt.certificate.verify import verify
 
             certificate = verify(plan, collisions=rules.collisions)
         if rules.bound:
@@ -204,14 +204,14 @@ def _planned(robot: Quadruped, footholds: Footholds, name: str, settings: dict[s
         # Phase by phase the margin is always that of the body centre.
         shared = {name: value for name, value in settings.items() if name != "com"}
         return plan_crawl(robot, footholds, objective, **shared)
-    from gaitopt.planning.route_crawl import plan_route
+    from gaitopt.planners.time_optimal.planner import plan_route
 
     return plan_route(robot, footholds, name, **settings)
 
 
 def _bound(plan: Plan) -> float:
     """A time below which no plan of the same row is expected; ``nan`` where none is known [s]."""
-    from gaitopt.planning.route_bound import route_bound
+    from gaitopt.planners.time_optimal.bound import route_bound
 
     try:
         # A step without an answer takes no less than no time.

@@ -7,15 +7,17 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
+from rich.markup import escape
+from rich.table import Table
 
 from gaitopt.conventions import FloatArray
-from gaitopt.planning.plan import Plan
+from gaitopt.plan.plan import Plan
 from gaitopt.terrain.footholds import Footholds
 
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from gaitopt.checking.certificate import Certificate
+    from gaitopt.certificate.certificate import Certificate
 
 SSM, PAPER = "SSM baseline", "the paper"
 """Names of the two rows that are planned phase by phase."""
@@ -34,7 +36,7 @@ class Finish:
         time: duration of the plan [s].
         mean_speed: [m/s].
         bound: lower bound on the time of this row [s]; see
-            :func:`gaitopt.planning.route_bound.route_bound`.
+            :func:`gaitopt.planners.time_optimal.bound.route_bound`.
         solve_time: the processor's time for planning [s].
         margin: smallest margin of what the row is held to [m]: of the body centre, or of the ZMP
             where ``dynamic``.
@@ -131,12 +133,11 @@ class Standings:
 
     def table(self) -> Table:
         """The race as a table to print: medians and spread over several terrains."""
-        from gaitopt.studies.race_report import race_table
 
         return race_table(self)
 
     def __str__(self) -> str:
-        from gaitopt.studies.report import as_text
+        from gaitopt.studies.tables import as_text
 
         return as_text(self.table(), 150)
 
@@ -196,3 +197,96 @@ def _margin(plan: Plan) -> tuple[float, bool]:
 def one_line(words: str) -> str:
     """Words without line breaks, and not too many."""
     return " ".join(words.split())[:500]
+
+
+MOST_REASONS = 5
+"""Reasons of failures and violations that are told below the table."""
+
+
+def race_table(standings: Standings) -> Table:
+    """Time, speed, ratios, gap to the bound, planning time, margin and certificate of every row.
+
+    Over several terrains: medians, in brackets the least and the most, and the smallest margin. A
+    column that would be empty is left out.
+    """
+    count = len(standings.seeds)
+    spread = f", median (least .. most) of {count} terrains" if count > 1 else ""
+    table = Table(
+        title=f"{standings.robot}: the race over {standings.steps} steps{spread}",
+        caption=_caption(standings), caption_justify="left", padding=(0, 1),
+    )  # fmt: skip
+    table.add_column("row", no_wrap=True)
+    columns = {header: cells for header, cells in _columns(standings).items() if any(cells)}
+    for header in columns:
+        table.add_column(escape(header), justify="right", no_wrap=True)
+    for row, cells in zip(standings.rows, zip(*columns.values(), strict=True), strict=True):
+        table.add_row(row, *cells)
+    return table
+
+
+def _columns(standings: Standings) -> dict[str, list[str]]:
+    """The cells of every column, a cell a row."""
+    s, rows = standings, standings.rows
+    return {
+        "time [s]": [_median(s.values(row, "time"), None) for row in rows],
+        "speed [mm/s]": [_median(1e3 * s.values(row, "mean_speed"), 2, False) for row in rows],
+        "× the paper": [_median(s.ratios(row, PAPER), 2) for row in rows],
+        "× SSM": [_median(s.ratios(row, SSM), 2, False) for row in rows],
+        "gap [%]": [_median(100.0 * s.gaps(row), 1, False) for row in rows],
+        "planning [s]": [_median(s.values(row, "solve_time"), 2, False) for row in rows],
+        "margin [mm]": [_smallest_margin(s, row) for row in rows],
+        "certificate": [_verdict(s, row) for row in rows],
+    }
+
+
+def _median(values: FloatArray, digits: int | None, spread: bool = True) -> str:
+    """The median of what is known, and the least and the most of several.
+
+    Args:
+        digits: after the point; ``None`` for one, or two where numbers are below ten.
+    """
+    known = values[np.isfinite(values)]
+    if not known.size:
+        return ""
+    if digits is None:
+        digits = 1 if np.median(known) >= 10.0 else 2
+    middle = f"{np.median(known):.{digits}f}"
+    if len(values) == 1 or not spread:
+        return middle
+    return f"{middle} ({known.min():.{digits}f} .. {known.max():.{digits}f})"
+
+
+def _smallest_margin(standings: Standings, row: str) -> str:
+    """The smallest margin over all terrains."""
+    margins = standings.values(row, "margin")
+    if not np.isfinite(margins).any():
+        return ""
+    kind = " ZMP" if any(f.dynamic for f in standings.of(row)) else ""
+    return f"{1e3 * float(np.nanmin(margins)):.1f}{kind}"
+
+
+def _verdict(standings: Standings, row: str) -> str:
+    """The certificate in one word, or how many plans of how many terrains are certified."""
+    verdicts = [finish.verdict for finish in standings.of(row)]
+    if len(verdicts) == 1 or set(verdicts) == {"unchecked"}:
+        return verdicts[0]
+    return f"{verdicts.count('certified')} of {len(verdicts)}"
+
+
+def _caption(standings: Standings) -> str:
+    lines = [
+        "× the paper, × SSM: how many times less time than that row takes. "
+        "planning: processor time. margin: the smallest."
+    ]
+    if any(np.isfinite(standings.gaps(row)).any() for row in standings.rows):
+        lines.append(f"gap: to the least time of parts of {BOUND_WINDOW} steps, each by itself.")
+    reasons: dict[tuple[int, str, str], list[str]] = {}
+    for finish in standings.finishes:
+        if finish.message:
+            reasons.setdefault((finish.seed, finish.verdict, finish.message), []).append(finish.row)
+    for (seed, verdict, message), rows in list(reasons.items())[:MOST_REASONS]:
+        place = f", seed {seed}" if seed >= 0 else ""
+        lines.append(escape(f"{', '.join(rows)}{place}: {verdict}: {message}"))
+    if len(reasons) > MOST_REASONS:
+        lines.append(f"and {len(reasons) - MOST_REASONS} more")
+    return "\n".join(lines)

@@ -21,7 +21,7 @@ from typing import Any, Literal
 
 from gaitopt.errors import GaitoptError, InfeasibleStepError, InputError, MissingPackageError
 from gaitopt.files import StrPath, written_whole
-from gaitopt.planning.settings import Speed
+from gaitopt.plan.settings.crawl import Speed
 
 
 @dataclass(frozen=True)
@@ -185,7 +185,7 @@ def _keyed(walk: Walk) -> tuple[Walk, Row]:
 
 
 def _walked(walk: Walk) -> Row:
-    from gaitopt.planning.crawl import plan_crawl
+    from gaitopt.planners.crawl import plan_crawl
     from gaitopt.robots.catalog import load_robot
     from gaitopt.studies.terrains import s_columns_for
 
@@ -208,7 +208,7 @@ def _walked(walk: Walk) -> Row:
 
 
 def _certified(plan: Any, walk: Walk, found: dict[str, Any]) -> None:
-    from gaitopt.checking.certificate import verify
+    from gaitopt.certificate.verify import verify
 
     certificate = verify(plan, collisions=walk.collisions)
     found["com_margin"] = certificate["margin of the true COM"].worst
@@ -219,7 +219,7 @@ def _certified(plan: Any, walk: Walk, found: dict[str, Any]) -> None:
 
 
 def _simulated(plan: Any, found: dict[str, Any]) -> None:
-    from gaitopt.checking.simulation import simulate
+    from gaitopt.simulation.simulate import simulate
 
     result = simulate(plan)
     for name in ("steps_done", "landing_error", "tilt", "body_error", "rate_use",

@@ -14,6 +14,7 @@ from gaitopt.swing.box_curve import BoxSwing
 from gaitopt.swing.curve import SwingCurve
 from gaitopt.swing.cycloid import CycloidSwing
 from gaitopt.swing.ellipse import HalfEllipseSwing
+from gaitopt.swing.obstacle_paths import Pattern
 from gaitopt.swing.polynomial import PolynomialSwing
 from gaitopt.swing.sine_arch import SineArchSwing
 from gaitopt.swing.trapezoid import TrapezoidSwing
@@ -64,3 +65,12 @@ def swing_curve(
                 f"swing {name!r} has no option {option!r}; its options: {', '.join(own) or 'none'}"
             )
     return curve(start, end, height, duration, **options)  # type: ignore[arg-type]
+
+
+PATTERNS: Final[dict[str, Pattern]] = {
+    "trapezoid path": "trapezoid",
+    "parabola path": "parabola",
+}
+"""Ways over an obstacle, of 004_6eabd5aa21217b1c.txt, Fig. 3, as swings."""
+SWINGS: Final = (*SWING_CURVES, *PATTERNS)
+"""Every swing that a crawl can fly."""

@@ -11,11 +11,7 @@ from gaitopt.conventions import LEGS
 from gaitopt.errors import InputError
 from gaitopt.gait.crawl import CRAWL_SEQUENCES, WANG_SEQUENCE
 from gaitopt.gait.gaits import bound, crawl, pace, quasi_static, trot, walk, wave
-from gaitopt.gait.longitudinal import (
-    longitudinal_margin,
-    margin_over_duty,
-    wave_margin_over_duty,
-)
+from gaitopt.gait.longitudinal import longitudinal_margin, margin_over_duty, wave_margin_over_duty
 from gaitopt.gait.schedule import GaitSchedule
 
 share = st.floats(0.0, 1.0, exclude_max=True)

@@ -14,12 +14,7 @@ from gaitopt.conventions import LEGS
 from gaitopt.errors import InputError
 from gaitopt.gait.gaits import pace, quasi_static, trot, walk, wave
 from gaitopt.gait.schedule import GaitSchedule
-from gaitopt.gait.state_machine import (
-    GaitStateMachine,
-    LegEvent,
-    LegState,
-    swing_events,
-)
+from gaitopt.gait.state_machine import GaitStateMachine, LegEvent, LegState, swing_events
 
 INITIAL, LIFT_OFF, SWING, TOUCHDOWN, STANCE = LegState
 GRAPH = {(INITIAL, LIFT_OFF), (LIFT_OFF, SWING), (SWING, TOUCHDOWN), (TOUCHDOWN, STANCE),

@@ -11,10 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from gaitopt.conventions import FloatArray, rotation_z
 from gaitopt.errors import InputError
-from gaitopt.stability.energy import (
-    energy_stability_margin,
-    normalised_energy_stability_margin,
-)
+from gaitopt.stability.energy import energy_stability_margin, normalised_energy_stability_margin
 from gaitopt.stability.margins import static_stability_margin
 
 UP = np.array([0.0, 0.0, 1.0])

@@ -17,12 +17,7 @@ from gaitopt.errors import InputError
 from gaitopt.robots.catalog import load_robot, robot_names
 from gaitopt.stability.contacts import in_flight, standing_feet, support_margin
 from gaitopt.stability.margins import static_stability_margin
-from gaitopt.stability.zmp import (
-    cart_table_zmp,
-    ground_wrench,
-    point_mass_zmp,
-    whole_body_zmp,
-)
+from gaitopt.stability.zmp import cart_table_zmp, ground_wrench, point_mass_zmp, whole_body_zmp
 
 STANCE = np.array([[0.2, 0.15], [-0.2, 0.15], [-0.2, -0.15], [0.2, -0.15]])
 ALL = np.ones(4, dtype=bool)

@@ -7,8 +7,9 @@ import pytest
 
 import gaitopt
 from gaitopt import Comparison, Footholds, InfeasibleStepError, InputError, Plan, Quadruped
+from gaitopt.cli.robot_table import robot_table
 from gaitopt.studies.compare import METHODS, compare
-from gaitopt.studies.report import as_text, robot_table
+from gaitopt.studies.tables import as_text
 from gaitopt.studies.terrains import s_columns_for
 
 

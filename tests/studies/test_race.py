@@ -11,12 +11,11 @@ import pytest
 
 import gaitopt
 from gaitopt import Footholds, InputError, Quadruped
-from gaitopt.planning.route_crawl import plan_route
-from gaitopt.planning.route_settings import ROWS
+from gaitopt.plan.settings.time_optimal import ROWS
+from gaitopt.planners.time_optimal.planner import plan_route
 from gaitopt.studies.race import race, race_many, row_names
-from gaitopt.studies.race_report import race_table
-from gaitopt.studies.race_standings import PAPER, SSM, Finish, Lane, Race, Standings
-from gaitopt.studies.report import as_text
+from gaitopt.studies.race_standings import PAPER, SSM, Finish, Lane, Race, Standings, race_table
+from gaitopt.studies.tables import as_text
 from gaitopt.studies.terrains import s_columns_for
 
 STATIC = ("ssm", "route", "overlap", "swing", "height", "posture")

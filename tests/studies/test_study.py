@@ -10,9 +10,9 @@ import pytest
 import gaitopt
 from gaitopt import InputError
 from gaitopt.studies import study
-from gaitopt.studies.report import as_text
 from gaitopt.studies.study import HEADER, Walk, grid, run_study, run_walk
 from gaitopt.studies.study_report import plot_study, study_table
+from gaitopt.studies.tables import as_text
 from gaitopt.studies.terrains import s_columns_for
 
 

@@ -1,0 +1,151 @@
+"""Bounds on a path and on the points it moves, that hold for every instant.
+
+A polynomial lies within the range of its Bernstein coefficients. A point on a chain of hinges has
+second derivatives bounded by the hinges' rates and by its distances from their axes, and departs
+from its chord by at most an eighth of that bound times the squared step. Nothing here is shared
+with the planners.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import comb
+from typing import Any
+
+import numpy as np
+
+from gaitopt.conventions import FloatArray
+from gaitopt.motion.path import MotionPath
+
+
+@dataclass(frozen=True, eq=False)
+class Pieces:
+    """A path cut into pieces, each a polynomial in its own time.
+
+    Attributes:
+        starts, lengths: start and length of each piece ``(P,)`` [s].
+        coefficients: ``(degree + 1, P, n)``, highest power first.
+    """
+
+    starts: FloatArray
+    lengths: FloatArray
+    coefficients: FloatArray
+
+    @classmethod
+    def of(cls, path: MotionPath) -> Pieces:
+        """The path's own segments."""
+        lengths = np.diff(path.times) if len(path.times) > 1 else np.zeros(1)
+        return cls(path.times[: len(lengths)], lengths, path.coefficients)
+
+    def cut(self, counts: np.ndarray) -> Pieces:
+        """Each piece ``p`` cut into ``counts[p]`` equal ones."""
+        owner = np.repeat(np.arange(len(counts)), counts)
+        place = np.arange(len(owner)) - np.repeat(np.cumsum(counts) - counts, counts)
+        step = self.lengths[owner] / counts[owner]
+        shift = (place * step)[:, None]
+        shifted = [c[owner].copy() for c in self.coefficients]
+        # Taylor shift by repeated synthetic division: p(t + shift) in powers of t.
+        for top in range(len(shifted) - 1, 0, -1):
+            for k in range(1, top + 1):
+                shifted[k] = shifted[k] + shift * shifted[k - 1]
+        return Pieces(self.starts[owner] + place * step, step, np.array(shifted))
+
+    def values(self) -> tuple[FloatArray, FloatArray]:
+        """Values at the start and the end of every piece ``(P, n)``."""
+        return self.at_ends(0)
+
+    def at_ends(self, derivative: int) -> tuple[FloatArray, FloatArray]:
+        """A derivative at the start and the end of every piece ``(P, n)``."""
+        start, end = (np.zeros_like(self.coefficients[0]) for _ in range(2))
+        degree = len(self.coefficients) - 1
+        for power in range(degree, derivative - 1, -1):
+            factor = float(np.prod(np.arange(power - derivative + 1, power + 1)))
+            start = factor * self.coefficients[degree - power]
+            end = end * self.lengths[:, None] + start
+        return start, end
+
+    def enclosure(self, derivative: int = 0) -> tuple[FloatArray, FloatArray]:
+        """Lowest and highest value that a derivative can take on each piece ``(P, n)``."""
+        powers = self.coefficients[::-1]
+        degree = len(powers) - 1
+        scaled = []
+        for k in range(derivative, degree + 1):
+            factor = np.prod(np.arange(k - derivative + 1, k + 1), dtype=float)
+            scaled.append(factor * powers[k] * self.lengths[:, None] ** (k - derivative))
+        if not scaled:
+            zero = np.zeros_like(powers[0])
+            return zero, zero
+        d = len(scaled) - 1
+        bernstein = [
+            sum(comb(i, k) / comb(d, k) * scaled[k] for k in range(i + 1)) for i in range(d + 1)
+        ]
+        return np.min(bernstein, axis=0), np.max(bernstein, axis=0)
+
+    def largest(self, derivative: int) -> FloatArray:
+        """Largest size that a derivative can have on each piece ``(P, n)``."""
+        low, high = self.enclosure(derivative)
+        return np.asarray(np.maximum(np.abs(low), np.abs(high)))
+
+
+@dataclass(frozen=True, eq=False)
+class Chain:
+    """The hinges that move a point, from the base outward.
+
+    Attributes:
+        columns: the path's columns of the leg's joints.
+        distances: upper bounds on the distance from each hinge's origin to the point ``(nj,)`` [m].
+        base: the same from the base's origin [m].
+    """
+
+    columns: tuple[int, ...]
+    distances: tuple[float, ...]
+    base: float
+
+
+def chain_to(model: Any, joint: int, lever: FloatArray, extra: float = 0.0) -> Chain:
+    """The chain of a point fixed to ``joint`` at ``lever (3,)`` [m].
+
+    Args:
+        model: Pinocchio's model with a free-flying base as joint 1.
+        joint: the joint's id; 1 for the base itself.
+        lever: place in the joint's frame.
+        extra: added to all distances, for a body of this radius about the point [m].
+    """
+    distance = float(np.linalg.norm(lever)) + extra
+    columns, distances = [], []
+    while joint > 1:
+        # A path has six columns for the base, as Pinocchio has six velocities.
+        columns.append(int(model.joints[joint].idx_v))
+        distances.append(distance)
+        distance += float(np.linalg.norm(model.jointPlacements[joint].translation))
+        joint = model.parents[joint]
+    return Chain(tuple(columns[::-1]), tuple(distances[::-1]), distance)
+
+
+def acceleration_bound(chain: Chain, rates: FloatArray, accelerations: FloatArray) -> FloatArray:
+    """Bound on the second time derivative of a point's place in the world ``(P,)`` [m/s^2].
+
+    With hinges i = 1..n from the base outward, the second derivative is the sum of J_i q''_i and
+    of q'_i q'_j a_i x (a_j x r_j), whose factors are no longer than the distance from the outer of
+    the two hinges. Roll, pitch and yaw count as three hinges at the base.
+
+    Args:
+        chain: the point's chain.
+        rates, accelerations: largest first and second derivatives of all columns ``(P, n)``.
+    """
+    columns = [5, 4, 3, *chain.columns]
+    distances = np.array([chain.base] * 3 + list(chain.distances))
+    w, a = rates[:, columns], accelerations[:, columns]
+    before = np.cumsum(w, axis=1) - w
+    turning = (w * (w + 2.0 * before)) @ distances
+    return np.asarray(np.linalg.norm(accelerations[:, :3], axis=1) + a @ distances + turning)
+
+
+def speed_bound(chain: Chain, rates: FloatArray) -> FloatArray:
+    """Bound on a point's speed relative to the base ``(P,)`` [m/s]."""
+    return np.asarray(rates[:, list(chain.columns)] @ np.array(chain.distances))
+
+
+def bulge(bound: FloatArray, lengths: FloatArray) -> FloatArray:
+    """How far a curve with this bound on its second derivative leaves its chord ``(P,)`` [m]."""
+    return np.asarray(bound * lengths**2 / 8.0)

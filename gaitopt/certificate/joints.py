@@ -1,0 +1,128 @@
+"""Checks of the joints: positions, velocities, accelerations, jerks, and the legs' reach."""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio as pin
+
+from gaitopt.certificate.check import JUMP, RELATIVE, SHORT, Check, judged, worst_place
+from gaitopt.certificate.trace import Motion
+from gaitopt.conventions import LEGS, FloatArray, frozen
+from gaitopt.plan.plan import Plan
+
+_DERIVATIVES = {2: ("joint accelerations", "rad/s^2"), 3: ("joint jerks", "rad/s^3")}
+
+
+def joint_positions(plan: Plan, motion: Motion) -> Check:
+    """Joints stay within their limits (exact: a polynomial lies within its Bernstein range)."""
+    model = plan.robot.model
+    low, high = model.lowerPositionLimit[7:], model.upperPositionLimit[7:]
+    stated = low < high
+    least, most = motion.pieces.enclosure()
+    over = np.maximum(low - least[:, 6:], most[:, 6:] - high)
+    over = np.where(stated, over, -np.inf)
+    if not stated.any():
+        return Check("joint positions", "ok", -np.inf, RELATIVE, "rad", note="no limits stated")
+    piece, joint = worst_place(over)
+    return judged("joint positions", float(over[piece, joint]), RELATIVE, "rad beyond limits",
+                   when=motion.pieces.starts[piece],
+                   where=plan.robot.joint_names[joint])  # fmt: skip
+
+
+def joint_velocities(plan: Plan, motion: Motion) -> Check:
+    """Joints keep their velocity limits (exact on each piece)."""
+    use = motion.pieces.largest(1)[:, 6:] / plan.robot.velocity_limits
+    piece, joint = worst_place(use)
+    return judged("joint velocities", float(use[piece, joint]), 1.0 + RELATIVE, "of the limit",
+                   when=motion.pieces.starts[piece],
+                   where=plan.robot.joint_names[joint])  # fmt: skip
+
+
+def joint_accelerations(plan: Plan, motion: Motion) -> Check | None:
+    """Joints keep the acceleration limit, where the plan claims one: no jumps of velocity either.
+
+    Exact on each piece; a jump of velocity at a knot is an acceleration without bound.
+    """
+    return _derivative(plan, motion, 2, plan.settings.acceleration_limit)
+
+
+def joint_jerks(plan: Plan, motion: Motion) -> Check | None:
+    """Joints keep the jerk limit, where the plan claims one: no jumps of acceleration either."""
+    return _derivative(plan, motion, 3, plan.settings.jerk_limit)
+
+
+def _derivative(plan: Plan, motion: Motion, order: int, limit: float | None) -> Check | None:
+    name, unit = _DERIVATIVES[order]
+    if limit is None:
+        return None
+    largest = motion.pieces.largest(order)[:, 6:]
+    piece, joint = worst_place(largest)
+    worst, when = float(largest[piece, joint]), float(motion.pieces.starts[piece])
+    before = plan.path.jumps(order - 1)[:, 6:]
+    if before.size and before.max() > JUMP * max(limit, 1.0):
+        knot, joint = worst_place(before)
+        worst, when = np.inf, float(plan.path.times[knot + 1])
+    return judged(name, worst, limit * (1.0 + RELATIVE), unit, when=when,
+                   where=plan.robot.joint_names[joint])  # fmt: skip
+
+
+def reach(plan: Plan, motion: Motion) -> Check:
+    """Legs are not straighter than the plan's reach fraction allows."""
+    low, high = motion.pieces.enclosure()
+    worst, place = -np.inf, (0, 0)
+    for i, name in enumerate(LEGS):
+        column = 6 + plan.robot.leg_columns[name][-1]
+        a, b, c = _stretch_law(plan, name)
+        greatest = _most_cosine(low[:, column], high[:, column], b, c)
+        allowed = plan.settings.reach_fraction * _longest(plan, name, a, b, c)
+        over = np.sqrt(np.maximum(a + greatest, 0.0)) - allowed
+        if over.max() > worst:
+            worst, place = float(over.max()), (int(over.argmax()), i)
+    return judged("reach", worst, SHORT, "m beyond", when=motion.pieces.starts[place[0]],
+                   where=LEGS[place[1]])  # fmt: skip
+
+
+def _stretch_law(plan: Plan, leg: str) -> tuple[float, float, float]:
+    """``a, b, c`` of ``stretch**2 = a + b cos q + c sin q`` over the knee's angle, by Pinocchio.
+
+    The stretch is the distance of the foot from the thigh's pitch axis.
+    """
+    model = plan.robot.model
+    data = model.createData()
+    thigh, knee = (model.getJointId(name) for name in plan.robot.legs[leg].joints[-2:])
+    frame = model.getFrameId(plan.robot.legs[leg].foot)
+    axis = _hinge_axis(model, thigh)
+    squares = []
+    for angle in (0.0, np.pi / 2, np.pi):
+        q = pin.neutral(model)
+        q[model.joints[knee].idx_q] = angle
+        pin.framesForwardKinematics(model, data, q)
+        local = data.oMi[thigh].actInv(data.oMf[frame].translation)
+        squares.append(float(np.sum(np.cross(axis, local) ** 2)))
+    a = (squares[0] + squares[2]) / 2.0
+    return a, squares[0] - a, squares[1] - a
+
+
+def _hinge_axis(model: pin.Model, joint: int) -> FloatArray:
+    data = model.joints[joint].createData()
+    model.joints[joint].calc(data, pin.neutral(model))
+    return frozen(np.reshape(data.S, 6)[3:])
+
+
+def _most_cosine(low: FloatArray, high: FloatArray, b: float, c: float) -> FloatArray:
+    """Largest value of ``b cos q + c sin q`` for q from ``low`` to ``high``."""
+    ends = np.maximum(b * np.cos(low) + c * np.sin(low), b * np.cos(high) + c * np.sin(high))
+    turns = np.ceil((low - np.arctan2(c, b)) / (2 * np.pi))
+    top = np.arctan2(c, b) + 2 * np.pi * turns
+    return np.asarray(np.where(top <= high, np.hypot(b, c), ends))
+
+
+def _longest(plan: Plan, leg: str, a: float, b: float, c: float) -> float:
+    """The greatest stretch within the knee's limits [m]."""
+    model = plan.robot.model
+    k = model.joints[model.getJointId(plan.robot.legs[leg].joints[-1])].idx_q
+    low, high = model.lowerPositionLimit[k], model.upperPositionLimit[k]
+    if not low < high:
+        low, high = -np.pi, np.pi
+    most = _most_cosine(np.array([low]), np.array([high]), b, c)
+    return float(np.sqrt(a + float(most.max())))

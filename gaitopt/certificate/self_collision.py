@@ -1,0 +1,182 @@
+"""Self-collision over all time, by conservative advancement.
+
+After a pair of shapes is found ``d`` apart it cannot touch before the two have together moved by
+``d``; how far they move at most is known from the joint rates. So each pair is looked at again only
+then, and no instant is left out.
+"""
+
+from __future__ import annotations
+
+import heapq
+from dataclasses import dataclass
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+import pinocchio as pin
+
+from gaitopt.certificate.check import Check
+from gaitopt.certificate.enclosure import Pieces, chain_to, speed_bound
+from gaitopt.certificate.trace import configurations
+from gaitopt.conventions import FloatArray
+from gaitopt.plan.plan import Plan
+
+CONTACT = 1e-4
+"""Clearance below which a pair counts as touching [m]."""
+MOST_LOOKS = 2_000_000
+
+
+@dataclass(frozen=True, eq=False)
+class Pair:
+    """Two shapes, and how far they have moved relative to each other at most, over time.
+
+    Attributes:
+        index: of the collision pair in Pinocchio's geometry model.
+        name: both shapes.
+        travelled: bound on the way up to the end of each piece, after 0 ``(P + 1,)`` [m].
+    """
+
+    index: int
+    name: str
+    travelled: FloatArray
+
+
+def self_collision(plan: Plan) -> Check:
+    """No two links of different legs touch, and no leg touches the body.
+
+    Shapes of one leg, and the body with each leg's first link, are left out: they meet at their
+    joints. So are pairs that overlap when the robot just stands: there the URDF's shapes are too
+    large, and the check tells which.
+    """
+    geometry = _geometry(plan)
+    if geometry is None:
+        return Check("self-collision", "unchecked", float("nan"), 0.0, "m",
+                     note="the URDF's collision shapes are meshes, or missing")  # fmt: skip
+    pieces = Pieces.of(plan.path)
+    pairs = _pairs(plan, geometry, pieces)
+    pairs, overlapping = _apart_when_standing(plan, geometry, pairs)
+    if not pairs:
+        return Check("self-collision", "unchecked", float("nan"), 0.0, "m",
+                     note="the URDF has no pair of collision shapes to hold apart")  # fmt: skip
+    clearance, when, name = _advance(plan, geometry, pieces, pairs)
+    status = "ok" if clearance >= CONTACT else "violated"
+    left_out = f"; left out, as they overlap when it stands: {', '.join(overlapping)}"
+    return Check("self-collision", status, clearance, CONTACT, "m apart", ">=", when=when,
+                 where=name + left_out * bool(overlapping))  # fmt: skip
+
+
+def _geometry(plan: Plan) -> Any:
+    """Pinocchio's collision shapes, when all of them are primitives."""
+    text, meshed = without_meshes(plan.robot.urdf)
+    if meshed:
+        return None
+    return pin.buildGeomFromUrdfString(plan.robot.model, text, pin.GeometryType.COLLISION)
+
+
+def _pairs(plan: Plan, geometry: Any, pieces: Pieces) -> list[Pair]:
+    model = plan.robot.model
+    rates = pieces.largest(1)
+    moved = [_travelled(model, shape, rates, pieces) for shape in geometry.geometryObjects]
+    legs = [_leg_of(model, shape.parentJoint) for shape in geometry.geometryObjects]
+    out = []
+    for i, first in enumerate(geometry.geometryObjects):
+        for j in range(i):
+            second = geometry.geometryObjects[j]
+            hub = 1 in (first.parentJoint, second.parentJoint) and 1 in (
+                model.parents[first.parentJoint],
+                model.parents[second.parentJoint],
+            )
+            if legs[i] == legs[j] or hub:
+                continue
+            geometry.addCollisionPair(pin.CollisionPair(j, i))
+            name = f"{second.name} and {first.name}"
+            out.append(Pair(len(geometry.collisionPairs) - 1, name, moved[i] + moved[j]))
+    return out
+
+
+def _apart_when_standing(
+    plan: Plan, geometry: Any, pairs: list[Pair]
+) -> tuple[list[Pair], list[str]]:
+    """The pairs that are apart when the robot stands square, and the names of the others."""
+    robot = plan.robot
+    joints = robot.neutral_joints()
+    for name, leg in robot.legs.items():
+        under = leg.hip + leg.axes[:, 1] * leg.lateral
+        under[2] = leg.hip[2] - robot.standing_height
+        joints[list(robot.leg_columns[name])] = leg.inverse(under)
+    q = np.concatenate([np.zeros(6), [1.0], joints])
+    data = geometry.createData()
+    pin.updateGeometryPlacements(robot.model, robot.model.createData(), geometry, data, q)
+    apart, overlapping = [], []
+    for pair in pairs:
+        gap = pin.computeDistance(geometry, data, pair.index).min_distance
+        if gap >= CONTACT:
+            apart.append(pair)
+        else:
+            overlapping.append(pair.name)
+    return apart, overlapping
+
+
+def _leg_of(model: Any, joint: int) -> int:
+    """The first joint of the branch that ``joint`` belongs to; 1 for the body."""
+    while joint > 1 and model.parents[joint] > 1:
+        joint = model.parents[joint]
+    return int(joint)
+
+
+def _travelled(model: Any, shape: Any, rates: FloatArray, pieces: Pieces) -> FloatArray:
+    shape.geometry.computeLocalAABB()
+    radius = float(shape.geometry.aabb_radius)
+    centre = shape.placement.act(np.array(shape.geometry.aabb_center))
+    chain = chain_to(model, shape.parentJoint, centre, radius)
+    way = speed_bound(chain, rates) * pieces.lengths if chain.columns else 0.0 * pieces.lengths
+    return np.concatenate([[0.0], np.cumsum(way)])
+
+
+def _advance(
+    plan: Plan, geometry: Any, pieces: Pieces, pairs: list[Pair]
+) -> tuple[float, float, str]:
+    """Smallest clearance seen, when, and between what; below CONTACT at the first touch."""
+    model = plan.robot.model
+    data, placed = model.createData(), geometry.createData()
+    times = np.append(pieces.starts, pieces.starts[-1] + pieces.lengths[-1])
+    agenda = [(0.0, k) for k in range(len(pairs))]
+    least, when, name = np.inf, 0.0, ""
+    now = -1.0
+    for _ in range(MOST_LOOKS):
+        if not agenda:
+            return float(least), float(when), name
+        time, k = heapq.heappop(agenda)
+        if time != now:
+            now = time
+            q = configurations(plan.path.evaluate([time]))[0]
+            pin.updateGeometryPlacements(model, data, geometry, placed, q)
+        distance = pin.computeDistance(geometry, placed, pairs[k].index).min_distance
+        if distance < least:
+            least, when, name = distance, time, pairs[k].name
+        if distance < CONTACT:
+            break
+        travelled = pairs[k].travelled
+        reached = np.interp(time, times, travelled) + distance - CONTACT / 2.0
+        if reached < travelled[-1]:
+            heapq.heappush(agenda, (_time_of(reached, travelled, times), k))
+    return float(least), float(when), name
+
+
+def _time_of(way: float, travelled: FloatArray, times: FloatArray) -> float:
+    """First time at which the bound on the way reaches ``way``."""
+    i = int(np.searchsorted(travelled, way, side="left"))
+    share = (way - travelled[i - 1]) / (travelled[i] - travelled[i - 1])
+    return float(times[i - 1] + share * (times[i] - times[i - 1]))
+
+
+def without_meshes(urdf: str) -> tuple[str, tuple[str, ...]]:
+    """A URDF's text without its collision meshes, and the links that had some."""
+    root = ElementTree.fromstring(urdf)
+    meshed = []
+    for link in root.iter("link"):
+        for collision in link.findall("collision"):
+            if collision.find("geometry/mesh") is not None:
+                link.remove(collision)
+                meshed.append(str(link.get("name")))
+    return ElementTree.tostring(root, encoding="unicode"), tuple(dict.fromkeys(meshed))

@@ -1,0 +1,177 @@
+"""The commands ``gaitopt trot`` and ``gaitopt gait``: gaits by velocity."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.markup import escape
+
+from gaitopt.cli.options import OutOption, RobotOption
+from gaitopt.cli.support import make_folder, progress_bar, terminal
+from gaitopt.errors import InputError
+
+if TYPE_CHECKING:
+    from gaitopt.plan.plan import Plan
+
+FAST = "wang2020-fast"
+
+ForwardOption = Annotated[
+    float, typer.Option("--speed", help="Forward speed, in m/s.", rich_help_panel="Motion")
+]
+SidewaysOption = Annotated[
+    float, typer.Option(help="Speed to the left, in m/s.", rich_help_panel="Motion")
+]
+YawOption = Annotated[
+    float, typer.Option(help="Turning to the left, in rad/s.", rich_help_panel="Motion")
+]
+DistanceOption = Annotated[
+    float | None,
+    typer.Option(help="Way at full speed, in metres; getting to speed and slowing down come on "
+                 "top.", rich_help_panel="Motion"),
+]  # fmt: skip
+DurationOption = Annotated[
+    float | None,
+    typer.Option(help="Time at full speed, in seconds, instead of --distance.",
+                 rich_help_panel="Motion", show_default=False),
+]  # fmt: skip
+CycleOption = Annotated[
+    float, typer.Option("--cycle", help="Duration of a cycle, in seconds.", rich_help_panel="Gait")
+]
+DutyOption = Annotated[
+    float | None,
+    typer.Option("--duty", help="Share of the cycle for which each foot stands; the gait's own by "
+                 "default.", rich_help_panel="Gait", show_default=False),
+]  # fmt: skip
+SwingOption = Annotated[
+    str,
+    typer.Option(help="Swing curve: polynomial, cycloid, sine arch, half-ellipse, trapezoid, box.",
+                 rich_help_panel="Gait"),
+]  # fmt: skip
+SwayOption = Annotated[
+    bool | None,
+    typer.Option("--sway/--straight", help="Move the body sideways for the sake of its balance, "
+                 "or not; by default where a foot stands for more than half of the cycle.",
+                 rich_help_panel="Gait", show_default=False),
+]  # fmt: skip
+LowOption = Annotated[
+    float | None,
+    typer.Option("--body-height", help="Height of the hips, in metres; 0.7 of the leg's reach by "
+                 "default.", rich_help_panel="Gait", show_default=False),
+]  # fmt: skip
+LiftOption = Annotated[
+    float | None,
+    typer.Option("--swing-height", help="How far feet rise, in metres; 0.15 of the body's height "
+                 "by default.", rich_help_panel="Gait", show_default=False),
+]  # fmt: skip
+AccelerationOption = Annotated[
+    float | None,
+    typer.Option(help="Limit of every joint's acceleration, in rad/s^2.",
+                 rich_help_panel="Motion", show_default=False),
+]  # fmt: skip
+
+
+def trot(
+    robot: RobotOption = FAST,
+    speed: ForwardOption = 0.3,
+    sideways: SidewaysOption = 0.0,
+    yaw_rate: YawOption = 0.0,
+    distance: DistanceOption = 1.5,
+    duration: DurationOption = None,
+    acceleration_limit: AccelerationOption = None,
+    cycle: CycleOption = 0.5,
+    duty: DutyOption = None,
+    swing: SwingOption = "cycloid",
+    sway: SwayOption = None,
+    body_height: LowOption = None,
+    swing_height: LiftOption = None,
+    out: OutOption = Path("out"),
+) -> None:
+    """Trot at a speed, as in the second paper, and write plan, replay and figures."""
+    gait(
+        "trot", robot, speed, sideways, yaw_rate, distance, duration, acceleration_limit, cycle,
+        duty, swing, sway, body_height, swing_height, out,
+    )  # fmt: skip
+
+
+def gait(
+    name: Annotated[
+        str, typer.Argument(help="walk, trot, quasi-static, wave, pace, bound; or a crawl's order "
+                            "of legs, as in RH,RF,LH,LF."),
+    ],
+    robot: RobotOption = FAST,
+    speed: ForwardOption = 0.1,
+    sideways: SidewaysOption = 0.0,
+    yaw_rate: YawOption = 0.0,
+    distance: DistanceOption = 1.0,
+    duration: DurationOption = None,
+    acceleration_limit: AccelerationOption = None,
+    cycle: CycleOption = 1.0,
+    duty: DutyOption = None,
+    swing: SwingOption = "polynomial",
+    sway: SwayOption = None,
+    body_height: LowOption = None,
+    swing_height: LiftOption = None,
+    out: OutOption = Path("out"),
+) -> None:  # fmt: skip
+    """Plan any gait at a commanded velocity, and write plan, replay and figures."""
+    from gaitopt.gait.gaits import crawl
+    from gaitopt.gait.gaits import gait as named
+    from gaitopt.planners.by_velocity.planner import plan_gait
+    from gaitopt.robots.catalog import load_robot
+
+    if "," in name:
+        order = tuple(part.strip() for part in name.split(","))
+        schedule = crawl(order, cycle) if duty is None else crawl(order, cycle, duty)
+    else:
+        schedule = named(name.replace("-", "_"), cycle, duty)
+    if duration is None and not (speed or sideways):
+        raise InputError("a gait on the spot has no distance: give --duration")
+    model = load_robot(robot)
+    with progress_bar("planning") as tick:
+        plan = plan_gait(
+            model, schedule, (speed, sideways), yaw_rate,
+            distance=distance if duration is None else None, duration=duration,
+            acceleration_limit=acceleration_limit, swing=swing, sway=sway,
+            body_height=body_height, swing_height=swing_height, progress=tick,
+        )  # fmt: skip
+    _write(plan, name, out)
+
+
+def _write(plan: Plan, name: str, out: Path) -> None:
+    """Plan file, replay and figures of a gait, in a folder."""
+    from gaitopt.viewing.figures.gait_figures import save_gait_figures
+    from gaitopt.viewing.replay.replay import replay
+
+    make_folder(out)
+    with progress_bar("writing plan, replay and figures") as tick:
+        plan.save(out / "plan.npz")
+        tick(1, 3)
+        replay(plan, out / f"{_file_name(name)}.html")
+        tick(2, 3)
+        figures = save_gait_figures(plan, out / "figures")
+        tick(3, 3)
+    console = terminal()
+    console.print(escape(describe(plan)))
+    page = out / f"{_file_name(name)}.html"
+    console.print(f"[bold]{escape(str(page))}[/]  the replay: open it in a browser")
+    console.print(f"[bold]{escape(str(out / 'plan.npz'))}[/]  the plan: gaitopt verify, simulate")
+    console.print(f"[bold]{escape(str(out / 'figures'))}[/]  {len(figures)} figures")
+
+
+def _file_name(name: str) -> str:
+    return "".join(c if c.isalnum() else "-" for c in name).strip("-").lower()
+
+
+def describe(plan: Plan) -> str:
+    """A gait in one sentence."""
+    flight = float(plan.info.get("flight", 0.0))
+    margin = float(plan.info.get("zmp_margin", float("nan")))
+    where = "inside its support" if margin > 0 else "beyond its support line or polygon"
+    return (
+        f"{plan.robot.name} takes {len(plan.swings)} steps over {plan.distance:.2f} m in "
+        f"{plan.duration:.2f} s; the ZMP of the body's centre is at worst "
+        f"{1e3 * abs(margin):.1f} mm {where}"
+        + (f"; no foot stands for {flight:.0%} of the time" if flight else "")
+    )

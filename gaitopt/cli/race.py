@@ -1,0 +1,144 @@
+"""The command ``gaitopt race``: every way to walk the same footholds, side by side."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.markup import escape
+
+from gaitopt.cli.options import (
+    CollisionsOption,
+    Com,
+    ComOption,
+    FollowOption,
+    FootholdsOption,
+    HeadingOption,
+    HeightOption,
+    JobsOption,
+    MarginOption,
+    OutOption,
+    ReachOption,
+    RobotOption,
+    SeedOption,
+    SeedsOption,
+    SequenceOption,
+    SwingHeightOption,
+)
+from gaitopt.cli.support import load_inputs, make_folder, plan_settings, progress_bar, terminal
+from gaitopt.errors import InputError
+from gaitopt.files import written_whole
+
+if TYPE_CHECKING:
+    from gaitopt.robots.quadruped import Quadruped
+    from gaitopt.studies.race_standings import Standings
+    from gaitopt.terrain.footholds import Footholds
+
+ColumnsOption = Annotated[
+    int | None,
+    typer.Option(help="Columns a leg of the random terrains; 17 as in the paper by default.",
+                 min=2, max=1000, rich_help_panel="What walks where", show_default=False),
+]  # fmt: skip
+RowsOption = Annotated[
+    str | None,
+    typer.Option(help="Rows by name, as in ssm,swing,height; all by default. The paper's method "
+                 "always runs along.", show_default=False, metavar="NAMES"),
+]  # fmt: skip
+CertifyOption = Annotated[bool, typer.Option(help="Certify every plan.")]
+BoundOption = Annotated[bool, typer.Option(help="Work out lower bounds on the times.")]
+
+
+def race(
+    robot: RobotOption = "wang2020",
+    footholds: FootholdsOption = None,
+    seed: SeedOption = None,
+    seeds: SeedsOption = 1,
+    columns: ColumnsOption = None,
+    rows: RowsOption = None,
+    stability_margin: MarginOption = 0.02,
+    body_height: HeightOption = None,
+    swing_height: SwingHeightOption = None,
+    sequence: SequenceOption = "RH,RF,LH,LF",
+    reach_fraction: ReachOption = 1.0,
+    heading: HeadingOption = 0.0,
+    follow_terrain: FollowOption = False,
+    com: ComOption = Com.body,
+    certify: CertifyOption = True,
+    collisions: CollisionsOption = True,
+    bound: BoundOption = True,
+    out: OutOption = Path("out"),
+    jobs: JobsOption = -1,
+) -> None:
+    """Race the paper's method against the time-optimal walks, side by side in one page."""
+    from gaitopt.studies.race import race as run_race
+    from gaitopt.studies.race import race_many, row_names
+
+    if footholds is not None and (seeds > 1 or columns is not None):
+        raise InputError("--footholds excludes --seeds and --columns: a CSV is one terrain")
+    names = row_names(None if rows is None else rows.split(","))
+    model, places = _inputs(robot, footholds, seed, columns)
+    settings = plan_settings(
+        model, places, stability_margin, body_height, swing_height, sequence, reach_fraction,
+        heading, follow_terrain,
+    )  # fmt: skip
+    settings["com"] = com.value
+    checks = {"certify": certify, "collisions": collisions, "bound": bound}
+    make_folder(out)
+    with progress_bar("racing") as tick:
+        if seeds == 1:
+            found = run_race(model, places, names, progress=tick, **checks, **settings).standings
+        else:
+            first = seed or 0
+            found = race_many(
+                model, range(first, first + seeds), names, columns=len(places), jobs=jobs,
+                table=out / "race.csv", progress=tick, **checks, **settings,
+            )  # fmt: skip
+    terminal().print(found.table())
+    _write(found, out)
+    if seeds > 1:
+        terminal().print(f"[bold]{escape(str(out / 'race.csv'))}[/]   a line a walk")
+    if any(finish.verdict in ("failed", "violated") for finish in found.finishes):
+        raise typer.Exit(1)
+
+
+def _inputs(
+    robot: str, footholds: Path | None, seed: int | None, columns: int | None
+) -> tuple[Quadruped, Footholds]:
+    """The robot, and the footholds of the first terrain."""
+    if columns is None:
+        return load_inputs(robot, footholds, seed)
+    from gaitopt.robots.catalog import load_robot
+    from gaitopt.studies.terrains import s_columns_for
+
+    model = load_robot(robot)
+    return model, s_columns_for(model, seed or 0, columns)
+
+
+def _write(found: Standings, out: Path) -> None:
+    """The picture, and replay and plans of the first terrain where there are any."""
+    from gaitopt.viewing.figures.race import plot_race
+    from gaitopt.viewing.replay.race import race_replay
+
+    said: dict[Path, str] = {}
+    with progress_bar("writing replay, picture and plans") as tick:
+        picture = out / "race.png"
+        with written_whole(picture, binary=True) as stream:
+            figure: Any = plot_race({row: found.values(row, "time") for row in found.rows})
+            figure.savefig(stream, format="png", dpi=150)
+        said[picture] = "time a row"
+        tick(1, 3)
+        for name, plan in found.plans.items():
+            plan.save(out / f"plan_{_file_name(name)}.npz")
+        tick(2, 3)
+        if found.plans:
+            page = race_replay(found.plans, out / "race.html")
+            said = {page: "the race: open it in a browser", **said}
+            said[out / "plan_*.npz"] = f"{len(found.plans)} plans: gaitopt verify, simulate, replay"
+        tick(3, 3)
+    for path, what in said.items():
+        terminal().print(f"[bold]{escape(str(path))}[/]  {what}")
+
+
+def _file_name(row: str) -> str:
+    return "".join(c if c.isalnum() else "_" for c in row.lower())

@@ -1,0 +1,233 @@
+"""The command ``gaitopt stride``: over an obstacle, and the study of the swings that do it."""
+
+from __future__ import annotations
+
+from enum import Enum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.markup import escape
+
+from gaitopt.cli.options import MarginOption, OutOption, RobotOption
+from gaitopt.cli.support import make_folder, progress_bar, terminal
+from gaitopt.errors import InputError, MissingPackageError
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from gaitopt.plan.phase import Swing
+    from gaitopt.plan.plan import Plan
+    from gaitopt.robots.quadruped import Quadruped
+    from gaitopt.terrain.obstacles import Obstacle
+
+PAPER_BOARD = (0.11, 0.04)
+"""Height and width of the paper's board [m], for its robot."""
+PAPER_MARGIN = 0.03
+"""The paper's distance between foot and board [m]."""
+
+
+class Shape(str, Enum):
+    """Section of an obstacle."""
+
+    rectangular = "rectangular"
+    round = "round"
+    triangular = "triangular"
+
+
+class Pattern(str, Enum):
+    """Path over an obstacle."""
+
+    parabola = "parabola"
+    trapezoid = "trapezoid"
+    box = "box"
+
+
+ShapeOption = Annotated[
+    Shape, typer.Option(help="Section of the obstacle.", rich_help_panel="What walks where")
+]
+HeightOption = Annotated[
+    float | None,
+    typer.Option(help="Height of the obstacle, in metres; the paper's 0.11 to the robot's scale "
+                 "by default.", rich_help_panel="What walks where", show_default=False),
+]  # fmt: skip
+WidthOption = Annotated[
+    float | None,
+    typer.Option(help="Width of its section, in metres; the paper's 0.04 to the robot's scale by "
+                 "default. A round one is as wide as it is high.",
+                 rich_help_panel="What walks where", show_default=False),
+]  # fmt: skip
+PositionOption = Annotated[
+    float,
+    typer.Option(help="Its place along x, in metres. The robot begins in front of it.",
+                 rich_help_panel="What walks where"),
+]  # fmt: skip
+FootOption = Annotated[
+    float | None,
+    typer.Option("--margin", help="Distance that feet keep from it, in metres; the paper's 0.03 "
+                 "to the robot's scale by default.", rich_help_panel="How", show_default=False),
+]  # fmt: skip
+ClearanceOption = Annotated[
+    float,
+    typer.Option(help="Distance that every part of the robot keeps from it, in metres.",
+                 rich_help_panel="How"),
+]  # fmt: skip
+PatternOption = Annotated[
+    Pattern, typer.Option(help="Path of a foot over it.", rich_help_panel="How")
+]
+StudyOption = Annotated[
+    bool,
+    typer.Option("--study", help="Instead, print the study of the paper's swing: our splines, the "
+                 "paper's, TOPP-RA's, and uniform scaling."),
+]  # fmt: skip
+
+
+def stride(
+    robot: RobotOption = "frog1",
+    shape: ShapeOption = Shape.rectangular,
+    height: HeightOption = None,
+    width: WidthOption = None,
+    position: PositionOption = 0.0,
+    margin: FootOption = None,
+    clearance: ClearanceOption = 0.01,
+    stability_margin: MarginOption = 0.02,
+    pattern: PatternOption = Pattern.parabola,
+    study: StudyOption = False,
+    out: OutOption = Path("out"),
+) -> None:
+    """Walk over an obstacle, as in the fourth paper, and write plan, replay and figures."""
+    from gaitopt.planners.over_obstacle.planner import plan_stride
+    from gaitopt.robots.catalog import load_robot
+
+    if study:
+        print_study()
+        return
+    model = load_robot(robot)
+    scale = scale_of(model)
+    with progress_bar("planning") as tick:
+        plan = plan_stride(
+            model, obstacle_for(shape, height, width, position, scale),
+            margin=round(PAPER_MARGIN * scale, 3) if margin is None else margin,
+            clearance=clearance, stability_margin=stability_margin, pattern=pattern.value,
+            progress=tick, **limits_of(model),
+        )  # fmt: skip
+    write_stride(plan, out)
+    console = terminal()
+    console.print(escape(describe(plan)))
+    console.print(f"[bold]{escape(str(out / 'stride.html'))}[/]  the replay: open it in a browser")
+    console.print(f"[bold]{escape(str(out / 'plan.npz'))}[/]  the plan: gaitopt verify, simulate")
+    console.print(f"[bold]{escape(str(out / 'figures'))}[/]  its figures")
+
+
+def write_stride(plan: Plan, out: Path) -> None:
+    """Plan file, replay and figures of a stride, in a folder; Figs. 6 and 7 are its own."""
+    from gaitopt.viewing.figures.crawl_figures import save_figures
+    from gaitopt.viewing.figures.files import write_figures
+    from gaitopt.viewing.figures.joint_curves import plot_joint_curves
+    from gaitopt.viewing.figures.posture import plot_posture
+    from gaitopt.viewing.replay.replay import replay
+
+    def joints() -> Figure:
+        swing = first_stride(plan)
+        return plot_joint_curves(plan, [swing.leg], span=(swing.start, swing.end))
+
+    def splines() -> Figure:
+        from gaitopt.studies.swing_figures import plot_splines
+        from gaitopt.studies.swing_study import compare_splines
+
+        return plot_splines(compare_splines(with_toppra=False))
+
+    make_folder(out)
+    with progress_bar("writing plan, replay and figures") as tick:
+        plan.save(out / "plan.npz")
+        tick(1, 4)
+        replay(plan, out / "stride.html")
+        tick(2, 4)
+        save_figures(plan, out / "figures")
+        tick(3, 4)
+        own = {"striding_fig06_joints": joints, "striding_fig07_cog": lambda: plot_posture(plan)}
+        if plan.robot.name == "frog1":
+            own["striding_fig06_splines"] = splines
+        write_figures(own, out / "figures")
+        tick(4, 4)
+
+
+def first_stride(plan: Plan) -> Swing:
+    """The first swing that goes over the obstacle."""
+    obstacle = obstacle_of(plan)
+    for swing in plan.swings:
+        ends = obstacle.to_local([swing.foot_start, swing.foot_end])[:, 0]
+        if ends[0] * ends[1] < 0.0:
+            return swing
+    raise InputError("no leg strides over the obstacle in this plan")
+
+
+def obstacle_of(plan: Plan) -> Obstacle:
+    """What a plan of plan_stride goes over."""
+    if not plan.settings.obstacles:
+        raise InputError(f"a plan of {plan.settings.planner} has no obstacle")
+    return plan.settings.obstacles[0]
+
+
+def obstacle_for(
+    shape: Shape, height: float | None, width: float | None, position: float, scale: float
+) -> Obstacle:
+    """The obstacle that the options describe; the paper's to ``scale`` where they say nothing."""
+    from gaitopt.terrain import obstacles
+
+    usual_height, usual_width = (round(size * scale, 3) for size in PAPER_BOARD)
+    high = usual_height if height is None else height
+    wide = usual_width if width is None else width
+    place = (position, 0.0, 0.0)
+    if shape is Shape.round:
+        if width is not None and width != high:
+            raise InputError("a round obstacle is as wide as it is high: leave --width out")
+        return obstacles.round_obstacle(high, position=place)
+    if shape is Shape.triangular:
+        return obstacles.triangular_obstacle(high, wide, position=place)
+    return obstacles.rectangular_obstacle(high, wide, position=place)
+
+
+def scale_of(robot: Quadruped) -> float:
+    """Size of a robot's legs against those of the paper's robot."""
+    from gaitopt.robots.catalog import load_robot
+
+    return robot.standing_height / load_robot("frog1").standing_height
+
+
+def limits_of(robot: Quadruped) -> dict[str, Any]:
+    """The paper's limits of acceleration and jerk for its robot; the planner's own for others."""
+    from gaitopt.studies.swing_study import PAPER_LIMITS
+
+    if robot.name != "frog1":
+        return {}
+    return {"acceleration_limit": PAPER_LIMITS.acceleration, "jerk_limit": PAPER_LIMITS.jerk}
+
+
+def describe(plan: Plan) -> str:
+    """A stride in a sentence."""
+    obstacle = obstacle_of(plan)
+    said = (
+        f"{plan.robot.name} takes {len(plan.swings)} steps over {plan.distance:.2f} m in "
+        f"{plan.duration:.1f} s, over an obstacle {1e3 * obstacle.height:.0f} mm high and "
+        f"{1e3 * obstacle.width:.0f} mm wide; margin at least {1e3 * plan.margin:.1f} mm"
+    )
+    energy, apart = plan.info.get("energy_margin"), plan.info.get("clearance")
+    if isinstance(energy, float):
+        said += f", {energy:.2f} J to tip it"
+    if isinstance(apart, float):
+        said += f"; no part of it comes nearer to the obstacle than {1e3 * apart:.1f} mm"
+    return said
+
+
+def print_study() -> None:
+    """The table of the paper's swing; without TOPP-RA where that is not installed."""
+    from gaitopt.studies.swing_study import compare_splines
+
+    note = ""
+    with progress_bar("optimising swings"):
+        try:
+            comparison = compare_splines()
+        except MissingPackageError as missing:
+            comparison, note = compare_splines(with_toppra=False), f"\n{missing}"
+    terminal().print(escape(comparison.table() + note))

@@ -1,0 +1,1 @@
+"""Paths of body and joints in time."""

@@ -1,0 +1,77 @@
+"""A smooth path through exactly computed states: piecewise quintic, as often refined as it needs.
+
+On every interval the quintic has the motion's own positions, velocities and accelerations at both
+ends. So the path is as smooth as the motion is, and its error falls with the sixth power of the
+interval's length.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from gaitopt.conventions import FloatArray
+from gaitopt.errors import SolverError
+from gaitopt.motion.path import MotionPath
+
+States = tuple[FloatArray, FloatArray, FloatArray]
+"""Values, velocities and accelerations ``(N, n)`` each."""
+
+MOST_CUTS = 8
+"""How many times an interval is halved at most."""
+NUDGE = 1e-9
+"""Share of an interval by which derivatives are taken inside it: they may jump at its ends."""
+
+
+def smooth_path(
+    knots: FloatArray,
+    state: Callable[[FloatArray, FloatArray], States],
+    error: Callable[[FloatArray, FloatArray], FloatArray],
+    tolerance: float,
+) -> MotionPath:
+    """The path of a motion that is given by formulae.
+
+    Args:
+        knots: times ``(K + 1,)`` between which the motion is analytic [s], from 0.
+        state: gives values at times ``(N,)``, and velocities and accelerations at the second
+            times ``(N,)``, which lie a little inside the interval of the first.
+        error: how wrong path values ``(N, n)`` are at times ``(N,)``; ``(N,)``.
+        tolerance: the largest error that is let pass in the middle of any interval.
+
+    Raises:
+        SolverError: the error stays too large however short the intervals are.
+    """
+    for _ in range(MOST_CUTS):
+        path = _quintics(knots, state)
+        middles = (knots[1:] + knots[:-1]) / 2.0
+        wrong = error(middles, path.evaluate(middles))
+        bad = np.flatnonzero(~(wrong <= tolerance))
+        if not bad.size:
+            return path
+        knots = np.sort(np.concatenate([knots, middles[bad]]))
+    raise SolverError(
+        f"the motion leaves its path by {float(np.nanmax(wrong)):.2g} m near "
+        f"{middles[int(np.nanargmax(wrong))]:.3f} s however short the intervals are; take another "
+        "body_height, so that no leg is quite straight or folded"
+    )
+
+
+def _quintics(knots: FloatArray, state: Callable[[FloatArray, FloatArray], States]) -> MotionPath:
+    h = np.diff(knots)
+    a, va, aa = state(knots[:-1], knots[:-1] + NUDGE * h)
+    b, vb, ab = state(knots[1:], knots[1:] - NUDGE * h)
+    t = h[:, None]
+    # Hermite's conditions at both ends, in powers of the time since the interval's start.
+    gap, slope, bend = b - a - t * (va + t * aa / 2.0), vb - va - t * aa, ab - aa
+    return MotionPath(
+        knots,
+        np.stack([
+            (6.0 * gap - 3.0 * t * slope + 0.5 * t**2 * bend) / t**5,
+            (-15.0 * gap + 7.0 * t * slope - t**2 * bend) / t**4,
+            (10.0 * gap - 4.0 * t * slope + 0.5 * t**2 * bend) / t**3,
+            aa / 2.0,
+            va,
+            a,
+        ]),
+    )  # fmt: skip

@@ -1,0 +1,1 @@
+"""Where the body centre goes before each swing."""

@@ -1,0 +1,271 @@
+"""The COG problem of 000_6dacb41600db6a3c.txt, eq. (10): its formulation, and its instances.
+
+Area A is the support triangle shrunken by the stability margin (three half-planes), Area B the
+places from which four feet and the next foothold are within the legs' reach (five discs, or ovals
+where a leg's pitch axis lies below its roll axis). The paper writes their union, which must be
+their intersection. Three objectives share the constraints:
+
+* ``"distance"``: the nearest point of the area (the paper's method);
+* ``"margin"``: the point of the largest stability margin (the SSM baseline);
+* ``"reach"``: the least reach fraction with which the step is possible (for error messages).
+
+Problems are only built here; :mod:`gaitopt.optimize.cog.solver` solves them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from gaitopt.conventions import LEGS, FloatArray
+from gaitopt.errors import InputError
+from gaitopt.robots.quadruped import Quadruped
+from gaitopt.stability.support import triangle_half_planes
+
+Objective = Literal["distance", "margin", "reach"]
+
+LINEAR_WEIGHT = 10.0
+"""Weight of the linear objectives against the proximal term that keeps the Hessian of order one."""
+
+
+@dataclass(frozen=True, eq=False)
+class CogFormulation:
+    """The symbolic problem of one robot, swing leg and objective, built once.
+
+    Attributes:
+        objective: which objective.
+        swing: the leg that swings next; ``None`` for standing on four feet (no triangle).
+        reaching: the leg of each reach constraint.
+        width: upper bound on the width of the area within the legs' reach [m].
+        expressions: CasADi function ``(w, parameters) -> (cost, constraints)``, to look at.
+        derivatives: CasADi function ``(w, parameters, duals) -> (gradient, hessian, constraints,
+            jacobian)`` that the solver calls.
+    """
+
+    objective: str
+    swing: str | None
+    reaching: tuple[str, ...]
+    width: float
+    expressions: Any
+    derivatives: Any
+
+    @cached_property
+    def planes(self) -> int:
+        """Number of half-planes."""
+        return 0 if self.swing is None else 3
+
+    @cached_property
+    def constraints(self) -> int:
+        """Number of constraints."""
+        return self.planes + len(self.reaching)
+
+    @cached_property
+    def variables(self) -> int:
+        """Number of unknowns: x, y, and the margin or squared reach fraction."""
+        return 2 if self.objective == "distance" else 3
+
+
+@lru_cache(maxsize=256)
+def build_cog_formulation(
+    robot: Quadruped, swing: str | None, objective: Objective
+) -> CogFormulation:
+    """Write eqs. (1)-(10) in CasADi for one robot, swing leg and objective.
+
+    Unknowns ``w``: the body centre's x and y in a frame turned to the walk's heading, then for
+    ``"margin"`` the margin and for ``"reach"`` the squared reach fraction. Parameters: start (2),
+    half-planes (3 x 3: normal, offset), margin, reach fraction, feet (n x 3, height counted from
+    the body centre). All constraints read ``>= 0`` and are in metres.
+    """
+    import casadi as ca
+
+    ca.GlobalOptions.setNumpyMode(1)
+    reaching = LEGS if swing is None else (*LEGS, swing)
+    planes = 0 if swing is None else 3
+    w = ca.SX.sym("w", 2 if objective == "distance" else 3)
+    prm = ca.SX.sym("parameters", 2 + 3 * planes + 2 + 3 * len(reaching))
+    margin = w[2] if objective == "margin" else prm[2 + 3 * planes]
+    square = w[2] if objective == "reach" else prm[3 + 3 * planes] ** 2
+    feet = prm[4 + 3 * planes :]
+    rows = []
+    for i in range(planes):
+        nx, ny, offset = (prm[2 + 3 * i + k] for k in range(3))
+        rows.append(nx * w[0] + ny * w[1] - offset - margin)
+    for i, leg in enumerate(reaching):
+        x, y = feet[3 * i] - w[0] + robot.centre[0], feet[3 * i + 1] - w[1] + robot.centre[1]
+        distance2 = robot.legs[leg].straightness(x, y, feet[3 * i + 2] + robot.centre[2])
+        reach = robot.legs[leg].reach
+        rows.append((square * reach**2 - distance2) / (2.0 * reach))
+    cost = {
+        "distance": ca.sumsqr(w[:2] - prm[:2]) / 2.0,
+        "margin": -LINEAR_WEIGHT * w[-1],
+        "reach": LINEAR_WEIGHT * w[-1],
+    }[objective]
+    g = ca.vertcat(*rows)
+    duals = ca.SX.sym("duals", len(rows))
+    hessian, _ = ca.hessian(cost - ca.dot(duals, g), w)
+    outputs = [ca.gradient(cost, w), hessian, g, ca.jacobian(g, w)]
+    names = ["gradient", "hessian", "constraints", "jacobian"]
+    return CogFormulation(
+        objective=objective,
+        swing=swing,
+        reaching=reaching,
+        width=2.0 * max(float(np.hypot(x.reach, x.lateral)) for x in robot.legs.values()),
+        expressions=ca.Function("cog", [w, prm], [cost, g], ["w", "p"], ["cost", "g"]),
+        derivatives=ca.Function(
+            "cog_derivatives", [w, prm, duals], [ca.densify(o) for o in outputs],
+            ["w", "p", "duals"], names,
+        ),
+    )  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class CogProblem:
+    """One instance of the problem: numbers for a formulation's parameters.
+
+    Attributes:
+        formulation: the symbolic problem.
+        parameters: values of the formulation's parameters, counted from ``origin``; the first two
+            are the start.
+        origin: middle of the feet ``(2,)`` [m]: near it coordinates keep their precision.
+        names: a name for each constraint, such as ``"margin LF-RH"`` and ``"reach LH"``.
+        stability_margin: ``S0`` [m].
+        reach_fraction: share of the legs' reach that may be used.
+    """
+
+    formulation: CogFormulation
+    parameters: FloatArray
+    names: tuple[str, ...]
+    origin: FloatArray
+    stability_margin: float
+    reach_fraction: float
+
+    @property
+    def start(self) -> FloatArray:
+        """Where the COG is now ``(2,)`` [m]."""
+        return self.parameters[:2] + self.origin
+
+    def starting_at(self, start: FloatArray) -> CogProblem:
+        """The same problem with the COG elsewhere at first."""
+        parameters = self.parameters.copy()
+        parameters[:2] = start - self.origin
+        return replace(self, parameters=parameters)
+
+    def constraint_values(self, place: ArrayLike) -> FloatArray:
+        """Slack of every constraint at a COG position ``(2,)`` [m], at the asked-for margin."""
+        w = np.zeros(self.formulation.variables)
+        w[:2] = np.asarray(place) - self.origin
+        if self.formulation.objective == "margin":
+            w[2] = self.stability_margin
+        if self.formulation.objective == "reach":
+            w[2] = self.reach_fraction**2
+        return np.asarray(self.formulation.expressions(w, self.parameters)[1]).ravel()
+
+
+def build_cog_problem(
+    robot: Quadruped,
+    feet: Mapping[str, ArrayLike],
+    height: float,
+    start: ArrayLike,
+    *,
+    swing: str | None = None,
+    foothold: ArrayLike | None = None,
+    stability_margin: float = 0.02,
+    reach_fraction: float = 1.0,
+    objective: Objective = "distance",
+) -> CogProblem:
+    """Put one step's numbers into the problem of eq. (10).
+
+    Args:
+        robot: the robot; its body axes are along the world's.
+        feet: where the four feet stand, ``(3,)`` each [m].
+        height: height of the body centre [m].
+        start: where the COG is now ``(2,)`` [m].
+        swing: the leg that swings next; ``None`` asks for a place to stand on four feet.
+        foothold: where it will touch down ``(3,)`` [m].
+        stability_margin: ``S0`` [m].
+        reach_fraction: share of the legs' reach that may be used, in (0, 1].
+        objective: ``"distance"``, ``"margin"`` or ``"reach"``.
+
+    Raises:
+        InputError: the feet of the support triangle stand in one line, or ``swing`` and
+            ``foothold`` are not given together.
+    """
+    if (swing is None) != (foothold is None):
+        raise InputError("swing and foothold go together: name both, or neither")
+    stance = np.array([[feet[leg] for leg in LEGS]], dtype=np.float64)
+    target = None if foothold is None else np.array([foothold], dtype=np.float64)
+    (problem,) = build_cog_problems(
+        robot, stance, np.array([height]), [swing], target,
+        stability_margin=stability_margin, reach_fraction=reach_fraction, objective=objective,
+    )  # fmt: skip
+    return problem.starting_at(np.asarray(start, dtype=np.float64))
+
+
+def build_cog_problems(
+    robot: Quadruped,
+    feet: FloatArray,
+    heights: FloatArray,
+    swings: Sequence[str | None],
+    footholds: FloatArray | None,
+    *,
+    stability_margin: float,
+    reach_fraction: float,
+    objective: Objective,
+) -> list[CogProblem]:
+    """The problems of many steps at once, each starting in the middle of its feet.
+
+    Args:
+        feet: where the feet stand before each step ``(S, 4, 3)`` [m].
+        heights: heights of the body centre ``(S,)`` [m].
+        swings: the leg that swings at each step; all ``None`` for standing only.
+        footholds: where it touches down ``(S, 3)`` [m]; ``None`` for standing only.
+        robot, stability_margin, reach_fraction, objective: as in :func:`build_cog_problem`.
+
+    Raises:
+        InputError: the feet of a support triangle stand in one line.
+    """
+    count = len(feet)
+    blocks = [np.zeros((count, 2))]
+    origins = feet[..., :2].mean(axis=1)
+    shift = np.concatenate([origins, np.zeros((count, 1))], axis=1)
+    feet = feet - shift[:, None]
+    places = feet
+    if footholds is not None:
+        standing = np.array([[i for i, leg in enumerate(LEGS) if leg != s] for s in swings])
+        corners = np.take_along_axis(feet[..., :2], standing[..., None], axis=1)
+        normals, offsets = triangle_half_planes(corners)
+        flat = np.flatnonzero(np.isnan(offsets).any(axis=1))
+        if flat.size:
+            raise InputError(
+                f"step {flat[0]} ({swings[flat[0]]}): the three feet that stand, at "
+                f"{np.round(corners[flat[0]] + origins[flat[0]], 4).tolist()}, are in one line and "
+                "support no area"
+            )
+        blocks.append(np.concatenate([normals, offsets[..., None]], axis=2).reshape(count, 9))
+        places = np.concatenate([feet, (footholds - shift)[:, None]], axis=1)
+    below = places - np.array([0.0, 0.0, 1.0]) * heights[:, None, None]
+    blocks.append(np.tile([stability_margin, reach_fraction], (count, 1)))
+    blocks.append(below.reshape(count, -1))
+    parameters = np.concatenate(blocks, axis=1)
+    return [
+        CogProblem(
+            build_cog_formulation(robot, swing, objective), row, _constraint_names(swing), origin,
+            stability_margin, reach_fraction,
+        )
+        for swing, row, origin in zip(swings, parameters, origins, strict=True)
+    ]  # fmt: skip
+
+
+@lru_cache(maxsize=8)
+def _constraint_names(swing: str | None) -> tuple[str, ...]:
+    reach = tuple(f"reach {leg}" for leg in LEGS)
+    if swing is None:
+        return reach
+    a, b, c = (leg for leg in LEGS if leg != swing)
+    return (f"margin {a}-{b}", f"margin {b}-{c}", f"margin {c}-{a}", *reach,
+            f"reach {swing} foothold")  # fmt: skip

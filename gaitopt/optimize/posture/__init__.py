@@ -1,0 +1,1 @@
+"""Body postures on given feet."""

@@ -1,0 +1,343 @@
+"""Solutions of the posture problem, with residuals computed anew; and the cycle of six states.
+
+IPOPT with exact second derivatives finds the pose. Whether it is one is judged afresh, from the
+pose alone: joints by the legs' closed form, margins by the support polygon, and the plane of every
+leg without roll.
+
+Source: 004_6eabd5aa21217b1c.txt, Section IV, eq. (11) and Fig. 5.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from gaitopt.conventions import GRAVITY, LEGS, FloatArray, frozen
+from gaitopt.errors import InputError
+from gaitopt.gait.crawl import SHAO_SEQUENCE
+from gaitopt.optimize.posture.problem import (
+    FREEDOMS,
+    LEVEL,
+    PLANES,
+    BodyPose,
+    PostureFormulation,
+    PostureProblem,
+    angle_bounds,
+    build_posture_problem,
+    posture_formulation,
+)
+from gaitopt.robots.quadruped import Quadruped
+from gaitopt.stability.energy import energy_stability_margin
+from gaitopt.stability.margins import static_stability_margin
+from gaitopt.stability.support import support_half_planes
+
+FEASIBILITY = 1e-7
+"""Largest violation of a constraint in an accepted answer [m, rad]."""
+OPTIMALITY = 1e-6
+"""Largest entry of the Lagrangian's gradient in an accepted answer."""
+RESERVE = 1e-8
+"""By how much margins are asked for in excess, so that rounding does not break them [m]."""
+_WIDEST = 100.0
+_ITERATIONS = 100
+
+
+@dataclass(frozen=True)
+class PostureResiduals:
+    """By how much an answer breaks its constraints, computed from its pose alone.
+
+    Attributes:
+        margin: missing stability margin [m].
+        reach: how far a place is out of the used share of a leg's reach [m].
+        plane: how far a foot is beside the plane of its leg, beyond what it may give [m].
+        joints: how far a joint is beyond its limits [rad].
+        stationarity: largest entry of the Lagrangian's gradient where variables are free.
+        message: IPOPT's own verdict, which counts for nothing.
+        iterations: IPOPT's.
+    """
+
+    margin: float
+    reach: float
+    plane: float
+    joints: float
+    stationarity: float
+    message: str
+    iterations: int
+
+    @property
+    def violation(self) -> float:
+        """The largest of the first four."""
+        return max(self.margin, self.reach, self.plane, self.joints)
+
+
+@dataclass(frozen=True, eq=False)
+class PostureSolution:
+    """A posture.
+
+    Attributes:
+        problem: what was asked.
+        pose: the answer.
+        status: ``"solved"`` when all residuals are within tolerance, else ``"infeasible"``.
+        residuals: how one knows.
+    """
+
+    problem: PostureProblem
+    pose: BodyPose
+    status: str
+    residuals: PostureResiduals
+
+    @cached_property
+    def margin(self) -> float:
+        """Static stability margin of the body centre over the standing feet [m]."""
+        return float(static_stability_margin(self._standing, self.pose.centre))
+
+    @property
+    def energy_margin(self) -> float:
+        """Energy that tips the robot over the nearest side of its support [J] (NESM).
+
+        The weight times the height by which the body centre must rise to get above the side, turned
+        about it: :func:`gaitopt.stability.energy.energy_stability_margin`.
+        """
+        robot = self.problem.robot
+        return float(energy_stability_margin(self._standing, self.pose.centre, robot.mass))
+
+    @property
+    def diagonal_energy(self) -> float:
+        """Eq. (11): ``m g dh`` over the diagonal beside the leg that swings [J].
+
+        Turned about the diagonal (Fig. 4) the body centre is highest right above it, and has
+        dropped by ``dh`` to where it is. Falling towards the lifted leg has to undo that drop.
+        Negative on the diagonal's wrong side; NaN when no leg swings.
+        """
+        return self.problem.robot.mass * GRAVITY * self._drop
+
+    @property
+    def height_change(self) -> float:
+        """How much higher the body centre is than in the pose before [m]."""
+        return float(self.pose.centre[2] - self.problem.start.centre[2])
+
+    @property
+    def potential_energy_change(self) -> float:
+        """Weight times :attr:`height_change` [J]."""
+        return self.problem.robot.mass * GRAVITY * self.height_change
+
+    @property
+    def joints(self) -> dict[str, FloatArray]:
+        """Angles of each leg that put its foot where it is now ``(nj,)`` [rad]."""
+        problem = self.problem
+        local = self.pose.in_body(problem.robot, problem.feet)
+        return {leg: problem.robot.legs[leg].inverse(local[i]) for i, leg in enumerate(LEGS)}
+
+    @property
+    def _standing(self) -> FloatArray:
+        return self.problem.feet[[LEGS.index(leg) for leg in self.problem.support]]
+
+    @property
+    def _drop(self) -> float:
+        lifted = [leg for leg in LEGS if leg not in self.problem.support]
+        if not lifted:
+            return float("nan")
+        i = LEGS.index(lifted[0])
+        # In the order of LEGS neighbours around the body follow one another.
+        first, second = self.problem.feet[(i + 1) % 4], self.problem.feet[(i + 3) % 4]
+        away, along = self.pose.centre - first, second - first
+        unit = along / np.linalg.norm(along)
+        arm = away - (away @ unit) * unit
+        top = np.array([0.0, 0.0, 1.0]) - unit[2] * unit
+        rise = float(np.linalg.norm(arm) * np.linalg.norm(top) - arm[2])
+        lifted_side = _side(along, self.problem.feet[i] - first)
+        return -rise if _side(along, away) * lifted_side > 0.0 else rise
+
+
+def solve_posture(problem: PostureProblem) -> PostureSolution:
+    """The posture, and how one knows that it is the right one.
+
+    An answer of the status ``"infeasible"`` broke a constraint: its residuals say which. IPOPT
+    searches locally, from the pose before.
+    """
+    form = problem.formulation
+    call = _ipopt(problem.robot, form.reaching)
+    low, high = _bounds(problem)
+    start = _start(problem, low, high)
+    parameters = _parameters(problem)
+    least, most = _row_bounds(problem)
+    found = call(x0=start, p=parameters, lbx=low, ubx=high, lbg=least, ubg=most)
+    x, rows, bounds = (np.asarray(found[k]).ravel() for k in ("x", "lam_g", "lam_x"))
+    x = np.clip(x, low, high)
+    slope = np.asarray(form.gradient(x, parameters, rows)[0]).ravel() + bounds
+    said = call.stats()
+    pose = BodyPose(x[:3], x[3:6]) if np.isfinite(x[:6]).all() else problem.start
+    residuals = _judged(
+        problem, pose, float(np.abs(slope[high > low]).max(initial=0.0)),
+        str(said["return_status"]).replace("_", " "), int(said["iter_count"]),
+    )  # fmt: skip
+    good = residuals.violation <= FEASIBILITY and residuals.stationarity <= OPTIMALITY
+    return PostureSolution(problem, pose, "solved" if good else "infeasible", residuals)
+
+
+def posture_cycle(
+    robot: Quadruped,
+    feet: Mapping[str, ArrayLike],
+    stride: float,
+    start: BodyPose,
+    *,
+    sequence: Sequence[str] = SHAO_SEQUENCE,
+    recover: bool = True,
+    **asked: Any,
+) -> tuple[PostureSolution, ...]:
+    """The six states of Fig. 5: start, the four swing states, and recovery.
+
+    Each swing state is the nearest posture from which its leg may lift off and reach its next
+    foothold, ``stride`` ahead along the body's heading; the recovery state has the body over its
+    feet as the start state has.
+
+    Args:
+        robot: the robot.
+        feet: where each foot is at the start ``(3,)`` [m].
+        stride: of each leg [m].
+        start: pose of the start state.
+        sequence: order of the legs.
+        recover: whether the recovery state is asked for.
+        asked: for :func:`build_posture_problem`: margin, reach_fraction, foot_give, free, weights.
+
+    Raises:
+        InputError: a value is out of range, or the sequence is none of four legs.
+    """
+    if sorted(sequence) != sorted(LEGS):
+        raise InputError(f"sequence must name the four legs once each, got {tuple(sequence)!r}")
+    way = float(stride) * start.axes[:, 0]
+    places = {leg: frozen(feet[leg]) for leg in LEGS}
+    first = solve_posture(build_posture_problem(robot, places, start, **asked))
+    states = [first]
+    for leg in sequence:
+        target = places[leg] + way
+        problem = build_posture_problem(
+            robot, places, states[-1].pose, swing=leg, places=[target], **asked
+        )
+        states.append(solve_posture(problem))
+        places = {**places, leg: frozen(target)}
+    if recover:
+        home = BodyPose(first.pose.centre + way, first.pose.rpy)
+        states.append(solve_posture(build_posture_problem(robot, places, home, **asked)))
+    return tuple(states)
+
+
+def leg_gaps(
+    robot: Quadruped, pose: BodyPose, places: Sequence[tuple[str, ArrayLike]]
+) -> FloatArray:
+    """How far places are beside the planes of their legs, to the left ``(n,)`` [m].
+
+    Zero for legs that have a roll joint.
+    """
+    out = np.zeros(len(places))
+    for i, (name, place) in enumerate(places):
+        leg = robot.legs[name]
+        if not leg.has_roll:
+            local = pose.in_body(robot, place)
+            out[i] = (local - leg.hip) @ leg.axes[:, 1] - leg.lateral
+    return out
+
+
+@lru_cache(maxsize=32)
+def _ipopt(robot: Quadruped, reaching: tuple[str, ...]) -> Any:
+    """The solver for one robot and set of legs, built once."""
+    import casadi as ca
+
+    options: dict[str, Any] = {
+        "print_level": 0, "sb": "yes", "tol": 1e-9, "constr_viol_tol": 1e-10,
+        "max_iter": _ITERATIONS, "bound_relax_factor": 0.0, "honor_original_bounds": "yes",
+    }  # fmt: skip
+    more: dict[str, Any] = {"print_time": False, "error_on_fail": False, "ipopt": options}
+    form: PostureFormulation = posture_formulation(robot, reaching)
+    return ca.nlpsol("posture", "ipopt", form.nlp, more)
+
+
+def _bounds(problem: PostureProblem) -> tuple[FloatArray, FloatArray]:
+    """Bounds of all unknowns: freedoms that are locked, the margin, and angles."""
+    before = problem.start.numbers
+    open_ = np.array([name in problem.free for name in FREEDOMS])
+    if problem.flat_legged and problem.foot_give == 0.0:
+        # y and x stay open: the mean plane's equation ties them to each other.
+        open_[[3, 5]] = False
+        if abs(before[3]) > LEVEL:
+            # The planes of a leaning body turn when it pitches.
+            open_[4] = False
+    low = [np.where(open_, -np.inf, before)]
+    high = [np.where(open_, np.inf, before)]
+    asked = problem.margin + RESERVE
+    most = _WIDEST if problem.objective == "margin" else asked
+    low.append(np.array([-_WIDEST if problem.objective == "margin" else asked]))
+    high.append(np.array([most]))
+    for leg, _ in problem.reaching:
+        least, greatest = angle_bounds(problem.robot, leg, problem.reach_fraction)
+        low.append(least)
+        high.append(greatest)
+    return np.concatenate(low), np.concatenate(high)
+
+
+def _row_bounds(problem: PostureProblem) -> tuple[FloatArray, FloatArray]:
+    """Bounds of all constraints."""
+    give = problem.foot_give if problem.foot_give > 0.0 else np.inf
+    tied = 0.0 if problem.flat_legged and problem.foot_give == 0.0 else np.inf
+    most = {"closed": 0.0, "plane": give, "mean plane": tied, "margin": np.inf}
+    least = {"closed": 0.0, "plane": -give, "mean plane": -tied, "margin": 0.0}
+    rows = problem.formulation.rows
+    return np.array([least[r] for r in rows]), np.array([most[r] for r in rows])
+
+
+def _start(problem: PostureProblem, low: FloatArray, high: FloatArray) -> FloatArray:
+    """The pose before, with joints by the closed form, moved within their bounds."""
+    robot = problem.robot
+    angles = [
+        robot.legs[leg].inverse(problem.start.in_body(robot, place))
+        for leg, place in problem.reaching
+    ]
+    x = np.concatenate([problem.start.numbers, [problem.margin], *angles])
+    return np.asarray(np.clip(x, low, high))
+
+
+def _parameters(problem: PostureProblem) -> FloatArray:
+    standing = problem.feet[[LEGS.index(leg) for leg in problem.support]]
+    sides = support_half_planes(standing)
+    planes = np.tile([0.0, 0.0, -1.0], (PLANES, 1))
+    planes[: len(sides.offsets)] = np.column_stack([sides.normals, sides.offsets])
+    return np.concatenate([
+        problem.start.numbers, problem.weights, [problem.height_weight], planes.ravel(),
+        *[place for _, place in problem.reaching], [float(problem.objective == "margin")],
+    ])  # fmt: skip
+
+
+def _judged(
+    problem: PostureProblem, pose: BodyPose, stationarity: float, message: str, iterations: int
+) -> PostureResiduals:
+    """Residuals from the pose alone."""
+    robot = problem.robot
+    standing = problem.feet[[LEGS.index(leg) for leg in problem.support]]
+    margin = float(static_stability_margin(standing, pose.centre))
+    short, beyond = 0.0, 0.0
+    for name, place in problem.reaching:
+        leg, local = robot.legs[name], pose.in_body(robot, place)
+        stretch = float(np.sqrt(leg.straightness(*local)))
+        short = max(short, stretch - problem.reach_fraction * leg.reach, leg.least_reach - stretch)
+        angles = leg.inverse(local)
+        low, high = leg.position_limits
+        beyond = max(beyond, float(np.maximum(low - angles, angles - high).max()))
+    gaps = np.abs(leg_gaps(robot, pose, problem.reaching)).max()
+    asked = problem.margin if problem.objective == "motion" else -np.inf
+    return PostureResiduals(
+        margin=max(asked - margin, 0.0),
+        reach=max(short, 0.0),
+        plane=max(float(gaps) - problem.foot_give, 0.0),
+        joints=max(beyond, 0.0),
+        stationarity=stationarity,
+        message=message,
+        iterations=iterations,
+    )
+
+
+def _side(along: FloatArray, point: FloatArray) -> float:
+    return float(along[0] * point[1] - along[1] * point[0])

@@ -1,0 +1,1 @@
+"""The time-optimal walk as a problem of inequalities."""

@@ -1,0 +1,1 @@
+"""Time-optimal joint splines."""

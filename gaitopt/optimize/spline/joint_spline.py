@@ -1,0 +1,216 @@
+"""A joint spline as a value: its curve, and how much of each limit it uses.
+
+Everything that a :class:`JointSpline` says of itself is computed anew from its knots and intervals
+alone, whoever chose them: :func:`uniform_spline` by hand, or :mod:`gaitopt.optimize.spline.solver`.
+
+Source: 004_6eabd5aa21217b1c.txt, Section III.B.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from gaitopt.conventions import FloatArray, frozen
+from gaitopt.errors import InputError
+from gaitopt.optimize.spline.problem import (
+    JointLimits,
+    checked_angles,
+    clamped_coefficients,
+    knot_values,
+    peaks,
+    stretch,
+)
+
+KINDS = ("velocity", "acceleration", "jerk")
+
+ACTIVE_SHARE = 0.999
+"""Share of its limit from which a bound is said to be active."""
+
+
+class ActiveBound(NamedTuple):
+    """A bound that is reached.
+
+    Attributes:
+        joint: its column.
+        interval: which interval, from 0.
+        kind: ``"velocity"``, ``"acceleration"`` or ``"jerk"``.
+        share: the largest value there over its limit.
+    """
+
+    joint: int
+    interval: int
+    kind: str
+    share: float
+
+
+@dataclass(frozen=True)
+class SolverReport:
+    """What IPOPT said of the run that counts, and how its answer was found to be.
+
+    Attributes:
+        message: IPOPT's own verdict.
+        iterations: its iterations.
+        seconds: time in it [s].
+        violation: largest share by which its answer broke a bound, before it was stretched.
+        stationarity: largest entry of the Lagrangian's gradient, the cost being of order one.
+        complementarity: largest product of a multiplier and the slack of its bound.
+    """
+
+    message: str
+    iterations: int
+    seconds: float
+    violation: float
+    stationarity: float
+    complementarity: float
+
+
+@dataclass(frozen=True, eq=False)
+class JointSpline:
+    """A cubic spline through joint angles: twice differentiable, at rest at both ends.
+
+    Attributes:
+        angles: knots ``(n, nj)`` [rad].
+        intervals: times between them ``(n - 1,)`` [s].
+        limits: bounds it is meant to keep on the whole curve.
+        status: ``"solved"`` for the optimum of eq. (7); ``"scaled"`` for intervals that were chosen
+            by hand and stretched together until all bounds hold.
+        report: the solver's report; ``None`` when none was asked.
+    """
+
+    angles: FloatArray
+    intervals: FloatArray
+    limits: JointLimits
+    status: str = "scaled"
+    report: SolverReport | None = None
+
+    def __post_init__(self) -> None:
+        angles, intervals = checked_angles(self.angles, self.limits), frozen(self.intervals)
+        good = intervals.shape == (len(angles) - 1,) and np.isfinite(intervals).all()
+        if not good or not (intervals > 0.0).all():
+            raise InputError(
+                f"a spline through {len(angles)} knots needs {len(angles) - 1} positive intervals, "
+                f"got {self.intervals!r}"
+            )
+        object.__setattr__(self, "angles", angles)
+        object.__setattr__(self, "intervals", intervals)
+
+    @cached_property
+    def times(self) -> FloatArray:
+        """Times of the knots ``(n,)`` from 0 [s]."""
+        return frozen(np.concatenate([[0.0], np.cumsum(self.intervals)]))
+
+    @property
+    def duration(self) -> float:
+        """Total time [s]."""
+        return float(self.times[-1])
+
+    @cached_property
+    def coefficients(self) -> FloatArray:
+        """``(4, n - 1, nj)``, highest power first, in the time since each interval's start.
+
+        The layout of :class:`gaitopt.motion.path.MotionPath`, for the joints alone.
+        """
+        return frozen(clamped_coefficients(self.angles, self.intervals))
+
+    def evaluate(self, times: ArrayLike, derivative: int = 0) -> FloatArray:
+        """Angles, or their ``derivative``-th time derivative, at ``times (N,)``: ``(N, nj)``.
+
+        Times outside are moved to the ends; at a knot the later interval counts.
+        """
+        t = np.clip(np.asarray(times, dtype=np.float64), 0.0, self.duration)
+        index = np.clip(np.searchsorted(self.times, t, "right") - 1, 0, len(self.intervals) - 1)
+        local = (t - self.times[index])[..., None]
+        out = np.zeros((*t.shape, self.angles.shape[1]))
+        for power in range(3, derivative - 1, -1):
+            factor = float(np.prod(np.arange(power - derivative + 1, power + 1)))
+            out = out * local + factor * self.coefficients[3 - power][index]
+        return out
+
+    @cached_property
+    def shares(self) -> FloatArray:
+        """Largest velocity, acceleration, jerk on each interval over its limit ``(3, n - 1, nj)``.
+
+        Exact for the whole curve: the extremes of a cubic's derivatives in closed form.
+        """
+        limits = np.stack([getattr(self.limits, kind) for kind in KINDS])
+        return frozen(peaks(self.coefficients, self.intervals) / limits[:, None])
+
+    @property
+    def violation(self) -> float:
+        """Largest share by which a bound is broken anywhere; 0 when all hold."""
+        return max(float(self.shares.max()) - 1.0, 0.0)
+
+    @property
+    def jumps(self) -> FloatArray:
+        """Largest jump of angle, velocity and acceleration at inner knots, and velocity left over
+        at the end: ``(4,)`` [rad, rad/s, rad/s^2, rad/s]. Rounding, unless something is wrong.
+        """
+        cubic, square, slope, angle = self.coefficients
+        h = self.intervals[:, None]
+        ends = (
+            ((cubic * h + square) * h + slope) * h + angle,
+            (3.0 * cubic * h + 2.0 * square) * h + slope,
+            6.0 * cubic * h + 2.0 * square,
+        )
+        inner = [
+            np.abs(end[:-1] - start[1:]).max(initial=0.0)
+            for end, start in zip(ends, (angle, slope, 2.0 * square), strict=True)
+        ]
+        return np.array([*inner, np.abs(ends[1][-1]).max()])
+
+    def active(self, share: float = ACTIVE_SHARE) -> tuple[ActiveBound, ...]:
+        """The bounds that are reached to at least ``share``, interval by interval."""
+        kinds, intervals, joints = np.nonzero(self.shares >= share)
+        found = [
+            ActiveBound(int(j), int(i), KINDS[k], float(self.shares[k, i, j]))
+            for k, i, j in zip(kinds, intervals, joints, strict=True)
+        ]
+        return tuple(sorted(found, key=lambda bound: (bound.interval, bound.joint)))
+
+    def cost(self, time_weight: float, acceleration_weight: float) -> float:
+        """Eq. (7): weighted total time, and squared accelerations at all knots."""
+        accelerations = knot_values(self.coefficients, self.intervals)[2]
+        return time_weight * self.duration + acceleration_weight * float((accelerations**2).sum())
+
+    def position_range(self) -> tuple[FloatArray, FloatArray]:
+        """Least and greatest angle of each joint on the whole curve ``(nj,)`` [rad], exact."""
+        cubic, square, slope, _ = self.coefficients
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            root = np.sqrt(np.maximum(square**2 - 3.0 * cubic * slope, 0.0))
+            big = -(square + np.copysign(root, square))
+            turns = np.nan_to_num(
+                np.stack([big / (3.0 * cubic), slope / big]), posinf=0.0, neginf=0.0
+            )
+        local = np.clip(turns, 0.0, self.intervals[:, None])
+        curve = self.coefficients
+        values = ((curve[0] * local + curve[1]) * local + curve[2]) * local + curve[3]
+        every = np.concatenate([values.reshape(-1, self.angles.shape[1]), self.angles])
+        return every.min(axis=0), every.max(axis=0)
+
+    def stretched(self, factor: float) -> JointSpline:
+        """The same curve in ``factor`` times the time; the result is ``"scaled"``."""
+        return replace(self, intervals=self.intervals * factor, status="scaled", report=None)
+
+
+def uniform_spline(
+    angles: ArrayLike, limits: JointLimits, intervals: ArrayLike | None = None
+) -> JointSpline:
+    """The spline by hand: given intervals, all stretched until the tightest bound just holds.
+
+    Args:
+        angles: knots ``(n, nj)`` [rad].
+        limits: of the same joints.
+        intervals: proportions ``(n - 1,)``; all the same by default.
+
+    Raises:
+        InputError: shapes do not fit, or a number has no sensible value.
+    """
+    q = checked_angles(angles, limits)
+    shares = np.ones(len(q) - 1) if intervals is None else np.asarray(intervals, dtype=np.float64)
+    spline = JointSpline(q, shares, limits)
+    return spline.stretched(stretch(spline.coefficients, spline.intervals, limits) * (1.0 + 1e-14))

@@ -1,0 +1,52 @@
+"""Static stability judged with the robot's true centre of mass."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gaitopt.conventions import FloatArray
+from gaitopt.plan.plan import Plan, Trajectory
+from gaitopt.robots.quadruped import Quadruped
+from gaitopt.stability.margins import static_stability_margin
+
+
+def true_com(robot: Quadruped, q: FloatArray) -> FloatArray:
+    """Centre of mass of the whole model at configurations ``q (N, nq)``: ``(N, 3)`` [m]."""
+    import pinocchio as pin
+
+    data = robot.model.createData()
+    # data.com[0] is a live view of Pinocchio's memory: copy.
+    return np.array([np.array(pin.centerOfMass(robot.model, data, row)) for row in q])
+
+
+def com_margin(plan: Plan, times: FloatArray | None = None) -> tuple[FloatArray, FloatArray]:
+    """Static stability margin of the model's true COM over time.
+
+    The paper plans with the body's centre; legs have mass, so the true centre of mass wanders when
+    a foot swings (``errata.md``, II.C (2)).
+
+    Args:
+        plan: the plan.
+        times: instants ``(N,)`` [s]; every knot of the plan's path by default.
+
+    Returns:
+        The times ``(N,)`` [s] and the margins ``(N,)`` [m], on the horizontal projection.
+    """
+    if times is None:
+        # A swing's last instant, with its foot still in the air, lies just before a knot.
+        ends = np.nextafter([p.end for p in plan.phases if p.duration > 0], 0.0)
+        times = np.union1d(plan.path.times, ends)
+    motion = plan.at(times)
+    return motion.t, margins_over(motion, true_com(plan.robot, motion.q))
+
+
+def margins_over(motion: Trajectory, points: FloatArray) -> FloatArray:
+    """Margin of ``points (N, 3)`` over the feet that stand at each sample ``(N,)`` [m]."""
+    margins = np.full(len(motion), np.nan)
+    patterns, group = np.unique(motion.contacts, axis=0, return_inverse=True)
+    for i, pattern in enumerate(patterns):
+        chosen = np.flatnonzero(group.ravel() == i)
+        if pattern.sum() >= 3:
+            feet = motion.feet[chosen][:, np.flatnonzero(pattern)]
+            margins[chosen] = static_stability_margin(feet, points[chosen])
+    return margins

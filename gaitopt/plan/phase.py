@@ -1,0 +1,206 @@
+"""Phases of a plan, what holds them back, and the flights of the feet."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
+from types import MappingProxyType
+from typing import Any, Literal
+
+import numpy as np
+
+from gaitopt.conventions import LEGS, FloatArray, frozen
+from gaitopt.errors import InputError
+from gaitopt.terrain.footholds import Footholds
+
+
+@dataclass(frozen=True)
+class Limit:
+    """Something that holds a phase back.
+
+    Attributes:
+        kind: ``"margin"`` (a side of the shrunken support triangle), ``"reach"`` (a leg's reach),
+            ``"joint velocity"`` or ``"speed"`` (the speed that was asked for).
+        name: the side (``"LF-RH"``), the leg, or the joint.
+        value: multiplier of a constraint, or the share of the phase's duration that a joint or
+            speed is at its limit.
+        spans: for ``"joint velocity"`` and ``"speed"`` the times of the plan during which the
+            limit holds, ``((start, end), ...)`` [s].
+    """
+
+    kind: str
+    name: str
+    value: float
+    spans: tuple[tuple[float, float], ...] = ()
+
+
+@dataclass(frozen=True)
+class CogEvidence:
+    """How one knows that a phase's COG target is the right one.
+
+    Attributes:
+        status: ``"solved"`` when all residuals are within tolerance.
+        objective: ``"distance"`` or ``"margin"``.
+        duals: multiplier of each constraint by name.
+        primal: largest violation of a constraint [m].
+        stationarity: largest entry of the Lagrangian's gradient.
+        complementarity: sum of dual times slack.
+        error_bound: bound on the distance from the true optimum (``"distance"``), or on the
+            margin's distance from the largest (``"margin"``) [m].
+        iterations: QPs solved.
+    """
+
+    status: str
+    objective: str
+    duals: Mapping[str, float]
+    primal: float
+    stationarity: float
+    complementarity: float
+    error_bound: float
+    iterations: int
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "duals", MappingProxyType(dict(self.duals)))
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return (type(self), tuple(dict(v) if k == "duals" else v for k, v in vars(self).items()))
+
+
+@dataclass(frozen=True, eq=False)
+class Phase:
+    """A stretch of the plan with one set of supporting feet.
+
+    Attributes:
+        kind: ``"stance"`` (four feet stand) or ``"swing"`` (at least one foot flies).
+        leg: the leg that swings now, or next; the first of them by time of lift-off where several
+            do, and ``""`` for a stance after which none does.
+        step: index of that swing, from 0 over the whole walk (:attr:`Plan.swings`).
+        start, duration: [s]; a stance phase in which nothing needs to move lasts 0 s.
+        cog_start, cog_end: body centre at its ends ``(3,)`` [m].
+        support: the legs that stand.
+        foot_start, foot_end: where the leg's foot is before and after ``(3,)`` [m].
+        margin: smallest stability margin during the phase [m]: static, of the body centre or, where
+            the settings say so, of the true COM; of the ZMP where the plan is not static.
+        limited_by: what holds the phase back.
+        evidence: of the COG target, for stance phases that were optimised.
+    """
+
+    kind: Literal["stance", "swing"]
+    leg: str
+    step: int
+    start: float
+    duration: float
+    cog_start: FloatArray
+    cog_end: FloatArray
+    support: tuple[str, ...]
+    foot_start: FloatArray
+    foot_end: FloatArray
+    margin: float
+    limited_by: tuple[Limit, ...] = ()
+    evidence: CogEvidence | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("cog_start", "cog_end", "foot_start", "foot_end"):
+            object.__setattr__(self, name, frozen(getattr(self, name)))
+            if getattr(self, name).shape != (3,):
+                raise InputError(f"a phase's {name} must have the shape (3,)")
+        known = (*LEGS, "") if self.kind == "stance" else LEGS
+        if self.kind not in ("stance", "swing") or self.leg not in known:
+            raise InputError(f"a phase of kind {self.kind!r} for leg {self.leg!r} is unknown")
+        if not set(self.support) <= set(LEGS):
+            raise InputError(f"a phase's support names unknown legs: {self.support}")
+        numbers = (self.start, self.duration, self.margin, self.step)
+        if not all(isinstance(x, (int, float)) and x == x for x in numbers) or self.duration < 0:
+            raise InputError(
+                f"a phase's start, duration, margin and step must be numbers: {numbers}"
+            )
+
+    @property
+    def end(self) -> float:
+        """``start + duration`` [s]."""
+        return self.start + self.duration
+
+    @property
+    def flying(self) -> tuple[str, ...]:
+        """The legs that do not stand."""
+        return tuple(leg for leg in LEGS if leg not in self.support)
+
+
+@dataclass(frozen=True, eq=False)
+class Swing:
+    """One foot's flight, which may span several phases.
+
+    Attributes:
+        step: its index among all swings of the plan, by time of lift-off.
+        leg: the leg.
+        index: the leg's foothold that it leaves; it touches down on ``index + 1``.
+        start, end: lift-off and touch-down [s].
+        foot_start, foot_end: these footholds ``(3,)`` [m].
+        phases: indices of the first and the last phase of the flight.
+    """
+
+    step: int
+    leg: str
+    index: int
+    start: float
+    end: float
+    foot_start: FloatArray
+    foot_end: FloatArray
+    phases: tuple[int, int]
+
+    @property
+    def duration(self) -> float:
+        """``end - start`` [s]."""
+        return self.end - self.start
+
+
+def find_swings(phases: Sequence[Phase], footholds: Footholds) -> tuple[Swing, ...]:
+    """All flights of a plan, by time of lift-off, then by leg.
+
+    A leg's k-th flight leads from its foothold k to the next one; a plan with more flights than
+    footholds ends them all on the last.
+    """
+    found: list[tuple[int, int, str, int]] = []
+    for leg in LEGS:
+        up = np.array([leg not in p.support for p in phases], dtype=np.int8)
+        edges = np.diff(np.concatenate([[0], up, [0]]))
+        ends = np.flatnonzero(edges < 0) - 1
+        for first, last in zip(np.flatnonzero(edges > 0).tolist(), ends.tolist(), strict=True):
+            found.append((first, LEGS.index(leg), leg, last))
+    found.sort()
+    made = dict.fromkeys(LEGS, 0)
+    swings = []
+    for step, (first, _, leg, last) in enumerate(found):
+        index = min(made[leg], len(footholds) - 1)
+        made[leg] += 1
+        swings.append(
+            Swing(
+                step, leg, index, phases[first].start, phases[last].end, footholds[leg][index],
+                footholds[leg][min(index + 1, len(footholds) - 1)], (first, last),
+            )
+        )  # fmt: skip
+    return tuple(swings)
+
+
+def _phase_to_dict(phase: Phase) -> dict[str, Any]:
+    out: dict[str, Any] = {f.name: getattr(phase, f.name) for f in fields(phase)}
+    for key in ("cog_start", "cog_end", "foot_start", "foot_end"):
+        out[key] = out[key].tolist()
+    out["limited_by"] = [[x.kind, x.name, x.value, x.spans] for x in phase.limited_by]
+    if phase.evidence is not None:
+        out["evidence"] = {**vars(phase.evidence), "duals": dict(phase.evidence.duals)}
+    return out
+
+
+def _phase_from_dict(stored: dict[str, Any]) -> Phase:
+    limits = tuple(
+        Limit(kind, name, value, tuple((a, b) for a, b in spans))
+        for kind, name, value, spans in stored["limited_by"]
+    )
+    evidence = stored["evidence"]
+    return Phase(**{
+        **stored,
+        "support": tuple(stored["support"]),
+        "limited_by": limits,
+        "evidence": None if evidence is None else CogEvidence(**evidence),
+    })  # fmt: skip

@@ -1,0 +1,308 @@
+"""The plan: the one result type of every planner, and the one input of every consumer."""
+
+from __future__ import annotations
+
+import json
+import zipfile
+import zlib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from numbers import Real
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from gaitopt.conventions import LEGS, BoolArray, FloatArray, frozen
+from gaitopt.errors import GaitoptError, InputError, PlanFileError
+from gaitopt.files import StrPath, read_bounded, written_whole
+from gaitopt.motion.path import MotionPath
+from gaitopt.plan.archive import FILE_LIMIT, FORMAT, VERSION, _unpack
+from gaitopt.plan.phase import Phase, Swing, _phase_from_dict, _phase_to_dict, find_swings
+from gaitopt.plan.settings.base import PlanSettings
+from gaitopt.plan.settings.by_name import settings_from_dict
+from gaitopt.robots.quadruped import Quadruped
+from gaitopt.robots.rotations import rpy_rates_to_angular, rpy_to_matrix, rpy_to_quaternion
+from gaitopt.terrain.footholds import Footholds
+
+MAX_SAMPLES = 20_000_000
+"""Most samples that :meth:`Plan.sample` makes."""
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """A plan sampled in time; all arrays are read-only.
+
+    Attributes:
+        t: times ``(N,)`` [s].
+        q: configurations ``(N, nq)``, Pinocchio's: base position, quaternion xyzw, joints.
+        v: velocities ``(N, nv)``, Pinocchio's: base twist in the base's frame, joint rates.
+        contacts: which feet stand ``(N, 4)``.
+        cog: body centre ``(N, 3)`` [m].
+        feet: foot frames ``(N, 4, 3)`` [m].
+        legs: names of the columns of ``contacts`` and ``feet``.
+        joint_names: names of the joint columns of ``q[:, 7:]`` and ``v[:, 6:]``.
+    """
+
+    t: FloatArray
+    q: FloatArray
+    v: FloatArray
+    contacts: BoolArray
+    cog: FloatArray
+    feet: FloatArray
+    legs: tuple[str, ...]
+    joint_names: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        for name in ("t", "q", "v", "contacts", "cog", "feet"):
+            getattr(self, name).setflags(write=False)
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """A planned motion with all that is needed to check it.
+
+    Attributes:
+        robot: the robot, with its URDF.
+        footholds: the footholds that were asked for, or that the planner chose.
+        settings: what the planner was asked for.
+        phases: the phases, in order; their durations add up to :attr:`duration`.
+        path: body and joints over time.
+        info: what the planner says of its work, by name.
+    """
+
+    robot: Quadruped
+    footholds: Footholds
+    settings: PlanSettings
+    phases: tuple[Phase, ...]
+    path: MotionPath
+    info: Mapping[str, float | str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "phases", tuple(self.phases))
+        object.__setattr__(self, "info", MappingProxyType(dict(self.info)))
+        columns = self.path.coefficients.shape[2]
+        if columns != 6 + len(self.robot.joint_names):
+            raise InputError(
+                f"the path has {columns} columns where {self.robot.name} needs "
+                f"{6 + len(self.robot.joint_names)}"
+            )
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return (Plan, (self.robot, self.footholds, self.settings, self.phases, self.path,
+                       dict(self.info)))  # fmt: skip
+
+    def __repr__(self) -> str:
+        return (
+            f"Plan({self.robot.name!r}, {len(self.phases)} phases, {self.duration:.1f} s, "
+            f"{1e3 * self.mean_speed:.2f} mm/s)"
+        )
+
+    @property
+    def duration(self) -> float:
+        """How long the motion takes [s]."""
+        return self.path.duration
+
+    @property
+    def distance(self) -> float:
+        """Horizontal distance from the middle of the first to that of the last footholds [m]."""
+        ends = self.footholds.array[:, [0, -1], :2].mean(axis=0)
+        return float(np.hypot(*(ends[1] - ends[0])))
+
+    @property
+    def mean_speed(self) -> float:
+        """:attr:`distance` over :attr:`duration` [m/s]; 0 for a plan that does not move."""
+        return self.distance / self.duration if self.duration > 0 else 0.0
+
+    @property
+    def margin(self) -> float:
+        """Smallest margin of all phases [m]: static, of the body centre or the true COM; or ZMP's.
+
+        Judged on the horizontal projection, whatever the heights of the feet.
+        """
+        return min((p.margin for p in self.phases), default=float("inf"))
+
+    @property
+    def cog_distance(self) -> float:
+        """Length of the body centre's path [m]."""
+        return float(sum(np.linalg.norm(p.cog_end - p.cog_start) for p in self.phases))
+
+    @cached_property
+    def swings(self) -> tuple[Swing, ...]:
+        """Every foot's every flight, by time of lift-off."""
+        return find_swings(self.phases, self.footholds)
+
+    @cached_property
+    def phase_starts(self) -> FloatArray:
+        """Start of every phase [s]."""
+        return frozen([p.start for p in self.phases])
+
+    def phase_at(self, time: float) -> Phase:
+        """The phase at ``time`` [s]; at a boundary the later one that lasts."""
+        return self.phases[int(self._phase_index(np.array([time]))[0])]
+
+    def sample(self, dt: float) -> Trajectory:
+        """The motion every ``dt`` seconds from 0, and at its very end.
+
+        Raises:
+            InputError: ``dt`` is not a positive time, or asks for too many samples.
+        """
+        if isinstance(dt, bool) or not isinstance(dt, Real) or not 0 < dt < np.inf:
+            raise InputError(f"dt must be a positive time in seconds, got {dt!r}")
+        if self.duration / dt > MAX_SAMPLES:
+            raise InputError(
+                f"dt = {dt:g} s asks for {self.duration / dt:.3g} samples of {self.duration:.1f} "
+                f"s; at most {MAX_SAMPLES:.0e} are made, so take dt >= "
+                f"{self.duration / MAX_SAMPLES:.2g} s"
+            )
+        count = int(np.ceil(self.duration / dt - 1e-9))
+        return self.at(np.append(np.arange(count) * float(dt), self.duration))
+
+    def knots(self) -> Trajectory:
+        """The motion at the path's own knots.
+
+        Between them a path of degree one moves every joint in a straight line, so these are all
+        that a robot needs to follow it exactly.
+        """
+        return self.at(self.path.times)
+
+    def at(self, times: ArrayLike) -> Trajectory:
+        """The motion at given ``times (N,)`` [s], which need not be equally spaced.
+
+        Raises:
+            InputError: a time lies outside the plan or is not finite.
+        """
+        t = np.atleast_1d(np.array(times, dtype=np.float64))
+        if t.ndim != 1 or not (np.isfinite(t).all() and (t >= 0).all()
+                               and (t <= self.duration).all()):  # fmt: skip
+            raise InputError(f"times must be (N,) and within 0 and {self.duration:.6g} s")
+        values, rates = self.path.evaluate(t), self.path.evaluate(t, derivative=1)
+        position, rpy, joints = values[:, :3], values[:, 3:6], values[:, 6:]
+        rotation = rpy_to_matrix(rpy)
+        twist = np.concatenate(
+            [
+                np.einsum("nij,ni->nj", rotation, rates[:, :3]),
+                rpy_rates_to_angular(rpy, rates[:, 3:6]),
+            ],
+            axis=1,
+        )
+        to_world = rotation @ self.robot.body_axes
+        feet = np.stack([self._foot(leg, joints) for leg in LEGS], axis=1)
+        return Trajectory(
+            t=t,
+            q=np.concatenate([position, rpy_to_quaternion(rpy), joints], axis=1),
+            v=np.concatenate([twist, rates[:, 6:]], axis=1),
+            contacts=self._contacts(t),
+            cog=position + to_world @ self.robot.centre,
+            feet=position[:, None, :] + np.einsum("nij,nlj->nli", to_world, feet),
+            legs=LEGS,
+            joint_names=self.robot.joint_names,
+        )
+
+    def save(self, path: StrPath) -> None:
+        """Write the plan to an ``.npz`` file, whole or not at all.
+
+        :func:`gaitopt.load_plan` gets it back without loss.
+        """
+
+        save_plan(self, path)
+
+    def _foot(self, leg: str, joints: FloatArray) -> FloatArray:
+        columns = list(self.robot.leg_columns[leg])
+        return np.asarray(self.robot.legs[leg].forward(joints[:, columns]))
+
+    def _phase_index(self, times: FloatArray) -> np.ndarray:
+        return np.clip(np.searchsorted(self.phase_starts, times, side="right") - 1, 0, None)
+
+    def _contacts(self, times: FloatArray) -> BoolArray:
+        if not self.phases:
+            return np.ones((len(times), len(LEGS)), dtype=np.bool_)
+        table = np.array([[leg in p.support for leg in LEGS] for p in self.phases])
+        # At the last instant the foot that flew in the last phase has touched down.
+        table = np.vstack([table, np.ones(len(LEGS), dtype=np.bool_)])
+        index = np.where(times < self.duration, self._phase_index(times), len(self.phases))
+        return np.asarray(table[index])
+
+
+def save_plan(plan: Plan, path: StrPath) -> None:
+    """Write ``plan`` to ``path``, whole or not at all.
+
+    The file holds the robot's URDF, so that whoever receives it needs nothing else.
+
+    Raises:
+        InputError: the file cannot be written.
+    """
+    header = {
+        "format": FORMAT,
+        "version": VERSION,
+        "robot": {
+            "name": plan.robot.name,
+            "sha256": plan.robot.sha256,
+            "knees": dict(plan.robot.knees),
+            "urdf": plan.robot.urdf,
+        },
+        "planner": plan.settings.planner,
+        "settings": plan.settings.to_dict(),
+        "column_radius": plan.footholds.radius,
+        "phases": [_phase_to_dict(phase) for phase in plan.phases],
+        "info": dict(plan.info),
+    }
+    text = json.dumps(header, allow_nan=False).encode()
+    with written_whole(path, binary=True) as stream:
+        np.savez_compressed(
+            stream,
+            header=np.frombuffer(text, dtype=np.uint8),
+            footholds=plan.footholds.array,
+            times=plan.path.times,
+            coefficients=plan.path.coefficients,
+        )
+
+
+def load_plan(path: StrPath) -> Plan:
+    """Read a plan that :meth:`Plan.save` wrote.
+
+    Raises:
+        PlanFileError: the file is missing, cut short, too large, of another version, or no plan
+            at all; or its URDF is not the one it was planned with.
+        RobotError: the URDF inside cannot be used.
+    """
+    data = read_bounded(path, FILE_LIMIT, PlanFileError)
+    try:
+        header, arrays = _unpack(data, str(path))
+        return _plan_from(header, arrays, str(path))
+    except GaitoptError as error:
+        if isinstance(error, PlanFileError) or not str(error):
+            raise
+        raise PlanFileError(f"{path} holds no valid plan: {error}") from error
+    except (
+        zipfile.BadZipFile, zlib.error, EOFError, OSError, KeyError, ValueError, TypeError,
+        AttributeError, NotImplementedError, RecursionError, MemoryError,
+    ) as error:  # fmt: skip
+        raise PlanFileError(
+            f"{path} is no plan file, or was cut short ({type(error).__name__}: {error}); make it "
+            "anew with Plan.save"
+        ) from error
+
+
+def _plan_from(header: dict[str, Any], arrays: dict[str, Any], name: str) -> Plan:
+    described = header["robot"]
+    robot = Quadruped.from_urdf(described["urdf"], described["name"], described["knees"])
+    if robot.sha256 != described["sha256"]:
+        raise PlanFileError(
+            f"{name}: the URDF inside has the fingerprint {robot.sha256[:12]}..., and the plan was "
+            f"made for {str(described['sha256'])[:12]}...; plan again for this robot"
+        )
+    points = dict(zip(LEGS, arrays["footholds"], strict=True))
+    return Plan(
+        robot=robot,
+        footholds=Footholds(points, header["column_radius"]),
+        settings=settings_from_dict(header["planner"], header["settings"]),
+        phases=tuple(_phase_from_dict(p) for p in header["phases"]),
+        path=MotionPath(arrays["times"], arrays["coefficients"]),
+        info=header["info"],
+    )

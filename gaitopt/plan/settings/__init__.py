@@ -1,0 +1,1 @@
+"""What a planner was asked for, as data."""

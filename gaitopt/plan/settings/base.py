@@ -1,0 +1,117 @@
+"""What a planner was asked for. A plan carries its settings, so that it can be checked."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import Any, ClassVar
+
+import numpy as np
+
+from gaitopt.errors import InputError
+from gaitopt.inputs import check_number
+from gaitopt.terrain.obstacles import Obstacle
+
+
+@dataclass(frozen=True)
+class PlanSettings:
+    """What every plan says of itself, and its certificate holds it to; planners add their own.
+
+    Attributes:
+        stability_margin: static stability margin of the body centre while a foot flies [m].
+        body_height: height of the hips above the mean height of the footholds [m].
+        swing_height: how far a foot rises above the higher end of its swing [m].
+        reach_fraction: share of each leg's reach that is used.
+        heading: direction in which the body faces at the start, from the world's x axis [rad].
+        acceleration_limit: of every joint [rad/s^2]; ``None`` where nothing is claimed.
+        jerk_limit: of every joint [rad/s^3]; ``None`` where nothing is claimed.
+    """
+
+    planner: ClassVar[str] = ""
+    least_support: ClassVar[int] = 3
+    """Fewest feet that ever stand."""
+
+    stability_margin: float = 0.02
+    body_height: float = 0.40
+    swing_height: float = 0.07
+    reach_fraction: float = 1.0
+    heading: float = 0.0
+    acceleration_limit: float | None = None
+    jerk_limit: float | None = None
+
+    def __post_init__(self) -> None:
+        set_number(self, "stability_margin", 0.0, 10.0, "m")
+        set_number(self, "body_height", 1e-3, 100.0, "m")
+        set_number(self, "swing_height", 0.0, 100.0, "m")
+        set_number(self, "reach_fraction", 1e-3, 1.0, "")
+        set_number(self, "heading", -1e3, 1e3, "rad")
+        for name, unit in (("acceleration_limit", "rad/s^2"), ("jerk_limit", "rad/s^3")):
+            if getattr(self, name) is not None:
+                set_number(self, name, 1e-9, 1e12, unit)
+
+    @property
+    def static(self) -> bool:
+        """Whether static stability is promised at every instant."""
+        return True
+
+    @property
+    def obstacles(self) -> tuple[Obstacle, ...]:
+        """What is in the way, that the plan keeps clear of."""
+        return ()
+
+    @property
+    def true_com(self) -> bool:
+        """Whether the margin is promised of the true centre of mass, and not of the body's."""
+        return False
+
+    @property
+    def zmp_margin(self) -> float | None:
+        """Margin that the ZMP of the body's centre was asked to keep [m]; ``None`` for none.
+
+        Where none was asked for, a plan may still tell in its ``info`` of one that was found.
+        """
+        return None
+
+    def swing_legs(self, footholds: int) -> list[str] | None:
+        """The legs in the order in which they lift off; ``None`` where any order will do.
+
+        Args:
+            footholds: footholds a leg.
+        """
+        return None
+
+    def to_dict(self) -> dict[str, Any]:
+        """The settings as plain JSON values."""
+        return {f.name: _plain(getattr(self, f.name)) for f in fields(self)}
+
+
+def _plain(value: Any) -> Any:
+    if hasattr(value, "to_dict"):
+        return _plain(value.to_dict())
+    if isinstance(value, (tuple, list)):
+        return [_plain(v) for v in value]
+    if isinstance(value, Mapping):
+        return {str(k): _plain(v) for k, v in value.items()}
+    return value
+
+
+def one_of(name: str, value: object, known: tuple[str, ...]) -> None:
+    """Refuse a ``value`` that is not ``known``."""
+    if value not in known:
+        raise InputError(f"{name} must be one of {', '.join(map(repr, known))}, got {value!r}")
+
+
+def set_number(
+    settings: object, name: str, low: float, high: float, unit: str, hint: str = ""
+) -> None:
+    """Make a field of frozen settings a float, when it is a number from ``low`` to ``high``."""
+    value = check_number(name, getattr(settings, name), low, high, unit, hint)
+    object.__setattr__(settings, name, value)
+
+
+def set_flag(settings: object, name: str) -> None:
+    """Make a field of frozen settings a bool, when it is true or false."""
+    value = getattr(settings, name)
+    if not isinstance(value, (bool, np.bool_)):
+        raise InputError(f"{name} must be True or False, got {value!r}")
+    object.__setattr__(settings, name, bool(value))

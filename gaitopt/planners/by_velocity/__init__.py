@@ -1,0 +1,1 @@
+"""Gaits by velocity: walk, trot, pace and others."""

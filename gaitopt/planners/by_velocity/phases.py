@@ -1,0 +1,110 @@
+"""The phases of a gait: stretches of constant support, with their margins."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gaitopt.conventions import LEGS, FloatArray
+from gaitopt.motion.path import MotionPath
+from gaitopt.plan.phase import Phase
+from gaitopt.planners.by_velocity.contacts import contacts_at, flights_at
+from gaitopt.planners.by_velocity.motion import GaitMotion
+from gaitopt.stability.contacts import support_margin
+from gaitopt.stability.zmp import cart_table_zmp
+
+SAMPLES = 65
+"""Samples a phase for its margins, both ends included."""
+
+
+def gait_phases(
+    motion: GaitMotion, path: MotionPath
+) -> tuple[tuple[Phase, ...], dict[str, float | str]]:
+    """The phases, and what a plan says of its balance (see :func:`gaitopt.plan_gait`)."""
+    edges = _edges(motion, path)
+    times = edges[:-1, None] + np.diff(edges)[:, None] * np.linspace(0.0, 1.0, SAMPLES)
+    flights = flights_at(motion.events, (edges[1:] + edges[:-1]) / 2.0)
+    standing = flights < 0
+    flat = times.ravel()
+    contacts = np.repeat(standing, SAMPLES, axis=0)
+    feet = motion.feet(flat)[0]
+    place, _, change = motion.centre(flat)
+    height = motion.height + motion.robot.foot_radius
+    static = support_margin(feet, contacts, place).reshape(times.shape)
+    moving = support_margin(feet, contacts, _zmp(place, change, height)).reshape(times.shape)
+    lasting = np.diff(edges)
+    flight = ~standing.any(axis=1)
+    worst = float(np.nanmin(moving)) if not flight.all() else float("-inf")
+    if motion.sway is not None:
+        # The ZMP of a cubic spline has its corners at the spline's own knots.
+        for side in (-1e-9, 1e-9):
+            knots = np.clip(motion.sway.times + side, 0.0, motion.duration)
+            worst = float(np.fmin(worst, smallest_zmp_margin(motion, knots)))
+    info: dict[str, float | str] = {
+        "stability": "ZMP of the body centre as a point mass",
+        "zmp_margin": worst,
+        "flight": float(lasting[flight].sum() / lasting.sum()),
+    }
+    margins = np.where(flight, -np.inf, np.nan_to_num(static, nan=-np.inf).min(axis=1))
+    return _phases(motion, edges, flights, margins), info
+
+
+def smallest_zmp_margin(motion: GaitMotion, times: FloatArray) -> float:
+    """Smallest margin of the centre's ZMP at ``times (N,)`` [m]; NaN where no foot stands."""
+    standing = contacts_at(motion.events, times)
+    place, _, change = motion.centre(times)
+    zmp = _zmp(place, change, motion.height + motion.robot.foot_radius)
+    margins = support_margin(motion.feet(times)[0], standing, zmp)
+    return float(np.nanmin(margins)) if standing.any() else float("nan")
+
+
+def _zmp(place: FloatArray, change: FloatArray, height: float) -> FloatArray:
+    return cart_table_zmp(np.column_stack([place, np.full(len(place), height)]), change)
+
+
+def _edges(motion: GaitMotion, path: MotionPath) -> FloatArray:
+    """Instants at which the support changes, as knots of the path ``(P + 1,)``."""
+    wanted = np.array(
+        [0.0, motion.duration, *(t for e in motion.events for t in (e.lift_off, e.touch_down))]
+    )
+    # Lift-offs and touch-downs that are the same instant may differ in their last bits.
+    later = np.clip(np.searchsorted(path.times, wanted), 1, len(path.times) - 1)
+    nearer = wanted - path.times[later - 1] <= path.times[later] - wanted
+    return np.asarray(path.times[np.unique(later - nearer)])
+
+
+def _phases(
+    motion: GaitMotion, edges: FloatArray, flights: np.ndarray, margins: FloatArray
+) -> tuple[Phase, ...]:
+    """The phases between ``edges``; each belongs to the first swing that is on, or to the next one.
+
+    Args:
+        motion: the gait.
+        edges: ends of the phases ``(P + 1,)`` [s].
+        flights: the swing that each foot is in ``(P, 4)``, or -1.
+        margins: static margins ``(P,)`` [m].
+    """
+    centres = np.column_stack([motion.centre(edges)[0], np.full(len(edges), motion.height)])
+    lifts = [event.lift_off for event in motion.events]
+    flies = flights.max(axis=1) >= 0
+    on = np.where(flights >= 0, flights, len(lifts)).min(axis=1)
+    coming = np.searchsorted(lifts, edges[:-1] - 1e-9, side="right")
+    phases = []
+    for k, index in enumerate(np.where(flies, on, coming).tolist()):
+        leg, start, end = _owner(motion, index, bool(flies[k]))
+        phases.append(Phase(
+            "swing" if flies[k] else "stance", leg, index, float(edges[k]),
+            float(edges[k + 1] - edges[k]), centres[k], centres[k + 1],
+            tuple(name for name, at in zip(LEGS, flights[k], strict=True) if at < 0),
+            start, end, float(margins[k]),
+        ))  # fmt: skip
+    return tuple(phases)
+
+
+def _owner(motion: GaitMotion, index: int, flying: bool) -> tuple[str, FloatArray, FloatArray]:
+    """The leg of a swing, and where its foot is at both ends of the phase that belongs to it."""
+    if index == len(motion.events):
+        last = motion.footholds[LEGS[0]][-1]
+        return "", last, last
+    event = motion.events[index]
+    points = motion.footholds[event.leg]
+    return event.leg, points[event.step], points[event.step + flying]

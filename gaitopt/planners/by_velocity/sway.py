@@ -1,0 +1,81 @@
+"""The sway of a gait: which polygons hold when, and the body's path that suits their ZMP."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from gaitopt.conventions import FloatArray
+from gaitopt.errors import InputError
+from gaitopt.gait.step_timing import SwingEvent
+from gaitopt.motion.path import MotionPath
+from gaitopt.optimize.sway import build_sway_problem, solve_sway
+from gaitopt.planners.by_velocity.body_route import BodyRoute
+from gaitopt.planners.by_velocity.contacts import contacts_at, stances_at
+from gaitopt.planners.by_velocity.motion import refined
+from gaitopt.stability.support import support_half_planes
+from gaitopt.terrain.footholds import Footholds
+
+PIECES = 12
+"""Pieces of the body's spline in a cycle."""
+
+
+def sway_path(
+    route: BodyRoute,
+    footholds: Footholds,
+    events: Sequence[SwingEvent],
+    duration: float,
+    height: float,
+    cycle_time: float,
+    largest_offset: float,
+    target: float,
+) -> MotionPath:
+    """A path of the body's centre (columns x and y) whose ZMP is deep in the support polygons.
+
+    Args:
+        route: the nominal way.
+        footholds, events: what the feet do.
+        duration: of the whole motion [s].
+        height: of the centre above the ground [m].
+        cycle_time: [s].
+        largest_offset: how far from the route the body may go along x and y [m].
+        target: margin beyond which nothing is gained [m].
+
+    Raises:
+        SolverError: the body cannot stay near enough to its route.
+    """
+    edges = [0.0, duration, *(t for e in events for t in (e.lift_off, e.touch_down))]
+    times = refined(np.array(edges), cycle_time / PIECES)
+    middles = (times[1:] + times[:-1]) / 2.0
+    places = stances_at(footholds, events, middles)[..., :2]
+    standing = contacts_at(events, middles)
+    sides = [support_sides(feet[stands]) for feet, stands in zip(places, standing, strict=True)]
+    problem = build_sway_problem(
+        times, sides, route.motion(times)[0], height, cycle_time, largest_offset, target
+    )
+    return MotionPath(times, solve_sway(problem).coefficients)
+
+
+def support_sides(feet: FloatArray) -> FloatArray:
+    """Sides ``(m, 3)`` of the convex hull of standing ``feet``: inward normal and offset.
+
+    Two feet have the segment between them: its two faces and its two ends. One foot has a square
+    of no size. Without feet there are no sides.
+    """
+    if len(feet) >= 3:
+        try:
+            planes = support_half_planes(feet)
+        except InputError:
+            apart = np.linalg.norm(feet[:, None] - feet[None], axis=2)
+            feet = feet[list(np.unravel_index(int(apart.argmax()), apart.shape))]
+        else:
+            return np.column_stack([planes.normals, planes.offsets])
+    if not len(feet):
+        return np.zeros((0, 3))
+    along = feet[-1] - feet[0]
+    length = float(np.hypot(*along))
+    unit = along / length if length > 0 else np.array([1.0, 0.0])
+    across = np.array([-unit[1], unit[0]])
+    rows = [(unit, feet[0]), (-unit, feet[-1]), (across, feet[0]), (-across, feet[0])]
+    return np.array([[*n, float(n @ p)] for n, p in rows])

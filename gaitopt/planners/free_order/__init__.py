@@ -1,0 +1,1 @@
+"""The walk whose order of legs is searched for."""

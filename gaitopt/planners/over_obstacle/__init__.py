@@ -1,0 +1,1 @@
+"""Walks over an obstacle, for legs without a roll joint."""

@@ -1,0 +1,118 @@
+"""Where the feet stand on the way over an obstacle.
+
+The robot walks straight across. In every cycle each leg makes one step of the same length, so that
+after each cycle the feet stand square again. Two cycles stride over the obstacle: one takes the
+front feet over it, a later one the hind feet. They begin and end beside it, as far away as gaps
+say; all other steps share the ways in between.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from gaitopt.conventions import LEGS, FloatArray
+from gaitopt.plan.settings.over_obstacle import StrideSettings
+from gaitopt.robots.quadruped import Quadruped
+from gaitopt.terrain.footholds import Footholds
+from gaitopt.terrain.obstacles import Obstacle
+
+FRONT = ("LF", "RF")
+"""The front legs."""
+
+
+class Gaps(NamedTuple):
+    """Distances between the obstacle's sides and the feet that stand beside it [m].
+
+    Attributes:
+        front_before, front_after: of the front feet, before and after they are taken over.
+        hind_before, hind_after: of the hind feet.
+    """
+
+    front_before: float
+    front_after: float
+    hind_before: float
+    hind_after: float
+
+    def widened(self, leg: str, *, after: bool, by: float) -> Gaps:
+        """With more room on one side of the obstacle for a leg's pair."""
+        name = f"{'front' if leg in FRONT else 'hind'}_{'after' if after else 'before'}"
+        return self._replace(**{name: getattr(self, name) + by})
+
+
+class Layout(NamedTuple):
+    """A walk's cycles, in the obstacle's frame.
+
+    Attributes:
+        centres: x of the middle of the four feet before each cycle, and at the end ``(C + 1,)``
+            [m].
+        front, hind: the cycles in which front and hind feet stride over the obstacle.
+    """
+
+    centres: FloatArray
+    front: int
+    hind: int
+
+    @property
+    def cycles(self) -> int:
+        """Number of cycles."""
+        return len(self.centres) - 1
+
+    def strides_over(self, leg: str, cycle: int) -> bool:
+        """Whether a leg's step in a cycle leads over the obstacle."""
+        return cycle == (self.front if leg in FRONT else self.hind)
+
+
+def lay_out(robot: Quadruped, obstacle: Obstacle, gaps: Gaps, approach: int, leave: int) -> Layout:
+    """The cycles of a walk.
+
+    Between the two striding cycles steps are as long as the longer of these at most; before and
+    after them just as long.
+
+    Args:
+        robot: the robot.
+        obstacle: what is in the way.
+        gaps: how far beside it feet stand.
+        approach, leave: cycles before the first stride over it, and after the last.
+    """
+    half = robot.stance_size[0] / 2.0
+    low, high = obstacle.extent
+    first = low - gaps.front_before - half
+    second = high + gaps.front_after - half
+    third = low - gaps.hind_before + half
+    fourth = high + gaps.hind_after + half
+    step = max(second - first, fourth - third)
+    # A robot too short to stand over the obstacle has no way between; its feet would cross.
+    between = max(int(np.ceil((third - second) / step - 1e-9)), 0)
+    middle = np.linspace(second, third, between + 1)
+    before = first - step * np.arange(approach, 0, -1)
+    after = fourth + step * np.arange(1, leave + 1)
+    centres = np.concatenate([before, [first], middle, [fourth], after])
+    return Layout(centres, approach, approach + 1 + between)
+
+
+def stands_over(robot: Quadruped, obstacle: Obstacle, gaps: Gaps) -> float:
+    """Room left on the ground when the robot stands over the obstacle; negative: too short [m]."""
+    return robot.stance_size[0] - obstacle.width - gaps.front_after - gaps.hind_before
+
+
+def first_gaps(settings: StrideSettings, robot: Quadruped, room: float) -> Gaps:
+    """The least gaps with some ``room`` [m]: the margin, and the radius of the feet's balls."""
+    least = settings.margin + robot.foot_radius + room
+    return Gaps(least, least, least, least)
+
+
+def footholds(robot: Quadruped, obstacle: Obstacle, layout: Layout) -> Footholds:
+    """All footholds in the world: places of the balls' centres, one radius above the ground."""
+    points = {}
+    for name in LEGS:
+        leg = robot.legs[name]
+        under = leg.hip + leg.axes[:, 1] * leg.lateral - robot.centre
+        local = np.zeros((len(layout.centres), 3))
+        length, width = robot.stance_size
+        local[:, 0] = layout.centres + np.copysign(length / 2.0, under[0])
+        local[:, 1] = np.copysign(width / 2.0, under[1])
+        local[:, 2] = robot.foot_radius
+        points[name] = obstacle.to_world(local)
+    return Footholds(points)

@@ -1,0 +1,319 @@
+"""``plan_stride``: up to an obstacle, over it with one leg after another, and on.
+
+Source: 004_6eabd5aa21217b1c.txt. The body moves on four feet to where the posture optimisation puts
+it (Section IV), then one foot flies while the body stands still: over the obstacle by the fastest
+joint spline (Section III), over open ground by a plain swing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from gaitopt.conventions import FloatArray, Progress
+from gaitopt.errors import InfeasibleStepError, InputError, SolverError
+from gaitopt.gait.crawl import SHAO_SEQUENCE
+from gaitopt.motion.pieces import joined
+from gaitopt.optimize.posture.solver import solve_posture
+from gaitopt.plan.plan import Plan
+from gaitopt.plan.settings.over_obstacle import StrideSettings
+from gaitopt.planners.over_obstacle.assembly import Piece, foot_margin, pieces_of, plan_of
+from gaitopt.planners.over_obstacle.clearance import Approach, Surroundings
+from gaitopt.planners.over_obstacle.layout import Gaps
+from gaitopt.planners.over_obstacle.route import Demand, StrideFault, StrideRoute
+from gaitopt.planners.over_obstacle.search import find_route, widened
+from gaitopt.robots.quadruped import Quadruped
+from gaitopt.swing.obstacle_paths import Pattern
+from gaitopt.terrain.obstacles import Obstacle
+
+BODY_HEIGHTS = (0.90, 0.86, 0.82, 0.78, 0.74, 0.70)
+"""Heights of the body that are tried, in shares of the legs' reach: higher legs lean less."""
+FULL_SPEED = 0.5
+"""Time to full speed that accelerations are chosen for, where none are given [s]."""
+ROUNDS = 6
+FOOT_TOLERANCE = 2e-5
+"""What the proof of the feet's margin may fall short by [m]: it is so fine."""
+HALVINGS = 5
+"""Bisections for the largest obstacle: it is found to a thirtieth of the one asked for."""
+
+
+def plan_stride(
+    robot: Quadruped,
+    obstacle: Obstacle,
+    *,
+    stability_margin: float = 0.02,
+    margin: float = 0.03,
+    clearance: float = 0.01,
+    body_height: float | None = None,
+    swing_height: float | None = None,
+    approach: int = 1,
+    leave: int = 1,
+    sequence: Iterable[str] = SHAO_SEQUENCE,
+    pattern: Pattern = "parabola",
+    waypoints: int = 13,
+    reach_fraction: float = 0.98,
+    acceleration_limit: ArrayLike | None = None,
+    jerk_limit: ArrayLike | None = None,
+    progress: Progress | None = None,
+) -> Plan:
+    """Plan a statically stable walk over an obstacle that lies across the way.
+
+    The robot walks along the obstacle's x axis on the level ground that the obstacle stands on, and
+    begins in front of it. The planner chooses the footholds: each pair of feet strides over the
+    obstacle in one cycle, from as near before it to as near behind it as no part of the robot comes
+    within ``clearance`` of it. That is checked with the URDF's collision shapes at every instant;
+    where these are meshes, lines along the legs stand for them.
+
+    Args:
+        robot: from :func:`gaitopt.load_robot`; legs with or without roll joint.
+        obstacle: from :func:`gaitopt.rectangular_obstacle`, for instance.
+        stability_margin: distance of the body centre from the support's sides while a foot flies
+            [m].
+        margin: distance that the ball of a foot keeps from the obstacle [m].
+        clearance: distance that every part of the robot keeps from it [m].
+        body_height: height of the hips above the feet [m]; by default the highest of a few, from
+            0.9 to 0.7 of the legs' reach, with which it works.
+        swing_height: how far a foot rises over open ground [m]; a tenth of the legs' reach by
+            default.
+        approach, leave: cycles before the first stride over the obstacle, and after the last.
+        sequence: order of the legs in a cycle; the paper's by default.
+        pattern, waypoints: of the paths over the obstacle, see
+            :func:`gaitopt.swing.obstacle_paths.obstacle_path`.
+        reach_fraction: share of each leg's reach that may be used.
+        acceleration_limit: of all joints, or of each joint of a leg from body to foot
+            [rad/s^2]; by default each reaches its velocity limit in half a second.
+        jerk_limit: the same for jerk [rad/s^3]; by default there is none. With one, swings start
+            and end without acceleration.
+        progress: called with (steps done, steps in all).
+
+    Returns:
+        The plan. Its ``info`` holds ``clearance``, the distance that no part of the robot falls
+        short of [m]; ``foot_margin``, the same of the feet's balls on their way over it [m];
+        ``energy_margin``, the least energy that tips the robot while a foot flies
+        [J]; and the gaps between the obstacle and the feet beside it [m].
+
+    Raises:
+        InputError: a setting is out of range, or a joint has no velocity limit.
+        InfeasibleStepError: no such walk was found; says how large an obstacle would do.
+    """
+    _check(robot, obstacle)
+    reach = float(np.mean([leg.reach for leg in robot.legs.values()]))
+    accelerations = _leg_values(robot, "acceleration_limit", acceleration_limit)
+    if not accelerations:
+        limits = np.array([leg.velocity_limits for leg in robot.legs.values()])
+        accelerations = tuple((limits.min(axis=0) / FULL_SPEED).tolist())
+    jerks = _leg_values(robot, "jerk_limit", jerk_limit)
+    heights = [share * reach for share in BODY_HEIGHTS] if body_height is None else [body_height]
+    settings = StrideSettings(
+        stability_margin=stability_margin, body_height=heights[0],
+        swing_height=round(0.1 * reach, 3) if swing_height is None else swing_height,
+        reach_fraction=reach_fraction, heading=obstacle.yaw, acceleration_limit=max(accelerations),
+        jerk_limit=max(jerks) if jerks else None, obstacles=(obstacle,), margin=margin,
+        clearance=clearance, approach=approach, leave=leave, sequence=tuple(sequence),
+        pattern=pattern, waypoints=waypoints, accelerations=accelerations, jerks=jerks,
+    )  # fmt: skip
+    tries = [replace(settings, body_height=height) for height in heights]
+    return _planned(robot, obstacle, tries, progress)
+
+
+def _planned(
+    robot: Quadruped, obstacle: Obstacle, tries: list[StrideSettings], progress: Progress | None
+) -> Plan:
+    around = Surroundings.of(robot, obstacle)
+    faults: list[StrideFault] = []
+    for settings in tries:
+        try:
+            return _attempt(robot, obstacle, settings, around, progress)
+        except StrideFault as fault:
+            faults.append(fault)
+    raise _refusal(robot, obstacle, tries, faults[0])
+
+
+def _attempt(
+    robot: Quadruped,
+    obstacle: Obstacle,
+    settings: StrideSettings,
+    around: Surroundings,
+    progress: Progress | None,
+) -> Plan:
+    """A plan that is clear of the obstacle at every instant.
+
+    Raises:
+        StrideFault: none was found.
+    """
+    demand: Demand | None = None
+    for _ in range(ROUNDS):
+        route = find_route(robot, obstacle, settings, around, demand)
+        try:
+            pieces = pieces_of(route, progress)
+        except (InputError, SolverError) as error:
+            # Another height of the body may do, or a smaller obstacle.
+            raise StrideFault(str(error), cause="swing") from error
+        path = joined([piece.path for piece in pieces if piece.path is not None])
+        closest = around.along(path, settings.clearance)
+        foot = foot_margin(route, pieces)
+        if closest.proven < settings.clearance:
+            demand = _roomier(route, around, pieces, closest)
+        elif foot < settings.margin - FOOT_TOLERANCE:
+            more = settings.margin - foot + FOOT_TOLERANCE
+            gaps = Gaps(*(gap + more for gap in route.demand.gaps))
+            demand = route.demand._replace(foot=route.demand.foot + more, gaps=gaps)
+        else:
+            return plan_of(route, pieces, _info(route, around, closest, foot))
+    raise StrideFault(
+        f"leg {closest.seen.leg or 'none, the body'} comes within {closest.proven:.4g} m of the "
+        f"obstacle after {ROUNDS} rounds",
+        closest.seen.leg, cause="obstacle",
+    )  # fmt: skip
+
+
+def _roomier(
+    route: StrideRoute, around: Surroundings, pieces: list[Piece], closest: Approach
+) -> Demand:
+    """More room where timed motions come too near, by the samples of each piece."""
+    samples = [
+        piece.path.evaluate(np.linspace(0.0, piece.path.duration, 41))
+        for piece in pieces if piece.path is not None
+    ]  # fmt: skip
+    demand = widened(route, around, np.concatenate(samples))
+    if demand != route.demand:
+        return demand
+    # Between the samples: a little more everywhere.
+    more = route.settings.clearance - closest.proven + 1e-3
+    return demand._replace(gaps=Gaps(*(gap + more for gap in demand.gaps)), lift=demand.lift + more)
+
+
+def _info(
+    route: StrideRoute, around: Surroundings, closest: Approach, foot: float
+) -> dict[str, float | str]:
+    gaps = {f"gap_{name}": float(gap) for name, gap in route.demand.gaps._asdict().items()}
+    return {
+        "clearance": closest.proven,
+        "foot_margin": foot,
+        "nearest": f"{closest.seen.shape} at {closest.time:.2f} s",
+        **({"lines_for_meshes": ", ".join(around.stand_ins)} if around.stand_ins else {}),
+        **gaps,
+    }
+
+
+# --- refusals ---------------------------------------------------------------------------------
+
+
+def _refusal(
+    robot: Quadruped, obstacle: Obstacle, tries: list[StrideSettings], fault: StrideFault
+) -> InfeasibleStepError:
+    """The error that tells the largest obstacle that would do."""
+    # The strides alone decide, and every second height of the body is near enough to the others.
+    few = [replace(settings, approach=0, leave=0) for settings in tries[::2]]
+    lower = _largest(robot, few, lambda share: scaled(obstacle, height=share))
+    narrower = None
+    if lower is None:
+        narrower = _largest(robot, few, lambda share: scaled(obstacle, width=share))
+    best = lower or narrower
+    if best is not None:
+        way = (
+            f"; with these settings it gets over one {best.height:.3g} m high and "
+            f"{best.width:.3g} m wide"
+        )
+    else:
+        way = (
+            "; neither a lower nor a narrower one will do: lessen margin, stability_margin or "
+            "clearance, or give another body_height"
+        )
+    largest = None
+    if fault.posture is not None:
+        found = solve_posture(fault.posture.problem.largest_margin())
+        largest = found.margin if found.status == "solved" else None
+    return InfeasibleStepError(
+        f"{robot.name} does not get over this obstacle: {fault}{way}",
+        step=fault.step, leg=fault.leg, conflicts=(fault.cause,),
+        margin=tries[0].stability_margin, largest_margin=largest,
+        reach_fraction=tries[0].reach_fraction,
+    )  # fmt: skip
+
+
+def _largest(
+    robot: Quadruped, tries: list[StrideSettings], sized: Callable[[float], Obstacle]
+) -> Obstacle | None:
+    """The largest obstacle that works, by bisection over its share of the one asked for.
+
+    Postures and footholds decide; what they allow is then planned in full, and made smaller when
+    that fails. ``None`` when a 32nd does not do.
+    """
+    low, high = 0.0, 1.0
+    for _ in range(HALVINGS):
+        middle = (low + high) / 2.0
+        low, high = (middle, high) if _works(robot, sized(middle), tries) else (low, middle)
+    for share in (low, 0.95 * low, 0.9 * low):
+        if share and _works(robot, sized(share), tries, in_full=True):
+            return sized(share)
+    return None
+
+
+def _works(
+    robot: Quadruped, obstacle: Obstacle, tries: list[StrideSettings], *, in_full: bool = False
+) -> bool:
+    """Whether postures and footholds are found at any of the heights, or a plan in full."""
+    around = Surroundings.of(robot, obstacle)
+    for settings in tries:
+        asked = replace(settings, obstacles=(obstacle,))
+        try:
+            if in_full:
+                _attempt(robot, obstacle, asked, around, None)
+            else:
+                find_route(robot, obstacle, asked, around)
+        except (StrideFault, InputError):
+            continue
+        return True
+    return False
+
+
+# --- what is asked ----------------------------------------------------------------------------
+
+
+def _check(robot: object, obstacle: object) -> None:
+    if not isinstance(robot, Quadruped) or not isinstance(obstacle, Obstacle):
+        raise InputError(
+            "plan_stride takes a Quadruped (from load_robot) and an Obstacle (rectangular_obstacle("
+            f"0.11, 0.04), for instance), got {type(robot).__name__} and {type(obstacle).__name__}"
+        )
+    for leg in robot.legs.values():
+        for joint, limit in zip(leg.joints, leg.velocity_limits, strict=True):
+            if not (np.isfinite(limit) and limit > 0):
+                raise InputError(
+                    f"{robot.name}: joint {joint} has the velocity limit {limit:g} rad/s; set a "
+                    'positive one in the URDF (<limit velocity="...">)'
+                )
+
+
+def _leg_values(robot: Quadruped, name: str, given: ArrayLike | None) -> tuple[float, ...]:
+    """One number for each joint of a leg; none when nothing was given."""
+    if given is None:
+        return ()
+    joints = {len(leg.joints) for leg in robot.legs.values()}
+    try:
+        values: FloatArray = np.asarray(given, dtype=np.float64)
+        values = np.broadcast_to(values, (max(joints),))
+    except (TypeError, ValueError):
+        values = np.full(1, np.nan)
+    if len(joints) > 1 or not ((values > 0.0) & np.isfinite(values)).all():
+        raise InputError(
+            f"{name} must be a positive number, or {max(joints)}: one for each joint of a leg; got "
+            f"{given!r}"
+        )
+    return tuple(values.tolist())
+
+
+def scaled(obstacle: Obstacle, height: float = 1.0, width: float = 1.0) -> Obstacle:
+    """The obstacle with its section scaled; a round one by ``height`` in both directions."""
+    if obstacle.shape == "round":
+        width = height
+    core = tuple((x * width, z * height) for x, z in obstacle.core)
+    rounding = obstacle.rounding * min(height, width)
+    try:
+        return replace(obstacle, core=core, rounding=rounding)
+    except InputError:
+        return obstacle

@@ -1,0 +1,1 @@
+"""The walk planned phase by phase."""

@@ -1,0 +1,159 @@
+"""Why a step is impossible, and what would help."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gaitopt.conventions import LEGS, FloatArray
+from gaitopt.errors import InfeasibleStepError, SolverError
+from gaitopt.optimize.cog.solver import CogSolution, build_cog_problem, solve_cog
+from gaitopt.plan.settings.crawl import CrawlSettings
+from gaitopt.robots.leg import Leg
+from gaitopt.robots.quadruped import Quadruped
+
+if TYPE_CHECKING:
+    from gaitopt.planners.phase_by_phase.steps import CrawlSteps
+
+
+def check_heights(robot: Quadruped, steps: CrawlSteps, settings: CrawlSettings) -> None:
+    """Refuse a body height from which a leg does not even reach straight down.
+
+    Raises:
+        InfeasibleStepError: names the leg and the step, and the height that would do.
+    """
+    feet_z = np.concatenate([steps.feet[..., 2], steps.feet[:1, :, 2]])
+    heights = np.append(steps.heights, steps.start_height)[: len(steps.feet)]
+    for column, name in enumerate(LEGS):
+        leg = robot.legs[name]
+        drop = heights + leg.hip[2] - robot.centre[2] - feet_z[: len(heights), column]
+        reach = settings.reach_fraction * leg.reach + leg.drop
+        farthest = float(np.hypot(reach, leg.lateral))
+        worst = int(drop.argmax())
+        if drop[worst] > farthest:
+            excess = drop[worst] - farthest
+            raise InfeasibleStepError(
+                f"step {worst}: at body_height {settings.body_height:.4g} m the hip of {name} is "
+                f"{drop[worst]:.4g} m above its foot, and the leg reaches {farthest:.4g} m; take "
+                f"body_height below {settings.body_height - excess:.4g} m"
+                + ("" if settings.follow_terrain or np.ptp(feet_z) == 0 else
+                   ", or follow_terrain=True"),
+                step=worst, leg=name, conflicts=(f"reach {name}",),
+                reach_fraction=settings.reach_fraction,
+                needed_reach_fraction=_needed_straight_down(leg, float(drop[worst])),
+            )  # fmt: skip
+
+
+def explain_step(
+    robot: Quadruped, steps: CrawlSteps, settings: CrawlSettings, step: int, place: FloatArray
+) -> InfeasibleStepError | SolverError:
+    """The error for a step whose COG problem has no verified solution."""
+    leg = steps.legs[step]
+    best = _solve(robot, steps, settings, step, place, "margin")
+    least = _solve(robot, steps, settings, step, place, "reach")
+    # A margin that is met only just counts as one that is not: the solver needs some room.
+    feasible = best.status == "solved" and best.value > settings.stability_margin + 1e-7
+    if feasible:
+        return SolverError(
+            f"step {step} ({leg}): the COG problem has a solution (margin {best.value:.4g} m) but "
+            f"was not solved to tolerance; please report this, with the plan's inputs"
+        )
+    where = f"step {step} ({leg} onto its foothold at {np.round(steps.targets[step], 4).tolist()})"
+    widest = _incircle(robot, steps, settings, step, place)
+    triangle = "-".join(other for other in LEGS if other != leg)
+    margin = settings.stability_margin
+    largest = best.value if best.status == "solved" else None
+    needed = least.value if least.status == "solved" else None
+    if widest is not None and widest < margin:
+        message = (
+            f"{where}: a margin of {margin:.4g} m is larger than the inscribed circle of the "
+            f"support triangle {triangle}, {widest:.4g} m"
+        )
+        conflicts: tuple[str, ...] = tuple(n for n in best.active if n.startswith("margin"))
+    elif largest is None:
+        message = f"{where}: no place of the body lets all legs reach their footholds"
+        conflicts = tuple(n for n in least.active if n.startswith("reach"))
+    else:
+        message = (
+            f"{where}: the support triangle {triangle} shrunken by {margin:.4g} m and the reach of "
+            f"the legs have no point in common ({', '.join(best.active)})"
+        )
+        conflicts = best.active
+    return InfeasibleStepError(
+        f"{message}; {_way_out(settings, largest, needed)}",
+        step=step, leg=leg, conflicts=conflicts, margin=margin, largest_margin=largest,
+        reach_fraction=settings.reach_fraction, needed_reach_fraction=needed,
+    )  # fmt: skip
+
+
+def explain_start(
+    robot: Quadruped, steps: CrawlSteps, settings: CrawlSettings, wanted: FloatArray
+) -> InfeasibleStepError:
+    """The error for an initial stance that no place of the body reaches."""
+    feet = dict(zip(LEGS, steps.feet[0], strict=True))
+    least = solve_cog(build_cog_problem(robot, feet, steps.start_height, wanted, objective="reach"))
+    needed = least.value if least.status == "solved" else None
+    return InfeasibleStepError(
+        "the first footholds lie too far apart: no place of the body lets all four legs reach "
+        f"them; {_way_out(settings, None, needed)}",
+        step=-1, leg=_first_leg(least.active), conflicts=least.active,
+        margin=settings.stability_margin, reach_fraction=settings.reach_fraction,
+        needed_reach_fraction=needed,
+    )  # fmt: skip
+
+
+def _first_leg(conflicts: tuple[str, ...]) -> str:
+    """The leg that the first reach constraint among ``conflicts`` names."""
+    return next((leg for name in conflicts for leg in LEGS if leg in name.split()), "")
+
+
+def _needed_straight_down(leg: Leg, drop: float) -> float:
+    """Reach fraction with which a foot ``drop`` [m] below its hip is just in reach."""
+    return (float(np.sqrt(drop**2 - leg.lateral**2)) - leg.drop) / leg.reach
+
+
+def _solve(
+    robot: Quadruped,
+    steps: CrawlSteps,
+    settings: CrawlSettings,
+    step: int,
+    place: FloatArray,
+    objective: str,
+    reach_fraction: float | None = None,
+) -> CogSolution:
+    problem = build_cog_problem(
+        robot, dict(zip(LEGS, steps.feet[step], strict=True)), float(steps.heights[step]), place,
+        swing=steps.legs[step], foothold=steps.targets[step],
+        stability_margin=settings.stability_margin,
+        reach_fraction=settings.reach_fraction if reach_fraction is None else reach_fraction,
+        objective=objective,  # type: ignore[arg-type]
+    )  # fmt: skip
+    return solve_cog(problem)
+
+
+def _incircle(
+    robot: Quadruped, steps: CrawlSteps, settings: CrawlSettings, step: int, place: FloatArray
+) -> float | None:
+    """Radius of the support triangle's inscribed circle: the margin with legs of any length."""
+    free = _solve(robot, steps, settings, step, place, "margin", reach_fraction=100.0)
+    return free.value if free.status == "solved" else None
+
+
+def _way_out(settings: CrawlSettings, largest: float | None, needed: float | None) -> str:
+    options = []
+    if largest is not None and largest > 0:
+        options.append(f"stability_margin up to {_floor(largest):.4f} m works here")
+    if needed is not None:
+        # Rounded up, so that what is advised works.
+        needed = float(np.ceil(needed * 1e4) / 1e4)
+        text = f"with this margin the legs need reach_fraction {needed:.4f}"
+        if needed > 1.0:
+            text += " (more than straight legs have; try a lower body_height)"
+        options.append(f"{text}, now {settings.reach_fraction:.4g}")
+    return "; ".join(options) or "no margin and no reach helps: move the foothold"
+
+
+def _floor(value: float) -> float:
+    """``value`` rounded down to 0.1 mm, so that what is advised works."""
+    return float(np.floor(value * 1e4) / 1e4)

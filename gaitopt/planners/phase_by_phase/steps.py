@@ -1,0 +1,103 @@
+"""The steps of a walk, before anything is optimised."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from gaitopt.conventions import LEGS, FloatArray, leg_index, rotation_z
+from gaitopt.errors import InputError
+from gaitopt.gait.crawl import swing_order
+from gaitopt.plan.settings.crawl import CrawlSettings
+from gaitopt.robots.quadruped import Quadruped
+from gaitopt.terrain.footholds import Footholds
+
+
+@dataclass(frozen=True, eq=False)
+class CrawlSteps:
+    """The steps of a walk, before anything is optimised; in the heading frame.
+
+    Attributes:
+        legs: the leg that swings at each step ``(S,)``.
+        feet: where the feet stand before each step ``(S, 4, 3)`` [m].
+        targets: where the swing foot touches down ``(S, 3)`` [m].
+        heights: height of the body centre at the end of each stance phase ``(S,)`` [m].
+        start_height: its height at the start [m].
+    """
+
+    legs: tuple[str, ...]
+    feet: FloatArray
+    targets: FloatArray
+    heights: FloatArray
+    start_height: float
+
+    @cached_property
+    def indices(self) -> np.ndarray:
+        """Position of each step's leg in :data:`gaitopt.LEGS`."""
+        return np.array([leg_index(leg) for leg in self.legs], dtype=int)
+
+
+def check_robot(robot: Quadruped) -> None:
+    """Refuse a robot whose legs cannot move sideways, or have no usable speed limits.
+
+    Raises:
+        InputError: names the leg or joint.
+    """
+    for name, leg in robot.legs.items():
+        if not leg.has_roll:
+            raise InputError(
+                f"{robot.name}: leg {name} has no roll joint, so its foot cannot move sideways as "
+                "a crawl over given footholds needs; use a robot with three joints a leg"
+            )
+        for joint, limit in zip(leg.joints, leg.velocity_limits, strict=True):
+            if not (np.isfinite(limit) and limit > 0):
+                raise InputError(
+                    f"{robot.name}: joint {joint} has the velocity limit {limit:g} rad/s; set a "
+                    'positive one in the URDF (<limit velocity="...">)'
+                )
+
+
+def check_stance(steps: CrawlSteps) -> None:
+    """Refuse a first stance in which legs cross.
+
+    Raises:
+        InputError: names both legs; they may be swapped, or the heading forgotten.
+    """
+    first = dict(zip(LEGS, steps.feet[0], strict=True))
+    for axis, side, pairs in (
+        (1, "left of", (("LF", "RF"), ("LH", "RH"))),
+        (0, "ahead of", (("LF", "LH"), ("RF", "RH"))),
+    ):
+        for one, other in pairs:
+            if not first[one][axis] > first[other][axis]:
+                raise InputError(
+                    f"the first foothold of {one} is not {side} that of {other}, seen in the "
+                    "direction of walking; are legs swapped, or is heading to be set?"
+                )
+
+
+def crawl_steps(footholds: Footholds, settings: CrawlSettings) -> CrawlSteps:
+    """Lay out all steps: who swings, from which feet, onto what, below which body height."""
+    points = footholds.array @ rotation_z(settings.heading)
+    order = swing_order(settings.sequence, len(footholds))
+    feet = np.empty((len(order) + 1, len(LEGS), 3))
+    feet[0] = points[:, 0]
+    for s, (leg, k) in enumerate(order):
+        feet[s + 1] = feet[s]
+        feet[s + 1, leg_index(leg)] = points[leg_index(leg), k]
+    if settings.follow_terrain:
+        ground = feet[:, :, 2].mean(axis=1)
+        levels = (ground[:-1] + ground[1:]) / 2.0
+        first = float(ground[0])
+    else:
+        first = float(points[..., 2].mean())
+        levels = np.full(len(order), first)
+    return CrawlSteps(
+        legs=tuple(leg for leg, _ in order),
+        feet=feet[:-1] if order else feet,
+        targets=np.array([points[leg_index(leg), k] for leg, k in order]).reshape(-1, 3),
+        heights=levels + settings.body_height,
+        start_height=first + settings.body_height,
+    )

@@ -1,0 +1,111 @@
+"""Where the body centre goes before each step."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from gaitopt.conventions import LEGS, FloatArray, Progress, rotation_z
+from gaitopt.errors import InfeasibleStepError, InputError
+from gaitopt.gait.crawl import WANG_SEQUENCE
+from gaitopt.optimize.cog.solver import (
+    CogProblem,
+    CogSolution,
+    CogWorkspace,
+    build_cog_problem,
+    build_cog_problems,
+    solve_cog,
+)
+from gaitopt.plan.settings.crawl import CrawlSettings
+from gaitopt.planners.phase_by_phase.diagnosis import explain_start, explain_step
+from gaitopt.planners.phase_by_phase.steps import CrawlSteps, check_stance, crawl_steps
+from gaitopt.robots.quadruped import Quadruped
+from gaitopt.terrain.footholds import Footholds
+
+
+def start_of(
+    robot: Quadruped, footholds: Footholds, settings: CrawlSettings, cog_start: ArrayLike | None
+) -> FloatArray:
+    """Body centre at the start of a walk ``(3,)`` [m], in the heading frame."""
+    steps = crawl_steps(footholds, replace(settings, sequence=WANG_SEQUENCE))
+    check_stance(steps)
+    return start_place(robot, steps, settings, cog_start)
+
+
+def optimise_cogs(
+    robot: Quadruped,
+    steps: CrawlSteps,
+    settings: CrawlSettings,
+    start: FloatArray,
+    progress: Progress | None = None,
+) -> list[CogSolution]:
+    """The COG target of every step, each starting from the one before.
+
+    Raises:
+        InfeasibleStepError: no COG position allows a step.
+    """
+    problems = step_problems(robot, steps, settings, settings.objective)
+    workspace = CogWorkspace()
+    solutions = []
+    place = start[:2]
+    for s, problem in enumerate(problems):
+        solution = solve_cog(problem.starting_at(place), workspace)
+        low = solution.margin < settings.stability_margin - 1e-9
+        if solution.status != "solved" or low:
+            raise explain_step(robot, steps, settings, s, place)
+        solutions.append(solution)
+        place = solution.position
+        if progress is not None:
+            progress(s + 1, len(problems))
+    return solutions
+
+
+def step_problems(
+    robot: Quadruped, steps: CrawlSteps, settings: CrawlSettings, objective: str
+) -> list[CogProblem]:
+    """The COG problems of all steps (without their starts)."""
+    if not steps.legs:
+        return []
+    return build_cog_problems(
+        robot, steps.feet, steps.heights, steps.legs, steps.targets,
+        stability_margin=settings.stability_margin, reach_fraction=settings.reach_fraction,
+        objective=objective,  # type: ignore[arg-type]
+    )  # fmt: skip
+
+
+def start_place(
+    robot: Quadruped,
+    steps: CrawlSteps,
+    settings: CrawlSettings,
+    cog_start: ArrayLike | None,
+) -> FloatArray:
+    """Body centre at the start ``(3,)``, in the heading frame."""
+    feet = dict(zip(LEGS, steps.feet[0], strict=True))
+    wanted = steps.feet[0, :, :2].mean(axis=0)
+    if cog_start is not None:
+        try:
+            given = np.asarray(cog_start, dtype=np.float64)
+        except (TypeError, ValueError):
+            given = np.empty(0)
+        if given.shape != (2,) or not np.isfinite(given).all():
+            raise InputError(
+                f"cog_start must be two finite numbers (x, y) in metres, got {cog_start!r}"
+            )
+        wanted = given @ rotation_z(settings.heading)[:2, :2]
+    problem = build_cog_problem(
+        robot, feet, steps.start_height, wanted, reach_fraction=settings.reach_fraction
+    )
+    if cog_start is not None and problem.constraint_values(wanted).min() < -1e-9:
+        worst = int(problem.constraint_values(wanted).argmin())
+        raise InfeasibleStepError(
+            f"the body cannot start at {given.tolist()}: {problem.names[worst]} is exceeded; leave "
+            "cog_start out to start as near to the middle of the feet as the legs reach",
+            step=-1, leg=LEGS[worst], conflicts=(problem.names[worst],),
+            reach_fraction=settings.reach_fraction,
+        )  # fmt: skip
+    solution = solve_cog(problem)
+    if solution.status != "solved":
+        raise explain_start(robot, steps, settings, wanted)
+    return np.append(solution.position, steps.start_height)

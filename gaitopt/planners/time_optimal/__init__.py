@@ -1,0 +1,1 @@
+"""The time-optimal walk: all steps in one optimisation."""

@@ -1,0 +1,1 @@
+"""Walks with bounded joint accelerations."""

@@ -1,0 +1,225 @@
+"""Rounds of a smooth motion: solve, look between the knots, correct, and solve again."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from gaitopt.conventions import FloatArray
+from gaitopt.interior_point.solver import VIOLATION, Answer, solve_route
+from gaitopt.motion.bounds import path_stretch
+from gaitopt.motion.path import MotionPath
+from gaitopt.optimize.route.dynamic_problem import RouteDynamics
+from gaitopt.planners.time_optimal.collision import kept_apart, touching
+from gaitopt.planners.time_optimal.failure import failed
+from gaitopt.planners.time_optimal.knots import RouteKnots
+from gaitopt.planners.time_optimal.smooth import clearance as clearance
+from gaitopt.planners.time_optimal.smooth.between import (
+    HASTE,
+    MOST_STRETCH,
+    corrected,
+    stretch_needed,
+    tightened,
+)
+from gaitopt.planners.time_optimal.smooth.build import first_margin
+from gaitopt.planners.time_optimal.smooth.motion import RouteMotion
+from gaitopt.planners.time_optimal.walk import Route
+from gaitopt.stability.margins import static_stability_margin
+
+ROUNDS = 12
+"""Most rounds of correcting what a smooth motion asks for between knots."""
+TOLERANCES = (3e-2, 1e-2, 2e-3)
+"""Of the solver in the first rounds; the last of them in all others, and for what is kept."""
+CORRECTIONS = 3
+"""Rounds that correct all rows; those after them only tighten."""
+ENOUGH = 1.001
+"""Stretch of time below which no further round is worth its time."""
+AT_NEXT = 8.0
+"""Spares of the limits that are kept where the next window begins, so that it has a choice."""
+COLD, WARM = 0.1, 0.01
+"""First barrier parameters, as shares of that from a poor guess."""
+LAST_STRETCH = 1.5
+"""Most that time is stretched where no round gives a motion that needs hardly any."""
+NEARLY = 1e-3
+"""Gradient with which an answer is good enough where there is no better one."""
+_HAIR = 1e-4
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """A stretch of the route that is planned in one go.
+
+    Attributes:
+        problem: its problem.
+        knots: its knots, and those before it that its motion depends on.
+        poses, spans: of the latter ``(n, 9)`` and ``(n,)`` [s]; none at the route's beginning.
+        guess: spans of the first guess ``(K - 1,)`` [s].
+        next: the problem's knot at which another part will begin, if any.
+    """
+
+    problem: RouteDynamics
+    knots: RouteKnots
+    poses: FloatArray
+    spans: FloatArray
+    guess: FloatArray
+    next: int | None = None
+
+    @property
+    def reserve(self) -> FloatArray:
+        """How many spares of the limits to keep at each of the problem's knots ``(K,)``.
+
+        What comes in from here has no choice but to keep the limits.
+        """
+        out = np.ones(self.problem.knots)
+        if self.next is not None:
+            out[self.next - 1 : self.next + 2] = AT_NEXT
+        return out
+
+    @property
+    def whole(self) -> bool:
+        """Whether it is all of the route: nothing comes in, and nothing goes on."""
+        return self.skip == 0 and self.next is None
+
+    @property
+    def skip(self) -> int:
+        """Knots before the problem's first."""
+        return len(self.spans)
+
+    def motion(self, route: Route, x: FloatArray) -> RouteMotion:
+        """The motion of an answer."""
+        poses, times = self.problem.unpack(x)
+        return RouteMotion(
+            route.robot, route.settings.heading, self.problem.legs, self.knots,
+            np.concatenate([self.poses, poses]),
+            np.concatenate([self.spans, times, times[-1:]]),
+        )  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """A motion that keeps all limits, with the answer and problem that it came from."""
+
+    motion: RouteMotion
+    path: MotionPath
+    answer: Answer
+    problem: RouteDynamics
+
+
+class _Tried(NamedTuple):
+    """A motion that needs more time to keep all limits."""
+
+    motion: RouteMotion
+    answer: Answer
+    problem: RouteDynamics
+
+
+def best_motion(
+    route: Route, part: Part, first: int, iterations: int
+) -> tuple[Found, list[Answer]]:
+    """The fastest motion that keeps all limits, and all answers on the way there.
+
+    Raises:
+        RouteError: there is none.
+    """
+    problem = part.problem
+    cold = problem.pack(problem.poses, part.guess)
+    start, duals = cold, None
+    best: Found | None = None
+    spare: tuple[float, _Tried] | None = None
+    answers: list[Answer] = []
+    for n in range(ROUNDS):
+        tolerance = TOLERANCES[min(n, len(TOLERANCES) - 1)]
+        barrier = (COLD if duals is None else WARM) * problem.barrier
+        answer = solve_route(problem, start, tolerance=tolerance, barrier=barrier,
+                             iterations=iterations, duals=duals, eased=True)  # fmt: skip
+        answers.append(answer)
+        if answer.status != "solved" and not (best is None and duals is None and _nearly(answer)):
+            if start is cold:
+                break
+            start, duals = cold, None
+            continue
+        motion = part.motion(route, answer.x)
+        apart = _moved_apart(route, problem, answer)
+        if tolerance == TOLERANCES[-1] and apart is None:
+            kept, stretch = kept_motion(route, part, motion)
+            usable = part.whole and clearance.kept(
+                motion, part.skip, route.settings, route.footholds.radius
+            )
+            if usable and (spare is None or stretch * motion.times[-1] < spare[0]):
+                spare = stretch * float(motion.times[-1]), _Tried(motion, answer, problem)
+            if kept is not None and (best is None or kept[0].times[-1] < best.motion.times[-1]):
+                best = Found(*kept, answer, problem)
+            if kept is not None and stretch <= ENOUGH:
+                break
+        improved = corrected if n < CORRECTIONS else tightened
+        problem = improved(apart or problem, motion, part.skip, _limit(route), part.reserve)
+        problem = clearance.raised(
+            problem, motion, part.skip, route.settings, route.footholds.radius,
+            HASTE if improved is tightened else None,
+        )  # fmt: skip
+        start, duals = answer.x, answer.duals if apart is None else None
+    if best is None and spare is not None:
+        kept, _ = kept_motion(route, part, spare[1].motion, LAST_STRETCH)
+        best = None if kept is None else Found(*kept, spare[1].answer, spare[1].problem)
+    if best is None:
+        status = "limits between knots" if answer.status == "solved" else answer.status
+        raise failed(route, problem, replace(answer, status=status), first)
+    return best, answers
+
+
+def _nearly(answer: Answer) -> bool:
+    """Whether an answer keeps its limits and is the best to within a little, if not enough."""
+    return answer.primal <= VIOLATION and answer.stationarity <= NEARLY
+
+
+def _limit(route: Route) -> float:
+    """Limit of joint accelerations [rad/s^2]."""
+    return float(route.settings.acceleration_limit or np.inf)
+
+
+def _moved_apart(route: Route, problem: RouteDynamics, answer: Answer) -> RouteDynamics | None:
+    """The problem with rows that keep legs apart where an answer lets them touch; else none."""
+    if route.shapes is None:
+        return None
+    poses = problem.unpack(answer.x)[0]
+    found = touching(route.shapes, problem, poses)
+    return None if found is None else kept_apart(route.shapes, problem, poses, *found)
+
+
+def asked_margins(route: Route, motion: RouteMotion, skip: int) -> FloatArray:
+    """The margin that every span of the motion after the first ``skip`` is to keep [m]."""
+    out = np.full(len(motion.spans) - skip, route.settings.stability_margin)
+    if skip == 0 and len(out):
+        room = static_stability_margin(motion.knots.feet[:1], motion.poses[:1, :2])
+        out[: motion.knots.ends[1]] = first_margin(room, route.settings.stability_margin)
+    return out
+
+
+def kept_motion(
+    route: Route, part: Part, motion: RouteMotion, most: float = MOST_STRETCH
+) -> tuple[tuple[RouteMotion, MotionPath] | None, float]:
+    """A motion whose path keeps the joints' limits, when it keeps margin and clearance, too.
+
+    Also how much it had to be stretched for the former, ``most`` at the most; it keeps the latter
+    even then.
+    """
+    dynamic, skip = not route.settings.static, part.skip
+    asked = asked_margins(route, motion, skip)
+    rates, limit = part.problem.rates, _limit(route)
+    stretch = stretch_needed(motion, skip, rates, limit)
+    if stretch > most or not clearance.kept(motion, skip, route.settings, route.footholds.radius):
+        return None, stretch
+    # Stretching moves the ZMP along a line, and margins are concave: both ends are enough.
+    for one in (motion, motion.slower(most)):
+        if (one.margins(dynamic)[skip:] < asked).any():
+            return None, stretch
+    path = motion.path()
+    stretch = path_stretch(route.robot, path, float(motion.times[skip]), rates, limit)
+    if stretch > most:
+        return None, stretch
+    if stretch > 1.0:
+        motion = motion.slower(stretch * (1.0 + _HAIR))
+        path = motion.path()
+    return (motion, path), stretch

@@ -1,0 +1,234 @@
+"""Plans with bounded joint accelerations: all steps at once, or in windows that move along."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from time import process_time
+from typing import NamedTuple
+
+import numpy as np
+
+from gaitopt.conventions import FloatArray, Progress
+from gaitopt.interior_point.solver import Answer, solve_route
+from gaitopt.optimize.route.dynamic_layout import Entry
+from gaitopt.optimize.route.dynamic_problem import RouteDynamics
+from gaitopt.optimize.route.legs import JOINTS
+from gaitopt.plan.plan import Plan
+from gaitopt.planners.time_optimal.build import build_route, problem_of
+from gaitopt.planners.time_optimal.failure import RouteError, failed
+from gaitopt.planners.time_optimal.flights import height_rows
+from gaitopt.planners.time_optimal.knots import RouteKnots, part_of
+from gaitopt.planners.time_optimal.smooth import clearance as clearance
+from gaitopt.planners.time_optimal.smooth.build import build_dynamic, dynamic_phases
+from gaitopt.planners.time_optimal.smooth.motion import RouteMotion
+from gaitopt.planners.time_optimal.smooth.rounds import (
+    Found,
+    Part,
+    asked_margins,
+    best_motion,
+    kept_motion,
+)
+from gaitopt.planners.time_optimal.walk import Route
+
+ROUGH = 0.1
+"""Tolerance of the walk without acceleration limits that is the first guess."""
+WINDOW = 16
+"""Steps of the windows in which a route is planned that was not solved as a whole."""
+BEFORE = 2
+"""Knots before a window that its motion depends on."""
+
+
+def smooth_plan(
+    route: Route,
+    iterations: int,
+    horizon: int | None = None,
+    progress: Progress | None = None,
+) -> Plan:
+    """A plan with bounded joint accelerations.
+
+    Args:
+        route: what is walked.
+        iterations: most Newton steps of each solution.
+        horizon: steps of a window; ``None`` for all steps at once.
+        progress: called with (steps done, steps in all) before every window but the first.
+
+    Raises:
+        RouteError: no convergence, or no motion through an answer keeps its margin.
+    """
+    began = process_time()
+    settings = route.settings
+    knots, base = build_route(
+        route.robot, route.steps, settings, route.cogs, route.footholds.radius
+    )
+    problem = build_dynamic(base, knots, settings, base.poses, route.robot.foot_radius)
+    more: dict[str, float | str] = {}
+    if horizon is None:
+        try:
+            found, answers = _whole(route, knots, problem, iterations)
+        except RouteError:
+            if len(route.steps.legs) <= WINDOW:
+                raise
+            horizon = WINDOW
+    if horizon is not None:
+        found, answers, more = _in_windows(route, knots, problem, horizon, iterations, progress)
+    phases = dynamic_phases(settings, route.steps, found.motion)
+    info = _info(route, found, answers) | {"solver_seconds": process_time() - began} | more
+    return Plan(route.robot, route.footholds, settings, phases, found.path, info)
+
+
+def _info(route: Route, found: Found, answers: list[Answer]) -> dict[str, float | str]:
+    """What the plan tells of itself; residuals are the worst of the answers it is made of."""
+    info: dict[str, float | str] = {
+        "stability": "static margin of the body centre, on the horizontal projection"
+        if route.settings.static
+        else "ZMP of a point mass at the body centre",
+        "row": route.settings.row,
+        "knot_time": float(found.motion.times[-1]),
+        "solver_iterations": float(sum(a.iterations for a in answers)),
+        "stationarity": found.answer.stationarity,
+        "violation": found.answer.primal,
+        "complementarity": found.answer.complementarity * found.problem.unit,
+        "clearance": float(clearance.heights(found.motion, 0, route.footholds.radius).min()),
+    }
+    if not route.settings.static:
+        # Less where the robot stands with less at first.
+        info["zmp_margin"] = float(asked_margins(route, found.motion, 0).min())
+    return info
+
+
+def _whole(
+    route: Route, knots: RouteKnots, problem: RouteDynamics, iterations: int
+) -> tuple[Found, list[Answer]]:
+    """All steps at once."""
+    poses, guess = _guess(route, 0, len(route.steps.legs), None, problem.unit)
+    part = Part(replace(problem, poses=poses), knots, np.zeros((0, 9)), np.zeros(0), guess)
+    return best_motion(route, part, 0, iterations)
+
+
+def _guess(
+    route: Route, first: int, last: int, here: FloatArray | None, unit: float
+) -> tuple[FloatArray, FloatArray]:
+    """Poses ``(K, 9)`` and spans ``(K - 1,)``: the walk without acceleration limits, roughly."""
+    free = tuple(name for name in route.settings.free if name != "dynamic")
+    calm = replace(route, settings=replace(route.settings, free=free, acceleration_limit=None))
+    problem = problem_of(calm, first, last)
+    if here is not None:
+        problem.poses[0] = here
+    answer = solve_route(problem, problem.start(), tolerance=ROUGH, barrier=problem.barrier)
+    poses = problem.unpack(answer.x)[0] if answer.status == "solved" else problem.poses
+    return poses, 2.0 * problem.needed(poses) + 0.1 * unit
+
+
+class _Planned(NamedTuple):
+    """What windows have planned so far.
+
+    Attributes:
+        knots, problem: of the whole route.
+        poses, spans: control points ``(K, 9)``, and spans ``(K,)`` [s].
+    """
+
+    knots: RouteKnots
+    problem: RouteDynamics
+    poses: FloatArray
+    spans: FloatArray
+
+    def entry(self, at: int) -> Entry:
+        """How the motion comes in at a knot."""
+        p, near = self.problem, slice(at - 1, at + 1)
+        joints = p.legs.joints(self.poses[near], p.feet[near], p.swing[near]).reshape(-1, JOINTS)
+        moves = np.concatenate([joints, self.poses[near, :3]], axis=1)
+        return Entry(np.diff(moves, axis=0)[0] / self.spans[near].mean(), float(self.spans[at]))
+
+    def window(self, route: Route, first: int, end: int, last: int) -> Part:
+        """The window from the first step to, not including, the last; it goes on from the motion.
+
+        Up to step ``end`` it will be kept.
+        """
+        each = _each(route)
+        a, b = first * each, last * each
+        guess, times = _guess(route, first, last, self.poses[a] if a else None, self.problem.unit)
+        before = slice(a - BEFORE if a else 0, a)
+        return Part(
+            self.problem.window(a, b, guess, self.entry(a) if a else None),
+            part_of(self.knots, before.start, b), self.poses[before], self.spans[before], times,
+            (end - first) * each if end < last else None,
+        )  # fmt: skip
+
+    def keep(self, found: Found, first: int, last: int, window: int) -> None:
+        """Takes a found motion between two knots, and what was learned of limits to the third."""
+        new, times = found.problem.unpack(found.answer.x)
+        self.poses[first : last + 1] = new[: last + 1 - first]
+        self.spans[first : last + 1] = np.append(times, times[-1])[: last + 1 - first]
+        full, part = self.problem, found.problem
+        full.accelerations[:, first : window + 1] = part.accelerations
+        full.hurry[:, first:window] = part.hurry
+        mine = (full.zmp.knot >= first) & (full.zmp.knot <= window)
+        full.zmp.offset[mine] = part.zmp.offset
+        heights = height_rows(full.rows)
+        heights = heights[(full.rows.knot[heights] > first) & (full.rows.knot[heights] <= window)]
+        full.rows.offset[heights] = part.rows.offset[height_rows(part.rows)]
+
+
+def _each(route: Route) -> int:
+    """Knots of a step."""
+    return route.settings.stance_knots + route.settings.swing_knots
+
+
+def _in_windows(
+    route: Route,
+    knots: RouteKnots,
+    full: RouteDynamics,
+    length: int,
+    iterations: int,
+    progress: Progress | None,
+) -> tuple[Found, list[Answer], dict[str, float | str]]:
+    """Windows of ``length`` steps, the first half of each of which is kept.
+
+    Every window ends at rest, so there is a way on from whatever is kept.
+    """
+    count, each = len(route.steps.legs), _each(route)
+    done = _Planned(knots, full, np.zeros((full.knots, 9)), np.zeros(full.knots))
+    answers: list[Answer] = []
+    used: dict[int, Found] = {}
+    shares: list[float] = []
+    first = before = 0
+    while first < count:
+        if first and progress is not None:
+            progress(first, count)
+        began = process_time()
+        last = min(first + length, count)
+        end = last if last == count else first + max(length // 2, 1)
+        try:
+            part = done.window(route, first, end, last)
+            found, some = best_motion(route, part, first, iterations)
+        except RouteError:
+            if first == 0 or first + 1 > before + length:
+                raise
+            # The window before it knows a way on: go along it by another step.
+            end, some = first + 1, []
+            done.keep(used[before], before * each, end * each, min(before + length, count) * each)
+        else:
+            done.keep(found, first * each, end * each, last * each)
+            used[first], before = found, first
+        answers += some
+        walked = done.spans[first * each : end * each].sum()
+        shares.append((process_time() - began) / float(walked))
+        first = end
+    motion = RouteMotion(route.robot, route.settings.heading, full.legs, knots, done.poses,
+                         done.spans)  # fmt: skip
+    part = Part(full, knots, done.poses[:0], done.spans[:0], done.spans[:-1])
+    kept, _ = kept_motion(route, part, motion)
+    if kept is None:
+        lost = replace(answers[-1], status="limits between windows")
+        raise failed(route, used[before].problem, lost, before)
+    more: dict[str, float | str] = {"windows": float(len(shares)), "window_share": max(shares)}
+    return Found(*kept, _worst([f.answer for f in used.values()]), full), answers, more
+
+
+def _worst(answers: list[Answer]) -> Answer:
+    """The last answer, with the worst of all residuals."""
+    return replace(
+        answers[-1], primal=max(a.primal for a in answers),
+        stationarity=max(a.stationarity for a in answers),
+        complementarity=sum(a.complementarity for a in answers),
+    )  # fmt: skip

@@ -1,0 +1,1 @@
+"""Walks without acceleration limits, straight between knots."""

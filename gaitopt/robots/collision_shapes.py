@@ -1,0 +1,194 @@
+"""The robot's collision shapes for planning around obstacles; lines stand for what is a mesh.
+
+Meshes are not read: a plan may come from somebody else. Where a part of a leg has no other shape it
+counts as a line between its joints, as thick as the foot; the body as a flat box between its hips.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+from xml.etree import ElementTree
+
+import numpy as np
+
+from gaitopt.conventions import LEGS, FloatArray
+from gaitopt.robots.quadruped import Quadruped
+
+THICKNESS = 0.02
+"""Radius of the lines that stand for meshes, where the foot is no ball [m]."""
+
+
+class RobotShapes(NamedTuple):
+    """A robot's shapes.
+
+    Attributes:
+        geometry: Pinocchio's geometry model.
+        names: of the shapes.
+        owners: leg of each shape, ``""`` for the body.
+        stand_ins: names of those that stand for meshes.
+    """
+
+    geometry: Any
+    names: tuple[str, ...]
+    owners: tuple[str, ...]
+    stand_ins: tuple[str, ...]
+
+
+def robot_shapes(robot: Quadruped) -> RobotShapes:
+    """Boxes, cylinders and balls of the URDF, and stand-ins for its meshes."""
+    import pinocchio as pin
+
+    model = robot.model
+    text, meshed = _without_meshes(robot.urdf)
+    geometry = pin.buildGeomFromUrdfString(model, text, pin.GeometryType.COLLISION)
+    shaped = {int(shape.parentJoint) for shape in geometry.geometryObjects}
+    shaped -= {int(model.frames[model.getFrameId(link)].parentJoint) for link in meshed}
+    stand_ins = []
+    for joint, name, solid, place in _lines(robot):
+        if joint not in shaped:
+            geometry.addGeometryObject(pin.GeometryObject(name, joint, place, solid))
+            stand_ins.append(name)
+    shapes = list(geometry.geometryObjects)
+    owner = {model.getJointId(name): leg for leg in LEGS for name in robot.legs[leg].joints}
+    return RobotShapes(
+        geometry, tuple(str(shape.name) for shape in shapes),
+        tuple(_owner(model, int(shape.parentJoint), owner) for shape in shapes), tuple(stand_ins),
+    )  # fmt: skip
+
+
+def _without_meshes(urdf: str) -> tuple[str, set[str]]:
+    """The URDF without collision meshes, and the links that lost some."""
+    root, links = ElementTree.fromstring(urdf), set()
+    for link in root.iter("link"):
+        for shape in link.findall("collision"):
+            if shape.find("geometry/mesh") is not None:
+                link.remove(shape)
+                links.add(str(link.get("name")))
+    return ElementTree.tostring(root, encoding="unicode"), links
+
+
+def _lines(robot: Quadruped) -> list[tuple[int, str, Any, Any]]:
+    """Joint, name, solid and place of the body's box and of a line for each part of each leg."""
+    import pinocchio as pin
+    from pinocchio import coal
+
+    model, radius = robot.model, robot.foot_radius or THICKNESS
+    hips = np.array([leg.hip for leg in robot.legs.values()])
+    low, high = hips.min(axis=0) - radius, hips.max(axis=0) + radius
+    box = coal.Box(*(high - low).tolist())
+    place = pin.SE3(robot.body_axes.copy(), robot.body_axes @ ((low + high) / 2.0))
+    out = [(1, "body as a box", box, place)]
+    for leg in LEGS:
+        joints = [int(model.getJointId(name)) for name in robot.legs[leg].joints]
+        tips = [np.array(model.jointPlacements[joint].translation) for joint in joints[1:]]
+        foot = model.frames[model.getFrameId(robot.legs[leg].foot)]
+        tips.append(np.array(foot.placement.translation))
+        for joint, tip in zip(joints, tips, strict=True):
+            turn = pin.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), tip).matrix()
+            line = coal.Capsule(radius, float(np.linalg.norm(tip)))
+            name = f"{model.names[joint]} as a line"
+            out.append((joint, name, line, pin.SE3(turn, tip / 2.0)))
+    return out
+
+
+def _owner(model: Any, joint: int, legs: dict[int, str]) -> str:
+    """The leg that a joint belongs to, or hangs on; ``""`` for the body."""
+    while joint > 1 and joint not in legs:
+        joint = int(model.parents[joint])
+    return legs.get(joint, "")
+
+
+_TOUCH = 1e-4
+_EVERY = 4
+_FAR = 0.08
+
+
+@dataclass(frozen=True, eq=False)
+class Shapes:
+    """The robot's collision shapes, when all are primitives.
+
+    Attributes:
+        model, geometry: Pinocchio's.
+        columns: the twelve leg joints in Pinocchio's order of joints.
+        neutral: a configuration with the base at the origin.
+    """
+
+    model: Any
+    geometry: Any
+    columns: list[int]
+    neutral: FloatArray
+
+    @classmethod
+    def of(cls, robot: Quadruped) -> Shapes | None:
+        """The pairs of shapes on different legs, and of the trunk and a leg beyond its first joint.
+
+        ``None`` where shapes are meshes or missing.
+        """
+        import pinocchio as pin
+
+        if "<mesh" in robot.urdf:
+            return None
+        model = robot.model
+        geometry = pin.buildGeomFromUrdfString(model, robot.urdf, pin.GeometryType.COLLISION)
+        legs = [_first_joint(model, shape.parentJoint) for shape in geometry.geometryObjects]
+        for i, first in enumerate(legs):
+            for j in range(i):
+                apart = first > 1 and legs[j] > 1 and first != legs[j]
+                if apart or _trunk_and_limb(geometry, legs, i, j):
+                    geometry.addCollisionPair(pin.CollisionPair(j, i))
+        if not len(geometry.collisionPairs):
+            return None
+        neutral = pin.neutral(model)
+        neutral[7:] = robot.neutral_joints()
+        return cls(model, geometry, [c for x in LEGS for c in robot.leg_columns[x]], neutral)
+
+    def distances(self, joints: FloatArray, pairs: list[int] | None = None) -> FloatArray:
+        """Distances of pairs at joint angles ``(N, 12)``: ``(N, pairs)`` [m]."""
+        import pinocchio as pin
+
+        chosen = range(len(self.geometry.collisionPairs)) if pairs is None else pairs
+        data, placed = self.model.createData(), self.geometry.createData()
+        out = np.empty((len(joints), len(chosen)))
+        q = self.neutral.copy()
+        for row, angles in zip(out, joints, strict=True):
+            q[7:][self.columns] = angles
+            pin.updateGeometryPlacements(self.model, data, self.geometry, placed, q)
+            for n, k in enumerate(chosen):
+                row[n] = pin.computeDistance(self.geometry, placed, k).min_distance
+        return out
+
+
+def _trunk_and_limb(geometry: Any, legs: list[int], i: int, j: int) -> bool:
+    """Whether one shape is the trunk's, and the other on a leg beyond its first joint."""
+    if (legs[i] > 1) == (legs[j] > 1):
+        return False
+    limb = i if legs[i] > 1 else j
+    return bool(geometry.geometryObjects[limb].parentJoint != legs[limb])
+
+
+def _first_joint(model: Any, joint: int) -> int:
+    while joint > 1 and model.parents[joint] > 1:
+        joint = model.parents[joint]
+    return int(joint)
+
+
+def close_pairs(shapes: Shapes, joints: FloatArray) -> list[int]:
+    """The pairs that come near one another at any of a few sampled knots."""
+    sampled = shapes.distances(joints[::_EVERY])
+    return [int(k) for k in np.flatnonzero(sampled.min(axis=0) < _FAR)]
+
+
+def path_touches(robot: Quadruped, joints: FloatArray) -> bool:
+    """Whether links touch at any of many poses along a path; no, where shapes are meshes.
+
+    Args:
+        robot: whose links.
+        joints: angles in Pinocchio's order ``(N, nj)`` [rad], close to one another.
+    """
+    shapes = Shapes.of(robot)
+    if shapes is None:
+        return False
+    legs = joints[:, shapes.columns]
+    pairs = close_pairs(shapes, legs)
+    return bool(pairs) and bool(shapes.distances(legs, pairs).min() < _TOUCH)

@@ -1,0 +1,1 @@
+"""Plans walked in physics (MuJoCo)."""

@@ -1,0 +1,269 @@
+"""The robot and its footholds as a MuJoCo model, made from the robot's own URDF text.
+
+MuJoCo reads links, joints and inertias from the URDF itself; only shapes are replaced: the feet
+are balls, nothing else collides. Mass and forward kinematics are held against Pinocchio's reading
+of the same text each time, so that the model in the simulator is the model of the plan.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from gaitopt.control.gains import ControlGains
+from gaitopt.conventions import LEGS, FloatArray
+from gaitopt.errors import InputError, MissingPackageError, RobotError
+from gaitopt.robots.quadruped import Quadruped
+from gaitopt.simulation.settings import SimulationSettings
+from gaitopt.simulation.urdf import bare_urdf
+from gaitopt.terrain.footholds import Footholds
+
+LEAST_BALL = 0.003
+"""Radius of the ball given to feet that the URDF gives none [m]."""
+
+AGREEMENT = 1e-6
+"""Largest disagreement with Pinocchio [m], and as a share of the mass."""
+
+_GROUND = "gaitopt ground"
+_FOOT = "gaitopt foot "
+
+
+@dataclass(frozen=True, eq=False)
+class SimModel:
+    """A MuJoCo model and how its vectors map to Pinocchio's.
+
+    Attributes:
+        model: ``mujoco.MjModel``.
+        qpos, qvel, ctrl: for each of ``robot.joint_names`` its place in MuJoCo's ``qpos``,
+            ``qvel`` and ``ctrl`` ``(nj,)``.
+        base: id of the body that floats.
+        feet: ids of the foot balls, legs in the order of :data:`gaitopt.LEGS`.
+        columns: id of the shape under each foothold ``(4, n)``; that of the ground throughout on
+            open ground.
+        mass_error: disagreement with Pinocchio's mass, as a share.
+        kinematics_error: largest disagreement of a foot with Pinocchio over random postures [m].
+    """
+
+    model: Any
+    qpos: np.ndarray
+    qvel: np.ndarray
+    ctrl: np.ndarray
+    base: int
+    feet: tuple[int, ...]
+    columns: np.ndarray
+    mass_error: float
+    kinematics_error: float
+
+
+def import_mujoco() -> Any:
+    """The module ``mujoco``.
+
+    Raises:
+        MissingPackageError: it is not installed.
+    """
+    try:
+        import mujoco
+    except ImportError as error:
+        raise MissingPackageError(
+            "simulating needs the package mujoco: pip install 'gaitopt[sim]'"
+        ) from error
+    return mujoco
+
+
+def build_sim_model(
+    robot: Quadruped, footholds: Footholds, gains: ControlGains, settings: SimulationSettings
+) -> SimModel:
+    """The model of ``robot`` on ``footholds``.
+
+    Raises:
+        MissingPackageError: MuJoCo is not installed.
+        RobotError: MuJoCo cannot read the URDF, or reads another robot from it than Pinocchio.
+        InputError: ``settings.column_errors`` names an unknown column.
+    """
+    mujoco = import_mujoco()
+    try:
+        spec = mujoco.MjSpec.from_string(bare_urdf(robot))
+    except (ValueError, mujoco.FatalError) as error:
+        raise RobotError(f"{robot.name}: MuJoCo cannot read this URDF: {error}") from error
+    _set_options(mujoco, spec, settings)
+    _add_feet(mujoco, spec, robot, settings)
+    columns = _add_ground(mujoco, spec, robot, footholds, settings)
+    _add_servos(mujoco, spec, robot, gains, settings)
+    # Now that the feet have their balls, links that do not move may go: anymal_c has sixty.
+    spec.compiler.fusestatic = True
+    try:
+        model = spec.compile()
+    except (ValueError, mujoco.FatalError) as error:
+        raise RobotError(f"{robot.name}: MuJoCo cannot simulate this URDF: {error}") from error
+    found = _mapped(mujoco, model, robot, columns)
+    _scale_masses(mujoco, found, settings)
+    return found
+
+
+def _set_options(mujoco: Any, spec: Any, settings: SimulationSettings) -> None:
+    option = spec.option
+    option.timestep = settings.timestep
+    option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    option.impratio = settings.impratio
+    option.noslip_iterations = int(settings.noslip_iterations)
+    # MuJoCo starts over when a simulation diverges; here that is a fall and must be seen.
+    option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
+
+
+def _add_feet(mujoco: Any, spec: Any, robot: Quadruped, settings: SimulationSettings) -> None:
+    radius = robot.foot_radius or LEAST_BALL
+    for leg in LEGS:
+        body = spec.body(robot.legs[leg].foot)
+        body.add_geom(
+            name=_FOOT + leg, type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[radius, 0, 0], mass=0.0,
+            contype=1, conaffinity=2, **_surface(settings),
+        )  # fmt: skip
+
+
+def _surface(settings: SimulationSettings) -> dict[str, Any]:
+    return {
+        "condim": 3,
+        "friction": [settings.friction, 0.005, 0.0001],
+        "solref": [settings.contact_time, 1.0],
+    }
+
+
+def _add_ground(
+    mujoco: Any, spec: Any, robot: Quadruped, footholds: Footholds, settings: SimulationSettings
+) -> list[list[str]]:
+    """Columns, or the ground; names of what lies under each foothold."""
+    looks = {"contype": 2, "conaffinity": 1, **_surface(settings)}
+    errors = np.zeros(footholds.array.shape[:2])
+    for leg, index, error in settings.column_errors:
+        if leg not in LEGS or not 0 <= index < len(footholds) or not np.isfinite(error):
+            raise InputError(
+                f"column_errors: there is no foothold {index} of leg {leg!r}, or no finite error"
+            )
+        errors[LEGS.index(leg), index] = error
+    tops = footholds.array - [0.0, 0.0, robot.foot_radius or LEAST_BALL]
+    level = float(tops[..., 2].min())
+    if footholds.radius is not None:
+        level -= settings.column_height
+    world = spec.worldbody
+    world.add_geom(name=_GROUND, type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 1.0],
+                   pos=[0, 0, level], **looks)  # fmt: skip
+    names = []
+    for leg, row, lifts in zip(LEGS, tops, errors, strict=True):
+        names.append([_GROUND] * len(row))
+        for k, (top, lift) in enumerate(zip(row, lifts, strict=True)):
+            height = float(top[2] + lift) - level
+            if height <= 1e-9 or (footholds.radius is None and abs(height) < 1e-6):
+                continue
+            name = f"gaitopt column {leg} {k}"
+            world.add_geom(
+                name=name, type=mujoco.mjtGeom.mjGEOM_CYLINDER,
+                size=[footholds.radius or 0.05, height / 2.0, 0],
+                pos=[top[0], top[1], level + height / 2.0], **looks,
+            )  # fmt: skip
+            names[-1][k] = name
+    return names
+
+
+def _add_servos(
+    mujoco: Any, spec: Any, robot: Quadruped, gains: ControlGains, settings: SimulationSettings
+) -> None:
+    """Joint servos: torque = kp ctrl - kp q - kd dq, held to the URDF's limits.
+
+    What is fed forward comes in through ``ctrl``, so that limits hold for the sum.
+    """
+    stiffness, damping = gains.joint_stiffness, gains.joint_damping
+    for name, effort in zip(robot.joint_names, robot.model.effortLimit[6:], strict=True):
+        servo = spec.add_actuator(name=f"gaitopt servo {name}", target=name)
+        servo.trntype = mujoco.mjtTrn.mjTRN_JOINT
+        servo.gaintype = mujoco.mjtGain.mjGAIN_FIXED
+        servo.biastype = mujoco.mjtBias.mjBIAS_AFFINE
+        servo.gainprm[0] = stiffness
+        servo.biasprm[:3] = [0.0, -stiffness, -damping]
+        if settings.torque_limits and np.isfinite(effort) and effort > 0:
+            servo.forcelimited = 1
+            servo.forcerange = [-effort, effort]
+    for joint in spec.joints:
+        # The servos' own limits are what holds; the URDF's would be a second, silent clamp.
+        joint.actfrclimited = 0
+
+
+def _mapped(mujoco: Any, model: Any, robot: Quadruped, columns: list[list[str]]) -> SimModel:
+    def geom(name: str) -> int:
+        return int(mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, name))
+
+    joints = [model.joint(name) for name in robot.joint_names]
+    floating = [j for j in range(model.njnt) if model.jnt_type[j] == mujoco.mjtJoint.mjJNT_FREE]
+    if len(floating) != 1 or model.nq != 7 + len(joints):
+        raise RobotError(
+            f"{robot.name}: MuJoCo finds {model.nq} coordinates where Pinocchio has "
+            f"{7 + len(joints)}"
+        )
+    found = SimModel(
+        model=model,
+        qpos=np.array([int(j.qposadr[0]) for j in joints]),
+        qvel=np.array([int(j.dofadr[0]) for j in joints]),
+        ctrl=np.array([int(model.actuator(f"gaitopt servo {n}").id) for n in robot.joint_names]),
+        base=int(model.jnt_bodyid[floating[0]]),
+        feet=tuple(geom(_FOOT + leg) for leg in LEGS),
+        columns=np.array([[geom(name) for name in row] for row in columns]),
+        mass_error=abs(float(model.body_mass.sum()) / robot.mass - 1.0),
+        kinematics_error=0.0,
+    )
+    object.__setattr__(found, "kinematics_error", _kinematics_error(mujoco, found, robot))
+    if not max(found.mass_error, found.kinematics_error) <= AGREEMENT:
+        raise RobotError(
+            f"{robot.name}: MuJoCo and Pinocchio read different robots from this URDF: masses "
+            f"differ by {found.mass_error:.2g}, feet by {found.kinematics_error:.2g} m"
+        )
+    return found
+
+
+def to_mujoco(sim: SimModel, q: FloatArray) -> FloatArray:
+    """MuJoCo's ``qpos`` for a Pinocchio configuration ``q (nq,)``."""
+    out = np.empty(sim.model.nq)
+    out[:3] = q[:3]
+    out[3], out[4:7] = q[6], q[3:6]
+    out[sim.qpos] = q[7:]
+    return out
+
+
+def _kinematics_error(mujoco: Any, sim: SimModel, robot: Quadruped, postures: int = 4) -> float:
+    import pinocchio as pin
+
+    rng = np.random.default_rng(0)
+    data, ours = mujoco.MjData(sim.model), robot.model.createData()
+    worst = 0.0
+    for _ in range(postures):
+        turn = rng.normal(size=4)
+        q = np.concatenate([
+            rng.normal(size=3), turn / np.linalg.norm(turn),
+            rng.uniform(-1.0, 1.0, len(robot.joint_names)),
+        ])  # fmt: skip
+        data.qpos[:] = to_mujoco(sim, q)
+        mujoco.mj_kinematics(sim.model, data)
+        mujoco.mj_comPos(sim.model, data)
+        pin.framesForwardKinematics(robot.model, ours, q)
+        com = pin.centerOfMass(robot.model, ours, q)
+        errors = [np.linalg.norm(com - data.subtree_com[0])]
+        for leg, geom in zip(LEGS, sim.feet, strict=True):
+            place = ours.oMf[robot.model.getFrameId(robot.legs[leg].foot)].translation
+            errors.append(np.linalg.norm(place - data.geom_xpos[geom]))
+        worst = max(worst, float(np.max(errors)))
+    return worst
+
+
+def _scale_masses(mujoco: Any, sim: SimModel, settings: SimulationSettings) -> None:
+    if settings.body_mass == 1.0 and settings.leg_mass == 1.0:
+        return
+    model = sim.model
+    scale = np.full(model.nbody, settings.leg_mass)
+    for body in range(1, model.nbody):
+        # Links welded to the base are body, not leg.
+        if model.body_weldid[body] == model.body_weldid[sim.base]:
+            scale[body] = settings.body_mass
+    model.body_mass[:] *= scale
+    model.body_inertia[:] *= scale[:, None]
+    mujoco.mj_setConst(model, mujoco.MjData(model))

@@ -1,0 +1,76 @@
+"""Joint splines of a swing, ours beside the paper's times: 004_6eabd5aa21217b1c.txt, Fig. 6."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gaitopt.optimize.spline.joint_spline import JointSpline, uniform_spline
+from gaitopt.studies.swing_study import PAPER_INTERVALS, PAPER_LIMITS, SplineComparison
+from gaitopt.viewing.figures.common import INK, MUTED
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+JOINTS = ("hip", "knee")
+ROWS = ("angle [deg]", "velocity [deg/s]", "acceleration [deg/s²]", "jerk [deg/s³]")
+OURS, THEIRS = "#1b4f8f", "#b45309"
+
+
+def plot_splines(comparison: SplineComparison) -> Figure:
+    """Positions, velocities, accelerations and jerks of both joints over time.
+
+    The paper publishes its twelve intervals and not its thirteen waypoints. So its times are drawn
+    on our knots, as they stand: what they exceed there says nothing of the paper's own curve.
+
+    Args:
+        comparison: from :func:`gaitopt.studies.swing_study.compare_splines`.
+    """
+    from matplotlib.figure import Figure
+
+    ours = comparison.swing.spline
+    theirs = uniform_spline(ours.angles, PAPER_LIMITS, PAPER_INTERVALS)
+    theirs = theirs.stretched(float(PAPER_INTERVALS.sum()) / theirs.duration)
+    figure = Figure(figsize=(11.0, 9.0), layout="constrained")
+    axes = figure.subplots(4, 2, sharex=True)
+    for joint, name in enumerate(JOINTS):
+        for order, row in enumerate(ROWS):
+            ax = axes[order, joint]
+            _draw(ax, ours, joint, order, OURS, "-", f"ours, {ours.duration:.3f} s")
+            _draw(ax, theirs, joint, order, THEIRS, "--",
+                  f"the paper's intervals on our knots, {theirs.duration:.3f} s")  # fmt: skip
+            _limits(ax, joint, order)
+            ax.set_ylabel(row)
+            ax.grid(alpha=0.3)
+        axes[0, joint].set_title(f"RF {name}", loc="left")
+        axes[-1, joint].set_xlabel("time [s]")
+    handles, labels = axes[1, 0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=3, frameon=False)
+    return figure
+
+
+def _draw(
+    ax: Axes, spline: JointSpline, joint: int, order: int, colour: str, style: str, label: str
+) -> None:
+    """One joint's curve; a jerk is constant between knots, and a step at them."""
+    if order == 3:
+        jerks = np.degrees(6.0 * spline.coefficients[0, :, joint])
+        ax.stairs(jerks, spline.times, color=colour, linestyle=style, label=label, baseline=None)
+        return
+    times = np.linspace(0.0, spline.duration, 801)
+    ax.plot(times, np.degrees(spline.evaluate(times, order)[:, joint]), color=colour,
+            linestyle=style, label=label)  # fmt: skip
+    if order == 0:
+        ax.plot(spline.times, np.degrees(spline.angles[:, joint]), "o", color=colour, markersize=3)
+
+
+def _limits(ax: Axes, joint: int, order: int) -> None:
+    if not order:
+        return
+    bound = (PAPER_LIMITS.velocity, PAPER_LIMITS.acceleration, PAPER_LIMITS.jerk)[order - 1]
+    for sign in (-1.0, 1.0):
+        ax.axhline(sign * float(np.degrees(bound[joint])), color=INK if sign > 0 else MUTED,
+                   linewidth=0.8, linestyle=":",
+                   label="limits of Table I" if sign > 0 else None)  # fmt: skip

@@ -1,0 +1,96 @@
+"""The figures of a gait by velocity, drawn from its plan.
+
+Figure numbers are those of 002_7a9a53f581cab42f.txt. As in
+:mod:`gaitopt.viewing.figures.crawl_figures`, pyplot knows of none of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gaitopt.files import StrPath
+from gaitopt.gait.schedule import GaitSchedule
+from gaitopt.plan.plan import Plan
+from gaitopt.viewing.figures.files import write_figures
+from gaitopt.viewing.figures.joint_curves import plot_joint_curves
+from gaitopt.viewing.figures.schedule import plot_gait_diagram
+from gaitopt.viewing.figures.snapshots import plot_snapshots
+from gaitopt.viewing.figures.swing_curves import plot_cycloids, plot_swing_curves
+from gaitopt.viewing.figures.zmp import plot_zmp
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = [
+    "plot_cycloids",
+    "plot_gait_diagram",
+    "plot_joint_curves",
+    "plot_snapshots",
+    "plot_swing_curves",
+    "plot_zmp",
+    "save_gait_figures",
+]
+
+CYCLES = 2.0
+"""Cycles of the figure of angles, velocities and accelerations."""
+
+
+def save_gait_figures(plan: Plan, folder: StrPath) -> list[Path]:
+    """Write the figures of a gait as PNG files, each whole or not at all.
+
+    A plan without a schedule, such as a crawl over footholds, has no gait diagram; one without
+    swings has no swing curves, which are drawn for its longest step.
+
+    Args:
+        plan: any plan.
+        folder: where to write; made when it is missing. Files of the same names are replaced.
+
+    Returns:
+        The files, in the order of the paper's figures.
+
+    Raises:
+        InputError: the folder cannot be made or written to.
+    """
+    return write_figures(_figures(plan), folder)
+
+
+def _figures(plan: Plan) -> dict[str, Callable[[], Figure]]:
+    """What to draw under which name."""
+    schedule = getattr(plan.settings, "schedule", None)
+    figures: dict[str, Callable[[], Figure]] = {}
+    if isinstance(schedule, GaitSchedule):
+        figures["fig02_03_05_gait_diagram"] = lambda: plot_gait_diagram(schedule)
+    figures["fig11_cycloids"] = plot_cycloids
+    if plan.swings:
+        figures["swing_curves"] = lambda: _longest_swing(plan)
+    return {
+        **figures,
+        "fig12_snapshots": lambda: plot_snapshots(plan),
+        "fig13_joint_angles": lambda: plot_joint_curves(plan, derivatives=(0,)),
+        "fig14_joint_curves": lambda: plot_joint_curves(plan, span=_middle(plan, schedule)),
+        "zmp": lambda: plot_zmp(plan),
+    }
+
+
+def _longest_swing(plan: Plan) -> Figure:
+    """All swing curves for the plan's longest step."""
+    ways = [swing.foot_end - swing.foot_start for swing in plan.swings]
+    lengths = [float(np.hypot(*way[:2])) for way in ways]
+    at = int(np.argmax(lengths))
+    return plot_swing_curves(
+        lengths[at], plan.settings.swing_height, plan.swings[at].duration, float(ways[at][2])
+    )
+
+
+def _middle(plan: Plan, schedule: object) -> tuple[float, float] | None:
+    """Some cycles in the middle of a gait [s]; the whole plan where it has no longer ones."""
+    if not isinstance(schedule, GaitSchedule):
+        return None
+    half = CYCLES * schedule.cycle_time / 2.0
+    if 2.0 * half >= plan.duration:
+        return None
+    return plan.duration / 2.0 - half, plan.duration / 2.0 + half

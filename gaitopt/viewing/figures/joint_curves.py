@@ -1,0 +1,253 @@
+"""Figs. 13 and 14 of the second paper: angles, velocities and accelerations of the joints."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gaitopt.conventions import LEGS, FloatArray, leg_index
+from gaitopt.errors import InputError
+from gaitopt.motion.path import MotionPath
+from gaitopt.plan.plan import Plan
+from gaitopt.viewing.colours import LEG_COLOURS
+from gaitopt.viewing.figures.common import (
+    INK,
+    MUTED,
+    NORMAL,
+    SMALL,
+    dress,
+    line_key,
+    new_figure,
+    thinned,
+    time_limits,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+JOINTS = ("roll", "hip", "knee")
+"""From the body to the foot: the angles 1, 2 and 3 of the paper."""
+QUANTITIES = (("angle", "deg"), ("velocity", "deg/s"), ("acceleration", "deg/s²"))
+"""By order of the derivative."""
+LEAST_RANGES = (2.0, 20.0, 200.0)
+"""Least height of a panel, in these units: a joint at rest is a line, not magnified rounding."""
+DIAGONALS = (("LF", "RH"), ("RF", "LH"))
+WIDE, THIN = 3.6, 1.2
+SQUEEZED = 4.0
+"""Limits are drawn where they make a panel at most this many times as high as its curves."""
+
+
+def plot_joint_curves(
+    plan: Plan,
+    legs: Iterable[str] | None = None,
+    *,
+    span: tuple[float, float] | None = None,
+    derivatives: Iterable[int] = (0, 1, 2),
+) -> Figure:
+    """Angles, velocities and accelerations of the legs' joints over time.
+
+    A column for each of roll, hip and knee and a row for each derivative; a single derivative has
+    its joints below each other over a wide time axis. Of two diagonal legs one is a wide line and
+    the other a dashed one, so that legs that move alike are seen to. Where knees point to
+    opposite sides, hips and knees are drawn with the sign that makes them comparable; the legend
+    says of which legs. All lines are the exact derivatives of the plan's polynomials, and jump
+    where those do. Limits are drawn where they lie near the curves, and named where they do not.
+
+    Source: Figs. 13 and 14 of 002_7a9a53f581cab42f.txt.
+
+    Args:
+        plan: any plan.
+        legs: which legs; all by default.
+        span: from when to when [s]; the whole plan by default.
+        derivatives: 0 for angles, 1 for velocities, 2 for accelerations.
+
+    Raises:
+        InputError: a leg or a derivative is unknown, or the span is not within the plan.
+    """
+    shown, orders, window = _checked_legs(legs), _checked_orders(derivatives), _window(plan, span)
+    joints = JOINTS if any(plan.robot.legs[leg].has_roll for leg in shown) else JOINTS[1:]
+    stacked = len(orders) == 1
+    rows, columns = (len(joints), 1) if stacked else (len(orders), len(joints))
+    figure = new_figure(9.0 if stacked else 12.0, 0.8 + (1.6 if stacked else 2.1) * rows)
+    axes = figure.subplots(rows, columns, sharex=True, squeeze=False)
+    for i, order in enumerate(orders):
+        for j, joint in enumerate(joints):
+            ax = axes[j, 0] if stacked else axes[i, j]
+            _draw_joint(ax, plan, shown, joint, order, window)
+            quantity, unit = QUANTITIES[order]
+            last, first = ax in axes[-1], ax in axes[:, 0]
+            symbol = rf"{joint} $\theta_{JOINTS.index(joint) + 1}$"
+            dress(ax, symbol if ax in axes[0] and not stacked else "",
+                  "time [s]" if last else "",
+                  f"{symbol if stacked else quantity} [{unit}]" if first else "")  # fmt: skip
+            ax.set_xlim(window)
+    if stacked:
+        title = f"{plan.robot.name}: joint {QUANTITIES[orders[0]][0]}s"
+        axes[0, 0].set_title(title, fontsize=NORMAL, color=INK, loc="left")
+    _add_keys(figure, plan, shown)
+    return figure
+
+
+def curve_lines(
+    path: MotionPath, columns: Iterable[int], span: tuple[float, float], derivative: int = 0
+) -> tuple[FloatArray, FloatArray]:
+    """A derivative of joint angles as lines that jump where the path's derivative does.
+
+    Args:
+        path: the plan's path.
+        columns: positions of the joints in ``robot.joint_names``.
+        span: from when to when [s]; segments that overlap it are drawn whole.
+        derivative: 0, 1, 2 and so on.
+
+    Returns:
+        Times ``(m,)`` [s], every knot twice, and values ``(m, len(columns))`` [rad/s^k], each
+        exact. Two points a segment draw a straight line; where it is curved there are more.
+    """
+    ends = np.append(path.times[1:], path.times[-1])[: path.coefficients.shape[1]]
+    starts = path.times[: len(ends)]
+    seen = np.flatnonzero((starts < span[1]) & ((ends > span[0]) | (ends == starts)))
+    count = 2 if path.degree - derivative <= 1 else int(np.clip(9000 // max(len(seen), 1), 5, 65))
+    local = (ends - starts)[seen][:, None] * np.linspace(0.0, 1.0, count)
+    chosen = path.coefficients[:, seen][:, :, 6 + np.array(list(columns), dtype=int)]
+    values = np.zeros((len(seen), count, chosen.shape[2]))
+    for power in range(path.degree, derivative - 1, -1):
+        factor = float(np.prod(np.arange(power - derivative + 1, power + 1)))
+        values = values * local[..., None] + factor * chosen[path.degree - power][:, None, :]
+    times = starts[seen][:, None] + local
+    return times.ravel(), values.reshape(-1, chosen.shape[2])
+
+
+def _draw_joint(
+    ax: Axes, plan: Plan, legs: tuple[str, ...], joint: str, order: int,
+    span: tuple[float, float],
+) -> None:  # fmt: skip
+    """The lines of one joint of the legs, and its limits."""
+    low, high = np.inf, -np.inf
+    owners = tuple(leg for leg in legs if len(plan.robot.legs[leg].joints) >= _back(joint))
+    for leg in owners:
+        column = plan.robot.leg_columns[leg][-_back(joint)]
+        times, values = curve_lines(plan.path, (column,), span, order)
+        degrees = _sense(plan, legs, leg, joint) * np.degrees(values[:, 0])
+        low, high = min(low, float(degrees.min())), max(high, float(degrees.max()))
+        t, y = _parted(*thinned(times, degrees))
+        ax.plot(t, y, gid=leg, zorder=3 if _is_wide(leg) else 4, **_style(leg))
+    missing = max(LEAST_RANGES[order] - (high - low), 0.0)
+    low, high = low - missing / 2.0, high + missing / 2.0
+    limits = _limits(plan, legs, owners, joint, order)
+    ends = min([low, *limits]), max([high, *limits])
+    near = ends[1] - ends[0] <= SQUEEZED * (high - low)
+    low, high = ends if near else (low, high)
+    for limit in limits if near else ():
+        ax.axhline(limit, color=INK, linewidth=0.8, linestyle=(0, (4, 3)), gid="limit")
+    pad = 0.08 * (high - low)
+    ax.set_ylim(low - pad, high + (pad if near else 2.5 * pad))
+    if limits and not near:
+        ax.annotate(_named(limits), (0.99, 0.97), xycoords="axes fraction", ha="right", va="top",
+                    fontsize=SMALL - 1, color=MUTED)  # fmt: skip
+
+
+def _parted(t: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """A line with a gap wherever it jumps."""
+    jumps = np.flatnonzero((np.diff(t) == 0) & (np.abs(np.diff(y)) > 0.01 * np.ptp(y))) + 1
+    return np.insert(t, jumps, np.nan), np.insert(y, jumps, np.nan)
+
+
+def _named(limits: list[float]) -> str:
+    """Limits that lie too far away to be drawn."""
+    if len(limits) == 2 and limits[0] == -limits[1]:
+        return f"limits ±{round(limits[1], 1):.10g}"
+    words = ", ".join(f"{round(limit, 1):.10g}" for limit in limits).replace("-", "−")
+    return f"limit{'s' * (len(limits) > 1)} {words}"
+
+
+def _limits(
+    plan: Plan, legs: tuple[str, ...], owners: tuple[str, ...], joint: str, order: int
+) -> list[float]:
+    """The limits of a joint as it is drawn, each once, from the lowest [deg], [deg/s], [deg/s²]."""
+    found = set()
+    for name in owners:
+        leg = plan.robot.legs[name]
+        speed = leg.velocity_limits[-_back(joint)]
+        change = plan.settings.acceleration_limit or np.inf
+        ends = (leg.position_limits[:, -_back(joint)], (-speed, speed), (-change, change))[order]
+        turned = _sense(plan, legs, name, joint) * np.degrees(ends)
+        found |= {float(value) for value in turned.round(6) + 0.0 if np.isfinite(value)}
+    return sorted(found)
+
+
+def _back(joint: str) -> int:
+    """Place of a joint among those of its leg, counted from the foot."""
+    return len(JOINTS) - JOINTS.index(joint)
+
+
+def _sense(plan: Plan, legs: tuple[str, ...], leg: str, joint: str) -> float:
+    """-1 where a joint turns the other way than that of the first of the legs, or else 1."""
+    senses = []
+    for name in (legs[0], leg):
+        chosen = plan.robot.legs[name]
+        sign = chosen.signs[-min(_back(joint), len(chosen.signs))]
+        senses.append(sign if joint == "roll" else sign * chosen.knee)
+    return 1.0 if senses[0] == senses[1] else -1.0
+
+
+def _is_wide(leg: str) -> bool:
+    return leg in (pair[0] for pair in DIAGONALS)
+
+
+def _style(leg: str) -> dict[str, Any]:
+    if _is_wide(leg):
+        return {"color": LEG_COLOURS[leg], "linewidth": WIDE, "alpha": 0.45}
+    return {"color": LEG_COLOURS[leg], "linewidth": THIN, "dashes": (3.5, 1.5)}
+
+
+def _add_keys(figure: Figure, plan: Plan, legs: tuple[str, ...]) -> None:
+    """A legend under the panels, diagonal legs beside each other."""
+    from matplotlib.lines import Line2D
+
+    keys = [Line2D([], [], label=leg, **_style(leg))
+            for pair in DIAGONALS for leg in pair if leg in legs]  # fmt: skip
+    if any(line.get_gid() == "limit" for ax in figure.axes for line in ax.lines):
+        keys.append(line_key("limit", INK, "--", 0.8))
+    turned = [leg for leg in legs if _sense(plan, legs, leg, "knee") < 0]
+    title = ""
+    if turned:
+        title = f"{' and '.join(turned)}: knees on the other side; hip and knee drawn times −1"
+    figure.legend(handles=keys, loc="outside lower center", ncols=5, fontsize=SMALL,
+                  frameon=False, handlelength=3.2, title=title, title_fontsize=SMALL)  # fmt: skip
+
+
+def _checked_legs(legs: Iterable[str] | None) -> tuple[str, ...]:
+    """The legs in their order."""
+    chosen = list(LEGS if legs is None else legs)
+    unknown = [leg for leg in chosen if leg not in LEGS]
+    if unknown or not chosen:
+        raise InputError(
+            f"legs must be some of {', '.join(LEGS)}, got {unknown[0]!r}"
+            if unknown
+            else f"legs must be one or more of {', '.join(LEGS)}, got none"
+        )
+    return tuple(sorted(set(chosen), key=leg_index))
+
+
+def _checked_orders(derivatives: Iterable[int]) -> tuple[int, ...]:
+    orders = tuple(derivatives)
+    if not orders or any(isinstance(k, bool) or k not in (0, 1, 2) for k in orders):
+        raise InputError(f"derivatives must be one or more of 0, 1 and 2, got {orders!r}")
+    return orders
+
+
+def _window(plan: Plan, span: tuple[float, float] | None) -> tuple[float, float]:
+    if span is None:
+        return time_limits(plan)
+    try:
+        start, end = (float(t) for t in span)
+    except (TypeError, ValueError):
+        start = end = float("nan")
+    if not 0.0 <= start < end <= plan.duration:
+        raise InputError(
+            f"span must be two increasing times within 0 and {plan.duration:.6g} s, got {span!r}"
+        )
+    return start, end

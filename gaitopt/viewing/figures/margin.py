@@ -1,0 +1,136 @@
+"""The static stability margin over time."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from gaitopt.conventions import LEGS, FloatArray
+from gaitopt.errors import InputError
+from gaitopt.plan.phase import Phase
+from gaitopt.plan.plan import Plan
+from gaitopt.stability.margins import static_stability_margin
+from gaitopt.viewing.figures.common import (
+    INK,
+    NORMAL,
+    SMALL,
+    add_legend,
+    cycle_phases,
+    cycle_title,
+    dress,
+    during,
+    leg_keys,
+    new_figure,
+    panel,
+    shade_swings,
+    span_of,
+    support_table,
+    thinned,
+    time_limits,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+COG_COLOUR, COM_COLOUR = "#1b4f8f", "#b35806"
+
+
+def plot_margin(
+    plan: Plan,
+    com_margin: tuple[ArrayLike, ArrayLike] | None = None,
+    *,
+    cycle: int | None = None,
+    ax: Axes | None = None,
+) -> Figure:
+    """Static stability margin over time, over the whole plan and over one gait cycle.
+
+    The margin jumps where the set of standing feet changes, and is not drawn where fewer than
+    three feet stand.
+
+    Args:
+        plan: any plan.
+        com_margin: margin of the true centre of mass, as times ``(n,)`` [s] and margins ``(n,)``
+            [m], where it is known.
+        cycle: index of the gait cycle in the lower panel, from 0; the middle one by default.
+        ax: where to draw the whole plan alone; by default a new figure with both.
+
+    Raises:
+        InputError: there is no such cycle, or ``com_margin`` does not hold two equally long lists.
+    """
+    com = None if com_margin is None else _checked(com_margin)
+    number, phases = cycle_phases(plan, cycle)
+    if ax is not None:
+        figure, ax = panel(ax, 0.0, 0.0)
+        _draw_margin(ax, plan, time_limits(plan), com)
+        add_legend(ax, loc="upper right")
+        return figure
+    figure = new_figure(9.0, 5.4)
+    whole, close = figure.subplots(2, 1, sharey=True)
+    _draw_margin(whole, plan, time_limits(plan), com)
+    shade_swings(close, phases)
+    _draw_margin(close, plan, span_of(phases), com)
+    close.set_title(cycle_title(number, phases), fontsize=NORMAL, color=INK, loc="left")
+    handles, _ = whole.get_legend_handles_labels()
+    add_legend(whole, handles, loc="center left", bbox_to_anchor=(1.01, 0.5))
+    add_legend(close, leg_keys("s"), loc="center left", bbox_to_anchor=(1.01, 0.5),
+               title="shaded: foot flies", title_fontsize=SMALL)  # fmt: skip
+    return figure
+
+
+def _checked(com_margin: tuple[ArrayLike, ArrayLike]) -> tuple[FloatArray, FloatArray]:
+    times, margins = (np.asarray(a, dtype=np.float64) for a in com_margin)
+    if times.ndim != 1 or times.shape != margins.shape:
+        raise InputError(
+            f"com_margin must be times (n,) and margins (n,), got {times.shape} and {margins.shape}"
+        )
+    return times, margins
+
+
+def _draw_margin(
+    ax: Axes,
+    plan: Plan,
+    span: tuple[float, float],
+    com: tuple[FloatArray, FloatArray] | None,
+) -> None:
+    lines = [("COG of the plan", COG_COLOUR, margin_line(plan, during(plan, span)))]
+    if com is not None:
+        inside = (com[0] >= span[0]) & (com[0] <= span[1])
+        lines.append(("true centre of mass", COM_COLOUR, (com[0][inside], com[1][inside])))
+    for label, colour, (times, margins) in lines:
+        t, y = thinned(times, margins)
+        marker = "o" if len(t) and t[-1] <= t[0] else "-"
+        ax.plot(t, 1e3 * y, marker, color=colour, linewidth=1.0, label=label, gid=label)
+    least = plan.settings.stability_margin
+    ax.axhline(1e3 * least, color=INK, linewidth=0.9, linestyle=(0, (4, 3)),
+               label=f"$S_0$ = {1e3 * least:g} mm")  # fmt: skip
+    found = f"; smallest {1e3 * plan.margin:.1f} mm" if plan.phases else ""
+    dress(ax, "Static stability margin" + found, "time [s]", "margin [mm]")
+    ax.set_xlim(span)
+    ax.set_ylim(bottom=min(0.0, ax.get_ylim()[0]))
+
+
+def margin_line(plan: Plan, phases: tuple[Phase, ...]) -> tuple[FloatArray, FloatArray]:
+    """Static stability margin of the COG over ``phases``, on the feet that stand in each.
+
+    Returns:
+        Times ``(m,)`` [s], each phase's ends among them, and margins ``(m,)`` [m]; NaN where fewer
+        than three feet stand. Without phases all four feet stand over the whole plan.
+    """
+    if not phases:
+        here = plan.at([0.0, plan.duration])
+        return here.t, static_stability_margin(here.feet, here.cog)
+    count = int(np.clip(20_000 // len(phases), 3, 33))
+    starts = np.array([[p.start, p.duration] for p in phases])
+    times = starts[:, :1] + starts[:, 1:] * np.linspace(0.0, 1.0, count)
+    walk = plan.at(np.minimum(times.ravel(), plan.duration))
+    standing = np.repeat(support_table(phases), count, axis=0)
+    margins = np.full(len(walk), np.nan)
+    for pattern in np.unique(standing, axis=0):
+        if pattern.sum() >= 3:
+            mine = (standing == pattern).all(axis=1)
+            feet = walk.feet[mine][:, [i for i in range(len(LEGS)) if pattern[i]]]
+            margins[mine] = static_stability_margin(feet, walk.cog[mine])
+    return np.array(walk.t), margins

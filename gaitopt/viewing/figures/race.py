@@ -1,0 +1,72 @@
+"""The race as bars: how long each way of walking takes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from gaitopt.conventions import FloatArray
+from gaitopt.errors import InputError
+from gaitopt.viewing.figures.common import INK, MUTED, SMALL, dress, panel
+from gaitopt.viewing.replay.race import BASELINE, lane_colour, short_time
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+
+def plot_race(
+    times: Mapping[str, ArrayLike], *, baseline: str = BASELINE, ax: Axes | None = None
+) -> Figure:
+    """A bar for each way of walking: the median of its times, with their spread.
+
+    Args:
+        times: by name, one time a terrain ``(n,)`` [s], the same terrains for all; ``nan`` where
+            there is no plan.
+        baseline: whose time is divided by the others', terrain by terrain; their medians stand at
+            the bars. Without it the bars have times alone.
+        ax: where to draw; a new figure by default.
+
+    Raises:
+        InputError: there is nothing to draw, or names have different numbers of times.
+    """
+    values = {str(name): np.atleast_1d(np.asarray(t, dtype=float)) for name, t in times.items()}
+    counts = {len(v) for v in values.values()}
+    if len(counts) != 1 or any(v.ndim != 1 for v in values.values()):
+        raise InputError(
+            "times must map names to equally many times (n,), got "
+            + (", ".join(f"{name} {v.shape}" for name, v in values.items()) or "no name")
+        )
+    figure, ax = panel(ax, 7.2, 0.6 + 0.38 * len(values))
+    for place, (name, v) in enumerate(values.items()):
+        _bar(ax, place, name, v, values.get(baseline), name == baseline)
+    many = f" (median and range over {counts.pop()} terrains)" if max(counts) > 1 else ""
+    dress(ax, f"Time over the same footholds{many}", "time [s]", "")
+    ax.grid(False, axis="y")
+    ax.set_yticks(range(len(values)), list(values))
+    ax.invert_yaxis()
+    ax.set_xlim(0.0, 1.2 * max(np.nanmax(v, initial=0.0) for v in values.values()) or 1.0)
+    return figure
+
+
+def _bar(
+    ax: Axes, place: int, name: str, times: FloatArray, base: FloatArray | None, is_base: bool
+) -> None:
+    known = times[np.isfinite(times)]
+    if not known.size:
+        ax.text(0.0, place, " no plan", va="center", fontsize=SMALL, color=MUTED)
+        return
+    middle = float(np.median(known))
+    ax.barh(place, middle, height=0.66, color=lane_colour(name, place), alpha=0.9)
+    if known.size > 1:
+        spread = [[middle - known.min()], [known.max() - middle]]
+        ax.errorbar(middle, place, xerr=spread, color=INK, linewidth=1.0, capsize=2.5)
+    label = short_time(middle)
+    ratios = np.array([]) if base is None else (base / times)[np.isfinite(base / times)]
+    if ratios.size and not is_base:
+        label += f"   {np.median(ratios):.2f}×"
+    ax.annotate(label, (float(known.max()), place), (6, 0), textcoords="offset points",
+                va="center", fontsize=SMALL, color=INK)  # fmt: skip

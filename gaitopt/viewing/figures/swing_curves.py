@@ -1,0 +1,165 @@
+"""Fig. 11 of the second paper, its cycloids, and all swing curves beside each other."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gaitopt.conventions import FloatArray
+from gaitopt.swing.catalogue import SWING_CURVES, swing_curve
+from gaitopt.swing.curve import SwingCurve
+from gaitopt.swing.cycloid import CycloidSwing
+from gaitopt.viewing.figures.common import (
+    INK,
+    MUTED,
+    NORMAL,
+    SMALL,
+    add_legend,
+    dress,
+    line_key,
+    new_figure,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+PAPER_START, PAPER_END, PAPER_HEIGHT, PAPER_PERIOD = (-10, -10, 0), (40, 40, 0), 20, 1.0
+"""Numbers of the paper's Fig. 11; it states no unit of length, we take millimetres."""
+PAPER_DUTIES = {"trot": 0.5, "walk": 0.25}
+"""Share of the swing in the period."""
+GAIT_COLOURS = {"trot": "#1b4f8f", "walk": "#b35806"}
+ASIDE = 20.0
+"""How far the walk's curve is drawn to the front: both are the same way in space [mm]."""
+BEAT = 0.025
+"""Time between two dots [s]."""
+CURVE_COLOURS = ("#5a5a5a", "#1b4f8f", "#2e9e5b", "#b35806", "#8e4585", "#c2a30a")
+
+
+def plot_cycloids() -> Figure:
+    """The paper's two cycloids in three dimensions, with dots at equal times.
+
+    Trot and walk swing along the same way in space; the walk does it in half the time. The walk's
+    curve is drawn a little to the front. The dotted line is the curve as printed, which starts
+    backwards and overshoots (``errata.md``).
+
+    Source: Fig. 11 and eqs. (17)-(20) of 002_7a9a53f581cab42f.txt.
+    """
+    figure = new_figure(7.5, 3.9, None)
+    ax: Any = figure.add_axes((-0.02, 0.0, 0.82, 1.0), projection="3d")
+    keys = []
+    for gait, duty in PAPER_DUTIES.items():
+        curve = paper_cycloid(gait)
+        aside = np.array([0.0, -ASIDE if gait == "walk" else 0.0, 0.0])
+        lasting = float(curve.duration)
+        line = 1e3 * curve.position(np.linspace(0.0, lasting, 200)) + aside
+        dots = 1e3 * curve.position(np.arange(0.0, lasting + 1e-9, BEAT)) + aside
+        ax.plot(*line.T, color=GAIT_COLOURS[gait], linewidth=1.6, gid=gait)
+        ax.plot(*dots.T, "o", color=GAIT_COLOURS[gait], markersize=3.5, gid=f"{gait} dots")
+        shade = np.vstack([line, line[::-1] * [1.0, 1.0, 0.0]])
+        ax.plot(*shade.T, color=GAIT_COLOURS[gait], linewidth=0.4, alpha=0.5)
+        keys.append(
+            line_key(f"{gait}: μ = {duty:g},\n{lasting:g} s in the air", GAIT_COLOURS[gait])
+        )
+    ax.plot(*as_printed().T, ":", color=MUTED, linewidth=1.3, gid="as printed")
+    keys.append(line_key("trot as printed,\n2 sin σ", MUTED, "--"))
+    keys[-1].set_linestyle(":")
+    _dress_space(ax)
+    title = f"Cycloids with a dot every {1e3 * BEAT:g} ms; walk drawn {ASIDE:g} mm to the front"
+    figure.text(0.02, 0.945, title, fontsize=NORMAL, color=INK)
+    figure.legend(handles=keys, loc="center right", fontsize=SMALL, frameon=False)
+    return figure
+
+
+def paper_cycloid(gait: str) -> CycloidSwing:
+    """The cycloid of the paper's ``"walk"`` or ``"trot"`` (Fig. 11), in metres and seconds."""
+    start, end = (np.array(place) / 1e3 for place in (PAPER_START, PAPER_END))
+    return CycloidSwing(start, end, PAPER_HEIGHT / 1e3, PAPER_DUTIES[gait] * PAPER_PERIOD)  # type: ignore[arg-type]
+
+
+def as_printed() -> FloatArray:
+    """Eqs. (17)-(19) as printed, but z for y in (19), for Fig. 11's ends ``(n, 3)`` [mm]."""
+    sigma = np.linspace(0.0, 2.0 * np.pi, 200)[:, None]
+    start, end = (np.array(place, dtype=np.float64) for place in (PAPER_START, PAPER_END))
+    way = start + (end - start) * (sigma - 2.0 * np.sin(sigma)) / (2.0 * np.pi)
+    way[:, 2:] = start[2] + PAPER_HEIGHT * (1.0 - np.cos(sigma)) / 2.0
+    return np.asarray(way)
+
+
+def _dress_space(ax: Any) -> None:
+    """Equal axes with units, and a grid on white."""
+    ax.set(xlim=(-20, 50), ylim=(-35, 50), zlim=(0, 25))
+    ax.set_box_aspect((70, 85, 25), zoom=1.22)
+    ax.view_init(elev=24, azim=-62)
+    for axis, name in zip((ax.xaxis, ax.yaxis, ax.zaxis), "xyz", strict=True):
+        axis.set_label_text(f"{name} [mm]", fontsize=SMALL)
+        axis.pane.set_facecolor("white")
+        # Matplotlib has no public way to the grid of three-dimensional axes.
+        axis._axinfo["grid"].update(color="#e6e6e6", linewidth=0.5)
+    ax.set_zticks((0, 10, 20))
+    ax.tick_params(labelsize=SMALL - 1, pad=0)
+
+
+def plot_swing_curves(
+    length: float = 0.15, height: float = 0.06, duration: float = 0.25, rise: float = 0.0
+) -> Figure:
+    """All swing curves: from the side with dots at equal times, and height and speed over time.
+
+    Args:
+        length: of the step [m].
+        height: of the swing above the higher end [m].
+        duration: time in the air [s].
+        rise: how much higher the foot lands than it lifts off [m].
+
+    Raises:
+        InputError: a number is out of range.
+    """
+    curves = {
+        name: swing_curve(name, (0.0, 0.0, 0.0), (length, 0.0, rise), height, duration)
+        for name in SWING_CURVES
+    }
+    figure = new_figure(10.0, 4.7)
+    rooms: Any = figure.subfigures(2, 1, height_ratios=(1.0, 1.9))
+    upper, lower = rooms
+    sides = upper.subplots(1, len(curves), sharex=True, sharey=True)
+    for ax, (name, curve), colour in zip(sides, curves.items(), CURVE_COLOURS, strict=True):
+        _draw_side(ax, name, curve, colour, first=ax is sides[0])
+    over, speed = lower.subplots(1, 2)
+    times = np.linspace(0.0, duration, 2001)
+    heights = [1e3 * curve.position(times)[:, 2] for curve in curves.values()]
+    for name, colour, y, dashes in zip(
+        curves, CURVE_COLOURS, heights, _in_turn(heights), strict=True
+    ):
+        over.plot(times, y, color=colour, linewidth=1.6, linestyle=dashes, gid=name,
+                  dash_capstyle="butt")  # fmt: skip
+        rate = np.linalg.norm(curves[name].velocity(times), axis=-1)
+        label = f"{name}: {float(curves[name].peak_speed):.2f} m/s"
+        speed.plot(times, rate, color=colour, linewidth=1.3, label=label, gid=name)
+    dress(over, "Height over time", "time [s]", "height [mm]")
+    dress(speed, "Speed over time", "time [s]", "speed of the foot [m/s]")
+    over.set_xlim(0.0, duration)
+    speed.set(xlim=(0.0, duration), ylim=(0.0, None))
+    add_legend(speed, loc="center left", bbox_to_anchor=(1.01, 0.5), title="largest speed",
+               title_fontsize=SMALL)  # fmt: skip
+    return figure
+
+
+def _in_turn(lines: list[FloatArray]) -> list[Any]:
+    """Line styles by which lines that coincide share one line of dashes."""
+    twins = [[j for j, other in enumerate(lines) if np.allclose(other, line, rtol=0, atol=1e-6)]
+             for line in lines]  # fmt: skip
+    return [(5.0 * same.index(i), (5.0, 5.0 * (len(same) - 1))) if len(same) > 1 else "-"
+            for i, same in enumerate(twins)]  # fmt: skip
+
+
+def _draw_side(ax: Axes, name: str, curve: SwingCurve, colour: str, first: bool) -> None:
+    """One curve in the x-z plane."""
+    lasting = float(curve.duration)
+    line = 1e3 * curve.position(np.linspace(0.0, lasting, 500))
+    dots = 1e3 * curve.position(np.linspace(0.0, lasting, 21))
+    ax.plot(line[:, 0], line[:, 2], color=colour, linewidth=1.5, gid=name)
+    ax.plot(dots[:, 0], dots[:, 2], "o", color=colour, markersize=2.5)
+    dress(ax, name, "along [mm]", "height [mm]" if first else "")
+    ax.margins(0.1)
+    ax.set_aspect("equal", adjustable="box")

@@ -1,0 +1,187 @@
+"""The zero moment point: its way over the ground, and its margin over time."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gaitopt.conventions import LEGS, BoolArray, FloatArray
+from gaitopt.plan.plan import Plan
+from gaitopt.robots.rotations import (
+    rpy_accelerations_to_angular,
+    rpy_rates_to_angular,
+    rpy_to_matrix,
+)
+from gaitopt.stability.contacts import support_margin
+from gaitopt.stability.zmp import cart_table_zmp
+from gaitopt.viewing.colours import LEG_COLOURS
+from gaitopt.viewing.figures.common import (
+    INK,
+    MUTED,
+    add_legend,
+    dress,
+    fit,
+    leg_keys,
+    line_key,
+    new_figure,
+    strip_height,
+    support_table,
+    time_limits,
+    true_proportions,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+ZMP_COLOUR, CENTRE_COLOUR, SUPPORT_COLOUR = "#b35806", "#1b4f8f", "#5e6b73"
+WIDTH = 9.0
+"""Of the figure [inch]."""
+INSIDE = 1e-9
+"""Share of a phase by which its samples lie inside it: accelerations may jump at its ends."""
+
+
+def plot_zmp(plan: Plan) -> Figure:
+    """The ZMP of the body's centre and the supports, from above, and the ZMP's margin over time.
+
+    The body's centre is taken as a point mass. Each support that occurs is an area, a line for
+    two feet. The margin is the distance from the support's border, negative outside; of two feet
+    it is minus the distance from their line. In flight there is no ZMP: shaded, without a line.
+
+    Source: 003_8f161808651a8f3d.txt, "Stability and Gait Control", Section 3;
+    002_7a9a53f581cab42f.txt, Sections 2 to 4.
+
+    Args:
+        plan: any plan.
+    """
+    times, zmp, margins, standing = zmp_line(plan)
+    places = plan.footholds.array.reshape(-1, 3)
+    known = np.isfinite(zmp).all(axis=1)
+    points = np.concatenate([places[:, :2], zmp[known]])
+    strip = strip_height(points, WIDTH - 2.2)
+    figure = new_figure(WIDTH, strip + 3.4)
+    rooms: Any = figure.subfigures(2, 1, height_ratios=(strip + 0.8, 2.6))
+    upper, lower = rooms
+    above, over = upper.subplots(), lower.subplots()
+    for leg, colour in LEG_COLOURS.items():
+        above.plot(*plan.footholds[leg][:, :2].T, "o", color=colour, markersize=3.5, gid=leg)
+    keys = [line_key("body's centre", "#8da7c7", width=2.6), line_key("its ZMP", ZMP_COLOUR)]
+    keys += [*_draw_supports(above, plan), *leg_keys()]
+    centre = plan.at(np.linspace(0.0, plan.duration, 1000)).cog
+    above.plot(*centre[:, :2].T, color=CENTRE_COLOUR, linewidth=2.6, alpha=0.5, gid="centre",
+               zorder=4)  # fmt: skip
+    above.plot(*zmp.T, color=ZMP_COLOUR, linewidth=1.0, gid="ZMP", zorder=5)
+    dress(above, f"{plan.robot.name}: from above", "x [m]", "y [m]", grid=False)
+    fit(above, points, 0.06)
+    true_proportions(above)
+    add_legend(above, keys, loc="center left", bbox_to_anchor=(1.01, 0.5))
+    _draw_margin(over, plan, times, margins, standing)
+    return figure
+
+
+def zmp_line(plan: Plan) -> tuple[FloatArray, FloatArray, FloatArray, BoolArray]:
+    """The ZMP of the body's centre as a point mass, and its margin, phase by phase.
+
+    Returns:
+        Times ``(n,)`` [s], each phase's ends among them; the ZMP ``(n, 2)`` and its margin
+        ``(n,)`` [m], NaN in flight; and which feet stand ``(n, 4)``.
+    """
+    phases = tuple(p for p in plan.phases if p.duration > 0)
+    if not phases:
+        times, standing = np.array([0.0, plan.duration]), np.ones((2, len(LEGS)), dtype=np.bool_)
+        inner = times
+    else:
+        count = 8 * int(np.clip(1000 // len(phases), 1, 8)) + 1
+        share = np.linspace(0.0, 1.0, count)
+        ends = np.array([[p.start, p.duration] for p in phases])
+        times = (ends[:, :1] + ends[:, 1:] * share).ravel()
+        inner = (ends[:, :1] + ends[:, 1:] * np.clip(share, INSIDE, 1.0 - INSIDE)).ravel()
+        standing = np.repeat(support_table(phases), count, axis=0)
+    feet = plan.at(np.minimum(inner, plan.duration)).feet
+    place, change = centre_motion(plan, inner)
+    any_foot = standing.any(axis=1)
+    level = np.where(standing, feet[..., 2], 0.0).sum(axis=1) / np.maximum(standing.sum(axis=1), 1)
+    zmp = cart_table_zmp(place, change, level - plan.robot.foot_radius)
+    zmp[~any_foot] = np.nan
+    return times, zmp, support_margin(feet, standing, zmp), standing
+
+
+def centre_motion(plan: Plan, times: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Place and acceleration of the body's centre ``(N, 3)`` [m], [m/s^2], from the plan's path."""
+    values, rates, changes = (plan.path.evaluate(times, k) for k in range(3))
+    rpy = values[:, 3:6]
+    to_world = rpy_to_matrix(rpy)
+    arm = plan.robot.body_axes @ plan.robot.centre
+    turn = rpy_rates_to_angular(rpy, rates[:, 3:6])
+    spin = rpy_accelerations_to_angular(rpy, rates[:, 3:6], changes[:, 3:6])
+    bent = np.cross(spin, arm) + np.cross(turn, np.cross(turn, arm))
+    return (
+        np.asarray(values[:, :3] + to_world @ arm),
+        np.asarray(changes[:, :3] + np.einsum("nij,nj->ni", to_world, bent)),
+    )
+
+
+def _draw_supports(ax: Axes, plan: Plan) -> list[Any]:
+    """The supports of all phases: areas, and lines where two feet stand; what the legend says."""
+    from matplotlib.collections import LineCollection, PolyCollection
+    from matplotlib.patches import Patch
+    from scipy.spatial import ConvexHull, QhullError
+
+    lines, areas = [], []
+    middles = [min(p.start + p.duration / 2.0, plan.duration) for p in plan.phases]
+    feet = plan.at(middles).feet[..., :2] if middles else np.empty((0, len(LEGS), 2))
+    for phase, places in zip(plan.phases, feet, strict=True):
+        corners = places[[LEGS.index(leg) for leg in phase.support]]
+        if len(corners) == 2:
+            lines.append(corners)
+        elif len(corners) > 2:
+            try:
+                areas.append(corners[ConvexHull(corners).vertices])
+            except QhullError:  # Feet in one line support no area.
+                lines.append(corners)
+    areas_at = PolyCollection(areas, facecolor=SUPPORT_COLOUR, alpha=0.02, linewidth=0, gid="areas")
+    ax.add_collection(areas_at)
+    edges = PolyCollection(areas, facecolor="none", edgecolor=SUPPORT_COLOUR, alpha=0.2,
+                           linewidth=0.5)  # fmt: skip
+    ax.add_collection(edges)
+    ax.add_collection(LineCollection(lines, color=SUPPORT_COLOUR, linewidth=0.7, alpha=0.7,
+                                     gid="lines"))  # fmt: skip
+    keys = []
+    if areas:
+        keys += [Patch(facecolor="#e3e5e7", edgecolor=SUPPORT_COLOUR, linewidth=0.5,
+                       label="support areas")]  # fmt: skip
+    if lines:
+        keys += [line_key("support lines", SUPPORT_COLOUR, width=0.7)]
+    return keys
+
+
+def _draw_margin(
+    ax: Axes, plan: Plan, times: FloatArray, margins: FloatArray, standing: BoolArray
+) -> None:
+    """The margin over time, with flight marked."""
+    from matplotlib.patches import Patch
+
+    flights = [p for p in plan.phases if not p.support and p.duration > 0]
+    for phase in flights:
+        ax.axvspan(phase.start, phase.end, color=MUTED, alpha=0.3, linewidth=0, gid="flight")
+    few, keys = standing.sum(axis=1) < 3, []
+    for chosen, colour, name in (
+        (~few, CENTRE_COLOUR, "in an area"), (few, ZMP_COLOUR, "from a line")
+    ):  # fmt: skip
+        if np.isfinite(margins[chosen]).any():
+            y = np.where(chosen, 1e3 * margins, np.nan)
+            ax.plot(times, y, color=colour, linewidth=1.2, gid=name)
+            keys.append(line_key(name, colour))
+    ax.axhline(0.0, color=INK, linewidth=0.8, zorder=1)
+    least = f", smallest {_millimetres(margins)}" if np.isfinite(margins).any() else ""
+    dress(ax, f"Margin of the ZMP{least}", "time [s]", "margin [mm]")
+    ax.set_xlim(time_limits(plan))
+    if flights:
+        keys.append(Patch(facecolor=MUTED, alpha=0.3, label="flight: no ZMP"))
+    add_legend(ax, keys, loc="center left", bbox_to_anchor=(1.01, 0.5))
+
+
+def _millimetres(margins: FloatArray) -> str:
+    """The smallest margin [m] in words; a rounding error below zero is zero."""
+    return f"{round(1e3 * float(np.nanmin(margins)), 1) + 0.0:.1f} mm".replace("-", "−")

@@ -1,0 +1,1 @@
+"""Replays of plans that play in a browser."""

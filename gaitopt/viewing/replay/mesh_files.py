@@ -1,0 +1,74 @@
+"""Mesh files that a URDF names, found and read only inside folders that the user trusts.
+
+A plan may come from somebody else, and with it the names of files: only files inside the chosen
+folder are opened, and nothing is ever fetched.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gaitopt.errors import InputError
+from gaitopt.files import StrPath
+from gaitopt.viewing.replay.scene import Surface
+
+MESH_KINDS = (".stl", ".obj", ".dae")
+MESH_LIMIT = 100_000_000
+"""Most bytes of one mesh file that are read."""
+
+
+def read_mesh(filename: str, scale: Any, meshes: bool | StrPath) -> Surface:
+    """The triangles of a mesh file.
+
+    Args:
+        filename: as the URDF gives it, ``package://...`` or a relative path.
+        scale: the URDF's scale, a number or ``(3,)``.
+        meshes: ``True`` to look in the package example-robot-data, or the folder to look in.
+
+    Raises:
+        InputError: the file is not there, is outside the folder, or cannot be read.
+    """
+    path = _found(str(filename), _example_root() if meshes is True else Path(str(meshes)))
+    factor = np.ones(3) if scale is None else np.asarray(scale, dtype=np.float64) * np.ones(3)
+    surface = _loaded(path)
+    return Surface(surface.vertices * factor, surface.faces, smooth=False)
+
+
+def _found(filename: str, root: Path) -> Path:
+    plain = filename.removeprefix("package://")
+    tries = [plain, *(["/".join(plain.split("/")[1:])] if plain != filename else [])]
+    base = root.resolve()
+    for name in tries:
+        path = (base / name).resolve()
+        inside = path.is_relative_to(base) and path.suffix.lower() in MESH_KINDS
+        if inside and path.is_file() and path.stat().st_size <= MESH_LIMIT:
+            return path
+    raise InputError(
+        f"mesh {filename[:200]!r} is not in {root}; draw the robot without meshes (meshes=False), "
+        "or give the folder that holds them (meshes='folder'); .stl, .obj and .dae are read"
+    )
+
+
+def _example_root() -> Path:
+    from gaitopt.robots.catalog import example_urdf
+
+    path = example_urdf("a1")
+    return next(p.parent for p in path.parents if p.name == "example-robot-data")
+
+
+@lru_cache(maxsize=64)
+def _loaded(path: Path) -> Surface:
+    import trimesh
+
+    try:
+        mesh: Any = trimesh.load(path, force="mesh", skip_materials=True)
+        vertices, faces = np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces)
+    except Exception as error:
+        raise InputError(f"mesh {path.name} cannot be read: {error}") from error
+    if not len(faces) or not np.isfinite(vertices).all():
+        raise InputError(f"mesh {path.name} holds no triangles")
+    return Surface(vertices, faces)

@@ -1,0 +1,315 @@
+"""Plans that race side by side, on one clock, in one page."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from dataclasses import replace as changed
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gaitopt.conventions import LEGS, FloatArray
+from gaitopt.errors import InputError
+from gaitopt.files import StrPath, written_whole
+from gaitopt.plan.plan import Plan
+from gaitopt.robots.rotations import rpy_to_matrix
+from gaitopt.terrain.footholds import Footholds
+from gaitopt.viewing.colours import LEG_COLOURS
+from gaitopt.viewing.replay.keyframes import thinned, turn_deviation
+from gaitopt.viewing.replay.page import Label, Moment, Page, render
+from gaitopt.viewing.replay.replay import framed, framing, robot_size
+from gaitopt.viewing.replay.robot_scene import robot_scene
+from gaitopt.viewing.replay.scene import FramePath, Node, Scene, Track, joined, pose
+from gaitopt.viewing.replay.terrain_scene import ground_level, sampled, swings_scene, terrain_scene
+
+BASELINE = "the paper"
+"""The plan that the others are held against, by name."""
+
+LANE_COLOURS = {
+    "SSM baseline": "#6b7683",
+    "the paper": "#20262e",
+    "route": "#8d6a9f",
+    "overlap": "#3f7cac",
+    "swing": "#2a9d8f",
+    "height": "#e9a23b",
+    "posture": "#e4572e",
+    "dynamic": "#b5179e",
+}
+"""Colours of the rows of a race; lanes of other names take them in turn."""
+
+PLACE_TOLERANCE, TURN_TOLERANCE = 5e-4, 1e-3
+"""Most that keyframes of a race are off, beyond those of a replay [m], [rad]."""
+
+
+def lane_colour(name: str, lane: int) -> str:
+    """The colour of a lane by its name, or else by its number from 0."""
+    others = tuple(LANE_COLOURS.values())
+    return LANE_COLOURS.get(name, others[lane % len(others)])
+
+
+@dataclass(frozen=True, eq=False)
+class Runner:
+    """One plan of a race.
+
+    Attributes:
+        name: what it is called.
+        plan: its motion.
+        result: what is written once it has arrived.
+        colour: of its lane.
+        offset: of its lane from where the plan is made ``(3,)`` [m].
+        root: the frame of its lane.
+    """
+
+    name: str
+    plan: Plan
+    result: str
+    colour: str
+    offset: FloatArray
+    root: FramePath
+
+
+def race_replay(
+    plans: Mapping[str, Plan],
+    path: StrPath,
+    *,
+    title: str | None = None,
+    baseline: str = BASELINE,
+    meshes: bool | StrPath = False,
+) -> Path:
+    """Write plans as one HTML file in which their robots race side by side.
+
+    All start together on one clock, each on its own copy of its terrain. Who has arrived stands
+    still, with time and ratio above it; the others count their steps. What moves is within 0.6 mm
+    (body) and 1.1 mrad (each joint) of its plan. The address may say where to start:
+    ``race.html#t=40&paused&follow``.
+
+    Args:
+        plans: by name, from the right side of the walk to its left.
+        path: the file, which appears complete or not at all.
+        title: heading; the robot's name by default.
+        baseline: the plan whose time the others' ratios are of; without such a plan there are
+            none.
+        meshes: see :func:`gaitopt.replay`.
+
+    Returns:
+        The path of the file.
+
+    Raises:
+        InputError: there is no plan, the file cannot be written, or a mesh is missing.
+    """
+    text = race_html(plans, title=title, baseline=baseline, meshes=meshes)
+    with written_whole(path) as stream:
+        stream.write(text)
+    return Path(path)
+
+
+def show_race(
+    plans: Mapping[str, Plan],
+    height: int = 500,
+    *,
+    title: str | None = None,
+    baseline: str = BASELINE,
+    meshes: bool | StrPath = False,
+) -> Any:
+    """The race inside a Jupyter notebook; see :func:`race_replay` and :func:`gaitopt.show`.
+
+    Raises:
+        InputError: there is no plan, ``height`` is no positive whole number, or a mesh is missing.
+        MissingPackageError: IPython is not installed.
+    """
+    return framed(lambda: race_html(plans, title=title, baseline=baseline, meshes=meshes), height)
+
+
+def race_html(
+    plans: Mapping[str, Plan],
+    *,
+    title: str | None = None,
+    baseline: str = BASELINE,
+    meshes: bool | StrPath = False,
+) -> str:
+    """The text of :func:`race_replay`'s file."""
+    return render(race_page(plans, title, baseline, meshes))
+
+
+def race_page(
+    plans: Mapping[str, Plan],
+    title: str | None = None,
+    baseline: str = BASELINE,
+    meshes: bool | StrPath = False,
+) -> Page:
+    """The race with its heading, legend and finishes."""
+    runners = line_up(plans, baseline)
+    first = max(runners, key=lambda r: -r.plan.duration)
+    plan = first.plan
+    low, high = _bounds(runners)
+    x, y, z = ((low + high) / 2.0).tolist()
+    corners = np.stack(np.meshgrid(*np.stack([low, high], axis=1)), axis=-1).reshape(-1, 3)
+    return Page(
+        scene=race_scene(runners, meshes),
+        title=plan.robot.name if title is None else str(title),
+        facts=(
+            f"{plan.footholds.steps} steps over {plan.distance:.2f} m, {len(runners)} plans",
+            *([f"×: times as fast as {baseline}"] if baseline in plans and len(plans) > 1 else []),
+        ),
+        legend=tuple((leg, LEG_COLOURS[leg]) for leg in LEGS),
+        moments=_moments(runners),
+        centre=(x, y, z),
+        radius=float(np.linalg.norm(high - low)) / 2.0,
+        heading=framing(plan)[2],
+        follow="/" + "/".join((*first.root, "robot", "base")),
+        close=robot_size(plan),
+        labels=tuple(_label(runner) for runner in runners),
+        look_from=(1.0, 0.08, 0.66),
+        held=tuple((float(a), float(b), float(c)) for a, b, c in corners),
+    )
+
+
+def line_up(plans: Mapping[str, Plan], baseline: str = BASELINE) -> tuple[Runner, ...]:
+    """Each plan with its lane: as near to one another as terrain and robots allow.
+
+    Raises:
+        InputError: there is no plan, or something that is none.
+    """
+    if not plans or not all(isinstance(p, Plan) for p in plans.values()):
+        raise InputError("a race needs at least one plan, by name: {'route': plan}")
+    own = next(iter(plans.values()))
+    heading = framing(own)[2]
+    left = np.array([-np.sin(heading), np.cos(heading), 0.0])
+    pitch = _pitch(plans, heading)
+    reference = plans[baseline].duration if baseline in plans else None
+    runners = []
+    for i, (name, plan) in enumerate(plans.items()):
+        start = plan.footholds.array[:, 0].mean(axis=0)
+        start[2] = ground_level(plan.footholds, plan.robot.foot_radius)
+        offset = (i - (len(plans) - 1) / 2.0) * pitch * left - start
+        runners.append(Runner(
+            str(name), plan, _result(plan, reference, name == baseline),
+            lane_colour(str(name), i), offset, (f"lane {i}",),
+        ))  # fmt: skip
+    return tuple(runners)
+
+
+def race_scene(runners: tuple[Runner, ...], meshes: bool | StrPath = False) -> Scene:
+    """All robots on their lanes, and one ground below."""
+    return joined([_ground(runners), *(_lane(runner, meshes) for runner in runners)])
+
+
+def _lane(runner: Runner, meshes: bool | StrPath) -> Scene:
+    """A robot with its columns and the ways of its feet, below the lane's frame."""
+    plan = runner.plan
+    terrain = terrain_scene(plan.footholds, plan.robot.foot_radius)
+    columns = changed(terrain, nodes=tuple(n for n in terrain.nodes if n.path[-1] != "ground"))
+    scene = joined([columns, swings_scene(plan, sampled(plan)), robot_scene(plan, meshes)])
+    return Scene(
+        nodes=(
+            Node(runner.root, pose=pose(runner.offset)),
+            *(changed(node, path=runner.root + node.path) for node in scene.nodes),
+        ),
+        tracks=tuple(
+            changed(_lighter(track), path=runner.root + track.path) for track in scene.tracks
+        ),
+        duration=scene.duration,
+    )
+
+
+def _ground(runners: tuple[Runner, ...]) -> Scene:
+    """The ground under all lanes."""
+    places = [r.plan.footholds.array + r.offset for r in runners]
+    # A terrain of all lanes' footholds, of which only the ground is taken.
+    every = np.concatenate(places, axis=1)
+    terrain = terrain_scene(
+        Footholds(dict(zip(LEGS, every, strict=True)), runners[0].plan.footholds.radius),
+        runners[0].plan.robot.foot_radius,
+    )
+    return changed(terrain, nodes=tuple(n for n in terrain.nodes if n.path[-1] == "ground"))
+
+
+def _lighter(track: Track) -> Track:
+    """A track with fewer keys, still within the tolerances of a race."""
+    if track.kind == "visible":
+        return track
+    values = np.asarray(track.values, dtype=np.float64)
+    if track.kind == "position":
+        keys = thinned(track.times, values, PLACE_TOLERANCE)
+    else:
+        keys = thinned(track.times, values, TURN_TOLERANCE, deviation=turn_deviation)
+    return changed(track, times=track.times[keys], values=values[keys])
+
+
+def _pitch(plans: Mapping[str, Plan], heading: float) -> float:
+    """Distance between lanes that keeps robots off their neighbours and their columns [m].
+
+    Lanes may bend with the route: only what lies side by side must keep apart.
+    """
+    turn = np.array([[np.cos(heading), -np.sin(heading)], [np.sin(heading), np.cos(heading)]])
+    size = max(robot_size(plan) for plan in plans.values())
+    across = 0.0
+    for plan in plans.values():
+        flat = np.concatenate([plan.footholds.array[:, :, :2].reshape(-1, 2), _hips(plan)]) @ turn
+        flat = flat[np.argsort(flat[:, 0])]
+        ends = np.searchsorted(flat[:, 0], flat[:, 0] + 0.3 * size, side="right")
+        widths = [float(np.ptp(flat[i:end, 1])) for i, end in enumerate(ends)]
+        across = max(across, *widths)
+    return across + 0.3 * size
+
+
+def _hips(plan: Plan) -> FloatArray:
+    """Where the hips are at the start of each phase ``(n, 2)`` [m]."""
+    pose_then = plan.path.evaluate(plan.phase_starts if plan.phases else np.zeros(1))
+    hips = np.array([leg.hip for leg in plan.robot.legs.values()])
+    body = rpy_to_matrix(pose_then[:, 3:6]) @ plan.robot.body_axes
+    places = pose_then[:, None, :3] + np.einsum("nij,lj->nli", body, hips)
+    return np.asarray(places[:, :, :2].reshape(-1, 2))
+
+
+def _bounds(runners: tuple[Runner, ...]) -> tuple[FloatArray, FloatArray]:
+    """A box around all lanes with their robots: its lowest and highest corners ``(3,)`` [m]."""
+    points = np.concatenate([
+        np.concatenate([r.plan.footholds.array.reshape(-1, 3), r.plan.path.knots()[:, :3]])
+        + r.offset
+        for r in runners
+    ])  # fmt: skip
+    low, high = points.min(axis=0), points.max(axis=0)
+    low[2], high[2] = 0.0, high[2] + max(_lift(r.plan) for r in runners)
+    return low, high
+
+
+def _result(plan: Plan, reference: float | None, is_baseline: bool) -> str:
+    """Time and ratio, as they stand above a robot that has arrived."""
+    time = short_time(plan.duration)
+    if reference is None or is_baseline or not plan.duration:
+        return time
+    return f"{time} · {reference / plan.duration:.2f}×"
+
+
+def short_time(time: float) -> str:
+    """A time with its unit, for a label [s]."""
+    return f"{time:.1f} s" if time >= 10.0 else f"{time:.2f} s"
+
+
+def _label(runner: Runner) -> Label:
+    plan = runner.plan
+    return Label(
+        frame="/" + "/".join((*runner.root, "robot", "base")), lift=_lift(plan),
+        name=runner.name, colour=runner.colour, landings=tuple(s.end for s in plan.swings),
+        result=runner.result, since=plan.duration,
+    )  # fmt: skip
+
+
+def _lift(plan: Plan) -> float:
+    """How far above the base its label floats [m]."""
+    return 0.4 * robot_size(plan)
+
+
+def _moments(runners: tuple[Runner, ...]) -> tuple[Moment, ...]:
+    """Who arrives when, with its mark; the bar is coloured by who comes next."""
+    order = sorted(runners, key=lambda r: r.plan.duration)
+    start = Moment(0.0, "all start together", order[0].colour, "")
+    later = [*order[1:], None]
+    return (start, *(
+        Moment(r.plan.duration, f"{r.name} has arrived: {r.result}",
+               after.colour if after else "", r.colour)
+        for r, after in zip(order, later, strict=True)
+    ))  # fmt: skip

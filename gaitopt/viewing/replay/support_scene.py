@@ -1,0 +1,167 @@
+"""The support polygon of every phase, its inside less the margin, and the COG's projection."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gaitopt.conventions import LEGS, FloatArray
+from gaitopt.errors import InputError
+from gaitopt.plan.phase import Phase
+from gaitopt.plan.plan import Plan
+from gaitopt.stability.support import shrunken_polygon
+from gaitopt.viewing.colours import LEG_COLOURS
+from gaitopt.viewing.replay.keyframes import POSITION_TOLERANCE, thinned
+from gaitopt.viewing.replay.scene import (
+    FramePath,
+    Look,
+    Node,
+    Part,
+    Scene,
+    Track,
+    pose,
+    shown_during,
+)
+from gaitopt.viewing.replay.solids import band, disc, filled, tube
+from gaitopt.viewing.replay.terrain_scene import Samples, swing_points
+
+SUPPORT: FramePath = ("support",)
+INK, INSIDE, DOT = "#3a4350", "#18a999", "#d7263d"
+
+
+@dataclass(frozen=True, eq=False)
+class Stance:
+    """A phase that lasts, with the places ``(m, 3)`` of the feet that stand during it [m].
+
+    ``plane`` holds ``z = c0 + c1 x + c2 y`` fitted to them.
+    """
+
+    phase: Phase
+    feet: FloatArray
+    plane: FloatArray
+
+    def on_plane(self, flat: FloatArray, lift: float) -> FloatArray:
+        """Points ``(n, 2)`` put ``lift`` [m] above the plane ``(n, 3)``."""
+        return np.column_stack([flat, self.plane[0] + flat @ self.plane[1:] + lift])
+
+
+def support_scene(plan: Plan, samples: Samples, root: FramePath = SUPPORT) -> Scene:
+    """For each phase that lasts: the support polygon, its inside, and the swing that is flown.
+
+    The inside is the support polygon less ``plan.settings.stability_margin``. Two feet have a line
+    instead; phases with fewer, or with feet in one line, have nothing. Phase ``i`` of the
+    plan has the frame ``(*root, str(i))``.
+    """
+    stances = _stances(plan)
+    # From the foot frames down to the ground they stand on, and up a little to be seen.
+    lift = 1.5e-3 - plan.robot.foot_radius
+    margin = float(plan.settings.stability_margin)
+    nodes, tracks = [Node(root)], []
+    for index, stance in stances.items():
+        phase, path = stance.phase, (*root, str(index))
+        nodes.append(Node(path, (*_polygons(stance, margin, lift), *_flown(phase, samples))))
+        tracks.append(shown_during(path, phase.start, phase.end, plan.duration))
+    marks, track = _projection(root, list(stances.values()), samples, lift)
+    return Scene((*nodes, *marks), (*tracks, track), plan.duration)
+
+
+def _stances(plan: Plan) -> dict[int, Stance]:
+    lasting = {i: phase for i, phase in enumerate(plan.phases) if phase.duration > 0}
+    if not lasting:
+        return {}
+    middles = [min(p.start + p.duration / 2.0, plan.duration) for p in lasting.values()]
+    every = plan.at(middles).feet
+    found = {}
+    for (index, phase), feet in zip(lasting.items(), every, strict=True):
+        standing = feet[[LEGS.index(leg) for leg in phase.support]]
+        found[index] = Stance(phase, standing, _plane(standing))
+    return found
+
+
+def _plane(feet: FloatArray) -> FloatArray:
+    """Coefficients of the least-squares plane through ``feet (m, 3)``, level below three feet."""
+    if len(feet) < 3:
+        return np.array([float(feet[:, 2].mean()) if len(feet) else 0.0, 0.0, 0.0])
+    table = np.column_stack([np.ones(len(feet)), feet[:, :2]])
+    return np.asarray(np.linalg.lstsq(table, feet[:, 2], rcond=None)[0])
+
+
+def _polygons(stance: Stance, margin: float, lift: float) -> list[Part]:
+    if len(stance.feet) == 2:
+        line = stance.on_plane(stance.feet[:, :2], lift)
+        return [Part(tube(line, 0.003), _flat(INK, 0.9, 6))]
+    try:
+        outer = shrunken_polygon(stance.feet, 0.0)
+        inner = shrunken_polygon(stance.feet, margin)
+    except InputError:
+        return []
+    # Triangles say more than polygons of four feet, during which the body only shifts.
+    swing = stance.phase.kind == "swing"
+    parts = []
+    if len(outer) > 2:
+        corners = stance.on_plane(outer, lift)
+        parts += [
+            Part(filled(corners), _flat("#ffffff", 0.5 if swing else 0.3, 4)),
+            Part(band(corners, 0.004), _flat(INK, 0.9 if swing else 0.5, 6)),
+        ]
+    if len(inner) > 2:
+        corners = stance.on_plane(inner, lift + 6e-4)
+        parts += [
+            Part(filled(corners), _flat(INSIDE, 0.45 if swing else 0.2, 5)),
+            Part(band(corners, 0.0025), _flat(INSIDE, 0.95 if swing else 0.6, 7)),
+        ]
+    return parts
+
+
+def _flown(phase: Phase, samples: Samples) -> list[Part]:
+    ways = {leg: swing_points(samples, leg, phase.start, phase.end) for leg in phase.flying}
+    return [
+        Part(tube(points, 0.0045), Look(LEG_COLOURS[leg], casts=False))
+        for leg, points in ways.items() if len(points) > 1
+    ]  # fmt: skip
+
+
+def _projection(
+    root: FramePath, stances: list[Stance], samples: Samples, lift: float
+) -> tuple[tuple[Node, ...], Track]:
+    """The COG's vertical projection onto the plane of the standing feet: its way, and where it is.
+
+    The plane may change at once when the feet change, so each phase has its own keys.
+    """
+    pieces = [_projected(stance, samples) for stance in stances]
+    times = np.concatenate([t for t, _ in pieces]) if pieces else samples.times[:1]
+    places = np.concatenate([p for _, p in pieces]) if pieces else samples.cog[:1]
+    keys = thinned(times, places, POSITION_TOLERANCE)
+    dot = Node(
+        (*root, "cog"),
+        (
+            Part(disc(0.015), _flat("#ffffff", 0.95, 8), pose([0, 0, lift + 2.5e-3])),
+            Part(disc(0.0105), _flat(DOT, 0.99, 9), pose([0, 0, lift + 3e-3])),
+        ),
+    )
+    return (_trail((*root, "trail"), places[keys], lift), dot), Track(
+        dot.path, "position", times[keys], places[keys]
+    )
+
+
+def _trail(path: FramePath, places: FloatArray, lift: float) -> Node:
+    apart = np.linalg.norm(np.diff(places, axis=0), axis=1) > 1e-6
+    points = places[np.concatenate([[True], apart])]
+    if len(points) < 2:
+        return Node(path)
+    points = points + np.array([0.0, 0.0, lift])
+    return Node(path, (Part(tube(points, 0.0024), _flat(INK, 0.99, 7)),))
+
+
+def _projected(stance: Stance, samples: Samples) -> tuple[FloatArray, FloatArray]:
+    """Times and places ``(n, 3)`` of the projected COG during a phase, its ends included."""
+    start, end = stance.phase.start, stance.phase.end
+    inside = samples.times[(samples.times > start) & (samples.times < end)]
+    times = np.concatenate([[start], inside, [end]])
+    flat = np.column_stack([np.interp(times, samples.times, samples.cog[:, i]) for i in range(2)])
+    return times, stance.on_plane(flat, 0.0)
+
+
+def _flat(colour: str, opacity: float, layer: int) -> Look:
+    return Look(colour, opacity, lit=False, casts=False, layer=layer)

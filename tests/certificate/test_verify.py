@@ -1,0 +1,286 @@
+"""Good plans are certified; each planted fault is found by the check that should find it."""
+
+from __future__ import annotations
+
+import dataclasses
+import pickle
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import gaitopt
+from gaitopt import LEGS, Footholds, MotionPath, Plan, Quadruped, RobotError
+from gaitopt.certificate.certificate import Certificate, CertificateError
+from gaitopt.certificate.verify import verify
+from gaitopt.studies.terrains import s_columns_for
+
+Array = NDArray[np.float64]
+
+
+def with_path(plan: Plan, times: Array, values: Array) -> Plan:
+    return dataclasses.replace(plan, path=MotionPath.polyline(times, values))
+
+
+def with_settings(plan: Plan, **changes: Any) -> Plan:
+    return dataclasses.replace(plan, settings=dataclasses.replace(plan.settings, **changes))
+
+
+def with_phase(plan: Plan, index: int, **changes: Any) -> Plan:
+    phases = list(plan.phases)
+    phases[index] = dataclasses.replace(phases[index], **changes)
+    return dataclasses.replace(plan, phases=tuple(phases))
+
+
+def column(plan: Plan, joint: str) -> int:
+    return 6 + plan.robot.joint_names.index(joint)
+
+
+def knot_in(plan: Plan, phase: int, share: float = 0.5) -> int:
+    """Index of a knot inside a phase."""
+    p = plan.phases[phase]
+    return int(np.searchsorted(plan.path.times, p.start + share * p.duration))
+
+
+def bent(plan: Plan, knot: int, joint: str, by: float) -> Plan:
+    """The plan with one joint moved at one knot."""
+    values = plan.path.knots().copy()
+    values[knot, column(plan, joint)] += by
+    return with_path(plan, plan.path.times, values)
+
+
+def foot_moved_by_a_millimetre(plan: Plan) -> Plan:
+    # LF stands while RH swings; its foot is about 0.4 m below the roll axis.
+    return bent(plan, knot_in(plan, 1), "LF_HAA", 0.001 / 0.4)
+
+
+def limit_exceeded_for_a_millisecond(plan: Plan) -> Plan:
+    times, values = plan.path.times, plan.path.knots()
+    gaps = np.diff(times)
+    i = int(np.argmax(gaps))
+    assert gaps[i] > 4e-3
+    ahead = times[i] + np.array([1e-3, 2e-3])
+    inserted = plan.path.evaluate(ahead).copy()
+    joint = column(plan, "RF_HFE")
+    inserted[1, joint] = inserted[0, joint] + 1.02 * plan.robot.velocity_limits[0] * 1e-3
+    return with_path(plan, np.insert(times, i + 1, ahead), np.insert(values, i + 1, inserted, 0))
+
+
+def margin_short_by_a_tenth_of_a_millimetre(plan: Plan) -> Plan:
+    return with_settings(plan, stability_margin=plan.settings.stability_margin + 1e-4)
+
+
+def contact_swapped(plan: Plan) -> Plan:
+    # LF is said to stand, and RF to fly, while it is LF that flies.
+    index = next(i for i, p in enumerate(plan.phases) if p.kind == "swing" and p.leg == "LF")
+    return with_phase(plan, index, support=("LF", "LH", "RH"))
+
+
+def legs_in_another_order(plan: Plan) -> Plan:
+    return with_settings(plan, sequence=("RF", "RH", "LH", "LF"))
+
+
+def two_feet_only(plan: Plan) -> Plan:
+    return with_phase(plan, 1, support=("LF", "RF"))
+
+
+def path_cut_short(plan: Plan) -> Plan:
+    keep = int(0.8 * len(plan.path.times))
+    return with_path(plan, plan.path.times[:keep], plan.path.knots()[:keep])
+
+
+def phase_longer_than_its_motion(plan: Plan) -> Plan:
+    return with_phase(plan, 1, duration=plan.phases[1].duration + 1e-3)
+
+
+def joint_beyond_its_limit(plan: Plan) -> Plan:
+    knot = knot_in(plan, 1)
+    bend = plan.path.knots()[knot, column(plan, "RH_KFE")]
+    return bent(plan, knot, "RH_KFE", -bend - 0.01)
+
+
+def swing_too_low(plan: Plan) -> Plan:
+    return with_settings(plan, swing_height=plan.settings.swing_height + 1e-4)
+
+
+def foot_through_the_ground(plan: Plan) -> Plan:
+    index = 1
+    phase = plan.phases[index]
+    leg = plan.robot.legs[phase.leg]
+    knot = knot_in(plan, index)
+    values = plan.path.knots().copy()
+    place = plan.at([plan.path.times[knot]])
+    foot = place.feet[0, LEGS.index(phase.leg)].copy()
+    foot[2] = -0.01
+    columns = [column(plan, j) for j in leg.joints]
+    values[knot, columns] = leg.inverse(foot - place.cog[0])
+    return with_path(plan, plan.path.times, values)
+
+
+def joint_that_jumps(plan: Plan) -> Plan:
+    coefficients = plan.path.coefficients.copy()
+    coefficients[1, 100:, column(plan, "LH_HFE")] += 1e-6
+    return dataclasses.replace(plan, path=MotionPath(plan.path.times, coefficients))
+
+
+def foothold_moved_off_the_column(plan: Plan) -> Plan:
+    moved = {leg: p.copy() for leg, p in plan.footholds.points.items()}
+    moved["RF"][1] += [0.021, 0.0, 0.0]
+    return dataclasses.replace(plan, footholds=Footholds(moved, plan.footholds.radius))
+
+
+def foothold_of_another_height(plan: Plan) -> Plan:
+    moved = {leg: p.copy() for leg, p in plan.footholds.points.items()}
+    moved["RF"][1] += [0.0, 0.0, 0.0011]
+    return dataclasses.replace(plan, footholds=Footholds(moved, plan.footholds.radius))
+
+
+def legs_too_straight(plan: Plan) -> Plan:
+    return with_settings(plan, reach_fraction=0.7)
+
+
+def leg_through_the_body(plan: Plan) -> Plan:
+    # LF stands to the left; rolled far to the right its thigh goes through the trunk.
+    return bent(plan, knot_in(plan, 1), "LF_HAA", -1.4)
+
+
+FAULTS: list[tuple[Callable[[Plan], Plan], str]] = [
+    (foot_moved_by_a_millimetre, "slip of standing feet"),
+    (limit_exceeded_for_a_millisecond, "joint velocities"),
+    (margin_short_by_a_tenth_of_a_millimetre, "margin of the body centre"),
+    (contact_swapped, "contact sequence"),
+    (contact_swapped, "slip of standing feet"),
+    (legs_in_another_order, "contact sequence"),
+    (two_feet_only, "contact sequence"),
+    (path_cut_short, "contact sequence"),
+    (phase_longer_than_its_motion, "contact sequence"),
+    (joint_beyond_its_limit, "joint positions"),
+    (swing_too_low, "swing height"),
+    (foot_through_the_ground, "flying feet above ground"),
+    (joint_that_jumps, "continuity"),
+    (foothold_moved_off_the_column, "feet on their footholds"),
+    (foothold_of_another_height, "feet on their footholds"),
+    (legs_too_straight, "reach"),
+    (leg_through_the_body, "self-collision"),
+]
+
+
+@pytest.mark.parametrize(("plant", "check"), FAULTS, ids=lambda x: getattr(x, "__name__", x))
+def test_a_planted_fault_is_found(
+    short_plan: Plan, plant: Callable[[Plan], Plan], check: str
+) -> None:
+    certificate = verify(plant(short_plan), collisions=check == "self-collision")
+    assert not certificate.ok
+    assert check in {c.name for c in certificate.violations}, certificate.report()
+
+
+def test_the_main_job_is_certified(plan: Plan) -> None:
+    certificate = verify(plan)
+    assert certificate.ok, certificate.report()
+    assert {c.status for c in certificate} == {"ok"}
+    assert certificate["joint velocities"].worst == pytest.approx(1.0)
+    assert certificate["margin of the body centre"].worst == pytest.approx(0.02, abs=1e-6)
+    assert certificate.raise_for_violations() is certificate
+
+
+def test_the_true_com_may_tip_where_the_plans_does_not(wang: Quadruped) -> None:
+    """errata.md, II.C (2): with no margin the body centre stands, and the true COM falls."""
+    edge = gaitopt.plan_crawl(wang, gaitopt.s_columns(1, columns=5), stability_margin=0.0)
+    certificate = verify(edge, collisions=False)
+    assert [c.name for c in certificate.violations] == ["margin of the true COM"]
+    assert certificate["margin of the true COM"].worst < -1e-3
+
+
+def test_worst_values_are_no_better_than_any_sample(short_plan: Plan) -> None:
+    """Against a dense brute-force sampling, which can only see less."""
+    certificate = verify(short_plan, collisions=False)
+    times = np.linspace(0, short_plan.duration, 20_000)
+    motion = short_plan.at(times)
+    com = gaitopt.com_margin(short_plan, times)[1]
+    assert certificate["margin of the true COM"].worst <= com.min() + 1e-9
+    assert certificate["margin of the true COM"].worst == pytest.approx(com.min(), abs=3e-4)
+    rates = np.abs(motion.v[:, 6:]) / short_plan.robot.velocity_limits
+    assert certificate["joint velocities"].worst >= rates.max() - 1e-12
+    drift = 0.0
+    for phase in short_plan.phases:
+        inside = (times >= phase.start) & (times < phase.end)
+        for leg in phase.support if inside.any() else ():
+            feet = motion.feet[inside, LEGS.index(leg)]
+            drift = max(drift, float(np.linalg.norm(feet - feet[0], axis=1).max()))
+    assert drift <= certificate["slip of standing feet"].worst <= drift + 1e-5
+
+
+@pytest.mark.parametrize("name", ["a1", "anymal_c", "solo12", "hyq"])
+def test_other_robots_plans_are_certified(name: str) -> None:
+    robot = gaitopt.load_robot(name)
+    # hyq's hips do not bend far enough for a lower body.
+    height = 0.65 if name == "hyq" else robot.standing_height
+    plan = gaitopt.plan_crawl(robot, s_columns_for(robot, 2, columns=3), body_height=height,
+                              swing_height=0.1 * height)  # fmt: skip
+    certificate = verify(plan)
+    assert certificate.ok, certificate.report()
+
+
+@pytest.mark.parametrize("objective", ["distance", "margin"])
+def test_random_terrains_are_certified(wang: Quadruped, objective: Any) -> None:
+    for seed in range(10):
+        plan = gaitopt.plan_crawl(wang, gaitopt.s_columns(100 + seed, columns=9), objective)
+        assert verify(plan, collisions=False).ok
+
+
+def test_uneven_ground_and_turned_walks_are_certified(wang: Quadruped) -> None:
+    rough = gaitopt.s_columns(5, columns=5, height_jitter=0.03)
+    assert verify(gaitopt.plan_crawl(wang, rough, follow_terrain=True)).ok
+    turn = np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1.0]])
+    turned = Footholds({leg: rough[leg] @ turn.T for leg in LEGS}, rough.radius)
+    assert verify(gaitopt.plan_crawl(wang, turned, heading=np.pi / 2)).ok
+
+
+def test_standing_still_is_certified(wang: Quadruped) -> None:
+    still = gaitopt.plan_crawl(wang, gaitopt.s_columns(0, columns=1))
+    assert verify(still).ok
+
+
+def test_a_cubic_that_overshoots_between_its_knots_is_caught(wang: Quadruped) -> None:
+    """At rest at every knot, within limits on average, too fast in between."""
+    still = gaitopt.plan_crawl(wang, gaitopt.s_columns(0, columns=1))
+    values = still.path.knots()[0]
+    limit, duration = float(wang.velocity_limits[0]), 1.0
+    way = 0.8 * limit * duration
+    cubic = np.zeros((4, 1, len(values)))
+    cubic[3, 0] = values
+    cubic[1, 0, 6], cubic[0, 0, 6] = 3 * way / duration**2, -2 * way / duration**3
+    fast = dataclasses.replace(still, path=MotionPath([0.0, duration], cubic))
+    ends = fast.at([0.0, duration]).v[:, 6]
+    assert np.abs(ends).max() < 1e-12
+    check = verify(fast, collisions=False)["joint velocities"]
+    assert check.status == "violated" and check.worst == pytest.approx(1.2, rel=1e-6)
+
+
+def test_a_plan_for_another_urdf_is_refused(short_plan: Plan) -> None:
+    heavier = Quadruped.from_urdf(short_plan.robot.urdf + "<!-- changed -->", "wang2020")
+    with pytest.raises(RobotError, match="plan again for this robot"):
+        verify(short_plan, heavier)
+    with pytest.raises(RobotError, match="fingerprint"):
+        verify(dataclasses.replace(short_plan, robot=heavier))
+
+
+def test_a_violation_is_raised_with_its_numbers(short_plan: Plan) -> None:
+    certificate = verify(foot_moved_by_a_millimetre(short_plan), collisions=False)
+    with pytest.raises(CertificateError, match=r"slip of standing feet: violated, 0\.00\d+ <= 0"):
+        certificate.raise_for_violations()
+    assert "NOT certified" in certificate.report()
+    error = pickle.loads(pickle.dumps(CertificateError("words", certificate)))
+    assert isinstance(error.certificate, Certificate)
+    with pytest.raises(KeyError, match="no check 'luck'"):
+        certificate["luck"]
+
+
+def test_meshes_leave_collisions_unchecked_and_say_so() -> None:
+    go2 = gaitopt.load_robot("go2")
+    plan = gaitopt.plan_crawl(go2, s_columns_for(go2, 0, columns=2), body_height=0.27,
+                              swing_height=0.03)  # fmt: skip
+    check = verify(plan)["self-collision"]
+    assert check.status == "unchecked" and "meshes" in check.note

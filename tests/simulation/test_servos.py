@@ -1,0 +1,71 @@
+"""The servos of a simulated robot: no faster and no stronger than their joints may be."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import gaitopt
+from gaitopt import Quadruped
+from gaitopt.control.forces import ForceShare
+from gaitopt.control.gains import ControlGains
+from gaitopt.control.tracking import Command
+from gaitopt.simulation.model import build_sim_model
+from gaitopt.simulation.servos import Servos, largest_pulls
+from gaitopt.simulation.settings import SimulationSettings
+
+pytest.importorskip("mujoco")
+
+NOTHING = ForceShare(np.zeros((4, 3)), 0.0, 0.0, "free")
+
+
+def hung_up(robot: Quadruped, settings: SimulationSettings, seconds: float) -> tuple[float, Servos]:
+    """A robot in the air without gravity, its joints told to turn by one radian at once.
+
+    Returns the largest joint velocity as a share of its limit, and the servos.
+    """
+    import mujoco
+
+    gains = ControlGains.for_robot(robot)
+    plan = gaitopt.plan_crawl(robot, gaitopt.s_columns(0, columns=1))
+    sim = build_sim_model(robot, plan.footholds, gains, settings)
+    sim.model.opt.gravity[:] = 0.0
+    data = mujoco.MjData(sim.model)
+    data.qpos[:3] = [0.0, 0.0, 3.0]
+    data.qpos[3] = 1.0
+    mujoco.mj_forward(sim.model, data)
+    servos = Servos(sim, robot, gains, settings)
+    command = Command(np.zeros(12), np.ones(12), np.zeros(12), NOTHING)
+    for _ in range(round(seconds / settings.timestep)):
+        servos.drive(data, command, 1)
+    return float((servos.peak_rates / robot.velocity_limits).max()), servos
+
+
+def test_a_servo_turns_no_faster_than_its_limit(wang: Quadruped) -> None:
+    """Told to be elsewhere at once, it goes there at its limit; legs pull at one another a bit."""
+    fastest, _ = hung_up(wang, SimulationSettings(), 0.5)
+    assert 0.95 < fastest < 1.05
+
+
+def test_without_limits_it_is_much_faster(wang: Quadruped) -> None:
+    fastest, _ = hung_up(wang, SimulationSettings(rate_limits=False), 0.5)
+    assert fastest > 5.0
+
+
+def test_work_is_counted_from_the_start_of_the_record(wang: Quadruped) -> None:
+    _, servos = hung_up(wang, SimulationSettings(), 0.1)
+    assert servos.energy > 0.0
+    servos.forget()
+    assert servos.energy == 0.0 and not servos.peak_rates.any()
+
+
+def test_joints_without_a_limit_have_none(wang: Quadruped) -> None:
+    gains, settings = ControlGains.for_robot(wang), SimulationSettings()
+    limits = np.array([0.5, 0.0, np.inf])
+    pulls = largest_pulls(limits, gains, settings)
+    assert pulls[0] == pytest.approx(0.5 * gains.joint_damping)
+    assert np.isinf(pulls[1:]).all()
+    soft = ControlGains.for_robot(wang, joint_damping=0.0)
+    assert np.isinf(largest_pulls(limits, soft, settings)).all()
+    free = SimulationSettings(rate_limits=False)
+    assert np.isinf(largest_pulls(limits, gains, free)).all()

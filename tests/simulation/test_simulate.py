@@ -1,0 +1,240 @@
+"""Walks in physics: what succeeds, what falls, and that each is told from the other."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import gaitopt
+from gaitopt import LEGS, Footholds, MissingPackageError, MotionPath, Plan, Quadruped
+from gaitopt.simulation.result import SimulationResult
+from gaitopt.simulation.settings import SimulationSettings
+from gaitopt.simulation.simulate import simulate
+from gaitopt.studies.disturbances import push_settings, static_push
+
+pytest.importorskip("mujoco")
+
+
+@pytest.fixture(scope="module")
+def short_plan(wang: Quadruped) -> Plan:
+    return gaitopt.plan_crawl(wang, gaitopt.s_columns(3, columns=3))
+
+
+@pytest.fixture(scope="module")
+def walk(short_plan: Plan) -> SimulationResult:
+    return simulate(short_plan)
+
+
+def test_a_short_walk_finishes_with_every_foot_on_its_column(
+    short_plan: Plan, walk: SimulationResult
+) -> None:
+    assert walk.succeeded, str(walk)
+    assert walk.steps_done == walk.steps == 8
+    radius = short_plan.footholds.radius
+    assert radius is not None and walk.landing_error < 0.25 * radius
+    assert walk.tilt < np.radians(1.0)
+    assert walk.body_error < 0.01
+    assert walk.smallest_margin > 0.0
+    assert walk.rates_within and walk.torque_use < 1.0
+
+
+def test_the_record_says_so_too(short_plan: Plan, walk: SimulationResult) -> None:
+    """The verdict again, from the motion and the footholds alone."""
+    motion = walk.motion
+    last = motion.feet[-1]
+    for leg, foot in zip(LEGS, last, strict=True):
+        assert np.linalg.norm(foot - short_plan.footholds[leg][-1]) < 0.01
+    assert motion.contacts[-1].all()
+    end = short_plan.duration + 0.5 + walk.waited
+    assert motion.t[-1] == pytest.approx(end, abs=0.02)
+    assert walk.waited < 0.03 * short_plan.duration
+    for i, leg in enumerate(LEGS):
+        columns = list(short_plan.robot.leg_columns[leg])
+        ours = short_plan.robot.legs[leg].forward(motion.q[-1, 7:][columns])
+        turn = np.linalg.norm(motion.feet[-1, i] - motion.q[-1, :3] - ours)
+        assert turn < 0.01  # the body is all but level
+
+
+def test_the_same_walk_twice_is_the_same_walk(wang: Quadruped) -> None:
+    plan = gaitopt.plan_crawl(wang, gaitopt.s_columns(1, columns=2))
+    first, second = simulate(plan), simulate(plan)
+    assert np.array_equal(first.motion.q, second.motion.q)
+    assert np.array_equal(first.peak_torques, second.peak_torques)
+    assert first.energy == second.energy
+
+
+def test_standing_still_nothing_moves(wang: Quadruped) -> None:
+    plan = gaitopt.plan_crawl(wang, gaitopt.s_columns(0, columns=1))
+    result = simulate(plan, SimulationSettings(settle=2.0))
+    assert result.finished and result.steps == 0
+    assert result.body_error < 1e-3 and result.slip < 1e-4
+    assert result.peak_rates.max() < 0.01
+
+
+def test_standing_still_the_ground_carries_the_weight(wang: Quadruped) -> None:
+    """The simulator's own contact forces, after the robot has settled."""
+    import mujoco
+
+    from gaitopt.control.tracking import TrackingController
+    from gaitopt.simulation.model import build_sim_model
+    from gaitopt.simulation.simulate import _Run
+
+    plan = gaitopt.plan_crawl(wang, gaitopt.s_columns(0, columns=1))
+    settings = SimulationSettings(stand=1.0)
+    controller = TrackingController(plan, dt=settings.control_interval)
+    sim = build_sim_model(wang, plan.footholds, controller.gains, settings)
+    data = _Run(mujoco, plan, sim, controller, settings)._start()
+    mujoco.mj_forward(sim.model, data)
+    total, force = np.zeros(3), np.zeros(6)
+    for i in range(data.ncon):
+        mujoco.mj_contactForce(sim.model, data, i, force)
+        total += data.contact.frame[i].reshape(3, 3).T @ force[:3]
+    assert abs(total[2]) == pytest.approx(9.81 * wang.mass, rel=1e-3)
+    assert np.abs(total[:2]).max() < 0.1
+
+
+def test_a_missing_column_is_missed(short_plan: Plan, wang: Quadruped) -> None:
+    points = {leg: short_plan.footholds[leg].copy() for leg in LEGS}
+    points["RF"][1] += [0.0, -0.3, 0.0]
+    planted = replace(short_plan, footholds=Footholds(points, short_plan.footholds.radius))
+    result = simulate(planted, SimulationSettings(column_height=0.4))
+    assert not result.succeeded
+    assert result.missed and result.missed[0].leg == "RF" and result.missed[0].step == 1
+    assert result.missed[0].reason == "no contact"
+
+
+@pytest.mark.parametrize("leg", LEGS)
+def test_a_column_five_millimetres_too_low_is_found(short_plan: Plan, leg: str) -> None:
+    """The plan's clock waits for the foot, which reaches down."""
+    result = simulate(short_plan, SimulationSettings(column_errors=((leg, 1, -0.005),)))
+    assert result.succeeded, str(result)
+    lowest = result.motion.feet[:, LEGS.index(leg), 2].min()
+    assert lowest == pytest.approx(short_plan.footholds[leg][1, 2] - 0.005, abs=1.5e-3)
+
+
+def test_a_body_outside_the_support_triangle_falls(short_plan: Plan) -> None:
+    result = simulate(leaning(short_plan, np.array([0.0, 0.10, 0.0])))
+    assert result.status == "fell"
+    assert not result.finished and not result.succeeded
+    assert result.end < short_plan.duration
+    assert result.steps_done < result.steps
+    assert "fell at" in str(result)
+
+
+def leaning(plan: Plan, offset: np.ndarray) -> Plan:
+    """The same feet, with the body ``offset`` to the side all the time."""
+    times = plan.path.times
+    motion, values = plan.at(times), plan.path.knots()
+    values[:, :3] += offset
+    for i, leg in enumerate(LEGS):
+        columns = 6 + np.array(plan.robot.leg_columns[leg])
+        values[:, columns] = plan.robot.legs[leg].inverse(motion.feet[:, i] - values[:, :3])
+    return replace(plan, path=MotionPath.polyline(times, values))
+
+
+def test_a_push_far_beyond_the_static_limit_tips_it(short_plan: Plan) -> None:
+    swing = next(p for p in short_plan.phases if p.kind == "swing" and p.step == 2)
+    result = simulate(short_plan, push_settings(swing, "+y", 10.0 * static_push(short_plan)))
+    assert not result.succeeded
+    assert result.status == "fell" or result.missed
+
+
+def test_a_push_well_below_it_does_not(short_plan: Plan) -> None:
+    swing = next(p for p in short_plan.phases if p.kind == "swing" and p.step == 2)
+    assert simulate(short_plan, push_settings(swing, "+y", 0.4 * static_push(short_plan))).succeeded
+
+
+def test_numbers_that_run_away_are_a_fall_not_an_error(short_plan: Plan) -> None:
+    gains = gaitopt.control.gains.ControlGains.for_robot(
+        short_plan.robot, joint_damping=0.0, joint_stiffness=1e9
+    )
+    result = simulate(short_plan, gains=gains)
+    assert result.status in ("fell", "diverged")
+    assert np.isfinite(result.motion.q).all()
+
+
+def test_without_mujoco_the_error_says_what_to_install(
+    short_plan: Plan, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(__import__("sys").modules, "mujoco", None)
+    with pytest.raises(MissingPackageError, match=r"pip install 'gaitopt\[sim\]'"):
+        simulate(short_plan)
+
+
+@pytest.mark.parametrize(("row", "margin"), [("swing", 0.02), ("height", 0.03)])
+def test_time_optimal_walks_cross_within_the_servos_limits(
+    wang: Quadruped, row: str, margin: float
+) -> None:
+    """Joints at their limits most of the time, velocities that jump: no joint is 20 % too fast."""
+    plan = gaitopt.plan_crawl(
+        wang, gaitopt.s_columns(3, columns=5), "time", free=row, stability_margin=margin
+    )
+    result = simulate(plan)
+    assert result.succeeded, str(result)
+    assert result.rate_use < 1.2
+    assert result.landing_error < 4e-3
+    # The handover of loads takes its time, and that is all that is added.
+    assert result.waited < 0.08 * plan.duration
+
+
+@pytest.mark.slow
+def test_the_dynamic_row_is_walked_without_a_stop(wang: Quadruped) -> None:
+    """Its body leaves the support triangle; the ground's forces push it as planned."""
+    plan = gaitopt.plan_crawl(
+        wang, gaitopt.s_columns(3, columns=5), "time", free="dynamic", stability_margin=0.03
+    )
+    result = simulate(plan)
+    assert result.passed, str(result)
+    assert result.waited == 0.0
+    assert result.body_error < 4e-3
+
+
+def test_servos_without_a_speed_limit_correct_faster_than_joints_may(wang: Quadruped) -> None:
+    plan = gaitopt.plan_crawl(
+        wang, gaitopt.s_columns(3, columns=3), "time", free="height", stability_margin=0.03
+    )
+    free = simulate(plan, SimulationSettings(rate_limits=False))
+    assert free.rate_use > simulate(plan).rate_use
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(3))
+def test_the_papers_walk_crosses_all_columns(wang: Quadruped, seed: int) -> None:
+    result = simulate(gaitopt.plan_crawl(wang, gaitopt.s_columns(seed)))
+    assert result.succeeded, str(result)
+    assert result.rates_within
+    assert result.real_time_factor > 10
+
+
+@pytest.mark.parametrize(("name", "margin"), [("a1", 0.03), ("anymal_c", 0.04)])
+def test_other_robots_walk_on_flat_ground(name: str, margin: float) -> None:
+    from gaitopt.studies.terrains import s_columns_for
+
+    robot = gaitopt.load_robot(name)
+    footholds = Footholds(dict(s_columns_for(robot, 0, 5).points), None)
+    plan = gaitopt.plan_crawl(
+        robot, footholds, speed=0.2, stability_margin=margin,
+        body_height=robot.standing_height, swing_height=0.04,
+    )  # fmt: skip
+    result = simulate(plan)
+    assert result.passed, str(result)
+
+
+@pytest.mark.parametrize("name", ["wang2020-fast", "a1"])
+def test_the_trot_of_the_second_paper_is_walked(name: str) -> None:
+    """0.3 m/s over 1.5 m on two feet at a time, from standing to standing."""
+    plan = gaitopt.plan_gait(gaitopt.load_robot(name), gaitopt.trot(0.5), 0.3, distance=1.5)
+    result = simulate(plan)
+    assert result.passed, str(result)
+    assert result.waited == 0.0
+    assert result.motion.q[-1, 0] == pytest.approx(plan.distance, abs=0.03)
+
+
+def test_a_walk_by_velocity_and_a_turn_are_walked() -> None:
+    robot = gaitopt.load_robot("wang2020-fast")
+    for schedule, velocity, rate in ((gaitopt.walk(1.6, 0.85), 0.08, 0.0),
+                                     (gaitopt.trot(0.5), 0.0, 0.4)):  # fmt: skip
+        result = simulate(gaitopt.plan_gait(robot, schedule, velocity, rate, duration=2.0))
+        assert result.passed, str(result)

@@ -1,0 +1,371 @@
+"""The figures show what the plan says."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gaitopt.conventions import LEGS, rotation_z
+from gaitopt.errors import InputError
+from gaitopt.motion.path import MotionPath
+from gaitopt.planners.crawl import plan_crawl
+from gaitopt.robots.catalog import load_robot
+from gaitopt.terrain.columns import s_columns
+from gaitopt.terrain.footholds import Footholds
+from gaitopt.viewing.colours import LEG_COLOURS
+from gaitopt.viewing.figures import crawl_figures as plots
+from gaitopt.viewing.figures.area import feasible_area, polygon_slack, reach_slack
+from gaitopt.viewing.figures.common import cycle_phases, thinned
+from gaitopt.viewing.figures.margin import margin_line
+from gaitopt.viewing.figures.over_time import velocity_lines
+
+WANG = load_robot("wang2020")
+
+
+@pytest.fixture(scope="module")
+def plan():
+    return plan_crawl(WANG, s_columns(0, columns=5, forward=0.4))
+
+
+@pytest.fixture(scope="module")
+def ssm():
+    return plan_crawl(WANG, s_columns(0, columns=5, forward=0.4), objective="margin")
+
+
+@pytest.fixture(scope="module")
+def standing():
+    return plan_crawl(WANG, s_columns(0, columns=1))
+
+
+def below_hips(robot, heading, step, count=3):
+    """Uneven open ground, walked over in a given heading."""
+    rng = np.random.default_rng(1)
+    points = {}
+    for name, leg in robot.legs.items():
+        first = leg.hip * [1, 1, 0] + [0, leg.lateral, 0]
+        line = first + np.outer(np.arange(count), [step, 0, 0])
+        points[name] = (line + rng.uniform(-0.01, 0.01, line.shape)) @ rotation_z(heading).T
+    return Footholds(points)
+
+
+def strange_plan(name):
+    """Plans of robots with sideways hip offsets (discs off the hips) and pitch drops (ovals)."""
+    height, step = {"a1": (0.27, 0.06), "anymal_c": (0.45, 0.1), "hyq": (0.62, 0.08)}[name]
+    robot = load_robot(name)
+    return plan_crawl(robot, below_hips(robot, 0.7, step), body_height=height, swing_height=0.04,
+                      heading=0.7, follow_terrain=True)  # fmt: skip
+
+
+def by_gid(ax, gid):
+    (found,) = [a for a in (*ax.lines, *ax.collections) if a.get_gid() == gid]
+    return found
+
+
+def legends(figure):
+    return [*figure.legends, *(a.get_legend() for a in figure.axes if a.get_legend())]
+
+
+def all_figures(plan):
+    return {name: draw() for name, draw in plots._figures(plan, {}, None).items()}
+
+
+def contains(outline, place, tolerance):
+    """Whether a place lies in a convex outline, or this near outside."""
+    slack = polygon_slack(outline[:: max(len(outline) // 60, 1)], -tolerance)
+    return (slack(place[None]) >= 0).all()
+
+
+def test_the_discs_are_the_columns_where_they_stand_and_as_wide():
+    footholds = s_columns(3)
+    (ax,) = plots.plot_terrain(footholds).axes
+    for leg in LEGS:
+        discs = by_gid(ax, leg)
+        np.testing.assert_array_equal(discs.get_offsets(), footholds[leg][:, :2])
+        np.testing.assert_allclose(discs.get_widths(), 0.04)
+    assert ax.get_aspect() == 1.0
+    colours = [by_gid(ax, leg).get_facecolor()[0, :3] for leg in LEGS]
+    assert len(np.unique(np.round(colours, 6), axis=0)) == 4
+
+
+def test_open_ground_is_drawn_as_crosses():
+    footholds = Footholds(dict(s_columns(0).points))
+    (ax,) = plots.plot_terrain(footholds).axes
+    np.testing.assert_array_equal(by_gid(ax, "LF").get_xydata(), footholds["LF"][:, :2])
+
+
+def test_a_walk_much_longer_than_wide_says_how_much_it_is_stretched():
+    (ax,) = plots.plot_terrain(s_columns(0, columns=400, forward=40.0)).axes
+    assert ax.get_aspect() > 1 and f"drawn ×{ax.get_aspect():g}" in ax.get_ylabel()
+
+
+@pytest.mark.parametrize("objective", ["distance", "margin"])
+def test_the_shaded_area_holds_the_target(plan, ssm, objective):
+    chosen = plan if objective == "distance" else ssm
+    for step in range(16):
+        area = feasible_area(chosen, step)
+        assert len(area.common) and contains(area.common, area.target, 1e-5)
+        if objective == "distance" and area.active:
+            assert np.hypot(*(area.common - area.target).T).min() < 1e-6
+        shade = next(p for p in plots.plot_feasible_area(chosen, step).axes[0].patches
+                     if p.get_label() == "A and B")  # fmt: skip
+        np.testing.assert_array_equal(shade.get_xy()[:-1], area.common)
+
+
+def test_a_place_beyond_a_side_is_not_in_the_shaded_area(plan):
+    area = feasible_area(plan, 2)
+    assert not contains(area.common, area.target + 2e-3 * (area.start - area.target), 1e-5)
+    assert not contains(area.common, area.start, 1e-5)
+
+
+def test_no_place_of_the_shaded_area_is_nearer_to_the_start_than_the_target(plan):
+    for step in range(16):
+        area = feasible_area(plan, step)
+        nearest = np.hypot(*(area.common - area.start).T).min()
+        assert np.hypot(*(area.target - area.start)) <= nearest + 1e-7
+
+
+@pytest.mark.parametrize("name", ["a1", "anymal_c", "hyq"])
+def test_outlines_are_straight_legs_and_the_area_meets_every_constraint(name):
+    strange = strange_plan(name)
+    for step in (0, 3, 6):
+        area = feasible_area(strange, step)
+        assert contains(area.common, area.target, 1e-5)
+        stance = next(p for p in strange.phases if p.step == step)
+        axes = rotation_z(0.7)
+        feet = strange.at([stance.end]).feet[0]
+        for leg, foot in zip(LEGS, feet, strict=True):
+            slack = reach_slack(strange, leg, foot, axes, float(stance.cog_end[2]))
+            np.testing.assert_allclose(slack(area.reach[leg]), 0.0, atol=1e-8)
+            assert slack(area.common).min() > -1e-8
+        corners = area.triangle
+        assert polygon_slack(corners, strange.settings.stability_margin)(area.common).min() > -1e-8
+
+
+def test_reach_of_a_leg_without_offsets_is_the_disc_of_eq_8(plan):
+    area = feasible_area(plan, 2)
+    leg = WANG.legs["RF"]
+    radius = np.sqrt(leg.reach**2 - plan.settings.body_height**2)
+    centre = area.feet[LEGS.index("RF")] - (leg.hip - WANG.centre)[:2]
+    np.testing.assert_allclose(np.hypot(*(area.reach["RF"] - centre).T), radius, atol=1e-7)
+
+
+def test_the_active_constraint_is_named_and_drawn_bold(plan):
+    step = next(p.step for p in plan.phases if p.evidence and p.limited_by[0].kind == "margin")
+    figure = plots.plot_feasible_area(plan, step)
+    held = feasible_area(plan, step).active[0]
+    assert held.replace("-", "–") in figure.axes[1].get_title(loc="left")
+    assert max(line.get_linewidth() for line in figure.axes[0].lines) > 2.0
+
+
+@pytest.mark.parametrize("wrong", [-1, 16, 1.0, True, None])
+def test_a_step_that_does_not_exist_is_refused_with_the_range(plan, wrong):
+    for draw in (plots.plot_feasible_area, plots.plot_swing):
+        with pytest.raises(InputError, match="from 0 to 15"):
+            draw(plan, wrong)
+
+
+def test_a_plan_without_steps_has_no_step_to_draw(standing):
+    with pytest.raises(InputError, match="no steps"):
+        plots.plot_swing(standing, 0)
+
+
+@pytest.mark.parametrize("wrong", [-1, 4, 0.5, True])
+def test_a_cycle_that_does_not_exist_is_refused_with_the_range(plan, wrong):
+    for draw in (plots.plot_gait_cycle, plots.plot_joint_velocities, plots.plot_margin):
+        with pytest.raises(InputError, match="from 0 to 3"):
+            draw(plan, cycle=wrong)
+
+
+def test_the_cycles_share_out_all_phases(plan):
+    phases = [p for cycle in range(4) for p in cycle_phases(plan, cycle)[1]]
+    assert phases == list(plan.phases)
+
+
+def test_every_cog_line_ends_at_its_plans_duration(plan, ssm):
+    (ax,) = plots.plot_cog_over_time({"ours": plan, "SSM": ssm}).axes
+    lines = {line.get_label().split(" (")[0]: line for line in ax.lines}
+    for name, each in (("ours", plan), ("SSM", ssm)):
+        x, y = lines[name].get_data()
+        assert x[-1] == each.duration
+        ends = each.at([0.0, each.duration]).cog[:, 0]
+        assert y[0] == 0.0 and y[-1] == pytest.approx(ends[1] - ends[0], abs=1e-12)
+        assert any(f"{each.duration:.1f} s" in text.get_text() for text in ax.texts)
+
+
+def test_forward_is_the_heading():
+    strange = strange_plan("a1")
+    (ax,) = plots.plot_cog_over_time({"a1": strange}).axes
+    cog = strange.at([0.0, strange.duration]).cog
+    ahead = (cog[1] - cog[0])[:2] @ [np.cos(0.7), np.sin(0.7)]
+    assert ax.lines[0].get_ydata()[-1] == pytest.approx(ahead, abs=1e-12)
+
+
+def test_a_comparison_of_nothing_is_refused():
+    with pytest.raises(InputError, match="one plan or more"):
+        plots.plot_cog_over_time({})
+
+
+def test_velocities_touch_the_limit_and_never_exceed_it(plan):
+    figure = plots.plot_joint_velocities(plan)
+    peaks = []
+    for ax in figure.axes:
+        rates = [line.get_ydata() for line in ax.lines if line.get_gid()]
+        assert len(rates) == 3
+        peaks.append(max(np.abs(rate).max() for rate in rates))
+        limits = {round(abs(line.get_ydata()[0]), 9) for line in ax.lines
+                  if line.get_linestyle() == "--"}  # fmt: skip
+        assert limits == {17.0}
+    np.testing.assert_allclose(peaks, 17.0, rtol=1e-9)
+
+
+def test_velocities_of_a_polyline_are_drawn_at_its_knots():
+    path = MotionPath.polyline([0.0, 1.0, 3.0], [[0.0] * 7, [*[0.0] * 6, 2.0], [0.0] * 7])
+    times, rates = velocity_lines(path, (0,), (0.0, 3.0))
+    np.testing.assert_array_equal(times, [0, 1, 1, 3])
+    np.testing.assert_array_equal(rates[:, 0], [2, 2, -1, -1])
+    np.testing.assert_array_equal(velocity_lines(path, (0,), (1.5, 2.0))[0], [1, 3])
+
+
+def test_velocities_of_a_cubic_are_its_derivative():
+    rng = np.random.default_rng(0)
+    path = MotionPath([0.0, 0.4, 1.0], rng.normal(size=(4, 2, 8)))
+    times, rates = velocity_lines(path, (1, 0), (0.0, 1.0))
+    inside = ~np.isin(times, path.times)
+    expected = path.evaluate(times[inside], derivative=1)[:, [7, 6]]
+    np.testing.assert_allclose(rates[inside], expected, atol=1e-12)
+
+
+def test_thinning_keeps_order_ends_and_extremes():
+    t = np.linspace(0.0, 5.0, 50_000)
+    y = np.random.default_rng(0).normal(size=t.size)
+    few_t, few_y = thinned(t, y, columns=100)
+    assert len(few_t) <= 400 and (np.diff(few_t) > 0).all()
+    assert few_t[0] == t[0] and few_t[-1] == t[-1]
+    assert few_y.max() == y.max() and few_y.min() == y.min()
+    assert np.isin(few_t, t).all()
+
+
+def test_bars_of_the_gait_cycle_are_the_swing_phases(plan):
+    (ax,) = plots.plot_gait_cycle(plan, 1).axes
+    for phase in cycle_phases(plan, 1)[1]:
+        bars = by_gid_all(ax, phase.leg if phase.kind == "swing" else "COG")
+        spans = [b.get_paths()[0].get_extents().intervalx for b in bars]
+        assert any(np.allclose(s, (phase.start, phase.end), atol=1e-12) for s in spans)
+    for leg in LEGS:
+        assert len(by_gid_all(ax, leg)) == 1
+
+
+def by_gid_all(ax, gid):
+    return [c for c in ax.collections if c.get_gid() == gid]
+
+
+def test_the_swing_is_the_box_of_fig_5(plan):
+    for step in (0, 9):
+        (ax,) = plots.plot_swing(plan, step).axes
+        phase = next(p for p in plan.phases if p.step == step and p.kind == "swing")
+        x, z = by_gid(ax, "foot").get_data()
+        length = 1e3 * np.hypot(*(phase.foot_end - phase.foot_start)[:2])
+        np.testing.assert_allclose([x[0], z[0], x[-1], z[-1]], [0, 0, length, 0], atol=1e-6)
+        assert z.max() == pytest.approx(70.0, abs=0.1) and x.max() <= length + 0.1
+        assert [t.get_text() for t in ax.texts[:4]] == ["A", "B", "C", "D"]
+
+
+def test_the_least_margin_drawn_is_the_plans(plan, ssm):
+    for each in (plan, ssm):
+        times, margins = margin_line(each, each.phases)
+        assert margins.min() == pytest.approx(each.margin, abs=2e-5)
+        assert times[0] == 0.0 and times[-1] == pytest.approx(each.duration)
+
+
+def test_a_centre_of_mass_margin_is_drawn_when_given(plan):
+    figure = plots.plot_margin(plan, ([0.0, 1.0, 2.0], [0.01, 0.02, 0.03]))
+    line = by_gid(figure.axes[0], "true centre of mass")
+    np.testing.assert_allclose(line.get_ydata(), [10, 20, 30])
+    with pytest.raises(InputError, match="com_margin"):
+        plots.plot_margin(plan, ([0.0, 1.0], [0.01]))
+
+
+def test_paths_end_where_the_feet_stand(plan):
+    figure = plots.plot_paths(plan)
+    top = figure.axes[0]
+    for i, leg in enumerate(LEGS):
+        x, y = top.lines[i].get_data()
+        np.testing.assert_allclose([x[-1], y[-1]], plan.footholds[leg][-1, :2], atol=1e-6)
+
+
+@pytest.mark.parametrize("which", ["plan", "standing", "hyq"])
+def test_every_panel_has_units_and_every_figure_a_legend(which, request):
+    chosen = strange_plan("hyq") if which == "hyq" else request.getfixturevalue(which)
+    figures = all_figures(chosen)
+    assert len(figures) == (6 if which == "standing" else 8)
+    for name, figure in figures.items():
+        assert legends(figure), name
+        bottom = [ax for ax in figure.axes if ax.get_xlabel()]
+        assert bottom and all("[" in ax.get_xlabel() for ax in bottom), name
+        labelled = [ax for ax in figure.axes if ax.get_ylabel()]
+        assert all("[" in ax.get_ylabel() for ax in labelled), name
+        assert labelled or name == "fig04_gait_cycle"
+
+
+def test_figures_can_be_drawn_into_given_axes(plan):
+    from matplotlib.figure import Figure
+
+    figure = Figure()
+    axes = figure.subplots(7)
+    for draw, ax in zip(
+        (
+            lambda ax: plots.plot_terrain(plan.footholds, ax),
+            lambda ax: plots.plot_feasible_area(plan, 1, ax),
+            lambda ax: plots.plot_paths(plan, ax),
+            lambda ax: plots.plot_cog_over_time({"ours": plan}, ax),
+            lambda ax: plots.plot_gait_cycle(plan, 1, ax),
+            lambda ax: plots.plot_swing(plan, 1, ax),
+            lambda ax: plots.plot_margin(plan, ax=ax),
+        ),
+        axes,
+        strict=True,
+    ):
+        assert draw(ax) is figure and ax.get_title(loc="left")
+    assert len(figure.axes) == 7
+
+
+def test_files_are_small_and_pyplot_is_left_alone(plan, ssm, tmp_path):
+    known = "matplotlib.pyplot" in sys.modules
+    paths = plots.save_figures(plan, tmp_path / "a" / "b", comparison={"ours": plan, "SSM": ssm})
+    assert {p.name for p in (tmp_path / "a" / "b").iterdir()} == {p.name for p in paths}
+    for path in paths:
+        assert path.read_bytes().startswith(b"\x89PNG") and path.stat().st_size < 300_000
+    if known:
+        import matplotlib.pyplot as plt
+
+        assert plt.get_fignums() == []
+    else:
+        assert "matplotlib.pyplot" not in sys.modules
+
+
+def test_a_plan_without_steps_is_drawn_without_the_steps_figures(standing, tmp_path):
+    names = {p.stem for p in plots.save_figures(standing, tmp_path)}
+    assert names == {"fig03_terrain", "fig04_gait_cycle", "fig11_paths", "fig12_14_15_cog",
+                     "fig13_joint_velocities", "stability_margin"}  # fmt: skip
+
+
+def test_a_folder_that_cannot_be_made_is_refused(plan, tmp_path):
+    (tmp_path / "file").write_text("x")
+    with pytest.raises(InputError, match="cannot make the folder"):
+        plots.save_figures(plan, tmp_path / "file" / "figures")
+    assert [p.name for p in tmp_path.iterdir()] == ["file"]
+
+
+def test_nothing_is_left_in_a_folder_that_cannot_be_written_to(standing, tmp_path, monkeypatch):
+    def full(*_args: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(Path, "replace", full)
+    with pytest.raises(InputError, match="No space left"):
+        plots.save_figures(standing, tmp_path)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_leg_colours_name_all_legs_in_the_papers_order():
+    assert tuple(LEG_COLOURS) == ("RH", "RF", "LH", "LF")

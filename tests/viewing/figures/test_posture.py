@@ -1,0 +1,72 @@
+"""Fig. 7 shows what the plan does: nine points, and a body that goes back and forth."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from gaitopt import Footholds, InputError, load_robot, plan_crawl
+from gaitopt.plan.plan import Plan
+from gaitopt.planners.over_obstacle.planner import plan_stride
+from gaitopt.terrain.obstacles import rectangular_obstacle
+from gaitopt.viewing.figures.posture import cog_cycle, plot_posture, striding_cycle
+
+
+@pytest.fixture(scope="module")
+def walk() -> Plan:
+    return plan_stride(load_robot("frog1"), rectangular_obstacle(0.05, 0.04), leave=0)
+
+
+def test_points_are_lift_offs_and_touch_downs(walk: Plan) -> None:
+    way = cog_cycle(walk, 1)
+    assert way.points.shape == (9,)
+    assert (np.diff(way.points) >= 0.0).all()
+    assert [s.leg for s in way.swings] == ["RF", "LH", "LF", "RH"]
+    flown = way.points[2::2] - way.points[1::2]
+    assert flown == pytest.approx([s.duration for s in way.swings])
+
+
+def test_the_body_of_a_pitch_pitch_robot_keeps_to_its_line(walk: Plan) -> None:
+    """Back before RF lifts, forward before LH does; nothing moves sideways, not even masses."""
+    way = cog_cycle(walk, 0)
+    assert np.abs(way.centre[:, 1]).max() < 1e-8
+    ahead = np.interp(way.points, way.times, way.centre[:, 0])
+    assert ahead[1] < ahead[0] < ahead[3]
+    assert np.abs(way.com[:, 1]).max() < 1e-8
+    assert np.ptp(way.com[:, 2]) > 1e-3
+
+
+def test_the_striding_cycle_is_that_of_the_front_legs(walk: Plan) -> None:
+    cycle = striding_cycle(walk)
+    swings = walk.swings[4 * cycle : 4 * cycle + 4]
+    over = [s.leg for s in swings if s.foot_start[0] < 0.0 < s.foot_end[0]]
+    assert over == ["RF", "LF"]
+
+
+def test_a_robot_that_sways_is_seen_from_above_and_one_that_does_not_from_the_side(
+    walk: Plan,
+) -> None:
+    swaying = plan_stride(load_robot("anymal_c"), rectangular_obstacle(0.05, 0.03), approach=0,
+                          leave=1)  # fmt: skip
+    for plan, label in ((walk, "up [mm]"), (swaying, "to the left [mm]")):
+        assert [ax.get_ylabel() for ax in plot_posture(plan).axes[:2]] == [label, label]
+
+
+def test_the_figure_numbers_its_points_from_0_to_8(walk: Plan) -> None:
+    figure = plot_posture(walk)
+    assert len(figure.axes) == 4
+    for ax in figure.axes:
+        assert [t.get_text() for t in ax.texts] == [str(k) for k in range(9)]
+    lines = {line.get_gid(): line for line in figure.axes[1].lines}
+    drawn = np.array(lines["com"].get_xdata()) / 1e3
+    assert drawn == pytest.approx(cog_cycle(walk, striding_cycle(walk)).com[:, 0])
+
+
+def test_plans_without_an_obstacle_and_cycles_that_are_none_are_refused(walk: Plan) -> None:
+    feet = {leg: np.array([[x, y, 0.0], [x + 0.1, y, 0.0]])
+            for leg, x, y in (("LF", 0.2, 0.15), ("LH", -0.2, 0.15), ("RH", -0.2, -0.15),
+                              ("RF", 0.2, -0.15))}  # fmt: skip
+    with pytest.raises(InputError, match="no obstacle"):
+        plot_posture(plan_crawl(load_robot("wang2020"), Footholds(feet)))
+    with pytest.raises(InputError, match="cycle must be a whole number from 0 to"):
+        cog_cycle(walk, 99)
