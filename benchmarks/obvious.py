@@ -1,6 +1,6 @@
 """The same walk the obvious way: IPOPT for every COG, a linear program for every sample.
 
-Written as one would at a first go, from the equations of 000_6dacb41600db6a3c.txt and none of
+Written as one would at a first go, from the equations of [Wang2020] and none of
 gaitopt's planner: the half-planes, discs, swings and inverse kinematics here are its own. It serves
 legs without offsets, on a body that keeps its height and faces along x, which is the main job.
 """

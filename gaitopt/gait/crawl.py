@@ -10,7 +10,7 @@ from gaitopt.conventions import LEGS
 from gaitopt.errors import InputError
 
 WANG_SEQUENCE: Final[tuple[str, str, str, str]] = ("RH", "RF", "LH", "LF")
-"""Leg order of 000_6dacb41600db6a3c.txt, Section II.D, best for static stability."""
+"""Leg order of [Wang2020], Section II.D, best for static stability."""
 
 CRAWL_SEQUENCES: Final[tuple[tuple[str, ...], ...]] = tuple(
     ("RH", *rest) for rest in permutations(("RF", "LH", "LF"))

@@ -29,7 +29,7 @@ def walk(cycle_time: float, duty_factor: float = CRITICAL) -> GaitSchedule:
     touches down, so that three feet stand at every instant. Above it there are times on four feet
     between the swings. LF touches down at the cycle's start, so that RH is the first to swing.
 
-    Source: 002_7a9a53f581cab42f.txt, Section 2, Figs. 1-3.
+    Source: [Wang2024], Section 2, Figs. 1-3.
 
     Args:
         cycle_time: duration of a cycle [s].
@@ -66,12 +66,12 @@ def trot(cycle_time: float, duty_factor: float = 0.5) -> GaitSchedule:
     """The trot: the diagonal pairs LF, RH and RF, LH step in turn.
 
     At the duty factor 0.5, the critical form, one pair lifts off when the other touches down.
-    003_8f161808651a8f3d.txt recommends 0.3 to 0.5; below 0.5 there are times of flight
+    [XiLing] recommends 0.3 to 0.5; below 0.5 there are times of flight
     (``has_flight``), in which there is no support polygon and no ZMP. Above 0.5 there are times on
     four feet.
 
-    Source: 003_8f161808651a8f3d.txt, eqs. (32)-(38) and the first (43);
-    002_7a9a53f581cab42f.txt, Section 3, Figs. 4 and 5.
+    Source: [XiLing], eqs. (32)-(38) and the first (43);
+    [Wang2024], Section 3, Figs. 4 and 5.
     """
     return _pairs("trot", ("LF", "RH"), cycle_time, duty_factor)
 
@@ -94,7 +94,7 @@ def quasi_static(cycle_time: float, duty_factor: float = 0.625) -> GaitSchedule:
     LH later than in the trot by the duty factor less a half. Three feet stand for the share
     4 duty_factor - 2 of the cycle, and a diagonal pair for the rest.
 
-    Source: 002_7a9a53f581cab42f.txt, Section 4.
+    Source: [Wang2024], Section 4.
 
     Args:
         cycle_time: duration of a cycle [s].

@@ -56,7 +56,7 @@ class GaitSchedule:
 
     A leg stands from its touchdown until its lift-off: at the touchdown it stands, at the lift-off
     it does not. With the offsets of the trot and half a cycle of stance, LF and RH stand in the
-    first half of the cycle. Source: 003_8f161808651a8f3d.txt, Module D, eqs. (28)-(38).
+    first half of the cycle. Source: [XiLing], Module D, eqs. (28)-(38).
 
     Args:
         cycle_time: duration of a cycle [s].

@@ -27,7 +27,7 @@ LONGEST_ADVANCE: Final = 1000
 
 
 class LegState(Enum):
-    """What a leg does. Source: 003_8f161808651a8f3d.txt, Module E, Section 5.1."""
+    """What a leg does. Source: [XiLing], Module E, Section 5.1."""
 
     INITIAL = "initial"
     """It stands, and has not swung yet."""
@@ -93,7 +93,7 @@ class GaitStateMachine:
     LIFT_OFF and TOUCHDOWN last for ``transition_time``, but a LIFT_OFF not beyond the planned
     touchdown, and a TOUCHDOWN not beyond the next lift-off.
 
-    Source: 003_8f161808651a8f3d.txt, Module E, Sections 5.1 and 5.2.
+    Source: [XiLing], Module E, Sections 5.1 and 5.2.
 
     Args:
         schedule: the gait.

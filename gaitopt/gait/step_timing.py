@@ -205,7 +205,7 @@ def adapted_step_time(
     The paper gives the gain as 0.1 to 0.5 and no unit. It multiplies a length, so that it has the
     unit 1/m; at 0.5 / m a centimetre of margin changes the time by 0.5 percent.
 
-    Source: 003_8f161808651a8f3d.txt, "Stability and Gait Control", Section 4.
+    Source: [XiLing], "Stability and Gait Control", Section 4.
 
     Args:
         nominal: duration of a step at the nominal margin [s].

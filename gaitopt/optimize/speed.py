@@ -1,6 +1,6 @@
 """How fast a body or a foot may move when every joint's velocity is limited.
 
-Three ways to the same number, Section IV of 000_6dacb41600db6a3c.txt:
+Three ways to the same number, Section IV of [Wang2020]:
 
 * the linear program in the joint velocities, as stated (:func:`build_speed_lp`);
 * the paper's algorithm: guess which joint is at its limit, and get the others from the closed-form
@@ -120,7 +120,7 @@ def foot_rates(leg: Leg, q: FloatArray, direction: FloatArray) -> FloatArray:
 def body_speed(speeds: FloatArray) -> FloatArray:
     """Largest body speed: the smallest of the supporting legs' ``speeds (..., legs)`` [m/s].
 
-    Source: 000_6dacb41600db6a3c.txt, Section IV.B.
+    Source: [Wang2020], Section IV.B.
     """
     return np.asarray(np.min(speeds, axis=-1))
 

@@ -1,7 +1,7 @@
 """The sway of a body: the path on which its ZMP stays deep inside the support polygons.
 
 The body's centre is taken as a point mass at constant height ``h``, so its ZMP is
-``c - (h / g) c''`` (003_8f161808651a8f3d.txt, Module D). The path is a cubic spline; its ZMP is
+``c - (h / g) c''`` ([XiLing], Module D). The path is a cubic spline; its ZMP is
 then a cubic on every piece and lies within the range of its Bernstein coefficients, so what holds
 of these holds at every instant. First a linear program finds the largest margin that can be kept
 all along; then a quadratic one keeps nearly all of it, goes deeper into every polygon up to a

@@ -1,6 +1,6 @@
 """The static gait with optimised walking speed, over given footholds.
 
-Source: 000_6dacb41600db6a3c.txt. Before each swing the body moves on four feet to where the COG
+Source: [Wang2020]. Before each swing the body moves on four feet to where the COG
 optimisation puts it (Section III); then one foot swings while the body stands still; body and foot
 move as fast as the joints allow (Section IV). Planned in a frame turned to the walk's heading.
 """

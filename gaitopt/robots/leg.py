@@ -9,7 +9,7 @@ about +y; at A = B = 0 the leg hangs straight down)::
     foot = (px, d cos a1 - zeta sin a1, d sin a1 + zeta cos a1)
 
 ``d`` is the sideways offset between hip and foot, ``u`` how far the pitch axis lies below the roll
-axis. Eq. (11) of 000_6dacb41600db6a3c.txt is the case ``d = u = 0``. All functions are written
+axis. Eq. (11) of [Wang2020] is the case ``d = u = 0``. All functions are written
 with NumPy's universal functions, so the same source runs on arrays and on CasADi symbols.
 """
 
@@ -80,7 +80,7 @@ class Leg:
             q: joint angles ``(..., nj)`` [rad].
 
         Returns:
-            ``(..., 3)`` [m]. Source: 000_6dacb41600db6a3c.txt, eq. (11), with offsets.
+            ``(..., 3)`` [m]. Source: [Wang2020], eq. (11), with offsets.
         """
         q = np.asarray(q, dtype=np.float64)
         columns = [q[..., i] for i in range(len(self.joints))]
@@ -139,7 +139,7 @@ class Leg:
     def jacobian(self, q: Any) -> FloatArray:
         """Derivative of :meth:`forward`, ``(..., 3, nj)`` [m/rad], in the body frame.
 
-        Source: 000_6dacb41600db6a3c.txt, eq. (12), with the joint rate of the knee (see errata).
+        Source: [Wang2020], eq. (12), with the joint rate of the knee (see errata).
         """
         q = np.asarray(q, dtype=np.float64)
         roll, thigh, bend = self._geometric(*[q[..., i] for i in range(len(self.joints))])
@@ -162,7 +162,7 @@ class Leg:
 
         The foot at ``(x, y, z)`` (body frame, [m]) is within reach when ``s**2 <= reach**2``. For
         ``d = u = 0`` this is the squared distance from the hip, eqs. (8), (9) of
-        000_6dacb41600db6a3c.txt. Convex in ``x, y`` for a foot below the hip.
+        [Wang2020]. Convex in ``x, y`` for a foot below the hip.
         """
         px, py, pz = self._in_leg_frame(x, y, z)
         down = self._hang(py, pz) + self.drop

@@ -25,8 +25,8 @@ NUMBERINGS: Final[Mapping[str, Mapping[int, str]]] = MappingProxyType(
 )
 """Leg numbers by the name of the paper.
 
-``"wang2020"``: 000_6dacb41600db6a3c.txt, Section II. ``"xiling"``: 003_8f161808651a8f3d.txt,
-Module A, Section 2, counter-clockwise from above. ``"wang2024"``: 002_7a9a53f581cab42f.txt,
+``"wang2020"``: [Wang2020], Section II. ``"xiling"``: [XiLing],
+Module A, Section 2, counter-clockwise from above. ``"wang2024"``: [Wang2024],
 Section 2, which gives the order left front, right rear, right front, left rear as 1-4-3-2.
 """
 

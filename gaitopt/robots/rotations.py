@@ -1,6 +1,6 @@
 """Roll-pitch-yaw angles, R = Rz(yaw) Ry(pitch) Rx(roll), and quaternions, over any samples.
 
-Source: 003_8f161808651a8f3d.txt, Module C, Section 1.3. Angular velocities and accelerations are
+Source: [XiLing], Module C, Section 1.3. Angular velocities and accelerations are
 in the body's own frame, as Pinocchio has them.
 """
 

@@ -8,7 +8,7 @@ origin and has x forward, y left, z up; and one leg frame L at each hip (see
     p_W = position + R(rpy) A (hip + axes @ p_L)
 
 The inverse and its first two derivatives in time are closed forms over any number of samples.
-Source: 003_8f161808651a8f3d.txt, Modules A to C.
+Source: [XiLing], Modules A to C.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.rotations import quaternion_to_rpy, rpy_to_matrix, rpy_to_quaternion
 
 XILING_LEG_AXES: Final = frozen([[0.0, 1.0, 0.0], [0.0, 0.0, -1.0], [-1.0, 0.0, 0.0]])
-"""Axes of the leg frame of 003_8f161808651a8f3d.txt as columns in gaitopt's leg frame ``(3, 3)``.
+"""Axes of the leg frame of [XiLing] as columns in gaitopt's leg frame ``(3, 3)``.
 
 Its formulae hold with x down the straight leg, y forward along the axis of HAA, and z right along
 the axes of HFE and KFE. So its R_{B,Li} is no identity, as it says, but this matrix.
@@ -59,7 +59,7 @@ def homogeneous(position: ArrayLike, rpy: ArrayLike) -> FloatArray:
         position: ``(..., 3)`` [m].
         rpy: roll, pitch and yaw ``(..., 3)`` [rad].
 
-    Source: 003_8f161808651a8f3d.txt, Module C, Sections 1.2 to 1.4 and 4.1.
+    Source: [XiLing], Module C, Sections 1.2 to 1.4 and 4.1.
     """
     place = shaped("position", position, 3)
     return _transform(rpy_to_matrix(shaped("rpy", rpy, 3)), place)
@@ -68,7 +68,7 @@ def homogeneous(position: ArrayLike, rpy: ArrayLike) -> FloatArray:
 def inverse_homogeneous(transform: ArrayLike) -> FloatArray:
     """Inverses ``(..., 4, 4)`` of rigid transforms, by transposing their rotation.
 
-    Source: 003_8f161808651a8f3d.txt, Module C, Section 1.4.
+    Source: [XiLing], Module C, Section 1.4.
     """
     given = shaped("transform", transform, 4, 4)
     back = np.swapaxes(given[..., :3, :3], -1, -2)
@@ -79,7 +79,7 @@ def hip_frames(robot: Quadruped) -> FloatArray:
     """Transforms ``T_{B,Li}`` from each leg's frame to the body frame ``(4, 4, 4)``.
 
     Legs are in the order of :data:`gaitopt.LEGS`. Multiply the rotation by
-    :data:`XILING_LEG_AXES` for the leg frames of 003_8f161808651a8f3d.txt (Module C, Section 1.5).
+    :data:`XILING_LEG_AXES` for the leg frames of [XiLing] (Module C, Section 1.5).
     """
     legs = [robot.legs[name] for name in LEGS]
     return _transform(np.array([leg.axes for leg in legs]), np.array([leg.hip for leg in legs]))
@@ -140,7 +140,7 @@ def feet_from_joints(
         rpy: its roll, pitch and yaw ``(..., 3)`` [rad].
         joints: ``(..., nj)`` [rad], in the order of :attr:`Quadruped.joint_names`.
 
-    Source: 003_8f161808651a8f3d.txt, Module C, "Full Forward Kinematics Chain".
+    Source: [XiLing], Module C, "Full Forward Kinematics Chain".
 
     Raises:
         InputError: an array has another shape.
@@ -197,7 +197,7 @@ def joints_from_feet(
     Returns:
         ``(..., nj)`` [rad], in the order of :attr:`Quadruped.joint_names`; with ``"mask"`` also
         ``(..., 4)``, true where the foot is reached. Where it is not, the leg points towards it,
-        straight or folded. Source: 003_8f161808651a8f3d.txt, Module C, Section 2.
+        straight or folded. Source: [XiLing], Module C, Section 2.
 
     Raises:
         InputError: a foot is out of reach, an array has another shape, or ``on_unreachable`` is

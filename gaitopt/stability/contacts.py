@@ -24,7 +24,7 @@ def support_margin(feet: ArrayLike, contacts: ArrayLike, point: ArrayLike) -> Fl
 
     Returns:
         ``(...)`` [m], judged on the horizontal projection; NaN in flight (see :func:`in_flight`)
-        and where the point is NaN. Source: 003_8f161808651a8f3d.txt, "Stability and Gait
+        and where the point is NaN. Source: [XiLing], "Stability and Gait
         Control", Sections 1-3.
 
     Raises:
@@ -48,7 +48,7 @@ def support_margin(feet: ArrayLike, contacts: ArrayLike, point: ArrayLike) -> Fl
 def in_flight(contacts: ArrayLike) -> BoolArray:
     """Where no foot stands ``(...)``: there a ZMP and a margin are not defined.
 
-    Trots with a duty factor below 0.5 have such phases (003_8f161808651a8f3d.txt, Module D,
+    Trots with a duty factor below 0.5 have such phases ([XiLing], Module D,
     Section 2.3).
 
     Args:

@@ -19,7 +19,7 @@ def static_stability_margin(feet: ArrayLike, cog: ArrayLike) -> FloatArray:
 
     Returns:
         ``(...)`` [m], positive inside, never positive for feet in one line; judged on the
-        horizontal projection. Source: 000_6dacb41600db6a3c.txt, eqs. (1)-(3).
+        horizontal projection. Source: [Wang2020], eqs. (1)-(3).
 
     Raises:
         InputError: fewer than three feet.

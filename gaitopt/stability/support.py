@@ -28,7 +28,7 @@ def support_half_planes(corners: FloatArray) -> HalfPlanes:
     """Half-planes of the convex polygon over three or more feet.
 
     Written from the polygon's orientation, so that no case of eqs. (4)-(7) of
-    000_6dacb41600db6a3c.txt needs the usual arrangement of the feet (see ``errata.md``).
+    [Wang2020] needs the usual arrangement of the feet (see ``errata.md``).
 
     Args:
         corners: feet ``(m, 2)`` or ``(m, 3)`` [m], ``m >= 3``, in any order; only x and y count.
@@ -99,7 +99,7 @@ def shrunken_polygon(corners: FloatArray, margin: float) -> FloatArray:
 
     Returns:
         ``(k, 2)`` counter-clockwise [m]; empty when the margin leaves nothing. Area A of
-        000_6dacb41600db6a3c.txt, Section III.A and Fig. 6.
+        [Wang2020], Section III.A and Fig. 6.
     """
     planes = support_half_planes(corners)
     origin = np.asarray(corners, dtype=np.float64)[0, :2]

@@ -2,7 +2,7 @@
 
 The zero moment point (ZMP) is where the resultant of the ground's forces meets the ground: there
 it has no horizontal moment. Feet that only push can make no resultant outside the convex hull of
-their places, so a motion that asks for one tips the robot. Source: 003_8f161808651a8f3d.txt,
+their places, so a motion that asks for one tips the robot. Source: [XiLing],
 "Stability and Gait Control", Section 3.
 """
 
@@ -36,7 +36,7 @@ def cart_table_zmp(
         gravity: [m/s^2].
 
     Returns:
-        ``(..., 2)`` [m]. Source: 003_8f161808651a8f3d.txt, "Stability and Gait Control",
+        ``(..., 2)`` [m]. Source: [XiLing], "Stability and Gait Control",
         Section 3. With the COM in vertical motion use :func:`point_mass_zmp`.
 
     Raises:

@@ -1,4 +1,4 @@
-"""Table II of 000_6dacb41600db6a3c.txt: the paper's method beside two baselines."""
+"""Table II of [Wang2020]: the paper's method beside two baselines."""
 
 from __future__ import annotations
 

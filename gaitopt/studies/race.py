@@ -1,6 +1,6 @@
 """The race: every way to walk the same footholds, held against the paper's.
 
-The rows are the two baselines of 000_6dacb41600db6a3c.txt, planned phase by phase, and those of
+The rows are the two baselines of [Wang2020], planned phase by phase, and those of
 :data:`gaitopt.plan.settings.time_optimal.ROWS`, planned over the whole route at once.
 """
 

@@ -1,4 +1,4 @@
-"""Joint splines of a swing, ours beside the paper's times: 004_6eabd5aa21217b1c.txt, Fig. 6."""
+"""Joint splines of a swing, ours beside the paper's times: [Shao2011], Fig. 6."""
 
 from __future__ import annotations
 

@@ -6,7 +6,7 @@ nor stride nor waypoints. So its intervals belong to other knots than ours, and 
 Chosen here: frog1 with its hips 0.72 m above the foot frames, the board below the hip, a stride of
 0.40 m with the board in its middle, the foot a point.
 
-Source: 004_6eabd5aa21217b1c.txt, Section V.A and Table I.
+Source: [Shao2011], Section V.A and Table I.
 """
 
 from __future__ import annotations

@@ -18,7 +18,7 @@ def box_corners(start: FloatArray, end: FloatArray, height: float) -> FloatArray
         height: swing height [m].
 
     Returns:
-        ``(..., 4, 3)`` [m]. Source: 000_6dacb41600db6a3c.txt, Section II.E and Fig. 5.
+        ``(..., 4, 3)`` [m]. Source: [Wang2020], Section II.E and Fig. 5.
     """
     start, end = np.broadcast_arrays(np.asarray(start, float), np.asarray(end, float))
     top = np.maximum(start[..., 2], end[..., 2]) + height

@@ -20,7 +20,7 @@ class BoxSwing(SwingCurve):
     zero at both ends and at the two corners between. Edges take times in proportion to the
     square roots of their lengths, which makes the largest acceleration the same on each.
 
-    Source: 000_6dacb41600db6a3c.txt, Section II.E and Fig. 5, for the path; the timing is ours.
+    Source: [Wang2020], Section II.E and Fig. 5, for the path; the timing is ours.
     """
 
     smoothness: ClassVar[int] = 2

@@ -71,6 +71,6 @@ PATTERNS: Final[dict[str, Pattern]] = {
     "trapezoid path": "trapezoid",
     "parabola path": "parabola",
 }
-"""Ways over an obstacle, of 004_6eabd5aa21217b1c.txt, Fig. 3, as swings."""
+"""Ways over an obstacle, of [Shao2011], Fig. 3, as swings."""
 SWINGS: Final = (*SWING_CURVES, *PATTERNS)
 """Every swing that a crawl can fly."""

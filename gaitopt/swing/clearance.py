@@ -3,7 +3,7 @@
 A leg flies another curve than the path of its waypoints: :func:`least_clearance` bounds how near
 that comes at any instant, and :func:`clear_path` moves the waypoints until it clears.
 
-Source: none; 004_6eabd5aa21217b1c.txt, Section III.A, looks at the path alone.
+Source: none; [Shao2011], Section III.A, looks at the path alone.
 """
 
 from __future__ import annotations

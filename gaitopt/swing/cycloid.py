@@ -17,7 +17,7 @@ class CycloidSwing(ArchCurve):
     lift ``(1 - cos sigma) / 2``. At both ends the velocity is zero; the acceleration is
     ``2 pi^2 height / duration^2`` upwards, and zero sideways.
 
-    Source: 002_7a9a53f581cab42f.txt, eqs. (17)-(20) with four corrections. Eqs. (17) and (18)
+    Source: [Wang2024], eqs. (17)-(20) with four corrections. Eqs. (17) and (18)
     print ``2 sin sigma``, which starts backwards and overshoots by 10.9 % of the step. Eq. (19)
     prints y for z, and comes back to the start's height whatever the end's is. Eq. (20) prints
     lambda for mu: ``mu Ts`` is the duration of the swing.

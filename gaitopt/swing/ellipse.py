@@ -19,7 +19,7 @@ class HalfEllipseSwing(ArchCurve):
     acceleration at the ends is ``pi^2 / 2`` times the step over the square of the duration,
     forward at lift-off and backward at touch-down, and zero upwards.
 
-    Source: 003_8f161808651a8f3d.txt, eq. (40), corrected: as printed it is a sine arch
+    Source: [XiLing], eq. (40), corrected: as printed it is a sine arch
     (:class:`gaitopt.swing.sine_arch.SineArchSwing`).
     """
 

@@ -6,7 +6,7 @@ the end is straight but for arcs around corners of the core. Each arc becomes a 
 same end tangents. Its curvature at its ends is ``cos(turn / 2)**2 / radius``, less than the arc's,
 and its middle lies farther out: so it stays outside the arc, and the path outside the section.
 
-Source: 004_6eabd5aa21217b1c.txt, Section III.A and Fig. 3 (d)-(f), which names the shape ("mixed
+Source: [Shao2011], Section III.A and Fig. 3 (d)-(f), which names the shape ("mixed
 parabola", three waypoints a corner) and gives no formula.
 """
 

@@ -5,7 +5,7 @@ The patterns go over a convex section swollen by a safety margin: ``"box"``, ``"
 leg flies another curve, through the path's waypoints only: what that clears is proven in
 :mod:`gaitopt.swing.clearance`.
 
-Source: 004_6eabd5aa21217b1c.txt, Section III.A and Fig. 3.
+Source: [Shao2011], Section III.A and Fig. 3.
 """
 
 from __future__ import annotations

@@ -23,7 +23,7 @@ class SineArchSwing(ArchCurve):
     ``pi height / duration`` upwards at lift-off, downwards at touch-down: it lands with a blow.
     Its acceleration there is zero.
 
-    Source: 003_8f161808651a8f3d.txt, eqs. (40) and (41), which call it half-elliptical. It is not:
+    Source: [XiLing], eqs. (40) and (41), which call it half-elliptical. It is not:
     see :class:`gaitopt.swing.ellipse.HalfEllipseSwing`.
     """
 

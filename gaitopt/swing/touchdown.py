@@ -35,7 +35,7 @@ def velocity_touchdown(
         gain: ``(K_bx, K_by)`` [s], or one number for both.
 
     Returns:
-        ``(..., 2)`` [m]. Source: 002_7a9a53f581cab42f.txt, eqs. (15), (16), corrected: printed is
+        ``(..., 2)`` [m]. Source: [Wang2024], eqs. (15), (16), corrected: printed is
         half the way during the swing ``mu Ts``, which is right only where both last equally
         long; and no nominal place.
 
@@ -78,7 +78,7 @@ def com_touchdown(
             forward velocity count.
 
     Returns:
-        ``(..., 2)`` [m]. Source: 003_8f161808651a8f3d.txt, eqs. (42), (43) of Section 3.3, solved.
+        ``(..., 2)`` [m]. Source: [XiLing], eqs. (42), (43) of Section 3.3, solved.
 
     Raises:
         InputError: a shape is wrong, a value is not finite, or ``position_gain`` is -1.

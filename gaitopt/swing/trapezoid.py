@@ -22,7 +22,7 @@ class TrapezoidSwing(ArchCurve):
     ``L / ((1 - r) T)``. Upwards it leaves and meets the ground at ``pi height / T`` without
     acceleration. Its acceleration jumps at the two ends of the plateau.
 
-    Source: 003_8f161808651a8f3d.txt, Module C, 4.2. The printed h(t) holds the height that the
+    Source: [XiLing], Module C, 4.2. The printed h(t) holds the height that the
     printed position multiplies it by once more, and takes its sine of pi t: here t is the share of
     the duration, and the height counts once.
 

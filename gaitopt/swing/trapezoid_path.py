@@ -4,7 +4,7 @@ In the plane of the section, ``(x, z)`` [m], the foot going from left to right. 
 sides are the steepest lines that the section demands, its top is level with the section's; the box
 has upright sides. Every side is a line that the whole section lies beneath, so both clear it.
 
-Source: 004_6eabd5aa21217b1c.txt, Section III.A and Fig. 3 (a)-(c) for the box; the trapezoid is
+Source: [Shao2011], Section III.A and Fig. 3 (a)-(c) for the box; the trapezoid is
 named there.
 """
 

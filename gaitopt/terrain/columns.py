@@ -1,4 +1,4 @@
-"""The test terrain of 000_6dacb41600db6a3c.txt, Fig. 3: columns scattered along an S."""
+"""The test terrain of [Wang2020], Fig. 3: columns scattered along an S."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def s_columns(
     Raises:
         InputError: a parameter is out of its range; the message names it.
 
-    Source: 000_6dacb41600db6a3c.txt, Section II.B and Fig. 3, which gives the 17 x 4 columns, the
+    Source: [Wang2020], Section II.B and Fig. 3, which gives the 17 x 4 columns, the
     S, the 1.5 m and the diameter; amplitude and offsets are not published and are chosen here.
     """
     _check(seed=seed, columns=columns, forward=PAPER_STEP if forward is None else forward,

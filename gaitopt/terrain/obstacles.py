@@ -4,7 +4,7 @@ A section is a convex polygon, its core, swollen by a radius. A board is a recta
 a log a single point with the log's radius; a safety margin only adds to the radius. So one formula
 measures distances to all of them, and an inflated obstacle is again one.
 
-Source of the three sections: 004_6eabd5aa21217b1c.txt, Section III.A and Fig. 3.
+Source of the three sections: [Shao2011], Section III.A and Fig. 3.
 """
 
 from __future__ import annotations

@@ -37,7 +37,7 @@ def share_of_feet(schedule: GaitSchedule) -> dict[int, float]:
 
 @pytest.mark.parametrize("duty", [0.75, 0.8, 0.95])
 def test_walk_swings_lf_rh_rf_lh(duty: float) -> None:
-    """The order of 002, Section 2."""
+    """The order of [Wang2024], Section 2."""
     schedule = walk(1.0, duty)
     assert cyclic(schedule.order, "LF") == ("LF", "RH", "RF", "LH")
     assert schedule.order[0] == ("RH",)
@@ -46,7 +46,7 @@ def test_walk_swings_lf_rh_rf_lh(duty: float) -> None:
 
 
 def test_critical_walk_never_stands_on_four_feet() -> None:
-    """002, Fig. 3: at 0.75 and 0.25 there is no support by four feet."""
+    """[Wang2024], Fig. 3: at 0.75 and 0.25 there is no support by four feet."""
     critical = walk(1.0)
     assert critical.duty_factor == 0.75
     assert share_of_feet(critical) == pytest.approx({3: 1.0})
@@ -86,7 +86,7 @@ def test_trot_has_the_offsets_of_eqs_32_to_35() -> None:
 
 @given(st.floats(0.3, 0.499))
 def test_trot_below_one_half_has_flight_for_the_rest_of_the_cycle(duty: float) -> None:
-    """Erratum to 003: most of the duty factors that it recommends leave the ground."""
+    """Erratum to [XiLing]: most of the duty factors that it recommends leave the ground."""
     schedule = trot(1.0, duty)
     assert schedule.has_flight and schedule.least_support == 0
     assert share_of_feet(schedule) == pytest.approx({2: 2.0 * duty, 0: 1.0 - 2.0 * duty}, abs=1e-8)

@@ -215,7 +215,7 @@ def test_transforms_are_pinocchios_and_their_inverses_undo_them(
 
 
 def test_hips_of_a_rectangular_body_are_its_corners() -> None:
-    """003, Module C, Section 1.5: [l_b/2, w_b/2, 0] for leg 1, and so on round the body."""
+    """[XiLing], Module C, Section 1.5: [l_b/2, w_b/2, 0] for leg 1, and so on round the body."""
     frames = hip_frames(robot("wang2020"))
     corners = 0.5 * np.array([[0.4, 0.3], [-0.4, 0.3], [-0.4, -0.3], [0.4, -0.3]])
     np.testing.assert_allclose(frames[:, :2, 3], corners, rtol=0, atol=1e-14)
@@ -332,7 +332,7 @@ def test_joints_of_feet_put_pinocchios_feet_there(name: str) -> None:
 
 @each_robot
 def test_standing_feet_stay_where_they_are_below_a_moving_body(name: str) -> None:
-    """003, Module C, Section 4.2: body moved and turned within the legs' reach."""
+    """[XiLing], Module C, Section 4.2: body moved and turned within the legs' reach."""
     model = robot(name)
     joints = poses(model, 1, seed=6).joints
     feet = feet_from_joints(model, np.zeros(3), np.zeros(3), joints)

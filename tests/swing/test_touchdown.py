@@ -15,7 +15,7 @@ number = st.floats(-2.0, 2.0)
 pair = st.tuples(number, number).map(np.array)
 
 
-# --- 002_7a9a53f581cab42f.txt, eqs. (15), (16)
+# --- [Wang2024], eqs. (15), (16)
 
 
 @given(pair, st.floats(0.05, 2.0))
@@ -74,7 +74,7 @@ def test_legs_may_stand_for_different_times_and_samples_go_in_front() -> None:
             np.testing.assert_array_equal(landed[i, j], alone)
 
 
-# --- 003_8f161808651a8f3d.txt, eqs. (42), (43)
+# --- [XiLing], eqs. (42), (43)
 
 
 @given(pair, pair, st.floats(-0.9, 20.0), number)

@@ -1,4 +1,4 @@
-"""The COG problem of 000_6dacb41600db6a3c.txt, eq. (10): its formulation, and its instances.
+"""The COG problem of [Wang2020], eq. (10): its formulation, and its instances.
 
 Area A is the support triangle shrunken by the stability margin (three half-planes), Area B the
 places from which four feet and the next foothold are within the legs' reach (five discs, or ovals

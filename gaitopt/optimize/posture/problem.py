@@ -12,7 +12,7 @@ must slide by ``w (1 / cos(phi) - 1)``, 1 mm for frog1 at 5 degrees. Yaw turns t
 feet in the first order, and so does a shift sideways. So x, z and pitch remain, unless feet may
 give a little (``foot_give``), as the paper's did: its Section V.B reports slippage and clearance.
 
-Source: 004_6eabd5aa21217b1c.txt, Section IV, which describes the postures in words.
+Source: [Shao2011], Section IV, which describes the postures in words.
 """
 
 from __future__ import annotations

@@ -4,7 +4,7 @@ IPOPT with exact second derivatives finds the pose. Whether it is one is judged 
 pose alone: joints by the legs' closed form, margins by the support polygon, and the plane of every
 leg without roll.
 
-Source: 004_6eabd5aa21217b1c.txt, Section IV, eq. (11) and Fig. 5.
+Source: [Shao2011], Section IV, eq. (11) and Fig. 5.
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
 Everything that a :class:`JointSpline` says of itself is computed anew from its knots and intervals
 alone, whoever chose them: :func:`uniform_spline` by hand, or :mod:`gaitopt.optimize.spline.solver`.
 
-Source: 004_6eabd5aa21217b1c.txt, Section III.B.
+Source: [Shao2011], Section III.B.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """The fastest swing of one leg over an obstacle: a joint spline whose flown curve clears it.
 
-Source: 004_6eabd5aa21217b1c.txt, Section III: the path is in :mod:`gaitopt.swing.obstacle_paths`,
+Source: [Shao2011], Section III: the path is in :mod:`gaitopt.swing.obstacle_paths`,
 the spline in :mod:`gaitopt.optimize.spline.solver`.
 """
 

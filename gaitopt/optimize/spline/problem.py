@@ -16,7 +16,7 @@ accelerations that are zero at the ends would need two more knots, hence 14 inte
 Everything is in units of the limits and of a typical interval, so that numbers are of order one for
 any robot. Problems are only built here; :mod:`gaitopt.optimize.spline.solver` solves them.
 
-Source: 004_6eabd5aa21217b1c.txt, Section III.B, eqs. (7)-(10), with bounds on the whole curve where
+Source: [Shao2011], Section III.B, eqs. (7)-(10), with bounds on the whole curve where
 the paper has them at the knots (``errata.md``).
 """
 

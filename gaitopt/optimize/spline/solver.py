@@ -7,7 +7,7 @@ million or less by which it breaks a bound, so that a solved spline breaks none.
 Other solvers were tried: Fatrop took a third of IPOPT's time, but on one of 60 random problems it
 did not come to an end; CasADi's sqpmethod did not converge with any of seven QP solvers.
 
-Source: 004_6eabd5aa21217b1c.txt, Section III.B; the problem is in
+Source: [Shao2011], Section III.B; the problem is in
 :mod:`gaitopt.optimize.spline.problem`.
 """
 

@@ -58,7 +58,7 @@ def plan_gait(
     The robot starts standing with its feet below its hips, gets to speed, walks, slows down, and
     stops on four feet. Standing feet are fixed in the world. Each foothold lies where the foot
     will be at its nominal place under the body in the middle of its stance: half the stance's
-    time times the velocity ahead (002_7a9a53f581cab42f.txt, eqs. (15) and (16) as corrected in
+    time times the velocity ahead ([Wang2024], eqs. (15) and (16) as corrected in
     ``errata.md``).
 
     Args:
@@ -81,7 +81,7 @@ def plan_gait(
         sway: whether the body leaves its straight way so that its ZMP lies as deep in the support
             polygons as the speed allows; by default where more than half of the cycle is stance
             and the legs can move sideways.
-        adapt: gain of the step time's adaptation to the ZMP's margin [1/m] (003, Section 4): each
+        adapt: gain of the step time's adaptation to the ZMP's margin [1/m] ([XiLing], Section 4): each
             cycle's time becomes ``1 + adapt (mean margin - its margin)`` times as long.
         reach_fraction: share of each leg's reach that may be used.
         acceleration_limit: of every joint [rad/s^2].

@@ -4,7 +4,7 @@ A state is how many steps each leg has taken. Whether a step is possible depends
 not on how the body came there: on four feet it may go straight from any place of the last step's to
 any of the next one's. So a search over all states, layer by layer, finds an order of steps wherever
 there is one. Most walks do not need all states: the search is tried with the fastest few of each
-layer first. (000_6dacb41600db6a3c.txt, Section II, names the free gait and plans none.)
+layer first. ([Wang2020], Section II, names the free gait and plans none.)
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """``plan_stride``: up to an obstacle, over it with one leg after another, and on.
 
-Source: 004_6eabd5aa21217b1c.txt. The body moves on four feet to where the posture optimisation puts
+Source: [Shao2011]. The body moves on four feet to where the posture optimisation puts
 it (Section IV), then one foot flies while the body stands still: over the obstacle by the fastest
 joint spline (Section III), over open ground by a plain swing.
 """

@@ -1,7 +1,7 @@
 """The time-optimal crawl: all steps of a walk in one optimisation.
 
 Footholds, leg order, stability margin and joint limits are those of the walk that is planned phase
-by phase (000_6dacb41600db6a3c.txt); what is free beyond the body's targets is chosen by name.
+by phase ([Wang2020]); what is free beyond the body's targets is chosen by name.
 """
 
 from __future__ import annotations

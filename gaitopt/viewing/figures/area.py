@@ -66,7 +66,7 @@ class FeasibleArea:
 def feasible_area(plan: Plan, step: int) -> FeasibleArea:
     """Areas A and B of one step, with the body turned and raised as it is after the stance phase.
 
-    Source: 000_6dacb41600db6a3c.txt, eqs. (1)-(10), Figs. 6 and 7.
+    Source: [Wang2020], eqs. (1)-(10), Figs. 6 and 7.
 
     Raises:
         InputError: there is no such step.

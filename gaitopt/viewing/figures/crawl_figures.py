@@ -1,7 +1,7 @@
 """The figures of the paper, drawn from a plan.
 
 Every function returns a :class:`matplotlib.figure.Figure` that pyplot knows nothing of: no window
-opens, and there is nothing to close. Figure numbers are those of 000_6dacb41600db6a3c.txt.
+opens, and there is nothing to close. Figure numbers are those of [Wang2020].
 """
 
 from __future__ import annotations

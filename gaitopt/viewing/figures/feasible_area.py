@@ -33,7 +33,7 @@ COMMON = "#bcd9c6"
 def plot_feasible_area(plan: Plan, step: int, ax: Axes | None = None) -> Figure:
     """Areas A and B before a step, their intersection, and the COG's way from ``O`` to ``O'``.
 
-    Source: Figs. 6 and 7 of 000_6dacb41600db6a3c.txt.
+    Source: Figs. 6 and 7 of [Wang2020].
 
     Args:
         plan: any plan.

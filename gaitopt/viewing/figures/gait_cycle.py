@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 def plot_gait_cycle(plan: Plan, cycle: int | None = None, ax: Axes | None = None) -> Figure:
     """The gait diagram of one cycle: who swings when, and when the body moves on four feet.
 
-    Source: Fig. 4 of 000_6dacb41600db6a3c.txt. A stance phase that takes no time is marked by a
+    Source: Fig. 4 of [Wang2020]. A stance phase that takes no time is marked by a
     tick.
 
     Args:
@@ -96,7 +96,7 @@ def _on(colour: str) -> str:
 def plot_swing(plan: Plan, step: int, ax: Axes | None = None) -> Figure:
     """The path of the swing foot in the vertical plane of its motion, with dots at equal times.
 
-    Source: Fig. 5 of 000_6dacb41600db6a3c.txt. Where the foot comes down on the place it left, the
+    Source: Fig. 5 of [Wang2020]. Where the foot comes down on the place it left, the
     plane is the one of the walk's forward direction.
 
     Args:

@@ -1,6 +1,6 @@
 """The figures of a gait by velocity, drawn from its plan.
 
-Figure numbers are those of 002_7a9a53f581cab42f.txt. As in
+Figure numbers are those of [Wang2024]. As in
 :mod:`gaitopt.viewing.figures.crawl_figures`, pyplot knows of none of them.
 """
 

@@ -56,7 +56,7 @@ def plot_joint_curves(
     says of which legs. All lines are the exact derivatives of the plan's polynomials, and jump
     where those do. Limits are drawn where they lie near the curves, and named where they do not.
 
-    Source: Figs. 13 and 14 of 002_7a9a53f581cab42f.txt.
+    Source: Figs. 13 and 14 of [Wang2024].
 
     Args:
         plan: any plan.

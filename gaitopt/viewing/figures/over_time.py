@@ -44,7 +44,7 @@ JOINT_COLOURS = ("#5a5a5a", "#8c4fa8", "#e07b1a")
 def plot_cog_over_time(plans: Mapping[str, Plan], ax: Axes | None = None) -> Figure:
     """How far the COG has come forward, over time; one line a plan, ending at its duration.
 
-    Source: Figs. 12, 14 and 15 of 000_6dacb41600db6a3c.txt.
+    Source: Figs. 12, 14 and 15 of [Wang2020].
 
     Args:
         plans: plans by the name that the legend gives them.
@@ -93,7 +93,7 @@ def plot_joint_velocities(plan: Plan, *, cycle: int | None = None) -> Figure:
 
     Left the whole plan, right one gait cycle. Lines are exact: a path of degree one is drawn at
     its knots, where its velocities jump. Joints that belong to no leg are left out.
-    Source: Fig. 13 of 000_6dacb41600db6a3c.txt.
+    Source: Fig. 13 of [Wang2020].
 
     Args:
         plan: any plan.

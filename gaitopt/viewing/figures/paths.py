@@ -39,7 +39,7 @@ VIEW = np.array([[0.93, 0.37, 0.0], [0.14, 0.35, 0.93]])
 def plot_terrain(footholds: Footholds, ax: Axes | None = None) -> Figure:
     """The footholds seen from above, columns in their true size, in the legs' colours.
 
-    Source: Fig. 3 of 000_6dacb41600db6a3c.txt. Footholds on open ground are drawn as crosses.
+    Source: Fig. 3 of [Wang2020]. Footholds on open ground are drawn as crosses.
 
     Args:
         footholds: any footholds.
@@ -72,7 +72,7 @@ def _terrain_title(footholds: Footholds) -> str:
 def plot_paths(plan: Plan, ax: Axes | None = None) -> Figure:
     """Paths of the feet and the COG, from the side and from above.
 
-    Source: Fig. 11 of 000_6dacb41600db6a3c.txt.
+    Source: Fig. 11 of [Wang2020].
 
     Args:
         plan: any plan.

@@ -8,7 +8,7 @@ A robot whose legs only pitch moves its COG straight ahead and back, and not sid
 paper's own does, because its body leans (see ``errata.md``). For such a robot the upper panels show
 the side view instead: there the COG rises and sinks with the legs that fly.
 
-Source: 004_6eabd5aa21217b1c.txt, Fig. 5 and Fig. 7.
+Source: [Shao2011], Fig. 5 and Fig. 7.
 """
 
 from __future__ import annotations

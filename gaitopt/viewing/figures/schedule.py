@@ -32,7 +32,7 @@ def plot_gait_diagram(schedule: GaitSchedule, cycles: int = 2, ax: Axes | None =
     at which a leg touches down, in each leg's first bar that is seen from its beginning, where
     there is room.
 
-    Source: Figs. 2, 3 and 5 of 002_7a9a53f581cab42f.txt.
+    Source: Figs. 2, 3 and 5 of [Wang2024].
 
     Args:
         schedule: the gait.

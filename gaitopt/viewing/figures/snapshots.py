@@ -50,7 +50,7 @@ def plot_snapshots(plan: Plan, count: int | None = None) -> Figure:
     one draws the poses of one cycle in the middle of the walk beside each other, each over its
     time. A foot that stands has a dot.
 
-    Source: Fig. 12 of 002_7a9a53f581cab42f.txt.
+    Source: Fig. 12 of [Wang2024].
 
     Args:
         plan: any plan.

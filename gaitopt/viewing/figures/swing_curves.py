@@ -44,7 +44,7 @@ def plot_cycloids() -> Figure:
     curve is drawn a little to the front. The dotted line is the curve as printed, which starts
     backwards and overshoots (``errata.md``).
 
-    Source: Fig. 11 and eqs. (17)-(20) of 002_7a9a53f581cab42f.txt.
+    Source: Fig. 11 and eqs. (17)-(20) of [Wang2024].
     """
     figure = new_figure(7.5, 3.9, None)
     ax: Any = figure.add_axes((-0.02, 0.0, 0.82, 1.0), projection="3d")

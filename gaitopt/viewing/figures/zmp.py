@@ -49,8 +49,8 @@ def plot_zmp(plan: Plan) -> Figure:
     two feet. The margin is the distance from the support's border, negative outside; of two feet
     it is minus the distance from their line. In flight there is no ZMP: shaded, without a line.
 
-    Source: 003_8f161808651a8f3d.txt, "Stability and Gait Control", Section 3;
-    002_7a9a53f581cab42f.txt, Sections 2 to 4.
+    Source: [XiLing], "Stability and Gait Control", Section 3;
+    [Wang2024], Sections 2 to 4.
 
     Args:
         plan: any plan.

@@ -79,7 +79,7 @@ def test_it_starts_and_ends_at_rest_on_four_feet_below_the_hips(straight: Plan) 
 
 
 def test_roll_joints_stay_at_zero_on_a_straight_line(straight: Plan) -> None:
-    """002_7a9a53f581cab42f.txt, Section 6: the lateral joint does not move."""
+    """[Wang2024], Section 6: the lateral joint does not move."""
     for plan in (straight, plan_gait(gaitopt.load_robot("a1"), trot(0.5), 0.3, distance=0.5)):
         values = plan.path.evaluate(np.linspace(0, plan.duration, 2000))
         for leg in LEGS:
@@ -95,7 +95,7 @@ def test_roll_joints_do_move_when_the_body_sways(fast: Quadruped) -> None:
 
 @pytest.mark.parametrize(("name", "knees"), [("a1", None), ("solo12", "backward")])
 def test_diagonal_legs_have_identical_curves(name: str, knees: str | None) -> None:
-    """002, Section 6: LF and RH, RF and LH; angles, velocities and accelerations."""
+    """[Wang2024], Section 6: LF and RH, RF and LH; angles, velocities and accelerations."""
     robot = gaitopt.load_robot(name, knees and dict.fromkeys(LEGS, knees))
     plan = plan_gait(robot, trot(0.5), 0.3, distance=0.6, swing="cycloid")
     times = np.linspace(0, plan.duration, 1777)
@@ -156,7 +156,7 @@ def test_sideways_is_forward_turned_by_a_quarter(fast: Quadruped) -> None:
 
 
 def test_footholds_lie_half_the_stance_s_way_ahead(straight: Plan) -> None:
-    """002, eqs. (15) and (16), with the stance's time (errata)."""
+    """[Wang2024], eqs. (15) and (16), with the stance's time (errata)."""
     ramp = (straight.duration - 5.0) / 2.0
     schedule = straight.settings.schedule
     hip = straight.robot.legs["RF"].hip[0]
@@ -261,7 +261,7 @@ def test_flight_is_reported_as_such(fast: Quadruped) -> None:
 
 
 def test_the_pace_adapts_to_the_margin(fast: Quadruped) -> None:
-    """003, Section 4: cycles with less margin last longer."""
+    """[XiLing], Section 4: cycles with less margin last longer."""
     even = plan_gait(fast, trot(0.5), 0.3, duration=2.0)
     adapted = plan_gait(fast, trot(0.5), 0.3, duration=2.0, adapt=10.0)
     times = np.array(adapted.settings.cycle_times)

@@ -119,7 +119,7 @@ def test_velocity_and_acceleration_that_are_drawn_integrate_to_what_is_drawn_abo
 def test_on_a_straight_line_roll_joints_rest_and_diagonal_legs_have_identical_curves(
     trotting_a1: Plan,
 ) -> None:
-    """Source: 002_7a9a53f581cab42f.txt, Section 6."""
+    """Source: [Wang2024], Section 6."""
     plan, span = trotting_a1, (0.0, trotting_a1.duration)
     for order in range(3):
         curves = {leg: curve_lines(plan.path, plan.robot.leg_columns[leg], span, order)[1]
