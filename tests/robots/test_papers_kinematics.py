@@ -72,7 +72,7 @@ def same_angles(found: FloatArray, expected: FloatArray, atol: float = 1e-9) -> 
     np.testing.assert_allclose(wrap_angle(found - expected), 0.0, rtol=0, atol=atol)
 
 
-# --- [XiLing]: forward kinematics ------------------------------------------------------------------
+# --- [XiLing]: forward kinematics ---------------------------------------------------------------
 
 
 def forward_003(
@@ -150,7 +150,7 @@ def test_003_chain_of_seven_transforms_is_the_analytical_form() -> None:
         np.testing.assert_allclose(foot[:3, 3], leg.forward(q), rtol=0, atol=1e-15)
 
 
-# --- [XiLing]: inverse kinematics ------------------------------------------------------------------
+# --- [XiLing]: inverse kinematics ---------------------------------------------------------------
 
 
 def q1_arcsin(leg: Leg, x: FloatArray, z: FloatArray) -> FloatArray:
@@ -303,7 +303,7 @@ def test_003_reach_with_its_correction_is_ours(name: str) -> None:
         assert 0 < corrected.sum() < 4000
 
 
-# --- [XiLing]: the whole body ----------------------------------------------------------------------
+# --- [XiLing]: the whole body -------------------------------------------------------------------
 
 
 def bodies(name: str) -> tuple[Quadruped, FloatArray, FloatArray, FloatArray]:
@@ -371,7 +371,7 @@ def test_003_chain_leads_from_the_leg_frame_to_the_world(name: str) -> None:
             assert (np.abs(chain - feet[:, i]).max() < 1e-9) == holds
 
 
-# --- [Wang2024]: forward kinematics ------------------------------------------------------------------
+# --- [Wang2024]: forward kinematics ---------------------------------------------------------------
 
 
 def angles_002(leg: Leg, q: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -437,7 +437,7 @@ def test_002_printed_matrix_has_no_unit_determinant() -> None:
     assert np.cos(2 * gamma).max() < 0.99
 
 
-# --- [Wang2024]: inverse kinematics ------------------------------------------------------------------
+# --- [Wang2024]: inverse kinematics ---------------------------------------------------------------
 
 
 def gamma_002(leg: Leg, y: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -531,7 +531,7 @@ def test_002_eq_11_is_one_side_of_the_knee(leg_name: str) -> None:
 
 
 def test_002_eq_13_needs_no_other_branch() -> None:
-    """Unlike [XiLing]'s arcsin: the arccos of eq. (13) holds for the folded leg, hu + n < 0, too."""
+    """Unlike [XiLing]'s arcsin, the arccos of eq. (13) holds for the folded leg, hu + n < 0."""
     leg = robot("anymal").legs["LH"]
     _, alpha, beta = angles_002(leg, branch(leg, 600))
     x, length = in_plane_002(leg, alpha, beta)

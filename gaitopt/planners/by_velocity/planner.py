@@ -81,8 +81,8 @@ def plan_gait(
         sway: whether the body leaves its straight way so that its ZMP lies as deep in the support
             polygons as the speed allows; by default where more than half of the cycle is stance
             and the legs can move sideways.
-        adapt: gain of the step time's adaptation to the ZMP's margin [1/m] ([XiLing], Section 4): each
-            cycle's time becomes ``1 + adapt (mean margin - its margin)`` times as long.
+        adapt: gain of the step time's adaptation to the ZMP's margin [1/m] ([XiLing], Section 4):
+            each cycle's time becomes ``1 + adapt (mean margin - its margin)`` times as long.
         reach_fraction: share of each leg's reach that may be used.
         acceleration_limit: of every joint [rad/s^2].
         heading: direction in which the body faces at the start [rad].
