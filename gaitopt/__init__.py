@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from gaitopt.certificate.certificate import Certificate as Certificate
-    from gaitopt.certificate.certificate import CertificateError as CertificateError
     from gaitopt.certificate.check import Check as Check
     from gaitopt.certificate.verify import verify as verify
     from gaitopt.conventions import LEGS as LEGS
+    from gaitopt.errors import CertificateError as CertificateError
     from gaitopt.errors import FootholdsError as FootholdsError
     from gaitopt.errors import GaitoptError as GaitoptError
     from gaitopt.errors import InfeasibleSpeedError as InfeasibleSpeedError
@@ -27,7 +27,10 @@ if TYPE_CHECKING:
     from gaitopt.errors import MissingPackageError as MissingPackageError
     from gaitopt.errors import PlanFileError as PlanFileError
     from gaitopt.errors import RobotError as RobotError
+    from gaitopt.errors import RouteError as RouteError
     from gaitopt.errors import SolverError as SolverError
+    from gaitopt.errors import UnknownNameError as UnknownNameError
+    from gaitopt.errors import UnsolvedSplineError as UnsolvedSplineError
     from gaitopt.exporting.ros import export_ros as export_ros
     from gaitopt.exporting.tables import export_csv as export_csv
     from gaitopt.gait.gaits import bound as bound
@@ -68,7 +71,6 @@ if TYPE_CHECKING:
     from gaitopt.planners.by_velocity.planner import plan_gait as plan_gait
     from gaitopt.planners.crawl import plan_crawl as plan_crawl
     from gaitopt.planners.over_obstacle.planner import plan_stride as plan_stride
-    from gaitopt.planners.time_optimal.failure import RouteError as RouteError
     from gaitopt.planners.time_optimal.planner import plan_route as plan_route
     from gaitopt.robots.catalog import load_robot as load_robot
     from gaitopt.robots.catalog import robot_names as robot_names
@@ -106,13 +108,14 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 _HOMES = {
-    "certificate.certificate": "Certificate CertificateError",
+    "certificate.certificate": "Certificate",
     "certificate.check": "Check",
     "certificate.verify": "verify",
     "conventions": "LEGS",
     "errors": (
-        "FootholdsError GaitoptError InfeasibleSpeedError InfeasibleStepError "
-        "InputError MissingPackageError PlanFileError RobotError SolverError"
+        "CertificateError FootholdsError GaitoptError InfeasibleSpeedError InfeasibleStepError "
+        "InputError MissingPackageError PlanFileError RobotError RouteError SolverError "
+        "UnknownNameError UnsolvedSplineError"
     ),
     "exporting.ros": "export_ros",
     "exporting.tables": "export_csv",
@@ -138,7 +141,6 @@ _HOMES = {
     "planners.by_velocity.planner": "plan_gait",
     "planners.crawl": "plan_crawl",
     "planners.over_obstacle.planner": "plan_stride",
-    "planners.time_optimal.failure": "RouteError",
     "planners.time_optimal.planner": "plan_route",
     "robots.catalog": "load_robot robot_names",
     "robots.leg": "Leg",

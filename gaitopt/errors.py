@@ -6,6 +6,7 @@ Each message names the leg, step, field or line, gives the numbers, and ends wit
 from __future__ import annotations
 
 from dataclasses import dataclass, field, fields
+from typing import Any
 
 
 class GaitoptError(Exception):
@@ -36,8 +37,19 @@ class MissingPackageError(GaitoptError, ImportError):
     """An optional package is needed; the message holds the line that installs it."""
 
 
-class _Told(Exception):
-    """What an error that is a dataclass with a message needs to be an exception, too."""
+class UnknownNameError(GaitoptError, KeyError):
+    """A collection of results was asked for a name that it does not hold."""
+
+    def __str__(self) -> str:
+        # KeyError itself would print the message in quotation marks.
+        return str(self.args[0])
+
+
+class _MessageAndFields(Exception):
+    """Makes an exception of a dataclass whose first field is the message.
+
+    It prints as its message, and pickling keeps all fields.
+    """
 
     message: str
 
@@ -48,12 +60,12 @@ class _Told(Exception):
         return self.message
 
     def __reduce__(self) -> tuple[object, ...]:
-        told = fields(self)  # type: ignore[arg-type]
-        return (type(self), tuple(getattr(self, field.name) for field in told))
+        own = fields(self)  # type: ignore[arg-type]
+        return (type(self), tuple(getattr(self, field.name) for field in own))
 
 
 @dataclass
-class InfeasibleStepError(_Told, GaitoptError):
+class InfeasibleStepError(_MessageAndFields, GaitoptError):
     """No body position allows this step.
 
     Attributes:
@@ -82,7 +94,7 @@ class InfeasibleStepError(_Told, GaitoptError):
 
 
 @dataclass
-class InfeasibleSpeedError(_Told, GaitoptError):
+class InfeasibleSpeedError(_MessageAndFields, GaitoptError):
     """A joint, or a leg's reach, does not allow the commanded velocity.
 
     Attributes:
@@ -108,3 +120,70 @@ class InfeasibleSpeedError(_Told, GaitoptError):
     cycle_time: float | None = None
 
     __hash__ = GaitoptError.__hash__
+
+
+@dataclass(eq=False)
+class RouteError(_MessageAndFields, SolverError):
+    """The time-optimal route did not converge.
+
+    Attributes:
+        message: what is wrong, with the numbers and the way out.
+        steps: the steps at which the residuals are largest, counted from 0 over the whole walk.
+        plan: the :class:`gaitopt.Plan` of the same walk planned phase by phase, which is feasible;
+            ``None`` where that failed, too.
+        report: the solver's iterations, one line each.
+    """
+
+    message: str
+    steps: tuple[int, ...]
+    plan: Any = field(repr=False)
+    report: str = field(repr=False)
+
+
+@dataclass(eq=False)
+class UnsolvedSplineError(_MessageAndFields, SolverError):
+    """No joint spline was verified to be the fastest one.
+
+    Attributes:
+        message: what is wrong, with the numbers and the way out.
+        spline: a feasible :class:`gaitopt.JointSpline` through the same knots, all of whose
+            intervals are stretched by one factor until every limit holds.
+    """
+
+    message: str
+    spline: Any = field(repr=False)
+
+
+@dataclass(eq=False)
+class CertificateError(_MessageAndFields, GaitoptError):
+    """A plan violates what was to be certified; the message lists the violations.
+
+    Attributes:
+        message: the violations, with their numbers.
+        certificate: the :class:`gaitopt.Certificate` with all checks.
+    """
+
+    message: str
+    certificate: Any = field(repr=False)
+
+
+@dataclass(eq=False)
+class StrideFault(_MessageAndFields, GaitoptError):
+    """One attempt at a walk over an obstacle failed.
+
+    It never leaves :func:`gaitopt.plan_stride`, which changes what it asks for and tries again, or
+    raises one of the errors above.
+
+    Attributes:
+        message: what is wrong, with the numbers.
+        leg: the leg to blame.
+        step: index of its step, counted from 0 over the whole walk; -1 where no step is to blame.
+        cause: ``"posture"``, ``"obstacle"``, ``"body"``, ``"swing"`` or ``"short"``.
+        posture: the unsolved ``PostureSolution``, where a posture was not found.
+    """
+
+    message: str
+    leg: str = ""
+    step: int = -1
+    cause: str = "posture"
+    posture: Any = field(default=None, repr=False)

@@ -1,14 +1,28 @@
-"""The family of errors: one root, each also the built-in kind that a caller expects."""
+"""The family of errors: one root, one file, each also the built-in kind that a caller expects."""
 
 from __future__ import annotations
 
+import ast
+import builtins
 import inspect
 import pickle
+from pathlib import Path
 
 import pytest
 
+import gaitopt
 from gaitopt import errors
 from gaitopt.errors import GaitoptError, InfeasibleStepError
+
+PACKAGE = Path(gaitopt.__file__).parent
+TREES = {
+    str(path.relative_to(PACKAGE)): ast.parse(path.read_text("utf-8"))
+    for path in sorted(PACKAGE.rglob("*.py"))
+}
+BUILT_IN_ERRORS = {
+    name for name, value in vars(builtins).items()
+    if isinstance(value, type) and issubclass(value, BaseException)
+}  # fmt: skip
 
 FAMILY = [c for _, c in inspect.getmembers(errors, inspect.isclass) if issubclass(c, GaitoptError)]
 BUILT_IN = {
@@ -18,6 +32,15 @@ BUILT_IN = {
     "PlanFileError": ValueError,
     "SolverError": RuntimeError,
     "MissingPackageError": ImportError,
+    "UnknownNameError": KeyError,
+}
+WITH_FIELDS = {
+    "InfeasibleSpeedError": {"message", "limit", "needed", "time"},
+    "InfeasibleStepError": {"message", "step", "leg"},
+    "RouteError": {"message", "steps", "plan", "report"},
+    "UnsolvedSplineError": {"message", "spline"},
+    "CertificateError": {"message", "certificate"},
+    "StrideFault": {"message", "leg", "step", "cause"},
 }
 
 
@@ -35,7 +58,70 @@ def step_error() -> InfeasibleStepError:
 
 def test_family_is_complete() -> None:
     names = {c.__name__ for c in FAMILY}
-    assert names == {"GaitoptError", "InfeasibleSpeedError", "InfeasibleStepError", *BUILT_IN}
+    assert names == {"GaitoptError", *WITH_FIELDS, *BUILT_IN}
+
+
+def test_every_error_class_stands_in_errors_py() -> None:
+    """Also classes that derive from a built-in error, or from an error by way of another class."""
+    known = BUILT_IN_ERRORS | {c.__name__ for c in FAMILY}
+    classes = [
+        (file, node)
+        for file, tree in TREES.items()
+        for node in ast.walk(tree)
+        if isinstance(node, ast.ClassDef)
+    ]
+    found: set[tuple[str, str]] = set()
+    for _ in range(len(classes)):
+        new = {
+            (file, node.name)
+            for file, node in classes
+            if any(ast.unparse(base).split(".")[-1] in known for base in node.bases)
+        } - found
+        if not new:
+            break
+        found |= new
+        known |= {name for _, name in new}
+    assert {name for file, name in found if file == "errors.py"} > {c.__name__ for c in FAMILY}
+    assert [(file, name) for file, name in sorted(found) if file != "errors.py"] == []
+
+
+# What a protocol of Python asks for: getattr() of a module, and the end of a program.
+ALLOWED_BUILT_INS = {("__init__.py", "AttributeError"), ("*", "SystemExit")}
+
+
+def test_what_is_raised_on_purpose_is_of_the_family() -> None:
+    wrong = []
+    for file, tree in TREES.items():
+        for node in ast.walk(tree):
+            if not isinstance(node, ast.Raise) or node.exc is None:
+                continue
+            kind = node.exc.func if isinstance(node.exc, ast.Call) else node.exc
+            name = ast.unparse(kind)
+            allowed = {(file, name), ("*", name)} & ALLOWED_BUILT_INS
+            if name in BUILT_IN_ERRORS and not allowed:
+                wrong.append(f"{file}:{node.lineno} raises {name}")
+    assert wrong == []
+
+
+def test_nothing_is_asserted_of_what_a_user_gives() -> None:
+    """``assert`` raises no error of the family; ``assert x is not None`` only tells mypy a type."""
+    wrong = [
+        f"{file}:{node.lineno}"
+        for file, tree in TREES.items()
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Assert) and not ast.unparse(node.test).endswith(" is not None")
+    ]
+    assert wrong == []
+
+
+@pytest.mark.parametrize("name", WITH_FIELDS)
+def test_an_error_with_fields_reads_as_its_message_and_survives_pickling(name: str) -> None:
+    kind = getattr(errors, name)
+    error = kind(**{field: f"the {field}" for field in WITH_FIELDS[name]})
+    again = pickle.loads(pickle.dumps(error))
+    assert type(again) is kind and str(again) == str(error) == "the message"
+    assert vars(again) == vars(error)
+    assert isinstance(error, GaitoptError) and {error}
 
 
 def test_infeasible_speed_reads_as_its_message_and_survives_pickling() -> None:

@@ -109,21 +109,14 @@ def _margins(motion: Motion, points: FloatArray, bulges: FloatArray, afloat: flo
 
 def _outside(feet: FloatArray, points: FloatArray) -> FloatArray:
     """Distance ``(...)`` of ``points (..., 2)`` from the hull of ``feet``; negative inside it."""
-    try:
-        if len(feet) < 3:
-            raise ValueError
-        sides = ConvexHull(feet).equations
-    except (QhullError, ValueError):
-        gaps = feet[:, None] - feet[None]
-        i, j = np.unravel_index(int((gaps**2).sum(axis=2).argmax()), (len(feet),) * 2)
-        along = feet[j] - feet[i]
-        square = max(float(along @ along), 1e-300)
-        share = np.clip((points - feet[i]) @ along / square, 0.0, 1.0)
-        return np.asarray(np.linalg.norm(points - feet[i] - share[..., None] * along, axis=-1))
+    hull = _hull(feet)
+    if hull is None:
+        return _distance_from_line(feet, points)
+    sides = hull.equations
     inside = (points @ sides[:, :2].T + sides[:, 2]).max(axis=-1)
     if not (inside > 0).any():
         return np.asarray(inside)
-    corners = feet[ConvexHull(feet).vertices]
+    corners = feet[hull.vertices]
     ends = np.roll(corners, -1, axis=0)
     along = ends - corners
     share = np.clip(
@@ -132,3 +125,24 @@ def _outside(feet: FloatArray, points: FloatArray) -> FloatArray:
     )  # fmt: skip
     gap = points[..., None, :] - corners - share[..., None] * along
     return np.asarray(np.where(inside > 0, np.linalg.norm(gap, axis=-1).min(axis=-1), inside))
+
+
+def _hull(feet: FloatArray) -> ConvexHull | None:
+    """The convex hull of ``feet (n, 2)``; ``None`` where they stand in one line, or are but two."""
+    if len(feet) < 3:
+        return None
+    try:
+        return ConvexHull(feet)
+    except QhullError:
+        return None
+
+
+def _distance_from_line(feet: FloatArray, points: FloatArray) -> FloatArray:
+    """Distance ``(...)`` of ``points (..., 2)`` from the line between the two farthest ``feet``."""
+    gaps = feet[:, None] - feet[None]
+    i, j = np.unravel_index(int((gaps**2).sum(axis=2).argmax()), (len(feet),) * 2)
+    along = feet[j] - feet[i]
+    # A single foot is a line without length: the largest of zeros is then divided by.
+    square = max(float(along @ along), np.finfo(float).tiny)
+    share = np.clip((points - feet[i]) @ along / square, 0.0, 1.0)
+    return np.asarray(np.linalg.norm(points - feet[i] - share[..., None] * along, axis=-1))

@@ -8,22 +8,7 @@ from dataclasses import dataclass
 from rich.table import Table
 
 from gaitopt.certificate.check import Check
-from gaitopt.errors import GaitoptError
-
-
-class CertificateError(GaitoptError):
-    """A plan violates what was to be certified; the message lists the violations.
-
-    Attributes:
-        certificate: the certificate with all checks.
-    """
-
-    def __init__(self, message: str, certificate: Certificate) -> None:
-        super().__init__(message)
-        self.certificate = certificate
-
-    def __reduce__(self) -> tuple[object, ...]:
-        return (CertificateError, (str(self), self.certificate))
+from gaitopt.errors import CertificateError, UnknownNameError
 
 
 @dataclass(frozen=True)
@@ -59,7 +44,9 @@ class Certificate:
         for check in self.checks:
             if check.name == name:
                 return check
-        raise KeyError(f"no check {name!r}; there are {', '.join(c.name for c in self.checks)}")
+        raise UnknownNameError(
+            f"no check {name!r}; there are {', '.join(c.name for c in self.checks)}"
+        )
 
     def raise_for_violations(self) -> Certificate:
         """The certificate itself when nothing is violated.

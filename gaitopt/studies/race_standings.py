@@ -11,6 +11,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from gaitopt.conventions import FloatArray
+from gaitopt.errors import UnknownNameError
 from gaitopt.plan.plan import Plan
 from gaitopt.terrain.footholds import Footholds
 
@@ -160,7 +161,9 @@ class Race:
         for lane in self.lanes:
             if lane.name == name:
                 return lane
-        raise KeyError(f"no row {name!r}; there are {', '.join(x.name for x in self.lanes)}")
+        raise UnknownNameError(
+            f"no row {name!r}; there are {', '.join(x.name for x in self.lanes)}"
+        )
 
     @property
     def plans(self) -> dict[str, Plan]:

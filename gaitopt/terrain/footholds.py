@@ -139,9 +139,9 @@ class Footholds:
 
 
 def _checked(leg: str, points: ArrayLike) -> FloatArray:
+    if np.iscomplexobj(points):
+        raise FootholdsError(f"footholds of {leg} are no array of numbers: complex numbers")
     try:
-        if np.iscomplexobj(points):
-            raise TypeError("complex numbers")
         array = frozen(points)
     except (TypeError, ValueError) as error:
         raise FootholdsError(f"footholds of {leg} are no array of numbers: {error}") from error

@@ -12,8 +12,8 @@ import pytest
 from numpy.typing import NDArray
 
 import gaitopt
-from gaitopt import LEGS, Footholds, MotionPath, Plan, Quadruped, RobotError
-from gaitopt.certificate.certificate import Certificate, CertificateError
+from gaitopt import LEGS, CertificateError, Footholds, MotionPath, Plan, Quadruped, RobotError
+from gaitopt.certificate.certificate import Certificate
 from gaitopt.certificate.verify import verify
 from gaitopt.studies.terrains import s_columns_for
 
@@ -186,7 +186,7 @@ def test_the_main_job_is_certified(plan: Plan) -> None:
 
 
 def test_the_true_com_may_tip_where_the_plans_does_not(wang: Quadruped) -> None:
-    """errata.md, II.C (2): with no margin the body centre stands, and the true COM falls."""
+    """[Wang2020], II.C (2): with no margin the body centre stands, and the true COM falls."""
     edge = gaitopt.plan_crawl(wang, gaitopt.s_columns(1, columns=5), stability_margin=0.0)
     certificate = verify(edge, collisions=False)
     assert [c.name for c in certificate.violations] == ["margin of the true COM"]

@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gaitopt.conventions import FloatArray
-from gaitopt.errors import InputError, SolverError
+from gaitopt.errors import InputError, UnsolvedSplineError
 from gaitopt.optimize.spline.joint_spline import JointSpline, SolverReport, uniform_spline
 from gaitopt.optimize.spline.problem import (
     SplineProblem,
@@ -36,21 +36,6 @@ OPTIMALITY = 1e-6
 """Largest residual of the optimality conditions in an accepted answer, in shares of the cost."""
 _ITERATIONS = 300
 _SECONDS = 10.0
-
-
-class UnsolvedSplineError(SolverError):
-    """No optimum was verified.
-
-    Attributes:
-        spline: a feasible spline through the same knots, uniformly scaled.
-    """
-
-    def __init__(self, message: str, spline: JointSpline) -> None:
-        super().__init__(message)
-        self.spline = spline
-
-    def __reduce__(self) -> tuple[object, ...]:
-        return (type(self), (str(self), self.spline))
 
 
 def solve_spline(problem: SplineProblem, starts: int = 2) -> JointSpline:

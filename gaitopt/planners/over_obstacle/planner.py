@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gaitopt.conventions import FloatArray, Progress
-from gaitopt.errors import InfeasibleStepError, InputError, SolverError
+from gaitopt.errors import InfeasibleStepError, InputError, SolverError, StrideFault
 from gaitopt.gait.crawl import SHAO_SEQUENCE
 from gaitopt.motion.pieces import joined
 from gaitopt.optimize.posture.solver import solve_posture
@@ -23,7 +23,7 @@ from gaitopt.plan.settings.over_obstacle import StrideSettings
 from gaitopt.planners.over_obstacle.assembly import Piece, foot_margin, pieces_of, plan_of
 from gaitopt.planners.over_obstacle.clearance import Approach, Surroundings
 from gaitopt.planners.over_obstacle.layout import Gaps
-from gaitopt.planners.over_obstacle.route import Demand, StrideFault, StrideRoute
+from gaitopt.planners.over_obstacle.route import Demand, StrideRoute
 from gaitopt.planners.over_obstacle.search import find_route, widened
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.swing.obstacle_paths import Pattern

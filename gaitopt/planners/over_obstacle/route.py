@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gaitopt.conventions import LEGS, FloatArray, leg_index
-from gaitopt.errors import GaitoptError
+from gaitopt.errors import StrideFault
 from gaitopt.optimize.posture.problem import BodyPose, build_posture_problem
 from gaitopt.optimize.posture.solver import PostureSolution, solve_posture
 from gaitopt.plan.settings.over_obstacle import StrideSettings
@@ -23,28 +23,6 @@ REACH_RESERVE = 0.999
 STILL = 1e-6
 """A posture as near to the one before as this is that one [m, rad]."""
 SWING_SAMPLES = 9
-
-
-class StrideFault(GaitoptError):
-    """A walk does not work; internal, turned into an error that tells the way out.
-
-    Attributes:
-        leg: the leg to blame.
-        step: index of its step.
-        cause: ``"posture"``, ``"obstacle"``, ``"body"``, ``"swing"`` or ``"short"``.
-        posture: the posture that was not found.
-    """
-
-    def __init__(
-        self,
-        message: str,
-        leg: str = "",
-        step: int = -1,
-        cause: str = "posture",
-        posture: PostureSolution | None = None,
-    ) -> None:
-        super().__init__(message)
-        self.leg, self.step, self.cause, self.posture = leg, step, cause, posture
 
 
 class Step(NamedTuple):

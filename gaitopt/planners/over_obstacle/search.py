@@ -11,10 +11,11 @@ from __future__ import annotations
 import numpy as np
 
 from gaitopt.conventions import LEGS, FloatArray, leg_index
+from gaitopt.errors import StrideFault
 from gaitopt.plan.settings.over_obstacle import StrideSettings
 from gaitopt.planners.over_obstacle.clearance import Surroundings
 from gaitopt.planners.over_obstacle.layout import first_gaps
-from gaitopt.planners.over_obstacle.route import Demand, StrideFault, StrideRoute, make_route
+from gaitopt.planners.over_obstacle.route import Demand, StrideRoute, make_route
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.rotations import rpy_to_quaternion
 from gaitopt.robots.whole_body import feet_from_joints, joints_from_feet

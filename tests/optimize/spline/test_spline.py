@@ -15,7 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import gaitopt
-from gaitopt.errors import InputError, MissingPackageError, SolverError
+from gaitopt.errors import InputError, MissingPackageError, SolverError, UnsolvedSplineError
 from gaitopt.motion.path import MotionPath
 from gaitopt.optimize.spline import solver as spline_module
 from gaitopt.optimize.spline.joint_spline import KINDS, JointSpline, uniform_spline
@@ -31,7 +31,7 @@ from gaitopt.optimize.spline.problem import (
     build_spline_problem,
     spline_formulation,
 )
-from gaitopt.optimize.spline.solver import UnsolvedSplineError, solve_spline
+from gaitopt.optimize.spline.solver import solve_spline
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.studies import swing_study as reference
 from gaitopt.swing.obstacle_paths import PATTERNS
@@ -190,7 +190,7 @@ def test_bernstein_condition_is_exact(p: tuple[float, float, float]) -> None:
 
 
 def test_bounds_at_knots_alone_are_broken_between_them() -> None:
-    """errata.md: what eqs. (8)-(10) print, and the paper does. Same problem, without our rows."""
+    """[Shao2011], eqs. (8)-(10) as printed: limits at the knots only, without those between."""
     import casadi as ca
 
     knots = np.array([[0.0], [0.2], [0.8], [1.0]])
@@ -464,8 +464,8 @@ def test_papers_intervals_sum_to_its_total() -> None:
 
 
 def test_papers_case_takes_about_the_papers_time(paper: ObstacleSwing) -> None:
-    """Link lengths, stride and waypoints are ours; errata.md's independent solution took 7.7 to
-    8.6 s for strides from 0.3 to 0.4 m."""
+    """Link lengths, stride and waypoints are ours; an independent solution took 7.7 to 8.6 s for
+    strides from 0.3 to 0.4 m."""
     assert len(paper.path.waypoints) == 13
     assert paper.spline.duration == pytest.approx(8.4982, rel=0.01)
     assert scipy_shares(paper.spline).max() <= 1 + 1e-6

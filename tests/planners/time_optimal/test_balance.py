@@ -10,14 +10,13 @@ import pytest
 from numpy.typing import NDArray
 
 import gaitopt
-from gaitopt import LEGS, Footholds, InputError, Plan, Quadruped
+from gaitopt import LEGS, Footholds, InputError, Plan, Quadruped, RouteError
 from gaitopt.plan.com_margin import com_margin, true_com
 from gaitopt.plan.settings.by_name import settings_from_dict
 from gaitopt.plan.settings.time_optimal import ROWS, RouteSettings
 from gaitopt.planners.time_optimal.balance import dense_com, raised, shortfall
 from gaitopt.planners.time_optimal.bound import route_bound
 from gaitopt.planners.time_optimal.build import build_route
-from gaitopt.planners.time_optimal.failure import RouteError
 from gaitopt.planners.time_optimal.planner import plan_route
 from gaitopt.planners.time_optimal.straight.densify import densify
 from gaitopt.planners.time_optimal.walk import prepared

@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 
 import gaitopt
-from gaitopt import LEGS, Footholds, InfeasibleStepError, InputError, Plan, Quadruped
+from gaitopt import LEGS, Footholds, InfeasibleStepError, InputError, Plan, Quadruped, RouteError
 from gaitopt.plan.settings.time_optimal import ROWS, RouteSettings
 from gaitopt.planners.time_optimal.bound import route_bound
-from gaitopt.planners.time_optimal.failure import RouteError
 from gaitopt.planners.time_optimal.planner import plan_route
 
 
