@@ -13,7 +13,7 @@ import numpy as np
 from benchmarks import walks
 from benchmarks.measuring import Result, Timing, timed
 from gaitopt.conventions import LEGS
-from gaitopt.interior_point.solver import solve_route
+from gaitopt.interior_point.solver import minimise
 from gaitopt.optimize.route.problem import RouteProblem
 from gaitopt.plan.settings.time_optimal import ROWS, RouteSettings
 from gaitopt.planners.time_optimal.build import problem_of
@@ -73,10 +73,10 @@ def _rivals(steps: int, rounds: int) -> list[Result]:
     """The same problem by our solver, IPOPT and fatrop."""
     route = prepared(walks.robot(), walks.terrain(steps), RouteSettings(free=ROWS["swing"]), None)
     problem = problem_of(route, 0, steps)
-    start = problem.start()
-    ours = timed(lambda: solve_route(problem, start, tolerance=1e-4), rounds, 0)
-    found = solve_route(problem, start, tolerance=1e-4)
-    best = problem.cost @ found.x
+    start = problem.first_guess()
+    ours = timed(lambda: minimise(problem, start, tolerance=1e-4), rounds, 0)
+    found = minimise(problem, start, tolerance=1e-4)
+    best = problem.linear_cost @ found.x
     results = [ours.result("route-solve", f"our solver, swing, {steps} steps", "ms")]
     for name in ("ipopt", "fatrop"):
         solve, objective = rival(name, problem)
@@ -123,7 +123,7 @@ class _Stages:
     def __init__(self, problem: RouteProblem) -> None:
         import casadi as ca
 
-        poses, times = problem.unpack(problem.start())
+        poses, times = problem.unpack(problem.first_guess())
         free = problem.unknown >= 0
         variables: list[Any] = []
         rows: list[Any] = []
@@ -155,11 +155,11 @@ class _Stages:
                 rows.append(following[c] - after[c])
                 self.equality.append(True)
             turn = _angles(problem, k + 1, after) - _angles(problem, k, state)
-            room = ca.DM(problem.rates) * time
+            room = ca.DM(problem.velocity_limits) * time
             rows += [room - turn, room + turn]
             self.equality += [False] * 24
             self._single(problem, k, state, rows)
-            cost += time + problem.evenness * time**2 / 2
+            cost += time + problem.quadratic_weight * time**2 / 2
             state = following
         self.start = np.array(start)
         self.upper = np.where(self.equality, 0.0, np.inf)

@@ -35,7 +35,7 @@ def _tried(problem: Problem, state: State, step: Step, length: float) -> _Trial 
     values = problem.values(x)
     if not np.isfinite(values).all():
         return None
-    x, values = problem.settle(x, values, slack)
+    x, values = problem.restore(x, values, slack)
     # A slack below its inequality's value only costs: raise it.
     slack = np.maximum(slack, values)
     return _Trial(x, slack, _barrier(problem, state, x, slack), float((slack - values).sum()))
@@ -54,16 +54,16 @@ def advance(problem: Problem, state: State, newton: Newton, gap: FloatArray) -> 
     here = _barrier(problem, state, state.x, state.slack)
     fall = float(slope_of(problem, state.x) @ step.dx)
     fall -= state.barrier * float((step.ds / state.slack).sum())
-    length = _to_boundary(state.slack[problem.settled :], step.ds[problem.settled :])
+    length = _to_boundary(state.slack[problem.restorable :], step.ds[problem.restorable :])
     for attempt in range(_MOST_HALVINGS):
         trial = _tried(problem, state, step, length)
         strict = fall < 0.0 and (-fall * length) ** 2.3 > miss**1.1
         goal = here + _ARMIJO * length * fall if strict else None
         good = _allowed(state, trial, here, miss, goal)
         if trial is not None and not good and attempt == 0:
-            bent = _corrected(problem, state, newton, gap, step, length)
-            if bent is not None and _allowed(state, bent[1], here, miss, goal):
-                step, trial, good = *bent, True
+            corrected = _corrected(problem, state, newton, gap, step, length)
+            if corrected is not None and _allowed(state, corrected[1], here, miss, goal):
+                step, trial, good = *corrected, True
         if trial is not None and good:
             if not strict:
                 state.filter.append((here - _PROGRESS * miss, (1.0 - _PROGRESS) * miss))
@@ -100,7 +100,7 @@ def _corrected(
     length: float,
 ) -> tuple[Step, _Trial] | None:
     """The step again, with the curvature seen at its end (second-order correction)."""
-    held = problem.settled
+    held = problem.restorable
     seen = problem.values(state.x + length * step.dx) - (state.slack + length * step.ds)
     seen[:held] = 0.0
     again = newton.step(length * gap + seen)
@@ -125,4 +125,7 @@ def _to_boundary(values: FloatArray, steps: FloatArray) -> float:
 
 def _barrier(problem: Problem, state: State, x: FloatArray, slack: FloatArray) -> float:
     """The objective with the slacks' logarithms."""
-    return float((problem.cost + problem.even * x / 2.0) @ x - state.barrier * np.log(slack).sum())
+    return float(
+        (problem.linear_cost + problem.quadratic_cost * x / 2.0) @ x
+        - state.barrier * np.log(slack).sum()
+    )

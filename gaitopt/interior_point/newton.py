@@ -27,7 +27,7 @@ class State:
     barrier: float
     largest_miss: float
     shift: float = 0.0
-    eased: bool = False
+    reduce_curvature: bool = False
     bend: float = 1.0
     filter: list[tuple[float, float]] = field(default_factory=list)
 
@@ -47,23 +47,23 @@ class Newton:
         self._problem, self._here = problem, here
         self._x, self._slack, self._dual = state.x, state.slack, state.dual
         self._barrier = state.barrier
-        self._matrix = here.normal(state.dual / state.slack, state.dual)
-        self._matrix[0] += problem.even
-        self._factor = self._unbent(state) if state.eased else self._factorised(state)
+        self._matrix = here.newton_matrix(state.dual / state.slack, state.dual)
+        self._matrix[0] += problem.quadratic_cost
+        self._factor = self._unbent(state) if state.reduce_curvature else self._factorised(state)
 
     def _unbent(self, state: State) -> FloatArray | None:
         """A factor with as much of the curvature as leaves the matrix positive definite."""
         from scipy.linalg import LinAlgError, cholesky_banded
 
-        bent, bend, flat = self._matrix, state.bend, None
-        if not np.isfinite(bent).all():
+        curved, bend, flat = self._matrix, state.bend, None
+        if not np.isfinite(curved).all():
             return None
-        tiny = 1e-9 * float(np.abs(bent[0]).mean())
+        tiny = 1e-9 * float(np.abs(curved[0]).mean())
         while bend > 0.0:
             if bend < 1.0 and flat is None:
-                flat = self._here.normal(self._dual / self._slack, np.zeros_like(self._dual))
-                flat[0] += self._problem.even
-            self._matrix = bent.copy() if flat is None else bend * bent + (1.0 - bend) * flat
+                flat = self._here.newton_matrix(self._dual / self._slack, np.zeros_like(self._dual))
+                flat[0] += self._problem.quadratic_cost
+            self._matrix = curved.copy() if flat is None else bend * curved + (1.0 - bend) * flat
             self._matrix[0] += tiny
             try:
                 factor = cholesky_banded(self._matrix, lower=True, check_finite=False)
@@ -101,10 +101,12 @@ class Newton:
 
         if self._factor is None:
             return None
-        target = self._here.pull((self._barrier - self._dual * gap) / self._slack)
+        target = self._here.jacobian_transpose_times(
+            (self._barrier - self._dual * gap) / self._slack
+        )
         target -= slope_of(self._problem, self._x)
         dx = cho_solve_banded((self._factor, True), target, check_finite=False)
         if not np.isfinite(dx).all():
             return None
-        ds = self._here.push(dx) + gap
+        ds = self._here.jacobian_times(dx) + gap
         return Step(dx, ds, (self._barrier - self._dual * ds) / self._slack - self._dual)

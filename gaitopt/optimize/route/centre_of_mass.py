@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gaitopt.conventions import LEGS, FloatArray
-from gaitopt.optimize.route.legs import BODY, POSE, TURN, Bent
+from gaitopt.optimize.route.legs import BODY, ORIENTATION, POSE, LegKinematics
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.rotations import rpy_to_matrix
 
@@ -40,7 +40,7 @@ class Com(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class RouteMasses:
+class MassDistribution:
     """Mass distribution of a robot whose legs have three joints each.
 
     Vectors are first moments divided by the robot's whole mass [m].
@@ -58,7 +58,7 @@ class RouteMasses:
     signs: FloatArray
 
     @classmethod
-    def of(cls, robot: Quadruped) -> RouteMasses:
+    def of(cls, robot: Quadruped) -> MassDistribution:
         """Read off the Pinocchio model, joints that no leg owns at their neutral angles."""
         import pinocchio as pin
 
@@ -95,52 +95,56 @@ class RouteMasses:
 
     def points(self, poses: FloatArray, joints: FloatArray) -> FloatArray:
         """The centre of mass ``(K, 3)`` [m] at ``poses (K, 9)`` with ``joints (K, 4, 3)``."""
-        turned = rpy_to_matrix(poses[:, TURN])
-        return np.asarray(poses[:, BODY] + np.einsum("Kij,Kj->Ki", turned, self.local(joints)))
+        turned = rpy_to_matrix(poses[:, ORIENTATION])
+        return np.asarray(
+            poses[:, BODY] + np.einsum("Kij,Kj->Ki", turned, self.com_in_body(joints))
+        )
 
-    def local(self, joints: FloatArray) -> FloatArray:
+    def com_in_body(self, joints: FloatArray) -> FloatArray:
         """The centre of mass from the body centre, in the body frame ``(K, 3)`` [m]."""
         moved = _rolled(joints[..., 0] * self.signs[:, 0], self._bent(joints)[0])[0]
         return np.asarray(np.einsum("lij,Klj->Ki", self.axes, moved) + self.body)
 
-    def at(self, poses: FloatArray, bent: Bent, gradients: FloatArray) -> Com:
+    def at(self, poses: FloatArray, kinematics: LegKinematics, gradients: FloatArray) -> Com:
         """The centre of mass with its first derivatives.
 
         Args:
             poses: ``(K, 9)``.
-            bent: their joints.
+            kinematics: their joints.
             gradients: of all joints by the pose ``(K, 12, 9)``.
         """
-        local, by_joints = self.local(bent.joints), self._by_joints(bent.joints)
-        turned, first, _ = bent.turned
+        local, by_joints = self.com_in_body(kinematics.joints), self._by_joints(kinematics.joints)
+        turned, first, _ = kinematics.turned
         inner = by_joints @ gradients
         slopes = turned @ inner
         slopes[:, range(3), range(3)] += 1.0
-        slopes[:, :, TURN] += np.einsum("aKij,Kj->Kia", first, local)
+        slopes[:, :, ORIENTATION] += np.einsum("aKij,Kj->Kia", first, local)
         points = poses[:, BODY] + np.einsum("Kij,Kj->Ki", turned, local)
         return Com(points, slopes, inner, local, by_joints)
 
-    def on_joints(self, bent: Bent, com: Com, weights: FloatArray) -> FloatArray:
+    def on_joints(self, kinematics: LegKinematics, com: Com, weights: FloatArray) -> FloatArray:
         """``weights (K, 3) . com`` as weights on the joints ``(K, 4, 3)``, to first order."""
-        pull = np.einsum("Kji,Kj->Ki", bent.turned[0], weights)
+        pull = np.einsum("Kji,Kj->Ki", kinematics.turned[0], weights)
         return np.asarray(np.einsum("Kij,Ki->Kj", com.by_joints, pull).reshape(-1, 4, 3))
 
     def curvature(
-        self, bent: Bent, gradients: FloatArray, com: Com, weights: FloatArray
+        self, kinematics: LegKinematics, gradients: FloatArray, com: Com, weights: FloatArray
     ) -> FloatArray:
         """Second derivative by the pose of ``weights (K, 3) . com``: ``(K, 9, 9)``.
 
-        Without that of the joints themselves, which is :meth:`RouteLegs.curvature` with the weights
-        of :meth:`on_joints`.
+        Without that of the joints themselves, which is :meth:`StackedLegs.curvature` with the
+        weights of :meth:`on_joints`.
         """
-        turned, first, second = bent.turned
+        turned, first, second = kinematics.turned
         pull = np.einsum("Kji,Kj->Ki", turned, weights)
         by_leg = gradients.reshape(len(weights), 4, 3, POSE)
-        inner = np.swapaxes(by_leg, 2, 3) @ (self._joint_curvature(bent.joints, pull) @ by_leg)
+        inner = np.swapaxes(by_leg, 2, 3) @ (
+            self._joint_curvature(kinematics.joints, pull) @ by_leg
+        )
         out = inner.sum(axis=1)
         twist = np.einsum("aKij,Ki->Kaj", first, weights) @ com.inner
-        out[:, TURN] += twist
-        out[:, :, TURN] += np.swapaxes(twist, 1, 2)
+        out[:, ORIENTATION] += twist
+        out[:, :, ORIENTATION] += np.swapaxes(twist, 1, 2)
         for k, (a, b) in enumerate(_PAIRS):
             bow = np.einsum("Ki,Kij,Kj->K", weights, second[k], com.local)
             out[:, 3 + a, 3 + b] += bow
@@ -210,7 +214,7 @@ class ComRows:
         offset: ``(M,)`` [m].
     """
 
-    masses: RouteMasses
+    masses: MassDistribution
     knot: np.ndarray
     normal: FloatArray
     offset: FloatArray

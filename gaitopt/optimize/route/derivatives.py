@@ -13,7 +13,7 @@ from gaitopt.optimize.route.layout import RouteLayout
 from gaitopt.optimize.route.legs import JOINTS
 
 
-class Linearised:
+class RouteLinearisation:
     """A problem's values and derivatives at one point.
 
     Attributes:
@@ -23,10 +23,10 @@ class Linearised:
     def __init__(self, problem: RouteLayout, x: FloatArray) -> None:
         self._problem = problem
         self._poses, times = problem.unpack(x)
-        self._bent = problem.legs.bend(self._poses, problem.feet, problem.swing)
+        self._bent = problem.legs.kinematics(self._poses, problem.feet, problem.swing)
         joints = self._bent.joints.reshape(-1, JOINTS)
         self.values = problem.values_at(self._poses, times, joints)
-        self._gradients = self._bent.gradients()
+        self._gradients = self._bent.joints_by_pose()
         self._slopes = self._gradients[:, :, problem.columns]
         rows, com = problem.rows, problem.com
         single = rows.linear + rows.square * self._poses[rows.knot]
@@ -40,7 +40,7 @@ class Linearised:
         p = self._problem
         late = p.knots - p.fixed_knots
         spans = (p.knots - 1) * JOINTS
-        low, high = (int(b.sum()) * late for b in p.bounded)
+        low, high = (int(b.sum()) * late for b in p.used_limits)
         up, down, below, above, rows = np.split(v, np.cumsum([spans, spans, low, high]))
         return (up.reshape(-1, JOINTS), down.reshape(-1, JOINTS),
                 below.reshape(late, -1), above.reshape(late, -1), rows)  # fmt: skip
@@ -52,11 +52,11 @@ class Linearised:
         out = np.zeros((p.knots, JOINTS))
         out[1:] += down - up
         out[:-1] -= down - up
-        out[p.fixed_knots :, p.bounded[0]] += below
-        out[p.fixed_knots :, p.bounded[1]] -= above
+        out[p.fixed_knots :, p.used_limits[0]] += below
+        out[p.fixed_knots :, p.used_limits[1]] -= above
         return out
 
-    def pull(self, v: FloatArray) -> FloatArray:
+    def jacobian_transpose_times(self, v: FloatArray) -> FloatArray:
         """Transposed Jacobian times ``v (m,)``."""
         p = self._problem
         up, down, _, _, rows = self._split(v)
@@ -68,7 +68,7 @@ class Linearised:
         out[at] += (up + down) @ p.turns
         return np.asarray(out)
 
-    def push(self, dx: FloatArray) -> FloatArray:
+    def jacobian_times(self, dx: FloatArray) -> FloatArray:
         """Jacobian times ``dx (n,)``."""
         p = self._problem
         placed, at, _ = p.numbering
@@ -77,12 +77,12 @@ class Linearised:
         turn, room = np.diff(joints, axis=0), p.turns * dx[at][:, None]
         late = joints[p.fixed_knots :]
         return np.concatenate([
-            (room - turn).ravel(), (room + turn).ravel(), late[:, p.bounded[0]].ravel(),
-            -late[:, p.bounded[1]].ravel(), (self._rows * moves[p.row_knots]).sum(axis=1),
+            (room - turn).ravel(), (room + turn).ravel(), late[:, p.used_limits[0]].ravel(),
+            -late[:, p.used_limits[1]].ravel(), (self._rows * moves[p.row_knots]).sum(axis=1),
         ])  # fmt: skip
 
-    def normal(self, scale: FloatArray, duals: FloatArray) -> FloatArray:
-        """``J' diag(scale) J`` minus the curvature of ``duals * values``, in banded form."""
+    def newton_matrix(self, scale: FloatArray, multipliers: FloatArray) -> FloatArray:
+        """``J' diag(scale) J`` minus the curvature of ``multipliers * values``, in banded form."""
         p = self._problem
         c = len(p.columns)
         up, down, below, above, rows = self._split(scale)
@@ -96,7 +96,7 @@ class Linearised:
         blocks[:, :c, c] = blocks[:, c, :c] = cross[:, :c]
         blocks[:, c + 1 :, c] = blocks[:, c, c + 1 :] = cross[:, c:]
         blocks[:, c, c] = (up + down) @ p.turns**2
-        single = self._single(below, above, rows, duals)
+        single = self._single(below, above, rows, multipliers)
         blocks[:, :c, :c] += single[:-1]
         blocks[-1, c + 1 :, c + 1 :] += single[-1]
         return p.band.matrix(blocks)
@@ -106,20 +106,20 @@ class Linearised:
         below: FloatArray,
         above: FloatArray,
         rows: FloatArray,
-        duals: FloatArray,
+        multipliers: FloatArray,
     ) -> FloatArray:
         """What single knots add to the matrix ``(K, c, c)``."""
         p = self._problem
-        on_rows = self._split(duals)[4]
-        bent = self._curvature(self._on_joints(duals).reshape(-1, 4, 3), on_rows)
-        out = -bent[:, p.columns][:, :, p.columns]
+        on_rows = self._split(multipliers)[4]
+        kinematics = self._curvature(self._on_joints(multipliers).reshape(-1, 4, 3), on_rows)
+        out = -kinematics[:, p.columns][:, :, p.columns]
         bow = on_rows[:, None] * p.squares
         bend = p.slots.spread(bow).sum(axis=1)
         out[:, range(len(p.columns)), range(len(p.columns))] -= bend
         stiff = np.zeros((p.knots, JOINTS))
-        stiff[p.fixed_knots :, p.bounded[0]] += below
-        stiff[p.fixed_knots :, p.bounded[1]] += above
-        if p.bounded.any():
+        stiff[p.fixed_knots :, p.used_limits[0]] += below
+        stiff[p.fixed_knots :, p.used_limits[1]] += above
+        if p.used_limits.any():
             out += np.swapaxes(self._slopes, 1, 2) @ (stiff[:, :, None] * self._slopes)
         spread = p.slots.spread(self._rows)
         out += np.swapaxes(spread, 1, 2) @ (p.slots.spread(rows)[:, :, None] * spread)

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gaitopt.conventions import FloatArray
-from gaitopt.optimize.route.derivatives import Linearised
+from gaitopt.optimize.route.derivatives import RouteLinearisation
 from gaitopt.optimize.route.dynamic_layout import DynamicLayout, intervals
 from gaitopt.optimize.route.legs import JOINTS
 
@@ -34,7 +34,7 @@ class _Shares(NamedTuple):
     spans: FloatArray
 
 
-class LinearisedDynamics(Linearised):
+class DynamicRouteLinearisation(RouteLinearisation):
     """Values and derivatives of a route with accelerations at one point.
 
     What a knot's rows say of its neighbourhood stands in one stack ``(K, 24 + Z, 3 c + 3)``: the
@@ -48,9 +48,12 @@ class LinearisedDynamics(Linearised):
     def __init__(self, problem: DynamicLayout, x: FloatArray) -> None:
         super().__init__(problem, x)
         poses, times = problem.unpack(x)
-        times, unit = times / problem.unit, problem.unit
+        times, unit = times / problem.time_unit, problem.time_unit
         self._between, self._spans = intervals(times), np.append(times, times[-1])
-        self._most, self._fastest = problem.accelerations * unit**2, problem.hurry * unit
+        self._most, self._fastest = (
+            problem.acceleration_limits * unit**2,
+            problem.interval_velocity_limits * unit,
+        )
         self._gravity = problem.zmp.gravity * unit**2
         self._c = c = len(problem.columns)
         self._span, self._next = 2 * c + 1, 3 * c + 2
@@ -60,7 +63,7 @@ class LinearisedDynamics(Linearised):
         self._ext = np.concatenate([self._slopes, flat], axis=1)
         moves = np.concatenate([self._bent.joints.reshape(-1, JOINTS), poses[:, :3]], axis=1)
         self._velocity = np.diff(moves, axis=0) / self._between[:, None]
-        self._jumped = problem.jumps(moves, self._between * unit) * unit
+        self._jumped = problem.velocity_changes(moves, self._between * unit) * unit
         self._jump_rows = self._jumps()
         self._stack = self._stacked()
 
@@ -141,11 +144,11 @@ class LinearisedDynamics(Linearised):
         return _Shares(quiet, parts[1].reshape(2, -1, JOINTS), turns, p.zmp_slots.spread(parts[2]),
                        least)  # fmt: skip
 
-    def pull(self, v: FloatArray) -> FloatArray:
+    def jacobian_transpose_times(self, v: FloatArray) -> FloatArray:
         """Transposed Jacobian times ``v (m,)``."""
         p = self._problem
         s = self._shares(v)
-        out = super().pull(s.base)
+        out = super().jacobian_transpose_times(s.base)
         weights = np.concatenate([s.jumps[1] - s.jumps[0], s.turns[1] - s.turns[0], s.zmp], axis=1)
         local = (weights[:, None] @ self._stack)[:, 0]
         local[:, self._span] += (s.jumps * self._most).sum(axis=(0, 2))
@@ -157,20 +160,20 @@ class LinearisedDynamics(Linearised):
         out[p.numbering[1]] += s.spans
         return out
 
-    def push(self, dx: FloatArray) -> FloatArray:
+    def jacobian_times(self, dx: FloatArray) -> FloatArray:
         """Jacobian times ``dx (n,)``."""
         p = self._problem
-        base = super().push(dx)
+        base = super().jacobian_times(dx)
         moves = np.where(p.local >= 0, dx[np.maximum(p.local, 0)], 0.0)
         rows = (self._stack @ moves[:, :, None])[:, :, 0]
         jumps, turns = rows[:, :JOINTS], rows[:-1, JOINTS : 2 * JOINTS]
         spans = moves[:, self._span, None]
         between = (moves[:-1, self._span] + moves[:-1, self._next])[:, None] / 2.0
-        room, hurry = self._most * spans, self._fastest * between
+        room, interval_velocity_limits = self._most * spans, self._fastest * between
         count = (p.knots - 1) * JOINTS
         base[:count], base[count : 2 * count] = (
-            (hurry[0] - turns).ravel(),
-            (hurry[1] + turns).ravel(),
+            (interval_velocity_limits[0] - turns).ravel(),
+            (interval_velocity_limits[1] + turns).ravel(),
         )
         slots = p.zmp_slots
         least = dx[p.numbering[1]]
@@ -181,20 +184,20 @@ class LinearisedDynamics(Linearised):
             rows[slots.knot, 2 * JOINTS + slots.slot], least,
         ])  # fmt: skip
 
-    def normal(self, scale: FloatArray, duals: FloatArray) -> FloatArray:
-        """``J' diag(scale) J`` minus the curvature of ``duals * values``, in banded form."""
+    def newton_matrix(self, scale: FloatArray, multipliers: FloatArray) -> FloatArray:
+        """``J' diag(scale) J`` minus the curvature of ``multipliers * values``, in banded form."""
         p = self._problem
         s = self._shares(scale)
         weights = np.concatenate([s.jumps.sum(axis=0), s.turns.sum(axis=0), s.zmp], axis=1)
         blocks = np.swapaxes(self._stack, 1, 2) @ (weights[:, :, None] * self._stack)
         self._add_spans(blocks, s)
-        bent = self._shares(duals)
+        kinematics = self._shares(multipliers)
         _, _, below, above, rows = self._split(s.base)
         blocks[:, self._columns(1), self._columns(1)] += self._single(
-            below, above, rows, duals[: len(s.base)]
+            below, above, rows, multipliers[: len(s.base)]
         )
-        if duals.any():
-            blocks -= self._bow(bent)
+        if multipliers.any():
+            blocks -= self._bow(kinematics)
         out = p.wide.matrix(blocks)
         out[0, p.numbering[1]] += s.spans
         return out
@@ -220,9 +223,9 @@ class LinearisedDynamics(Linearised):
         """Curvature of accelerations and ZMP at each knot's local unknowns ``(K, n, n)``."""
         p, c = self._problem, self._c
         z = p.zmp
-        duals = s.zmp[p.zmp_slots.knot, p.zmp_slots.slot]
+        multipliers = s.zmp[p.zmp_slots.knot, p.zmp_slots.slot]
         apart, height, _, _ = self._zmp_parts
-        share = duals / self._gravity
+        share = multipliers / self._gravity
         on_jumps = np.zeros((p.knots, JOINTS + 3))
         on_jumps[:, :JOINTS] = s.jumps[1] - s.jumps[0]
         pulls = np.column_stack([-(share * height)[:, None] * z.normal, share * apart])
@@ -248,13 +251,13 @@ class LinearisedDynamics(Linearised):
                 out[:-1, t, where] += part
             for other in (self._span, self._next):
                 out[:-1, t, other] += twice
-        self._add_products(out, duals)
+        self._add_products(out, multipliers)
         return out
 
-    def _add_products(self, out: FloatArray, duals: FloatArray) -> None:
+    def _add_products(self, out: FloatArray, multipliers: FloatArray) -> None:
         """Adds products of the body centre's place with its span and with velocity jumps."""
         z, slots = self._problem.zmp, self._problem.zmp_slots
-        share = duals / self._gravity
+        share = multipliers / self._gravity
         one, two = np.zeros((2, *slots.shape[:1], 2 * slots.shape[1], out.shape[1]))
         at, second = self._columns(1), slots.shape[1] + slots.slot
         one[slots.knot, slots.slot, at] = np.einsum(
@@ -262,7 +265,7 @@ class LinearisedDynamics(Linearised):
         )
         one[slots.knot, second, at] = self._ext[z.knot, JOINTS + 2]
         along = share[:, None] * self._jump_rows[z.knot, JOINTS + 2]
-        along[:, self._span] += duals
+        along[:, self._span] += multipliers
         two[slots.knot, slots.slot] = along
         two[slots.knot, second] = -share[:, None] * self._sway_rows
         # Only rows at the pose itself are not zero.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -10,7 +11,7 @@ import numpy as np
 
 from gaitopt.conventions import FloatArray
 from gaitopt.interior_point.band import Band, Slots
-from gaitopt.optimize.route.layout import RouteLayout
+from gaitopt.optimize.route.layout import RouteLayout, sorted_by_knot
 from gaitopt.optimize.route.legs import JOINTS
 
 LEAST_SPAN = 0.01
@@ -39,9 +40,18 @@ class ZmpRows(NamedTuple):
     least: FloatArray
     gravity: FloatArray
 
+    @classmethod
+    def joined(cls, parts: Iterable[ZmpRows]) -> ZmpRows:
+        """All rows of one or more ``parts``, sorted by knot."""
+        return cls(*sorted_by_knot(parts))
+
     def chosen(self, which: np.ndarray) -> ZmpRows:
-        """Some of the rows, by a mask or their numbers."""
+        """Some of the rows, by a mask ``(M,)`` or their ascending numbers."""
         return ZmpRows(*(part[which] for part in self))
+
+    def shifted(self, knots: int) -> ZmpRows:
+        """The same rows on spans of so many knots later."""
+        return self._replace(knot=self.knot + knots)
 
 
 class Entry(NamedTuple):
@@ -68,14 +78,15 @@ class DynamicLayout(RouteLayout):
     Its times are the spans of all knots but the last, which is as long as the one before it.
 
     Attributes:
-        accelerations: limits on the span of every knot, up and down ``(2, K, 12)`` [rad/s^2].
-        hurry: velocity limits between each two spans, up and down ``(2, K - 1, 12)`` [rad/s].
+        acceleration_limits: on the span of every knot, up and down ``(2, K, 12)`` [rad/s^2].
+        interval_velocity_limits: velocity limits between each two spans, up and down
+            ``(2, K - 1, 12)`` [rad/s].
         zmp: rows of the zero moment point; none for joint accelerations alone.
         entry: how the motion comes in; ``None`` from rest.
     """
 
-    accelerations: FloatArray = None  # type: ignore[assignment]
-    hurry: FloatArray = None  # type: ignore[assignment]
+    acceleration_limits: FloatArray = None  # type: ignore[assignment]
+    interval_velocity_limits: FloatArray = None  # type: ignore[assignment]
     zmp: ZmpRows = None  # type: ignore[assignment]
     entry: Entry | None = None
 
@@ -86,7 +97,7 @@ class DynamicLayout(RouteLayout):
             times[0] = self.entry.span
         return poses, times
 
-    def jumps(self, moves: FloatArray, between: FloatArray) -> FloatArray:
+    def velocity_changes(self, moves: FloatArray, between: FloatArray) -> FloatArray:
         """Change of velocity over every span ``(K, 15)``.
 
         Args:
@@ -110,10 +121,12 @@ class DynamicLayout(RouteLayout):
         between, spans = intervals(times), np.append(times, times[-1])
         base = super().values_at(poses, between, joints)
         count = (self.knots - 1) * JOINTS
-        base[: 2 * count] += ((self.hurry - self.rates) * between[:, None]).ravel()
-        jumps = self.jumps(np.concatenate([joints, poses[:, :3]], axis=1), between)
-        room = self.accelerations * spans[:, None]
-        z, unit = self.zmp, self.unit
+        base[: 2 * count] += (
+            (self.interval_velocity_limits - self.velocity_limits) * between[:, None]
+        ).ravel()
+        jumps = self.velocity_changes(np.concatenate([joints, poses[:, :3]], axis=1), between)
+        room = self.acceleration_limits * spans[:, None]
+        z, unit = self.zmp, self.time_unit
         apart = (z.normal * poses[z.knot, :2]).sum(axis=1) - z.offset
         sway, heave = jumps[z.knot, JOINTS : JOINTS + 2], jumps[z.knot, JOINTS + 2]
         pull = (poses[z.knot, 2] - z.ground) * (z.normal * sway).sum(axis=1)

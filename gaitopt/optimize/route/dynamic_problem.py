@@ -16,39 +16,38 @@ from functools import cached_property
 import numpy as np
 
 from gaitopt.conventions import FloatArray
-from gaitopt.optimize.route.dynamic_derivatives import LinearisedDynamics
+from gaitopt.optimize.route.dynamic_derivatives import DynamicRouteLinearisation
 from gaitopt.optimize.route.dynamic_layout import DynamicLayout, Entry
-from gaitopt.optimize.route.layout import Rows
 from gaitopt.optimize.route.problem import RouteProblem
 
 
 @dataclass(frozen=True, eq=False)
-class RouteDynamics(DynamicLayout, RouteProblem):
+class DynamicRouteProblem(DynamicLayout, RouteProblem):
     """A route problem with accelerations, as the interior-point method takes it."""
 
     @cached_property
-    def cost(self) -> FloatArray:
+    def linear_cost(self) -> FloatArray:
         """Gradient of the sum of all spans that are unknown."""
-        out = np.array(super().cost)
+        out = np.array(super().linear_cost)
         out[self.numbering[1][-1]] += 1.0
         if self.entry is not None:
             out[self.numbering[1][0]] = 0.0
         return out
 
     @cached_property
-    def even(self) -> FloatArray:
+    def quadratic_cost(self) -> FloatArray:
         """Diagonal of the small quadratic term; it also holds what nothing else looks at."""
-        out = np.array(super().even)
+        out = np.array(super().quadratic_cost)
         if self.entry is not None:
             out[self.numbering[1][0]] = 1.0
         return out
 
     @property
-    def settled(self) -> int:
+    def restorable(self) -> int:
         """None: a longer span changes accelerations, too."""
         return 0
 
-    def settle(
+    def restore(
         self, x: FloatArray, values: FloatArray, slack: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """Nothing is changed."""
@@ -56,7 +55,7 @@ class RouteDynamics(DynamicLayout, RouteProblem):
 
     def window(
         self, first: int, last: int, poses: FloatArray, entry: Entry | None
-    ) -> RouteDynamics:
+    ) -> DynamicRouteProblem:
         """The problem from one knot to another, at whose end the motion rests.
 
         Args:
@@ -69,17 +68,17 @@ class RouteDynamics(DynamicLayout, RouteProblem):
         free = unknown >= 0
         unknown[free] -= unknown[free].min()
         inside = (self.rows.knot > first) & (self.rows.knot <= last)
-        rows = Rows(*(part[inside] for part in self.rows))
+        rows = self.rows.chosen(inside).shifted(-first)
         near = (self.zmp.knot >= first) & (self.zmp.knot <= last)
-        zmp = self.zmp.chosen(near)
+        zmp = self.zmp.chosen(near).shifted(-first)
         return replace(
             self, feet=self.feet[first : last + 1], swing=self.swing[first : last + 1],
-            poses=poses, unknown=unknown, rows=rows._replace(knot=rows.knot - first),
-            accelerations=self.accelerations[:, first : last + 1],
-            hurry=self.hurry[:, first:last], entry=entry,
-            zmp=zmp._replace(knot=zmp.knot - first),
+            poses=poses, unknown=unknown, rows=rows,
+            acceleration_limits=self.acceleration_limits[:, first : last + 1],
+            interval_velocity_limits=self.interval_velocity_limits[:, first:last], entry=entry,
+            zmp=zmp,
         )  # fmt: skip
 
-    def linearised(self, x: FloatArray) -> LinearisedDynamics:
+    def linearise(self, x: FloatArray) -> DynamicRouteLinearisation:
         """Values and derivatives at ``x``."""
-        return LinearisedDynamics(self, x)
+        return DynamicRouteLinearisation(self, x)

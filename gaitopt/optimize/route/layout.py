@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
 from gaitopt.conventions import FloatArray
 from gaitopt.interior_point.band import Band, Slots
 from gaitopt.optimize.route.centre_of_mass import ComRows
-from gaitopt.optimize.route.legs import JOINTS, RouteLegs
+from gaitopt.optimize.route.legs import JOINTS, POSE, StackedLegs
 
-UNIT_TURN = np.radians(17.0)
+TIME_UNIT_ROTATION = np.radians(17.0)
 """At its velocity limit the slowest joint turns by so much in a problem's unit of time [rad]."""
 
 
@@ -31,6 +32,34 @@ class Rows(NamedTuple):
     square: FloatArray
     offset: FloatArray
 
+    @classmethod
+    def joined(cls, parts: Iterable[Rows]) -> Rows:
+        """All rows of ``parts``, sorted by knot; on one knot they stand in the parts' order."""
+        none = np.zeros((0, POSE))
+        empty = cls(np.zeros(0, dtype=int), none, none, np.zeros(0))
+        return cls(*sorted_by_knot([empty, *parts]))
+
+    def chosen(self, which: np.ndarray) -> Rows:
+        """Some of the rows, by a mask ``(M,)`` or their ascending numbers."""
+        return Rows(*(part[which] for part in self))
+
+    def shifted(self, knots: int) -> Rows:
+        """The same rows on poses that stand so many knots later."""
+        return self._replace(knot=self.knot + knots)
+
+
+def sorted_by_knot(parts: Iterable[tuple[np.ndarray, ...]]) -> list[np.ndarray]:
+    """Columns of tables, joined and sorted by the first column, which is the rows' knot.
+
+    The order of rows on the same knot is kept.
+    """
+    columns = [np.concatenate(column) for column in zip(*parts, strict=True)]
+    order = np.argsort(columns[0], kind="stable")
+    return [column[order] for column in columns]
+
+
+Layout = TypeVar("Layout", bound="RouteLayout")
+
 
 @dataclass(frozen=True, eq=False)
 class RouteLayout:
@@ -46,20 +75,24 @@ class RouteLayout:
         rows: inequalities on single poses.
         bounded: which position limits are looked at, low and high ``(2, 12)``.
         unit: the solver counts times in it, so that robots of all speeds look alike to it [s].
-        evenness: weight of the small quadratic term in the times, counted so.
+        quadratic_weight: weight of the small quadratic term in the times, counted so.
         com: inequalities on the true centre of mass, where there are any.
     """
 
-    legs: RouteLegs
+    legs: StackedLegs
     feet: FloatArray
     swing: FloatArray
     poses: FloatArray
     unknown: np.ndarray
     rows: Rows
-    bounded: np.ndarray
-    unit: float = 1.0
-    evenness: float = 1.0
+    used_limits: np.ndarray
+    time_unit: float = 1.0
+    quadratic_weight: float = 1.0
     com: ComRows | None = None
+
+    def with_start(self: Layout, pose: FloatArray) -> Layout:
+        """The same problem, but for the pose ``(9,)`` of its first knot."""
+        return replace(self, poses=np.concatenate([pose[None], self.poses[1:]]))
 
     @property
     def knots(self) -> int:
@@ -67,14 +100,14 @@ class RouteLayout:
         return len(self.poses)
 
     @cached_property
-    def rates(self) -> FloatArray:
+    def velocity_limits(self) -> FloatArray:
         """Velocity limits of all joints ``(12,)`` [rad/s]."""
-        return np.asarray(self.legs.rates.reshape(JOINTS))
+        return np.asarray(self.legs.velocity_limits.reshape(JOINTS))
 
     @cached_property
     def turns(self) -> FloatArray:
         """What all joints turn at most in a unit of time ``(12,)`` [rad]."""
-        return self.rates * self.unit
+        return self.velocity_limits * self.time_unit
 
     @cached_property
     def columns(self) -> np.ndarray:
@@ -108,7 +141,7 @@ class RouteLayout:
         x = np.zeros(size)
         mine = placed >= 0
         x[placed[mine]] = poses[:, self.columns][mine]
-        x[at] = times / self.unit
+        x[at] = times / self.time_unit
         return x
 
     def unpack(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -118,13 +151,13 @@ class RouteLayout:
         poses[:, self.columns] = np.where(
             placed >= 0, x[np.maximum(placed, 0)], poses[:, self.columns]
         )
-        return poses, x[at] * self.unit
+        return poses, x[at] * self.time_unit
 
     def values_at(self, poses: FloatArray, times: FloatArray, joints: FloatArray) -> FloatArray:
         """All inequalities at given poses ``(K, 9)`` and times ``(K - 1,)`` with their joints."""
-        turn, room = np.diff(joints, axis=0), self.rates * times[:, None]
+        turn, room = np.diff(joints, axis=0), self.velocity_limits * times[:, None]
         late = joints[self.fixed_knots :]
-        low, high = self.bounded
+        low, high = self.used_limits
         y = poses[self.rows.knot]
         single = self.rows.offset + ((self.rows.linear + self.rows.square * y / 2.0) * y).sum(1)
         if self.com is not None:

@@ -19,17 +19,18 @@ from gaitopt.robots.rotations import rpy_derivatives, rpy_to_matrix
 
 POSE, JOINTS = 9, 12
 """Numbers of a pose, and joints of four legs."""
-BODY, TURN, FOOT = slice(0, 3), slice(3, 6), slice(6, 9)
+BODY, ORIENTATION, FOOT = slice(0, 3), slice(3, 6), slice(6, 9)
 _SINGULAR = 1e-9
 _PAIRS = [(a, b) for a in range(3) for b in range(a, 3)]
 
 
-class Bent(NamedTuple):
+class LegKinematics(NamedTuple):
     """Angles of all legs at many poses, with what their derivatives need.
 
     Attributes:
         joints: angles ``(K, 4, 3)`` [rad], each leg's joints from body to foot.
-        slopes: derivative of the angles by the foot's place in the body frame ``(K, 4, 3, 3)``.
+        joints_by_foot: derivative of the angles by the foot's place in the body frame
+            ``(K, 4, 3, 3)``.
         place: derivative of that place by the pose ``(K, 4, 3, 9)``.
         turned: the body's rotation ``(K, 3, 3)``, its derivatives by roll, pitch, yaw
             ``(3, K, 3, 3)``, and its second ones ``(6, K, 3, 3)``.
@@ -38,20 +39,20 @@ class Bent(NamedTuple):
     """
 
     joints: FloatArray
-    slopes: FloatArray
+    joints_by_foot: FloatArray
     place: FloatArray
     turned: tuple[FloatArray, FloatArray, FloatArray]
     arms: FloatArray
     swing: FloatArray
 
-    def gradients(self) -> FloatArray:
+    def joints_by_pose(self) -> FloatArray:
         """Derivative of all angles by the pose ``(K, 12, 9)``."""
-        out = self.slopes @ self.place
+        out = self.joints_by_foot @ self.place
         return np.asarray(out.reshape(len(out), 12, POSE))
 
 
 @dataclass(frozen=True, eq=False)
-class RouteLegs:
+class StackedLegs:
     """Constants of the four legs, stacked in the order of :data:`gaitopt.LEGS`.
 
     Attributes:
@@ -75,7 +76,7 @@ class RouteLegs:
     body: FloatArray
     low: FloatArray
     high: FloatArray
-    rates: FloatArray
+    velocity_limits: FloatArray
 
     @property
     def reach(self) -> FloatArray:
@@ -83,7 +84,7 @@ class RouteLegs:
         return self.upper + self.lower
 
     @classmethod
-    def of(cls, robot: Quadruped) -> RouteLegs:
+    def of(cls, robot: Quadruped) -> StackedLegs:
         """Constants of a robot whose legs have three joints each."""
         legs = [robot.legs[name] for name in LEGS]
 
@@ -97,10 +98,10 @@ class RouteLegs:
             hips=stack("hip"), axes=stack("axes"), lateral=stack("lateral"), drop=stack("drop"),
             upper=stack("upper"), lower=stack("lower"), knee=stack("knee"), signs=stack("signs"),
             zeros=stack("zeros"), centres=centres, body=np.array(robot.centre),
-            low=limits[:, 0], high=limits[:, 1], rates=stack("velocity_limits"),
+            low=limits[:, 0], high=limits[:, 1], velocity_limits=stack("velocity_limits"),
         )  # fmt: skip
 
-    def bend(self, poses: FloatArray, feet: FloatArray, swing: FloatArray) -> Bent:
+    def kinematics(self, poses: FloatArray, feet: FloatArray, swing: FloatArray) -> LegKinematics:
         """Angles and first derivatives.
 
         Args:
@@ -110,7 +111,7 @@ class RouteLegs:
         """
         flying = swing[..., None]
         arms = np.where(flying > 0, poses[:, None, FOOT], feet) - poses[:, None, BODY]
-        angles = poses[:, TURN]
+        angles = poses[:, ORIENTATION]
         turned = (rpy_to_matrix(angles), *rpy_derivatives(angles))
         back = np.swapaxes(turned[0], 1, 2)
         local = arms @ turned[0] + self.body
@@ -118,14 +119,14 @@ class RouteLegs:
         place = np.zeros((*arms.shape, POSE))
         place[..., BODY] = -back[:, None]
         # p = R' arm: its derivative by an angle is (dR)' arm.
-        place[..., TURN] = np.einsum("aKij,Kli->Klja", turned[1], arms)
+        place[..., ORIENTATION] = np.einsum("aKij,Kli->Klja", turned[1], arms)
         place[..., FOOT] = back[:, None] * flying[..., None]
-        return Bent(joints, self.slopes(joints), place, turned, arms, swing)
+        return LegKinematics(joints, self.joints_by_foot(joints), place, turned, arms, swing)
 
     def joints(self, poses: FloatArray, feet: FloatArray, swing: FloatArray) -> FloatArray:
         """Angles alone ``(K, 4, 3)`` [rad]."""
         arms = np.where(swing[..., None] > 0, poses[:, None, FOOT], feet) - poses[:, None, BODY]
-        return self.inverse(arms @ rpy_to_matrix(poses[:, TURN]) + self.body)
+        return self.inverse(arms @ rpy_to_matrix(poses[:, ORIENTATION]) + self.body)
 
     def inverse(self, local: FloatArray) -> FloatArray:
         """Angles ``(K, 4, 3)`` of feet at ``local (K, 4, 3)``; NaN out of reach."""
@@ -145,7 +146,7 @@ class RouteLegs:
         angles = np.stack([roll, thigh - self.zeros[:, 0], bend - self.zeros[:, 1]], axis=-1)
         return np.asarray(wrap_angle(self.signs * angles, self.centres))
 
-    def slopes(self, joints: FloatArray) -> FloatArray:
+    def joints_by_foot(self, joints: FloatArray) -> FloatArray:
         """Derivative of the angles by the foot's place in the body frame ``(K, 4, 3, 3)``.
 
         The inverse of the Jacobian, in closed form: in the frame turned by the roll angle, the
@@ -179,27 +180,29 @@ class RouteLegs:
         ux, uz = lx - self.upper * np.cos(thigh), lz + self.upper * np.sin(thigh)
         return roll, ux, uz, lx, lz, ux - self.drop
 
-    def curvature(self, bent: Bent, weights: FloatArray) -> FloatArray:
+    def curvature(self, kinematics: LegKinematics, weights: FloatArray) -> FloatArray:
         """Second derivative by the pose of ``sum of weights (K, 4, 3) * angles``: ``(K, 9, 9)``.
 
         From ``forward(inverse(p)) = p``: the inverse's second derivative is minus that of the
         forward map, pulled back through the slopes.
         """
-        pull = np.einsum("Klji,Klj->Kli", bent.slopes, weights)
-        inner = -np.swapaxes(bent.slopes, 2, 3) @ self._forward_curvature(bent.joints, pull)
-        inner = inner @ bent.slopes
-        out = (np.swapaxes(bent.place, 2, 3) @ (inner @ bent.place)).sum(axis=1)
-        _, first, second = bent.turned
+        pull = np.einsum("Klji,Klj->Kli", kinematics.joints_by_foot, weights)
+        inner = -np.swapaxes(kinematics.joints_by_foot, 2, 3) @ self._forward_curvature(
+            kinematics.joints, pull
+        )
+        inner = inner @ kinematics.joints_by_foot
+        out = (np.swapaxes(kinematics.place, 2, 3) @ (inner @ kinematics.place)).sum(axis=1)
+        _, first, second = kinematics.turned
         moved = np.einsum("aKij,Klj->Klia", first, pull)
         for k, (a, b) in enumerate(_PAIRS):
-            twist = np.einsum("Kli,Kij,Klj->K", bent.arms, second[k], pull)
+            twist = np.einsum("Kli,Kij,Klj->K", kinematics.arms, second[k], pull)
             out[:, 3 + a, 3 + b] += twist
             if a != b:
                 out[:, 3 + b, 3 + a] += twist
-        body, foot = -moved.sum(axis=1), (moved * bent.swing[..., None, None]).sum(axis=1)
+        body, foot = -moved.sum(axis=1), (moved * kinematics.swing[..., None, None]).sum(axis=1)
         for where, block in ((BODY, body), (FOOT, foot)):
-            out[:, where, TURN] += block
-            out[:, TURN, where] += np.swapaxes(block, 1, 2)
+            out[:, where, ORIENTATION] += block
+            out[:, ORIENTATION, where] += np.swapaxes(block, 1, 2)
         return np.asarray(out)
 
     def _forward_curvature(self, joints: FloatArray, pull: FloatArray) -> FloatArray:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from gaitopt.conventions import LEGS, OTHER_LEGS, FloatArray, rotation_z
-from gaitopt.optimize.route.centre_of_mass import ComRows, RouteMasses
+from gaitopt.optimize.route.centre_of_mass import ComRows, MassDistribution
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.rotations import rpy_to_matrix
 from gaitopt.stability.support import pair_lines, triangle_half_planes
@@ -90,7 +90,7 @@ def balance_rows(robot: Quadruped, settings: RouteSettings, knots: RouteKnots) -
     rows = _layout(sides)
     margin = settings.stability_margin + settings.margin_reserve
     return ComRows(
-        RouteMasses.of(robot), rows.knot, sides.normal[rows.interval, rows.side],
+        MassDistribution.of(robot), rows.knot, sides.normal[rows.interval, rows.side],
         sides.offset[rows.interval, rows.side] + margin,
     )  # fmt: skip
 
@@ -98,7 +98,7 @@ def balance_rows(robot: Quadruped, settings: RouteSettings, knots: RouteKnots) -
 def dense_com(robot: Quadruped, settings: RouteSettings, dense: Dense) -> FloatArray:
     """The true centre of mass at all dense knots ``(N, 3)`` [m], in the heading frame."""
     columns = [c for leg in LEGS for c in robot.leg_columns[leg]]
-    local = RouteMasses.of(robot).local(dense.joints[:, columns].reshape(-1, 4, 3))
+    local = MassDistribution.of(robot).com_in_body(dense.joints[:, columns].reshape(-1, 4, 3))
     turned = rotation_z(-settings.heading) @ rpy_to_matrix(dense.body[:, 3:]) @ robot.body_axes
     return np.asarray(dense.centre + np.einsum("nij,nj->ni", turned, local))
 

@@ -9,8 +9,7 @@ import numpy as np
 from gaitopt.conventions import FloatArray, frozen
 from gaitopt.errors import InputError
 from gaitopt.inputs import check_count
-from gaitopt.interior_point.solver import solve_route
-from gaitopt.optimize.route.layout import Rows
+from gaitopt.interior_point.solver import minimise
 from gaitopt.optimize.route.problem import RouteProblem
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.settings.time_optimal import RouteSettings
@@ -61,10 +60,10 @@ def _least_time(route: Route, static: bool, first: int, last: int, iterations: i
     problem = _without_start(problem_of(route, first, last), route.settings.stance_knots)
     if not static:
         problem = _without_balance(problem)
-    answer = solve_route(problem, problem.start(), barrier=problem.barrier,
-                         iterations=iterations)  # fmt: skip
-    if answer.status == "solved":
-        return float(problem.needed(problem.unpack(answer.x)[0]).sum())
+    solution = minimise(problem, problem.first_guess(), barrier=problem.first_barrier,
+                        iteration_limit=iterations)  # fmt: skip
+    if solution.solved:
+        return float(problem.least_times(problem.unpack(solution.x)[0]).sum())
     if last - first == 1:
         return float("nan")
     middle = (first + last) // 2
@@ -79,8 +78,7 @@ def _without_start(problem: RouteProblem, stance: int) -> RouteProblem:
     free = unknown >= 0
     # Knots may share unknowns: where the body stands still, those of a swing do.
     unknown[free] = np.unique(unknown[free], return_inverse=True)[1]
-    kept = problem.rows.knot >= stance
-    rows = Rows(problem.rows.knot[kept] - stance, *(part[kept] for part in problem.rows[1:]))
+    rows = problem.rows.chosen(problem.rows.knot >= stance).shifted(-stance)
     com = None if problem.com is None else problem.com.since(stance)
     return replace(
         problem,
@@ -96,4 +94,4 @@ def _without_start(problem: RouteProblem, stance: int) -> RouteProblem:
 def _without_balance(problem: RouteProblem) -> RouteProblem:
     """The problem without the rows that hold the body's centre over its support."""
     level = np.abs(problem.rows.linear[:, :2]).sum(axis=1) == 0
-    return replace(problem, rows=Rows(*(part[level] for part in problem.rows)))
+    return replace(problem, rows=problem.rows.chosen(level))

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gaitopt.conventions import OTHER_LEGS, FloatArray
-from gaitopt.optimize.route.layout import UNIT_TURN, Rows
-from gaitopt.optimize.route.legs import BODY, JOINTS, POSE, RouteLegs
+from gaitopt.optimize.route.layout import TIME_UNIT_ROTATION, Rows
+from gaitopt.optimize.route.legs import BODY, JOINTS, POSE, StackedLegs
 from gaitopt.optimize.route.problem import RouteProblem
 from gaitopt.planners.time_optimal.balance import balance_rows
 from gaitopt.planners.time_optimal.knots import OPEN_RADIUS, RouteKnots, lay_knots
@@ -43,7 +43,7 @@ def build_route(
         radius: of the columns [m]; ``None`` on open ground.
     """
     knots = lay_knots(steps, settings.stance_knots, settings.swing_knots)
-    legs = limited(RouteLegs.of(robot), settings.reach_fraction)
+    legs = limited(StackedLegs.of(robot), settings.reach_fraction)
     poses = first_guess(steps, settings, knots, cogs)
     joints = legs.joints(poses, knots.feet, knots.flying).reshape(-1, JOINTS)
     room = np.stack([joints.min(0) - legs.low.ravel(), legs.high.ravel() - joints.max(0)])
@@ -51,14 +51,14 @@ def build_route(
         legs=legs, feet=knots.feet, swing=knots.flying, poses=poses,
         unknown=_unknowns(settings, knots),
         rows=_rows(steps, settings, knots, radius or OPEN_RADIUS),
-        bounded=~(room > NEAR_LIMIT),
-        unit=float(UNIT_TURN / legs.rates.min()),
+        used_limits=~(room > NEAR_LIMIT),
+        time_unit=float(TIME_UNIT_ROTATION / legs.velocity_limits.min()),
         com=balance_rows(robot, settings, knots) if settings.true_com else None,
     )  # fmt: skip
     return knots, problem
 
 
-def limited(legs: RouteLegs, reach_fraction: float) -> RouteLegs:
+def limited(legs: StackedLegs, reach_fraction: float) -> StackedLegs:
     """The legs with their knees' limits narrowed to the reach that may be used, on one side.
 
     A leg's stretch is a falling function of its knee's bend, so reach is a limit of the knee.
@@ -83,11 +83,11 @@ def _unknowns(settings: RouteSettings, knots: RouteKnots) -> np.ndarray:
     count = len(knots.feet)
     free = np.zeros((count, POSE), dtype=bool)
     free[1:, :2] = True
-    free[1:, 2] = "height" in settings.free
-    free[1:, 3:6] = "posture" in settings.free
-    free[:, 6:] = (knots.flying.sum(axis=1) > 0)[:, None] & ("swing" in settings.free)
+    free[1:, 2] = settings.free.height
+    free[1:, 3:6] = settings.free.posture
+    free[:, 6:] = (knots.flying.sum(axis=1) > 0)[:, None] & (settings.free.swing)
     fresh = free.copy()
-    if "overlap" not in settings.free:
+    if not settings.free.overlap:
         # The body stands still: all knots of a swing share the pose of its first.
         fresh[1:, :6] &= ~knots.swings[:, None]
     number = np.cumsum(fresh).reshape(fresh.shape) - 1
@@ -109,12 +109,12 @@ def first_guess(
     body = np.concatenate([moves, np.repeat(cogs[1:, None], swing, axis=1)], axis=1)
     poses[:, BODY] = np.concatenate([cogs[:1], body.reshape(-1, 3)])
     starts = steps.feet[np.arange(len(steps.legs)), steps.indices]
-    shares = box_shares(swing) if "swing" not in settings.free else arch_shares(settings)
+    shares = box_shares(swing) if not settings.free.swing else arch_shares(settings)
     corners = box_corners(starts, steps.targets, settings.swing_height)
     edge = np.minimum(shares.astype(int), 2)
     along = (shares - edge)[None, :, None]
     way = corners[:, edge] * (1.0 - along) + corners[:, edge + 1] * along
-    if "swing" in settings.free:
+    if settings.free.swing:
         way[:, 1:-1, 2] += 2e-3
     inside = knots.flying.sum(axis=1) > 0
     poses[inside, 6:] = way[:, 1:-1].reshape(-1, 3)
@@ -142,19 +142,17 @@ def arch_shares(settings: RouteSettings) -> FloatArray:
 
 def _rows(steps: CrawlSteps, settings: RouteSettings, knots: RouteKnots, radius: float) -> Rows:
     """All inequalities on single poses."""
-    parts = [_row(np.array([], dtype=int), [], np.zeros(0))]
+    parts = []
     if not settings.true_com:
         parts.append(_margins(settings, knots))
-    if "posture" in settings.free:
+    if settings.free.posture:
         at = np.repeat(np.arange(1, len(knots.feet)), 6)
         turn = np.tile(np.repeat(np.arange(3, 6), 2), len(knots.feet) - 1)
         sign = np.tile([1.0, -1.0], len(at) // 2)
         parts.append(_row(at, [(turn, sign)], np.full(len(at), MOST_TILT)))
-    if "swing" in settings.free and len(steps.legs):
+    if settings.free.swing and len(steps.legs):
         parts.append(_flights(steps, settings, knots, radius))
-    knot = np.concatenate([p.knot for p in parts])
-    order = np.argsort(knot, kind="stable")
-    return Rows(*(np.concatenate([p[i] for p in parts])[order] for i in range(4)))
+    return Rows.joined(parts)
 
 
 def _row(at: np.ndarray, terms: list[tuple[np.ndarray, FloatArray]], offset: FloatArray) -> Rows:
@@ -185,7 +183,7 @@ def _margins(settings: RouteSettings, knots: RouteKnots) -> Rows:
     parts.append(
         _lines(standing[knot] + 1, lines[knot, side][:, None], heights[knot, side][:, None], margin)
     )
-    return Rows(*(np.concatenate([p[i] for p in parts]) for i in range(4)))
+    return Rows.joined(parts)
 
 
 def _lines(at: np.ndarray, normals: FloatArray, offsets: FloatArray, margin: float) -> Rows:
@@ -223,7 +221,7 @@ def _flights(steps: CrawlSteps, settings: RouteSettings, knots: RouteKnots, radi
         square[:, 6:8] = -1.0 / radius
         offset = radius / 2.0 - (centre[:, :2] ** 2).sum(axis=1) / (2.0 * radius)
         parts.append(Rows(knot, linear, square, offset))
-    return Rows(*(np.concatenate([p[i] for p in parts]) for i in range(4)))
+    return Rows.joined(parts)
 
 
 def knots_of(route: Route, first: int, last: int) -> RouteKnots:

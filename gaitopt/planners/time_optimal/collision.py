@@ -1,7 +1,7 @@
 """Keeps the legs of a time-optimal route apart: distances, and cuts that restore them.
 
 Legs come close only at a few knots. There the distance of two shapes is linearised about the last
-answer, and joins the problem as a row; a few rounds of solving and looking again are enough.
+solution, and joins the problem as a row; a few rounds of solving and looking again are enough.
 """
 
 from __future__ import annotations
@@ -72,12 +72,12 @@ def kept_apart(
     """The problem with rows that hold close shapes apart, linearised about ``poses``.
 
     Args:
-        shapes, problem, poses: of the robot, the walk, and the last answer.
+        shapes, problem, poses: of the robot, the walk, and the last solution.
         found, dip, pairs: what :func:`touching` gave.
     """
-    bent = problem.legs.bend(poses, problem.feet, problem.swing)
-    joints = bent.joints.reshape(-1, JOINTS)
-    slopes = bent.gradients()
+    kinematics = problem.legs.kinematics(poses, problem.feet, problem.swing)
+    joints = kinematics.joints.reshape(-1, JOINTS)
+    slopes = kinematics.joints_by_pose()
     near = [(k, pair) for k, pair in np.argwhere(found - dip < NEAR).tolist() if k > 0]
     linear, offset = np.zeros((len(near), POSE)), np.zeros(len(near))
     for i, (k, pair) in enumerate(near):
@@ -85,15 +85,6 @@ def kept_apart(
         ahead, behind = shapes.distances(moved, [pairs[pair]])[:, 0].reshape(2, JOINTS)
         linear[i] = (ahead - behind) / (2.0 * _STEP) @ slopes[k]
         offset[i] = found[k, pair] - dip[k, pair] - APART - linear[i] @ poses[k]
-    rows = problem.rows
-    knot = np.concatenate([rows.knot, np.array([k for k, _ in near], dtype=int)])
-    order = np.argsort(knot, kind="stable")
-    return replace(
-        problem,
-        rows=Rows(
-            knot[order],
-            np.concatenate([rows.linear, linear])[order],
-            np.concatenate([rows.square, np.zeros_like(linear)])[order],
-            np.concatenate([rows.offset, offset])[order],
-        ),
-    )
+    knot = np.array([k for k, _ in near], dtype=int)
+    added = Rows(knot, linear, np.zeros_like(linear), offset)
+    return replace(problem, rows=Rows.joined([problem.rows, added]))

@@ -1,63 +1,76 @@
-"""The error of a walk that was not found."""
+"""Why a time-optimal route was not found, and the error that says so."""
 
 from __future__ import annotations
 
+from enum import Enum
+
 import numpy as np
 
-from gaitopt.errors import SolverError
-from gaitopt.interior_point.solver import Answer
+from gaitopt.errors import RouteError
+from gaitopt.interior_point.solver import Solution
 from gaitopt.optimize.route.problem import RouteProblem
-from gaitopt.plan.plan import Plan
 from gaitopt.planners.time_optimal.walk import Route
 
 
-class RouteError(SolverError):
-    """The time-optimal route did not converge.
+class Reason(Enum):
+    """Why a solution of the problem gives no walk; the value tells what to do.
 
-    Attributes:
-        steps: the steps at which the residuals are largest.
-        plan: the walk planned phase by phase, which is feasible.
-        report: the solver's iterations, a line each.
+    The problem looks at its knots only; all of these are found out between them.
     """
 
-    def __init__(self, message: str, steps: tuple[int, ...], plan: Plan | None, report: str):
-        super().__init__(message)
-        self.steps, self.plan, self.report = steps, plan, report
+    LIMITS_BETWEEN_KNOTS = (
+        "joints exceed their limits, or the walk loses its margin or clearance, between knots; "
+        "take more knots, or ask for less margin"
+    )
+    LIMITS_BETWEEN_WINDOWS = (
+        "joints exceed their limits, or the walk loses its margin or clearance, where windows meet;"
+        " take a longer horizon"
+    )
+    COM_MARGIN = (
+        "the true centre of mass loses its margin between knots; take more knots, or com='body'"
+    )
+    CLEARANCE = (
+        "feet lose their clearance between knots; take more knots, or ask for less clearance"
+    )
 
-    def __reduce__(self) -> tuple[object, ...]:
-        return (RouteError, (str(self), self.steps, self.plan, self.report))
+    def __str__(self) -> str:
+        return self.value
 
 
 def failed(
     route: Route,
-    problem: RouteProblem,
-    answer: Answer,
+    solution: Solution[RouteProblem],
     first: int,
+    reason: Reason | None = None,
     worst: np.ndarray | None = None,
 ) -> RouteError:
-    """The error for an answer that is none.
+    """The error of a route that was not found.
 
     Args:
-        route, problem, answer: what was to be walked, and what came of it.
+        route: what was to be walked.
+        solution: of the problem, which may be solved and still give no walk.
         first: the first step of the problem.
+        reason: why the solution gives no walk; by default the solver's status says it.
         worst: the knots to blame; by default those with the worst residuals.
     """
+    problem = solution.problem
     each = route.settings.stance_knots + route.settings.swing_knots
-    worst = problem.worst_knots(answer.x, answer.duals) if worst is None else worst
+    worst = problem.worst_knots(solution.x, solution.multipliers) if worst is None else worst
     steps = tuple(sorted({first + max(int(k) - 1, 0) // each for k in worst}))
     plan = route.phase_by_phase()
     offer = f" ({plan.duration:.1f} s) is in .plan" if plan else " failed, too"
     if plan and route.settings.true_com:
         offer += " (its margin is that of the body centre)"
     report = "\n".join(
-        f"{i:4d} barrier {r[0]:.1e} time {r[1] * problem.unit:.4f} s gradient {r[2]:.1e} "
-        f"gap {r[3]:.1e} shift {r[4]:.1e}"
-        for i, r in enumerate(answer.history)
+        f"{i:4d} barrier {r.barrier:.1e} time {r.objective * problem.time_unit:.4f} s "
+        f"gradient {r.gradient:.1e} gap {r.gap:.1e} damping {r.damping:.1e}"
+        for i, r in enumerate(solution.history)
     )
     return RouteError(
-        f"the time-optimal route over steps {first} to {first + (problem.knots - 1) // each - 1} "
-        f"did not converge ({answer.status} after {answer.iterations} iterations), worst at "
-        f"steps {', '.join(map(str, steps))}: gradient {answer.stationarity:.2g}, violation "
-        f"{answer.primal:.2g}; free less, or take the walk planned phase by phase, which" + offer,
+        f"no time-optimal route over steps {first} to {first + (problem.knots - 1) // each - 1} "
+        f"was found: {reason or solution.status}. Worst are the steps "
+        f"{', '.join(map(str, steps))}, after {solution.iterations} iterations with the gradient "
+        f"{solution.stationarity():.2g} and the violation {solution.violation():.2g}. Free less, "
+        "or take the walk planned phase by phase, which" + offer,
         steps, plan, report,
     )  # fmt: skip

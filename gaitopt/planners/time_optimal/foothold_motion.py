@@ -16,7 +16,7 @@ from gaitopt.motion.body_and_feet import base_poses
 from gaitopt.motion.differences import time_derivatives
 from gaitopt.motion.path import MotionPath
 from gaitopt.motion.smooth_path import smooth_path
-from gaitopt.optimize.route.legs import BODY, JOINTS, TURN, RouteLegs
+from gaitopt.optimize.route.legs import BODY, JOINTS, ORIENTATION, StackedLegs
 from gaitopt.planners.time_optimal.dense import SLIP_TOLERANCE
 from gaitopt.planners.time_optimal.knots import RouteKnots
 from gaitopt.robots.quadruped import Quadruped
@@ -49,7 +49,7 @@ class FootholdMotion(ABC):
 
     robot: Quadruped
     heading: float
-    legs: RouteLegs
+    legs: StackedLegs
     knots: RouteKnots
 
     @property
@@ -81,7 +81,7 @@ class FootholdMotion(ABC):
         """Columns of a path ``(N, 6 + nj)`` by the formulae of given pieces."""
         poses = self.poses_at(times, piece)
         out = np.empty((len(times), 6 + len(self.robot.joint_names)))
-        out[:, :6] = base_poses(self.robot, self.heading, poses[:, BODY], poses[:, TURN])
+        out[:, :6] = base_poses(self.robot, self.heading, poses[:, BODY], poses[:, ORIENTATION])
         out[:, 6:] = self.robot.neutral_joints()
         columns = [6 + c for leg in LEGS for c in self.robot.leg_columns[leg]]
         out[:, columns] = self.angles(poses, self.contacts(piece))

@@ -19,8 +19,9 @@ from gaitopt.conventions import FloatArray, Progress
 from gaitopt.errors import GaitoptError, InfeasibleStepError, InputError, SolverError
 from gaitopt.gait.crawl import CRAWL_SEQUENCES, WANG_SEQUENCE, check_order
 from gaitopt.inputs import check_count
-from gaitopt.interior_point.solver import Answer
+from gaitopt.interior_point.solver import Solution
 from gaitopt.motion.path import MotionPath
+from gaitopt.optimize.route.problem import RouteProblem
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.settings.crawl import CrawlSettings
 from gaitopt.plan.settings.time_optimal import RouteSettings, check_free
@@ -31,7 +32,7 @@ from gaitopt.planners.phase_by_phase.steps import check_robot
 from gaitopt.planners.time_optimal.balance import shortfall
 from gaitopt.planners.time_optimal.build import build_route
 from gaitopt.planners.time_optimal.dense import motion_path
-from gaitopt.planners.time_optimal.failure import failed
+from gaitopt.planners.time_optimal.failure import Reason, failed
 from gaitopt.planners.time_optimal.smooth.solve import smooth_plan
 from gaitopt.planners.time_optimal.straight.clearance import dense_heights
 from gaitopt.planners.time_optimal.straight.densify import densify
@@ -156,15 +157,15 @@ def _planned(route: Route, horizon: int | None, iterations: int, progress: Progr
     began = process_time()
     if progress is not None:
         progress(0, steps)
-    if settings.acceleration_limit is not None and "swing" in settings.free:
+    if settings.acceleration_limit is not None and settings.free.swing:
         plan = smooth_plan(route, iterations, horizon, progress)
     else:
         if horizon is None:
-            poses, answers = planned_whole(route, iterations, progress)
+            poses, solutions = planned_whole(route, iterations, progress)
         else:
             kept = max(horizon // 2, 1)
-            poses, answers = planned_in_windows(route, horizon, kept, iterations, progress)
-        plan = _assembled(route, poses, answers, process_time() - began)
+            poses, solutions = planned_in_windows(route, horizon, kept, iterations, progress)
+        plan = _assembled(route, poses, solutions, process_time() - began)
     if progress is not None:
         progress(steps, steps)
     return plan
@@ -228,7 +229,9 @@ def _acceleration(robot: Quadruped, free: tuple[str, ...], asked: float | None) 
     return asked
 
 
-def _assembled(route: Route, poses: FloatArray, answers: list[Answer], seconds: float) -> Plan:
+def _assembled(
+    route: Route, poses: FloatArray, solutions: list[Solution[RouteProblem]], seconds: float
+) -> Plan:
     """The dense plan through the poses."""
     settings, steps = route.settings, route.steps
     knots, problem = build_route(route.robot, steps, settings, route.cogs, route.footholds.radius)
@@ -238,23 +241,22 @@ def _assembled(route: Route, poses: FloatArray, answers: list[Answer], seconds: 
         centre = "true centre of mass"
         short = shortfall(route.robot, settings, knots, dense)
         if short.max() > settings.margin_reserve / 2.0:
-            lost = replace(answers[-1], status="the true COM loses its margin between knots")
-            raise failed(route, problem, lost, 0, np.argsort(-short.max(axis=1))[:3] + 1)
+            worst = np.argsort(-short.max(axis=1))[:3] + 1
+            raise failed(route, solutions[-1], 0, Reason.COM_MARGIN, worst)
     info: dict[str, float | str] = {
         "stability": f"static margin of the {centre}, on the horizontal projection",
         "row": settings.row,
-        "knot_time": float(problem.needed(poses).sum()),
+        "knot_time": float(problem.least_times(poses).sum()),
         "solver_seconds": seconds,
-        "solver_iterations": float(sum(a.iterations for a in answers)),
-        "stationarity": answers[-1].stationarity,
-        "violation": answers[-1].primal,
-        "complementarity": answers[-1].complementarity * problem.unit,
+        "solver_iterations": float(sum(a.iterations for a in solutions)),
+        "stationarity": solutions[-1].stationarity(),
+        "violation": solutions[-1].violation(),
+        "complementarity": solutions[-1].complementarity() * problem.time_unit,
     }
-    if "swing" in settings.free:
+    if settings.free.swing:
         low = dense_heights(route, knots, dense).low
         if low.min() < settings.clearance:
-            lost = replace(answers[-1], status="feet lose their clearance between knots")
-            raise failed(route, problem, lost, 0, np.argsort(low)[:3] + 1)
+            raise failed(route, solutions[-1], 0, Reason.CLEARANCE, np.argsort(low)[:3] + 1)
         info["clearance"] = float(low.min())
     path = motion_path(dense)
     if settings.acceleration_limit is not None:

@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 
 import gaitopt
 from gaitopt import LEGS, Quadruped
-from gaitopt.interior_point.solver import solve_route
+from gaitopt.interior_point.solver import minimise
+from gaitopt.interior_point.status import Status
 from gaitopt.optimize.route.dynamic_layout import Entry, ZmpRows
-from gaitopt.optimize.route.dynamic_problem import RouteDynamics
+from gaitopt.optimize.route.dynamic_problem import DynamicRouteProblem
 from gaitopt.optimize.route.problem import RouteProblem
 from gaitopt.plan.settings.time_optimal import ROWS, RouteSettings
 from gaitopt.planners.time_optimal.build import problem_of
@@ -28,17 +29,17 @@ def small_problem(robot: Quadruped, row: str, steps: int = 4, **settings: Any) -
     chosen = RouteSettings(free=ROWS[row], **settings)
     route = prepared(robot, gaitopt.s_columns(2, columns=3), chosen, None)
     # With all position limits, not only those that are near.
-    return replace(problem_of(route, 0, steps), bounded=np.ones((2, 12), dtype=np.bool_))
+    return replace(problem_of(route, 0, steps), used_limits=np.ones((2, 12), dtype=np.bool_))
 
 
-def with_accelerations(problem: RouteProblem, moving: bool = False) -> RouteDynamics:
+def with_accelerations(problem: RouteProblem, moving: bool = False) -> DynamicRouteProblem:
     """The same problem with random limits and rows for the ZMP; it may begin in motion."""
     rng = np.random.default_rng(3)
     knots = problem.knots
     shared = {f.name: getattr(problem, f.name) for f in fields(RouteProblem)}
-    return RouteDynamics(
-        **shared, accelerations=rng.uniform(3, 4, (2, knots, 12)),
-        hurry=rng.uniform(0.2, 0.3, (2, knots - 1, 12)),
+    return DynamicRouteProblem(
+        **shared, acceleration_limits=rng.uniform(3, 4, (2, knots, 12)),
+        interval_velocity_limits=rng.uniform(0.2, 0.3, (2, knots - 1, 12)),
         zmp=ZmpRows(np.sort(rng.integers(1, knots, 20)), rng.normal(size=(20, 2)),
                     0.01 * rng.normal(size=20), 0.02 * rng.normal(size=20), np.zeros(20),
                     np.full(20, 9.81)),
@@ -55,27 +56,32 @@ def test_derivatives_are_those_of_differences(
 ) -> None:
     """Jacobian, its transpose, and the banded matrix, column by column."""
     problem = small_problem(wang, row, 2, swing_knots=5, stance_knots=2, com=com)
-    problem = replace(problem, unit=unit)
+    problem = replace(problem, time_unit=unit)
     problem = problem if kind == "fast" else with_accelerations(problem, kind == "moving")
     rng = np.random.default_rng(0)
-    x = problem.start()
-    x = x + 1e-3 * rng.normal(size=len(x)) * (problem.cost == 0)
-    here = problem.linearised(x)
+    x = problem.first_guess()
+    x = x + 1e-3 * rng.normal(size=len(x)) * (problem.linear_cost == 0)
+    here = problem.linearise(x)
     assert here.values == pytest.approx(problem.values(x), abs=1e-14)
     n, m, step = len(x), len(here.values), 1e-6
     jacobian = np.array([
         (problem.values(x + step * e) - problem.values(x - step * e)) / (2 * step)
         for e in np.eye(n)
     ]).T  # fmt: skip
-    assert pytest.approx(jacobian, abs=1e-6) == np.array([here.push(e) for e in np.eye(n)]).T
+    assert (
+        pytest.approx(jacobian, abs=1e-6) == np.array([here.jacobian_times(e) for e in np.eye(n)]).T
+    )
     weights = rng.uniform(0, 1, m)
-    assert here.pull(weights) == pytest.approx(jacobian.T @ weights, abs=1e-5)
-    bands = here.normal(weights, np.zeros(m))
-    exact = np.array([here.push(e) for e in np.eye(n)]).T
+    assert here.jacobian_transpose_times(weights) == pytest.approx(jacobian.T @ weights, abs=1e-5)
+    bands = here.newton_matrix(weights, np.zeros(m))
+    exact = np.array([here.jacobian_times(e) for e in np.eye(n)]).T
     assert dense(bands) == pytest.approx(exact.T @ (weights[:, None] * exact), abs=1e-9)
-    bowed = dense(here.normal(np.zeros(m), weights))
+    bowed = dense(here.newton_matrix(np.zeros(m), weights))
     for i in rng.choice(n, 12, replace=False):
-        ends = [problem.linearised(x + s * step * np.eye(n)[i]).pull(weights) for s in (1, -1)]
+        ends = [
+            problem.linearise(x + s * step * np.eye(n)[i]).jacobian_transpose_times(weights)
+            for s in (1, -1)
+        ]
         assert -bowed[i] == pytest.approx((ends[0] - ends[1]) / (2 * step), abs=1e-5)
 
 
@@ -93,11 +99,11 @@ def dense(bands: Array) -> Array:
 def test_the_optimum_is_ipopt_s(wang: Quadruped, row: str) -> None:
     """An independent model in CasADi, from which IPOPT can gain nothing more."""
     problem = small_problem(wang, row)
-    ours = solve_route(problem, problem.start(), tolerance=1e-5)
-    assert ours.status == "solved"
-    assert ours.primal <= 1e-6
+    ours = minimise(problem, problem.first_guess(), tolerance=1e-5)
+    assert ours.solved
+    assert ours.violation() <= 1e-6
     # The small even term is part of both objectives.
-    objective = problem.cost @ ours.x + (problem.even * ours.x**2).sum() / 2.0
+    objective = problem.linear_cost @ ours.x + (problem.quadratic_cost * ours.x**2).sum() / 2.0
     assert objective == pytest.approx(ipopt_optimum(wang, problem, ours.x), rel=1e-4)
 
 
@@ -124,10 +130,10 @@ def ipopt_optimum(robot: Quadruped, problem: RouteProblem, start: Array) -> floa
                 + sum((a[c] + b[c] / 2 * pose[c]) * pose[c] for c in range(9) if a[c] or b[c])
             )
     for k in range(problem.knots - 1):
-        room = ca.DM(problem.rates) * x[int(at[k])]
+        room = ca.DM(problem.velocity_limits) * x[int(at[k])]
         rows += [room - (angles[k + 1] - angles[k]), room + (angles[k + 1] - angles[k])]
     time = x[at.tolist()]
-    cost = ca.sum1(time) + problem.evenness * ca.sumsqr(time) / 2
+    cost = ca.sum1(time) + problem.quadratic_weight * ca.sumsqr(time) / 2
     options = {"ipopt.print_level": 0, "print_time": False, "ipopt.sb": "yes",
                "ipopt.tol": 1e-7, "ipopt.mu_init": 1e-6}  # fmt: skip
     solver = ca.nlpsol("s", "ipopt", {"x": x, "f": cost, "g": ca.vertcat(*rows)}, options)
@@ -138,19 +144,23 @@ def ipopt_optimum(robot: Quadruped, problem: RouteProblem, start: Array) -> floa
 
 def test_a_stuck_solver_says_so(wang: Quadruped) -> None:
     problem = small_problem(wang, "swing")
-    answer = solve_route(problem, problem.start(), iterations=3)
-    assert answer.status == "most iterations"
-    assert len(answer.history) == 3
+    solution = minimise(problem, problem.first_guess(), iteration_limit=3)
+    assert solution.status is Status.ITERATION_LIMIT
+    assert len(solution.history) == 3
 
 
 def test_residuals_are_those_of_the_answer(wang: Quadruped) -> None:
-    """Worked out here by hand from the answer's unknowns and multipliers."""
+    """Worked out here by hand from the solution's unknowns and multipliers."""
     problem = small_problem(wang, "swing")
-    answer = solve_route(problem, problem.start())
-    values = problem.values(answer.x)
-    slope = problem.cost + problem.even * answer.x - problem.linearised(answer.x).pull(answer.duals)
-    assert answer.stationarity == pytest.approx(np.abs(slope).max(), abs=1e-15)
-    assert answer.complementarity == pytest.approx((answer.duals * np.abs(values)).sum())
-    assert answer.stationarity < 1e-3
-    assert (answer.duals > 0).all()
-    assert answer.complementarity < 2e-3 * (problem.cost @ answer.x)
+    solution = minimise(problem, problem.first_guess())
+    values = problem.values(solution.x)
+    slope = (
+        problem.linear_cost
+        + problem.quadratic_cost * solution.x
+        - problem.linearise(solution.x).jacobian_transpose_times(solution.multipliers)
+    )
+    assert solution.stationarity() == pytest.approx(np.abs(slope).max(), abs=1e-15)
+    assert solution.complementarity() == pytest.approx((solution.multipliers * np.abs(values)).sum())
+    assert solution.stationarity() < 1e-3
+    assert (solution.multipliers > 0).all()
+    assert solution.complementarity() < 2e-3 * (problem.linear_cost @ solution.x)

@@ -1,6 +1,6 @@
 """What a smooth motion asks of joints and ground between its knots, and how a problem learns of it.
 
-The problem sees knots. The motion through its answer is measured, and what joints and ZMP ask for
+The problem sees knots. The motion through its solution is measured, and what joints and ZMP ask for
 beyond what the problem saw is taken off the room that its rows have; then it is solved again. So
 rows are neither too tight nor too loose. After a few rounds rooms are only made tighter, and only
 where there is still too little. A last small stretch of time takes what is left.
@@ -14,7 +14,7 @@ import numpy as np
 
 from gaitopt.conventions import FloatArray
 from gaitopt.optimize.route.dynamic_layout import intervals
-from gaitopt.optimize.route.dynamic_problem import RouteDynamics
+from gaitopt.optimize.route.dynamic_problem import DynamicRouteProblem
 from gaitopt.optimize.route.legs import JOINTS
 from gaitopt.planners.time_optimal.smooth.motion import RouteMotion
 from gaitopt.stability.zmp import point_mass_zmp
@@ -28,18 +28,18 @@ MOST_STRETCH = 1.005
 HASTE = 1.5
 """How many times what is too much is taken off the room, once rooms are tightened only."""
 _LEAST_SHARE, _MOST_SHARE = -0.75, 1.75
-"""Range of rooms in shares of the limits: where the map to joints is bent, a steady body
+"""Range of rooms in shares of the limits: where the map to joints is curved, a steady body
 accelerates them, and what knots see must even slow them down."""
 
 
 def corrected(
-    problem: RouteDynamics, motion: RouteMotion, skip: int, limit: float, reserve: FloatArray
-) -> RouteDynamics:
-    """The problem with the room that leaves the motion through its answer within its limits.
+    problem: DynamicRouteProblem, motion: RouteMotion, skip: int, limit: float, reserve: FloatArray
+) -> DynamicRouteProblem:
+    """The problem with the room that leaves the motion through its solution within its limits.
 
     Args:
-        problem: whose answer gave the motion.
-        motion: the answer's, with so many knots before it as ``skip`` says.
+        problem: whose solution gave the motion.
+        motion: the solution's, with so many knots before it as ``skip`` says.
         skip: spans of the motion that are not the problem's.
         limit: of joint accelerations [rad/s^2].
         reserve: how many spares to keep at each of the problem's knots ``(K,)``.
@@ -57,19 +57,24 @@ def corrected(
         seen = (zmp.normal * point_mass_zmp(centre, pull, zmp.ground)).sum(axis=1)
         wander = seen - _least_along(problem, motion, skip)
         zmp = zmp._replace(offset=zmp.least + ZMP_SPARE * reserve[zmp.knot] + wander)
-    return replace(problem, hurry=rooms[0], accelerations=rooms[1], zmp=zmp)
+    return replace(
+        problem, interval_velocity_limits=rooms[0], acceleration_limits=rooms[1], zmp=zmp
+    )
 
 
 def tightened(
-    problem: RouteDynamics, motion: RouteMotion, skip: int, limit: float, reserve: FloatArray
-) -> RouteDynamics:
-    """The problem with less room only where the motion through its answer asks for too much.
+    problem: DynamicRouteProblem, motion: RouteMotion, skip: int, limit: float, reserve: FloatArray
+) -> DynamicRouteProblem:
+    """The problem with less room only where the motion through its solution asks for too much.
 
-    Corrections move the answer, which asks for other corrections. These leave most rows as they
-    are, so the answer settles. Arguments as for :func:`corrected`.
+    Corrections move the solution, which asks for other corrections. These leave most rows as they
+    are, so the solution settles. Arguments as for :func:`corrected`.
     """
     rooms = []
-    limits, old = _reserved(problem, limit, 2.0 * reserve), (problem.hurry, problem.accelerations)
+    limits, old = (
+        _reserved(problem, limit, 2.0 * reserve),
+        (problem.interval_velocity_limits, problem.acceleration_limits),
+    )
     for (most, wanted), asked, room in zip(limits, motion.asked, old, strict=True):
         over = np.maximum(asked[:, skip:] - wanted, 0.0)
         rooms.append(np.maximum(room - HASTE * over, _LEAST_SHARE * most))
@@ -79,11 +84,13 @@ def tightened(
             zmp.least + 2.0 * ZMP_SPARE * reserve[zmp.knot] - _least_along(problem, motion, skip)
         )
         zmp = zmp._replace(offset=zmp.offset + HASTE * np.maximum(short, 0.0))
-    return replace(problem, hurry=rooms[0], accelerations=rooms[1], zmp=zmp)
+    return replace(
+        problem, interval_velocity_limits=rooms[0], acceleration_limits=rooms[1], zmp=zmp
+    )
 
 
 def _reserved(
-    problem: RouteDynamics, limit: float, reserve: FloatArray
+    problem: DynamicRouteProblem, limit: float, reserve: FloatArray
 ) -> list[tuple[FloatArray, FloatArray]]:
     """Limits of velocities and accelerations ``(12,)``, and what of them may be used.
 
@@ -92,7 +99,7 @@ def _reserved(
     most = np.full(JOINTS, limit)
     between = np.maximum(reserve[1:], reserve[:-1])
     return [
-        (problem.rates, (1.0 - SPARE * between[:, None]) * problem.rates),
+        (problem.velocity_limits, (1.0 - SPARE * between[:, None]) * problem.velocity_limits),
         (most, (1.0 - SPARE * reserve[:, None]) * most),
     ]
 
@@ -107,7 +114,7 @@ def _seen(motion: RouteMotion) -> tuple[FloatArray, FloatArray]:
     return velocity, jumps / motion.spans[:, None]
 
 
-def _least_along(problem: RouteDynamics, motion: RouteMotion, skip: int) -> FloatArray:
+def _least_along(problem: DynamicRouteProblem, motion: RouteMotion, skip: int) -> FloatArray:
     """How far within their spans the ZMP is along the rows' normals, at least ``(M,)`` [m].
 
     The motion may yet be stretched a little, which moves its ZMP.

@@ -14,8 +14,8 @@ import numpy as np
 
 from gaitopt.conventions import GRAVITY, LEGS, OTHER_LEGS, FloatArray, rotation_z
 from gaitopt.optimize.route.dynamic_layout import ZmpRows
-from gaitopt.optimize.route.dynamic_problem import RouteDynamics
-from gaitopt.optimize.route.layout import UNIT_TURN, Rows
+from gaitopt.optimize.route.dynamic_problem import DynamicRouteProblem
+from gaitopt.optimize.route.layout import TIME_UNIT_ROTATION, Rows
 from gaitopt.optimize.route.legs import JOINTS, POSE
 from gaitopt.optimize.route.problem import RouteProblem
 from gaitopt.plan.phase import Phase
@@ -38,7 +38,7 @@ FIRST_SHARE = 0.5
 than is asked for: to move in, its ZMP first has to move out."""
 LEAST_LOAD = 0.2
 """Share of the weight that the ground bears at least, where legs are quick enough for less."""
-EVENNESS = 3.0
+QUADRATIC_WEIGHT = 3.0
 """How much more alike a dynamic walk's spans are kept than the static problem's times."""
 
 
@@ -48,7 +48,7 @@ def build_dynamic(
     settings: RouteSettings,
     poses: FloatArray,
     foot_radius: float = 0.0,
-) -> RouteDynamics:
+) -> DynamicRouteProblem:
     """The problem with accelerations over the knots of one without.
 
     Args:
@@ -57,9 +57,9 @@ def build_dynamic(
         poses: first guess ``(K, 9)``.
         foot_radius: how far the ground lies below the feet's frames [m].
     """
-    dynamic = "dynamic" in settings.free
+    dynamic = settings.free.dynamic
     margins = np.abs(base.rows.linear[:, :2]).sum(axis=1) > 0
-    rows = Rows(*(part[~margins] for part in base.rows))
+    rows = base.rows.chosen(~margins)
     zmp = _zmp_rows(knots, settings, len(poses))
     zmp = _eased(zmp._replace(ground=zmp.ground - foot_radius), knots, settings, poses[0, :2])
     assert settings.acceleration_limit is not None
@@ -69,18 +69,25 @@ def build_dynamic(
     elif settings.acceleration_limit * base.legs.reach.max() > (1.0 - LEAST_LOAD) * GRAVITY:
         zmp = _with_load(zmp, len(poses))
     shared = {f.name: getattr(base, f.name) for f in fields(RouteProblem)}
-    evenness = (EVENNESS if dynamic else 1.0) * base.evenness
-    unit = base.unit
+    quadratic_weight = (QUADRATIC_WEIGHT if dynamic else 1.0) * base.quadratic_weight
+    unit = base.time_unit
     if dynamic:
         # From rest to rest a joint takes so long for the turn that is a unit's at full speed.
-        unit = max(unit, 2.0 * float(np.sqrt(UNIT_TURN / settings.acceleration_limit)))
-    shared |= {"rows": rows, "poses": poses, "evenness": evenness, "unit": unit}
-    return RouteDynamics(
+        unit = max(unit, 2.0 * float(np.sqrt(TIME_UNIT_ROTATION / settings.acceleration_limit)))
+    shared |= {
+        "rows": rows,
+        "poses": poses,
+        "quadratic_weight": quadratic_weight,
+        "time_unit": unit,
+    }
+    return DynamicRouteProblem(
         **shared,
-        accelerations=np.full(
+        acceleration_limits=np.full(
             (2, base.knots, JOINTS), ACCELERATION_SHARE * settings.acceleration_limit
         ),
-        hurry=np.tile(VELOCITY_SHARE * base.rates, (2, base.knots - 1, 1)),
+        interval_velocity_limits=np.tile(
+            VELOCITY_SHARE * base.velocity_limits, (2, base.knots - 1, 1)
+        ),
         zmp=zmp,
     )
 
@@ -115,9 +122,7 @@ def _with_margins(rows: Rows, spans: ZmpRows) -> Rows:
     linear[:, :2] = np.tile(spans.normal, (3, 1))
     added = Rows(at, linear, np.zeros_like(linear), np.tile(-STATIC_RESERVE - spans.least, 3))
     inside = (at > 0) & (at <= int(spans.knot.max(initial=0)))
-    parts = [np.concatenate([old, new[inside]]) for old, new in zip(rows, added, strict=True)]
-    order = np.argsort(parts[0], kind="stable")
-    return Rows(*(part[order] for part in parts))
+    return Rows.joined([rows, added.chosen(inside)])
 
 
 def _zmp_rows(knots: RouteKnots, settings: RouteSettings, count: int) -> ZmpRows:
@@ -136,13 +141,11 @@ def _zmp_rows(knots: RouteKnots, settings: RouteSettings, count: int) -> ZmpRows
     knot = np.concatenate([np.repeat(at, 3), standing[which]])
     normal = np.concatenate([normals.reshape(-1, 2), lines[which, side]])
     least = np.concatenate([offsets.ravel(), heights[which, side]]) + settings.stability_margin
-    order = np.argsort(knot, kind="stable")
-    knot = knot[order]
     stands = np.where(flies[:, None] & (np.arange(4) == leg[:, None]), np.nan, 1.0)
     ground = np.nanmean(knots.feet[..., 2] * stands, axis=1)
-    least = least[order]
-    return ZmpRows(knot, normal[order], least + ZMP_RESERVE, ground[knot], least,
+    rows = ZmpRows(knot, normal, least + ZMP_RESERVE, ground[knot], least,
                    np.full(len(knot), GRAVITY))  # fmt: skip
+    return ZmpRows.joined([rows])
 
 
 def _with_load(rows: ZmpRows, count: int) -> ZmpRows:
@@ -154,8 +157,7 @@ def _with_load(rows: ZmpRows, count: int) -> ZmpRows:
     one, none = -np.ones(count), np.zeros(count)
     load = ZmpRows(np.arange(count), np.zeros((count, 2)), one, none, one,
                    np.full(count, (1.0 - LEAST_LOAD) * GRAVITY))  # fmt: skip
-    parts = [np.concatenate(pair) for pair in zip(rows, load, strict=True)]
-    return ZmpRows(*parts).chosen(np.argsort(parts[0], kind="stable"))
+    return ZmpRows.joined([rows, load])
 
 
 def dynamic_phases(
@@ -163,7 +165,7 @@ def dynamic_phases(
 ) -> tuple[Phase, ...]:
     """A stance and a swing phase for every step; a dynamic walk's margins are its ZMP's."""
     to_world = rotation_z(settings.heading).T
-    margins = motion.margins("dynamic" in settings.free)
+    margins = motion.margins(settings.free.dynamic)
     times, ends = motion.times, motion.knots.ends
     count = len(motion.spans)
     at = np.clip(np.arange(count + 1), 0, count - 1)

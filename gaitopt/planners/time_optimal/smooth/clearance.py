@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gaitopt.conventions import FloatArray
-from gaitopt.optimize.route.dynamic_problem import RouteDynamics
+from gaitopt.optimize.route.dynamic_problem import DynamicRouteProblem
 from gaitopt.optimize.route.legs import FOOT
 from gaitopt.plan.settings.time_optimal import RouteSettings
 from gaitopt.planners.time_optimal.flights import KEPT, Flights, apexes, height_rows
@@ -68,18 +68,18 @@ def kept(motion: RouteMotion, skip: int, settings: RouteSettings, radius: float 
 
 
 def raised(
-    problem: RouteDynamics,
+    problem: DynamicRouteProblem,
     motion: RouteMotion,
     skip: int,
     settings: RouteSettings,
     radius: float | None,
     haste: float | None = None,
-) -> RouteDynamics:
+) -> DynamicRouteProblem:
     """The problem with rows of height that make up for the corners that the motion cuts.
 
     Args:
-        problem: whose answer gave the motion.
-        motion: the answer's, with so many knots before it as ``skip`` says.
+        problem: whose solution gave the motion.
+        motion: the solution's, with so many knots before it as ``skip`` says.
         skip: spans of the motion that are not the problem's.
         settings, radius: of the walk; the columns' radius [m].
         haste: rows are raised only, by so many times what is missing; by default they are lowered

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from gaitopt.conventions import FloatArray
-from gaitopt.interior_point.solver import VIOLATION, Answer, solve_route
+from gaitopt.interior_point.solver import VIOLATION, Solution, minimise
 from gaitopt.motion.bounds import path_stretch
 from gaitopt.motion.path import MotionPath
-from gaitopt.optimize.route.dynamic_problem import RouteDynamics
+from gaitopt.optimize.route.dynamic_problem import DynamicRouteProblem
 from gaitopt.planners.time_optimal.collision import kept_apart, touching
-from gaitopt.planners.time_optimal.failure import failed
+from gaitopt.planners.time_optimal.failure import Reason, failed
 from gaitopt.planners.time_optimal.knots import RouteKnots
 from gaitopt.planners.time_optimal.smooth import clearance as clearance
 from gaitopt.planners.time_optimal.smooth.between import (
@@ -43,7 +43,7 @@ COLD, WARM = 0.1, 0.01
 LAST_STRETCH = 1.5
 """Most that time is stretched where no round gives a motion that needs hardly any."""
 NEARLY = 1e-3
-"""Gradient with which an answer is good enough where there is no better one."""
+"""Gradient with which a solution is good enough where there is no better one."""
 _HAIR = 1e-4
 
 
@@ -59,7 +59,7 @@ class Part:
         next: the problem's knot at which another part will begin, if any.
     """
 
-    problem: RouteDynamics
+    problem: DynamicRouteProblem
     knots: RouteKnots
     poses: FloatArray
     spans: FloatArray
@@ -88,7 +88,7 @@ class Part:
         return len(self.spans)
 
     def motion(self, route: Route, x: FloatArray) -> RouteMotion:
-        """The motion of an answer."""
+        """The motion of a solution."""
         poses, times = self.problem.unpack(x)
         return RouteMotion(
             route.robot, route.settings.heading, self.problem.legs, self.knots,
@@ -99,58 +99,57 @@ class Part:
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """A motion that keeps all limits, with the answer and problem that it came from."""
+    """A motion that keeps all limits, with the solutions that it came from, part by part."""
 
     motion: RouteMotion
     path: MotionPath
-    answer: Answer
-    problem: RouteDynamics
+    solutions: tuple[Solution[DynamicRouteProblem], ...]
 
 
 class _Tried(NamedTuple):
     """A motion that needs more time to keep all limits."""
 
     motion: RouteMotion
-    answer: Answer
-    problem: RouteDynamics
+    solution: Solution[DynamicRouteProblem]
 
 
 def best_motion(
     route: Route, part: Part, first: int, iterations: int
-) -> tuple[Found, list[Answer]]:
-    """The fastest motion that keeps all limits, and all answers on the way there.
+) -> tuple[Found, list[Solution[DynamicRouteProblem]]]:
+    """The fastest motion that keeps all limits, and all solutions on the way there.
 
     Raises:
         RouteError: there is none.
     """
     problem = part.problem
     cold = problem.pack(problem.poses, part.guess)
-    start, duals = cold, None
+    start, multipliers = cold, None
     best: Found | None = None
     spare: tuple[float, _Tried] | None = None
-    answers: list[Answer] = []
+    solutions: list[Solution[DynamicRouteProblem]] = []
     for n in range(ROUNDS):
         tolerance = TOLERANCES[min(n, len(TOLERANCES) - 1)]
-        barrier = (COLD if duals is None else WARM) * problem.barrier
-        answer = solve_route(problem, start, tolerance=tolerance, barrier=barrier,
-                             iterations=iterations, duals=duals, eased=True)  # fmt: skip
-        answers.append(answer)
-        if answer.status != "solved" and not (best is None and duals is None and _nearly(answer)):
+        barrier = (COLD if multipliers is None else WARM) * problem.first_barrier
+        solution = minimise(problem, start, tolerance=tolerance, barrier=barrier,
+                            iteration_limit=iterations, multipliers=multipliers,
+                            reduce_curvature=True)  # fmt: skip
+        solutions.append(solution)
+        if not solution.solved and not (best is None and multipliers is None and _nearly(solution)):
             if start is cold:
                 break
-            start, duals = cold, None
+            start, multipliers = cold, None
             continue
-        motion = part.motion(route, answer.x)
-        apart = _moved_apart(route, problem, answer)
+        motion = part.motion(route, solution.x)
+        apart = _moved_apart(route, solution)
         if tolerance == TOLERANCES[-1] and apart is None:
             kept, stretch = kept_motion(route, part, motion)
             usable = part.whole and clearance.kept(
                 motion, part.skip, route.settings, route.footholds.radius
             )
             if usable and (spare is None or stretch * motion.times[-1] < spare[0]):
-                spare = stretch * float(motion.times[-1]), _Tried(motion, answer, problem)
+                spare = stretch * float(motion.times[-1]), _Tried(motion, solution)
             if kept is not None and (best is None or kept[0].times[-1] < best.motion.times[-1]):
-                best = Found(*kept, answer, problem)
+                best = Found(*kept, (solution,))
             if kept is not None and stretch <= ENOUGH:
                 break
         improved = corrected if n < CORRECTIONS else tightened
@@ -159,19 +158,19 @@ def best_motion(
             problem, motion, part.skip, route.settings, route.footholds.radius,
             HASTE if improved is tightened else None,
         )  # fmt: skip
-        start, duals = answer.x, answer.duals if apart is None else None
+        start, multipliers = solution.x, solution.multipliers if apart is None else None
     if best is None and spare is not None:
         kept, _ = kept_motion(route, part, spare[1].motion, LAST_STRETCH)
-        best = None if kept is None else Found(*kept, spare[1].answer, spare[1].problem)
+        best = None if kept is None else Found(*kept, (spare[1].solution,))
     if best is None:
-        status = "limits between knots" if answer.status == "solved" else answer.status
-        raise failed(route, problem, replace(answer, status=status), first)
-    return best, answers
+        reason = Reason.LIMITS_BETWEEN_KNOTS if solution.solved else None
+        raise failed(route, solution, first, reason)
+    return best, solutions
 
 
-def _nearly(answer: Answer) -> bool:
-    """Whether an answer keeps its limits and is the best to within a little, if not enough."""
-    return answer.primal <= VIOLATION and answer.stationarity <= NEARLY
+def _nearly(solution: Solution[DynamicRouteProblem]) -> bool:
+    """Whether a solution keeps its limits and is the best to within a little, if not enough."""
+    return solution.violation() <= VIOLATION and solution.stationarity() <= NEARLY
 
 
 def _limit(route: Route) -> float:
@@ -179,11 +178,14 @@ def _limit(route: Route) -> float:
     return float(route.settings.acceleration_limit or np.inf)
 
 
-def _moved_apart(route: Route, problem: RouteDynamics, answer: Answer) -> RouteDynamics | None:
-    """The problem with rows that keep legs apart where an answer lets them touch; else none."""
+def _moved_apart(
+    route: Route, solution: Solution[DynamicRouteProblem]
+) -> DynamicRouteProblem | None:
+    """The problem with rows that keep legs apart where a solution lets them touch; else none."""
     if route.shapes is None:
         return None
-    poses = problem.unpack(answer.x)[0]
+    problem = solution.problem
+    poses = problem.unpack(solution.x)[0]
     found = touching(route.shapes, problem, poses)
     return None if found is None else kept_apart(route.shapes, problem, poses, *found)
 
@@ -207,7 +209,7 @@ def kept_motion(
     """
     dynamic, skip = not route.settings.static, part.skip
     asked = asked_margins(route, motion, skip)
-    rates, limit = part.problem.rates, _limit(route)
+    rates, limit = part.problem.velocity_limits, _limit(route)
     stretch = stretch_needed(motion, skip, rates, limit)
     if stretch > most or not clearance.kept(motion, skip, route.settings, route.footholds.radius):
         return None, stretch

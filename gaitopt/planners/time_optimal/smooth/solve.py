@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from time import process_time
-from typing import NamedTuple
 
 import numpy as np
 
 from gaitopt.conventions import FloatArray, Progress
-from gaitopt.interior_point.solver import Answer, solve_route
+from gaitopt.errors import RouteError
+from gaitopt.interior_point.solver import Solution, minimise
 from gaitopt.optimize.route.dynamic_layout import Entry
-from gaitopt.optimize.route.dynamic_problem import RouteDynamics
+from gaitopt.optimize.route.dynamic_problem import DynamicRouteProblem
 from gaitopt.optimize.route.legs import JOINTS
 from gaitopt.plan.plan import Plan
 from gaitopt.planners.time_optimal.build import build_route, problem_of
-from gaitopt.planners.time_optimal.failure import RouteError, failed
+from gaitopt.planners.time_optimal.failure import Reason, failed
 from gaitopt.planners.time_optimal.flights import height_rows
 from gaitopt.planners.time_optimal.knots import RouteKnots, part_of
 from gaitopt.planners.time_optimal.smooth import clearance as clearance
@@ -53,7 +53,7 @@ def smooth_plan(
         progress: called with (steps done, steps in all) before every window but the first.
 
     Raises:
-        RouteError: no convergence, or no motion through an answer keeps its margin.
+        RouteError: no convergence, or no motion through a solution keeps its margin.
     """
     began = process_time()
     settings = route.settings
@@ -64,30 +64,33 @@ def smooth_plan(
     more: dict[str, float | str] = {}
     if horizon is None:
         try:
-            found, answers = _whole(route, knots, problem, iterations)
+            found, solutions = _whole(route, knots, problem, iterations)
         except RouteError:
             if len(route.steps.legs) <= WINDOW:
                 raise
             horizon = WINDOW
     if horizon is not None:
-        found, answers, more = _in_windows(route, knots, problem, horizon, iterations, progress)
+        found, solutions, more = _in_windows(route, knots, problem, horizon, iterations, progress)
     phases = dynamic_phases(settings, route.steps, found.motion)
-    info = _info(route, found, answers) | {"solver_seconds": process_time() - began} | more
+    info = _info(route, found, solutions) | {"solver_seconds": process_time() - began} | more
     return Plan(route.robot, route.footholds, settings, phases, found.path, info)
 
 
-def _info(route: Route, found: Found, answers: list[Answer]) -> dict[str, float | str]:
-    """What the plan tells of itself; residuals are the worst of the answers it is made of."""
+def _info(
+    route: Route, found: Found, solutions: list[Solution[DynamicRouteProblem]]
+) -> dict[str, float | str]:
+    """What the plan tells of itself; residuals are the worst of the solutions it is made of."""
+    unit = found.solutions[-1].problem.time_unit
     info: dict[str, float | str] = {
         "stability": "static margin of the body centre, on the horizontal projection"
         if route.settings.static
         else "ZMP of a point mass at the body centre",
         "row": route.settings.row,
         "knot_time": float(found.motion.times[-1]),
-        "solver_iterations": float(sum(a.iterations for a in answers)),
-        "stationarity": found.answer.stationarity,
-        "violation": found.answer.primal,
-        "complementarity": found.answer.complementarity * found.problem.unit,
+        "solver_iterations": float(sum(a.iterations for a in solutions)),
+        "stationarity": max(s.stationarity() for s in found.solutions),
+        "violation": max(s.violation() for s in found.solutions),
+        "complementarity": sum(s.complementarity() for s in found.solutions) * unit,
         "clearance": float(clearance.heights(found.motion, 0, route.footholds.radius).min()),
     }
     if not route.settings.static:
@@ -97,10 +100,10 @@ def _info(route: Route, found: Found, answers: list[Answer]) -> dict[str, float 
 
 
 def _whole(
-    route: Route, knots: RouteKnots, problem: RouteDynamics, iterations: int
-) -> tuple[Found, list[Answer]]:
+    route: Route, knots: RouteKnots, problem: DynamicRouteProblem, iterations: int
+) -> tuple[Found, list[Solution[DynamicRouteProblem]]]:
     """All steps at once."""
-    poses, guess = _guess(route, 0, len(route.steps.legs), None, problem.unit)
+    poses, guess = _guess(route, 0, len(route.steps.legs), None, problem.time_unit)
     part = Part(replace(problem, poses=poses), knots, np.zeros((0, 9)), np.zeros(0), guess)
     return best_motion(route, part, 0, iterations)
 
@@ -113,14 +116,16 @@ def _guess(
     calm = replace(route, settings=replace(route.settings, free=free, acceleration_limit=None))
     problem = problem_of(calm, first, last)
     if here is not None:
-        problem.poses[0] = here
-    answer = solve_route(problem, problem.start(), tolerance=ROUGH, barrier=problem.barrier)
-    poses = problem.unpack(answer.x)[0] if answer.status == "solved" else problem.poses
-    return poses, 2.0 * problem.needed(poses) + 0.1 * unit
+        problem = problem.with_start(here)
+    solution = minimise(problem, problem.first_guess(), tolerance=ROUGH,
+                        barrier=problem.first_barrier)  # fmt: skip
+    poses = problem.unpack(solution.x)[0] if solution.solved else problem.poses
+    return poses, 2.0 * problem.least_times(poses) + 0.1 * unit
 
 
-class _Planned(NamedTuple):
-    """What windows have planned so far.
+@dataclass
+class _Planned:
+    """What windows have planned so far: it grows.
 
     Attributes:
         knots, problem: of the whole route.
@@ -128,7 +133,7 @@ class _Planned(NamedTuple):
     """
 
     knots: RouteKnots
-    problem: RouteDynamics
+    problem: DynamicRouteProblem
     poses: FloatArray
     spans: FloatArray
 
@@ -146,7 +151,9 @@ class _Planned(NamedTuple):
         """
         each = _each(route)
         a, b = first * each, last * each
-        guess, times = _guess(route, first, last, self.poses[a] if a else None, self.problem.unit)
+        guess, times = _guess(
+            route, first, last, self.poses[a] if a else None, self.problem.time_unit
+        )
         before = slice(a - BEFORE if a else 0, a)
         return Part(
             self.problem.window(a, b, guess, self.entry(a) if a else None),
@@ -156,17 +163,34 @@ class _Planned(NamedTuple):
 
     def keep(self, found: Found, first: int, last: int, window: int) -> None:
         """Takes a found motion between two knots, and what was learned of limits to the third."""
-        new, times = found.problem.unpack(found.answer.x)
+        part = found.solutions[0]
+        new, times = part.problem.unpack(part.x)
         self.poses[first : last + 1] = new[: last + 1 - first]
         self.spans[first : last + 1] = np.append(times, times[-1])[: last + 1 - first]
-        full, part = self.problem, found.problem
-        full.accelerations[:, first : window + 1] = part.accelerations
-        full.hurry[:, first:window] = part.hurry
-        mine = (full.zmp.knot >= first) & (full.zmp.knot <= window)
-        full.zmp.offset[mine] = part.zmp.offset
-        heights = height_rows(full.rows)
-        heights = heights[(full.rows.knot[heights] > first) & (full.rows.knot[heights] <= window)]
-        full.rows.offset[heights] = part.rows.offset[height_rows(part.rows)]
+        self.problem = _with_limits_of(self.problem, part.problem, first, window)
+
+
+def _with_limits_of(
+    whole: DynamicRouteProblem, part: DynamicRouteProblem, first: int, last: int
+) -> DynamicRouteProblem:
+    """The whole route's problem with the limits of a window's between two knots.
+
+    Those are the limits of joint velocities and accelerations, and the offsets of rows of the ZMP
+    and of flying feet's heights.
+    """
+    accelerations = whole.acceleration_limits.copy()
+    accelerations[:, first : last + 1] = part.acceleration_limits
+    velocities = whole.interval_velocity_limits.copy()
+    velocities[:, first:last] = part.interval_velocity_limits
+    zmp, rows = whole.zmp.offset.copy(), whole.rows.offset.copy()
+    zmp[(whole.zmp.knot >= first) & (whole.zmp.knot <= last)] = part.zmp.offset
+    heights = height_rows(whole.rows)
+    at = whole.rows.knot[heights]
+    rows[heights[(at > first) & (at <= last)]] = part.rows.offset[height_rows(part.rows)]
+    return replace(
+        whole, acceleration_limits=accelerations, interval_velocity_limits=velocities,
+        zmp=whole.zmp._replace(offset=zmp), rows=whole.rows._replace(offset=rows),
+    )  # fmt: skip
 
 
 def _each(route: Route) -> int:
@@ -177,18 +201,18 @@ def _each(route: Route) -> int:
 def _in_windows(
     route: Route,
     knots: RouteKnots,
-    full: RouteDynamics,
+    full: DynamicRouteProblem,
     length: int,
     iterations: int,
     progress: Progress | None,
-) -> tuple[Found, list[Answer], dict[str, float | str]]:
+) -> tuple[Found, list[Solution[DynamicRouteProblem]], dict[str, float | str]]:
     """Windows of ``length`` steps, the first half of each of which is kept.
 
     Every window ends at rest, so there is a way on from whatever is kept.
     """
     count, each = len(route.steps.legs), _each(route)
     done = _Planned(knots, full, np.zeros((full.knots, 9)), np.zeros(full.knots))
-    answers: list[Answer] = []
+    solutions: list[Solution[DynamicRouteProblem]] = []
     used: dict[int, Found] = {}
     shares: list[float] = []
     first = before = 0
@@ -210,25 +234,16 @@ def _in_windows(
         else:
             done.keep(found, first * each, end * each, last * each)
             used[first], before = found, first
-        answers += some
+        solutions += some
         walked = done.spans[first * each : end * each].sum()
         shares.append((process_time() - began) / float(walked))
         first = end
     motion = RouteMotion(route.robot, route.settings.heading, full.legs, knots, done.poses,
                          done.spans)  # fmt: skip
-    part = Part(full, knots, done.poses[:0], done.spans[:0], done.spans[:-1])
+    part = Part(done.problem, knots, done.poses[:0], done.spans[:0], done.spans[:-1])
     kept, _ = kept_motion(route, part, motion)
     if kept is None:
-        lost = replace(answers[-1], status="limits between windows")
-        raise failed(route, used[before].problem, lost, before)
+        raise failed(route, used[before].solutions[0], before, Reason.LIMITS_BETWEEN_WINDOWS)
     more: dict[str, float | str] = {"windows": float(len(shares)), "window_share": max(shares)}
-    return Found(*kept, _worst([f.answer for f in used.values()]), full), answers, more
-
-
-def _worst(answers: list[Answer]) -> Answer:
-    """The last answer, with the worst of all residuals."""
-    return replace(
-        answers[-1], primal=max(a.primal for a in answers),
-        stationarity=max(a.stationarity for a in answers),
-        complementarity=sum(a.complementarity for a in answers),
-    )  # fmt: skip
+    used_solutions = tuple(f.solutions[0] for f in used.values())
+    return Found(*kept, used_solutions), solutions, more

@@ -15,7 +15,7 @@ import numpy as np
 from gaitopt.conventions import LEGS, FloatArray, rotation_z
 from gaitopt.errors import SolverError
 from gaitopt.motion.body_and_feet import base_poses
-from gaitopt.optimize.route.legs import BODY, FOOT, TURN, RouteLegs
+from gaitopt.optimize.route.legs import BODY, FOOT, ORIENTATION, StackedLegs
 from gaitopt.plan.settings.time_optimal import RouteSettings
 from gaitopt.planners.time_optimal.dense import SLIP_TOLERANCE, Dense
 from gaitopt.planners.time_optimal.knots import RouteKnots
@@ -33,13 +33,13 @@ def densify(
     robot: Quadruped,
     settings: RouteSettings,
     knots: RouteKnots,
-    legs: RouteLegs,
+    legs: StackedLegs,
     poses: FloatArray,
 ) -> Dense:
     """A dense path through the poses of all knots.
 
     Raises:
-        SolverError: standing feet cannot be held in place between knots, or the answer leaves a
+        SolverError: standing feet cannot be held in place between knots, or the solution leaves a
             leg's reach.
     """
     parts = np.full(len(poses) - 1, FIRST_PARTS)
@@ -66,7 +66,7 @@ def _attempt(
     robot: Quadruped,
     settings: RouteSettings,
     knots: RouteKnots,
-    legs: RouteLegs,
+    legs: StackedLegs,
     poses: FloatArray,
     parts: np.ndarray,
 ) -> tuple[Dense, FloatArray]:
@@ -78,7 +78,7 @@ def _attempt(
     flying = np.zeros((len(owner), 4))
     flying[np.arange(len(owner)), knots.leg[owner]] = knots.swings[owner]
     sides = [
-        _standing(legs, knots, poses, owner, share, flying, "swing" not in settings.free)
+        _standing(legs, knots, poses, owner, share, flying, not settings.free.swing)
         for share in (begins, ends)
     ]
     taken, slowest = _times(settings, knots, legs, poses, owner, flying, sides)
@@ -99,7 +99,7 @@ def _attempt(
 
 
 def _standing(
-    legs: RouteLegs,
+    legs: StackedLegs,
     knots: RouteKnots,
     poses: FloatArray,
     owner: np.ndarray,
@@ -120,7 +120,7 @@ def _standing(
         # Straight in joint space; timed later.
         rows = np.flatnonzero(flying.any(axis=1))
         joints[rows, which[rows]] = np.nan
-    return mixed[:, BODY], mixed[:, TURN], joints
+    return mixed[:, BODY], mixed[:, ORIENTATION], joints
 
 
 def _feet_at_knots(knots: RouteKnots, poses: FloatArray) -> FloatArray:
@@ -131,23 +131,23 @@ def _feet_at_knots(knots: RouteKnots, poses: FloatArray) -> FloatArray:
 def _times(
     settings: RouteSettings,
     knots: RouteKnots,
-    legs: RouteLegs,
+    legs: StackedLegs,
     poses: FloatArray,
     owner: np.ndarray,
     flying: FloatArray,
     sides: list[tuple[FloatArray, FloatArray, FloatArray]],
 ) -> tuple[FloatArray, np.ndarray]:
     """Time of every part, and the joint that sets it; fills in the joints of flying legs."""
-    rates = legs.rates.ravel()
+    rates = legs.velocity_limits.ravel()
     need = (np.abs(sides[1][2] - sides[0][2])).reshape(-1, 12) / rates
     need = np.nan_to_num(need, nan=0.0)
     taken, slowest = need.max(axis=1), need.argmax(axis=1)
-    if "swing" not in settings.free:
+    if not settings.free.swing:
         return taken, slowest
     at_knots = legs.joints(poses, knots.feet, knots.flying)
     k = np.flatnonzero(knots.swings)
     way = at_knots[k + 1, knots.leg[k]] - at_knots[k, knots.leg[k]]
-    use = np.abs(way) / legs.rates[knots.leg[k]]
+    use = np.abs(way) / legs.velocity_limits[knots.leg[k]]
     own, own_joint = np.zeros(len(knots.step)), np.zeros(len(knots.step), dtype=int)
     own[k], own_joint[k] = use.max(axis=1), 3 * knots.leg[k] + use.argmax(axis=1)
     whole = np.bincount(owner, taken, minlength=len(own))
@@ -181,7 +181,7 @@ def _slip(
     robot: Quadruped,
     settings: RouteSettings,
     knots: RouteKnots,
-    legs: RouteLegs,
+    legs: StackedLegs,
     owner: np.ndarray,
     flying: FloatArray,
     body: FloatArray,

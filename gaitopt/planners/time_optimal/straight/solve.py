@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gaitopt.conventions import FloatArray, Progress
-from gaitopt.interior_point.solver import Answer, solve_route
+from gaitopt.interior_point.solver import Solution, minimise
 from gaitopt.planners.time_optimal.balance import raised, shortfall
 from gaitopt.planners.time_optimal.build import knots_of, problem_of
 from gaitopt.planners.time_optimal.collision import kept_apart, touching
@@ -40,8 +40,8 @@ BETWEEN_ROUNDS = 12
 
 def planned_whole(
     route: Route, iterations: int, progress: Progress | None = None
-) -> tuple[FloatArray, list[Answer]]:
-    """Poses at all knots ``(K, 9)``, all steps at once, and all answers on the way there.
+) -> tuple[FloatArray, list[Solution[RouteProblem]]]:
+    """Poses at all knots ``(K, 9)``, all steps at once, and all solutions on the way there.
 
     Args:
         route: what is walked.
@@ -53,19 +53,17 @@ def planned_whole(
     """
     count = len(route.steps.legs)
     problem, knots = problem_of(route, 0, count), knots_of(route, 0, count)
-    answers: list[Answer] = []
-    last = problem
+    solutions: list[Solution[RouteProblem]] = []
     if count <= DIRECT_STEPS:
-        answers, last = _solved(route, problem, knots, None, iterations)
-    if not answers or answers[-1].status != "solved":
+        solutions = _solved(route, problem, knots, None, iterations)
+    if not solutions or not solutions[-1].solved:
         poses, windows = planned_in_windows(
             route, WINDOW, WINDOW // 2, iterations, progress, partial=True
         )
-        again, last = _solved(route, problem, knots, poses, iterations)
-        answers += [*windows, *again]
-    if answers[-1].status != "solved":
-        raise failed(route, last, answers[-1], 0)
-    return problem.unpack(answers[-1].x)[0], answers
+        solutions += [*windows, *_solved(route, problem, knots, poses, iterations)]
+    if not solutions[-1].solved:
+        raise failed(route, solutions[-1], 0)
+    return problem.unpack(solutions[-1].x)[0], solutions
 
 
 def _solved(
@@ -74,10 +72,10 @@ def _solved(
     knots: RouteKnots | None,
     guess: FloatArray | None,
     iterations: int,
-) -> tuple[list[Answer], RouteProblem]:
-    """Answers to the problem, and the problem that the last one solves.
+) -> list[Solution[RouteProblem]]:
+    """Solutions of the problem, each with more rows than the one before.
 
-    In the last answer legs keep apart, the true COM its margin, and flying feet their clearance.
+    In the last one legs keep apart, the true COM its margin, and flying feet their clearance.
 
     Args:
         route, problem: what is walked, and the steps that are solved.
@@ -86,20 +84,20 @@ def _solved(
         iterations: most Newton steps of each solution.
     """
 
-    def again(changed: RouteProblem, poses: FloatArray) -> Answer:
-        return solve_route(changed, changed.near(poses), barrier=NEAR * changed.barrier,
-                           iterations=iterations)  # fmt: skip
+    def again(changed: RouteProblem, poses: FloatArray) -> Solution[RouteProblem]:
+        return minimise(changed, changed.unknowns_near(poses), barrier=NEAR * changed.first_barrier,
+                        iteration_limit=iterations)  # fmt: skip
 
     if guess is None:
-        answers = [solve_route(problem, problem.start(), barrier=problem.barrier,
-                               iterations=iterations)]  # fmt: skip
+        solutions = [minimise(problem, problem.first_guess(), barrier=problem.first_barrier,
+                              iteration_limit=iterations)]  # fmt: skip
     else:
-        answers = [again(problem, guess)]
+        solutions = [again(problem, guess)]
     apart = problem
     for attempt in range(BETWEEN_ROUNDS):
-        if answers[-1].status != "solved":
+        if not solutions[-1].solved:
             break
-        poses = problem.unpack(answers[-1].x)[0]
+        poses = problem.unpack(solutions[-1].x)[0]
         found = None
         if route.shapes is not None and attempt < ROUNDS:
             found = touching(route.shapes, problem, poses)
@@ -110,8 +108,8 @@ def _solved(
             problem, apart = safer(problem), safer(apart)
         if route.shapes is not None and found is not None:
             apart = kept_apart(route.shapes, problem, poses, *found)
-        answers.append(again(apart, poses))
-    return answers, apart
+        solutions.append(again(apart, poses))
+    return solutions
 
 
 def _safer(
@@ -121,7 +119,7 @@ def _safer(
 
     Between knots, that is. ``None`` where they keep them.
     """
-    settings, free = route.settings, "swing" in route.settings.free
+    settings, free = route.settings, route.settings.free.swing
     if problem.com is None and not free:
         return None
     dense = densify(route.robot, settings, knots, problem.legs, poses)
@@ -147,8 +145,8 @@ def planned_in_windows(
     progress: Progress | None = None,
     *,
     partial: bool = False,
-) -> tuple[FloatArray, list[Answer]]:
-    """Poses at all knots ``(K, 9)``, planned in windows that move along, and all answers.
+) -> tuple[FloatArray, list[Solution[RouteProblem]]]:
+    """Poses at all knots ``(K, 9)``, planned in windows that move along, and all solutions.
 
     Args:
         route: what is walked.
@@ -162,7 +160,7 @@ def planned_in_windows(
     """
     count, each = len(route.steps.legs), route.settings.stance_knots + route.settings.swing_knots
     poses = np.zeros((count * each + 1, 9))
-    answers: list[Answer] = []
+    solutions: list[Solution[RouteProblem]] = []
     first, here = 0, None
     while first < count:
         if first and progress is not None:
@@ -170,16 +168,15 @@ def planned_in_windows(
         last = min(first + length, count)
         problem = problem_of(route, first, last)
         if here is not None:
-            problem.poses[0] = here
+            problem = problem.with_start(here)
         # A first guess need not hold between knots.
         knots = None if partial else knots_of(route, first, last)
-        some, solved = _solved(route, problem, knots, None, iterations)
-        answers += some
-        answer = answers[-1]
-        if answer.status != "solved" and not partial:
-            raise failed(route, solved, answer, first)
-        found = problem.unpack(answer.x)[0]
+        solutions += _solved(route, problem, knots, None, iterations)
+        solution = solutions[-1]
+        if not solution.solved and not partial:
+            raise failed(route, solution, first)
+        found = problem.unpack(solution.x)[0]
         step = last - first if last == count else kept
         poses[first * each : (first + step) * each + 1] = found[: step * each + 1]
         here, first = found[step * each], first + step
-    return poses, answers
+    return poses, solutions

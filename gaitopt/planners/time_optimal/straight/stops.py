@@ -18,7 +18,7 @@ from gaitopt.conventions import FloatArray
 from gaitopt.motion.bounds import path_stretch
 from gaitopt.motion.differences import time_derivatives
 from gaitopt.motion.path import MotionPath
-from gaitopt.optimize.route.legs import BODY, FOOT, RouteLegs
+from gaitopt.optimize.route.legs import BODY, FOOT, StackedLegs
 from gaitopt.planners.time_optimal.dense import Dense
 from gaitopt.planners.time_optimal.foothold_motion import Contacts, FootholdMotion
 from gaitopt.planners.time_optimal.knots import RouteKnots
@@ -138,7 +138,7 @@ class StoppingMotion(FootholdMotion):
 
     @classmethod
     def of(
-        cls, robot: Quadruped, heading: float, legs: RouteLegs, knots: RouteKnots,
+        cls, robot: Quadruped, heading: float, legs: StackedLegs, knots: RouteKnots,
         poses: FloatArray, limit: float,
     ) -> StoppingMotion:  # fmt: skip
         """The fastest one through given poses ``(K, 9)``, as seen at :data:`PARTS` places."""
@@ -151,7 +151,7 @@ class StoppingMotion(FootholdMotion):
             for d in time_derivatives(lambda s: motion.joints(line, s), share, _STEP)
         )
         return replace(
-            motion, squares=fastest_passage(slope, bend, GRID, legs.rates.ravel(), limit)
+            motion, squares=fastest_passage(slope, bend, GRID, legs.velocity_limits.ravel(), limit)
         )
 
     @cached_property
@@ -212,7 +212,7 @@ def stopping_path(motion: StoppingMotion, limit: float) -> tuple[StoppingMotion,
         SolverError: standing feet do not stay in place.
     """
     path = motion.path()
-    stretch = path_stretch(motion.robot, path, 0.0, motion.legs.rates.ravel(), limit, 1)
+    stretch = path_stretch(motion.robot, path, 0.0, motion.legs.velocity_limits.ravel(), limit, 1)
     if stretch > 1.0:
         motion = replace(motion, stretch=stretch * (1.0 + _HAIR))
         path = motion.path()

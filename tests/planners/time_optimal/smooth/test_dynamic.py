@@ -9,7 +9,7 @@ import gaitopt
 from gaitopt import LEGS, Footholds, InputError, Plan, Quadruped
 from gaitopt.conventions import GRAVITY
 from gaitopt.motion.bounds import _largest
-from gaitopt.optimize.route.legs import RouteLegs
+from gaitopt.optimize.route.legs import StackedLegs
 from gaitopt.plan.com_margin import margins_over
 from gaitopt.plan.settings.time_optimal import ROWS, RouteSettings
 from gaitopt.planners.time_optimal.build import knots_of
@@ -196,7 +196,7 @@ def test_parts_of_a_motion_know_who_flies(wang: Quadruped, short: Footholds) -> 
 
     def motion(first: int, last: int) -> RouteMotion:
         count = last - first + 1
-        return RouteMotion(wang, 0.0, RouteLegs.of(wang), part_of(knots, first, last),
+        return RouteMotion(wang, 0.0, StackedLegs.of(wang), part_of(knots, first, last),
                            np.zeros((count, 9)), np.ones(count))  # fmt: skip
 
     flies, leg = motion(0, 88).flying
