@@ -42,7 +42,7 @@ def diagram(schedule: GaitSchedule) -> Figure:
 
 
 def trot_snapshots() -> Figure:
-    """The trot of the second paper, from the side."""
+    """The trot of [Wang2024] from the side."""
     robot = load_robot("wang2020-fast")
     return plot_snapshots(plan_gait(robot, trot(0.5), 0.3, distance=1.5, swing="cycloid"))
 

@@ -1,4 +1,4 @@
-"""Self-collision over all time, by conservative advancement.
+"""Self-collision over all time, by conservative advancement [Mirtich1996].
 
 After a pair of shapes is found ``d`` apart it cannot touch before the two have together moved by
 ``d``; how far they move at most is known from the joint rates. So each pair is looked at again only

@@ -1,7 +1,9 @@
 """A certificate: what holds of a plan at every instant, and not only at samples.
 
-Worked out from the robot's URDF and the stored path by Pinocchio alone; no code is shared with the
-planners. Between samples, bounds take over (:mod:`gaitopt.certificate.enclosure`).
+Worked out from the robot's URDF and the stored path, with Pinocchio's kinematics. The planners' own
+kinematics judge nothing here: :meth:`gaitopt.Leg.inverse` is used once, to find pairs of shapes
+that touch in the standing pose. Shared with the planners are the data: robot, plan, path, obstacle.
+Between samples, bounds take over (:mod:`gaitopt.certificate.enclosure`).
 """
 
 from __future__ import annotations

@@ -88,7 +88,7 @@ def trot(
     swing_height: LiftOption = None,
     out: OutOption = Path("out"),
 ) -> None:
-    """Trot at a speed, as in the second paper, and write plan, replay and figures."""
+    """Trot at a speed, as in [Wang2024], and write plan, replay and figures."""
     gait(
         "trot", robot, speed, sideways, yaw_rate, distance, duration, acceleration_limit, cycle,
         duty, swing, sway, body_height, swing_height, out,

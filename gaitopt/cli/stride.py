@@ -95,7 +95,7 @@ def stride(
     study: StudyOption = False,
     out: OutOption = Path("out"),
 ) -> None:
-    """Walk over an obstacle, as in the fourth paper, and write plan, replay and figures."""
+    """Walk over an obstacle, as in [Shao2011], and write plan, replay and figures."""
     from gaitopt.planners.over_obstacle.planner import plan_stride
     from gaitopt.robots.catalog import load_robot
 

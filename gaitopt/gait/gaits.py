@@ -117,8 +117,7 @@ def wave(cycle_time: float, duty_factor: float = 0.8) -> GaitSchedule:
 
     The sides are half a cycle apart. From 0.75 on no gait of that duty factor has a larger
     longitudinal stability margin (:mod:`gaitopt.gait.longitudinal`), as long as the stride is not
-    longer than the body: McGhee and Frank, "On the stability properties of quadruped creeping
-    gaits", 1968. At 0.5 it is the trot, at 0.75 the critical walk.
+    longer than the body ([McGhee1968]). At 0.5 it is the trot, at 0.75 the critical walk.
 
     Args:
         cycle_time: duration of a cycle [s].

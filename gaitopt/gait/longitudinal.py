@@ -7,8 +7,7 @@ the stroke is the duty factor times the stride. The longitudinal margin is the w
 middle line, from the centre to the nearer border of the support polygon. The width of the track
 does not matter to it.
 
-Source: R. B. McGhee and A. A. Frank, "On the stability properties of quadruped creeping gaits",
-Mathematical Biosciences 3, 1968, in which the order LF, RH, RF, LH (``WANG_SEQUENCE``) is best.
+Source: [McGhee1968], in which the order LF, RH, RF, LH (``WANG_SEQUENCE``) is best.
 """
 
 from __future__ import annotations

@@ -1,1 +1,1 @@
-"""Pure mathematics: where to put the COG, and how fast to go."""
+"""Optimisation problems of walking: where the COG goes, how fast, postures, splines, routes."""

@@ -154,7 +154,7 @@ def paper_foot_speed(leg: Leg, q: FloatArray, direction: FloatArray) -> float:
     Each joint in turn is taken to be the one at its limit; the closed-form ratios give the other
     two, and the first guess that leaves both within their limits is right. Vertical motion uses
     eqs. (13), (14), motion at constant height eqs. (15), (16), with the signs and the misprint of
-    the paper corrected (``errata.md``) and the slope k written as a direction, so that motion
+    the paper corrected (``docs/papers.md``) and the slope k written as a direction, so that motion
     along y is no exception.
 
     Args:

@@ -23,7 +23,7 @@ def com_margin(plan: Plan, times: FloatArray | None = None) -> tuple[FloatArray,
     """Static stability margin of the model's true COM over time.
 
     The paper plans with the body's centre; legs have mass, so the true centre of mass wanders when
-    a foot swings (``errata.md``, II.C (2)).
+    a foot swings (``docs/papers.md``, errata of [Wang2020], Section II.C (2)).
 
     Args:
         plan: the plan.

@@ -1,1 +1,1 @@
-"""Planners, and the plan that all of them return."""
+"""Planners: each of them returns a :class:`gaitopt.Plan`."""

@@ -139,7 +139,8 @@ class Leg:
     def jacobian(self, q: Any) -> FloatArray:
         """Derivative of :meth:`forward`, ``(..., 3, nj)`` [m/rad], in the body frame.
 
-        Source: [Wang2020], eq. (12), with the joint rate of the knee (see errata).
+        Source: [Wang2020], eq. (12), with the joint rate of the knee
+        (``docs/papers.md``, errata).
         """
         q = np.asarray(q, dtype=np.float64)
         roll, thigh, bend = self._geometric(*[q[..., i] for i in range(len(self.joints))])

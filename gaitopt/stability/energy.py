@@ -2,16 +2,16 @@
 
 Each side of the support polygon is an axis through two feet. Tipping over it turns the COG about
 that axis, up to its highest place and down on the other side. The height by which the COG must
-rise is what a push has to pay for (Messuri and Klein 1985, IEEE J. of Robotics and Automation 1;
-divided by the weight: Hirose, Tsukagoshi and Yoneda 1998). Unlike the static margin it counts the
-height of the COG, and feet at different heights.
+rise times the weight is the energy that a push must supply ([Messuri1985]; the height alone is the
+normalised margin, [Hirose1998]). Unlike the static margin it takes account of the height of the
+COG, and of feet at different heights.
 
 With ``d`` the COG's horizontal distance from the side's vertical plane, ``b`` its distance from
 the axis within that plane and ``psi`` the axis's slope::
 
     rise = cos(psi) (sqrt(d**2 + b**2) - b)
 
-which is Messuri and Klein's ``|R| (1 - cos(theta)) cos(psi)``.
+which is ``|R| (1 - cos(theta)) cos(psi)`` of [Messuri1985].
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ def normalised_energy_stability_margin(
 
     Returns:
         ``(...)`` [m]: positive inside, zero above a side, negative outside; NaN where no foot
-        stands. Source: Messuri and Klein 1985; Hirose, Tsukagoshi and Yoneda 1998.
+        stands. Source: [Messuri1985], [Hirose1998].
 
     Raises:
         InputError: shapes that do not fit, or contacts that are not truth values.

@@ -30,8 +30,7 @@ def longitudinal_stability_margin(
     Returns:
         ``(...)`` [m]: positive between the edges; negative ahead of the front or behind the rear
         edge, by the distance that the COG must go back or forward to reach the support; ``-inf``
-        where no such way reaches it; NaN where no foot stands. Source: McGhee and Frank 1968
-        (Mathematical Biosciences 3).
+        where no such way reaches it; NaN where no foot stands. Source: [McGhee1968].
     """
     front, rear = longitudinal_margins(feet, cog, heading, contacts)
     return np.minimum(front, rear)

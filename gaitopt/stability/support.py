@@ -28,7 +28,7 @@ def support_half_planes(corners: FloatArray) -> HalfPlanes:
     """Half-planes of the convex polygon over three or more feet.
 
     Written from the polygon's orientation, so that no case of eqs. (4)-(7) of
-    [Wang2020] needs the usual arrangement of the feet (see ``errata.md``).
+    [Wang2020] needs the usual arrangement of the feet (``docs/papers.md``, errata).
 
     Args:
         corners: feet ``(m, 2)`` or ``(m, 3)`` [m], ``m >= 3``, in any order; only x and y count.

@@ -3,7 +3,7 @@
 The zero moment point (ZMP) is where the resultant of the ground's forces meets the ground: there
 it has no horizontal moment. Feet that only push can make no resultant outside the convex hull of
 their places, so a motion that asks for one tips the robot. Source: [XiLing],
-"Stability and Gait Control", Section 3.
+"Stability and Gait Control", Section 3; [Vukobratovic2004].
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def cart_table_zmp(
 
     Returns:
         ``(..., 2)`` [m]. Source: [XiLing], "Stability and Gait Control",
-        Section 3. With the COM in vertical motion use :func:`point_mass_zmp`.
+        Section 3; the cart-table model of [Kajita2003]. With the COM in vertical motion use :func:`point_mass_zmp`.
 
     Raises:
         InputError: an array has another shape.

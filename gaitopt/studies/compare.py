@@ -46,8 +46,8 @@ METHODS: tuple[Method, ...] = (
     Method("fixed 50 mm/s", "distance", 0.050),
     Method("fixed 66 mm/s", "distance", 0.066),
 )
-"""The methods of Section V. The paper gives 5 mm/s for the fixed speed, with which its 272 s are
-impossible (``errata.md``, V.B.3); 66 mm/s is the speed that comes to about 272 s."""
+"""The methods of [Wang2020], Section V. The paper gives 5 mm/s for the fixed speed. Its 272 s are
+impossible at that speed (``docs/papers.md``, errata); 66 mm/s give about 272 s."""
 
 PAPER_GAINS = {"SSM": 81.6, "fixed 5 mm/s": 32.8}
 """Speed-ups of the proposed method that the paper states [%]."""

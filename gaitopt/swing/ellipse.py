@@ -1,4 +1,4 @@
-"""The half-ellipse: what eq. (40) of the XiLing report names, not what it prints."""
+"""The half-ellipse: what eq. (40) of [XiLing] names, not what it prints."""
 
 from __future__ import annotations
 

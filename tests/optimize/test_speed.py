@@ -92,7 +92,7 @@ def test_the_lp_agrees_with_scipy(wang: Quadruped) -> None:
 
 
 def test_the_papers_closed_forms_need_their_corrections(wang: Quadruped) -> None:
-    """errata.md: eq. (14)'s w1/w3 has the wrong sign; its magnitude is right."""
+    """[Wang2020], eq. (14): w1/w3 has the wrong sign; its magnitude is right."""
     leg = wang.legs["RF"]
     q = np.array([0.3, -0.5, -0.8])
     rates = foot_rates(leg, q, np.array([0.0, 0.0, 1.0]))
@@ -110,7 +110,7 @@ def test_the_papers_closed_forms_need_their_corrections(wang: Quadruped) -> None
 
 
 def test_the_misprint_of_eq_16(wang: Quadruped) -> None:
-    """errata.md: the denominator must read l3 s3 - l2 s2, not l3 s2 - l2 s2."""
+    """[Wang2020], eq. (16): the denominator must read l3 s3 - l2 s2, not l3 s2 - l2 s2."""
     leg = wang.legs["RF"]
     q, slope = np.array([0.3, -0.5, -0.8]), 0.4
     rates = foot_rates(leg, q, np.array([1.0, slope, 0.0]))

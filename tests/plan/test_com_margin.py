@@ -28,7 +28,7 @@ def test_the_true_com_is_the_mass_weighted_mean_of_the_links(short_plan: Plan) -
 
 
 def test_legs_of_three_kilograms_move_the_com_by_millimetres(plan: Plan) -> None:
-    """errata.md, II.C (2): the paper takes the COM for the body's centre; it wanders by 1-2 cm."""
+    """[Wang2020], II.C (2): the paper takes the COM for the body's centre; it wanders by 1-2 cm."""
     motion = plan.sample(0.2)
     wander = np.hypot(*(true_com(plan.robot, motion.q) - motion.cog)[:, :2].T)
     assert 0.003 < wander.max() < 0.03

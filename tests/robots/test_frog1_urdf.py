@@ -1,4 +1,4 @@
-"""FROG-I of Shao et al. 2011: what its URDF says must be what the paper says, and possible."""
+"""FROG-I of [Shao2011]: what its URDF says must be what the paper says, and possible."""
 
 from __future__ import annotations
 

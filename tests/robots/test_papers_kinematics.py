@@ -1,7 +1,7 @@
 """The papers' own kinematics against our closed form and Pinocchio, and where they are wrong.
 
-003 is [XiLing] (the XiLing report), Modules A to C; 002 is [Wang2024]
-(Wang 2024), Section 5.1. The formulae stand here as they are printed, each beside its correction.
+They are those of [XiLing], Modules A to C, and of [Wang2024], Section 5.1. The formulae stand here
+as they are printed, each beside its correction.
 Both know a leg of three joints without drop ``u``; hyq, which has one, is left out.
 """
 
@@ -105,7 +105,7 @@ def local_003(leg: Leg, points: FloatArray) -> tuple[FloatArray, FloatArray, Flo
 
 @each_robot
 @pytest.mark.parametrize("leg_name", LEGS)
-def test_003_forward_kinematics_are_pinocchios(name: str, leg_name: str) -> None:
+def test_xiling_forward_kinematics_are_pinocchios(name: str, leg_name: str) -> None:
     leg = robot(name).legs[leg_name]
     q = any_joints(leg, 100)
     local = np.stack(forward_003(leg, *angles_003(leg, q)), axis=-1)
@@ -115,7 +115,7 @@ def test_003_forward_kinematics_are_pinocchios(name: str, leg_name: str) -> None
 
 
 @each_robot
-def test_003_leg_frame_is_no_identity(name: str) -> None:
+def test_xiling_leg_frame_is_no_identity(name: str) -> None:
     """Erratum: with R_{B,Li} = 1 the foot of a leg at zero lies ahead of its hip, not below."""
     for leg in robot(name).legs.values():
         q = any_joints(leg)
@@ -125,7 +125,7 @@ def test_003_leg_frame_is_no_identity(name: str) -> None:
         np.testing.assert_allclose(straight, [leg.upper + leg.lower, 0, -leg.lateral], atol=1e-15)
 
 
-def test_003_fixed_rotation_is_one_and_its_axes_are_those_of_the_joints() -> None:
+def test_xiling_fixed_rotation_is_one_and_its_axes_are_those_of_the_joints() -> None:
     """x down, y along the axis of HAA, z along the axes of HFE and KFE; right-handed."""
     np.testing.assert_array_equal(XILING_LEG_AXES @ XILING_LEG_AXES.T, np.eye(3))
     np.testing.assert_array_equal(np.cross(*XILING_LEG_AXES.T[:2]), XILING_LEG_AXES[:, 2])
@@ -133,7 +133,7 @@ def test_003_fixed_rotation_is_one_and_its_axes_are_those_of_the_joints() -> Non
     assert (down[2], forward[0], right[1]) == (-1.0, 1.0, -1.0)
 
 
-def test_003_chain_of_seven_transforms_is_the_analytical_form() -> None:
+def test_xiling_chain_of_seven_transforms_is_the_analytical_form() -> None:
     """Module B, Sections 2 and 3: shifts and turns multiplied out, for the left front leg of a1."""
     leg = robot("a1").legs["LF"]
 
@@ -190,7 +190,7 @@ def inverse_003(leg: Leg, points: FloatArray) -> tuple[FloatArray, FloatArray, F
 
 
 @each_robot
-def test_003_inverse_kinematics_with_their_corrections_are_ours(name: str) -> None:
+def test_xiling_inverse_kinematics_with_their_corrections_are_ours(name: str) -> None:
     for leg in robot(name).legs.values():
         q = branch(leg)
         points = leg.forward(q)
@@ -202,7 +202,7 @@ def test_003_inverse_kinematics_with_their_corrections_are_ours(name: str) -> No
 
 
 @each_robot
-def test_003_both_forms_of_q1_are_the_roll(name: str) -> None:
+def test_xiling_both_forms_of_q1_are_the_roll(name: str) -> None:
     for leg in robot(name).legs.values():
         q = branch(leg)
         x, _, z = local_003(leg, leg.forward(q))
@@ -211,7 +211,7 @@ def test_003_both_forms_of_q1_are_the_roll(name: str) -> None:
 
 
 @each_robot
-def test_003_definitions_on_the_way_hold(name: str) -> None:
+def test_xiling_definitions_on_the_way_hold(name: str) -> None:
     """Modules 4 and 5: rho two ways, x' sin q1 + z' cos q1 = -l1, and the law of cosines for s."""
     for leg in robot(name).legs.values():
         q = any_joints(leg)
@@ -229,7 +229,7 @@ def test_003_definitions_on_the_way_hold(name: str) -> None:
         np.testing.assert_allclose(straightness, square, rtol=0, atol=1e-13)
 
 
-def test_003_arcsin_of_q2_is_on_the_wrong_branch_in_a_folded_leg() -> None:
+def test_xiling_arcsin_of_q2_is_on_the_wrong_branch_in_a_folded_leg() -> None:
     """Erratum: where l2 + l3 cos q3 < 0, which takes a shank longer than the thigh."""
     leg = robot("anymal").legs["LF"]
     assert leg.lower > leg.upper
@@ -249,7 +249,7 @@ def test_003_arcsin_of_q2_is_on_the_wrong_branch_in_a_folded_leg() -> None:
 
 
 @pytest.mark.parametrize("leg_name", LEGS)
-def test_003_arccos_of_q3_is_one_side_of_the_knee(leg_name: str) -> None:
+def test_xiling_arccos_of_q3_is_one_side_of_the_knee(leg_name: str) -> None:
     """Erratum: right where knees point backward, the front legs; the hind knee goes astray."""
     leg = robot("wang2020").legs[leg_name]
     q = branch(leg)
@@ -264,7 +264,7 @@ def test_003_arccos_of_q3_is_one_side_of_the_knee(leg_name: str) -> None:
 
 
 @each_robot_with_offset
-def test_003_workspace_leaves_out_l1(name: str) -> None:
+def test_xiling_workspace_leaves_out_l1(name: str) -> None:
     """Erratum: |l2 - l3| < d < l2 + l3 is no condition on d but on s, and r must exceed l1."""
     for leg in robot(name).legs.values():
         least, most = abs(leg.upper - leg.lower), leg.upper + leg.lower
@@ -291,7 +291,7 @@ def test_003_workspace_leaves_out_l1(name: str) -> None:
 
 
 @each_robot
-def test_003_reach_with_its_correction_is_ours(name: str) -> None:
+def test_xiling_reach_with_its_correction_is_ours(name: str) -> None:
     """Points anywhere, against shortfall, for knees that may straighten and fold."""
     for leg in robot(name).legs.values():
         points = leg.hip + np.random.default_rng(2).uniform(-0.9, 0.9, (4000, 3))
@@ -316,7 +316,7 @@ def bodies(name: str) -> tuple[Quadruped, FloatArray, FloatArray, FloatArray]:
 
 
 @each_robot
-def test_003_body_pose_is_yaw_times_pitch_times_roll(name: str) -> None:
+def test_xiling_body_pose_is_yaw_times_pitch_times_roll(name: str) -> None:
     """Module C, Sections 1.2 to 1.4, with the turns written out, and Pinocchio's base placement."""
     model, position, rpy, joints = bodies(name)
     data = model.model.createData()
@@ -334,7 +334,7 @@ def test_003_body_pose_is_yaw_times_pitch_times_roll(name: str) -> None:
 
 
 @each_robot
-def test_003_whole_body_inverse_kinematics_are_ours(name: str) -> None:
+def test_xiling_whole_body_inverse_kinematics_are_ours(name: str) -> None:
     """Module C, Sections 2.1 and 2.2 (3.1 and 3.2): each foot into its leg frame, then q1 to q3."""
     model, position, rpy, joints = bodies(name)
     feet = feet_from_joints(model, position, rpy, joints)
@@ -353,7 +353,7 @@ def test_003_whole_body_inverse_kinematics_are_ours(name: str) -> None:
 
 
 @each_robot
-def test_003_chain_leads_from_the_leg_frame_to_the_world(name: str) -> None:
+def test_xiling_chain_leads_from_the_leg_frame_to_the_world(name: str) -> None:
     """p_W = R_WB R_BL p_L + R_WB p_BL + p_WB, with R_BL from leg to body.
 
     Erratum: Section 1.5 calls R_BL a rotation from body to leg; Sections 2.1 to 3.1 use it, and
@@ -397,7 +397,7 @@ def in_plane_002(leg: Leg, alpha: FloatArray, beta: FloatArray) -> tuple[FloatAr
 
 @each_robot
 @pytest.mark.parametrize("leg_name", LEGS)
-def test_002_forward_kinematics_with_one_sign_are_pinocchios(name: str, leg_name: str) -> None:
+def test_wang2024_forward_kinematics_with_one_sign_are_pinocchios(name: str, leg_name: str) -> None:
     """Eqs. (1)-(5), the sign in eq. (4) corrected: y = h cos(gamma) - (hu' + hl') sin(gamma)."""
     model = robot(name)
     leg = model.legs[leg_name]
@@ -412,7 +412,7 @@ def test_002_forward_kinematics_with_one_sign_are_pinocchios(name: str, leg_name
 
 
 @each_robot_with_offset
-def test_002_eqs_4_and_5_as_printed_are_no_rotation(name: str) -> None:
+def test_wang2024_eqs_4_and_5_as_printed_are_no_rotation(name: str) -> None:
     """Erratum: they do not keep the distance of the foot from the roll axis."""
     for leg in robot(name).legs.values():
         q, h = any_joints(leg), -leg.lateral
@@ -429,7 +429,7 @@ def test_002_eqs_4_and_5_as_printed_are_no_rotation(name: str) -> None:
         np.testing.assert_allclose(z, frame_002(leg, leg.forward(q))[2], rtol=0, atol=1e-14)
 
 
-def test_002_printed_matrix_has_no_unit_determinant() -> None:
+def test_wang2024_printed_matrix_has_no_unit_determinant() -> None:
     gamma = np.linspace(0.1, 1.0, 10)
     c, s = np.cos(gamma), np.sin(gamma)
     np.testing.assert_allclose(c * c - s * s, np.cos(2 * gamma), rtol=0, atol=1e-15)  # (4), (5)
@@ -467,7 +467,7 @@ def inverse_002(leg: Leg, points: FloatArray) -> tuple[FloatArray, FloatArray, F
 
 
 @each_robot
-def test_002_inverse_kinematics_with_their_corrections_are_ours(name: str) -> None:
+def test_wang2024_inverse_kinematics_with_their_corrections_are_ours(name: str) -> None:
     for leg in robot(name).legs.values():
         q = branch(leg)
         points = leg.forward(q)
@@ -480,7 +480,7 @@ def test_002_inverse_kinematics_with_their_corrections_are_ours(name: str) -> No
 
 
 @each_robot
-def test_002_eqs_6_to_8_are_the_roll_of_the_corrected_eq_4_only(name: str) -> None:
+def test_wang2024_eqs_6_to_8_are_the_roll_of_the_corrected_eq_4_only(name: str) -> None:
     """They tell which of eqs. (4) and (5) has the wrong sign: (4), in a frame with z down."""
     for leg in robot(name).legs.values():
         q, h = branch(leg), -leg.lateral
@@ -497,7 +497,7 @@ def test_002_eqs_6_to_8_are_the_roll_of_the_corrected_eq_4_only(name: str) -> No
 
 
 @pytest.mark.parametrize("name", ["wang2020", "anymal", "anymal_c", "solo12"])
-def test_002_signs_of_x_in_eqs_1_and_12_contradict_each_other(name: str) -> None:
+def test_wang2024_signs_of_x_in_eqs_1_and_12_contradict_each_other(name: str) -> None:
     """Erratum, by a round trip: eq. (12) as printed undoes eq. (1) with -x, not eq. (1).
 
     On the hind legs, whose knee is on the side of eq. (11).
@@ -519,7 +519,7 @@ def test_002_signs_of_x_in_eqs_1_and_12_contradict_each_other(name: str) -> None
 
 
 @pytest.mark.parametrize("leg_name", LEGS)
-def test_002_eq_11_is_one_side_of_the_knee(leg_name: str) -> None:
+def test_wang2024_eq_11_is_one_side_of_the_knee(leg_name: str) -> None:
     """Erratum: right for knees that point forward; the others take + in (11) and - in (13)."""
     leg = robot("wang2020").legs[leg_name]
     _, alpha, beta = angles_002(leg, branch(leg))
@@ -530,7 +530,7 @@ def test_002_eq_11_is_one_side_of_the_knee(leg_name: str) -> None:
         assert np.abs(printed - beta).min() > 0.05
 
 
-def test_002_eq_13_needs_no_other_branch() -> None:
+def test_wang2024_eq_13_needs_no_other_branch() -> None:
     """Unlike [XiLing]'s arcsin, the arccos of eq. (13) holds for the folded leg, hu + n < 0."""
     leg = robot("anymal").legs["LH"]
     _, alpha, beta = angles_002(leg, branch(leg, 600))

@@ -1,4 +1,4 @@
-"""The robot of Wang et al. 2020: what its URDF says must be what the paper says, and possible."""
+"""The robot of [Wang2020]: what its URDF says must be what the paper says, and possible."""
 
 from __future__ import annotations
 

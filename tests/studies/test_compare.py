@@ -31,8 +31,8 @@ def test_outcomes_are_the_plans_figures(one: Comparison, plan: Plan) -> None:
     assert first.com_margin == pytest.approx(float(gaitopt.com_margin(plan)[1].min()))
 
 
-def test_what_errata_expects_of_table_two(one: Comparison) -> None:
-    """errata.md: +40 to +50 % over SSM rather than 81.6; 272 s comes with 66 mm/s, not 5."""
+def test_table_two_gains_less_than_printed(one: Comparison) -> None:
+    """[Wang2020], Table II: +40 to +50 % over SSM, not 81.6; 272 s at 66 mm/s, not at 5."""
     gains = {m.name: float(one.speed_up(m.name)[0]) for m in METHODS}
     assert gains["proposed"] == 0.0
     assert 0.40 < gains["SSM"] < 0.55

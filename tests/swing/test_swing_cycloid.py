@@ -1,4 +1,4 @@
-"""The cycloid of the second paper, eqs. (17)-(20), and what was wrong with them."""
+"""The cycloid of [Wang2024], eqs. (17)-(20), and what was wrong with them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The sine arch and the half-ellipse of the XiLing report's eq. (40), which confuses the two."""
+"""The sine arch and the half-ellipse of [XiLing], eq. (40), which confuses the two."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The XiLing report's s(t) with a trapezoidal velocity."""
+"""The s(t) of [XiLing], Module C, with a trapezoidal velocity."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The S of columns, Fig. 3 of Wang et al. 2020."""
+"""The S of columns, Fig. 3 of [Wang2020]."""
 
 from __future__ import annotations
 

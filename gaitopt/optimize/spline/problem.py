@@ -17,7 +17,7 @@ Everything is in units of the limits and of a typical interval, so that numbers 
 any robot. Problems are only built here; :mod:`gaitopt.optimize.spline.solver` solves them.
 
 Source: [Shao2011], Section III.B, eqs. (7)-(10), with bounds on the whole curve where
-the paper has them at the knots (``errata.md``).
+the paper has them at the knots (``docs/papers.md``, errata).
 """
 
 from __future__ import annotations

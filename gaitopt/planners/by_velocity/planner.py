@@ -58,8 +58,8 @@ def plan_gait(
     The robot starts standing with its feet below its hips, gets to speed, walks, slows down, and
     stops on four feet. Standing feet are fixed in the world. Each foothold lies where the foot
     will be at its nominal place under the body in the middle of its stance: half the stance's
-    time times the velocity ahead ([Wang2024], eqs. (15) and (16) as corrected in
-    ``errata.md``).
+    time times the velocity ahead ([Wang2024], eqs. (15) and (16), corrected as in
+    ``docs/papers.md``).
 
     Args:
         robot: from :func:`gaitopt.load_robot`.

@@ -1,4 +1,4 @@
-"""Figs. 13 and 14 of the second paper: angles, velocities and accelerations of the joints."""
+"""Figs. 13 and 14 of [Wang2024]: angles, velocities and accelerations of the joints."""
 
 from __future__ import annotations
 

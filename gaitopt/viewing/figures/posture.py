@@ -1,12 +1,12 @@
-"""Fig. 7 of the obstacle-striding paper: the way of the COG in a cycle, with its turning points.
+"""Fig. 7 of [Shao2011]: the path of the COG in a cycle, with its turning points.
 
 Nine points are numbered: 0 is where the cycle starts, and then each of the four legs has two, its
 lift-off and its touch-down. The paper draws one cycle of normal walking, and one in which the front
 legs stride over the obstacle.
 
 A robot whose legs only pitch moves its COG straight ahead and back, and not sideways at all; the
-paper's own does, because its body leans (see ``errata.md``). For such a robot the upper panels show
-the side view instead: there the COG rises and sinks with the legs that fly.
+paper's own does, because its body leans (``docs/papers.md``, errata). For such a robot the upper
+panels show the side view instead: there the COG rises and sinks with the legs that fly.
 
 Source: [Shao2011], Fig. 5 and Fig. 7.
 """

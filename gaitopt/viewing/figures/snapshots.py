@@ -1,4 +1,4 @@
-"""Fig. 12 of the second paper: the robot at regular times, as stick figures from the side."""
+"""Fig. 12 of [Wang2024]: the robot at regular times, as stick figures from the side."""
 
 from __future__ import annotations
 

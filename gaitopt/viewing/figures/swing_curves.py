@@ -1,4 +1,4 @@
-"""Fig. 11 of the second paper, its cycloids, and all swing curves beside each other."""
+"""Fig. 11 of [Wang2024], its cycloids, and all swing curves beside each other."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def plot_cycloids() -> Figure:
 
     Trot and walk swing along the same way in space; the walk does it in half the time. The walk's
     curve is drawn a little to the front. The dotted line is the curve as printed, which starts
-    backwards and overshoots (``errata.md``).
+    backwards and overshoots (``docs/papers.md``, errata).
 
     Source: Fig. 11 and eqs. (17)-(20) of [Wang2024].
     """

@@ -63,7 +63,7 @@ def thinned(
 ) -> np.ndarray:
     """Indices of the samples to keep, so that the others lie within ``tolerance`` of the join.
 
-    Douglas and Peucker's method with time as the parameter, all stretches of a round at once.
+    The method of [Douglas1973] with time as the parameter.
 
     Args:
         times: ``(n,)``, not decreasing.

@@ -191,7 +191,7 @@ def test_exact_derivatives_agree_with_differences() -> None:
     assert np.asarray(form.gradient(x, p, duals)[0]).ravel() == pytest.approx(judge, abs=1e-6)
 
 
-# --- what a pitch-pitch robot cannot do (errata) ----------------------------------------------
+# --- what a pitch-pitch robot cannot do ([Shao2011], Section IV) ------------------------------
 
 
 @settings(max_examples=50, deadline=None)

@@ -33,7 +33,7 @@ def fast() -> Quadruped:
 
 @pytest.fixture(scope="module")
 def straight(fast: Quadruped) -> Plan:
-    """The second paper's run, on the catalogue's robot."""
+    """The trot of [Wang2024], Section 6, on the catalogue's robot."""
     return plan_gait(fast, trot(0.5), 0.3, distance=1.5, swing="cycloid")
 
 
@@ -107,7 +107,7 @@ def test_diagonal_legs_have_identical_curves(name: str, knees: str | None) -> No
 
 
 def test_knees_that_point_at_each_other_are_no_identical_curves(straight: Plan) -> None:
-    """errata: the claim needs legs of one kind; wang2020's front and hind knees differ."""
+    """The claim of [Wang2024] needs legs of one kind; wang2020's front and hind knees differ."""
     values = straight.path.evaluate(np.linspace(0, straight.duration, 500))
     a, b = (6 + np.array(straight.robot.leg_columns[leg][1:]) for leg in ("LF", "RH"))
     assert np.abs(values[:, a] - values[:, b]).max() > 0.1
@@ -156,7 +156,7 @@ def test_sideways_is_forward_turned_by_a_quarter(fast: Quadruped) -> None:
 
 
 def test_footholds_lie_half_the_stance_s_way_ahead(straight: Plan) -> None:
-    """[Wang2024], eqs. (15) and (16), with the stance's time (errata)."""
+    """[Wang2024], eqs. (15) and (16), corrected: with the time of the stance, not the swing."""
     ramp = (straight.duration - 5.0) / 2.0
     schedule = straight.settings.schedule
     hip = straight.robot.legs["RF"].hip[0]

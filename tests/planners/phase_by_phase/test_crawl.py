@@ -45,7 +45,7 @@ def flat_footholds(robot: Quadruped, count: int, stride: float) -> Footholds:
 
 
 def test_the_main_job_takes_what_an_independent_calculation_says(plan: Plan) -> None:
-    """errata.md, Table II: 212-236 s over S-shaped terrains, where the paper reports 205 s."""
+    """[Wang2020], Table II reports 205 s; an independent calculation gave 212 to 236 s."""
     assert 212.0 < plan.duration < 236.0
     assert len(plan.phases) == 128
     assert plan.mean_speed == pytest.approx(plan.distance / plan.duration)
@@ -141,7 +141,7 @@ def test_a_swing_takes_the_integral_of_one_over_the_highest_speed(plan: Plan) ->
 
 
 def test_at_a_slow_given_speed_time_is_length_over_speed(wang: Quadruped) -> None:
-    """errata.md, V.B.3: why 5 mm/s cannot give the paper's 272 s."""
+    """[Wang2020], V.B.3: why 5 mm/s cannot give the paper's 272 s."""
     columns = gaitopt.s_columns(0)
     plan = plan_crawl(wang, columns, speed=0.005)
     lengths = plan.cog_distance
@@ -201,7 +201,7 @@ def test_the_paper_moves_less_and_the_margin_method_stands_safer(
     assert safest.margin > shortest.margin
     swings = [p for p in zip(shortest.phases, safest.phases, strict=True) if p[0].kind == "swing"]
     assert all(b.margin >= a.margin - 1e-9 for a, b in swings)
-    # errata.md: an independent calculation gives 308-327 s.
+    # An independent calculation gave 308 to 327 s.
     assert 308 < safest.duration < 327
 
 

@@ -301,7 +301,7 @@ def test_cycloids_have_the_numbers_of_fig_11() -> None:
 
 
 def test_the_cycloid_as_printed_overshoots_by_a_ninth_of_the_step() -> None:
-    """``errata.md``: 10.9 % at each end, where ours stays between the ends."""
+    """[Wang2024], eq. (17) as printed: 10.9 % at each end, where ours stays between the ends."""
     printed = as_printed()[:, 0]
     assert (-10.0 - printed.min()) / 50.0 == pytest.approx(0.109, abs=5e-4)
     assert (printed.max() - 40.0) / 50.0 == pytest.approx(0.109, abs=5e-4)
