@@ -37,7 +37,8 @@ def cart_table_zmp(
 
     Returns:
         ``(..., 2)`` [m]. Source: [XiLing], "Stability and Gait Control",
-        Section 3; the cart-table model of [Kajita2003]. With the COM in vertical motion use :func:`point_mass_zmp`.
+        Section 3; the cart-table model of [Kajita2003]. With the COM in vertical motion use
+        :func:`point_mass_zmp`.
 
     Raises:
         InputError: an array has another shape.
