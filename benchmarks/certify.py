@@ -42,7 +42,7 @@ def crawl_case(seed: int) -> str:
     margin, height = rng.uniform(0.0, 0.09), rng.uniform(0.33, 0.5)
     objective: Literal["distance", "margin"] = "margin" if rng.integers(2) else "distance"
     try:
-        plan = gaitopt.plan_crawl(robot, terrain, objective, stability_margin=margin,
+        plan = gaitopt.plan_crawl(robot, terrain, objective=objective, stability_margin=margin,
                                   body_height=height)  # fmt: skip
     except InfeasibleStepError as error:
         if not all(name.startswith(("margin", "reach")) for name in error.conflicts):
@@ -102,21 +102,23 @@ def gait_case(seed: int) -> str:
     swing = list(gaitopt.SWING_CURVES)[int(rng.integers(len(gaitopt.SWING_CURVES)))]
     rate = float(rng.uniform(-0.8, 0.8))
     try:
-        plan = gaitopt.plan_gait(robot, schedule, tuple(velocity), rate,
+        plan = gaitopt.plan_gait(robot, schedule, velocity=tuple(velocity), yaw_rate=rate,
                                  duration=schedule.cycle_time, swing=swing)  # fmt: skip
     except InfeasibleSpeedError as error:
         kind_of = error.limit.split()[0]
         if kind_of == "velocity":
             free = Quadruped.from_urdf(with_velocity_limit(robot.urdf, FREE), name)
-            moved = gaitopt.plan_gait(free, schedule, tuple(velocity), rate,
+            moved = gaitopt.plan_gait(free, schedule, velocity=tuple(velocity), yaw_rate=rate,
                                       duration=schedule.cycle_time, swing=swing)  # fmt: skip
             worst = gaitopt.verify(moved, free, collisions=False)["joint velocities"]
             if worst.worst * FREE <= robot.velocity_limits.min():
                 return "WRONGLY REFUSED"
         if error.fastest is None or error.velocity is None or error.yaw_rate is None:
             return f"refused ({kind_of}): not even on the spot"
-        slower = gaitopt.plan_gait(robot, schedule, error.velocity, error.yaw_rate,
-                                   duration=schedule.cycle_time, swing=swing)  # fmt: skip
+        slower = gaitopt.plan_gait(
+            robot, schedule, velocity=error.velocity, yaw_rate=error.yaw_rate,
+            duration=schedule.cycle_time, swing=swing,
+        )  # fmt: skip
         if not gaitopt.verify(slower, collisions=False).ok:
             return "VIOLATED: the velocity that was offered"
         return f"refused ({kind_of}); the velocity offered is certified"

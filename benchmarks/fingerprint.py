@@ -69,7 +69,9 @@ def gait(name: str, schedule: Any, velocity: Any, yaw_rate: float = 0.0, **more:
     """A gait by velocity, for a second at full speed."""
     *_, body, swing = SIZES[name]
     given = {"duration": 1.0, "body_height": body, "swing_height": swing, **more}
-    return lambda: gaitopt.plan_gait(robot(name), schedule, velocity, yaw_rate, **given)
+    return lambda: gaitopt.plan_gait(
+        robot(name), schedule, velocity=velocity, yaw_rate=yaw_rate, **given
+    )
 
 
 def stride(name: str, obstacle: Any, **more: Any) -> Case:

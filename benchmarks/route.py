@@ -15,7 +15,8 @@ from benchmarks.measuring import Result, Timing, timed
 from gaitopt.conventions import LEGS
 from gaitopt.interior_point.solver import minimise
 from gaitopt.optimize.route.problem import RouteProblem
-from gaitopt.plan.settings.time_optimal import ROWS, RouteSettings
+from gaitopt.plan.settings.freedoms import ROWS
+from gaitopt.plan.settings.time_optimal import RouteSettings
 from gaitopt.planners.time_optimal.build import problem_of
 from gaitopt.planners.time_optimal.planner import plan_route
 from gaitopt.planners.time_optimal.walk import prepared
@@ -40,7 +41,7 @@ def measure_route(quick: bool) -> list[Result]:
 
 def _plan_time(steps: int, row: str, rounds: int, **options: Any) -> Timing:
     robot, terrain = walks.robot(), walks.terrain(steps)
-    return timed(lambda: plan_route(robot, terrain, row, **options), rounds, 0)
+    return timed(lambda: plan_route(robot, terrain, free=row, **options), rounds, 0)
 
 
 def _growth(quick: bool) -> list[Result]:
@@ -59,8 +60,8 @@ def _horizon(rounds: int) -> list[Result]:
     """Planning in windows of eight steps: time a step, and the time that the walk loses."""
     robot, terrain = walks.robot(), walks.terrain(walks.MAIN_STEPS)
     timing = _plan_time(walks.MAIN_STEPS, "swing", rounds, horizon=8)
-    whole = plan_route(robot, terrain, "swing").duration
-    near = plan_route(robot, terrain, "swing", horizon=8).duration
+    whole = plan_route(robot, terrain, free="swing").duration
+    near = plan_route(robot, terrain, free="swing", horizon=8).duration
     each = tuple(1e3 * t / walks.MAIN_STEPS for t in timing.wall)
     return [
         Result("route-horizon", "horizon of 8 steps, swing, each step", "ms", each),

@@ -63,9 +63,15 @@ if TYPE_CHECKING:
     from gaitopt.plan.plan import Plan as Plan
     from gaitopt.plan.plan import Trajectory as Trajectory
     from gaitopt.plan.plan import load_plan as load_plan
+    from gaitopt.plan.record import CrawlRecord as CrawlRecord
+    from gaitopt.plan.record import GaitRecord as GaitRecord
+    from gaitopt.plan.record import PlanRecord as PlanRecord
+    from gaitopt.plan.record import RouteRecord as RouteRecord
+    from gaitopt.plan.record import StrideRecord as StrideRecord
     from gaitopt.plan.settings.base import PlanSettings as PlanSettings
     from gaitopt.plan.settings.by_velocity import GaitSettings as GaitSettings
     from gaitopt.plan.settings.crawl import CrawlSettings as CrawlSettings
+    from gaitopt.plan.settings.freedoms import Freedoms as Freedoms
     from gaitopt.plan.settings.over_obstacle import StrideSettings as StrideSettings
     from gaitopt.plan.settings.time_optimal import RouteSettings as RouteSettings
     from gaitopt.planners.by_velocity.planner import plan_gait as plan_gait
@@ -133,6 +139,8 @@ _HOMES = {
     "plan.com_margin": "com_margin",
     "plan.phase": "Phase Swing",
     "plan.plan": "Plan Trajectory load_plan",
+    "plan.record": "CrawlRecord GaitRecord PlanRecord RouteRecord StrideRecord",
+    "plan.settings.freedoms": "Freedoms",
     "plan.settings.base": "PlanSettings",
     "plan.settings.by_velocity": "GaitSettings",
     "plan.settings.crawl": "CrawlSettings",

@@ -46,7 +46,7 @@ from gaitopt.cli.support import (
     make_folder,
     open_plan,
     parse_speed,
-    plan_settings,
+    plan_options,
     progress_bar,
     random_terrain,
     summarise,
@@ -73,7 +73,7 @@ def walk(
     seed: SeedOption = None,
     objective: ObjectiveOption = Objective.distance,
     speed: SpeedOption = "max",
-    stability_margin: MarginOption = 0.02,
+    stability_margin: MarginOption = None,
     body_height: HeightOption = None,
     swing_height: SwingHeightOption = None,
     sequence: SequenceOption = "RH,RF,LH,LF",
@@ -94,19 +94,21 @@ def walk(
     from gaitopt.viewing.replay.replay import replay as write_replay
 
     model, places = load_inputs(robot, footholds, seed)
-    settings = plan_settings(
-        model, places, stability_margin, body_height, swing_height, sequence, reach_fraction,
-        heading, follow_terrain,
+    options = plan_options(
+        stability_margin, body_height, swing_height, sequence, reach_fraction, heading,
+        follow_terrain,
     )  # fmt: skip
     with progress_bar("planning") as tick:
         plan = plan_crawl(
-            model, places, objective.value, parse_speed(speed), free=free, com=com.value,
-            acceleration_limit=acceleration_limit, horizon=horizon, progress=tick, **settings,
+            model, places, objective=objective.value, speed=parse_speed(speed), free=free,
+            com=com.value, acceleration_limit=acceleration_limit, horizon=horizon, progress=tick,
+            **options,
         )  # fmt: skip
-    # The baselines walk in the same order of legs, which may have been searched for.
-    settings["sequence"] = plan.settings.to_dict()["sequence"]
+    # The baselines walk at the same height and in the same order of legs.
+    found = plan.settings.to_dict()
+    options |= {name: found[name] for name in ("body_height", "sequence")}
     with progress_bar("comparing with the baselines") as tick:
-        comparison = run_comparison(model, places, progress=tick, **settings)
+        comparison = run_comparison(model, places, progress=tick, **options)
     make_folder(out)
     with progress_bar("writing plan, replay and figures") as tick:
         plan.save(out / "plan.npz")
@@ -143,7 +145,7 @@ def compare(
     footholds: FootholdsOption = None,
     seed: SeedOption = None,
     seeds: SeedsOption = 1,
-    stability_margin: MarginOption = 0.02,
+    stability_margin: MarginOption = None,
     body_height: HeightOption = None,
     swing_height: SwingHeightOption = None,
     sequence: SequenceOption = "RH,RF,LH,LF",
@@ -157,16 +159,16 @@ def compare(
     if footholds is not None and seeds > 1:
         raise InputError("--footholds and --seeds exclude each other: a CSV is one terrain")
     model, first = load_inputs(robot, footholds, seed)
-    settings = plan_settings(
-        model, first, stability_margin, body_height, swing_height, sequence, reach_fraction,
-        heading, follow_terrain,
+    options = plan_options(
+        stability_margin, body_height, swing_height, sequence, reach_fraction, heading,
+        follow_terrain,
     )  # fmt: skip
     terrains: Any = first
     if footholds is None:
         first_seed = seed or 0
         terrains = [(s, random_terrain(model, s)) for s in range(first_seed, first_seed + seeds)]
     with progress_bar(f"planning on {seeds} terrain{'s' if seeds > 1 else ''}") as tick:
-        comparison = run_comparison(model, terrains, progress=tick, **settings)
+        comparison = run_comparison(model, terrains, progress=tick, **options)
     terminal().print(comparison.table())
 
 
@@ -274,7 +276,7 @@ def study(
         range(seed or 0, (seed or 0) + seeds),
         robots=(robot,),
         objectives=[o.value for o in objective or [Objective.distance]],
-        stability_margins=stability_margin or [0.02],
+        stability_margins=stability_margin or [None],
         speed=parse_speed(speed),
         free=free,
         collisions=collisions,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import nan
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -11,6 +12,7 @@ from rich.markup import escape
 from gaitopt.cli.options import OutOption, RobotOption
 from gaitopt.cli.support import make_folder, progress_bar, terminal
 from gaitopt.errors import InputError
+from gaitopt.plan.record import GaitRecord
 
 if TYPE_CHECKING:
     from gaitopt.plan.plan import Plan
@@ -131,7 +133,7 @@ def gait(
     model = load_robot(robot)
     with progress_bar("planning") as tick:
         plan = plan_gait(
-            model, schedule, (speed, sideways), yaw_rate,
+            model, schedule, velocity=(speed, sideways), yaw_rate=yaw_rate,
             distance=distance if duration is None else None, duration=duration,
             acceleration_limit=acceleration_limit, swing=swing, sway=sway,
             body_height=body_height, swing_height=swing_height, progress=tick,
@@ -166,8 +168,9 @@ def _file_name(name: str) -> str:
 
 def describe(plan: Plan) -> str:
     """A gait in one sentence."""
-    flight = float(plan.info.get("flight", 0.0))
-    margin = float(plan.info.get("zmp_margin", float("nan")))
+    record = plan.record
+    flight = record.flight or 0.0 if isinstance(record, GaitRecord) else 0.0
+    margin = nan if record.zmp_margin is None else record.zmp_margin
     where = "inside its support" if margin > 0 else "beyond its support line or polygon"
     return (
         f"{plan.robot.name} takes {len(plan.swings)} steps over {plan.distance:.2f} m in "

@@ -56,8 +56,10 @@ SpeedOption = Annotated[
                  rich_help_panel="How"),
 ]  # fmt: skip
 MarginOption = Annotated[
-    float, typer.Option(help="Stability margin S0, in metres.", rich_help_panel="How")
-]
+    float | None,
+    typer.Option(help="Stability margin S0, in metres; 0.02 for wang2020, else to scale.",
+                 rich_help_panel="How", show_default=False),
+]  # fmt: skip
 HeightOption = Annotated[
     float | None,
     typer.Option(help="Height of the hips above the footholds, in metres; 0.40 for wang2020, "

@@ -26,7 +26,7 @@ from gaitopt.cli.options import (
     SequenceOption,
     SwingHeightOption,
 )
-from gaitopt.cli.support import load_inputs, make_folder, plan_settings, progress_bar, terminal
+from gaitopt.cli.support import load_inputs, make_folder, plan_options, progress_bar, terminal
 from gaitopt.errors import InputError
 from gaitopt.files import written_whole
 
@@ -56,7 +56,7 @@ def race(
     seeds: SeedsOption = 1,
     columns: ColumnsOption = None,
     rows: RowsOption = None,
-    stability_margin: MarginOption = 0.02,
+    stability_margin: MarginOption = None,
     body_height: HeightOption = None,
     swing_height: SwingHeightOption = None,
     sequence: SequenceOption = "RH,RF,LH,LF",
@@ -78,21 +78,21 @@ def race(
         raise InputError("--footholds excludes --seeds and --columns: a CSV is one terrain")
     names = row_names(None if rows is None else rows.split(","))
     model, places = _inputs(robot, footholds, seed, columns)
-    settings = plan_settings(
-        model, places, stability_margin, body_height, swing_height, sequence, reach_fraction,
-        heading, follow_terrain,
+    options = plan_options(
+        stability_margin, body_height, swing_height, sequence, reach_fraction, heading,
+        follow_terrain,
     )  # fmt: skip
-    settings["com"] = com.value
+    options["com"] = com.value
     checks = {"certify": certify, "collisions": collisions, "bound": bound}
     make_folder(out)
     with progress_bar("racing") as tick:
         if seeds == 1:
-            found = run_race(model, places, names, progress=tick, **checks, **settings).standings
+            found = run_race(model, places, names, progress=tick, **checks, **options).standings
         else:
             first = seed or 0
             found = race_many(
                 model, range(first, first + seeds), names, columns=len(places), jobs=jobs,
-                table=out / "race.csv", progress=tick, **checks, **settings,
+                table=out / "race.csv", progress=tick, **checks, **options,
             )  # fmt: skip
     terminal().print(found.table())
     _write(found, out)
@@ -109,10 +109,10 @@ def _inputs(
     if columns is None:
         return load_inputs(robot, footholds, seed)
     from gaitopt.robots.catalog import load_robot
-    from gaitopt.studies.terrains import s_columns_for
+    from gaitopt.terrain.columns import s_columns
 
     model = load_robot(robot)
-    return model, s_columns_for(model, seed or 0, columns)
+    return model, s_columns(seed or 0, columns=columns, robot=model)
 
 
 def _write(found: Standings, out: Path) -> None:

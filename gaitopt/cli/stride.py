@@ -12,6 +12,7 @@ from rich.markup import escape
 from gaitopt.cli.options import MarginOption, OutOption, RobotOption
 from gaitopt.cli.support import make_folder, progress_bar, terminal
 from gaitopt.errors import InputError, MissingPackageError
+from gaitopt.plan.record import StrideRecord
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -23,8 +24,6 @@ if TYPE_CHECKING:
 
 PAPER_BOARD = (0.11, 0.04)
 """Height and width of the paper's board [m], for its robot."""
-PAPER_MARGIN = 0.03
-"""The paper's distance between foot and board [m]."""
 
 
 class Shape(str, Enum):
@@ -64,13 +63,13 @@ PositionOption = Annotated[
 ]  # fmt: skip
 FootOption = Annotated[
     float | None,
-    typer.Option("--margin", help="Distance that feet keep from it, in metres; the paper's 0.03 "
-                 "to the robot's scale by default.", rich_help_panel="How", show_default=False),
+    typer.Option("--margin", help="Distance that feet keep from it, in metres; the paper's 0.03, "
+                 "or less for small robots.", rich_help_panel="How", show_default=False),
 ]  # fmt: skip
 ClearanceOption = Annotated[
-    float,
-    typer.Option(help="Distance that every part of the robot keeps from it, in metres.",
-                 rich_help_panel="How"),
+    float | None,
+    typer.Option(help="Distance that every part of the robot keeps from it, in metres; 0.01, or "
+                 "less for small robots.", rich_help_panel="How", show_default=False),
 ]  # fmt: skip
 PatternOption = Annotated[
     Pattern, typer.Option(help="Path of a foot over it.", rich_help_panel="How")
@@ -89,8 +88,8 @@ def stride(
     width: WidthOption = None,
     position: PositionOption = 0.0,
     margin: FootOption = None,
-    clearance: ClearanceOption = 0.01,
-    stability_margin: MarginOption = 0.02,
+    clearance: ClearanceOption = None,
+    stability_margin: MarginOption = None,
     pattern: PatternOption = Pattern.parabola,
     study: StudyOption = False,
     out: OutOption = Path("out"),
@@ -107,8 +106,8 @@ def stride(
     with progress_bar("planning") as tick:
         plan = plan_stride(
             model, obstacle_for(shape, height, width, position, scale),
-            margin=round(PAPER_MARGIN * scale, 3) if margin is None else margin,
-            clearance=clearance, stability_margin=stability_margin, pattern=pattern.value,
+            margin=margin, clearance=clearance, stability_margin=stability_margin,
+            pattern=pattern.value,
             progress=tick, **limits_of(model),
         )  # fmt: skip
     write_stride(plan, out)
@@ -212,11 +211,11 @@ def describe(plan: Plan) -> str:
         f"{plan.duration:.1f} s, over an obstacle {1e3 * obstacle.height:.0f} mm high and "
         f"{1e3 * obstacle.width:.0f} mm wide; margin at least {1e3 * plan.margin:.1f} mm"
     )
-    energy, apart = plan.info.get("energy_margin"), plan.info.get("clearance")
-    if isinstance(energy, float):
-        said += f", {energy:.2f} J to tip it"
-    if isinstance(apart, float):
-        said += f"; no part of it comes nearer to the obstacle than {1e3 * apart:.1f} mm"
+    record = plan.record
+    if isinstance(record, StrideRecord) and record.energy_margin is not None:
+        said += f", {record.energy_margin:.2f} J to tip it"
+    if isinstance(record, StrideRecord) and record.clearance is not None:
+        said += f"; no part of it comes nearer to the obstacle than {1e3 * record.clearance:.1f} mm"
     return said
 
 

@@ -7,8 +7,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gaitopt.errors import InfeasibleStepError, InputError
-from gaitopt.gait.crawl import WANG_SEQUENCE
+from gaitopt.errors import InputError
+from gaitopt.gait.crawl import FREE_ORDER
 
 if TYPE_CHECKING:
     from gaitopt.plan.plan import Plan
@@ -32,15 +32,13 @@ def load_inputs(
 
 def random_terrain(model: Quadruped, seed: int) -> Footholds:
     """The random columns of this seed, to the robot's size."""
-    from gaitopt.studies.terrains import s_columns_for
+    from gaitopt.terrain.columns import s_columns
 
-    return s_columns_for(model, seed)
+    return s_columns(seed, robot=model)
 
 
-def plan_settings(
-    model: Quadruped,
-    places: Footholds,
-    stability_margin: float,
+def plan_options(
+    stability_margin: float | None,
     body_height: float | None,
     swing_height: float | None,
     sequence: str,
@@ -48,37 +46,17 @@ def plan_settings(
     heading: float,
     follow_terrain: bool,
 ) -> dict[str, Any]:
-    """Settings of plan_crawl from the options; what was left open fits the robot."""
-    settings = {
+    """Settings of plan_crawl from the options; what was left open is left to the planner."""
+    free = sequence == FREE_ORDER
+    return {
         "stability_margin": stability_margin,
-        # The paper's 7 cm, to the scale of the robot.
-        "swing_height": round(0.175 * model.standing_height, 4)
-        if swing_height is None
-        else swing_height,
-        "sequence": "free" if sequence == "free" else tuple(s.strip() for s in sequence.split(",")),
+        "body_height": body_height,
+        "swing_height": swing_height,
+        "sequence": FREE_ORDER if free else tuple(s.strip() for s in sequence.split(",")),
         "reach_fraction": reach_fraction,
         "heading": heading,
         "follow_terrain": follow_terrain,
     }
-    if body_height is None:
-        body_height = fitting_height(model, places, settings)
-    return {**settings, "body_height": body_height}
-
-
-def fitting_height(model: Quadruped, places: Footholds, settings: dict[str, Any]) -> float:
-    """The robot's standing height, or a higher one where its joints' limits need it."""
-    from gaitopt.planners.crawl import plan_crawl
-
-    usual = model.standing_height
-    if settings["sequence"] == "free":
-        settings = {**settings, "sequence": WANG_SEQUENCE}
-    for height in (usual, *(round(usual * k / 14, 2) for k in (15, 16, 17))):
-        try:
-            plan_crawl(model, places, body_height=height, **settings)
-        except InfeasibleStepError:
-            continue
-        return height
-    return usual
 
 
 def parse_speed(text: str) -> Any:

@@ -12,6 +12,12 @@ from gaitopt.errors import InputError
 WANG_SEQUENCE: Final[tuple[str, str, str, str]] = ("RH", "RF", "LH", "LF")
 """Leg order of [Wang2020], Section II.D, best for static stability."""
 
+SHAO_SEQUENCE: Final[tuple[str, str, str, str]] = ("RF", "LH", "LF", "RH")
+"""Leg order of [Shao2011], Section IV."""
+
+FREE_ORDER: Final = "free"
+"""In place of an order of legs: search for the fastest one."""
+
 CRAWL_SEQUENCES: Final[tuple[tuple[str, ...], ...]] = tuple(
     ("RH", *rest) for rest in permutations(("RF", "LH", "LF"))
 )
@@ -74,7 +80,3 @@ def swing_order(sequence: Iterable[str], footholds: int) -> list[tuple[str, int]
         taken[leg] += 1
         steps.append((leg, taken[leg]))
     return steps
-
-
-SHAO_SEQUENCE = ("RF", "LH", "LF", "RH")
-"""The paper's order of the legs."""

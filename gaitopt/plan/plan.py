@@ -5,11 +5,9 @@ from __future__ import annotations
 import json
 import zipfile
 import zlib
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from numbers import Real
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -21,6 +19,7 @@ from gaitopt.files import StrPath, read_bounded, written_whole
 from gaitopt.motion.path import MotionPath
 from gaitopt.plan.archive import FILE_LIMIT, FORMAT, VERSION, _unpack
 from gaitopt.plan.phase import Phase, Swing, _phase_from_dict, _phase_to_dict, find_swings
+from gaitopt.plan.record import PlanRecord, record_from_dict
 from gaitopt.plan.settings.base import PlanSettings
 from gaitopt.plan.settings.by_name import settings_from_dict
 from gaitopt.robots.quadruped import Quadruped
@@ -73,7 +72,7 @@ class Plan:
         settings: what the planner was asked for.
         phases: the phases, in order; their durations add up to :attr:`duration`.
         path: body and joints over time.
-        info: what the planner says of its work, by name.
+        record: what the planner tells of its work.
     """
 
     robot: Quadruped
@@ -81,11 +80,10 @@ class Plan:
     settings: PlanSettings
     phases: tuple[Phase, ...]
     path: MotionPath
-    info: Mapping[str, float | str] = field(default_factory=dict)
+    record: PlanRecord = field(default_factory=PlanRecord)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "phases", tuple(self.phases))
-        object.__setattr__(self, "info", MappingProxyType(dict(self.info)))
         columns = self.path.coefficients.shape[2]
         if columns != 6 + len(self.robot.joint_names):
             raise InputError(
@@ -95,7 +93,7 @@ class Plan:
 
     def __reduce__(self) -> tuple[object, ...]:
         return (Plan, (self.robot, self.footholds, self.settings, self.phases, self.path,
-                       dict(self.info)))  # fmt: skip
+                       self.record))  # fmt: skip
 
     def __repr__(self) -> str:
         return (
@@ -250,7 +248,7 @@ def save_plan(plan: Plan, path: StrPath) -> None:
         "settings": plan.settings.to_dict(),
         "column_radius": plan.footholds.radius,
         "phases": [_phase_to_dict(phase) for phase in plan.phases],
-        "info": dict(plan.info),
+        "info": plan.record.to_dict(),
     }
     text = json.dumps(header, allow_nan=False).encode()
     with written_whole(path, binary=True) as stream:
@@ -304,5 +302,5 @@ def _plan_from(header: dict[str, Any], arrays: dict[str, Any], name: str) -> Pla
         settings=settings_from_dict(header["planner"], header["settings"]),
         phases=tuple(_phase_from_dict(p) for p in header["phases"]),
         path=MotionPath(arrays["times"], arrays["coefficients"]),
-        info=header["info"],
+        record=record_from_dict(header["planner"], header["info"]),
     )

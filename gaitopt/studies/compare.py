@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, fields
+from typing import Any, Literal
 
 import numpy as np
 from rich.markup import escape
@@ -14,13 +14,11 @@ from gaitopt.conventions import FloatArray
 from gaitopt.errors import InfeasibleStepError, InputError
 from gaitopt.plan.com_margin import com_margin
 from gaitopt.plan.plan import Plan
-from gaitopt.plan.settings.crawl import Speed
+from gaitopt.plan.settings.crawl import CrawlSettings, Speed
 from gaitopt.planners.crawl import plan_crawl
+from gaitopt.planners.phase_by_phase.planner import with_fitting_height
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.footholds import Footholds
-
-if TYPE_CHECKING:
-    from rich.table import Table
 
 
 @dataclass(frozen=True)
@@ -154,6 +152,7 @@ def compare(
     todo = [(-1, terrains)] if isinstance(terrains, Footholds) else list(terrains)
     if not todo or not methods:
         raise InputError("a comparison needs at least one terrain and one method")
+    options = with_one_height(robot, todo[0][1], settings)
     outcomes: list[Outcome] = []
     refused: list[tuple[int, str]] = []
     kept: dict[str, Plan] = {}
@@ -162,13 +161,8 @@ def compare(
         plans: dict[str, Plan] = {}
         try:
             for j, method in enumerate(methods):
-                plans[method.name] = plan_crawl(
-                    robot,
-                    footholds,
-                    method.objective,
-                    method.speed,
-                    **settings,
-                )
+                way = {"objective": method.objective, "speed": method.speed}
+                plans[method.name] = plan_crawl(robot, footholds, **{**options, **way})
                 if progress is not None:
                     progress(i * len(methods) + j + 1, len(todo) * len(methods))
         except InfeasibleStepError as error:
@@ -180,6 +174,21 @@ def compare(
     if failure is not None and not outcomes:
         raise failure
     return Comparison(robot.name, tuple(methods), tuple(outcomes), tuple(refused), kept)
+
+
+def with_one_height(
+    robot: Quadruped, footholds: Footholds, options: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Options of :func:`gaitopt.plan_crawl` with one body height for all methods.
+
+    Where none is given it is the one at which the paper's method walks these footholds.
+    """
+    if options.get("body_height") is not None:
+        return dict(options)
+    known = {f.name for f in fields(CrawlSettings)}
+    chosen = CrawlSettings.for_robot(robot, **{k: v for k, v in options.items() if k in known})
+    fitting = with_fitting_height(robot, footholds, chosen)
+    return {**options, "body_height": fitting.body_height}
 
 
 def outcome(seed: int, method: Method, plan: Plan) -> Outcome:

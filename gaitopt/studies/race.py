@@ -1,7 +1,7 @@
 """The race: every way to walk the same footholds, held against the paper's.
 
 The rows are the two baselines of [Wang2020], planned phase by phase, and those of
-:data:`gaitopt.plan.settings.time_optimal.ROWS`, planned over the whole route at once.
+:data:`gaitopt.plan.settings.freedoms.ROWS`, planned over the whole route at once.
 """
 
 from __future__ import annotations
@@ -20,9 +20,10 @@ from gaitopt.conventions import Progress
 from gaitopt.errors import GaitoptError, InputError
 from gaitopt.files import StrPath
 from gaitopt.plan.plan import Plan
-from gaitopt.plan.settings.time_optimal import ROWS
+from gaitopt.plan.settings.freedoms import ROWS
 from gaitopt.planners.crawl import plan_crawl
 from gaitopt.robots.quadruped import Quadruped
+from gaitopt.studies.compare import with_one_height
 from gaitopt.studies.race_standings import (
     BOUND_WINDOW,
     PAPER,
@@ -33,7 +34,7 @@ from gaitopt.studies.race_standings import (
     Standings,
     one_line,
 )
-from gaitopt.studies.terrains import s_columns_for
+from gaitopt.terrain.columns import s_columns
 from gaitopt.terrain.footholds import Footholds
 
 _SHORT = {"ssm": SSM, "paper": PAPER}
@@ -89,7 +90,9 @@ def race(
     Raises:
         InputError: a row's name is unknown, or a setting is out of range.
     """
-    names, rules = row_names(rows), _Rules(certify, collisions, bound, settings)
+    names = row_names(rows)
+    shared = with_one_height(robot, footholds, settings)
+    rules = _Rules(certify, collisions, bound, shared)
     lanes = []
     for i, name in enumerate(names):
         lanes.append(_run_row(robot, footholds, name, rules))
@@ -132,7 +135,9 @@ def race_many(
     names, terrains = row_names(rows), list(dict.fromkeys(seeds))
     if not terrains:
         raise InputError("a race needs at least one seed")
-    rules, first = _Rules(certify, collisions, bound, settings), terrains[0]
+    first = terrains[0]
+    shared = with_one_height(robot, s_columns(first, columns=columns, robot=robot), settings)
+    rules = _Rules(certify, collisions, bound, shared)
     todo = [(seed, name) for seed in terrains for name in names]
     finishes: dict[tuple[int, str], Finish] = {}
     plans: dict[str, Plan] = {}
@@ -166,7 +171,7 @@ def _run(
     robot: Quadruped, seed: int, columns: int, name: str, rules: _Rules, keep: bool
 ) -> tuple[Finish, Plan | None]:
     """One row on one terrain, in a worker; its plan comes back only where it is kept."""
-    lane = _run_row(robot, s_columns_for(robot, seed, columns), name, rules)
+    lane = _run_row(robot, s_columns(seed, columns=columns, robot=robot), name, rules)
     return lane.finish(seed), lane.plan if keep else None
 
 
@@ -203,10 +208,10 @@ def _planned(robot: Quadruped, footholds: Footholds, name: str, settings: dict[s
         objective: Any = "margin" if name == SSM else "distance"
         # Phase by phase the margin is always that of the body centre.
         shared = {name: value for name, value in settings.items() if name != "com"}
-        return plan_crawl(robot, footholds, objective, **shared)
+        return plan_crawl(robot, footholds, objective=objective, **shared)
     from gaitopt.planners.time_optimal.planner import plan_route
 
-    return plan_route(robot, footholds, name, **settings)
+    return plan_route(robot, footholds, free=name, **settings)
 
 
 def _bound(plan: Plan) -> float:

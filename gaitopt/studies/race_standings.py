@@ -192,9 +192,9 @@ class Race:
 
 def _margin(plan: Plan) -> tuple[float, bool]:
     """The smallest margin of what holds the robot up, and whether that is its ZMP."""
-    zmp = plan.info.get("zmp_margin")
+    zmp = plan.record.zmp_margin
     dynamic = not plan.settings.static
-    return (zmp if dynamic and isinstance(zmp, float) else plan.margin), dynamic
+    return (zmp if dynamic and zmp is not None else plan.margin), dynamic
 
 
 def one_line(words: str) -> str:

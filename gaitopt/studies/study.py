@@ -32,8 +32,8 @@ class Walk:
         robot: a name, or the path of a URDF file, as for :func:`gaitopt.load_robot`.
         seed: of the S-shaped columns, to the robot's size.
         columns: columns a leg.
-        objective, speed, stability_margin: as for :func:`gaitopt.plan_crawl`.
-        body_height: [m]; ``None`` for the robot's standing height.
+        objective, speed: as for :func:`gaitopt.plan_crawl`.
+        stability_margin, body_height: [m]; ``None`` for what fits the robot.
         free: with the objective ``"time"``, what is free beyond the body's targets.
         certify: whether to certify the plan.
         collisions: whether the certificate looks for self-collisions.
@@ -45,7 +45,7 @@ class Walk:
     columns: int = 17
     objective: Literal["distance", "margin", "time"] = "distance"
     speed: Speed = "max"
-    stability_margin: float = 0.02
+    stability_margin: float | None = None
     body_height: float | None = None
     free: str | None = None
     certify: bool = True
@@ -107,7 +107,7 @@ def grid(
     *,
     robots: Sequence[str] = ("wang2020",),
     objectives: Sequence[str] = ("distance",),
-    stability_margins: Sequence[float] = (0.02,),
+    stability_margins: Sequence[float | None] = (None,),
     body_heights: Sequence[float | None] = (None,),
     **others: Any,
 ) -> list[Walk]:
@@ -187,14 +187,13 @@ def _keyed(walk: Walk) -> tuple[Walk, Row]:
 def _walked(walk: Walk) -> Row:
     from gaitopt.planners.crawl import plan_crawl
     from gaitopt.robots.catalog import load_robot
-    from gaitopt.studies.terrains import s_columns_for
+    from gaitopt.terrain.columns import s_columns
 
     robot = load_robot(walk.robot)
-    height = robot.standing_height if walk.body_height is None else walk.body_height
     plan = plan_crawl(
-        robot, s_columns_for(robot, walk.seed, walk.columns), walk.objective, walk.speed,
-        stability_margin=walk.stability_margin, body_height=height,
-        swing_height=round(0.175 * robot.standing_height, 4), free=walk.free,
+        robot, s_columns(walk.seed, columns=walk.columns, robot=robot), objective=walk.objective,
+        speed=walk.speed, stability_margin=walk.stability_margin, body_height=walk.body_height,
+        free=walk.free,
     )  # fmt: skip
     found: dict[str, Any] = {
         "status": "ok", "duration": plan.duration, "mean_speed": plan.mean_speed,

@@ -9,10 +9,14 @@ import numpy as np
 from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.errors import InputError
 from gaitopt.inputs import check_count
+from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.footholds import Footholds
 
 PAPER_STEP = 1.5 / 16
 """Mean step of the paper's walk: 1.5 m in 16 cycles [m]."""
+
+PAPER_REACH = 0.57
+"""Length of the paper's straight leg [m] ([Wang2020], Table I)."""
 
 _CORNERS = {"LF": (1, 1), "LH": (-1, 1), "RH": (-1, -1), "RF": (1, -1)}
 _TRIES = 1000
@@ -21,15 +25,16 @@ _TRIES = 1000
 def s_columns(
     seed: int = 0,
     *,
+    robot: Quadruped | None = None,
     columns: int = 17,
     forward: float | None = None,
-    amplitude: float = 0.10,
-    wavelength: float = 1.5,
-    jitter: float = 0.02,
+    amplitude: float | None = None,
+    wavelength: float | None = None,
+    jitter: float | None = None,
     height_jitter: float = 0.0,
-    body_length: float = 0.40,
-    body_width: float = 0.30,
-    diameter: float = 0.04,
+    body_length: float | None = None,
+    body_width: float | None = None,
+    diameter: float | None = None,
 ) -> Footholds:
     """Random columns along an S-shaped route, one set for each leg.
 
@@ -40,16 +45,19 @@ def s_columns(
 
     Args:
         seed: of the random numbers; the same seed gives the same terrain.
+        robot: whose size the terrain has: lengths that are not given grow with the length of its
+            legs, and feet start below its hips. By default wang2020's.
         columns: columns a leg.
-        forward: distance walked along x [m]; by default the paper's step of 1.5 m / 16 for each
-            column after the first.
-        amplitude: sideways swing of the S [m].
-        wavelength: length of one S along x [m].
-        jitter: half the side of the square in which each column is placed [m].
+        forward: distance walked along x [m]; by default the paper's step of 1.5 m / 16, to scale,
+            for each column after the first.
+        amplitude: sideways swing of the S [m]; 0.10 to scale by default.
+        wavelength: length of one S along x [m]; 1.5 to scale by default.
+        jitter: half the side of the square in which each column is placed [m]; 0.02 to scale by
+            default.
         height_jitter: columns' tops differ by up to this much up or down [m]; the paper's are
             level.
-        body_length, body_width: distances between the hips [m].
-        diameter: of the columns [m].
+        body_length, body_width: distances between the nominal feet [m]; 0.40 and 0.30 by default.
+        diameter: of the columns [m]; 0.04 to scale by default.
 
     Raises:
         InputError: a parameter is out of its range; the message names it.
@@ -57,19 +65,38 @@ def s_columns(
     Source: [Wang2020], Section II.B and Fig. 3, which gives the 17 x 4 columns, the
     S, the 1.5 m and the diameter; amplitude and offsets are not published and are chosen here.
     """
-    _check(seed=seed, columns=columns, forward=PAPER_STEP if forward is None else forward,
-           amplitude=amplitude, wavelength=wavelength, jitter=jitter, height_jitter=height_jitter,
-           body_length=body_length, body_width=body_width, diameter=diameter)  # fmt: skip
+    given = {
+        "amplitude": amplitude, "wavelength": wavelength, "jitter": jitter,
+        "body_length": body_length, "body_width": body_width, "diameter": diameter,
+    }  # fmt: skip
+    scale, fitted = _lengths(robot)
+    lengths = {name: fitted[name] if value is None else value for name, value in given.items()}
+    check_count("columns", columns, 1, 100_000)
+    end = PAPER_STEP * scale * (columns - 1) if forward is None else forward
+    _check(seed, forward=PAPER_STEP if forward is None else forward, height_jitter=height_jitter,
+           **lengths)  # fmt: skip
     rng = np.random.default_rng(seed)
-    end = PAPER_STEP * (columns - 1) if forward is None else forward
     x = np.linspace(0.0, end, columns)
-    route = np.column_stack([x, amplitude * np.sin(2.0 * np.pi * x / wavelength)])
-    half = np.array([body_length, body_width]) / 2.0
+    sideways = lengths["amplitude"] * np.sin(2.0 * np.pi * x / lengths["wavelength"])
+    route = np.column_stack([x, sideways])
+    half = np.array([lengths["body_length"], lengths["body_width"]]) / 2.0
     nominal = np.stack([route + half * np.array(_CORNERS[leg]) for leg in LEGS])
-    placed = _scatter(rng, nominal.reshape(-1, 2), jitter, diameter)
+    placed = _scatter(rng, nominal.reshape(-1, 2), lengths["jitter"], lengths["diameter"])
     tops = rng.uniform(-height_jitter, height_jitter, len(placed))
     points = np.column_stack([placed, tops]).reshape(len(LEGS), columns, 3)
-    return Footholds(dict(zip(LEGS, points, strict=True)), radius=diameter / 2.0)
+    return Footholds(dict(zip(LEGS, points, strict=True)), radius=lengths["diameter"] / 2.0)
+
+
+def _lengths(robot: Quadruped | None) -> tuple[float, dict[str, float]]:
+    """How many times wang2020's size, and the lengths of the terrain to that size [m]."""
+    scale, (length, width) = 1.0, (0.40, 0.30)
+    if robot is not None:
+        reach = float(np.mean([leg.reach for leg in robot.legs.values()]))
+        scale, (length, width) = round(reach / PAPER_REACH, 6), robot.stance_size
+    return scale, {
+        "amplitude": 0.10 * scale, "wavelength": 1.5 * scale, "jitter": 0.02 * scale,
+        "body_length": length, "body_width": width, "diameter": 0.04 * scale,
+    }  # fmt: skip
 
 
 def _scatter(
@@ -91,10 +118,9 @@ def _scatter(
     return places
 
 
-def _check(*, seed: int, columns: int, **lengths: float) -> None:
+def _check(seed: int, **lengths: float) -> None:
     if not (isinstance(seed, (int, np.integer)) and seed >= 0):
         raise InputError(f"seed must be a whole number of at least 0, got {seed!r}")
-    check_count("columns", columns, 1, 100_000)
     for name, value in lengths.items():
         lowest = 0.0 if name in ("amplitude", "jitter", "height_jitter") else 1e-6
         if not (isinstance(value, Real) and lowest <= value < np.inf):

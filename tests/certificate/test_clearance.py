@@ -21,7 +21,7 @@ def columns() -> Footholds:
 
 @pytest.fixture(scope="module")
 def walk(wang: Quadruped, columns: Footholds) -> Plan:
-    return plan_route(wang, columns, "swing")
+    return plan_route(wang, columns, free="swing")
 
 
 def test_a_good_walk_keeps_it(walk: Plan) -> None:
@@ -65,5 +65,5 @@ def test_a_foot_that_dips_on_its_way_is_found(walk: Plan) -> None:
 
 
 def test_walks_that_promise_none_have_no_such_check(wang: Quadruped, columns: Footholds) -> None:
-    for plan in (gaitopt.plan_crawl(wang, columns), plan_route(wang, columns, "overlap")):
+    for plan in (gaitopt.plan_crawl(wang, columns), plan_route(wang, columns, free="overlap")):
         assert "swing clearance" not in {c.name for c in verify(plan, collisions=False)}

@@ -15,7 +15,7 @@ import gaitopt
 from gaitopt import LEGS, CertificateError, Footholds, MotionPath, Plan, Quadruped, RobotError
 from gaitopt.certificate.certificate import Certificate
 from gaitopt.certificate.verify import verify
-from gaitopt.studies.terrains import s_columns_for
+from gaitopt.terrain.columns import s_columns
 
 Array = NDArray[np.float64]
 
@@ -217,7 +217,7 @@ def test_other_robots_plans_are_certified(name: str) -> None:
     robot = gaitopt.load_robot(name)
     # hyq's hips do not bend far enough for a lower body.
     height = 0.65 if name == "hyq" else robot.standing_height
-    plan = gaitopt.plan_crawl(robot, s_columns_for(robot, 2, columns=3), body_height=height,
+    plan = gaitopt.plan_crawl(robot, s_columns(2, columns=3, robot=robot), body_height=height,
                               swing_height=0.1 * height)  # fmt: skip
     certificate = verify(plan)
     assert certificate.ok, certificate.report()
@@ -226,7 +226,9 @@ def test_other_robots_plans_are_certified(name: str) -> None:
 @pytest.mark.parametrize("objective", ["distance", "margin"])
 def test_random_terrains_are_certified(wang: Quadruped, objective: Any) -> None:
     for seed in range(10):
-        plan = gaitopt.plan_crawl(wang, gaitopt.s_columns(100 + seed, columns=9), objective)
+        plan = gaitopt.plan_crawl(
+            wang, gaitopt.s_columns(100 + seed, columns=9), objective=objective
+        )
         assert verify(plan, collisions=False).ok
 
 
@@ -280,7 +282,7 @@ def test_a_violation_is_raised_with_its_numbers(short_plan: Plan) -> None:
 
 def test_meshes_leave_collisions_unchecked_and_say_so() -> None:
     go2 = gaitopt.load_robot("go2")
-    plan = gaitopt.plan_crawl(go2, s_columns_for(go2, 0, columns=2), body_height=0.27,
+    plan = gaitopt.plan_crawl(go2, s_columns(0, columns=2, robot=go2), body_height=0.27,
                               swing_height=0.03)  # fmt: skip
     check = verify(plan)["self-collision"]
     assert check.status == "unchecked" and "meshes" in check.note

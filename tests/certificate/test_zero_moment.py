@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 import gaitopt
 from gaitopt import LEGS, MotionPath, Plan, Quadruped, plan_gait
-from gaitopt.certificate.enclosure import Pieces, bulge
+from gaitopt.certificate.enclosure import Pieces, chord_deviation
 from gaitopt.certificate.trace import trace
 from gaitopt.certificate.zero_moment import ground_below, traced_zmp
 from gaitopt.conventions import GRAVITY
@@ -84,7 +84,7 @@ def test_a_changing_load_moves_the_zmp_of_a_steady_acceleration() -> None:
     path = one_piece({0: [1.0, 0.0, 0.0], 2: [-1.2, 0.0, 0.0, 0.5]}, 1.0)
     pieces = Pieces.of(path)
     seen, bounds = departure(path, pieces, STILL, 0.0)
-    steady = bulge(np.array([2.0]), pieces.lengths)
+    steady = chord_deviation(np.array([2.0]), pieces.lengths)
     assert seen[0] > 1.02 * steady[0], "the acceleration alone does not bound it"
     assert seen[0] <= bounds[0]
 
@@ -96,7 +96,7 @@ def test_a_height_that_changes_with_the_acceleration_counts_twice() -> None:
     seen, bounds = departure(path, pieces, STILL, 0.0)
     # p = x - z x'' / g = 5 t^3 - (0.2 + t) 30 t / g, whose second derivative is 30 t - 60 / g.
     assert seen[0] == pytest.approx((60.0 / GRAVITY - 0.3) * 0.02**2 / 8.0, rel=1e-2)
-    without = bulge(np.array([30.0 * 0.02]), pieces.lengths)
+    without = chord_deviation(np.array([30.0 * 0.02]), pieces.lengths)
     assert seen[0] > 9.0 * without[0], "neither x'' nor u x'''' bounds it"
     assert bounds[0] == pytest.approx((60.0 / GRAVITY + 0.6) * 0.02**2 / 8.0, rel=1e-9)
 
@@ -146,7 +146,9 @@ def test_the_ground_is_below_the_feet_that_stand(wang: Quadruped) -> None:
 
 @pytest.fixture(scope="module")
 def swaying() -> Plan:
-    return plan_gait(gaitopt.load_robot("wang2020-fast"), gaitopt.walk(1.6), 0.08, duration=1.5)
+    return plan_gait(
+        gaitopt.load_robot("wang2020-fast"), gaitopt.walk(1.6), velocity=0.08, duration=1.5
+    )
 
 
 def zmp_check(plan: Plan) -> gaitopt.Check:
@@ -156,14 +158,14 @@ def zmp_check(plan: Plan) -> gaitopt.Check:
 def test_a_gaits_own_margin_is_what_is_certified(swaying: Plan) -> None:
     """The planner's figure and the certificate's, from the path alone, are hundredths apart."""
     check = zmp_check(swaying)
-    told = swaying.info["zmp_margin"]
+    told = swaying.record.zmp_margin
     assert isinstance(told, float)
     assert check.status == "ok" and check.worst == pytest.approx(told, abs=2e-4)
     assert check.bound < 1e-4
 
 
 def test_a_claim_is_judged_and_its_absence_told(swaying: Plan) -> None:
-    told = swaying.info["zmp_margin"]
+    told = swaying.record.zmp_margin
     assert isinstance(told, float)
     bold = dataclasses.replace(swaying, info={"zmp_margin": told + 2e-3})
     assert zmp_check(bold).status == "violated"
@@ -174,7 +176,7 @@ def test_a_claim_is_judged_and_its_absence_told(swaying: Plan) -> None:
 
 @pytest.fixture(scope="module")
 def dynamic(wang: gaitopt.Quadruped) -> Plan:
-    return gaitopt.plan_route(wang, gaitopt.s_columns(0, columns=3), "dynamic",
+    return gaitopt.plan_route(wang, gaitopt.s_columns(0, columns=3), free="dynamic",
                               stability_margin=0.02)  # fmt: skip
 
 
@@ -196,7 +198,7 @@ def test_a_dynamic_walk_is_held_to_what_was_asked_of_it(dynamic: Plan) -> None:
 
 
 def test_a_static_walk_cannot_pass_for_a_dynamic_one(wang: gaitopt.Quadruped) -> None:
-    plan = gaitopt.plan_route(wang, gaitopt.s_columns(0, columns=2), "posture")
+    plan = gaitopt.plan_route(wang, gaitopt.s_columns(0, columns=2), free="posture")
     named = (*plan.settings.to_dict()["free"], "dynamic")
     with pytest.raises(gaitopt.InputError, match="needs an acceleration_limit"):
         asking(plan, free=named)

@@ -95,7 +95,7 @@ def test_a_time_optimal_walk_is_held_against_the_papers(tmp_path: Path) -> None:
     )  # fmt: skip
     assert result.exit_code == 0, result.output
     plan = gaitopt.load_plan(tmp_path / "out" / "plan.npz")
-    assert plan.settings.acceleration_limit == 6.0 and float(plan.info["windows"]) > 1
+    assert plan.settings.acceleration_limit == 6.0 and float(plan.record.windows) > 1
     paper = gaitopt.plan_crawl(
         plan.robot, plan.footholds, sequence=plan.settings.swing_legs(2) or "free"
     )

@@ -11,7 +11,7 @@ import yaml
 
 import gaitopt
 from gaitopt import InputError, Plan
-from gaitopt.studies.terrains import s_columns_for
+from gaitopt.terrain.columns import s_columns
 
 
 def test_the_table_holds_the_samples(short_plan: Plan, tmp_path: Path) -> None:
@@ -66,7 +66,7 @@ def test_a_bad_request_leaves_nothing(short_plan: Plan, tmp_path: Path, export) 
 def test_by_default_the_knots_are_written_and_nothing_is_lost(tmp_path: Path) -> None:
     """A fast robot's whole walk lasts seconds: samples at a fixed rate would cut its corners."""
     robot = gaitopt.load_robot("a1")
-    plan = gaitopt.plan_crawl(robot, s_columns_for(robot, 0, columns=3),
+    plan = gaitopt.plan_crawl(robot, s_columns(0, columns=3, robot=robot),
                               body_height=robot.standing_height, swing_height=0.04)  # fmt: skip
     gaitopt.export_ros(plan, tmp_path / "walk.yaml")
     points = yaml.safe_load((tmp_path / "walk.yaml").read_text())["points"]

@@ -136,7 +136,7 @@ def test_plans_cannot_be_changed(plan: Plan) -> None:
     with pytest.raises(dataclasses.FrozenInstanceError):
         plan.footholds = None  # type: ignore[misc, assignment]
     with pytest.raises(TypeError):
-        plan.info["x"] = 1  # type: ignore[index]
+        plan.record.x = 1  # type: ignore[index]
     with pytest.raises(ValueError, match="read-only"):
         plan.phases[0].cog_start[0] = 1.0
 

@@ -40,7 +40,6 @@ from gaitopt.robots.whole_body import (
 from gaitopt.robots.whole_body_rates import (
     base_twist,
     base_twist_rate,
-    jacobian_rate,
     joint_accelerations,
     joint_rates,
 )
@@ -554,7 +553,7 @@ def test_rate_of_the_jacobian_is_pinocchios(name: str) -> None:
             frame = model.model.getFrameId(leg.foot)
             full = pin.getFrameJacobianTimeVariation(model.model, data, frame, world)
             theirs = model.body_axes.T @ full[:3, [6 + c for c in columns]]
-            ours = jacobian_rate(leg, q[7:][columns], v[6:][columns])
+            ours = leg.jacobian_rate(q[7:][columns], v[6:][columns])
             np.testing.assert_allclose(ours, theirs, rtol=0, atol=1e-8)
 
 
@@ -564,7 +563,7 @@ def test_rate_of_the_jacobian_is_its_slope(name: str) -> None:
     for leg in robot(name).legs.values():
         q, dq = rng.uniform(-np.pi, np.pi, (2, 30, len(leg.joints)))
         expected = slope(lambda t, leg=leg, q=q, dq=dq: leg.jacobian(q + t * dq))  # type: ignore[misc]
-        np.testing.assert_allclose(jacobian_rate(leg, q, dq), expected, rtol=0, atol=1e-9)
+        np.testing.assert_allclose(leg.jacobian_rate(q, dq), expected, rtol=0, atol=1e-9)
 
 
 def test_feet_that_stand_need_no_rates_below_a_body_at_rest() -> None:
@@ -672,7 +671,7 @@ def test_arrays_of_another_shape_are_refused() -> None:
     with pytest.raises(InputError, match=r"twist must be \(\.\.\., 6\), got \(3,\)"):
         joint_rates(model, three, np.zeros(12), three, np.zeros((4, 3)))
     with pytest.raises(InputError, match=r"rates must be \(\.\.\., 3\), got \(2,\)"):
-        jacobian_rate(model.legs["LF"], three, np.zeros(2))
+        model.legs["LF"].jacobian_rate(three, np.zeros(2))
     with pytest.raises(InputError, match=r"transform must be \(\.\.\., 4, 4\), got \(3, 3\)"):
         inverse_homogeneous(np.eye(3))
 

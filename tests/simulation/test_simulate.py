@@ -169,7 +169,7 @@ def test_time_optimal_walks_cross_within_the_servos_limits(
 ) -> None:
     """Joints at their limits most of the time, velocities that jump: no joint is 20 % too fast."""
     plan = gaitopt.plan_crawl(
-        wang, gaitopt.s_columns(3, columns=5), "time", free=row, stability_margin=margin
+        wang, gaitopt.s_columns(3, columns=5), objective="time", free=row, stability_margin=margin
     )
     result = simulate(plan)
     assert result.succeeded, str(result)
@@ -183,7 +183,11 @@ def test_time_optimal_walks_cross_within_the_servos_limits(
 def test_the_dynamic_row_is_walked_without_a_stop(wang: Quadruped) -> None:
     """Its body leaves the support triangle; the ground's forces push it as planned."""
     plan = gaitopt.plan_crawl(
-        wang, gaitopt.s_columns(3, columns=5), "time", free="dynamic", stability_margin=0.03
+        wang,
+        gaitopt.s_columns(3, columns=5),
+        objective="time",
+        free="dynamic",
+        stability_margin=0.03,
     )
     result = simulate(plan)
     assert result.passed, str(result)
@@ -193,7 +197,11 @@ def test_the_dynamic_row_is_walked_without_a_stop(wang: Quadruped) -> None:
 
 def test_servos_without_a_speed_limit_correct_faster_than_joints_may(wang: Quadruped) -> None:
     plan = gaitopt.plan_crawl(
-        wang, gaitopt.s_columns(3, columns=3), "time", free="height", stability_margin=0.03
+        wang,
+        gaitopt.s_columns(3, columns=3),
+        objective="time",
+        free="height",
+        stability_margin=0.03,
     )
     free = simulate(plan, SimulationSettings(rate_limits=False))
     assert free.rate_use > simulate(plan).rate_use
@@ -210,10 +218,10 @@ def test_the_papers_walk_crosses_all_columns(wang: Quadruped, seed: int) -> None
 
 @pytest.mark.parametrize(("name", "margin"), [("a1", 0.03), ("anymal_c", 0.04)])
 def test_other_robots_walk_on_flat_ground(name: str, margin: float) -> None:
-    from gaitopt.studies.terrains import s_columns_for
+    from gaitopt.terrain.columns import s_columns
 
     robot = gaitopt.load_robot(name)
-    footholds = Footholds(dict(s_columns_for(robot, 0, 5).points), None)
+    footholds = Footholds(dict(s_columns(0, columns=5, robot=robot).points), None)
     plan = gaitopt.plan_crawl(
         robot, footholds, speed=0.2, stability_margin=margin,
         body_height=robot.standing_height, swing_height=0.04,
@@ -225,7 +233,9 @@ def test_other_robots_walk_on_flat_ground(name: str, margin: float) -> None:
 @pytest.mark.parametrize("name", ["wang2020-fast", "a1"])
 def test_the_trot_of_the_second_paper_is_walked(name: str) -> None:
     """0.3 m/s over 1.5 m on two feet at a time, from standing to standing."""
-    plan = gaitopt.plan_gait(gaitopt.load_robot(name), gaitopt.trot(0.5), 0.3, distance=1.5)
+    plan = gaitopt.plan_gait(
+        gaitopt.load_robot(name), gaitopt.trot(0.5), velocity=0.3, distance=1.5
+    )
     result = simulate(plan)
     assert result.passed, str(result)
     assert result.waited == 0.0
@@ -236,5 +246,7 @@ def test_a_walk_by_velocity_and_a_turn_are_walked() -> None:
     robot = gaitopt.load_robot("wang2020-fast")
     for schedule, velocity, rate in ((gaitopt.walk(1.6, 0.85), 0.08, 0.0),
                                      (gaitopt.trot(0.5), 0.0, 0.4)):  # fmt: skip
-        result = simulate(gaitopt.plan_gait(robot, schedule, velocity, rate, duration=2.0))
+        result = simulate(
+            gaitopt.plan_gait(robot, schedule, velocity=velocity, yaw_rate=rate, duration=2.0)
+        )
         assert result.passed, str(result)

@@ -10,7 +10,7 @@ import pytest
 import gaitopt
 from gaitopt import Plan, Quadruped, Trajectory
 from gaitopt.robots.rotations import rpy_to_quaternion
-from gaitopt.studies.terrains import s_columns_for
+from gaitopt.terrain.columns import s_columns
 from gaitopt.viewing.replay.replay import GHOST, plan_page, plan_scene, replay, simulated_plan
 
 
@@ -60,6 +60,6 @@ def test_the_page_is_written_and_small(walk: Plan, motion: Trajectory, tmp_path:
 
 def test_another_robots_motion_is_refused(walk: Plan, motion: Trajectory) -> None:
     a1 = gaitopt.load_robot("a1")
-    plan = gaitopt.plan_crawl(a1, s_columns_for(a1, 0, 2), body_height=0.25)
+    plan = gaitopt.plan_crawl(a1, s_columns(0, columns=2, robot=a1), body_height=0.25)
     with pytest.raises(gaitopt.InputError, match="has the joints"):
         plan_scene(plan, simulated=motion)

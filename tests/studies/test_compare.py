@@ -10,7 +10,7 @@ from gaitopt import Comparison, Footholds, InfeasibleStepError, InputError, Plan
 from gaitopt.cli.robot_table import robot_table
 from gaitopt.studies.compare import METHODS, compare
 from gaitopt.studies.tables import as_text
-from gaitopt.studies.terrains import s_columns_for
+from gaitopt.terrain.columns import s_columns
 
 
 @pytest.fixture(scope="module")
@@ -76,7 +76,7 @@ def test_nothing_to_compare_is_refused(wang: Quadruped) -> None:
 
 
 def test_wang2020s_own_terrain_is_the_default_one(wang: Quadruped) -> None:
-    assert s_columns_for(wang, 4) == gaitopt.s_columns(4)
+    assert s_columns(4, robot=wang) == gaitopt.s_columns(4)
 
 
 def test_a_robot_is_described() -> None:

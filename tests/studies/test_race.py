@@ -11,12 +11,12 @@ import pytest
 
 import gaitopt
 from gaitopt import Footholds, InputError, Quadruped
-from gaitopt.plan.settings.time_optimal import ROWS
+from gaitopt.plan.settings.freedoms import ROWS
 from gaitopt.planners.time_optimal.planner import plan_route
 from gaitopt.studies.race import race, race_many, row_names
 from gaitopt.studies.race_standings import PAPER, SSM, Finish, Lane, Race, Standings, race_table
 from gaitopt.studies.tables import as_text
-from gaitopt.studies.terrains import s_columns_for
+from gaitopt.terrain.columns import s_columns
 
 STATIC = ("ssm", "route", "overlap", "swing", "height", "posture")
 
@@ -66,9 +66,11 @@ def test_lanes_hold_the_planners_own_plans(
     short: Race, wang: Quadruped, terrain: Footholds
 ) -> None:
     assert [lane.name for lane in short.lanes] == list(row_names(STATIC))
-    assert short[SSM].plan.duration == gaitopt.plan_crawl(wang, terrain, "margin").duration  # type: ignore[union-attr]
+    assert (
+        short[SSM].plan.duration == gaitopt.plan_crawl(wang, terrain, objective="margin").duration
+    )  # type: ignore[union-attr]
     assert short[PAPER].plan.duration == gaitopt.plan_crawl(wang, terrain).duration  # type: ignore[union-attr]
-    swing = plan_route(wang, terrain, "swing")
+    swing = plan_route(wang, terrain, free="swing")
     assert short.plans["swing"].duration == pytest.approx(swing.duration, rel=1e-9)
     assert short.ratio("swing") == pytest.approx(short.plans[PAPER].duration / swing.duration)
 
@@ -105,10 +107,10 @@ def test_progress_counts_rows(wang: Quadruped) -> None:
 
 
 def test_a_gait_balanced_by_its_zmp_is_judged_by_it() -> None:
-    plan = gaitopt.plan_gait(gaitopt.load_robot("wang2020-fast"), gaitopt.trot(0.5), (0.2, 0.0),
-                             distance=0.2)  # fmt: skip
+    robot = gaitopt.load_robot("wang2020-fast")
+    plan = gaitopt.plan_gait(robot, gaitopt.trot(0.5), velocity=(0.2, 0.0), distance=0.2)
     finish = Lane("dynamic", plan, "", 1.0, None).finish()
-    assert finish.dynamic and finish.margin == plan.info["zmp_margin"]
+    assert finish.dynamic and finish.margin == plan.record.zmp_margin
     assert "ZMP" in str(by_hand(finish))
 
 
@@ -123,8 +125,8 @@ def test_no_walk_with_as_much_freedom_stays_below_the_bound(
     for i, name in enumerate(names):
         for other in (SSM, PAPER, "route", *names[: i + 1]):
             assert short[name].bound <= short.plans[other].duration
-    safer = plan_route(wang, terrain, "swing", stability_margin=0.03)
-    blinkered = plan_route(wang, terrain, "swing", horizon=4)
+    safer = plan_route(wang, terrain, free="swing", stability_margin=0.03)
+    blinkered = plan_route(wang, terrain, free="swing", horizon=4)
     assert short["swing"].bound < min(safer.duration, blinkered.duration)
 
 
@@ -192,11 +194,11 @@ def test_many_terrains_are_the_races_on_each(wang: Quadruped, tmp_path: Path) ->
     assert seen == [(k, 4) for k in range(1, 5)]
     assert found.seeds == (4, 7) and found.steps == 4
     for k, seed in enumerate((4, 7)):
-        alone = race(wang, s_columns_for(wang, seed, 2), ["swing"], certify=False)
+        alone = race(wang, s_columns(seed, columns=2, robot=wang), ["swing"], certify=False)
         assert found.ratios("swing")[k] == pytest.approx(alone.ratio("swing"), rel=1e-6)
     assert list(found.plans) == [PAPER, "swing"]
     assert np.array_equal(found.plans["swing"].footholds.array,
-                          s_columns_for(wang, 4, 2).array)  # fmt: skip
+                          s_columns(4, columns=2, robot=wang).array)  # fmt: skip
     with table.open(newline="") as stream:
         lines = list(csv.DictReader(stream))
     assert sorted((x["seed"], x["row"], x["verdict"]) for x in lines) == sorted(

@@ -13,13 +13,13 @@ from gaitopt.studies import study
 from gaitopt.studies.study import HEADER, Walk, grid, run_study, run_walk
 from gaitopt.studies.study_report import plot_study, study_table
 from gaitopt.studies.tables import as_text
-from gaitopt.studies.terrains import s_columns_for
+from gaitopt.terrain.columns import s_columns
 
 
 def test_a_walk_becomes_a_row_with_the_plans_figures() -> None:
     row = run_walk(Walk(seed=4, columns=3))
     robot = gaitopt.load_robot("wang2020")
-    plan = gaitopt.plan_crawl(robot, s_columns_for(robot, 4, columns=3))
+    plan = gaitopt.plan_crawl(robot, s_columns(4, columns=3, robot=robot))
     assert (row.status, row.message, row.violations) == ("ok", "", "")
     assert row.duration == pytest.approx(plan.duration, rel=1e-12)
     assert row.margin == pytest.approx(plan.margin)

@@ -1,16 +1,30 @@
-"""What a planner was asked for. A plan carries its settings, so that it can be checked."""
+"""What a planner is asked for, as data. A plan carries its settings, so that it can be checked.
+
+Each planner has one class of settings: frozen, validated, printable. Its fields are the keyword
+arguments of the planner. The bare defaults are the numbers of the papers' robot;
+:meth:`PlanSettings.for_robot` fits lengths to any other robot.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
-from typing import Any, ClassVar
+from difflib import get_close_matches
+from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 
 from gaitopt.errors import InputError
 from gaitopt.inputs import check_number
+from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.obstacles import Obstacle
+
+SWING_SHARE = 0.175
+"""Swing height as a share of the standing height: the 7 cm at 0.40 m that wang2020 walks with."""
+MARGIN_SHARE = 0.05
+"""Stability margin and clearance as a share of the standing height: 2 cm at 0.40 m."""
+
+Kind = TypeVar("Kind", bound="PlanSettings")
 
 
 @dataclass(frozen=True)
@@ -49,6 +63,34 @@ class PlanSettings:
             if getattr(self, name) is not None:
                 set_number(self, name, 1e-9, 1e12, unit)
 
+    @classmethod
+    def for_robot(cls: type[Kind], robot: Quadruped, **options: Any) -> Kind:
+        """Settings whose lengths fit a robot, save for those that are given.
+
+        Args:
+            robot: from :func:`gaitopt.load_robot`.
+            options: fields by name; ``None`` leaves a length to be fitted.
+
+        Raises:
+            InputError: a field is unknown, or a value is out of range.
+        """
+        check_names(cls, options)
+        fitted = {k: v for k, v in cls.fitted(robot).items() if options.get(k) is None}
+        return cls(**{**options, **fitted})
+
+    @classmethod
+    def fitted(cls, robot: Quadruped) -> dict[str, Any]:
+        """The fields that depend on the robot's size, by name.
+
+        For wang2020 they are the numbers of [Wang2020] and those chosen for it here.
+        """
+        height = robot.standing_height
+        return {
+            "stability_margin": round(MARGIN_SHARE * height, 4),
+            "body_height": height,
+            "swing_height": round(SWING_SHARE * height, 4),
+        }
+
     @property
     def static(self) -> bool:
         """Whether static stability is promised at every instant."""
@@ -83,6 +125,42 @@ class PlanSettings:
     def to_dict(self) -> dict[str, Any]:
         """The settings as plain JSON values."""
         return {f.name: _plain(getattr(self, f.name)) for f in fields(self)}
+
+
+def check_names(kind: type[PlanSettings], options: Mapping[str, Any], *others: str) -> None:
+    """Refuse options that are no field of the settings.
+
+    Args:
+        kind: the settings.
+        options: what was given, by name.
+        others: names that are known beside the fields.
+
+    Raises:
+        InputError: names the option, and the one that may have been meant.
+    """
+    known = [f.name for f in fields(kind)] + list(others)
+    for name in options:
+        if name not in known:
+            near = get_close_matches(name, known, n=1)
+            hint = f"; did you mean {near[0]}?" if near else f"; there are {', '.join(known)}"
+            raise InputError(f"{kind.__name__} has no setting {name!r}{hint}")
+
+
+def check_place(name: str, given: Any) -> tuple[float, float] | None:
+    """A horizontal place as two finite numbers (x, y) in metres, or ``None``.
+
+    Raises:
+        InputError: it is neither.
+    """
+    if given is None:
+        return None
+    try:
+        place = np.asarray(given, dtype=np.float64)
+    except (TypeError, ValueError):
+        place = np.empty(0)
+    if place.shape != (2,) or not np.isfinite(place).all():
+        raise InputError(f"{name} must be two finite numbers (x, y) in metres, got {given!r}")
+    return float(place[0]), float(place[1])
 
 
 def _plain(value: Any) -> Any:

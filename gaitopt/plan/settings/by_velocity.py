@@ -3,33 +3,55 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar
+
+import numpy as np
 
 from gaitopt.conventions import LEGS
 from gaitopt.errors import InputError
 from gaitopt.gait.gaits import trot
 from gaitopt.gait.schedule import GaitSchedule
 from gaitopt.gait.step_timing import check_cycles, cycles_spanned, swing_events
-from gaitopt.plan.settings.base import PlanSettings, one_of, set_flag, set_number
+from gaitopt.inputs import check_number
+from gaitopt.plan.settings.base import PlanSettings, check_names, one_of, set_flag, set_number
+from gaitopt.robots.quadruped import Quadruped
 from gaitopt.swing.catalogue import SWING_CURVES
+
+WAY = ("distance", "duration", "ramp")
+"""What :meth:`GaitSettings.for_robot` takes beside the fields."""
+SWING_SHARE = 0.15
+"""Swing height as a share of the body's height; chosen here, the papers' gaits differ."""
+LONGEST_WALK = 2000
+"""Most cycles of a walk, so that a wrong number is refused."""
 
 
 @dataclass(frozen=True)
 class GaitSettings(PlanSettings):
-    """Settings of :func:`gaitopt.plan_gait`, which describes most.
+    """Settings of a gait by velocity ([Wang2024], [XiLing]).
+
+    :meth:`for_robot` makes them from a distance or a duration at full speed.
 
     Attributes:
-        schedule: the gait.
-        velocity: forward and sideways, in the body's axes [m/s].
-        yaw_rate: [rad/s].
+        schedule: the gait, :func:`gaitopt.trot` for instance.
+        velocity: forward and sideways in the body's own axes, or the forward one alone [m/s].
+        yaw_rate: turning left is positive [rad/s].
         cycles: swings of each leg.
         cycle_times: duration of each cycle [s].
-        plateau: how long the body is at speed [s].
-        lead: time on four feet before the first lift-off, and after the last touch-down [s].
-        swing: name of the swing curve.
-        sway: whether the body leaves its straight way for the sake of its ZMP.
-        adapt: relative change of a cycle's time for a metre of margin [1/m].
+        plateau: time at full speed [s].
+        lead: time on four feet before the first lift-off and after the last touchdown [s].
+        swing: swing curve: ``"polynomial"``, ``"cycloid"``, ``"sine arch"``, ``"half-ellipse"``,
+            ``"trapezoid"`` or ``"box"``.
+        sway: whether the body leaves its straight way so that its ZMP lies as deep in the support
+            polygons as the speed allows.
+        adapt: gain of the step time's adaptation to the ZMP's margin [1/m] ([XiLing], Section 4):
+            each cycle's time becomes ``1 + adapt (mean margin - its margin)`` times as long.
+
+    ``body_height`` is that of the hips above the ground's foot frames. The other fields are those
+    of :class:`PlanSettings`.
+
+    Raises:
+        InputError: a value is out of range.
     """
 
     planner: ClassVar[str] = "gait"
@@ -69,6 +91,43 @@ class GaitSettings(PlanSettings):
         one_of("swing", self.swing, tuple(SWING_CURVES))
         set_flag(self, "sway")
 
+    @classmethod
+    def for_robot(cls, robot: Quadruped, **options: Any) -> GaitSettings:
+        """Settings that fit a robot and a way, save for those that are given.
+
+        Args:
+            robot: from :func:`gaitopt.load_robot`.
+            options: fields by name, and three more. ``distance``: way at full speed [m], or
+                ``duration``: time at full speed [s]; getting to speed and slowing down come on
+                top. One of the two is needed where ``plateau`` is not given. ``ramp``: least time
+                to get to speed, and to slow down [s], by default two cycles; it becomes longer so
+                that a whole number of cycles is walked. ``lead`` is by default half a cycle for a
+                body that sways, which must first get over its feet, and none otherwise; a body
+                sways by default where more than half of the cycle is stance and the legs can move
+                sideways. The body is as high as the robot stands by default, and feet rise by 0.15
+                of that.
+
+        Raises:
+            InputError: a field is unknown or out of range, or the way is not told.
+        """
+        check_names(cls, options, *WAY)
+        given = {k: v for k, v in options.items() if v is not None and k not in WAY}
+        start = cls(**{k: v for k, v in given.items() if k in ("schedule", "velocity")})
+        height = given.setdefault("body_height", robot.standing_height)
+        given.setdefault("swing_height", round(SWING_SHARE * float(height), 3))
+        steps_aside = all(leg.has_roll for leg in robot.legs.values())
+        sway = given.setdefault("sway", start.schedule.duty_factor > 0.5 and steps_aside)
+        given.setdefault("lead", 0.5 * start.schedule.cycle_time if sway else 0.0)
+        if "plateau" not in given:
+            way = (options.get("distance"), options.get("duration"))
+            given["plateau"] = _plateau(start.velocity, *way)
+        settings = cls(**given)
+        if "cycles" in given:
+            return settings
+        ramp = options.get("ramp")
+        least = 2.0 * start.schedule.cycle_time if ramp is None else ramp
+        return replace(settings, cycles=_cycles(settings, least), cycle_times=())
+
     @property
     def static(self) -> bool:
         """A gait by velocity promises no static margin; its ZMP is judged instead."""
@@ -78,6 +137,42 @@ class GaitSettings(PlanSettings):
         """The legs in the order of the schedule's lift-offs."""
         events = swing_events(self.schedule, self.cycles, self.cycle_times)
         return [event.leg for event in events][: len(LEGS) * (footholds - 1)]
+
+
+def _plateau(velocity: tuple[float, float], distance: object, duration: object) -> float:
+    """Time at full speed [s]."""
+    if (distance is None) == (duration is None):
+        raise InputError(
+            "plan_gait needs either distance (in metres at full speed) or duration (in seconds at "
+            f"full speed), got {distance!r} and {duration!r}"
+        )
+    name, value = ("duration", duration) if distance is None else ("distance", distance)
+    asked = check_number(name, value, 0.0, 1e6, "s" if distance is None else "m")
+    if distance is None:
+        return asked
+    speed = float(np.hypot(*velocity))
+    if not speed > 0:
+        raise InputError(
+            f"a distance of {asked:g} m is never walked at no speed; give velocity, or a duration "
+            "to step in place or turn"
+        )
+    return asked / speed
+
+
+def _cycles(settings: GaitSettings, ramp: object) -> int:
+    """Swings of each leg, so that the ramps are at least as long as asked for."""
+    least = check_number("ramp", ramp, 1e-3, 1e5, "s")
+    once = swing_events(settings.schedule, 1)
+    first = max(e.touch_down for e in once)
+    missing = settings.plateau + 2.0 * least - first
+    # A cycle that is missing by rounding alone is not walked.
+    cycles = 1 + max(int(np.ceil(missing / settings.schedule.cycle_time - 1e-9)), 0)
+    if cycles > LONGEST_WALK:
+        raise InputError(
+            f"{settings.plateau:.4g} s at full speed take {cycles} cycles of "
+            f"{settings.schedule.cycle_time:g} s; at most {LONGEST_WALK} are planned at once"
+        )
+    return cycles
 
 
 def checked_velocity(velocity: Any) -> tuple[float, float]:

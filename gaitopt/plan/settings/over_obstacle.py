@@ -8,29 +8,46 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from gaitopt.conventions import FloatArray
 from gaitopt.errors import InputError
 from gaitopt.gait.crawl import SHAO_SEQUENCE, check_sequence, swing_order
 from gaitopt.inputs import check_count
-from gaitopt.plan.settings.base import PlanSettings, one_of, set_number
+from gaitopt.plan.settings.base import PlanSettings, check_names, one_of, set_number
+from gaitopt.robots.quadruped import Quadruped
 from gaitopt.swing.obstacle_paths import PATTERNS, Pattern
 from gaitopt.terrain.obstacles import Obstacle
 
 MOST_CYCLES = 1000
+"""Most cycles before or after the obstacle, so that a wrong number is refused."""
+BODY_HEIGHTS = (0.90, 0.86, 0.82, 0.78, 0.74, 0.70)
+"""Heights of the body that are tried, in shares of the legs' reach: higher legs lean less."""
+FULL_SPEED = 0.5
+"""Time to full speed that accelerations are chosen for, where none are given [s]; chosen here."""
+PAPER_HEIGHT = 0.40
+"""Standing height of wang2020, for which the margins of a walk over an obstacle were chosen [m]."""
 
 
 @dataclass(frozen=True)
 class StrideSettings(PlanSettings):
-    """Settings of a walk over an obstacle; :func:`plan_stride` describes most.
+    """Settings of a walk over an obstacle ([Shao2011]).
 
     Attributes:
         obstacles: what is in the way; in the settings' dictionary as plain numbers.
         margin: distance that the ball of a foot keeps from it [m].
         clearance: distance that every part of the robot keeps from it [m].
         approach, leave: cycles before the first leg's stride over it, and after the last one's.
-        sequence: order of the legs in a cycle.
-        pattern, waypoints: of the paths over it.
+        sequence: order of the legs in a cycle; the paper's by default.
+        pattern, waypoints: of the paths over it, see
+            :func:`gaitopt.swing.obstacle_paths.obstacle_path`.
         accelerations, jerks: limits of each joint of a leg, from body to foot [rad/s^2],
-            [rad/s^3]; empty jerks bound nothing. The base class's limits are the largest of them.
+            [rad/s^3]; empty jerks bound nothing. With jerks, swings start and end without
+            acceleration.
+
+    ``acceleration_limit`` and ``jerk_limit`` are the largest of ``accelerations`` and ``jerks``.
+    The other fields are those of :class:`PlanSettings`.
+
+    Raises:
+        InputError: a value is out of range.
     """
 
     planner: ClassVar[str] = "stride"
@@ -59,6 +76,45 @@ class StrideSettings(PlanSettings):
         for name in ("accelerations", "jerks"):
             object.__setattr__(self, name, _limits(name, getattr(self, name)))
 
+    @classmethod
+    def for_robot(cls, robot: Quadruped, **options: Any) -> StrideSettings:
+        """Settings that fit a robot, save for those that are given.
+
+        The body is 0.9 of the legs' reach high, feet rise by a tenth of the reach over open ground,
+        and each joint gets to its velocity limit in half a second. Margins are those of
+        [Shao2011] for robots that stand 0.40 m high or more, and to scale for smaller ones.
+
+        Args:
+            robot: from :func:`gaitopt.load_robot`.
+            options: fields by name; ``acceleration_limit`` and ``jerk_limit`` may be one number
+                for all joints, or one for each joint of a leg from body to foot.
+
+        Raises:
+            InputError: a field is unknown, or a value is out of range.
+        """
+        check_names(cls, options)
+        given = {k: v for k, v in options.items() if v is not None}
+        for limit, joints in (("acceleration_limit", "accelerations"), ("jerk_limit", "jerks")):
+            if limit in given:
+                given[joints] = _leg_values(robot, limit, given[limit])
+            if given.get(joints):
+                given[limit] = max(given[joints])
+        return cls(**{**cls.fitted(robot), **given})
+
+    @classmethod
+    def fitted(cls, robot: Quadruped) -> dict[str, Any]:
+        """The fields that depend on the robot's size and joints, by name."""
+        reach = float(np.mean([leg.reach for leg in robot.legs.values()]))
+        scale = min(1.0, robot.standing_height / PAPER_HEIGHT)
+        limits = np.array([leg.velocity_limits for leg in robot.legs.values()])
+        accelerations = tuple((limits.min(axis=0) / FULL_SPEED).tolist())
+        return {
+            "stability_margin": round(0.02 * scale, 4), "margin": round(0.03 * scale, 4),
+            "clearance": round(0.01 * scale, 4), "body_height": BODY_HEIGHTS[0] * reach,
+            "swing_height": round(0.1 * reach, 3), "reach_fraction": 0.98,
+            "accelerations": accelerations, "acceleration_limit": max(accelerations),
+        }  # fmt: skip
+
     def swing_legs(self, footholds: int) -> list[str]:
         """The sequence, over and over."""
         return [leg for leg, _ in swing_order(self.sequence, footholds)]
@@ -68,6 +124,22 @@ class StrideSettings(PlanSettings):
         plain = super().to_dict()
         plain["obstacles"] = [_listed(asdict(obstacle)) for obstacle in self.obstacles]
         return plain
+
+
+def _leg_values(robot: Quadruped, name: str, given: Any) -> tuple[float, ...]:
+    """One number for each joint of a leg."""
+    joints = {len(leg.joints) for leg in robot.legs.values()}
+    try:
+        values: FloatArray = np.asarray(given, dtype=np.float64)
+        values = np.broadcast_to(values, (max(joints),))
+    except (TypeError, ValueError):
+        values = np.full(1, np.nan)
+    if len(joints) > 1 or not ((values > 0.0) & np.isfinite(values)).all():
+        raise InputError(
+            f"{name} must be a positive number, or {max(joints)}: one for each joint of a leg; got "
+            f"{given!r}"
+        )
+    return tuple(values.tolist())
 
 
 def set_count(settings: object, name: str, low: int, high: int) -> None:

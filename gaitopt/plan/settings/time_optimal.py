@@ -1,38 +1,77 @@
-"""What :func:`gaitopt.planners.time_optimal.planner.plan_route` was asked for."""
+"""Settings of the time-optimal walk."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import ClassVar, Final
+from typing import Any, ClassVar, Literal
 
 from gaitopt.errors import InputError
-from gaitopt.gait.crawl import WANG_SEQUENCE, check_order, swing_order
+from gaitopt.gait.crawl import FREE_ORDER, WANG_SEQUENCE, check_order, swing_order
 from gaitopt.inputs import check_count
-from gaitopt.plan.settings.base import PlanSettings, one_of, set_flag, set_number
+from gaitopt.plan.settings.base import (
+    MARGIN_SHARE,
+    PlanSettings,
+    check_names,
+    check_place,
+    one_of,
+    set_flag,
+    set_number,
+)
+from gaitopt.plan.settings.freedoms import ROWS, Freedoms
+from gaitopt.robots.quadruped import Quadruped
 
-FREEDOMS: Final[tuple[str, ...]] = ("overlap", "swing", "height", "posture", "dynamic")
-"""What can be freed beyond the body's targets, by name."""
-
-ROWS: Final[dict[str, tuple[str, ...]]] = {
-    "route": (),
-    "overlap": FREEDOMS[:1],
-    "swing": FREEDOMS[:2],
-    "height": FREEDOMS[:3],
-    "posture": FREEDOMS[:4],
-    "dynamic": FREEDOMS,
-}
-"""The rows of the table of gains, and what each frees."""
+SLOWEST_RAMP = 10.0
+"""Longest time in which an acceleration limit may take a joint to its velocity limit [s]; a walk
+with slower joints takes minutes a step, and the problem is no longer well scaled."""
+RAMP = 0.05
+"""Time in which the slowest joint of a dynamic walk reaches its velocity limit, by default [s]."""
+MOST_STEPS = 10_000
+"""Longest horizon, so that a wrong number is refused."""
+MOST_ITERATIONS = 100_000
+"""Most Newton steps that may be asked for, so that a wrong number is refused."""
 
 
 @dataclass(frozen=True)
 class RouteSettings(PlanSettings):
-    """Settings of a time-optimal route; :func:`plan_route` describes each."""
+    """Settings of a walk over given footholds whose steps are all optimised at once.
+
+    Attributes:
+        free: what is free beyond the body's targets (:class:`gaitopt.Freedoms`), the name of a row
+            (``"route"``: nothing; ``"overlap"``: the body moves during swings; ``"swing"``: the
+            swing curve, too; ``"height"``: the body's height, too; ``"posture"``: its roll, pitch
+            and yaw, too; ``"dynamic"``: the ZMP of a point mass at the body centre keeps the
+            stability margin at every instant, in place of the body centre itself, and joint
+            accelerations are bounded), or the names of what is free. A ``body_height`` that is free
+            begins at the one that is given.
+        sequence: order of the legs in a cycle, or of all steps of the walk; ``"free"`` plans each
+            of the six cycles and the order that is searched for, and takes the fastest plan.
+        clearance: a foot that flies on a free curve is this much higher than the higher of its two
+            footholds wherever it is not within the columns' radius of one of their axes [m].
+        follow_terrain: keep the body's height above the mean of the four feet.
+        stance_knots, swing_knots: intervals of the problem in each phase.
+        margin_reserve: added to the stability margin at knots, so that it holds between them [m].
+        clearance_reserve: the same for the clearance [m].
+        com: what keeps the stability margin: ``"body"``, the body's centre, as in [Wang2020];
+            ``"model"``, the true centre of mass of the whole robot with its legs. With ``"model"``
+            neither a dynamic walk nor an acceleration limit is planned.
+        cog_start: where the body centre is at the start ``(2,)`` [m]; by default above the middle
+            of the first footholds, or as near to it as the legs reach.
+        horizon: plan in windows of this many steps, as a robot would that knows no more of its way,
+            and keep the first half of each; ``None`` for all steps at once.
+        iterations: most Newton steps of each solution.
+
+    ``acceleration_limit`` bounds every joint [rad/s^2]. Where the swing curve is free the motion
+    then is a spline; a box is flown with a stop at each corner, and wherever else body or foot
+    change direction. The other fields are those of :class:`PlanSettings`.
+
+    Raises:
+        InputError: a value is out of range, or settings exclude one another.
+    """
 
     planner: ClassVar[str] = "route"
 
-    free: tuple[str, ...] = ROWS["swing"]
-    sequence: tuple[str, ...] = WANG_SEQUENCE
+    free: Freedoms = ROWS["swing"]
+    sequence: tuple[str, ...] | Literal["free"] = WANG_SEQUENCE
     clearance: float = 0.02
     follow_terrain: bool = False
     stance_knots: int = 2
@@ -40,30 +79,68 @@ class RouteSettings(PlanSettings):
     margin_reserve: float = 2e-5
     clearance_reserve: float = 5e-4
     com: str = "body"
+    cog_start: tuple[float, float] | None = None
+    horizon: int | None = None
+    iterations: int = 300
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        object.__setattr__(self, "free", check_free(self.free))
-        object.__setattr__(self, "sequence", check_order(self.sequence))
+        object.__setattr__(self, "free", Freedoms.of(self.free))
+        if self.sequence != FREE_ORDER:
+            object.__setattr__(self, "sequence", check_order(self.sequence))
         set_flag(self, "follow_terrain")
         one_of("com", self.com, ("body", "model"))
         set_number(self, "clearance", 0.0, 100.0, "m")
         set_number(self, "margin_reserve", 0.0, 1.0, "m")
         set_number(self, "clearance_reserve", 0.0, 1.0, "m")
-        for name, least in (("stance_knots", 1), ("swing_knots", 4)):
-            object.__setattr__(self, name, check_count(name, getattr(self, name), least, 64))
+        counts = [("stance_knots", 1, 64), ("swing_knots", 4, 64)]
+        counts += [("iterations", 1, MOST_ITERATIONS)]
+        counts += [] if self.horizon is None else [("horizon", 2, MOST_STEPS)]
+        for name, least, most in counts:
+            object.__setattr__(self, name, check_count(name, getattr(self, name), least, most))
+        object.__setattr__(self, "cog_start", check_place("cog_start", self.cog_start))
         if self.acceleration_limit is None and not self.static:
             raise InputError("free: a dynamic walk needs an acceleration_limit")
+        if self.smooth and self.free.swing and not self.free.overlap:
+            raise InputError(
+                "acceleration_limit with a free 'swing' needs 'overlap' to be free, too: the "
+                "swing's spline moves with the body's"
+            )
         if self.true_com and self.smooth:
             raise InputError(
                 "com='model' keeps static stability at the joints' velocity limits only: leave "
                 "'dynamic' and acceleration_limit out, or take com='body'"
             )
 
+    @classmethod
+    def for_robot(cls, robot: Quadruped, **options: Any) -> RouteSettings:
+        """Settings that fit a robot, save for those that are given.
+
+        Lengths fit its size; a dynamic walk's ``acceleration_limit`` takes the slowest joint to its
+        velocity limit in :data:`RAMP`; knots are as many as the kind of walk needs.
+        """
+        check_names(cls, options)
+        free = Freedoms.of(options.get("free") or ROWS["swing"])
+        limit = _acceleration(robot, free, options.get("acceleration_limit"))
+        stops, smooth = (limit is not None and free.swing is curved for curved in (False, True))
+        knots = {
+            "stance_knots": 1 if stops else 3 if smooth else 4 if free.posture else 2,
+            "swing_knots": 8 if free.swing else 6 if stops else 12,
+        }
+        kept = {k: v for k, v in options.items() if not (v is None and k in knots)}
+        return super().for_robot(robot, **{**knots, **kept, "free": free,
+                                           "acceleration_limit": limit})  # fmt: skip
+
+    @classmethod
+    def fitted(cls, robot: Quadruped) -> dict[str, Any]:
+        """The fields that depend on the robot's size, by name."""
+        clearance = round(MARGIN_SHARE * robot.standing_height, 4)
+        return {**super().fitted(robot), "clearance": clearance}
+
     @property
     def static(self) -> bool:
-        """Whether static stability is promised; the dynamic row keeps its ZMP inside instead."""
-        return "dynamic" not in self.free
+        """Whether static stability is promised; a dynamic walk keeps its ZMP inside instead."""
+        return not self.free.dynamic
 
     @property
     def true_com(self) -> bool:
@@ -72,7 +149,7 @@ class RouteSettings(PlanSettings):
 
     @property
     def zmp_margin(self) -> float | None:
-        """The stability margin, in the dynamic row."""
+        """The stability margin, of a dynamic walk."""
         return None if self.static else self.stability_margin
 
     @property
@@ -80,38 +157,27 @@ class RouteSettings(PlanSettings):
         """Whether joint accelerations are bounded."""
         return self.acceleration_limit is not None
 
-    def swing_legs(self, footholds: int) -> list[str]:
-        """The sequence, over and over."""
-        return [leg for leg, _ in swing_order(self.sequence, footholds)]
-
     @property
-    def row(self) -> str:
-        """The name of the row of the table of gains, or the freed things joined by ``+``."""
-        names = {free: name for name, free in ROWS.items()}
-        return names.get(self.free, "+".join(self.free))
+    def order(self) -> tuple[str, ...]:
+        """The order of the legs; that of [Wang2020] where it is still to be searched for."""
+        return WANG_SEQUENCE if self.sequence == FREE_ORDER else tuple(self.sequence)
+
+    def swing_legs(self, footholds: int) -> list[str] | None:
+        """The legs in the order in which they lift off; ``None`` where any order will do."""
+        if self.sequence == FREE_ORDER:
+            return None
+        return [leg for leg, _ in swing_order(self.order, footholds)]
 
 
-def check_free(free: str | Iterable[str]) -> tuple[str, ...]:
-    """The freed things in their order.
-
-    Args:
-        free: the name of a row (``"route"``, ``"overlap"``, ``"swing"``, ``"height"``,
-            ``"posture"``, ``"dynamic"``), or any of the freed things by name.
-
-    Raises:
-        InputError: a name is unknown.
-    """
-    if isinstance(free, str):
-        if free not in ROWS:
-            raise InputError(f"free must be one of {', '.join(ROWS)}, got {free!r}")
-        return ROWS[free]
-    named = {str(name) for name in free} if isinstance(free, Iterable) else {repr(free)}
-    unknown = sorted(named - set(FREEDOMS) - {"route"})
-    if unknown:
+def _acceleration(robot: Quadruped, free: Freedoms, asked: Any) -> Any:
+    """The acceleration limit of every joint [rad/s^2], where there is one."""
+    slowest = float(min(leg.velocity_limits.min() for leg in robot.legs.values()))
+    if asked is None and free.dynamic:
+        return round(slowest / RAMP, 6)
+    if isinstance(asked, (int, float)) and 0.0 < asked < slowest / SLOWEST_RAMP:
         raise InputError(
-            f"free names {unknown[0]!r}; what can be freed is {', '.join(FREEDOMS)} (the route "
-            "itself always is)"
+            f"acceleration_limit is {asked:g} rad/s^2, with which a joint needs more than "
+            f"{SLOWEST_RAMP:g} s to its velocity limit of {slowest:.3g} rad/s; take at least "
+            f"{slowest / SLOWEST_RAMP:.3g}"
         )
-    if "dynamic" in named and not {"overlap", "swing"} <= named:
-        raise InputError("free: a dynamic walk needs 'overlap' and 'swing' to be free, too")
-    return tuple(name for name in FREEDOMS if name in named)
+    return asked

@@ -10,7 +10,7 @@ import numpy as np
 
 from gaitopt.conventions import LEGS, BoolArray, FloatArray
 from gaitopt.errors import GaitoptError, InfeasibleSpeedError
-from gaitopt.motion.bounds import polynomial_range
+from gaitopt.motion.bounds import derivative_range, largest_sizes
 from gaitopt.motion.path import MotionPath
 from gaitopt.plan.settings.by_velocity import GaitSettings
 from gaitopt.planners.by_velocity.motion import GaitMotion
@@ -115,11 +115,9 @@ def _reach(motion: GaitMotion, stretch: Stretch, settings: GaitSettings) -> list
 
 
 def _positions(motion: GaitMotion, path: MotionPath) -> list[Violation]:
-    model = motion.robot.model
-    low, high = model.lowerPositionLimit[7:], model.upperPositionLimit[7:]
-    least, most = polynomial_range(path, 0)
+    low, high = motion.robot.position_limits
+    least, most = derivative_range(path, 0)
     over = np.maximum(low - least[:, 6:], most[:, 6:] - high)
-    over = np.where(low < high, over, -np.inf)
     found = []
     for joint in np.flatnonzero(over.max(axis=0) > 1e-9).tolist():
         k = int(over[:, joint].argmax())
@@ -138,8 +136,7 @@ def _positions(motion: GaitMotion, path: MotionPath) -> list[Violation]:
 def _rates(
     path: MotionPath, order: int, limits: FloatArray, names: tuple[str, ...], what: str, unit: str
 ) -> list[Violation]:
-    low, high = polynomial_range(path, order)
-    size = np.maximum(-low, high)[:, 6:]
+    size = largest_sizes(path, order)[:, 6:]
     use = size / limits
     found = []
     for joint in np.flatnonzero(use.max(axis=0) > 1.0).tolist():

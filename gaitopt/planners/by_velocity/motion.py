@@ -9,18 +9,12 @@ import numpy as np
 
 from gaitopt.conventions import FloatArray
 from gaitopt.gait.step_timing import SwingEvent
+from gaitopt.motion.body_and_feet import body_and_feet_path
 from gaitopt.motion.path import MotionPath
-from gaitopt.motion.smooth_path import States
+from gaitopt.motion.pieces import States
 from gaitopt.planners.by_velocity.body_route import BodyRoute
 from gaitopt.planners.by_velocity.contacts import flights_at, stances_at
 from gaitopt.robots.quadruped import Quadruped
-from gaitopt.robots.whole_body import feet_from_joints, joints_from_feet
-from gaitopt.robots.whole_body_rates import (
-    base_twist,
-    base_twist_rate,
-    joint_accelerations,
-    joint_rates,
-)
 from gaitopt.swing.catalogue import swing_curve
 from gaitopt.swing.curve import SwingCurve
 from gaitopt.terrain.footholds import Footholds
@@ -106,29 +100,18 @@ class GaitMotion:
             change[rows, legs] = flown.acceleration(since)
         return place, speed, change
 
-    def state(self, times: FloatArray, inside: FloatArray) -> States:
-        """Path columns and two derivatives ``(N, 6 + nj)``, for :func:`smooth_path`."""
-        base = self.base(times)[0]
-        joints = joints_from_feet(self.robot, base[:, :3], base[:, 3:], self.feet(times)[0])
-        _, speed, change = self.base(inside)
-        _, foot_speed, foot_change = self.feet(inside)
-        rpy = base[:, 3:]
-        twist = base_twist(rpy, speed[:, :3], speed[:, 3:])
-        rate = base_twist_rate(rpy, speed[:, :3], speed[:, 3:], change[:, :3], change[:, 3:])
-        rates = joint_rates(self.robot, rpy, joints, twist, foot_speed)
-        accelerations = joint_accelerations(
-            self.robot, rpy, joints, twist, rates, rate, foot_change
-        )
-        return (
-            np.concatenate([base, joints], axis=1),
-            np.concatenate([speed, rates], axis=1),
-            np.concatenate([change, accelerations], axis=1),
-        )
+    def path(self, knots: FloatArray, tolerance: float) -> MotionPath:
+        """The motion as a path; see :func:`gaitopt.motion.body_and_feet.body_and_feet_path`.
 
-    def foot_error(self, times: FloatArray, values: FloatArray) -> FloatArray:
-        """How far the feet are from their places at path values ``(N, 6 + nj)``: ``(N,)`` [m]."""
-        feet = feet_from_joints(self.robot, values[:, :3], values[:, 3:6], values[:, 6:])
-        return np.asarray(np.linalg.norm(feet - self.feet(times)[0], axis=2).max(axis=1))
+        Args:
+            knots: times between which the motion is analytic, of :meth:`knots`.
+            tolerance: largest distance of a foot from its place [m].
+
+        Raises:
+            InputError: a foot is out of reach.
+            SolverError: feet depart from their places however short the intervals are.
+        """
+        return body_and_feet_path(self.robot, knots, self.base, self.feet, tolerance)
 
     def knots(self, longest: float) -> FloatArray:
         """Times ``(K + 1,)`` between which it is analytic, at most ``longest`` [s] apart."""

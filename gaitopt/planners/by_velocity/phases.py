@@ -7,6 +7,7 @@ import numpy as np
 from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.motion.path import MotionPath
 from gaitopt.plan.phase import Phase
+from gaitopt.plan.record import GaitRecord
 from gaitopt.planners.by_velocity.contacts import contacts_at, flights_at
 from gaitopt.planners.by_velocity.motion import GaitMotion
 from gaitopt.stability.contacts import support_margin
@@ -16,9 +17,7 @@ SAMPLES = 65
 """Samples a phase for its margins, both ends included."""
 
 
-def gait_phases(
-    motion: GaitMotion, path: MotionPath
-) -> tuple[tuple[Phase, ...], dict[str, float | str]]:
+def gait_phases(motion: GaitMotion, path: MotionPath) -> tuple[tuple[Phase, ...], GaitRecord]:
     """The phases, and what a plan says of its balance (see :func:`gaitopt.plan_gait`)."""
     edges = _edges(motion, path)
     times = edges[:-1, None] + np.diff(edges)[:, None] * np.linspace(0.0, 1.0, SAMPLES)
@@ -39,13 +38,13 @@ def gait_phases(
         for side in (-1e-9, 1e-9):
             knots = np.clip(motion.sway.times + side, 0.0, motion.duration)
             worst = float(np.fmin(worst, smallest_zmp_margin(motion, knots)))
-    info: dict[str, float | str] = {
-        "stability": "ZMP of the body centre as a point mass",
-        "zmp_margin": worst,
-        "flight": float(lasting[flight].sum() / lasting.sum()),
-    }
+    record = GaitRecord(
+        stability="ZMP of the body centre as a point mass",
+        zmp_margin=worst,
+        flight=float(lasting[flight].sum() / lasting.sum()),
+    )
     margins = np.where(flight, -np.inf, np.nan_to_num(static, nan=-np.inf).min(axis=1))
-    return _phases(motion, edges, flights, margins), info
+    return _phases(motion, edges, flights, margins), record
 
 
 def smallest_zmp_margin(motion: GaitMotion, times: FloatArray) -> float:

@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from gaitopt.conventions import LEGS, Progress
 from gaitopt.errors import InputError
 from gaitopt.gait.schedule import GaitSchedule
 from gaitopt.gait.step_timing import SwingEvent, adapted_step_time, cycles_spanned, swing_events
-from gaitopt.inputs import check_number
 from gaitopt.motion.path import MotionPath
-from gaitopt.motion.smooth_path import smooth_path
 from gaitopt.plan.plan import Plan
-from gaitopt.plan.settings.by_velocity import GaitSettings, checked_velocity
+from gaitopt.plan.settings.by_velocity import GaitSettings
+from gaitopt.plan.settings.keywords import chosen_settings, takes_settings
 from gaitopt.planners.by_velocity.body_route import BodyRoute
 from gaitopt.planners.by_velocity.limits import Stretch, explain, find_violations, stretch_of
 from gaitopt.planners.by_velocity.motion import GaitMotion
@@ -26,75 +25,45 @@ from gaitopt.terrain.footholds import Footholds
 
 STANCE_ERROR = 1e-6
 """Most that a foot departs from where it should be, between the path's knots [m]."""
-LONGEST_WALK = 2000
-"""Most cycles of a walk."""
 KNOTS_A_SWING = 10
 FINER = 16
 """Into how many parts a knot's interval is cut where a leg falls short between knots."""
 
 
+@takes_settings(GaitSettings, distance=float, duration=float, ramp=float)
 def plan_gait(
     robot: Quadruped,
     schedule: GaitSchedule,
-    velocity: float | ArrayLike = (0.0, 0.0),
-    yaw_rate: float = 0.0,
+    settings: GaitSettings | None = None,
     *,
-    distance: float | None = None,
-    duration: float | None = None,
-    ramp: float | None = None,
-    lead: float | None = None,
-    body_height: float | None = None,
-    swing_height: float | None = None,
-    swing: str = "polynomial",
-    sway: bool | None = None,
-    adapt: float = 0.0,
-    reach_fraction: float = 1.0,
-    acceleration_limit: float | None = None,
-    heading: float = 0.0,
     progress: Progress | None = None,
+    **options: Any,
 ) -> Plan:
     """Plan a gait at a commanded velocity on level ground.
 
     The robot starts standing with its feet below its hips, gets to speed, walks, slows down, and
     stops on four feet. Standing feet are fixed in the world. Each foothold lies where the foot
     will be at its nominal place under the body in the middle of its stance: half the stance's
-    time times the velocity ahead ([Wang2024], eqs. (15) and (16), corrected as in
+    time times the velocity ahead ([Wang2024], eqs. (15) and (16) as corrected in
     ``docs/papers.md``).
 
     Args:
         robot: from :func:`gaitopt.load_robot`.
         schedule: the gait, :func:`gaitopt.trot` for instance.
-        velocity: forward and sideways in the body's own axes, or the forward one alone [m/s].
-        yaw_rate: turning left is positive [rad/s].
-        distance: way at full speed [m]; getting to speed and slowing down come on top.
-        duration: time at full speed [s]. One of ``distance`` and ``duration`` is needed.
-        ramp: least time to get to speed, and to slow down [s]; two cycles by default. It becomes
-            longer so that a whole number of cycles is walked.
-        lead: time on four feet before the first lift-off and after the last touch-down [s]; by
-            default half a cycle for a body that sways, which must first get over its feet, and
-            none otherwise.
-        body_height: height of the hips above the ground's foot frames [m]; by default
-            ``robot.standing_height``.
-        swing_height: how far a foot rises [m]; 0.15 of the body's height by default.
-        swing: swing curve: ``"polynomial"``, ``"cycloid"``, ``"sine arch"``, ``"half-ellipse"``,
-            ``"trapezoid"`` or ``"box"``.
-        sway: whether the body leaves its straight way so that its ZMP lies as deep in the support
-            polygons as the speed allows; by default where more than half of the cycle is stance
-            and the legs can move sideways.
-        adapt: gain of the step time's adaptation to the ZMP's margin [1/m] ([XiLing], Section 4):
-            each cycle's time becomes ``1 + adapt (mean margin - its margin)`` times as long.
-        reach_fraction: share of each leg's reach that may be used.
-        acceleration_limit: of every joint [rad/s^2].
-        heading: direction in which the body faces at the start [rad].
+        settings: all settings as one object, of this schedule. By default they fit the robot.
         progress: called with (stages done, stages in all).
+        options: single settings by name: the fields of :class:`gaitopt.GaitSettings`, and
+            ``distance`` or ``duration`` at full speed, and ``ramp``, which
+            :meth:`gaitopt.GaitSettings.for_robot` describes. ``velocity`` is forward and sideways
+            in the body's own axes, or the forward one alone [m/s].
 
     Returns:
-        The plan. Its ``info`` holds ``zmp_margin``, the smallest margin of the ZMP of the body's
+        The plan. Its record holds ``zmp_margin``, the smallest margin of the ZMP of the body's
         centre while any foot stands [m] (minus the distance from the support line for a trot), and
         ``flight``, the share of the time without a foot on the ground, where there is no ZMP.
 
     Raises:
-        InputError: a setting is out of range.
+        InputError: a setting is unknown or out of range, or neither distance nor duration is given.
         InfeasibleSpeedError: a joint or a leg's reach does not allow it; offers the fastest
             velocity that works.
         SolverError: the sway was not solved.
@@ -104,20 +73,18 @@ def plan_gait(
             "plan_gait takes a Quadruped (from load_robot) and a GaitSchedule (gaitopt.trot(0.5), "
             f"for instance), got {type(robot).__name__} and {type(schedule).__name__}"
         )
-    height = robot.standing_height if body_height is None else body_height
-    swaying = _sways(robot, schedule) if sway is None else sway
-    command = checked_velocity(velocity)
-    settings = GaitSettings(
-        body_height=height,
-        swing_height=round(0.15 * float(height), 3) if swing_height is None else swing_height,
-        reach_fraction=reach_fraction, heading=heading, acceleration_limit=acceleration_limit,
-        schedule=schedule, velocity=command, yaw_rate=yaw_rate,
-        plateau=_plateau(command, yaw_rate, distance, duration),
-        lead=(0.5 * schedule.cycle_time if swaying else 0.0) if lead is None else lead,
-        swing=swing, sway=swaying, adapt=adapt,
-    )  # fmt: skip
-    least_ramp = 2.0 * schedule.cycle_time if ramp is None else ramp
-    settings = replace(settings, cycles=_cycles(settings, least_ramp), cycle_times=())
+    if isinstance(settings, GaitSettings) and settings.schedule != schedule:
+        raise InputError(
+            f"settings are of the schedule {settings.schedule.name!r}, and {schedule.name!r} is to "
+            "be planned: give the same schedule twice"
+        )
+    if settings is None:
+        options["schedule"] = schedule
+    return _planned(robot, chosen_settings(GaitSettings, robot, settings, options), progress)
+
+
+def _planned(robot: Quadruped, settings: GaitSettings, progress: Progress | None) -> Plan:
+    """The plan of complete settings."""
     stages = 3 if settings.adapt else 2
     motion, stretch, path = _attempt(robot, settings)
     if progress is not None:
@@ -128,51 +95,10 @@ def plan_gait(
     violations = find_violations(motion, stretch, path, settings)
     if violations or path is None:
         raise explain(settings, violations, lambda other: _works(robot, other))
-    plan = _assembled(robot, settings, motion, path)
+    phases, record = gait_phases(motion, path)
     if progress is not None:
         progress(stages, stages)
-    return plan
-
-
-def _sways(robot: Quadruped, schedule: GaitSchedule) -> bool:
-    return schedule.duty_factor > 0.5 and all(leg.has_roll for leg in robot.legs.values())
-
-
-def _plateau(
-    velocity: tuple[float, float], yaw_rate: float, distance: object, duration: object
-) -> float:
-    """Time at full speed [s]."""
-    if (distance is None) == (duration is None):
-        raise InputError(
-            "plan_gait needs either distance (in metres at full speed) or duration (in seconds at "
-            f"full speed), got {distance!r} and {duration!r}"
-        )
-    name, value = ("duration", duration) if distance is None else ("distance", distance)
-    asked = check_number(name, value, 0.0, 1e6, "s" if distance is None else "m")
-    if distance is None:
-        return asked
-    speed = float(np.hypot(*velocity))
-    if not speed > 0:
-        raise InputError(
-            f"a distance of {asked:g} m is never walked at no speed; give velocity, or a duration "
-            "to step in place or turn"
-        )
-    return asked / speed
-
-
-def _cycles(settings: GaitSettings, ramp: object) -> int:
-    """Swings of each leg, so that the ramps are at least as long as asked for."""
-    least = check_number("ramp", ramp, 1e-3, 1e5, "s")
-    once = swing_events(settings.schedule, 1)
-    first = max(e.touch_down for e in once)
-    missing = settings.plateau + 2.0 * least - first
-    cycles = 1 + max(int(np.ceil(missing / settings.schedule.cycle_time - 1e-9)), 0)
-    if cycles > LONGEST_WALK:
-        raise InputError(
-            f"{settings.plateau:.4g} s at full speed take {cycles} cycles of "
-            f"{settings.schedule.cycle_time:g} s; at most {LONGEST_WALK} are planned at once"
-        )
-    return cycles
+    return Plan(robot, motion.footholds, settings, phases, path, record)
 
 
 def _attempt(
@@ -185,7 +111,7 @@ def _attempt(
     if not stretch.reached.all():
         return motion, stretch, None
     try:
-        return motion, stretch, smooth_path(knots, motion.state, motion.foot_error, STANCE_ERROR)
+        return motion, stretch, motion.path(knots, STANCE_ERROR)
     except InputError:
         # A path is looked at between its knots, too, where a leg may fall just short.
         longest = settings.schedule.swing_time / (KNOTS_A_SWING * FINER)
@@ -261,10 +187,3 @@ def _adapted(motion: GaitMotion, settings: GaitSettings) -> tuple[float, ...]:
         float(adapted_step_time(nominal, m if np.isfinite(m) else mean, mean, settings.adapt))
         for m in margins
     )
-
-
-def _assembled(
-    robot: Quadruped, settings: GaitSettings, motion: GaitMotion, path: MotionPath
-) -> Plan:
-    phases, info = gait_phases(motion, path)
-    return Plan(robot, motion.footholds, settings, phases, path, info)

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from numpy.typing import ArrayLike
-
 from gaitopt.conventions import Progress
 from gaitopt.errors import InfeasibleStepError
 from gaitopt.plan.plan import Plan
+from gaitopt.plan.record import CrawlRecord
 from gaitopt.plan.settings.crawl import CrawlSettings
 from gaitopt.planners.free_order.search import find_order
 from gaitopt.planners.phase_by_phase.planner import plan_in_order
@@ -21,7 +20,7 @@ def plan_free_crawl(
     robot: Quadruped,
     footholds: Footholds,
     settings: CrawlSettings,
-    cog_start: ArrayLike | None = None,
+    *,
     progress: Progress | None = None,
 ) -> Plan:
     """The crawl in the order that was found, or in the settings' own where that one is faster.
@@ -29,13 +28,12 @@ def plan_free_crawl(
     A fixed order on which legs touch gives way to one on which they do not, however fast it is.
 
     Args:
-        robot, footholds, settings, cog_start: as for :func:`gaitopt.plan_crawl`.
+        robot, footholds, settings: as for :func:`gaitopt.plan_crawl`.
         progress: called with (steps done, steps in all).
 
     Returns:
-        A plan whose settings' sequence names all of its steps. ``plan.info["free_order_gain"]`` is
-        the share of time that the order saves; it is absent where the settings' own order is not
-        possible.
+        A plan whose settings' sequence names all of its steps. The record's
+        ``free_order_gain`` is ``None`` where the settings' own order is not possible, or faster.
 
     Raises:
         InfeasibleStepError: no order is possible; that of the settings' own order, with how far
@@ -43,15 +41,15 @@ def plan_free_crawl(
     """
     fixed, error = None, None
     try:
-        fixed = plan_in_order(robot, footholds, settings, cog_start)
+        fixed = plan_in_order(robot, footholds, settings)
     except InfeasibleStepError as caught:
         error = caught
-    order = find_order(robot, footholds, settings, cog_start, progress)
+    order = find_order(robot, footholds, settings, progress=progress)
     found = None
     if order.complete and order.legs:
         try:
             sequenced = replace(settings, sequence=order.legs)
-            found = plan_in_order(robot, footholds, sequenced, cog_start)
+            found = plan_in_order(robot, footholds, sequenced)
         except InfeasibleStepError as caught:
             error = error or caught
     if found is None and fixed is None:
@@ -71,7 +69,9 @@ def plan_free_crawl(
     if fixed.duration <= found.duration:
         return fixed
     gain = 1.0 - found.duration / fixed.duration
-    return replace(found, info={**found.info, "free_order_gain": gain})
+    record = found.record
+    assert isinstance(record, CrawlRecord)
+    return replace(found, record=replace(record, free_order_gain=gain))
 
 
 def plan_touches(plan: Plan) -> bool:

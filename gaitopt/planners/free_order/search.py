@@ -13,7 +13,6 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from gaitopt.conventions import LEGS, FloatArray, Progress, rotation_z
 from gaitopt.plan.settings.crawl import CrawlSettings
@@ -67,20 +66,20 @@ def find_order(
     robot: Quadruped,
     footholds: Footholds,
     settings: CrawlSettings,
-    cog_start: ArrayLike | None = None,
+    *,
     progress: Progress | None = None,
 ) -> FreeOrder:
     """The fastest order of steps that was found to keep margin and reach at every one of them.
 
     Args:
-        robot, footholds, settings, cog_start: as for :func:`gaitopt.plan_crawl`; the settings'
+        robot, footholds, settings: as for :func:`gaitopt.plan_crawl`; the settings'
             sequence is not looked at.
         progress: called with (steps done, steps in all).
 
     Raises:
         InfeasibleStepError: the body cannot stand over the first footholds.
     """
-    start = start_of(robot, footholds, settings, cog_start)
+    start = start_of(robot, footholds, settings)
     points = footholds.array @ rotation_z(settings.heading)
     planner = planner_of(robot, footholds, settings)
     states = 0

@@ -2,30 +2,30 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from gaitopt.conventions import LEGS, FloatArray, Progress, leg_index
-from gaitopt.motion.bounds import largest_rates
-from gaitopt.motion.path import MotionPath
+from gaitopt.motion.bounds import largest_sizes
+from gaitopt.motion.foot_curve import FootCurve, LegOfPath
+from gaitopt.motion.path import BASE_COLUMNS, MotionPath
 from gaitopt.motion.pieces import joined
 from gaitopt.optimize.posture.problem import BodyPose
 from gaitopt.optimize.spline.obstacle_swing import solve_obstacle_swing
 from gaitopt.optimize.spline.problem import JointLimits
 from gaitopt.plan.phase import Limit, Phase
 from gaitopt.plan.plan import Plan
+from gaitopt.plan.record import StrideRecord
 from gaitopt.planners.over_obstacle.pieces import (
     StrideLimits,
     body_move,
     leg_limits,
-    plain_swing,
-    softened,
+    open_ground_swing,
     spline_swing,
+    without_end_accelerations,
 )
 from gaitopt.planners.over_obstacle.route import Step, StrideRoute
-from gaitopt.robots.leg import Leg
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.rotations import rpy_to_matrix
 from gaitopt.stability.energy import energy_stability_margin
@@ -84,7 +84,7 @@ def pieces_of(route: StrideRoute, progress: Progress | None = None) -> list[Piec
 def _swing(route: StrideRoute, step: Step, limits: StrideLimits) -> MotionPath:
     robot, settings = route.robot, route.settings
     if not step.over:
-        return plain_swing(
+        return open_ground_swing(
             robot, step.pose, step.feet, step.leg, step.target, settings.swing_height, limits
         )
     columns = list(robot.leg_columns[step.leg])
@@ -95,45 +95,7 @@ def _swing(route: StrideRoute, step: Step, limits: StrideLimits) -> MotionPath:
         pattern=settings.pattern, count=settings.waypoints,
     )  # fmt: skip
     path = spline_swing(robot, step.pose, step.feet, step.leg, found.spline, limits)
-    return softened(path, limits) if settings.jerks else path
-
-
-@dataclass(frozen=True, eq=False)
-class FlownFoot:
-    """What a foot flies on a path while the body stands still, for :func:`least_clearance`.
-
-    Attributes:
-        leg: the leg.
-        path: of body and joints.
-        columns: of the leg's joints in it.
-        pose: of the body.
-        origin: of the body frame in the world ``(3,)`` [m].
-    """
-
-    leg: Leg
-    path: MotionPath
-    columns: list[int]
-    pose: BodyPose
-    origin: FloatArray
-
-    @property
-    def times(self) -> FloatArray:
-        """Knots ``(K,)`` [s]."""
-        return self.path.times
-
-    @property
-    def speeds(self) -> FloatArray:
-        """Bound on the foot's speed between knots ``(K - 1,)`` [m/s]: rates times levers."""
-        leg = self.leg
-        levers = [leg.upper + leg.lower, leg.lower]
-        if leg.has_roll:
-            levers.insert(0, float(np.hypot(leg.lateral, leg.drop + leg.upper + leg.lower)))
-        return np.asarray(largest_rates(self.path)[:, self.columns] @ np.array(levers))
-
-    def place(self, times: FloatArray) -> FloatArray:
-        """The foot in the world ``(N, 3)`` [m] at ``times (N,)``."""
-        foot = self.leg.forward(self.path.evaluate(times)[:, self.columns])
-        return np.asarray(self.origin + foot @ self.pose.axes.T)
+    return without_end_accelerations(path, limits) if settings.jerks else path
 
 
 def foot_margin(route: StrideRoute, pieces: list[Piece]) -> float:
@@ -145,15 +107,14 @@ def foot_margin(route: StrideRoute, pieces: list[Piece]) -> float:
     for piece in pieces:
         if piece.path is None or not piece.leg or not route.steps[piece.number].over:
             continue
-        columns = [6 + c for c in robot.leg_columns[piece.leg]]
-        foot = FlownFoot(
-            robot.legs[piece.leg], piece.path, columns, piece.end, piece.end.origin(robot)
-        )
+        joints = LegOfPath(piece.path, robot.leg_columns[piece.leg])
+        pose = piece.end
+        foot = FootCurve(robot.legs[piece.leg], joints, pose.origin(robot), pose.axes)
         least = min(least, least_clearance(foot, route.obstacle).proven)
     return least - robot.foot_radius
 
 
-def plan_of(route: StrideRoute, pieces: list[Piece], info: dict[str, float | str]) -> Plan:
+def plan_of(route: StrideRoute, pieces: list[Piece], record: StrideRecord) -> Plan:
     """The plan of timed pieces."""
     limits = leg_limits(route.robot, route.settings.accelerations, route.settings.jerks)
     paths = [piece.path for piece in pieces if piece.path is not None]
@@ -163,8 +124,7 @@ def plan_of(route: StrideRoute, pieces: list[Piece], info: dict[str, float | str
         duration = 0.0 if piece.path is None else piece.path.duration
         phases.append(_phase(route, piece, start, duration, limits))
         start += duration
-    info = {**info, "energy_margin": energy_margin(route)}
-    return Plan(route.robot, route.footholds, route.settings, tuple(phases), path, info)
+    return Plan(route.robot, route.footholds, route.settings, tuple(phases), path, record)
 
 
 def still_path(route: StrideRoute) -> MotionPath:
@@ -221,7 +181,7 @@ def _limited_by(
     times = piece.path.times
     found = []
     for order, bound in enumerate((limits.velocity, limits.acceleration, limits.jerk), start=1):
-        busy = largest_rates(piece.path, order)[:, 6:] >= BUSY * bound
+        busy = largest_sizes(piece.path, order)[:, BASE_COLUMNS:] >= BUSY * bound
         for joint in np.flatnonzero(busy.any(axis=0)).tolist():
             spans = tuple(
                 (start + float(times[k]), start + float(times[k + 1]))

@@ -9,8 +9,8 @@ import numpy as np
 
 from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.errors import InputError
-from gaitopt.motion.bounds import largest_rates
-from gaitopt.motion.path import MotionPath
+from gaitopt.motion.bounds import largest_sizes
+from gaitopt.motion.path import BASE_COLUMNS, MotionPath
 from gaitopt.robots.collision_shapes import robot_shapes
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.rotations import rpy_to_quaternion
@@ -150,10 +150,11 @@ class Surroundings:
 
     def speeds(self, path: MotionPath) -> FloatArray:
         """Bound on the speed of any part on each piece of the path ``(K - 1,)`` [m/s]."""
-        rates = largest_rates(path)
+        rates = largest_sizes(path)
         base = np.linalg.norm(rates[:, :3], axis=1)
         turning = rates[:, 3:6].sum(axis=1) * self.reach
-        legs = [rates[:, 6:][:, list(self.robot.leg_columns[leg])].sum(axis=1) for leg in LEGS]
+        joints = rates[:, BASE_COLUMNS:]
+        legs = [joints[:, self.robot.leg_columns[leg]].sum(axis=1) for leg in LEGS]
         return np.asarray(base + turning + self.lever * np.max(legs, axis=0))
 
 

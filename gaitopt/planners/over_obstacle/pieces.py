@@ -1,8 +1,9 @@
-"""Timed pieces of a stride: body moves and plain swings by exact kinematics, and soft ends.
+"""Timed pieces of a walk over an obstacle: moves of the body, and swings of single feet.
 
-Every piece starts and ends at rest, so pieces follow one another without a jump of velocity. A
-piece is made for one second, as quintics through exactly computed states; then it is stretched
-until no joint breaks a limit anywhere.
+Every piece starts and ends at rest, so pieces follow one another without a jump of velocity. Moves
+of the body and swings over open ground are made to last one second, as quintics through exactly
+computed states, and are then stretched until no joint breaks a limit anywhere. Swings over the
+obstacle follow joint splines, whose ends can be changed so that they have no acceleration there.
 """
 
 from __future__ import annotations
@@ -14,35 +15,32 @@ import numpy as np
 
 from gaitopt.conventions import LEGS, FloatArray, leg_index
 from gaitopt.errors import SolverError
-from gaitopt.motion.bounds import largest_rates
-from gaitopt.motion.path import MotionPath
-from gaitopt.motion.pieces import cut, hermite, joined, stretched
-from gaitopt.motion.smooth_path import States, smooth_path
+from gaitopt.motion.body_and_feet import body_and_feet_path
+from gaitopt.motion.bounds import largest_sizes
+from gaitopt.motion.path import BASE_COLUMNS, MotionPath
+from gaitopt.motion.pieces import States, cut, joined, quintic_hermite, stretched
+from gaitopt.motion.retiming import needed_stretch
 from gaitopt.optimize.posture.problem import BodyPose
 from gaitopt.optimize.spline.joint_spline import JointSpline
 from gaitopt.robots.quadruped import Quadruped
-from gaitopt.robots.whole_body import feet_from_joints, joints_from_feet
-from gaitopt.robots.whole_body_rates import (
-    base_twist,
-    base_twist_rate,
-    joint_accelerations,
-    joint_rates,
-)
+from gaitopt.robots.whole_body import joints_from_feet
 from gaitopt.swing.curve import SwingCurve, smooth_step
 from gaitopt.swing.polynomial import PolynomialSwing
 
 STANCE_ERROR = 1e-6
 """Most that a foot departs from where it should be, between the path's knots [m]."""
 PARTS = 8
-"""Pieces that a motion is cut into at first."""
+"""Intervals of a motion at first; they are halved where feet depart too far from their places."""
 SPLINE_PARTS = 4
-"""Segments that each interval of a spline is cut into."""
-SLOWER = (1.0, 1.02, 1.05, 1.1, 1.2, 1.35, 1.5, 2.0)
-"""Stretches of a swing that are tried until its ends can be made soft."""
-LONGEST_SOFT = 2.5
-"""How much longer a soft end may be than the piece it replaces."""
-SAFE = 1.0 + 1e-10
-"""Stretch beyond what is needed, so that rounding breaks no limit."""
+"""Segments into which each interval of a spline is cut, so that bounds on them are close."""
+SWING_STRETCHES = (1.0, 1.02, 1.05, 1.1, 1.2, 1.35, 1.5, 2.0)
+"""Factors on a swing's time that are tried, in this order, until its ends can be changed."""
+LONGEST_END = 2.5
+"""How many times as long a changed end may be as the piece that it replaces."""
+END_LENGTHS = 40
+"""Lengths of a changed end that are tried, from 1 to :data:`LONGEST_END` times the piece's."""
+ROUNDING_RESERVE = 1.0 + 1e-10
+"""Factor on stretched times, so that rounding breaks no limit."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,13 +57,12 @@ class StrideLimits:
     acceleration: FloatArray
     jerk: FloatArray
 
-    def stretch(self, path: MotionPath) -> float:
-        """By how much a path's time must grow, or may shrink, to reach its tightest limit."""
-        need = [
-            (largest_rates(path, k)[:, 6:] / limit).max(initial=0.0) ** (1.0 / k)
-            for k, limit in enumerate((self.velocity, self.acceleration, self.jerk), start=1)
-        ]
-        return float(max(need))
+    def needed_stretch(self, path: MotionPath) -> float:
+        """Factor by which a path's time must grow, or may shrink, to reach its tightest limit."""
+        return needed_stretch(*(
+            (largest_sizes(path, order)[:, BASE_COLUMNS:] / limit).max(initial=0.0)
+            for order, limit in enumerate((self.velocity, self.acceleration, self.jerk), start=1)
+        ))  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,7 +90,7 @@ class PieceMotion:
         out = [smooth_step(times, k)[:, None] * way for k in range(3)]
         return self.start + out[0], out[1], out[2]
 
-    def places(self, times: FloatArray) -> States:
+    def feet_at(self, times: FloatArray) -> States:
         """Feet ``(N, 4, 3)`` and two derivatives."""
         place = np.broadcast_to(self.feet, (len(times), 4, 3)).copy()
         speed, change = np.zeros_like(place), np.zeros_like(place)
@@ -103,33 +100,11 @@ class PieceMotion:
             change[:, i] = curve.acceleration(times)
         return place, speed, change
 
-    def state(self, times: FloatArray, inside: FloatArray) -> States:
-        """Path columns and two derivatives ``(N, 6 + nj)``, for :func:`smooth_path`."""
-        base = self.base(times)[0]
-        joints = joints_from_feet(self.robot, base[:, :3], base[:, 3:], self.places(times)[0])
-        _, speed, change = self.base(inside)
-        _, foot_speed, foot_change = self.places(inside)
-        rpy = base[:, 3:]
-        twist = base_twist(rpy, speed[:, :3], speed[:, 3:])
-        rate = base_twist_rate(rpy, speed[:, :3], speed[:, 3:], change[:, :3], change[:, 3:])
-        rates = joint_rates(self.robot, rpy, joints, twist, foot_speed)
-        bends = joint_accelerations(self.robot, rpy, joints, twist, rates, rate, foot_change)
-        return (
-            np.concatenate([base, joints], axis=1),
-            np.concatenate([speed, rates], axis=1),
-            np.concatenate([change, bends], axis=1),
-        )
-
-    def error(self, times: FloatArray, values: FloatArray) -> FloatArray:
-        """How far feet are from their places at path values ``(N, 6 + nj)``: ``(N,)`` [m]."""
-        feet = feet_from_joints(self.robot, values[:, :3], values[:, 3:6], values[:, 6:])
-        return np.asarray(np.linalg.norm(feet - self.places(times)[0], axis=2).max(axis=1))
-
     def path(self, limits: StrideLimits) -> MotionPath:
         """The fastest such motion within the limits."""
         knots = np.linspace(0.0, 1.0, PARTS + 1)
-        path = smooth_path(knots, self.state, self.error, STANCE_ERROR)
-        return stretched(path, limits.stretch(path) * SAFE)
+        path = body_and_feet_path(self.robot, knots, self.base, self.feet_at, STANCE_ERROR)
+        return stretched(path, limits.needed_stretch(path) * ROUNDING_RESERVE)
 
 
 def body_move(
@@ -143,7 +118,7 @@ def body_move(
     return PieceMotion(robot, a, b, feet).path(limits)
 
 
-def plain_swing(
+def open_ground_swing(
     robot: Quadruped,
     pose: BodyPose,
     feet: FloatArray,
@@ -173,59 +148,64 @@ def spline_swing(
     """
     base = pose.base(robot)
     still = joints_from_feet(robot, base[:3], base[3:], feet)
-    coefficients = np.zeros((4, len(spline.times) - 1, 6 + len(still)))
+    coefficients = np.zeros((4, len(spline.times) - 1, BASE_COLUMNS + len(still)))
     coefficients[-1] = np.concatenate([base, still])
-    columns = [6 + c for c in robot.leg_columns[leg]]
+    columns = BASE_COLUMNS + np.array(robot.leg_columns[leg])
     coefficients[:, :, columns] = spline.coefficients
     whole = MotionPath(spline.times, coefficients)
     parts = cut(whole, np.diff(whole.times) / SPLINE_PARTS)
-    return stretched(parts, max(limits.stretch(parts), 1.0) * SAFE)
+    return stretched(parts, max(limits.needed_stretch(parts), 1.0) * ROUNDING_RESERVE)
 
 
-def softened(path: MotionPath, limits: StrideLimits, ends: int = SPLINE_PARTS) -> MotionPath:
-    """The path with its ends made softer: no acceleration at the very first and last instant.
+def without_end_accelerations(
+    path: MotionPath, limits: StrideLimits, count: int = SPLINE_PARTS
+) -> MotionPath:
+    """The path with no acceleration at its very first and last instant.
 
-    The clamped spline of eq. (7) starts with an acceleration out of nothing, which no bound on jerk
-    allows. Its first and last pieces become quintics through the same places that start and end
-    without acceleration, as much longer as the limits ask for.
+    The clamped spline of eq. (7) starts with a jump of acceleration, which no bound on jerk allows.
+    Its first and last pieces become quintics through the same places that start and end without
+    acceleration, as much longer as the limits ask for.
 
     Args:
         path: from rest to rest.
         limits: of all joints.
-        ends: how many segments make the first piece, and the last.
+        count: how many segments make the first piece, and the last.
 
     Raises:
         SolverError: no length of the pieces, and no slower motion, is within the limits.
     """
-    for slower in SLOWER:
-        calm = stretched(path, slower)
-        first, last = (_soft_piece(calm, limits, ends, last=last) for last in (False, True))
+    for factor in SWING_STRETCHES:
+        slower = stretched(path, factor)
+        first, last = (_end_piece(slower, limits, count, last=last) for last in (False, True))
         if first is not None and last is not None:
-            times = calm.times[ends:-ends]
-            inner = MotionPath(times - times[0], calm.coefficients[:, ends:-ends])
+            times = slower.times[count:-count]
+            inner = MotionPath(times - times[0], slower.coefficients[:, count:-count])
             return joined([first, inner, last])
     raise SolverError(
-        "a swing's ends cannot be made soft within the jerk limits; leave jerk_limit out, or give "
-        "a larger one"
+        "a swing cannot start and end without acceleration within the jerk limits; leave "
+        "jerk_limit out, or give a larger one"
     )
 
 
-def _soft_piece(
+def _end_piece(
     path: MotionPath, limits: StrideLimits, count: int, *, last: bool
 ) -> MotionPath | None:
-    """The first or last ``count`` segments as a quintic without acceleration at the path's end."""
+    """The first or last ``count`` segments as a quintic without acceleration at the path's end.
+
+    ``None`` when none of the lengths that are tried is within the limits.
+    """
     ends = path.times[[-1 - count, -1]] if last else path.times[[0, count]]
-    place = path.evaluate(ends)
-    slope, bend = path.evaluate(ends, 1), path.evaluate(ends, 2)
+    # At the inner end velocity and acceleration of a cubic spline do not jump: those of the
+    # neighbouring segment are the path's own.
+    values, velocities, accelerations = (path.evaluate(ends, order) for order in range(3))
     outer = 1 if last else 0
-    # What follows the piece, or goes before it, is the same polynomial's neighbour: a cubic
-    # spline's velocity and acceleration do not jump there.
-    slope[outer] = bend[outer] = 0.0
-    for factor in np.geomspace(1.0, LONGEST_SOFT, 40):
+    velocities[outer] = accelerations[outer] = 0.0
+    begin, end = ((values[[k]], velocities[[k]], accelerations[[k]]) for k in (0, 1))
+    for factor in np.geomspace(1.0, LONGEST_END, END_LENGTHS):
         length = float(ends[1] - ends[0]) * factor
-        piece = MotionPath(np.array([0.0, length]), hermite(length, place, slope, bend)[:, None])
-        parts = cut(piece, length / count)
-        if limits.stretch(parts) <= 1.0:
+        quintic = quintic_hermite(np.array([length]), begin, end)
+        parts = cut(MotionPath(np.array([0.0, length]), quintic), length / count)
+        if limits.needed_stretch(parts) <= 1.0:
             return parts
     return None
 

@@ -7,32 +7,34 @@ joint spline (Section III), over open ground by a plain swing.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from gaitopt.conventions import FloatArray, Progress
+from gaitopt.conventions import Progress
 from gaitopt.errors import InfeasibleStepError, InputError, SolverError, StrideFault
-from gaitopt.gait.crawl import SHAO_SEQUENCE
 from gaitopt.motion.pieces import joined
 from gaitopt.optimize.posture.solver import solve_posture
 from gaitopt.plan.plan import Plan
-from gaitopt.plan.settings.over_obstacle import StrideSettings
-from gaitopt.planners.over_obstacle.assembly import Piece, foot_margin, pieces_of, plan_of
+from gaitopt.plan.record import StrideRecord
+from gaitopt.plan.settings.keywords import chosen_settings, takes_settings
+from gaitopt.plan.settings.over_obstacle import BODY_HEIGHTS, StrideSettings
+from gaitopt.planners.over_obstacle.assembly import (
+    Piece,
+    energy_margin,
+    foot_margin,
+    pieces_of,
+    plan_of,
+)
 from gaitopt.planners.over_obstacle.clearance import Approach, Surroundings
 from gaitopt.planners.over_obstacle.layout import Gaps
 from gaitopt.planners.over_obstacle.route import Demand, StrideRoute
 from gaitopt.planners.over_obstacle.search import find_route, widened
 from gaitopt.robots.quadruped import Quadruped
-from gaitopt.swing.obstacle_paths import Pattern
 from gaitopt.terrain.obstacles import Obstacle
 
-BODY_HEIGHTS = (0.90, 0.86, 0.82, 0.78, 0.74, 0.70)
-"""Heights of the body that are tried, in shares of the legs' reach: higher legs lean less."""
-FULL_SPEED = 0.5
-"""Time to full speed that accelerations are chosen for, where none are given [s]."""
 ROUNDS = 6
 FOOT_TOLERANCE = 2e-5
 """What the proof of the feet's margin may fall short by [m]: it is so fine."""
@@ -40,24 +42,14 @@ HALVINGS = 5
 """Bisections for the largest obstacle: it is found to a thirtieth of the one asked for."""
 
 
+@takes_settings(StrideSettings)
 def plan_stride(
     robot: Quadruped,
     obstacle: Obstacle,
+    settings: StrideSettings | None = None,
     *,
-    stability_margin: float = 0.02,
-    margin: float = 0.03,
-    clearance: float = 0.01,
-    body_height: float | None = None,
-    swing_height: float | None = None,
-    approach: int = 1,
-    leave: int = 1,
-    sequence: Iterable[str] = SHAO_SEQUENCE,
-    pattern: Pattern = "parabola",
-    waypoints: int = 13,
-    reach_fraction: float = 0.98,
-    acceleration_limit: ArrayLike | None = None,
-    jerk_limit: ArrayLike | None = None,
     progress: Progress | None = None,
+    **options: Any,
 ) -> Plan:
     """Plan a statically stable walk over an obstacle that lies across the way.
 
@@ -70,52 +62,34 @@ def plan_stride(
     Args:
         robot: from :func:`gaitopt.load_robot`; legs with or without roll joint.
         obstacle: from :func:`gaitopt.rectangular_obstacle`, for instance.
-        stability_margin: distance of the body centre from the support's sides while a foot flies
-            [m].
-        margin: distance that the ball of a foot keeps from the obstacle [m].
-        clearance: distance that every part of the robot keeps from it [m].
-        body_height: height of the hips above the feet [m]; by default the highest of a few, from
-            0.9 to 0.7 of the legs' reach, with which it works.
-        swing_height: how far a foot rises over open ground [m]; a tenth of the legs' reach by
-            default.
-        approach, leave: cycles before the first stride over the obstacle, and after the last.
-        sequence: order of the legs in a cycle; the paper's by default.
-        pattern, waypoints: of the paths over the obstacle, see
-            :func:`gaitopt.swing.obstacle_paths.obstacle_path`.
-        reach_fraction: share of each leg's reach that may be used.
-        acceleration_limit: of all joints, or of each joint of a leg from body to foot
-            [rad/s^2]; by default each reaches its velocity limit in half a second.
-        jerk_limit: the same for jerk [rad/s^3]; by default there is none. With one, swings start
-            and end without acceleration.
+        settings: all settings as one object; its heading and obstacles become this obstacle's. By
+            default they fit the robot, and the body is as high as the highest of a few heights,
+            from 0.9 to 0.7 of the legs' reach, with which it works.
         progress: called with (steps done, steps in all).
+        options: single settings by name: the fields of :class:`gaitopt.StrideSettings`;
+            ``acceleration_limit`` and ``jerk_limit`` may be one number, or one for each joint of
+            a leg from body to foot.
 
     Returns:
-        The plan. Its ``info`` holds ``clearance``, the distance that no part of the robot falls
+        The plan. Its record holds ``clearance``, the distance that no part of the robot falls
         short of [m]; ``foot_margin``, the same of the feet's balls on their way over it [m];
         ``energy_margin``, the least energy that tips the robot while a foot flies
         [J]; and the gaps between the obstacle and the feet beside it [m].
 
     Raises:
-        InputError: a setting is out of range, or a joint has no velocity limit.
+        InputError: a setting is unknown or out of range, or a joint has no velocity limit.
         InfeasibleStepError: no such walk was found; says how large an obstacle would do.
     """
     _check(robot, obstacle)
-    reach = float(np.mean([leg.reach for leg in robot.legs.values()]))
-    accelerations = _leg_values(robot, "acceleration_limit", acceleration_limit)
-    if not accelerations:
-        limits = np.array([leg.velocity_limits for leg in robot.legs.values()])
-        accelerations = tuple((limits.min(axis=0) / FULL_SPEED).tolist())
-    jerks = _leg_values(robot, "jerk_limit", jerk_limit)
-    heights = [share * reach for share in BODY_HEIGHTS] if body_height is None else [body_height]
-    settings = StrideSettings(
-        stability_margin=stability_margin, body_height=heights[0],
-        swing_height=round(0.1 * reach, 3) if swing_height is None else swing_height,
-        reach_fraction=reach_fraction, heading=obstacle.yaw, acceleration_limit=max(accelerations),
-        jerk_limit=max(jerks) if jerks else None, obstacles=(obstacle,), margin=margin,
-        clearance=clearance, approach=approach, leave=leave, sequence=tuple(sequence),
-        pattern=pattern, waypoints=waypoints, accelerations=accelerations, jerks=jerks,
-    )  # fmt: skip
-    tries = [replace(settings, body_height=height) for height in heights]
+    this = {"heading": obstacle.yaw, "obstacles": (obstacle,)}
+    taken = sorted(this.keys() & options.keys())
+    if taken:
+        raise InputError(f"plan_stride takes {taken[0]} from the obstacle; leave it out")
+    chosen = chosen_settings(StrideSettings, robot, settings, {**options, **this})
+    tries = [chosen]
+    if settings is None and options.get("body_height") is None:
+        reach = float(np.mean([leg.reach for leg in robot.legs.values()]))
+        tries = [replace(chosen, body_height=share * reach) for share in BODY_HEIGHTS]
     return _planned(robot, obstacle, tries, progress)
 
 
@@ -162,7 +136,7 @@ def _attempt(
             gaps = Gaps(*(gap + more for gap in route.demand.gaps))
             demand = route.demand._replace(foot=route.demand.foot + more, gaps=gaps)
         else:
-            return plan_of(route, pieces, _info(route, around, closest, foot))
+            return plan_of(route, pieces, _record(route, around, closest, foot))
     raise StrideFault(
         f"leg {closest.seen.leg or 'none, the body'} comes within {closest.proven:.4g} m of the "
         f"obstacle after {ROUNDS} rounds",
@@ -186,17 +160,19 @@ def _roomier(
     return demand._replace(gaps=Gaps(*(gap + more for gap in demand.gaps)), lift=demand.lift + more)
 
 
-def _info(
+def _record(
     route: StrideRoute, around: Surroundings, closest: Approach, foot: float
-) -> dict[str, float | str]:
+) -> StrideRecord:
     gaps = {f"gap_{name}": float(gap) for name, gap in route.demand.gaps._asdict().items()}
-    return {
-        "clearance": closest.proven,
-        "foot_margin": foot,
-        "nearest": f"{closest.seen.shape} at {closest.time:.2f} s",
-        **({"lines_for_meshes": ", ".join(around.stand_ins)} if around.stand_ins else {}),
+    return StrideRecord(
+        stability="static margin of the body centre, on the horizontal projection",
+        clearance=float(closest.proven),
+        foot_margin=float(foot),
+        energy_margin=energy_margin(route),
+        nearest=f"{closest.seen.shape} at {closest.time:.2f} s",
+        lines_for_meshes=", ".join(around.stand_ins) or None,
         **gaps,
-    }
+    )
 
 
 # --- refusals ---------------------------------------------------------------------------------
@@ -280,31 +256,7 @@ def _check(robot: object, obstacle: object) -> None:
             "plan_stride takes a Quadruped (from load_robot) and an Obstacle (rectangular_obstacle("
             f"0.11, 0.04), for instance), got {type(robot).__name__} and {type(obstacle).__name__}"
         )
-    for leg in robot.legs.values():
-        for joint, limit in zip(leg.joints, leg.velocity_limits, strict=True):
-            if not (np.isfinite(limit) and limit > 0):
-                raise InputError(
-                    f"{robot.name}: joint {joint} has the velocity limit {limit:g} rad/s; set a "
-                    'positive one in the URDF (<limit velocity="...">)'
-                )
-
-
-def _leg_values(robot: Quadruped, name: str, given: ArrayLike | None) -> tuple[float, ...]:
-    """One number for each joint of a leg; none when nothing was given."""
-    if given is None:
-        return ()
-    joints = {len(leg.joints) for leg in robot.legs.values()}
-    try:
-        values: FloatArray = np.asarray(given, dtype=np.float64)
-        values = np.broadcast_to(values, (max(joints),))
-    except (TypeError, ValueError):
-        values = np.full(1, np.nan)
-    if len(joints) > 1 or not ((values > 0.0) & np.isfinite(values)).all():
-        raise InputError(
-            f"{name} must be a positive number, or {max(joints)}: one for each joint of a leg; got "
-            f"{given!r}"
-        )
-    return tuple(values.tolist())
+    robot.require_velocity_limits()
 
 
 def scaled(obstacle: Obstacle, height: float = 1.0, width: float = 1.0) -> Obstacle:

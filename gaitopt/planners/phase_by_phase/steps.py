@@ -39,6 +39,19 @@ class CrawlSteps:
         return np.array([leg_index(leg) for leg in self.legs], dtype=int)
 
 
+def check_walk(planner: str, robot: object, footholds: object) -> None:
+    """Refuse what is neither a robot nor footholds.
+
+    Raises:
+        InputError: names what was given.
+    """
+    if not isinstance(robot, Quadruped) or not isinstance(footholds, Footholds):
+        raise InputError(
+            f"{planner} takes a Quadruped (from load_robot) and Footholds, got "
+            f"{type(robot).__name__} and {type(footholds).__name__}"
+        )
+
+
 def check_robot(robot: Quadruped) -> None:
     """Refuse a robot whose legs cannot move sideways, or have no usable speed limits.
 
@@ -51,12 +64,7 @@ def check_robot(robot: Quadruped) -> None:
                 f"{robot.name}: leg {name} has no roll joint, so its foot cannot move sideways as "
                 "a crawl over given footholds needs; use a robot with three joints a leg"
             )
-        for joint, limit in zip(leg.joints, leg.velocity_limits, strict=True):
-            if not (np.isfinite(limit) and limit > 0):
-                raise InputError(
-                    f"{robot.name}: joint {joint} has the velocity limit {limit:g} rad/s; set a "
-                    'positive one in the URDF (<limit velocity="...">)'
-                )
+    robot.require_velocity_limits()
 
 
 def check_stance(steps: CrawlSteps) -> None:
@@ -81,7 +89,7 @@ def check_stance(steps: CrawlSteps) -> None:
 def crawl_steps(footholds: Footholds, settings: CrawlSettings) -> CrawlSteps:
     """Lay out all steps: who swings, from which feet, onto what, below which body height."""
     points = footholds.array @ rotation_z(settings.heading)
-    order = swing_order(settings.sequence, len(footholds))
+    order = swing_order(settings.order, len(footholds))
     feet = np.empty((len(order) + 1, len(LEGS), 3))
     feet[0] = points[:, 0]
     for s, (leg, k) in enumerate(order):

@@ -5,10 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from gaitopt.conventions import LEGS, FloatArray, Progress, rotation_z
-from gaitopt.errors import InfeasibleStepError, InputError
+from gaitopt.errors import InfeasibleStepError
 from gaitopt.gait.crawl import WANG_SEQUENCE
 from gaitopt.optimize.cog.solver import (
     CogProblem,
@@ -25,13 +24,11 @@ from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.footholds import Footholds
 
 
-def start_of(
-    robot: Quadruped, footholds: Footholds, settings: CrawlSettings, cog_start: ArrayLike | None
-) -> FloatArray:
+def start_of(robot: Quadruped, footholds: Footholds, settings: CrawlSettings) -> FloatArray:
     """Body centre at the start of a walk ``(3,)`` [m], in the heading frame."""
     steps = crawl_steps(footholds, replace(settings, sequence=WANG_SEQUENCE))
     check_stance(steps)
-    return start_place(robot, steps, settings, cog_start)
+    return start_place(robot, steps, settings)
 
 
 def optimise_cogs(
@@ -75,33 +72,25 @@ def step_problems(
     )  # fmt: skip
 
 
-def start_place(
-    robot: Quadruped,
-    steps: CrawlSteps,
-    settings: CrawlSettings,
-    cog_start: ArrayLike | None,
-) -> FloatArray:
-    """Body centre at the start ``(3,)``, in the heading frame."""
+def start_place(robot: Quadruped, steps: CrawlSteps, settings: CrawlSettings) -> FloatArray:
+    """Body centre at the start ``(3,)`` [m], in the heading frame.
+
+    Raises:
+        InfeasibleStepError: the legs do not reach the first footholds from there.
+    """
+    cog_start = settings.cog_start
     feet = dict(zip(LEGS, steps.feet[0], strict=True))
     wanted = steps.feet[0, :, :2].mean(axis=0)
     if cog_start is not None:
-        try:
-            given = np.asarray(cog_start, dtype=np.float64)
-        except (TypeError, ValueError):
-            given = np.empty(0)
-        if given.shape != (2,) or not np.isfinite(given).all():
-            raise InputError(
-                f"cog_start must be two finite numbers (x, y) in metres, got {cog_start!r}"
-            )
-        wanted = given @ rotation_z(settings.heading)[:2, :2]
+        wanted = np.array(cog_start) @ rotation_z(settings.heading)[:2, :2]
     problem = build_cog_problem(
         robot, feet, steps.start_height, wanted, reach_fraction=settings.reach_fraction
     )
     if cog_start is not None and problem.constraint_values(wanted).min() < -1e-9:
         worst = int(problem.constraint_values(wanted).argmin())
         raise InfeasibleStepError(
-            f"the body cannot start at {given.tolist()}: {problem.names[worst]} is exceeded; leave "
-            "cog_start out to start as near to the middle of the feet as the legs reach",
+            f"the body cannot start at {list(cog_start)}: {problem.names[worst]} is exceeded; "
+            "leave cog_start out to start as near to the middle of the feet as the legs reach",
             step=-1, leg=LEGS[worst], conflicts=(problem.names[worst],),
             reach_fraction=settings.reach_fraction,
         )  # fmt: skip

@@ -13,6 +13,7 @@ from gaitopt.motion.path import MotionPath
 from gaitopt.optimize.cog.solver import CogSolution
 from gaitopt.optimize.speed import knot_times
 from gaitopt.plan.plan import Plan
+from gaitopt.plan.record import CrawlRecord
 from gaitopt.plan.settings.crawl import CrawlSettings
 from gaitopt.planners.phase_by_phase.phases import crawl_phases
 from gaitopt.planners.phase_by_phase.swing_ways import swing_ways
@@ -82,11 +83,11 @@ def assemble_plan(
     )
     slowest = np.concatenate([*(s.slowest for s in strands), np.zeros(0, dtype=int)])
     phases = crawl_phases(robot, settings, steps, cogs, solutions, times, ends, slowest)
-    info: dict[str, float | str] = {
-        "stability": "static margin of the body centre, on the horizontal projection",
-        "cog_error_bound": max((s.error_bound for s in solutions), default=0.0),
-    }
-    return Plan(robot, footholds, settings, phases, path, info)
+    record = CrawlRecord(
+        stability="static margin of the body centre, on the horizontal projection",
+        cog_error_bound=max((s.error_bound for s in solutions), default=0.0),
+    )
+    return Plan(robot, footholds, settings, phases, path, record)
 
 
 def _stance_strands(
@@ -199,7 +200,7 @@ def _refined(
         robot, settings, steps, tolerance, kind: of the walk.
     """
     speed = None if settings.speed == "max" else float(settings.speed)
-    limits = _leg_limits(robot)
+    limits = robot.velocity_limits
     found: list[Strand | None] = [None] * len(steps.legs)
     which = np.arange(len(steps.legs))
     intervals = np.full(len(which), -(-FIRST_INTERVALS[kind] // edges))
@@ -224,14 +225,6 @@ def _refined(
         more = np.ceil(intervals * np.sqrt(1.1 * error / tolerance)).astype(int)
         which, intervals = which[~done], np.minimum(more[~done], MOST_INTERVALS)
     return [s for s in found if s is not None]
-
-
-def _leg_limits(robot: Quadruped) -> FloatArray:
-    """Velocity limits, without one for joints that no leg owns: those stand still."""
-    limits = np.full(len(robot.joint_names), np.inf)
-    for name, leg in robot.legs.items():
-        limits[list(robot.leg_columns[name])] = leg.velocity_limits
-    return limits
 
 
 def _refuse_flips(

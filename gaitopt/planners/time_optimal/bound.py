@@ -43,11 +43,9 @@ def route_bound(plan: Plan, window: int = 8, iterations: int = 300) -> FloatArra
     if not isinstance(settings, RouteSettings):
         raise InputError("route_bound takes a plan of plan_route")
     window = check_count("window", window, 1, 10_000)
-    relaxed = replace(
-        settings, acceleration_limit=None,
-        free=tuple(name for name in settings.free if name != "dynamic"),
-    )  # fmt: skip
-    route = prepared(plan.robot, plan.footholds, relaxed, None)
+    free = replace(settings.free, dynamic=False)
+    relaxed = replace(settings, acceleration_limit=None, free=free)
+    route = prepared(plan.robot, plan.footholds, relaxed)
     count = len(route.steps.legs)
     return frozen([
         _least_time(route, settings.static, first, min(first + window, count), iterations)

@@ -12,15 +12,15 @@ from typing import NamedTuple
 import numpy as np
 
 from gaitopt.conventions import LEGS, BoolArray, FloatArray, rotation_z
-from gaitopt.motion.body_and_feet import base_poses
+from gaitopt.motion.body_and_feet import base_poses, largest_slip
 from gaitopt.motion.differences import time_derivatives
-from gaitopt.motion.path import MotionPath
+from gaitopt.motion.path import BASE_COLUMNS, MotionPath
+from gaitopt.motion.pieces import States
 from gaitopt.motion.smooth_path import smooth_path
 from gaitopt.optimize.route.legs import BODY, JOINTS, ORIENTATION, StackedLegs
 from gaitopt.planners.time_optimal.dense import SLIP_TOLERANCE
 from gaitopt.planners.time_optimal.knots import RouteKnots
 from gaitopt.robots.quadruped import Quadruped
-from gaitopt.robots.rotations import rpy_to_matrix
 
 
 class Contacts(NamedTuple):
@@ -80,11 +80,13 @@ class FootholdMotion(ABC):
     def values(self, times: FloatArray, piece: np.ndarray) -> FloatArray:
         """Columns of a path ``(N, 6 + nj)`` by the formulae of given pieces."""
         poses = self.poses_at(times, piece)
-        out = np.empty((len(times), 6 + len(self.robot.joint_names)))
-        out[:, :6] = base_poses(self.robot, self.heading, poses[:, BODY], poses[:, ORIENTATION])
-        out[:, 6:] = self.robot.neutral_joints()
-        columns = [6 + c for leg in LEGS for c in self.robot.leg_columns[leg]]
-        out[:, columns] = self.angles(poses, self.contacts(piece))
+        out = np.empty((len(times), BASE_COLUMNS + len(self.robot.joint_names)))
+        out[:, :BASE_COLUMNS] = base_poses(
+            self.robot, self.heading, poses[:, BODY], poses[:, ORIENTATION]
+        )
+        out[:, BASE_COLUMNS:] = self.robot.neutral_joints()
+        joints = self.angles(poses, self.contacts(piece))
+        out[:, BASE_COLUMNS + self.robot.leg_joint_columns] = joints
         return out
 
     def path(self) -> MotionPath:
@@ -94,25 +96,17 @@ class FootholdMotion(ABC):
             SolverError: standing feet do not stay in their places.
         """
 
-        def state(
-            times: FloatArray, inner: FloatArray
-        ) -> tuple[FloatArray, FloatArray, FloatArray]:
-            piece = self.piece(inner)
+        def state(times: FloatArray, inside: FloatArray) -> States:
+            piece = self.piece(inside)
             return (self.values(times, piece),
-                    *time_derivatives(lambda t: self.values(t, piece), inner))  # fmt: skip
+                    *time_derivatives(lambda t: self.values(t, piece), inside))  # fmt: skip
 
         return smooth_path(self.times, state, self._slip, SLIP_TOLERANCE)
 
     def _slip(self, times: FloatArray, values: FloatArray) -> FloatArray:
         """How far path values put standing feet from their places ``(N,)`` [m]."""
         contacts = self.contacts(self.piece(times))
-        turned = rpy_to_matrix(values[:, 3:6]) @ self.robot.body_axes
         places = self.knots.feet[contacts.knot] @ rotation_z(self.heading).T
-        slip = np.zeros(len(times))
-        for i, leg in enumerate(LEGS):
-            columns = [6 + c for c in self.robot.leg_columns[leg]]
-            foot = self.robot.legs[leg].forward(values[:, columns])
-            away = values[:, :3] + np.einsum("nij,nj->ni", turned, foot) - places[:, i]
-            stands = ~(contacts.flies & (contacts.leg == i))
-            slip = np.where(stands, np.maximum(slip, np.linalg.norm(away, axis=1)), slip)
-        return slip
+        standing = np.ones((len(times), len(LEGS)), dtype=np.bool_)
+        standing[np.arange(len(times)), contacts.leg] = ~contacts.flies
+        return largest_slip(self.robot, values, places, standing)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from gaitopt.conventions import FloatArray
 from gaitopt.errors import GaitoptError
@@ -29,7 +28,6 @@ class Route:
         robot, footholds, settings: of the walk.
         steps: its steps, in the heading frame.
         cogs: body centre before and after each stance phase of the per-phase walk ``(S + 1, 3)``.
-        cog_start: what was asked for.
         shapes: of the legs, to be kept apart; ``None`` where they are meshes.
     """
 
@@ -38,7 +36,6 @@ class Route:
     settings: RouteSettings
     steps: CrawlSteps
     cogs: FloatArray
-    cog_start: ArrayLike | None
     shapes: Shapes | None
 
     def part(self, first: int, last: int) -> CrawlSteps:
@@ -51,9 +48,8 @@ class Route:
 
     def phase_by_phase(self) -> Plan | None:
         """The paper's plan over the same footholds; ``None`` where there is none."""
-        s = self.settings
         try:
-            return plan_in_order(self.robot, self.footholds, crawl_settings(s), self.cog_start)
+            return plan_in_order(self.robot, self.footholds, crawl_settings(self.settings))
         except GaitoptError:
             return None
 
@@ -62,15 +58,13 @@ def crawl_settings(settings: RouteSettings) -> CrawlSettings:
     """Settings of the walk phase by phase over the same footholds."""
     return CrawlSettings(
         stability_margin=settings.stability_margin, body_height=settings.body_height,
-        swing_height=settings.swing_height, sequence=settings.sequence,
+        swing_height=settings.swing_height, sequence=settings.order,
         reach_fraction=settings.reach_fraction, heading=settings.heading,
-        follow_terrain=settings.follow_terrain,
+        follow_terrain=settings.follow_terrain, cog_start=settings.cog_start,
     )  # fmt: skip
 
 
-def prepared(
-    robot: Quadruped, footholds: Footholds, settings: RouteSettings, cog_start: ArrayLike | None
-) -> Route:
+def prepared(robot: Quadruped, footholds: Footholds, settings: RouteSettings) -> Route:
     """Steps and COG targets of the per-phase walk.
 
     Raises:
@@ -81,8 +75,8 @@ def prepared(
     steps = crawl_steps(footholds, paper)
     check_stance(steps)
     check_heights(robot, steps, paper)
-    start = start_place(robot, steps, paper, cog_start)
+    start = start_place(robot, steps, paper)
     solutions = optimise_cogs(robot, steps, paper, start)
     ends = [np.append(s.position, z) for s, z in zip(solutions, steps.heights, strict=True)]
-    return Route(robot, footholds, settings, steps, np.vstack([start, *ends]), cog_start,
+    return Route(robot, footholds, settings, steps, np.vstack([start, *ends]),
                  Shapes.of(robot))  # fmt: skip

@@ -238,8 +238,8 @@ def robot_size(plan: Plan) -> float:
 
 def _balance(plan: Plan) -> str:
     """What holds the robot up, at its worst."""
-    zmp = plan.info.get("zmp_margin")
-    if plan.settings.static or not isinstance(zmp, float):
+    zmp = plan.record.zmp_margin
+    if plan.settings.static or zmp is None:
         return f"stability margin {1e3 * plan.margin:.1f} mm"
     if zmp >= -1e-4:
         return f"ZMP margin {1e3 * max(zmp, 0.0):.1f} mm"

@@ -17,7 +17,8 @@ from gaitopt.interior_point.status import Status
 from gaitopt.optimize.route.dynamic_layout import Entry, ZmpRows
 from gaitopt.optimize.route.dynamic_problem import DynamicRouteProblem
 from gaitopt.optimize.route.problem import RouteProblem
-from gaitopt.plan.settings.time_optimal import ROWS, RouteSettings
+from gaitopt.plan.settings.freedoms import ROWS
+from gaitopt.plan.settings.time_optimal import RouteSettings
 from gaitopt.planners.time_optimal.build import problem_of
 from gaitopt.planners.time_optimal.walk import prepared
 
@@ -160,7 +161,9 @@ def test_residuals_are_those_of_the_answer(wang: Quadruped) -> None:
         - problem.linearise(solution.x).jacobian_transpose_times(solution.multipliers)
     )
     assert solution.stationarity() == pytest.approx(np.abs(slope).max(), abs=1e-15)
-    assert solution.complementarity() == pytest.approx((solution.multipliers * np.abs(values)).sum())
+    assert solution.complementarity() == pytest.approx(
+        (solution.multipliers * np.abs(values)).sum()
+    )
     assert solution.stationarity() < 1e-3
     assert (solution.multipliers > 0).all()
     assert solution.complementarity() < 2e-3 * (problem.linear_cost @ solution.x)

@@ -96,7 +96,7 @@ def test_its_gain_is_told_and_its_order_saved(wang: Quadruped, tmp_path: Path) -
     terrain = s_columns(0, columns=4)
     fixed, plan = plan_crawl(wang, terrain), plan_crawl(wang, terrain, sequence="free")
     gain = 1.0 - plan.duration / fixed.duration
-    assert gain > 0.0 and plan.info["free_order_gain"] == pytest.approx(gain)
+    assert gain > 0.0 and plan.record.free_order_gain == pytest.approx(gain)
     assert len(plan.settings.to_dict()["sequence"]) == terrain.steps
     plan.save(tmp_path / "free.npz")
     again = gaitopt.load_plan(tmp_path / "free.npz")
@@ -134,8 +134,8 @@ def test_standing_still_needs_no_order(wang: Quadruped) -> None:
 
 def test_time_optimal_walk_takes_the_fastest_of_all_orders(wang: Quadruped) -> None:
     terrain = s_columns(0, columns=3)
-    fixed = gaitopt.plan_route(wang, terrain, "swing")
-    free = gaitopt.plan_route(wang, terrain, "swing", sequence="free")
+    fixed = gaitopt.plan_route(wang, terrain, free="swing")
+    free = gaitopt.plan_route(wang, terrain, free="swing", sequence="free")
     assert free.duration <= fixed.duration * (1 + 1e-9)
     assert gaitopt.verify(free).ok
-    assert np.isfinite(free.info["orders_feasible"]) and free.info["orders_feasible"] >= 1
+    assert np.isfinite(free.record.orders_feasible) and free.record.orders_feasible >= 1

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from gaitopt import InfeasibleStepError, InputError, load_robot, verify
 from gaitopt.conventions import LEGS, FloatArray
-from gaitopt.motion.bounds import largest_rates
+from gaitopt.motion.bounds import largest_sizes
 from gaitopt.motion.path import MotionPath
 from gaitopt.motion.pieces import cut, joined, stretched
 from gaitopt.optimize.posture.problem import BodyPose
@@ -25,9 +25,9 @@ from gaitopt.planners.over_obstacle.layout import Gaps, footholds, lay_out
 from gaitopt.planners.over_obstacle.pieces import (
     body_move,
     leg_limits,
-    plain_swing,
-    softened,
+    open_ground_swing,
     spline_swing,
+    without_end_accelerations,
 )
 from gaitopt.planners.over_obstacle.planner import plan_stride
 from gaitopt.robots.quadruped import Quadruped
@@ -83,11 +83,11 @@ def test_every_leg_goes_over_in_the_papers_order(board_walk: Plan) -> None:
 def test_nothing_comes_near_the_board(board_walk: Plan) -> None:
     """10 mm for every part by samples that the planner did not take, 30 mm for the feet's balls."""
     assert shapes_apart(board_walk, BOARD, 0.05) >= 0.010
-    assert board_walk.info["clearance"] >= 0.010  # type: ignore[operator]
+    assert board_walk.record.clearance >= 0.010  # type: ignore[operator]
     motion = board_walk.sample(0.02)
     balls = BOARD.distance(motion.feet) - FROG.foot_radius
     assert balls.min() >= 0.030 - 2e-5
-    assert board_walk.info["foot_margin"] <= balls.min() + 1e-9  # type: ignore[operator]
+    assert board_walk.record.foot_margin <= balls.min() + 1e-9  # type: ignore[operator]
 
 
 def test_nobody_stands_within_the_margin(board_walk: Plan) -> None:
@@ -162,7 +162,7 @@ def test_too_high_a_board_is_refused_with_the_height_that_would_do() -> None:
     assert 0.11 < height < 0.25
     plan = plan_stride(FROG, rectangular_obstacle(height, 0.04), body_height=0.72, approach=0,
                        leave=0)  # fmt: skip
-    assert plan.info["clearance"] >= 0.01  # type: ignore[operator]
+    assert plan.record.clearance >= 0.01  # type: ignore[operator]
 
 
 def test_too_wide_a_block_is_refused_with_the_width_that_would_do() -> None:
@@ -339,7 +339,7 @@ def worst_use(path: MotionPath) -> list[float]:
 def test_moves_and_swings_use_their_tightest_limit_and_break_none() -> None:
     ahead = BodyPose(np.array([0.08, 0.0, 0.70]), np.array([0.0, 0.05, 0.0]))
     move = body_move(FROG, STANDING, ahead, FEET, LIMITS)
-    swing = plain_swing(FROG, STANDING, FEET, "RF", FEET[3] + [0.2, 0.0, 0.0], 0.08, LIMITS)
+    swing = open_ground_swing(FROG, STANDING, FEET, "RF", FEET[3] + [0.2, 0.0, 0.0], 0.08, LIMITS)
     assert move is not None
     for path in (move, swing):
         use = worst_use(path)
@@ -366,7 +366,7 @@ def spline_path() -> MotionPath:
 def test_soft_ends_take_the_jump_of_acceleration_away() -> None:
     """The clamped spline starts with an acceleration, the softened one with none."""
     hard = spline_path()
-    soft = softened(hard, LIMITS)
+    soft = without_end_accelerations(hard, LIMITS)
     assert np.abs(hard.evaluate([0.0], 2)).max() > 0.01
     assert np.abs(soft.evaluate([0.0, soft.duration], 2)).max() < 1e-9
     assert soft.jumps(2).max() < 1e-9
@@ -392,17 +392,17 @@ def test_cutting_keeps_a_path_and_stretching_its_shape(
 
 @settings(max_examples=30, deadline=None)
 @given(st.integers(0, 2**32 - 1), st.integers(1, 3))
-def test_largest_rates_are_bounds(seed: int, derivative: int) -> None:
+def test_largest_sizes_are_bounds(seed: int, derivative: int) -> None:
     rng = np.random.default_rng(seed)
     path = MotionPath(np.array([0.0, 0.7, 1.1]), rng.normal(size=(6, 2, 9)))
     for k, (a, b) in enumerate(((0.0, 0.7), (0.7, 1.1))):
         t = np.linspace(a, b, 101)[:-1]
         sampled = np.abs(path.evaluate(t, derivative)).max(axis=0)
-        assert (sampled <= largest_rates(path, derivative)[k] + 1e-9).all()
+        assert (sampled <= largest_sizes(path, derivative)[k] + 1e-9).all()
 
 
 def test_joined_pieces_follow_one_another() -> None:
-    one, two = spline_path(), plain_swing(
+    one, two = spline_path(), open_ground_swing(
         FROG, STANDING, FEET, "LH", FEET[1] + [0.1, 0.0, 0.0], 0.05, LIMITS
     )  # fmt: skip
     both = joined([one, two])

@@ -13,7 +13,8 @@ import gaitopt
 from gaitopt import LEGS, Footholds, InputError, Plan, Quadruped, RouteError
 from gaitopt.plan.com_margin import com_margin, true_com
 from gaitopt.plan.settings.by_name import settings_from_dict
-from gaitopt.plan.settings.time_optimal import ROWS, RouteSettings
+from gaitopt.plan.settings.freedoms import ROWS
+from gaitopt.plan.settings.time_optimal import RouteSettings
 from gaitopt.planners.time_optimal.balance import dense_com, raised, shortfall
 from gaitopt.planners.time_optimal.bound import route_bound
 from gaitopt.planners.time_optimal.build import build_route
@@ -35,7 +36,7 @@ def short() -> Footholds:
 @pytest.fixture(scope="module")
 def plans(wang: Quadruped, short: Footholds) -> dict[str, Plan]:
     """Every static row over the same eight steps."""
-    return {row: plan_route(wang, short, row, com="model") for row in STATIC_ROWS}
+    return {row: plan_route(wang, short, free=row, com="model") for row in STATIC_ROWS}
 
 
 def least_margin(plan: Plan) -> float:
@@ -54,7 +55,7 @@ def test_the_true_com_keeps_the_margin_and_the_certificate_proves_it(
     assert check.limit == pytest.approx(S0, abs=2e-6) and check.worst >= S0 - 1e-6
     assert certificate["margin of the body centre"].status == "unchecked"
     assert least_margin(plan) >= S0
-    assert "true centre of mass" in str(plan.info["stability"])
+    assert "true centre of mass" in str(plan.record.stability)
 
 
 def test_it_is_kept_no_more_than_needed(plans: dict[str, Plan]) -> None:
@@ -64,7 +65,7 @@ def test_it_is_kept_no_more_than_needed(plans: dict[str, Plan]) -> None:
 
 
 def test_planned_with_the_body_s_centre_it_is_lost(wang: Quadruped, short: Footholds) -> None:
-    plan = plan_route(wang, short, "height")
+    plan = plan_route(wang, short, free="height")
     assert least_margin(plan) < 0.9 * S0
     # The body's plan does not become the model's by saying so.
     posing = replace(plan, settings=replace(plan.settings, com="model"))  # type: ignore[call-arg]
@@ -83,7 +84,7 @@ def test_margins_told_are_those_of_the_true_com(plans: dict[str, Plan]) -> None:
 
 def test_it_costs_little_time(plans: dict[str, Plan], wang: Quadruped, short: Footholds) -> None:
     for row in ("swing", "height", "posture"):
-        assert plans[row].duration < 1.05 * plan_route(wang, short, row).duration
+        assert plans[row].duration < 1.05 * plan_route(wang, short, free=row).duration
 
 
 def test_dense_com_and_shortfall_are_pinocchio_s(wang: Quadruped) -> None:
@@ -131,8 +132,8 @@ def test_the_first_pose_is_where_the_robot_stands(wang: Quadruped, short: Footho
 def test_a_horizon_and_a_free_order_keep_it_too(wang: Quadruped, short: Footholds) -> None:
     footholds = gaitopt.s_columns(1, columns=5)
     for plan in (
-        plan_route(wang, footholds, "swing", com="model", horizon=8),
-        plan_route(wang, short, "height", com="model", sequence="free"),
+        plan_route(wang, footholds, free="swing", com="model", horizon=8),
+        plan_route(wang, short, free="height", com="model", sequence="free"),
     ):
         assert plan.settings.true_com
         gaitopt.verify(plan, collisions=False).raise_for_violations()
@@ -140,11 +141,13 @@ def test_a_horizon_and_a_free_order_keep_it_too(wang: Quadruped, short: Foothold
 
 @pytest.mark.parametrize("name", ["a1", "anymal_c"])
 def test_other_robots_keep_it_too(name: str) -> None:
-    from gaitopt.studies.terrains import s_columns_for
+    from gaitopt.terrain.columns import s_columns
 
     robot = gaitopt.load_robot(name)
-    footholds = s_columns_for(robot, 0, columns=3)
-    plan = plan_route(robot, footholds, "height", com="model", body_height=robot.standing_height)
+    footholds = s_columns(0, columns=3, robot=robot)
+    plan = plan_route(
+        robot, footholds, free="height", com="model", body_height=robot.standing_height
+    )
     gaitopt.verify(plan, collisions=False).raise_for_violations()
     assert least_margin(plan) >= S0
 
@@ -154,7 +157,7 @@ def test_a_turned_walk_takes_the_same_time(
 ) -> None:
     turn: NDArray[np.float64] = gaitopt.conventions.rotation_z(0.7)
     turned = Footholds({leg: short[leg] @ turn.T for leg in LEGS}, short.radius)
-    plan = plan_route(wang, turned, "height", com="model", heading=0.7)
+    plan = plan_route(wang, turned, free="height", com="model", heading=0.7)
     assert plan.duration == pytest.approx(plans["height"].duration, rel=1e-3)
     gaitopt.verify(plan, collisions=False).raise_for_violations()
 
@@ -175,7 +178,7 @@ def test_bounds_lie_below(plans: dict[str, Plan]) -> None:
 
 
 def test_plan_crawl_passes_it_on(wang: Quadruped, short: Footholds, plans: dict[str, Plan]) -> None:
-    plan = gaitopt.plan_crawl(wang, short, "time", free="swing", com="model")
+    plan = gaitopt.plan_crawl(wang, short, objective="time", free="swing", com="model")
     assert plan.duration == plans["swing"].duration
     with pytest.raises(InputError, match="com, acceleration_limit and horizon go with"):
         gaitopt.plan_crawl(wang, short, com="model")
@@ -198,9 +201,9 @@ def test_the_command_line_passes_it_on(tmp_path: Path) -> None:
 
 def test_what_is_not_planned_is_refused(wang: Quadruped, short: Footholds) -> None:
     with pytest.raises(InputError, match="leave 'dynamic' and acceleration_limit out"):
-        plan_route(wang, short, "dynamic", com="model")
+        plan_route(wang, short, free="dynamic", com="model")
     with pytest.raises(InputError, match="leave 'dynamic' and acceleration_limit out"):
-        plan_route(wang, short, "swing", com="model", acceleration_limit=8.0)
+        plan_route(wang, short, free="swing", com="model", acceleration_limit=8.0)
     with pytest.raises(InputError, match="com must be one of 'body', 'model', got 'mass'"):
         plan_route(wang, short, com="mass")  # type: ignore[arg-type]
 
@@ -209,4 +212,4 @@ def test_the_walk_that_is_offered_says_whose_margin_it_keeps(
     wang: Quadruped, short: Footholds
 ) -> None:
     with pytest.raises(RouteError, match="its margin is that of the body centre"):
-        plan_route(wang, short, "swing", com="model", iterations=4)
+        plan_route(wang, short, free="swing", com="model", iterations=4)

@@ -10,7 +10,8 @@ import pytest
 
 import gaitopt
 from gaitopt import LEGS, Footholds, InfeasibleStepError, InputError, Plan, Quadruped, RouteError
-from gaitopt.plan.settings.time_optimal import ROWS, RouteSettings
+from gaitopt.plan.settings.freedoms import ROWS
+from gaitopt.plan.settings.time_optimal import RouteSettings
 from gaitopt.planners.time_optimal.bound import route_bound
 from gaitopt.planners.time_optimal.planner import plan_route
 
@@ -24,7 +25,7 @@ def short() -> Footholds:
 @pytest.fixture(scope="module")
 def rows(wang: Quadruped, short: Footholds) -> dict[str, Plan]:
     """The plan of every row over the same eight steps."""
-    return {row: plan_route(wang, short, row) for row in ROWS}
+    return {row: plan_route(wang, short, free=row) for row in ROWS}
 
 
 STATIC_ROWS = [row for row in ROWS if row != "dynamic"]
@@ -90,7 +91,7 @@ def test_free_feet_keep_their_clearance(rows: dict[str, Plan]) -> None:
     """20 mm above the higher column; what plans tell is no more than what is seen."""
     for row in ("swing", "height", "posture", "dynamic"):
         least = lowest_outside(rows[row])
-        assert 0.02 <= float(rows[row].info["clearance"]) <= least < 0.022
+        assert 0.02 <= float(rows[row].record.clearance) <= least < 0.022
 
 
 @pytest.mark.parametrize(
@@ -103,17 +104,17 @@ def test_so_they_do_where_much_is_asked(
 ) -> None:
     """With the foot far below its goal a spline cuts a large corner, and a leg bows out."""
     footholds = gaitopt.s_columns(0, columns=3, height_jitter=jitter)
-    plan = plan_route(wang, footholds, row, clearance=clearance, acceleration_limit=limit)
+    plan = plan_route(wang, footholds, free=row, clearance=clearance, acceleration_limit=limit)
     least = lowest_outside(plan)
-    assert clearance <= float(plan.info["clearance"]) <= least
+    assert clearance <= float(plan.record.clearance) <= least
     check = gaitopt.verify(plan, collisions=False)["swing clearance"]
     assert check.status == "ok" and check.worst <= least
 
 
 def test_windows_keep_the_clearance(wang: Quadruped) -> None:
     footholds = gaitopt.s_columns(1, columns=4, height_jitter=0.03)
-    plan = plan_route(wang, footholds, "dynamic", horizon=4)
-    assert 0.02 <= float(plan.info["clearance"]) <= lowest_outside(plan)
+    plan = plan_route(wang, footholds, free="dynamic", horizon=4)
+    assert 0.02 <= float(plan.record.clearance) <= lowest_outside(plan)
 
 
 @pytest.mark.parametrize(("row", "limit"), [("swing", None), ("swing", 6.0), ("posture", 6.0),
@@ -123,12 +124,16 @@ def test_a_start_with_little_margin_is_walked_from(
 ) -> None:
     """10 mm inside four feet, where 20 mm are asked for: every flight keeps all of it."""
     plan = plan_route(
-        wang, gaitopt.s_columns(0, columns=3), row, acceleration_limit=limit, cog_start=(0.0, 0.14)
+        wang,
+        gaitopt.s_columns(0, columns=3),
+        free=row,
+        acceleration_limit=limit,
+        cog_start=(0.0, 0.14),
     )
     margins = [phase.margin for phase in plan.phases]
     assert 0.005 < margins[0] < 0.0103 and min(margins[1:]) >= 0.02
     if row == "dynamic":
-        assert 0.005 < float(plan.info["zmp_margin"]) < 0.0103
+        assert 0.005 < float(plan.record.zmp_margin) < 0.0103
     gaitopt.verify(plan, collisions=False).raise_for_violations()
 
 
@@ -138,20 +143,20 @@ def test_time_does_not_depend_on_how_the_walk_is_turned(wang: Quadruped, short: 
         [[np.cos(turn), np.sin(turn), 0], [-np.sin(turn), np.cos(turn), 0], [0, 0, 1]]
     )
     turned = Footholds({leg: short[leg] @ matrix + [5.0, -3.0, 0.2] for leg in LEGS}, short.radius)
-    straight = plan_route(wang, short, "posture")
-    plan = plan_route(wang, turned, "posture", heading=turn)
+    straight = plan_route(wang, short, free="posture")
+    plan = plan_route(wang, turned, free="posture", heading=turn)
     assert plan.duration == pytest.approx(straight.duration, rel=1e-3)
     gaitopt.verify(plan, collisions=False).raise_for_violations()
 
 
 def test_left_and_right_are_alike(wang: Quadruped, short: Footholds) -> None:
-    one = plan_route(wang, short, "height")
-    other = plan_route(wang, mirrored(short), "height", sequence=("LH", "LF", "RH", "RF"))
+    one = plan_route(wang, short, free="height")
+    other = plan_route(wang, mirrored(short), free="height", sequence=("LH", "LF", "RH", "RF"))
     assert other.duration == pytest.approx(one.duration, rel=2e-3)
 
 
 def test_a_larger_margin_takes_longer_and_is_kept(wang: Quadruped, short: Footholds) -> None:
-    plans = [plan_route(wang, short, "height", stability_margin=s) for s in (0.0, 0.02, 0.04)]
+    plans = [plan_route(wang, short, free="height", stability_margin=s) for s in (0.0, 0.02, 0.04)]
     assert np.all(np.diff([p.duration for p in plans]) > 0)
     for plan in plans:
         assert plan.margin >= plan.settings.stability_margin
@@ -159,20 +164,20 @@ def test_a_larger_margin_takes_longer_and_is_kept(wang: Quadruped, short: Footho
 
 def test_a_horizon_loses_little(wang: Quadruped) -> None:
     footholds = gaitopt.s_columns(1, columns=6)
-    whole = plan_route(wang, footholds, "swing")
-    plan = plan_route(wang, footholds, "swing", horizon=8)
+    whole = plan_route(wang, footholds, free="swing")
+    plan = plan_route(wang, footholds, free="swing", horizon=8)
     gaitopt.verify(plan, collisions=False).raise_for_violations()
     assert plan.duration < 1.02 * whole.duration
 
 
 @pytest.mark.parametrize("name", ["anymal", "a1"])
 def test_other_robots_walk_too(name: str) -> None:
-    from gaitopt.studies.terrains import s_columns_for
+    from gaitopt.terrain.columns import s_columns
 
     robot = gaitopt.load_robot(name)
-    footholds, height = s_columns_for(robot, 0, columns=3), robot.standing_height
+    footholds, height = s_columns(0, columns=3, robot=robot), robot.standing_height
     paper = gaitopt.plan_crawl(robot, footholds, body_height=height)
-    plan = plan_route(robot, footholds, "height", body_height=height)
+    plan = plan_route(robot, footholds, free="height", body_height=height)
     gaitopt.verify(plan).raise_for_violations()
     assert plan.duration < paper.duration / 2.0
 
@@ -182,7 +187,7 @@ def test_joints_that_turn_faster_walk_faster_by_as_much(wang: Quadruped, row: st
     """Time scales with the joints' limits: nothing else in the problem has a time in it."""
     fast, footholds = gaitopt.load_robot("wang2020-fast"), gaitopt.s_columns(0, columns=4)
     ratio = fast.legs["LF"].velocity_limits[0] / wang.legs["LF"].velocity_limits[0]
-    plans = [plan_route(robot, footholds, row) for robot in (wang, fast)]
+    plans = [plan_route(robot, footholds, free=row) for robot in (wang, fast)]
     assert ratio > 15.0
     assert plans[1].duration * ratio == pytest.approx(plans[0].duration, rel=0.02)
     gaitopt.verify(plans[1], collisions=False).raise_for_violations()
@@ -190,7 +195,7 @@ def test_joints_that_turn_faster_walk_faster_by_as_much(wang: Quadruped, row: st
 
 def test_uneven_columns(wang: Quadruped) -> None:
     footholds = gaitopt.s_columns(4, columns=3, height_jitter=0.03)
-    gaitopt.verify(plan_route(wang, footholds, "posture")).raise_for_violations()
+    gaitopt.verify(plan_route(wang, footholds, free="posture")).raise_for_violations()
 
 
 def test_standing_still_is_a_plan(wang: Quadruped) -> None:
@@ -201,7 +206,7 @@ def test_standing_still_is_a_plan(wang: Quadruped) -> None:
 def test_no_convergence_is_no_plan(wang: Quadruped, short: Footholds) -> None:
     """The error names steps, offers the per-phase walk and keeps the solver's report."""
     with pytest.raises(RouteError, match=r"iteration limit.*are the steps [0-7]") as caught:
-        plan_route(wang, short, "swing", iterations=4)
+        plan_route(wang, short, free="swing", iterations=4)
     error = caught.value
     assert error.steps and all(0 <= s < 8 for s in error.steps)
     assert error.plan is not None
@@ -218,9 +223,9 @@ def test_an_impossible_margin_names_the_step(wang: Quadruped, short: Footholds) 
 
 def test_bad_settings_are_refused(wang: Quadruped, short: Footholds) -> None:
     with pytest.raises(InputError, match="free must be one of route, overlap"):
-        plan_route(wang, short, "fast")
+        plan_route(wang, short, free="fast")
     with pytest.raises(InputError, match="free names 'wings'"):
-        plan_route(wang, short, ["overlap", "wings"])
+        plan_route(wang, short, free=["overlap", "wings"])
     with pytest.raises(InputError, match="horizon"):
         plan_route(wang, short, horizon=1)
     with pytest.raises(InputError, match="swing_knots"):
@@ -250,19 +255,19 @@ def test_settings_are_looked_at_before_anything_is_planned(
 ) -> None:
     far = gaitopt.s_columns(0, columns=3, forward=5.0)  # impossible: planning would say so
     with pytest.raises(InputError, match=words):
-        plan_route(wang, far, "swing", sequence=sequence, **options)
+        plan_route(wang, far, free="swing", sequence=sequence, **options)
 
 
 def test_plan_crawl_passes_its_options_on(wang: Quadruped, short: Footholds) -> None:
-    plan = gaitopt.plan_crawl(wang, short, "time", acceleration_limit=6.0, horizon=4)
-    assert plan.settings.acceleration_limit == 6.0 and float(plan.info["windows"]) > 1
+    plan = gaitopt.plan_crawl(wang, short, objective="time", acceleration_limit=6.0, horizon=4)
+    assert plan.settings.acceleration_limit == 6.0 and float(plan.record.windows) > 1
     with pytest.raises(InputError, match="go with the objective 'time'"):
         gaitopt.plan_crawl(wang, short, horizon=4)
 
 
 def test_freedoms_are_chosen_by_name(wang: Quadruped, short: Footholds) -> None:
     """In any order; a set without a row's name is joined."""
-    plan = plan_route(wang, short, {"height", "overlap"})
+    plan = plan_route(wang, short, free={"height", "overlap"})
     assert isinstance(plan.settings, RouteSettings)
     assert plan.settings.free == ("overlap", "height")
     assert plan.settings.row == "overlap+height"
@@ -271,10 +276,10 @@ def test_freedoms_are_chosen_by_name(wang: Quadruped, short: Footholds) -> None:
 
 
 def test_a_free_order_is_never_slower(wang: Quadruped, short: Footholds) -> None:
-    fixed = plan_route(wang, short, "height")
-    plan = plan_route(wang, short, "height", sequence="free")
+    fixed = plan_route(wang, short, free="height")
+    plan = plan_route(wang, short, free="height", sequence="free")
     assert plan.duration <= fixed.duration
-    assert plan.info["orders_feasible"] == 7.0  # the six cycles, and the order that is searched
+    assert plan.record.orders_feasible == 7.0  # the six cycles, and the order that is searched
     gaitopt.verify(plan, collisions=False).raise_for_violations()
 
 
@@ -284,7 +289,7 @@ def test_progress_counts_steps_window_by_window(wang: Quadruped) -> None:
 
     def seen(horizon: int | None, free: str = "swing") -> list[tuple[int, int]]:
         calls: list[tuple[int, int]] = []
-        plan_route(wang, footholds, free, horizon=horizon,
+        plan_route(wang, footholds, free=free, horizon=horizon,
                    progress=lambda done, total: calls.append((done, total)))  # fmt: skip
         return calls
 
@@ -296,14 +301,14 @@ def test_progress_counts_steps_window_by_window(wang: Quadruped) -> None:
 def test_progress_counts_orders_and_is_passed_on(wang: Quadruped, short: Footholds) -> None:
     """The six cycles and the order that is searched; the crawl for the least time tells it, too."""
     calls: list[tuple[int, int]] = []
-    gaitopt.plan_crawl(wang, short, "time", sequence="free", free="route",
+    gaitopt.plan_crawl(wang, short, objective="time", sequence="free", free="route",
                        progress=lambda done, total: calls.append((done, total)))  # fmt: skip
     assert calls == [(k, 7) for k in range(8)]
 
 
 def test_bounds_without_coupling_lie_below_and_grow(wang: Quadruped, short: Footholds) -> None:
     """The longer the windows are the higher; one over the whole walk leaves only its start."""
-    plan = plan_route(wang, short, "swing")
+    plan = plan_route(wang, short, free="swing")
     bounds = [route_bound(plan, window).sum() for window in (1, 4, 8)]
     assert np.all(np.diff(bounds) > 0)
     assert bounds[-1] < plan.duration < 1.25 * bounds[-1]

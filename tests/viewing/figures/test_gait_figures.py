@@ -41,23 +41,23 @@ FAST = load_robot("wang2020-fast")
 @pytest.fixture(scope="module")
 def trotting() -> Plan:
     """The paper's run, shortened: a straight trot at 0.3 m/s."""
-    return plan_gait(FAST, trot(0.5), 0.3, distance=0.6, swing="cycloid")
+    return plan_gait(FAST, trot(0.5), velocity=0.3, distance=0.6, swing="cycloid")
 
 
 @pytest.fixture(scope="module")
 def trotting_a1() -> Plan:
     """A robot whose knees all bend to the same side."""
-    return plan_gait(load_robot("a1"), trot(0.5), 0.3, distance=0.6, swing="cycloid")
+    return plan_gait(load_robot("a1"), trot(0.5), velocity=0.3, distance=0.6, swing="cycloid")
 
 
 @pytest.fixture(scope="module")
 def flying() -> Plan:
-    return plan_gait(FAST, trot(0.5, 0.4), 0.2, distance=0.2)
+    return plan_gait(FAST, trot(0.5, 0.4), velocity=0.2, distance=0.2)
 
 
 @pytest.fixture(scope="module")
 def walking() -> Plan:
-    return plan_gait(FAST, walk(1.6), 0.1, distance=0.1)
+    return plan_gait(FAST, walk(1.6), velocity=0.1, distance=0.1)
 
 
 @pytest.fixture(scope="module")
@@ -189,7 +189,7 @@ def test_limits_near_the_curves_are_drawn_and_the_others_named(trotting: Plan) -
 
 
 def test_joint_curves_of_legs_without_roll_have_two_columns() -> None:
-    solo = plan_gait(load_robot("solo8"), trot(0.5), 0.1, distance=0.1)
+    solo = plan_gait(load_robot("solo8"), trot(0.5), velocity=0.1, distance=0.1)
     figure = plot_joint_curves(solo, derivatives=(0, 1))
     assert [ax.get_title(loc="left").split()[0] for ax in figure.axes[:2]] == ["hip", "knee"]
     assert len(figure.axes) == 4
@@ -271,9 +271,9 @@ def test_snapshots_are_where_the_robot_is(trotting: Plan) -> None:
 
 
 def test_a_walk_to_the_side_is_seen_from_ahead() -> None:
-    sideways = plan_gait(FAST, trot(0.5), (0.0, 0.2), distance=0.3)
+    sideways = plan_gait(FAST, trot(0.5), velocity=(0.0, 0.2), distance=0.3)
     np.testing.assert_allclose(side_axis(sideways), [0.0, 1.0], atol=1e-9)
-    turning = plan_gait(FAST, trot(0.5), 0.0, 0.5, duration=0.5, heading=0.3)
+    turning = plan_gait(FAST, trot(0.5), velocity=0.0, yaw_rate=0.5, duration=0.5, heading=0.3)
     np.testing.assert_allclose(side_axis(turning), [np.cos(0.3), np.sin(0.3)], atol=1e-9)
 
 
@@ -339,7 +339,7 @@ def test_the_smallest_zmp_margin_drawn_is_the_plans(
 ) -> None:
     plan: Plan = request.getfixturevalue(name)
     times, zmp, margins, standing = zmp_line(plan)
-    assert np.nanmin(margins) == pytest.approx(plan.info["zmp_margin"], abs=2e-6)
+    assert np.nanmin(margins) == pytest.approx(plan.record.zmp_margin, abs=2e-6)
     np.testing.assert_array_equal(np.isnan(margins), ~standing.any(axis=1))
     np.testing.assert_array_equal(np.isnan(zmp).any(axis=1), ~standing.any(axis=1))
     assert (margins[standing.sum(axis=1) == 2] <= 1e-12).all()
@@ -402,7 +402,7 @@ def test_supports_of_a_trot_are_lines_between_footholds_and_flight_is_shaded(
 def test_supports_of_a_wave_are_areas_that_hold_the_zmp() -> None:
     from matplotlib.path import Path as Outline
 
-    plan = plan_gait(FAST, wave(1.6), 0.05, distance=0.05)
+    plan = plan_gait(FAST, wave(1.6), velocity=0.05, distance=0.05)
     above, over = plot_zmp(plan).axes
     areas = next(c for c in above.collections if c.get_gid() == "areas").get_paths()
     assert len(areas) == len(plan.phases)
@@ -410,7 +410,7 @@ def test_supports_of_a_wave_are_areas_that_hold_the_zmp() -> None:
     for phase, area in zip(plan.phases, areas, strict=True):
         mine = (times > phase.start + 1e-6) & (times < phase.end - 1e-6)
         assert Outline(area.vertices).contains_points(zmp[mine]).all()
-    assert drawn(over, "in an area")[:, 1].min() == pytest.approx(1e3 * plan.info["zmp_margin"],
+    assert drawn(over, "in an area")[:, 1].min() == pytest.approx(1e3 * plan.record.zmp_margin,
                                                                   abs=1e-2)  # fmt: skip
 
 

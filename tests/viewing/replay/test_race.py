@@ -45,8 +45,8 @@ def plans(wang: Quadruped) -> dict[str, Plan]:
     columns = gaitopt.s_columns(0, columns=3)
     return {
         "the paper": gaitopt.plan_crawl(wang, columns),
-        "swing": plan_route(wang, columns, "swing"),
-        "height": plan_route(wang, columns, "height"),
+        "swing": plan_route(wang, columns, free="swing"),
+        "height": plan_route(wang, columns, free="height"),
     }
 
 

@@ -9,8 +9,8 @@ import numpy as np
 
 from gaitopt.conventions import FloatArray
 from gaitopt.interior_point.solver import VIOLATION, Solution, minimise
-from gaitopt.motion.bounds import path_stretch
 from gaitopt.motion.path import MotionPath
+from gaitopt.motion.retiming import legs_needed_stretch
 from gaitopt.optimize.route.dynamic_problem import DynamicRouteProblem
 from gaitopt.planners.time_optimal.collision import kept_apart, touching
 from gaitopt.planners.time_optimal.failure import Reason, failed
@@ -218,7 +218,7 @@ def kept_motion(
         if (one.margins(dynamic)[skip:] < asked).any():
             return None, stretch
     path = motion.path()
-    stretch = path_stretch(route.robot, path, float(motion.times[skip]), rates, limit)
+    stretch = legs_needed_stretch(route.robot, path, float(motion.times[skip]), rates, limit)
     if stretch > most:
         return None, stretch
     if stretch > 1.0:

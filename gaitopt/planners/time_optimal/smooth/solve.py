@@ -14,6 +14,7 @@ from gaitopt.optimize.route.dynamic_layout import Entry
 from gaitopt.optimize.route.dynamic_problem import DynamicRouteProblem
 from gaitopt.optimize.route.legs import JOINTS
 from gaitopt.plan.plan import Plan
+from gaitopt.plan.record import RouteRecord
 from gaitopt.planners.time_optimal.build import build_route, problem_of
 from gaitopt.planners.time_optimal.failure import Reason, failed
 from gaitopt.planners.time_optimal.flights import height_rows
@@ -38,18 +39,11 @@ BEFORE = 2
 """Knots before a window that its motion depends on."""
 
 
-def smooth_plan(
-    route: Route,
-    iterations: int,
-    horizon: int | None = None,
-    progress: Progress | None = None,
-) -> Plan:
+def smooth_plan(route: Route, progress: Progress | None = None) -> Plan:
     """A plan with bounded joint accelerations.
 
     Args:
         route: what is walked.
-        iterations: most Newton steps of each solution.
-        horizon: steps of a window; ``None`` for all steps at once.
         progress: called with (steps done, steps in all) before every window but the first.
 
     Raises:
@@ -57,11 +51,12 @@ def smooth_plan(
     """
     began = process_time()
     settings = route.settings
+    horizon, iterations = settings.horizon, settings.iterations
     knots, base = build_route(
         route.robot, route.steps, settings, route.cogs, route.footholds.radius
     )
     problem = build_dynamic(base, knots, settings, base.poses, route.robot.foot_radius)
-    more: dict[str, float | str] = {}
+    shares: list[float] = []
     if horizon is None:
         try:
             found, solutions = _whole(route, knots, problem, iterations)
@@ -70,33 +65,36 @@ def smooth_plan(
                 raise
             horizon = WINDOW
     if horizon is not None:
-        found, solutions, more = _in_windows(route, knots, problem, horizon, iterations, progress)
+        found, solutions, shares = _in_windows(route, knots, problem, horizon, iterations, progress)
     phases = dynamic_phases(settings, route.steps, found.motion)
-    info = _info(route, found, solutions) | {"solver_seconds": process_time() - began} | more
-    return Plan(route.robot, route.footholds, settings, phases, found.path, info)
+    record = replace(
+        _record(route, found, solutions),
+        solver_seconds=process_time() - began,
+        windows=len(shares) or None,
+        window_share=max(shares, default=None),
+    )
+    return Plan(route.robot, route.footholds, settings, phases, found.path, record)
 
 
-def _info(
+def _record(
     route: Route, found: Found, solutions: list[Solution[DynamicRouteProblem]]
-) -> dict[str, float | str]:
+) -> RouteRecord:
     """What the plan tells of itself; residuals are the worst of the solutions it is made of."""
     unit = found.solutions[-1].problem.time_unit
-    info: dict[str, float | str] = {
-        "stability": "static margin of the body centre, on the horizontal projection"
-        if route.settings.static
+    static, motion = route.settings.static, found.motion
+    return RouteRecord(
+        stability="static margin of the body centre, on the horizontal projection"
+        if static
         else "ZMP of a point mass at the body centre",
-        "row": route.settings.row,
-        "knot_time": float(found.motion.times[-1]),
-        "solver_iterations": float(sum(a.iterations for a in solutions)),
-        "stationarity": max(s.stationarity() for s in found.solutions),
-        "violation": max(s.violation() for s in found.solutions),
-        "complementarity": sum(s.complementarity() for s in found.solutions) * unit,
-        "clearance": float(clearance.heights(found.motion, 0, route.footholds.radius).min()),
-    }
-    if not route.settings.static:
-        # Less where the robot stands with less at first.
-        info["zmp_margin"] = float(asked_margins(route, found.motion, 0).min())
-    return info
+        # Less than was asked for where the robot stands with less at first.
+        zmp_margin=None if static else float(asked_margins(route, motion, 0).min()),
+        knot_time=float(motion.times[-1]),
+        solver_iterations=sum(a.iterations for a in solutions),
+        stationarity=max(s.stationarity() for s in found.solutions),
+        violation=max(s.violation() for s in found.solutions),
+        complementarity=sum(s.complementarity() for s in found.solutions) * unit,
+        clearance=float(clearance.heights(motion, 0, route.footholds.radius).min()),
+    )
 
 
 def _whole(
@@ -112,7 +110,7 @@ def _guess(
     route: Route, first: int, last: int, here: FloatArray | None, unit: float
 ) -> tuple[FloatArray, FloatArray]:
     """Poses ``(K, 9)`` and spans ``(K - 1,)``: the walk without acceleration limits, roughly."""
-    free = tuple(name for name in route.settings.free if name != "dynamic")
+    free = replace(route.settings.free, dynamic=False)
     calm = replace(route, settings=replace(route.settings, free=free, acceleration_limit=None))
     problem = problem_of(calm, first, last)
     if here is not None:
@@ -205,10 +203,14 @@ def _in_windows(
     length: int,
     iterations: int,
     progress: Progress | None,
-) -> tuple[Found, list[Solution[DynamicRouteProblem]], dict[str, float | str]]:
+) -> tuple[Found, list[Solution[DynamicRouteProblem]], list[float]]:
     """Windows of ``length`` steps, the first half of each of which is kept.
 
     Every window ends at rest, so there is a way on from whatever is kept.
+
+    Returns:
+        The motion, all solutions, and the processor time of each window as a share of the time
+        that the robot walks on what is kept of it.
     """
     count, each = len(route.steps.legs), _each(route)
     done = _Planned(knots, full, np.zeros((full.knots, 9)), np.zeros(full.knots))
@@ -244,6 +246,5 @@ def _in_windows(
     kept, _ = kept_motion(route, part, motion)
     if kept is None:
         raise failed(route, used[before].solutions[0], before, Reason.LIMITS_BETWEEN_WINDOWS)
-    more: dict[str, float | str] = {"windows": float(len(shares)), "window_share": max(shares)}
     used_solutions = tuple(f.solutions[0] for f in used.values())
-    return Found(*kept, used_solutions), solutions, more
+    return Found(*kept, used_solutions), solutions, shares

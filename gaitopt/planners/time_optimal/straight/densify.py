@@ -8,22 +8,16 @@ within their limits whatever the solver did.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
-from gaitopt.conventions import LEGS, FloatArray, rotation_z
+from gaitopt.conventions import FloatArray, rotation_z
 from gaitopt.errors import SolverError
-from gaitopt.motion.body_and_feet import base_poses
+from gaitopt.motion.body_and_feet import base_poses, slip_between
 from gaitopt.optimize.route.legs import BODY, FOOT, ORIENTATION, StackedLegs
 from gaitopt.plan.settings.time_optimal import RouteSettings
 from gaitopt.planners.time_optimal.dense import SLIP_TOLERANCE, Dense
 from gaitopt.planners.time_optimal.knots import RouteKnots
 from gaitopt.robots.quadruped import Quadruped
-from gaitopt.robots.rotations import rpy_to_matrix
-
-if TYPE_CHECKING:
-    pass
 
 FIRST_PARTS = 4
 MOST_PARTS = 512
@@ -86,15 +80,16 @@ def _attempt(
     # Times are rounded to their spacing; a little more of it keeps every velocity in its limit.
     times[times > 0.0] += 2.0 * np.spacing(times.sum())
     centre = np.concatenate([sides[0][0][:1], sides[1][0]])
-    columns = [c for leg in LEGS for c in robot.leg_columns[leg]]
+    columns = robot.leg_joint_columns
     joints = np.tile(robot.neutral_joints(), (len(centre), 1))
     joints[0, columns] = sides[0][2][0].ravel()
     joints[1:, columns] = sides[1][2].reshape(-1, 12)
     turns = np.concatenate([sides[0][1][:1], sides[1][1]])
     body = base_poses(robot, settings.heading, centre, turns)
-    slip = _slip(robot, settings, knots, legs, owner, flying, body, joints[:, columns])
+    places = knots.feet[owner] @ rotation_z(settings.heading).T
+    slip = slip_between(robot, np.concatenate([body, joints], axis=1), places, flying == 0.0)
     at = np.concatenate([[0], np.cumsum(parts)])
-    order = np.array(columns)[slowest]
+    order = columns[slowest]
     return Dense(body, centre, joints, np.cumsum(times), order, at), slip
 
 
@@ -175,27 +170,3 @@ def _times(
         part = s[rows, None]
         sides[side][2][rows, leg] = a * (1.0 - part) + b * part
     return taken, slowest
-
-
-def _slip(
-    robot: Quadruped,
-    settings: RouteSettings,
-    knots: RouteKnots,
-    legs: StackedLegs,
-    owner: np.ndarray,
-    flying: FloatArray,
-    body: FloatArray,
-    joints: FloatArray,
-) -> FloatArray:
-    """How far standing feet are from their places in the middle of each part ``(N,)`` [m]."""
-    middle = (body[1:] + body[:-1]) / 2.0
-    turned = rpy_to_matrix(middle[:, 3:]) @ robot.body_axes
-    halfway = ((joints[1:] + joints[:-1]) / 2.0).reshape(-1, 4, 3)
-    slip = np.zeros(len(middle))
-    places = knots.feet[owner] @ rotation_z(settings.heading).T
-    for i, name in enumerate(LEGS):
-        foot = robot.legs[name].forward(halfway[:, i])
-        away = middle[:, :3] + np.einsum("nij,nj->ni", turned, foot) - places[:, i]
-        distance = np.linalg.norm(away, axis=1)
-        slip = np.where(flying[:, i] > 0, slip, np.maximum(slip, distance))
-    return slip

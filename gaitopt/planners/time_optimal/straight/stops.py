@@ -2,8 +2,8 @@
 
 A box has corners, and no bounded acceleration turns a corner without a stop. So the walk is cut
 where body or foot change direction, and each line is run through as fast as the joints' limits
-of velocity and acceleration let it: time-optimal parametrisation of a given path, by a backward
-sweep for the largest speeds from which one can still stop, and a forward sweep below them.
+of velocity and acceleration let it, by :func:`gaitopt.motion.retiming.time_optimal_parametrisation`
+(TOPP-RA's method [Pham2018]).
 """
 
 from __future__ import annotations
@@ -15,9 +15,13 @@ from typing import NamedTuple
 import numpy as np
 
 from gaitopt.conventions import FloatArray
-from gaitopt.motion.bounds import path_stretch
 from gaitopt.motion.differences import time_derivatives
 from gaitopt.motion.path import MotionPath
+from gaitopt.motion.retiming import (
+    interval_times,
+    legs_needed_stretch,
+    time_optimal_parametrisation,
+)
 from gaitopt.optimize.route.legs import BODY, FOOT, StackedLegs
 from gaitopt.planners.time_optimal.dense import Dense
 from gaitopt.planners.time_optimal.foothold_motion import Contacts, FootholdMotion
@@ -28,7 +32,6 @@ PARTS = 24
 """Parts of a line; on each the second derivative of the place along the line is constant."""
 _SAME_WAY = 1e-6
 _STEP = 1e-3
-_HALVINGS = 50
 _HAIR = 1e-6
 
 
@@ -69,58 +72,6 @@ def straight_lines(knots: RouteKnots, poses: FloatArray) -> Lines:
     return Lines(begin[first], end[last], first, after)
 
 
-def fastest_passage(
-    slope: FloatArray, bend: FloatArray, grid: FloatArray, rates: FloatArray, limit: float
-) -> FloatArray:
-    """Squared speeds along lines at the places of ``grid``: from rest to rest, the fastest.
-
-    With the place ``s`` and its speed squared ``x``, joints have the velocity ``q' sqrt(x)`` and
-    the acceleration ``q'' x + q' u``, where ``u = s''`` is constant from place to place.
-
-    Args:
-        slope, bend: ``q'`` and ``q''`` at all places ``(N + 1, L, n)``.
-        grid: places ``(N + 1,)``.
-        rates, limit: of joint velocities ``(n,)`` and accelerations.
-
-    Returns:
-        ``(N + 1, L)``.
-    """
-    steps = np.diff(grid)
-    with np.errstate(divide="ignore"):
-        top = ((rates / np.abs(slope)) ** 2).min(axis=2)
-    top[[0, -1]] = 0.0
-
-    def range_of(i: int, x: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Least and most ``u`` from place ``i`` that the joints allow there and at the next."""
-        low, high = np.full(x.shape, -np.inf), np.full(x.shape, np.inf)
-        later = slope[i + 1] + 2.0 * steps[i] * bend[i + 1]
-        for q, b in ((slope[i], bend[i] * x[:, None]), (later, bend[i + 1] * x[:, None])):
-            with np.errstate(divide="ignore", invalid="ignore"):
-                ends = np.stack([(-limit - b) / q, (limit - b) / q])
-            ends = np.where(np.abs(q) > 1e-12, ends, np.array([-np.inf, np.inf])[:, None, None])
-            low = np.maximum(low, ends.min(axis=0).max(axis=1))
-            high = np.minimum(high, ends.max(axis=0).min(axis=1))
-        return low, high
-
-    most = top.copy()
-    for i in reversed(range(len(steps))):
-        least, largest = np.zeros_like(top[i]), top[i]
-        # What can be stopped from is an interval from rest on.
-        for _ in range(_HALVINGS):
-            x = (least + largest) / 2.0
-            low, high = range_of(i, x)
-            low = np.maximum(low, -x / (2.0 * steps[i]))
-            high = np.minimum(high, (most[i + 1] - x) / (2.0 * steps[i]))
-            good = low <= high
-            least, largest = np.where(good, x, least), np.where(good, largest, x)
-        most[i] = least
-    out = np.zeros_like(top)
-    for i in range(len(steps)):
-        _, high = range_of(i, out[i])
-        out[i + 1] = np.clip(out[i] + 2.0 * steps[i] * high, 0.0, most[i + 1])
-    return np.asarray(out)
-
-
 @dataclass(frozen=True, eq=False)
 class StoppingMotion(FootholdMotion):
     """A walk along straight lines, with a stop at the end of each.
@@ -146,19 +97,19 @@ class StoppingMotion(FootholdMotion):
         motion = cls(robot, heading, legs, knots, lines, np.zeros((PARTS + 1, len(lines.owner))))
         line = np.tile(np.arange(len(lines.owner)), PARTS + 1)
         share = np.repeat(GRID, len(lines.owner))
-        slope, bend = (
+        first, second = (
             d.reshape(PARTS + 1, -1, 12)
             for d in time_derivatives(lambda s: motion.joints(line, s), share, _STEP)
         )
-        return replace(
-            motion, squares=fastest_passage(slope, bend, GRID, legs.velocity_limits.ravel(), limit)
+        squares = time_optimal_parametrisation(
+            first, second, GRID, legs.velocity_limits.ravel(), limit
         )
+        return replace(motion, squares=squares)
 
     @cached_property
     def times(self) -> FloatArray:
         """Times of all places, line by line ``(L PARTS + 1,)`` [s]."""
-        speed = np.sqrt(self.squares)
-        taken = 2.0 * np.diff(GRID)[:, None] / (speed[1:] + speed[:-1])
+        taken = interval_times(self.squares, GRID)
         return self.stretch * np.concatenate([[0.0], np.cumsum(taken.T.ravel())])
 
     def pose(self, line: np.ndarray, share: FloatArray) -> FloatArray:
@@ -174,9 +125,9 @@ class StoppingMotion(FootholdMotion):
         """Share of the line at times ``(N,)``, by the law of given parts."""
         line, i = np.divmod(part, PARTS)
         x, step = self.squares[i, line], np.diff(GRID)[i]
-        pull = (self.squares[i + 1, line] - x) / (2.0 * step)
+        acceleration = (self.squares[i + 1, line] - x) / (2.0 * step)
         t = (times - self.times[part]) / self.stretch
-        return np.asarray(GRID[i] + (np.sqrt(x) + pull * t / 2.0) * t)
+        return np.asarray(GRID[i] + (np.sqrt(x) + acceleration * t / 2.0) * t)
 
     def poses_at(self, times: FloatArray, piece: np.ndarray) -> FloatArray:
         """Poses by the law of given parts ``(N, 9)``."""
@@ -212,7 +163,8 @@ def stopping_path(motion: StoppingMotion, limit: float) -> tuple[StoppingMotion,
         SolverError: standing feet do not stay in place.
     """
     path = motion.path()
-    stretch = path_stretch(motion.robot, path, 0.0, motion.legs.velocity_limits.ravel(), limit, 1)
+    limits = motion.legs.velocity_limits.ravel()
+    stretch = legs_needed_stretch(motion.robot, path, 0.0, limits, limit, 1)
     if stretch > 1.0:
         motion = replace(motion, stretch=stretch * (1.0 + _HAIR))
         path = motion.path()

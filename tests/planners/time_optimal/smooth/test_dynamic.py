@@ -11,14 +11,15 @@ from gaitopt.conventions import GRAVITY
 from gaitopt.motion.bounds import _largest
 from gaitopt.optimize.route.legs import StackedLegs
 from gaitopt.plan.com_margin import margins_over
-from gaitopt.plan.settings.time_optimal import ROWS, RouteSettings
+from gaitopt.plan.settings.freedoms import ROWS
+from gaitopt.plan.settings.time_optimal import RouteSettings
 from gaitopt.planners.time_optimal.build import knots_of
 from gaitopt.planners.time_optimal.knots import part_of
 from gaitopt.planners.time_optimal.planner import plan_route
 from gaitopt.planners.time_optimal.smooth.motion import RouteMotion, _parabolas
 from gaitopt.planners.time_optimal.walk import prepared
 from gaitopt.stability.zmp import point_mass_zmp
-from gaitopt.studies.terrains import s_columns_for
+from gaitopt.terrain.columns import s_columns
 
 
 @pytest.fixture(scope="module")
@@ -29,7 +30,7 @@ def short() -> Footholds:
 
 @pytest.fixture(scope="module")
 def dynamic(wang: Quadruped, short: Footholds) -> Plan:
-    return plan_route(wang, short, "dynamic", stability_margin=0.03)
+    return plan_route(wang, short, free="dynamic", stability_margin=0.03)
 
 
 def test_a_dynamic_walk_is_certified_and_fast(dynamic: Plan, short_plan: Plan) -> None:
@@ -85,8 +86,8 @@ def test_static_rows_take_an_acceleration_limit(
     wang: Quadruped, short: Footholds, row: str
 ) -> None:
     """At a cost in time; the tighter the limit the higher."""
-    free = plan_route(wang, short, row)
-    plans = [plan_route(wang, short, row, acceleration_limit=a) for a in (12.0, 4.0)]
+    free = plan_route(wang, short, free=row)
+    plans = [plan_route(wang, short, free=row, acceleration_limit=a) for a in (12.0, 4.0)]
     for plan in plans:
         gaitopt.verify(plan).raise_for_violations()
         assert plan.settings.static
@@ -109,19 +110,19 @@ def test_a_b_spline_has_its_known_derivatives() -> None:
 
 def test_what_cannot_be_smooth_is_refused(wang: Quadruped, short: Footholds) -> None:
     with pytest.raises(InputError, match="needs 'overlap'"):
-        plan_route(wang, short, ["swing"], acceleration_limit=5.0)
+        plan_route(wang, short, free=["swing"], acceleration_limit=5.0)
     with pytest.raises(InputError, match="dynamic walk needs"):
-        plan_route(wang, short, ["dynamic"])
+        plan_route(wang, short, free=["dynamic"])
     with pytest.raises(InputError, match="horizon"):
-        plan_route(wang, short, "dynamic", horizon=1)
+        plan_route(wang, short, free="dynamic", horizon=1)
 
 
 def test_a_plan_tells_the_margin_that_its_zmp_keeps(
     wang: Quadruped, short: Footholds, dynamic: Plan
 ) -> None:
     """As a number; a walk that is statically stable promises nothing of the kind."""
-    assert dynamic.info["zmp_margin"] == 0.03
-    assert "zmp_margin" not in plan_route(wang, short, "swing", acceleration_limit=8.0).info
+    assert dynamic.record.zmp_margin == 0.03
+    assert "zmp_margin" not in plan_route(wang, short, free="swing", acceleration_limit=8.0).info
 
 
 @pytest.mark.parametrize("row", ["dynamic", "height"])
@@ -129,12 +130,12 @@ def test_a_horizon_loses_little(wang: Quadruped, row: str) -> None:
     """Windows go on in motion; the joints keep their limits across their seams."""
     footholds = gaitopt.s_columns(1, columns=5)
     whole, near = (
-        plan_route(wang, footholds, row, acceleration_limit=6.0, horizon=horizon)
+        plan_route(wang, footholds, free=row, acceleration_limit=6.0, horizon=horizon)
         for horizon in (None, 8)
     )
     gaitopt.verify(near).raise_for_violations()
     assert 0.98 * whole.duration < near.duration < 1.02 * whole.duration
-    assert near.info["windows"] == 3
+    assert near.record.windows == 3
     bends = np.abs(near.path.evaluate(np.linspace(0, near.duration, 20001), 2)[:, 6:])
     assert 5.4 < bends.max() <= 6.0 * (1 + 1e-9)
     assert near.path.jumps(1).max() < 1e-6
@@ -142,7 +143,7 @@ def test_a_horizon_loses_little(wang: Quadruped, row: str) -> None:
 
 def test_windows_begin_in_motion(wang: Quadruped) -> None:
     """Where one begins the robot neither stands nor slows down: it has steps ahead."""
-    plan = plan_route(wang, gaitopt.s_columns(1, columns=5), "dynamic", horizon=8)
+    plan = plan_route(wang, gaitopt.s_columns(1, columns=5), free="dynamic", horizon=8)
     speed = np.abs(plan.path.evaluate([swing.end for swing in plan.swings], 1)[:, 6:]).max(axis=1)
     seams = np.array([3, 7])
     assert (speed[seams] > 0.5 * np.median(speed[:-1])).all()
@@ -153,20 +154,20 @@ def test_windows_begin_in_motion(wang: Quadruped) -> None:
 @pytest.mark.parametrize("seed", [2, 19])
 def test_terrains_that_once_failed(wang: Quadruped, seed: int) -> None:
     """All was solved, but nothing was left of the margin once the joints had their time."""
-    plan = plan_route(wang, gaitopt.s_columns(seed), "dynamic")
+    plan = plan_route(wang, gaitopt.s_columns(seed), free="dynamic")
     gaitopt.verify(plan).raise_for_violations()
     assert plan.duration < 45.0
-    assert float(plan.info["violation"]) <= 1e-6
+    assert float(plan.record.violation) <= 1e-6
 
 
 @pytest.mark.parametrize("name", ["anymal_c", "wang2020-fast"])
 def test_robots_with_fast_joints_walk_dynamically(name: str) -> None:
     """Tens of times as fast as wang2020, and quick enough to fall: the ground always bears load."""
     robot = gaitopt.load_robot(name)
-    footholds = s_columns_for(robot, 1, columns=3)
-    plan = plan_route(robot, footholds, "dynamic", body_height=robot.standing_height)
+    footholds = s_columns(1, columns=3, robot=robot)
+    plan = plan_route(robot, footholds, free="dynamic", body_height=robot.standing_height)
     gaitopt.verify(plan).raise_for_violations()
-    static = plan_route(robot, footholds, "swing", body_height=robot.standing_height,
+    static = plan_route(robot, footholds, free="swing", body_height=robot.standing_height,
                         acceleration_limit=plan.settings.acceleration_limit)  # fmt: skip
     gaitopt.verify(static).raise_for_violations()
     assert plan.duration < 0.8 * static.duration < 2.0

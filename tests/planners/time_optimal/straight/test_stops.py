@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 import gaitopt
 from gaitopt import Footholds, Quadruped
-from gaitopt.plan.settings.time_optimal import ROWS, RouteSettings
+from gaitopt.plan.settings.freedoms import ROWS
+from gaitopt.plan.settings.time_optimal import RouteSettings
 from gaitopt.planners.time_optimal.build import knots_of, problem_of
 from gaitopt.planners.time_optimal.planner import plan_route
 from gaitopt.planners.time_optimal.straight.stops import GRID, fastest_passage, straight_lines
@@ -81,8 +82,8 @@ def test_a_box_with_bounded_accelerations_is_certified(
     wang: Quadruped, short: Footholds, row: str
 ) -> None:
     """It costs time, the less the higher the limit, and stops at the corners."""
-    free = plan_route(wang, short, row)
-    plans = [plan_route(wang, short, row, acceleration_limit=a) for a in (500.0, 6.0)]
+    free = plan_route(wang, short, free=row)
+    plans = [plan_route(wang, short, free=row, acceleration_limit=a) for a in (500.0, 6.0)]
     for plan in plans:
         gaitopt.verify(plan).raise_for_violations()
         assert plan.path.jumps(1).max() < 1e-6
@@ -93,7 +94,7 @@ def test_a_box_with_bounded_accelerations_is_certified(
 
 def test_the_stops_of_a_box(wang: Quadruped, short: Footholds) -> None:
     """With a still body every swing takes off, turns twice and lands at rest: four rests."""
-    plan = plan_route(wang, short, "route", acceleration_limit=6.0)
+    plan = plan_route(wang, short, free="route", acceleration_limit=6.0)
     for swing in plan.swings:
         times = np.linspace(swing.start, swing.end, 4001)
         speed = np.abs(plan.path.evaluate(times, 1)).max(axis=1)
@@ -104,5 +105,5 @@ def test_the_stops_of_a_box(wang: Quadruped, short: Footholds) -> None:
 
 
 def test_without_steps_body_and_time_stand_still(wang: Quadruped) -> None:
-    plan = plan_route(wang, gaitopt.s_columns(0, columns=1), "route", acceleration_limit=6.0)
+    plan = plan_route(wang, gaitopt.s_columns(0, columns=1), free="route", acceleration_limit=6.0)
     assert plan.duration == 0.0

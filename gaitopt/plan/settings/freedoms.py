@@ -1,0 +1,97 @@
+"""What a time-optimal walk may choose beyond the targets of the body centre."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, fields
+from typing import Final
+
+from gaitopt.errors import InputError
+
+
+@dataclass(frozen=True)
+class Freedoms:
+    """What is optimised beyond where the body centre goes before each swing.
+
+    Attributes:
+        overlap: the body moves during swings, and not only while all feet stand.
+        swing: the curve of the flying foot.
+        height: the body's height.
+        posture: the body's roll, pitch and yaw.
+        dynamic: the ZMP keeps the stability margin in place of the body centre, and joint
+            accelerations are bounded.
+
+    Raises:
+        InputError: ``dynamic`` without ``overlap`` and ``swing``.
+    """
+
+    overlap: bool = False
+    swing: bool = False
+    height: bool = False
+    posture: bool = False
+    dynamic: bool = False
+
+    def __post_init__(self) -> None:
+        if self.dynamic and not (self.overlap and self.swing):
+            raise InputError("free: a dynamic walk needs 'overlap' and 'swing' to be free, too")
+
+    @classmethod
+    def from_name(cls, name: str) -> Freedoms:
+        """The freedoms of a row of the table of gains (:data:`ROWS`).
+
+        Raises:
+            InputError: no row has this name.
+        """
+        if name not in ROWS:
+            raise InputError(f"free must be one of {', '.join(ROWS)}, got {name!r}")
+        return ROWS[name]
+
+    @classmethod
+    def of(cls, given: Freedoms | str | Iterable[str]) -> Freedoms:
+        """Freedoms from a value object, the name of a row, or the names of what is free.
+
+        Raises:
+            InputError: a name is unknown.
+        """
+        if isinstance(given, Freedoms):
+            return given
+        if isinstance(given, str):
+            return cls.from_name(given)
+        named = {str(name) for name in given} if isinstance(given, Iterable) else {repr(given)}
+        known = [f.name for f in fields(cls)]
+        unknown = sorted(named - {*known, "route"})
+        if unknown:
+            raise InputError(
+                f"free names {unknown[0]!r}; what can be freed is {', '.join(known)} (the targets "
+                "of the body centre always are)"
+            )
+        return cls(**{name: name in named for name in known})
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of what is free."""
+        return tuple(f.name for f in fields(self) if getattr(self, f.name))
+
+    @property
+    def row(self) -> str:
+        """The name of the row of the table of gains, or the free things joined by ``+``."""
+        found = [name for name, row in ROWS.items() if row == self]
+        return found[0] if found else "+".join(self.names)
+
+    def __str__(self) -> str:
+        return self.row
+
+    def to_dict(self) -> list[str]:
+        """The names of what is free, as a plan file stores them."""
+        return list(self.names)
+
+
+ROWS: Final[dict[str, Freedoms]] = {
+    "route": Freedoms(),
+    "overlap": Freedoms(overlap=True),
+    "swing": Freedoms(overlap=True, swing=True),
+    "height": Freedoms(overlap=True, swing=True, height=True),
+    "posture": Freedoms(overlap=True, swing=True, height=True, posture=True),
+    "dynamic": Freedoms(overlap=True, swing=True, height=True, posture=True, dynamic=True),
+}
+"""The rows of the table of gains (docs/time_optimal.md): each frees one thing more."""
