@@ -77,3 +77,16 @@ def check_count(name: str, value: object, low: int, high: int) -> int:
     if whole and low <= number <= high:
         return int(number)
     raise InputError(f"{name} must be a whole number from {low} to {high}, got {value!r}")
+
+
+def check_shape(name: str, values: ArrayLike, *tail: int) -> FloatArray:
+    """``values`` as an array, when its shape ends with ``tail``.
+
+    Raises:
+        InputError: it does not.
+    """
+    array = np.asarray(values, np.float64)
+    if array.shape[-len(tail) :] != tail:
+        wanted = ", ".join(map(str, tail))
+        raise InputError(f"{name} must be (..., {wanted}), got {array.shape}")
+    return array

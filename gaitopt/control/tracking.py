@@ -79,7 +79,7 @@ class TrackingController:
         self._model: Any = robot.model
         self._data: Any = robot.model.createData()
         self._frames = [robot.model.getFrameId(robot.legs[leg].foot) for leg in LEGS]
-        self._columns = np.array([robot.leg_columns[leg] for leg in LEGS])
+        self._columns = robot.leg_joint_columns.reshape(len(LEGS), -1)
         self._radius = robot.foot_radius
         self._still = np.zeros(robot.model.nv)
         self._decay = float(np.exp(-dt / max(self.gains.blend_time, 1e-9)))

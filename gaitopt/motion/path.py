@@ -3,20 +3,27 @@
 Each segment is a polynomial in the time since its start, for the base's position, its roll, pitch
 and yaw (R = Rz Ry Rx), and every joint. Degree one is a polyline in joint space, whose joint
 velocities are constant between knots; planners of splines use higher degrees.
+
+Values and derivatives are computed by scipy's :class:`scipy.interpolate.PPoly`. It adds the powers
+from the lowest to the highest, so that the last bits differ from those of Horner's method.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.interpolate import PPoly
 
 from gaitopt.conventions import FloatArray, frozen
 from gaitopt.errors import InputError
 
+BASE_COLUMNS = 6
+"""Columns of a path that belong to the base; the joints' columns follow."""
 FARTHEST = 1e9
-"""How far a path may lead by a coarse bound [m, rad]: beyond lies a mistake."""
+"""Largest value that a path may reach [m, rad], by a coarse bound. Anything above is a mistake."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,6 +35,10 @@ class MotionPath:
         coefficients: ``(degree + 1, K - 1, 6 + nj)``, highest power first, in the time since the
             segment's start; columns are the base's x, y, z [m], roll, pitch, yaw [rad] and the
             joints [rad]. A path of one knot (``K = 1``) has one segment, its constant.
+
+    Raises:
+        InputError: shapes do not fit, a number is not finite, times do not increase from 0, or
+            values are beyond :data:`FARTHEST`.
     """
 
     times: FloatArray
@@ -48,11 +59,10 @@ class MotionPath:
         if not (np.isfinite(times).all() and np.isfinite(coefficients).all()):
             raise InputError("a path's times and coefficients must be finite")
         lengths = np.diff(times) if len(times) > 1 else np.zeros(1)
-        sizes = np.abs(coefficients).max(axis=2)[::-1]
-        reach = float(sum(size * lengths**k for k, size in enumerate(sizes)).max())
-        if not reach < FARTHEST:
+        farthest = float(np.polyval(np.abs(coefficients).max(axis=2), lengths).max())
+        if not farthest < FARTHEST:
             raise InputError(
-                f"a path leads {reach:.3g} m or rad away; at most {FARTHEST:g} is taken"
+                f"a path leads {farthest:.3g} m or rad away; at most {FARTHEST:g} is taken"
             )
         if times[0] != 0.0 or (np.diff(times) <= 0.0).any():
             raise InputError("a path's times must start at 0 and increase")
@@ -78,6 +88,11 @@ class MotionPath:
         """Degree of the polynomials."""
         return len(self.coefficients) - 1
 
+    @cached_property
+    def polynomial(self) -> PPoly:
+        """The path as scipy's piecewise polynomial; that of a single knot lasts for 1 s."""
+        return PPoly(self.coefficients, self.times if len(self.times) > 1 else np.array([0.0, 1.0]))
+
     def segment(self, times: ArrayLike) -> np.ndarray:
         """Index of the segment that holds each time, the later one at a knot."""
         found = np.searchsorted(self.times, times, side="right") - 1
@@ -89,14 +104,8 @@ class MotionPath:
         Times outside the path are moved to its ends. At a knot a derivative is the later
         segment's, and the last segment's at the end.
         """
-        t = np.clip(np.asarray(times, dtype=np.float64), 0.0, self.duration)
-        index = self.segment(t)
-        local = (t - self.times[index])[..., None]
-        out = np.zeros((*t.shape, self.coefficients.shape[2]))
-        for power in range(self.degree, derivative - 1, -1):
-            factor = float(np.prod(np.arange(power - derivative + 1, power + 1)))
-            out = out * local + factor * self.coefficients[self.degree - power][index]
-        return out
+        inside = np.clip(np.asarray(times, dtype=np.float64), 0.0, self.duration)
+        return np.asarray(self.polynomial(inside, derivative))
 
     def knots(self) -> FloatArray:
         """Values at all knots ``(K, 6 + nj)``."""
@@ -104,12 +113,16 @@ class MotionPath:
 
     def jumps(self, derivative: int = 0) -> FloatArray:
         """Jumps of a derivative at the knots between segments ``(K - 2, 6 + nj)``."""
-        if len(self.times) < 3:
-            return np.zeros((0, self.coefficients.shape[2]))
-        lengths = np.diff(self.times)[:, None]
-        ends, starts = np.zeros_like(self.coefficients[0]), np.zeros_like(self.coefficients[0])
-        for power in range(self.degree, derivative - 1, -1):
-            factor = float(np.prod(np.arange(power - derivative + 1, power + 1)))
-            starts = factor * self.coefficients[self.degree - power]
-            ends = ends * lengths + starts
-        return np.asarray(np.abs(starts[1:] - ends[:-1]))
+        return jumps(self.polynomial, derivative)
+
+
+def jumps(polynomial: PPoly, derivative: int = 0) -> FloatArray:
+    """Size of the jumps of a derivative at the inner breakpoints ``(K - 2, n)``.
+
+    Args:
+        polynomial: piecewise, with ``K`` breakpoints and ``n`` columns.
+        derivative: which one; 0 for the values.
+    """
+    coefficients = polynomial.derivative(derivative).c
+    ends = np.polyval(coefficients, np.diff(polynomial.x)[:, None])
+    return np.asarray(np.abs(coefficients[-1, 1:] - ends[:-1]))

@@ -1,4 +1,4 @@
-"""Pieces of paths: stretched, joined, cut."""
+"""Pieces of paths: in another time, cut, one after another, and quintics between given states."""
 
 from __future__ import annotations
 
@@ -9,9 +9,15 @@ import numpy as np
 from gaitopt.conventions import FloatArray
 from gaitopt.motion.path import MotionPath
 
-DEGREE = 5
+States = tuple[FloatArray, FloatArray, FloatArray]
+"""Values, velocities and accelerations ``(N, n)`` each."""
+
+QUINTIC = 5
+"""Degree of the polynomial that six conditions determine: three at each end."""
 LONGEST = 30.0
-"""Longest segment of a path over its shortest."""
+"""Longest segment of a joined path over its shortest; chosen here, see :func:`joined`."""
+ROUNDING = 1e-9
+"""Share of the longest length by which a segment may be longer uncut: lengths are rounded."""
 
 
 def stretched(path: MotionPath, factor: float) -> MotionPath:
@@ -20,16 +26,30 @@ def stretched(path: MotionPath, factor: float) -> MotionPath:
     return MotionPath(path.times * factor, path.coefficients / factor**powers)
 
 
-def hermite(length: float, place: FloatArray, slope: FloatArray, bend: FloatArray) -> FloatArray:
-    """Coefficients ``(6, n)`` of the quintic with given states ``(2, n)`` at both ends."""
-    t = length
-    gap = place[1] - place[0] - t * (slope[0] + t * bend[0] / 2.0)
-    lean, turn = slope[1] - slope[0] - t * bend[0], bend[1] - bend[0]
+def quintic_hermite(lengths: FloatArray, begin: States, end: States) -> FloatArray:
+    """Coefficients of the quintics with given states at both ends of intervals.
+
+    ``scipy.interpolate.BPoly.from_derivatives`` gives the same polynomials (a test holds them
+    together), but one interval at a time in Python, and only for states that do not jump at knots.
+
+    Args:
+        lengths: of the intervals ``(K,)`` [s].
+        begin, end: values, velocities and accelerations at their ends ``(K, n)`` each.
+
+    Returns:
+        ``(6, K, n)``, highest power first, in the time since each interval's begin.
+    """
+    t = lengths[:, None]
+    value, velocity, acceleration = begin
+    # What the end state has beyond the motion with constant acceleration from the begin state.
+    value_gap = end[0] - value - t * (velocity + t * acceleration / 2.0)
+    velocity_gap = end[1] - velocity - t * acceleration
+    acceleration_gap = end[2] - acceleration
     return np.stack([
-        (6.0 * gap - 3.0 * t * lean + 0.5 * t**2 * turn) / t**5,
-        (-15.0 * gap + 7.0 * t * lean - t**2 * turn) / t**4,
-        (10.0 * gap - 4.0 * t * lean + 0.5 * t**2 * turn) / t**3,
-        bend[0] / 2.0, slope[0], place[0],
+        (6.0 * value_gap - 3.0 * t * velocity_gap + 0.5 * t**2 * acceleration_gap) / t**5,
+        (-15.0 * value_gap + 7.0 * t * velocity_gap - t**2 * acceleration_gap) / t**4,
+        (10.0 * value_gap - 4.0 * t * velocity_gap + 0.5 * t**2 * acceleration_gap) / t**3,
+        acceleration / 2.0, velocity, value,
     ])  # fmt: skip
 
 
@@ -39,7 +59,7 @@ def joined(pieces: Sequence[MotionPath]) -> MotionPath:
     Segments much longer than the shortest are cut: :class:`MotionPath` bounds how far a path leads
     by the largest coefficient of each power and the longest segment.
     """
-    degree = max([DEGREE, *(piece.degree for piece in pieces)])
+    degree = max([QUINTIC, *(piece.degree for piece in pieces)])
     shortest = min(float(np.diff(piece.times).min()) for piece in pieces)
     times, coefficients, start = [np.zeros(1)], [], 0.0
     for piece in (cut(whole, LONGEST * shortest) for whole in pieces):
@@ -53,12 +73,12 @@ def joined(pieces: Sequence[MotionPath]) -> MotionPath:
 def cut(path: MotionPath, longest: float | FloatArray) -> MotionPath:
     """The same path with no segment longer than ``longest`` [s], one for all or for each."""
     lengths = np.diff(path.times)
-    counts = np.maximum(np.ceil(lengths / longest - 1e-9).astype(int), 1)
+    counts = np.maximum(np.ceil(lengths / longest - ROUNDING).astype(int), 1)
     owner = np.repeat(np.arange(len(counts)), counts)
     share = (np.arange(len(owner)) - np.repeat(np.cumsum(counts) - counts, counts)) / counts[owner]
     shift = (share * lengths[owner])[:, None]
     shifted = [c[owner].copy() for c in path.coefficients]
-    # Taylor shift by repeated synthetic division: p(t + shift) in powers of t.
+    # Taylor shift by repeated synthetic division: p(t + shift) in powers of t. scipy has none.
     for top in range(len(shifted) - 1, 0, -1):
         for k in range(1, top + 1):
             shifted[k] = shifted[k] + shift * shifted[k - 1]

@@ -1,4 +1,4 @@
-"""A smooth path through exactly computed states: piecewise quintic, as often refined as it needs.
+"""A smooth path through exactly computed states: piecewise quintic, refined until it is accurate.
 
 On every interval the quintic has the motion's own positions, velocities and accelerations at both
 ends. So the path is as smooth as the motion is, and its error falls with the sixth power of the
@@ -14,13 +14,11 @@ import numpy as np
 from gaitopt.conventions import FloatArray
 from gaitopt.errors import SolverError
 from gaitopt.motion.path import MotionPath
+from gaitopt.motion.pieces import States, quintic_hermite
 
-States = tuple[FloatArray, FloatArray, FloatArray]
-"""Values, velocities and accelerations ``(N, n)`` each."""
-
-MOST_CUTS = 8
-"""How many times an interval is halved at most."""
-NUDGE = 1e-9
+MOST_HALVINGS = 8
+"""How many times an interval is halved at most: the error then falls by 256**6, 3e14."""
+INWARD = 1e-9
 """Share of an interval by which derivatives are taken inside it: they may jump at its ends."""
 
 
@@ -30,19 +28,19 @@ def smooth_path(
     error: Callable[[FloatArray, FloatArray], FloatArray],
     tolerance: float,
 ) -> MotionPath:
-    """The path of a motion that is given by formulae.
+    """Fit a piecewise quintic path to a motion that is given by formulae.
 
     Args:
         knots: times ``(K + 1,)`` between which the motion is analytic [s], from 0.
         state: gives values at times ``(N,)``, and velocities and accelerations at the second
             times ``(N,)``, which lie a little inside the interval of the first.
         error: how wrong path values ``(N, n)`` are at times ``(N,)``; ``(N,)``.
-        tolerance: the largest error that is let pass in the middle of any interval.
+        tolerance: the largest error that is allowed in the middle of any interval.
 
     Raises:
         SolverError: the error stays too large however short the intervals are.
     """
-    for _ in range(MOST_CUTS):
+    for _ in range(MOST_HALVINGS):
         path = _quintics(knots, state)
         middles = (knots[1:] + knots[:-1]) / 2.0
         wrong = error(middles, path.evaluate(middles))
@@ -58,20 +56,8 @@ def smooth_path(
 
 
 def _quintics(knots: FloatArray, state: Callable[[FloatArray, FloatArray], States]) -> MotionPath:
-    h = np.diff(knots)
-    a, va, aa = state(knots[:-1], knots[:-1] + NUDGE * h)
-    b, vb, ab = state(knots[1:], knots[1:] - NUDGE * h)
-    t = h[:, None]
-    # Hermite's conditions at both ends, in powers of the time since the interval's start.
-    gap, slope, bend = b - a - t * (va + t * aa / 2.0), vb - va - t * aa, ab - aa
-    return MotionPath(
-        knots,
-        np.stack([
-            (6.0 * gap - 3.0 * t * slope + 0.5 * t**2 * bend) / t**5,
-            (-15.0 * gap + 7.0 * t * slope - t**2 * bend) / t**4,
-            (10.0 * gap - 4.0 * t * slope + 0.5 * t**2 * bend) / t**3,
-            aa / 2.0,
-            va,
-            a,
-        ]),
-    )  # fmt: skip
+    """The path with the motion's states at both ends of every interval."""
+    lengths = np.diff(knots)
+    begin = state(knots[:-1], knots[:-1] + INWARD * lengths)
+    end = state(knots[1:], knots[1:] - INWARD * lengths)
+    return MotionPath(knots, quintic_hermite(lengths, begin, end))

@@ -110,13 +110,13 @@ class Shapes:
 
     Attributes:
         model, geometry: Pinocchio's.
-        columns: the twelve leg joints in Pinocchio's order of joints.
+        columns: of the legs' joints, :attr:`Quadruped.leg_joint_columns`.
         neutral: a configuration with the base at the origin.
     """
 
     model: Any
     geometry: Any
-    columns: list[int]
+    columns: np.ndarray
     neutral: FloatArray
 
     @classmethod
@@ -141,7 +141,7 @@ class Shapes:
             return None
         neutral = pin.neutral(model)
         neutral[7:] = robot.neutral_joints()
-        return cls(model, geometry, [c for x in LEGS for c in robot.leg_columns[x]], neutral)
+        return cls(model, geometry, robot.leg_joint_columns, neutral)
 
     def distances(self, joints: FloatArray, pairs: list[int] | None = None) -> FloatArray:
         """Distances of pairs at joint angles ``(N, 12)``: ``(N, pairs)`` [m]."""

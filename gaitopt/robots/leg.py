@@ -1,7 +1,7 @@
 """Closed-form kinematics of one leg: roll-pitch-pitch with offsets, or pitch-pitch.
 
 The leg frame sits at the hip: x along the roll axis (forward), y along the pitch axes (left),
-z = x cross y (up). In it, with the roll angle a1, the thigh's angle A and the knee's bend B (both
+z = x cross y (up). In it, with the roll angle a1, the thigh's angle A and the knee's angle B (both
 about +y; at A = B = 0 the leg hangs straight down)::
 
     px   = -l2 sin A - l3 sin(A + B)
@@ -9,24 +9,105 @@ about +y; at A = B = 0 the leg hangs straight down)::
     foot = (px, d cos a1 - zeta sin a1, d sin a1 + zeta cos a1)
 
 ``d`` is the sideways offset between hip and foot, ``u`` how far the pitch axis lies below the roll
-axis. Eq. (11) of [Wang2020] is the case ``d = u = 0``. All functions are written
-with NumPy's universal functions, so the same source runs on arrays and on CasADi symbols.
+axis. Eq. (11) of [Wang2020] is the case ``d = u = 0``.
+
+The trigonometry stands here once: :func:`roll_and_height` and :func:`pitch_angles` lead from the
+foot to the angles, :class:`PitchDerivatives` from the angles to the foot and its derivatives. They
+are written with NumPy's universal functions and take numbers, arrays of any shape (constants of
+many legs included) and CasADi symbols.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from gaitopt.conventions import FloatArray, frozen
+from gaitopt.inputs import check_shape
 
 
 def wrap_angle(angle: Any, centre: Any = 0.0) -> Any:
     """``angle`` [rad] shifted by whole turns into ``[centre - pi, centre + pi)``."""
     return angle - 2.0 * np.pi * np.floor((angle - centre + np.pi) / (2.0 * np.pi))
+
+
+def roll_and_height(y: Any, z: Any, lateral: Any, *, clamp: bool = True) -> tuple[Any, Any]:
+    """Roll angle of a leg, and height ``zeta`` of its foot over the roll axis in its own plane.
+
+    Args:
+        y, z: the foot in the leg frame [m].
+        lateral: sideways offset ``d`` between hip and foot [m].
+        clamp: what a foot nearer to the roll axis than ``d`` gives: the height 0, or NaN.
+
+    Returns:
+        Roll angle [rad] and height [m], not above 0.
+    """
+    height = -np.sqrt(_not_negative(y * y + z * z - lateral**2, clamp))
+    return np.arctan2(z, y) - np.arctan2(height, lateral), height
+
+
+def pitch_angles(
+    x: Any, down: Any, upper: Any, lower: Any, knee: Any, *, clamp: bool = True
+) -> tuple[Any, Any]:
+    """Angles of thigh and knee [rad] that put the foot at a place in the leg's own plane.
+
+    Args:
+        x: how far the foot is ahead of the first pitch axis [m].
+        down: its height over that axis, negative for a foot below [m].
+        upper, lower: lengths of upper and lower leg [m].
+        knee: side to which the knee points, +1 forward or -1 backward.
+        clamp: what an unreachable place gives: the straight or folded leg towards it, or NaN.
+    """
+    square = x * x + down * down
+    # The half-angle form keeps full precision near the straight leg, where arccos loses half.
+    to_straight = _not_negative((upper + lower) ** 2 - square, clamp)
+    to_folded = _not_negative(square - (upper - lower) ** 2, clamp)
+    angle = 2.0 * knee * np.arctan2(np.sqrt(to_straight), np.sqrt(to_folded))
+    thigh = np.arctan2(-x, -down) - np.arctan2(lower * np.sin(angle), upper + lower * np.cos(angle))
+    return thigh, angle
+
+
+def _not_negative(value: Any, clamp: bool) -> Any:
+    return np.maximum(value, 0.0) if clamp else value
+
+
+class PitchDerivatives(NamedTuple):
+    """How thigh and knee move the foot in the leg's own plane, x forward and z up [m/rad].
+
+    Turning the thigh turns the whole leg, so these also tell where the foot is from the first pitch
+    axis: at ``x = -thigh_z``, ``z = thigh_x``.
+
+    Attributes:
+        thigh_x, thigh_z: derivative of the foot's place by the thigh's angle.
+        knee_x, knee_z: derivative by the knee's angle.
+    """
+
+    thigh_x: Any
+    thigh_z: Any
+    knee_x: Any
+    knee_z: Any
+
+    @classmethod
+    def at(cls, thigh: Any, knee: Any, upper: Any, lower: Any) -> PitchDerivatives:
+        """At angles of thigh and knee [rad], with lengths of upper and lower leg [m]."""
+        shank = thigh + knee
+        knee_x, knee_z = -lower * np.cos(shank), lower * np.sin(shank)
+        return cls(knee_x - upper * np.cos(thigh), knee_z + upper * np.sin(thigh), knee_x, knee_z)
+
+    def rates(self, thigh_rate: Any, knee_rate: Any) -> PitchDerivatives:
+        """Their derivatives over time, at given rates of both angles [rad/s]."""
+        shank_rate = thigh_rate + knee_rate
+        knee_x, knee_z = self.knee_z * shank_rate, -self.knee_x * shank_rate
+        return PitchDerivatives(
+            knee_x + (self.thigh_z - self.knee_z) * thigh_rate,
+            knee_z - (self.thigh_x - self.knee_x) * thigh_rate,
+            knee_x, knee_z,
+        )  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,10 +124,11 @@ class Leg:
         drop: how far the first pitch axis lies below the roll axis, ``u`` [m].
         upper, lower: lengths ``l2``, ``l3`` of upper and lower leg [m].
         signs: +1 or -1 for each joint: its sense of turning against the leg frame's axes.
-        zeros: thigh angle and knee bend at zero joint angles ``(2,)`` [rad].
+        zeros: angles of thigh and knee at zero joint angles ``(2,)`` [rad].
         knee: side to which the knee points: +1 forward, -1 backward.
-        position_limits: lower and upper joint limits ``(2, nj)`` [rad].
-        velocity_limits: joint velocity limits ``(nj,)`` [rad/s].
+        position_limits: lower and upper joint limits ``(2, nj)`` [rad]; ``-inf`` and ``inf`` for
+            joints without.
+        velocity_limits: joint velocity limits ``(nj,)`` [rad/s]; ``inf`` for joints without.
     """
 
     name: str
@@ -88,12 +170,12 @@ class Leg:
 
     def forward_columns(self, *q: Any) -> tuple[Any, Any, Any]:
         """:meth:`forward` on separate columns; takes arrays or CasADi symbols."""
-        roll, thigh, bend = self._geometric(*q)
-        px = -self.upper * np.sin(thigh) - self.lower * np.sin(thigh + bend)
-        zeta = -self.drop - self.upper * np.cos(thigh) - self.lower * np.cos(thigh + bend)
-        y = self.lateral * np.cos(roll) - zeta * np.sin(roll)
-        z = self.lateral * np.sin(roll) + zeta * np.cos(roll)
-        out = [self.hip[i] + self._row(i, px, y, z) for i in range(3)]
+        roll, thigh, knee = self._geometric(*q)
+        pitch = PitchDerivatives.at(thigh, knee, self.upper, self.lower)
+        height = pitch.thigh_x - self.drop
+        y = self.lateral * np.cos(roll) - height * np.sin(roll)
+        z = self.lateral * np.sin(roll) + height * np.cos(roll)
+        out = [self.hip[i] + self._row(i, -pitch.thigh_z, y, z) for i in range(3)]
         return out[0], out[1], out[2]
 
     def inverse(self, point: Any) -> FloatArray:
@@ -116,19 +198,9 @@ class Leg:
     def inverse_columns(self, x: Any, y: Any, z: Any) -> tuple[Any, ...]:
         """:meth:`inverse` on separate columns; takes arrays or CasADi symbols."""
         px, py, pz = self._in_leg_frame(x, y, z)
-        zeta = self._hang(py, pz)
-        roll = np.arctan2(pz, py) - np.arctan2(zeta, self.lateral)
-        down = zeta + self.drop
-        square = px * px + down * down
-        # The half-angle form keeps full precision near the straight leg, where arccos loses half.
-        straight, folded = (self.upper + self.lower) ** 2, (self.upper - self.lower) ** 2
-        bend = (2.0 * self.knee) * np.arctan2(
-            np.sqrt(np.maximum(straight - square, 0.0)), np.sqrt(np.maximum(square - folded, 0.0))
-        )
-        thigh = np.arctan2(-px, -down) - np.arctan2(
-            self.lower * np.sin(bend), self.upper + self.lower * np.cos(bend)
-        )
-        angles: tuple[Any, ...] = (thigh - self.zeros[0], bend - self.zeros[1])
+        roll, height = roll_and_height(py, pz, self.lateral) if self.has_roll else (None, pz)
+        thigh, knee = pitch_angles(px, height + self.drop, self.upper, self.lower, self.knee)
+        angles: tuple[Any, ...] = (thigh - self.zeros[0], knee - self.zeros[1])
         if self.has_roll:
             angles = (roll, *angles)
         return tuple(
@@ -139,24 +211,65 @@ class Leg:
     def jacobian(self, q: Any) -> FloatArray:
         """Derivative of :meth:`forward`, ``(..., 3, nj)`` [m/rad], in the body frame.
 
-        Source: [Wang2020], eq. (12), with the joint rate of the knee
-        (``docs/papers.md``, errata).
+        Args:
+            q: joint angles ``(..., nj)`` [rad].
+
+        Source: [Wang2020], eq. (12), with the joint rate of the knee (its errata).
         """
-        q = np.asarray(q, dtype=np.float64)
-        roll, thigh, bend = self._geometric(*[q[..., i] for i in range(len(self.joints))])
-        s1, c1 = np.sin(roll), np.cos(roll)
-        shank = thigh + bend
-        low_x, low_z = -self.lower * np.cos(shank), self.lower * np.sin(shank)
-        up_x, up_z = -self.upper * np.cos(thigh), self.upper * np.sin(thigh)
-        zeta = -self.drop - self.upper * np.cos(thigh) - self.lower * np.cos(shank)
-        zero = np.zeros_like(thigh)
-        columns = [
-            (zero, -self.lateral * s1 - zeta * c1, self.lateral * c1 - zeta * s1),
-            (up_x + low_x, -(up_z + low_z) * s1, (up_z + low_z) * c1),
-            (low_x, -low_z * s1, low_z * c1),
-        ][-len(self.joints) :]
-        local = np.stack([np.stack(np.broadcast_arrays(*c), axis=-1) for c in columns], axis=-1)
-        return np.asarray(self.axes @ (local * np.array(self.signs)))
+        roll, thigh, knee = self._geometric(*np.moveaxis(np.asarray(q, dtype=np.float64), -1, 0))
+        pitch = PitchDerivatives.at(thigh, knee, self.upper, self.lower)
+        sine, cosine, height = np.sin(roll), np.cos(roll), pitch.thigh_x - self.drop
+        return self._matrix([
+            (0.0, -self.lateral * sine - height * cosine, self.lateral * cosine - height * sine),
+            (pitch.thigh_x, -pitch.thigh_z * sine, pitch.thigh_z * cosine),
+            (pitch.knee_x, -pitch.knee_z * sine, pitch.knee_z * cosine),
+        ])  # fmt: skip
+
+    def jacobian_rate(self, q: ArrayLike, rates: ArrayLike) -> FloatArray:
+        """Derivative of :meth:`jacobian` over time ``(..., 3, nj)``, in the body frame.
+
+        Its product with ``rates`` is the foot's acceleration at constant joint velocities.
+
+        Args:
+            q: joint angles ``(..., nj)`` [rad].
+            rates: their derivatives ``(..., nj)`` [rad/s].
+
+        Raises:
+            InputError: an array has another shape.
+        """
+        count = len(self.joints)
+        angles = np.moveaxis(check_shape("q", q, count), -1, 0)
+        speeds = np.moveaxis(check_shape("rates", rates, count) * np.array(self.signs), -1, 0)
+        roll, thigh, knee = self._geometric(*angles)
+        turn = speeds[0] if self.has_roll else 0.0
+        pitch = PitchDerivatives.at(thigh, knee, self.upper, self.lower)
+        change = pitch.rates(speeds[-2], speeds[-1])
+        sine, cosine, height = np.sin(roll), np.cos(roll), pitch.thigh_x - self.drop
+
+        def pitch_column(z: Any, dx: Any, dz: Any) -> tuple[Any, Any, Any]:
+            """Derivative of a pitch joint's column ``(x, -z sin, z cos)``."""
+            return (dx, -dz * sine - z * cosine * turn, dz * cosine - z * sine * turn)
+
+        climb = change.thigh_x
+        return self._matrix([
+            (
+                0.0,
+                (height * sine - self.lateral * cosine) * turn - climb * cosine,
+                -(height * cosine + self.lateral * sine) * turn - climb * sine,
+            ),
+            pitch_column(pitch.thigh_z, change.thigh_x, change.thigh_z),
+            pitch_column(pitch.knee_z, change.knee_x, change.knee_z),
+        ])  # fmt: skip
+
+    def _matrix(self, columns: Sequence[tuple[Any, Any, Any]]) -> FloatArray:
+        """Matrix ``(..., 3, nj)`` in the body frame of columns for roll, thigh and knee.
+
+        The columns are in the leg frame, for the angles of :meth:`_geometric`.
+        """
+        own = columns[-len(self.joints) :]
+        entries = np.broadcast_arrays(*[entry for column in own for entry in column])
+        local = np.stack(entries, axis=-1).reshape(*entries[0].shape, len(own), 3)
+        return np.asarray(self.axes @ (np.swapaxes(local, -1, -2) * np.array(self.signs)))
 
     def straightness(self, x: Any, y: Any, z: Any) -> Any:
         """Squared distance from the first pitch axis to the foot, ``s**2`` [m^2].
@@ -166,13 +279,21 @@ class Leg:
         [Wang2020]. Convex in ``x, y`` for a foot below the hip.
         """
         px, py, pz = self._in_leg_frame(x, y, z)
-        down = self._hang(py, pz) + self.drop
+        height = roll_and_height(py, pz, self.lateral)[1] if self.has_roll else pz
+        down = height + self.drop
         return px * px + down * down
 
     @property
     def reach(self) -> float:
         """Greatest distance from first pitch axis to foot that the knee's limits allow [m]."""
         return self._extent[1]
+
+    @property
+    def levers(self) -> FloatArray:
+        """Bounds on the foot's distance from the axis of each joint ``(nj,)`` [m]."""
+        straight = self.upper + self.lower
+        pitch = [straight, self.lower]
+        return np.array([np.hypot(self.lateral, self.drop + straight)][: self.has_roll] + pitch)
 
     @property
     def least_reach(self) -> float:
@@ -200,8 +321,8 @@ class Leg:
         low, high = self.position_limits[:, -1]
         centre = self._centres[-1]
         ends = self.signs[-1] * np.array([max(low, centre - np.pi), min(high, centre + np.pi)])
-        bends = np.sort(ends + self.zeros[1])
-        side = np.clip(bends, 0.0, np.pi) if self.knee > 0 else np.clip(-bends, 0.0, np.pi)
+        angles = np.sort(ends + self.zeros[1])
+        side = np.clip(angles, 0.0, np.pi) if self.knee > 0 else np.clip(-angles, 0.0, np.pi)
         lengths = np.sqrt(
             self.upper**2 + self.lower**2 + 2.0 * self.upper * self.lower * np.cos(side)
         )
@@ -230,9 +351,3 @@ class Leg:
 
     def _row(self, i: int, px: Any, py: Any, pz: Any) -> Any:
         return self.axes[i, 0] * px + self.axes[i, 1] * py + self.axes[i, 2] * pz
-
-    def _hang(self, py: Any, pz: Any) -> Any:
-        """Height ``zeta`` of the foot below the roll axis in the leg's own plane (negative)."""
-        if not self.has_roll:
-            return pz
-        return -np.sqrt(np.maximum(py * py + pz * pz - self.lateral**2, 0.0))

@@ -135,6 +135,17 @@ class Quadruped:
         return {leg: tuple(order[j] for j in self.legs[leg].joints) for leg in LEGS}
 
     @cached_property
+    def leg_joint_columns(self) -> np.ndarray:
+        """Positions in :attr:`joint_names` of the joints of all legs ``(12,)``.
+
+        Leg by leg in the order of :data:`gaitopt.LEGS`, each from body to foot; ``(8,)`` for legs
+        without roll joint.
+        """
+        columns = np.concatenate([self.leg_columns[leg] for leg in LEGS])
+        columns.setflags(write=False)
+        return columns
+
+    @cached_property
     def velocity_limits(self) -> FloatArray:
         """Joint velocity limits in the order of :attr:`joint_names` ``(nj,)`` [rad/s]."""
         return frozen(self.model.velocityLimit[6:])

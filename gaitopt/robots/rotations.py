@@ -6,6 +6,8 @@ in the body's own frame, as Pinocchio has them.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -15,13 +17,19 @@ from gaitopt.errors import InputError
 
 def rpy_to_matrix(rpy: ArrayLike) -> FloatArray:
     """Rotation matrices ``(..., 3, 3)`` of ``rpy (..., 3)`` [rad]."""
-    (cr, cp, cy), (sr, sp, sy) = _cosines(rpy), _sines(rpy)
-    rows = [
+    return _matrices(rpy_matrix_rows(*_columns(rpy)))
+
+
+def rpy_matrix_rows(roll: Any, pitch: Any, yaw: Any) -> list[list[Any]]:
+    """Rows of the rotation matrix of three angles [rad]; takes arrays or CasADi symbols."""
+    (cr, cp, cy), (sr, sp, sy) = (
+        [f(angle) for angle in (roll, pitch, yaw)] for f in (np.cos, np.sin)
+    )
+    return [
         [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
         [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
         [-sp, cp * sr, cp * cr],
     ]
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
 def rpy_derivatives(rpy: ArrayLike) -> tuple[FloatArray, FloatArray]:
@@ -87,7 +95,7 @@ def quaternion_to_matrix(quaternion: ArrayLike) -> FloatArray:
         [s * (x * y + z * w), 1 - s * (x * x + z * z), s * (y * z - x * w)],
         [s * (x * z - y * w), s * (y * z + x * w), 1 - s * (x * x + y * y)],
     ]
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+    return _matrices(rows)
 
 
 def matrix_to_rpy(matrix: ArrayLike) -> FloatArray:
@@ -156,6 +164,11 @@ def rpy_accelerations_to_angular(
         -cr * roll * pitch - (sr * cp * roll + cr * sp * pitch) * yaw,
     ]
     return np.asarray(rpy_rates_to_angular(rpy, accelerations) + np.stack(turning, axis=-1))
+
+
+def _matrices(rows: list[list[Any]]) -> FloatArray:
+    """Matrices ``(..., 3, 3)`` of nine arrays ``(...)``."""
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
 def _columns(values: ArrayLike) -> FloatArray:

@@ -20,9 +20,15 @@ from numpy.typing import ArrayLike
 
 from gaitopt.conventions import LEGS, BoolArray, FloatArray, frozen
 from gaitopt.errors import InputError
+from gaitopt.inputs import check_shape
 from gaitopt.robots.leg import Leg
 from gaitopt.robots.quadruped import Quadruped
-from gaitopt.robots.rotations import quaternion_to_rpy, rpy_to_matrix, rpy_to_quaternion
+from gaitopt.robots.rotations import (
+    matrix_to_rpy,
+    quaternion_to_rpy,
+    rpy_to_matrix,
+    rpy_to_quaternion,
+)
 
 XILING_LEG_AXES: Final = frozen([[0.0, 1.0, 0.0], [0.0, 0.0, -1.0], [-1.0, 0.0, 0.0]])
 """Axes of the leg frame of [XiLing] as columns in gaitopt's leg frame ``(3, 3)``.
@@ -61,8 +67,8 @@ def homogeneous(position: ArrayLike, rpy: ArrayLike) -> FloatArray:
 
     Source: [XiLing], Module C, Sections 1.2 to 1.4 and 4.1.
     """
-    place = shaped("position", position, 3)
-    return _transform(rpy_to_matrix(shaped("rpy", rpy, 3)), place)
+    place = check_shape("position", position, 3)
+    return _transform(rpy_to_matrix(check_shape("rpy", rpy, 3)), place)
 
 
 def inverse_homogeneous(transform: ArrayLike) -> FloatArray:
@@ -70,7 +76,7 @@ def inverse_homogeneous(transform: ArrayLike) -> FloatArray:
 
     Source: [XiLing], Module C, Section 1.4.
     """
-    given = shaped("transform", transform, 4, 4)
+    given = check_shape("transform", transform, 4, 4)
     back = np.swapaxes(given[..., :3, :3], -1, -2)
     return _transform(back, -(back @ given[..., :3, 3:])[..., 0])
 
@@ -103,9 +109,9 @@ def configuration(
         InputError: an array has another shape.
     """
     parts = (
-        shaped("position", position, 3),
-        rpy_to_quaternion(shaped("rpy", rpy, 3)),
-        shaped("joints", joints, len(robot.joint_names)),
+        check_shape("position", position, 3),
+        rpy_to_quaternion(check_shape("rpy", rpy, 3)),
+        check_shape("joints", joints, len(robot.joint_names)),
     )
     lead = np.broadcast_shapes(*(part.shape[:-1] for part in parts))
     return np.concatenate(
@@ -121,9 +127,25 @@ def from_configuration(robot: Quadruped, q: ArrayLike) -> Configuration:
     Raises:
         InputError: ``q`` has another shape, or a quaternion is zero.
     """
-    values = shaped("q", q, 7 + len(robot.joint_names))
+    values = check_shape("q", q, 7 + len(robot.joint_names))
     rpy = quaternion_to_rpy(values[..., 3:7])
     return Configuration(values[..., :3].copy(), rpy, values[..., 7:].copy())
+
+
+def base_of_body(robot: Quadruped, centre: ArrayLike, axes: ArrayLike) -> FloatArray:
+    """The base's x, y, z, roll, pitch, yaw ``(..., 6)`` in the world, from where the body is.
+
+    Args:
+        robot: the robot.
+        centre: the body centre, :attr:`Quadruped.centre`, in the world ``(..., 3)`` [m].
+        axes: body axes as columns in the world ``(..., 3, 3)``.
+
+    Raises:
+        InputError: an array has another shape.
+    """
+    body = check_shape("axes", axes, 3, 3)
+    position = check_shape("centre", centre, 3) - body @ robot.centre
+    return joined(position, matrix_to_rpy(body @ robot.body_axes.T))
 
 
 # --- feet and joints --------------------------------------------------------------------------
@@ -145,9 +167,9 @@ def feet_from_joints(
     Raises:
         InputError: an array has another shape.
     """
-    place = shaped("position", position, 3)
-    to_world = rpy_to_matrix(shaped("rpy", rpy, 3)) @ robot.body_axes
-    feet = feet_in_body(robot, shaped("joints", joints, len(robot.joint_names)))
+    place = check_shape("position", position, 3)
+    to_world = rpy_to_matrix(check_shape("rpy", rpy, 3)) @ robot.body_axes
+    feet = feet_in_body(robot, check_shape("joints", joints, len(robot.joint_names)))
     return place[..., None, :] + feet @ np.swapaxes(to_world, -1, -2)
 
 
@@ -205,11 +227,9 @@ def joints_from_feet(
     """
     if on_unreachable not in ("raise", "mask"):
         raise InputError(f"on_unreachable must be 'raise' or 'mask', got {on_unreachable!r}")
-    place, angles = shaped("position", position, 3), shaped("rpy", rpy, 3)
+    place, angles = check_shape("position", position, 3), check_shape("rpy", rpy, 3)
     to_world = rpy_to_matrix(angles) @ robot.body_axes
-    wanted = (shaped("feet", feet, 4, 3) - place[..., None, :]) @ to_world
-    joints = np.empty((*wanted.shape[:-2], len(robot.joint_names)))
-    joints[...] = robot.neutral_joints()
+    wanted = (check_shape("feet", feet, 4, 3) - place[..., None, :]) @ to_world
     reached = np.empty(wanted.shape[:-1], dtype=np.bool_)
     for i, name in enumerate(LEGS):
         leg, points = robot.legs[name], wanted[..., i, :]
@@ -217,11 +237,23 @@ def joints_from_feet(
         reached[..., i] = leg.shortfall(points) <= REACH_TOLERANCE
         if on_unreachable == "raise" and not reached[..., i].all():
             raise InputError(_out_of_reach(robot, leg, points, reached[..., i]))
-        joints[..., list(robot.leg_columns[name])] = leg.inverse(points)
+    joints = joints_from_feet_in_body(robot, wanted)
     return joints if on_unreachable == "raise" else (joints, reached)
 
 
 # --- within -----------------------------------------------------------------------------------
+
+
+def joints_from_feet_in_body(robot: Quadruped, feet: FloatArray) -> FloatArray:
+    """Joint angles ``(..., nj)`` [rad] for feet in the body frame ``(..., 4, 3)`` [m].
+
+    A leg that does not reach its foot points towards it; joints that no leg owns are neutral.
+    """
+    joints = np.empty((*feet.shape[:-2], len(robot.joint_names)))
+    joints[...] = robot.neutral_joints()
+    for i, name in enumerate(LEGS):
+        joints[..., robot.leg_columns[name]] = robot.legs[name].inverse(feet[..., i, :])
+    return joints
 
 
 def feet_in_body(robot: Quadruped, joints: FloatArray) -> FloatArray:
@@ -273,16 +305,3 @@ def turned_back(rotation: FloatArray, vectors: FloatArray) -> FloatArray:
 def joined(linear: FloatArray, angular: FloatArray) -> FloatArray:
     """A linear and an angular part as one array ``(..., 6)``."""
     return np.concatenate(np.broadcast_arrays(linear, angular), axis=-1)
-
-
-def shaped(name: str, values: ArrayLike, *tail: int) -> FloatArray:
-    """``values`` as an array whose shape ends with ``tail``.
-
-    Raises:
-        InputError: it does not.
-    """
-    array = np.asarray(values, np.float64)
-    if array.shape[-len(tail) :] != tail:
-        wanted = ", ".join(map(str, tail))
-        raise InputError(f"{name} must be (..., {wanted}), got {array.shape}")
-    return array

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from gaitopt.conventions import LEGS, BoolArray, FloatArray
 from gaitopt.errors import InputError
+from gaitopt.inputs import check_shape
 from gaitopt.robots.leg import Leg
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.rotations import (
@@ -19,7 +20,7 @@ from gaitopt.robots.rotations import (
     rpy_rates_to_angular,
     rpy_to_matrix,
 )
-from gaitopt.robots.whole_body import at_sample, feet_in_body, joined, shaped, turned_back
+from gaitopt.robots.whole_body import at_sample, feet_in_body, joined, turned_back
 
 SINGULAR: Final = 1e-9
 """A leg is singular below this share of its Jacobian's largest determinant."""
@@ -33,9 +34,9 @@ def base_twist(rpy: ArrayLike, position_rates: ArrayLike, rpy_rates: ArrayLike) 
         position_rates: derivative of the base's position in the world ``(..., 3)`` [m/s].
         rpy_rates: derivative of ``rpy`` ``(..., 3)`` [rad/s].
     """
-    rotation = rpy_to_matrix(shaped("rpy", rpy, 3))
-    linear = turned_back(rotation, shaped("position_rates", position_rates, 3))
-    angular = rpy_rates_to_angular(rpy, shaped("rpy_rates", rpy_rates, 3))
+    rotation = rpy_to_matrix(check_shape("rpy", rpy, 3))
+    linear = turned_back(rotation, check_shape("position_rates", position_rates, 3))
+    angular = rpy_rates_to_angular(rpy, check_shape("rpy_rates", rpy_rates, 3))
     return joined(linear, angular)
 
 
@@ -57,8 +58,8 @@ def base_twist_rate(
     """
     twist = base_twist(rpy, position_rates, rpy_rates)
     rotation = rpy_to_matrix(rpy)
-    pull = turned_back(rotation, shaped("position_accelerations", position_accelerations, 3))
-    accelerations = shaped("rpy_accelerations", rpy_accelerations, 3)
+    pull = turned_back(rotation, check_shape("position_accelerations", position_accelerations, 3))
+    accelerations = check_shape("rpy_accelerations", rpy_accelerations, 3)
     angular = rpy_accelerations_to_angular(rpy, rpy_rates, accelerations)
     # The axes turn below the velocity, so its components change also when it does not.
     return joined(pull - np.cross(twist[..., 3:], twist[..., :3]), angular)
@@ -92,8 +93,8 @@ def joint_rates(
         InputError: a leg is singular, or an array has another shape.
     """
     motion = _body_motion(robot, rpy, twist)
-    angles = shaped("joints", joints, len(robot.joint_names))
-    speeds = shaped("foot_velocities", foot_velocities, 4, 3) @ motion.to_world
+    angles = check_shape("joints", joints, len(robot.joint_names))
+    speeds = check_shape("foot_velocities", foot_velocities, 4, 3) @ motion.to_world
     feet = feet_in_body(robot, angles)
     carried = motion.linear[..., None, :] + np.cross(motion.angular[..., None, :], feet)
     return _solved(robot, angles, speeds - carried, on_singular)
@@ -129,15 +130,15 @@ def joint_accelerations(
         InputError: a leg is singular, or an array has another shape.
     """
     motion, change = _body_motion(robot, rpy, twist), _body_motion(robot, rpy, twist_rate)
-    angles = shaped("joints", joints, len(robot.joint_names))
-    speeds = shaped("rates", rates, len(robot.joint_names))
-    pulls = shaped("foot_accelerations", foot_accelerations, 4, 3) @ motion.to_world
+    angles = check_shape("joints", joints, len(robot.joint_names))
+    speeds = check_shape("rates", rates, len(robot.joint_names))
+    pulls = check_shape("foot_accelerations", foot_accelerations, 4, 3) @ motion.to_world
     relative, turning = [], []
     for name in LEGS:
         leg, columns = robot.legs[name], list(robot.leg_columns[name])
         q, dq = angles[..., columns], speeds[..., columns]
         relative.append(np.einsum("...ij,...j->...i", leg.jacobian(q), dq))
-        turning.append(np.einsum("...ij,...j->...i", jacobian_rate(leg, q, dq), dq))
+        turning.append(np.einsum("...ij,...j->...i", leg.jacobian_rate(q, dq), dq))
     spin, feet = motion.angular[..., None, :], feet_in_body(robot, angles)
     frame = change.linear + np.cross(motion.angular, motion.linear)
     carried = (
@@ -149,53 +150,6 @@ def joint_accelerations(
     return _solved(robot, angles, pulls - carried, on_singular)
 
 
-def jacobian_rate(leg: Leg, q: ArrayLike, rates: ArrayLike) -> FloatArray:
-    """Derivative of :meth:`Leg.jacobian` over time ``(..., 3, nj)``, in the body frame.
-
-    Its product with ``rates`` is the foot's acceleration at constant joint velocities.
-
-    Args:
-        leg: the leg.
-        q: joint angles ``(..., nj)`` [rad].
-        rates: their derivatives ``(..., nj)`` [rad/s].
-
-    Raises:
-        InputError: an array has another shape.
-    """
-    signs = np.array(leg.signs)
-    angles = np.moveaxis(shaped("q", q, len(signs)) * signs, -1, 0)
-    speeds = np.moveaxis(shaped("rates", rates, len(signs)) * signs, -1, 0)
-    thigh = angles[-2] + leg.zeros[0]
-    shank = thigh + angles[-1] + leg.zeros[1]
-    thigh_rate, shank_rate = speeds[-2], speeds[-2] + speeds[-1]
-    roll, roll_rate = (angles[0], speeds[0]) if leg.has_roll else (0.0 * thigh, 0.0 * thigh)
-    sine, cosine = np.sin(roll), np.cos(roll)
-    # Height of the foot over the roll axis in the leg's plane, and how it changes.
-    up, low = leg.upper * np.cos(thigh), leg.lower * np.cos(shank)
-    up_slope, low_slope = leg.upper * np.sin(thigh), leg.lower * np.sin(shank)
-    height, climb = -leg.drop - up - low, up_slope * thigh_rate + low_slope * shank_rate
-    zero = 0.0 * climb
-
-    def turned(x: FloatArray, z: FloatArray, dx: FloatArray, dz: FloatArray) -> FloatArray:
-        """Rate of the column ``(x, -z sin, z cos)`` of a pitch joint."""
-        return np.stack(
-            [dx, -dz * sine - z * cosine * roll_rate, dz * cosine - z * sine * roll_rate], axis=-1
-        )
-
-    swing = np.stack(
-        [
-            zero,
-            (height * sine - leg.lateral * cosine) * roll_rate - climb * cosine,
-            -(height * cosine + leg.lateral * sine) * roll_rate - climb * sine,
-        ],
-        axis=-1,
-    )
-    knee = turned(-low, low_slope, low_slope * shank_rate, low * shank_rate)
-    hip = knee + turned(-up, up_slope, up_slope * thigh_rate, up * thigh_rate)
-    local = np.stack([swing, hip, knee][-len(signs) :], axis=-1)
-    return np.asarray(leg.axes @ (local * signs))
-
-
 class _BodyMotion(NamedTuple):
     """Body axes in the world ``(..., 3, 3)``, and a twist along them, each ``(..., 3)``."""
 
@@ -205,8 +159,8 @@ class _BodyMotion(NamedTuple):
 
 
 def _body_motion(robot: Quadruped, rpy: ArrayLike, twist: ArrayLike) -> _BodyMotion:
-    values = shaped("twist", twist, 6)
-    to_world = rpy_to_matrix(shaped("rpy", rpy, 3)) @ robot.body_axes
+    values = check_shape("twist", twist, 6)
+    to_world = rpy_to_matrix(check_shape("rpy", rpy, 3)) @ robot.body_axes
     axes = robot.body_axes
     return _BodyMotion(to_world, values[..., :3] @ axes, values[..., 3:] @ axes)
 

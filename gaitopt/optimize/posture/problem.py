@@ -28,8 +28,10 @@ from numpy.typing import ArrayLike
 from gaitopt.conventions import LEGS, FloatArray, frozen
 from gaitopt.errors import InputError
 from gaitopt.inputs import check_number
+from gaitopt.robots.leg import pitch_angles
 from gaitopt.robots.quadruped import Quadruped
-from gaitopt.robots.rotations import matrix_to_rpy, rpy_to_matrix
+from gaitopt.robots.rotations import rpy_matrix_rows, rpy_to_matrix
+from gaitopt.robots.whole_body import base_of_body
 from gaitopt.stability.support import support_half_planes
 
 FREEDOMS: Final[tuple[str, ...]] = ("x", "y", "z", "roll", "pitch", "yaw")
@@ -85,8 +87,7 @@ class BodyPose:
 
     def base(self, robot: Quadruped) -> FloatArray:
         """The base's x, y, z, roll, pitch, yaw ``(6,)``, as in a :class:`gaitopt.Plan`."""
-        turn = matrix_to_rpy(self.axes @ robot.body_axes.T)
-        return np.concatenate([self.origin(robot), turn])
+        return base_of_body(robot, self.centre, self.axes)
 
     def in_body(self, robot: Quadruped, points: ArrayLike) -> FloatArray:
         """World ``points (..., 3)`` in the body frame [m]."""
@@ -274,22 +275,11 @@ def _gap(robot: Quadruped, leg: str, pose: Any, q: Any, place: Any) -> Any:
     import casadi as ca
 
     one = robot.legs[leg]
-    body = casadi_axes(pose[3:])
+    rows = rpy_matrix_rows(pose[3], pose[4], pose[5])
+    body = ca.vertcat(*[ca.horzcat(*row) for row in rows])
     wanted = ca.mtimes(body.T, place - pose[:3]) + ca.DM(robot.centre)
     found = ca.vertcat(*one.forward_columns(*[q[k] for k in range(len(one.joints))]))
     return ca.mtimes(ca.DM(one.axes).T, found - wanted)
-
-
-def casadi_axes(rpy: Any) -> Any:
-    """Rotation matrix Rz(yaw) Ry(pitch) Rx(roll) of CasADi symbols ``rpy`` (3)."""
-    import casadi as ca
-
-    (cr, cp, cy), (sr, sp, sy) = ([f(rpy[k]) for k in range(3)] for f in (ca.cos, ca.sin))
-    return ca.vertcat(
-        ca.horzcat(cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr),
-        ca.horzcat(sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr),
-        ca.horzcat(-sp, cp * sr, cp * cr),
-    )
 
 
 def angle_bounds(
@@ -298,11 +288,9 @@ def angle_bounds(
     """Least and greatest joint angles of a leg ``(nj,)`` [rad]: limits, knee side and reach."""
     one = robot.legs[leg]
     low, high = one.position_limits[0].copy(), one.position_limits[1].copy()
-    longest = reach_fraction * one.reach
-    cosine = (longest**2 - one.upper**2 - one.lower**2) / (2.0 * one.upper * one.lower)
-    straight = float(np.arccos(np.clip(cosine, -1.0, 1.0)))
-    bends = np.sort(one.knee * np.array([straight, np.pi]))
-    ends = np.sort(one.signs[-1] * (bends - one.zeros[1]))
+    # The knee's angle at which the leg is as long as it may be; it folds further up to half a turn.
+    _, least = pitch_angles(0.0, -reach_fraction * one.reach, one.upper, one.lower, one.knee)
+    ends = np.sort(one.signs[-1] * (np.array([least, one.knee * np.pi]) - one.zeros[1]))
     low[-1], high[-1] = max(low[-1], ends[0]), min(high[-1], ends[1])
     return low, high
 

@@ -14,16 +14,18 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.interpolate import CubicSpline
 
 from gaitopt.conventions import FloatArray, frozen
 from gaitopt.errors import InputError
+from gaitopt.motion.path import jumps
 from gaitopt.optimize.spline.problem import (
+    ROUNDING_RESERVE,
     JointLimits,
     checked_angles,
-    clamped_coefficients,
-    knot_values,
+    clamped_spline,
     peaks,
-    stretch,
+    stretch_to_limits,
 )
 
 KINDS = ("velocity", "acceleration", "jerk")
@@ -110,26 +112,30 @@ class JointSpline:
         return float(self.times[-1])
 
     @cached_property
+    def polynomial(self) -> CubicSpline:
+        """The spline as scipy's."""
+        return clamped_spline(self.angles, self.intervals)
+
+    @cached_property
     def coefficients(self) -> FloatArray:
         """``(4, n - 1, nj)``, highest power first, in the time since each interval's start.
 
         The layout of :class:`gaitopt.motion.path.MotionPath`, for the joints alone.
         """
-        return frozen(clamped_coefficients(self.angles, self.intervals))
+        return frozen(self.polynomial.c)
 
     def evaluate(self, times: ArrayLike, derivative: int = 0) -> FloatArray:
         """Angles, or their ``derivative``-th time derivative, at ``times (N,)``: ``(N, nj)``.
 
         Times outside are moved to the ends; at a knot the later interval counts.
         """
-        t = np.clip(np.asarray(times, dtype=np.float64), 0.0, self.duration)
-        index = np.clip(np.searchsorted(self.times, t, "right") - 1, 0, len(self.intervals) - 1)
-        local = (t - self.times[index])[..., None]
-        out = np.zeros((*t.shape, self.angles.shape[1]))
-        for power in range(3, derivative - 1, -1):
-            factor = float(np.prod(np.arange(power - derivative + 1, power + 1)))
-            out = out * local + factor * self.coefficients[3 - power][index]
-        return out
+        inside = np.clip(np.asarray(times, dtype=np.float64), 0.0, self.duration)
+        return np.asarray(self.polynomial(inside, derivative))
+
+    @cached_property
+    def largest_velocities(self) -> FloatArray:
+        """Largest joint velocities on each interval ``(n - 1, nj)`` [rad/s], exact."""
+        return frozen(peaks(self.polynomial)[0])
 
     @cached_property
     def shares(self) -> FloatArray:
@@ -138,7 +144,7 @@ class JointSpline:
         Exact for the whole curve: the extremes of a cubic's derivatives in closed form.
         """
         limits = np.stack([getattr(self.limits, kind) for kind in KINDS])
-        return frozen(peaks(self.coefficients, self.intervals) / limits[:, None])
+        return frozen(peaks(self.polynomial) / limits[:, None])
 
     @property
     def violation(self) -> float:
@@ -150,18 +156,9 @@ class JointSpline:
         """Largest jump of angle, velocity and acceleration at inner knots, and velocity left over
         at the end: ``(4,)`` [rad, rad/s, rad/s^2, rad/s]. Rounding, unless something is wrong.
         """
-        cubic, square, slope, angle = self.coefficients
-        h = self.intervals[:, None]
-        ends = (
-            ((cubic * h + square) * h + slope) * h + angle,
-            (3.0 * cubic * h + 2.0 * square) * h + slope,
-            6.0 * cubic * h + 2.0 * square,
-        )
-        inner = [
-            np.abs(end[:-1] - start[1:]).max(initial=0.0)
-            for end, start in zip(ends, (angle, slope, 2.0 * square), strict=True)
-        ]
-        return np.array([*inner, np.abs(ends[1][-1]).max()])
+        inner = [jumps(self.polynomial, k).max(initial=0.0) for k in range(3)]
+        left_over = np.abs(self.polynomial(self.duration, 1)).max()
+        return np.array([*inner, left_over])
 
     def active(self, share: float = ACTIVE_SHARE) -> tuple[ActiveBound, ...]:
         """The bounds that are reached to at least ``share``, interval by interval."""
@@ -174,7 +171,7 @@ class JointSpline:
 
     def cost(self, time_weight: float, acceleration_weight: float) -> float:
         """Eq. (7): weighted total time, and squared accelerations at all knots."""
-        accelerations = knot_values(self.coefficients, self.intervals)[2]
+        accelerations = self.evaluate(self.times, 2)
         return time_weight * self.duration + acceleration_weight * float((accelerations**2).sum())
 
     def position_range(self) -> tuple[FloatArray, FloatArray]:
@@ -213,4 +210,4 @@ def uniform_spline(
     q = checked_angles(angles, limits)
     shares = np.ones(len(q) - 1) if intervals is None else np.asarray(intervals, dtype=np.float64)
     spline = JointSpline(q, shares, limits)
-    return spline.stretched(stretch(spline.coefficients, spline.intervals, limits) * (1.0 + 1e-14))
+    return spline.stretched(stretch_to_limits(spline.polynomial, limits) * ROUNDING_RESERVE)

@@ -6,8 +6,6 @@ the spline in :mod:`gaitopt.optimize.spline.solver`.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -15,8 +13,9 @@ from numpy.typing import ArrayLike
 
 from gaitopt.conventions import FloatArray, frozen
 from gaitopt.errors import InputError
+from gaitopt.motion.foot_curve import FootCurve
 from gaitopt.optimize.spline.joint_spline import JointSpline
-from gaitopt.optimize.spline.problem import JointLimits, build_spline_problem, peaks
+from gaitopt.optimize.spline.problem import JointLimits, build_spline_problem
 from gaitopt.optimize.spline.solver import solve_spline
 from gaitopt.robots.leg import Leg
 from gaitopt.swing.clearance import Clearance, clear_path
@@ -26,64 +25,23 @@ REACH_TOLERANCE = 1e-6
 """By how much a waypoint may lie out of a leg's reach [m]."""
 
 
-@dataclass(frozen=True, eq=False)
-class FootCurve:
-    """What a leg's foot flies when its joints follow a spline and the body stands still.
-
-    Attributes:
-        leg: the leg.
-        spline: its joints' motion.
-        position: of the body frame in the world ``(3,)`` [m].
-        rotation: body axes in the world ``(3, 3)``.
-    """
-
-    leg: Leg
-    spline: JointSpline
-    position: FloatArray
-    rotation: FloatArray
-
-    @property
-    def times(self) -> FloatArray:
-        """Times of the knots ``(n,)`` [s]."""
-        return self.spline.times
-
-    @cached_property
-    def speeds(self) -> FloatArray:
-        """Bound on the foot's speed on each interval ``(n - 1,)`` [m/s]: rates times levers."""
-        rates = peaks(self.spline.coefficients, self.spline.intervals)[0]
-        return np.asarray(rates @ foot_levers(self.leg))
-
-    def place(self, times: FloatArray) -> FloatArray:
-        """The foot in the world ``(N, 3)`` [m] at ``times (N,)``."""
-        foot = self.leg.forward(self.spline.evaluate(times))
-        return np.asarray(self.position + foot @ self.rotation.T)
-
-
 class ObstacleSwing(NamedTuple):
     """A swing over an obstacle.
 
     Attributes:
         path: waypoints, and the path they were taken from.
-        curve: what the foot flies; ``curve.spline`` is the joints' motion.
+        curve: what the foot flies; ``curve.joints`` is the joints' motion.
         clearance: of the curve from the obstacle with its margin.
     """
 
     path: ObstaclePath
-    curve: FootCurve
+    curve: FootCurve[JointSpline]
     clearance: Clearance
 
     @property
     def spline(self) -> JointSpline:
         """The joints' motion."""
-        return self.curve.spline
-
-
-def foot_levers(leg: Leg) -> FloatArray:
-    """Bounds on the foot's distance from the axis of each of a leg's joints ``(nj,)`` [m]."""
-    levers = [leg.upper + leg.lower, leg.lower]
-    if leg.has_roll:
-        levers.insert(0, float(np.hypot(leg.lateral, leg.drop + leg.upper + leg.lower)))
-    return np.array(levers)
+        return self.curve.joints
 
 
 def swing_angles(
@@ -154,7 +112,7 @@ def solve_obstacle_swing(
     turn = frozen(np.eye(3) if rotation is None else rotation)
     place = frozen(position)
 
-    def fly(waypoints: FloatArray) -> FootCurve:
+    def fly(waypoints: FloatArray) -> FootCurve[JointSpline]:
         angles = swing_angles(leg, waypoints, place, turn)
         problem = build_spline_problem(
             angles, limits, time_weight=time_weight, acceleration_weight=acceleration_weight

@@ -29,14 +29,22 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.interpolate import CubicSpline
 
 from gaitopt.conventions import FloatArray, frozen
 from gaitopt.errors import InputError
+from gaitopt.motion.retiming import needed_stretch
 from gaitopt.robots.leg import Leg
 
 VELOCITY_RESERVE = 1e-4
 """Share of a velocity limit given away to make the bound between knots smooth."""
 MOST_KNOTS = 1000
+"""Most knots of a spline: the formulation's size grows with them."""
+ROUNDING_RESERVE = 1.0 + 1e-13
+"""Factor on stretched intervals, so that rounding breaks no bound.
+
+Intervals are differences of times: with 1000 of them each is rounded by 1e-13 of itself.
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,8 +177,8 @@ class SplineProblem:
     @property
     def start(self) -> FloatArray:
         """Unknowns of the feasible start."""
-        coefficients = clamped_coefficients(self.angles, self.intervals)
-        _, velocities, accelerations = knot_values(coefficients, self.intervals)
+        spline = clamped_spline(self.angles, self.intervals)
+        velocities, accelerations = spline(spline.x, 1), spline(spline.x, 2)
         return self.formulation.packed(
             self.intervals / self.unit,
             velocities / self.limits.velocity,
@@ -222,7 +230,7 @@ def build_spline_problem(
     if not time_weight > 0:
         raise InputError("time_weight must be positive: without it the best spline takes for ever")
     intervals = np.ones(len(q) - 1)
-    intervals *= stretch(clamped_coefficients(q, intervals), intervals, limits) * (1.0 + 1e-14)
+    intervals *= stretch_to_limits(clamped_spline(q, intervals), limits) * ROUNDING_RESERVE
     return SplineProblem(
         formulation=spline_formulation(*q.shape),
         angles=q,
@@ -298,51 +306,24 @@ def checked_angles(angles: ArrayLike, limits: JointLimits) -> FloatArray:
     return q
 
 
-def clamped_coefficients(angles: FloatArray, intervals: FloatArray) -> FloatArray:
+def clamped_spline(angles: FloatArray, intervals: FloatArray) -> CubicSpline:
     """The clamped cubic spline through ``angles (n, nj)`` with ``intervals (n - 1,)`` [s].
 
-    Returns:
-        ``(4, n - 1, nj)``, highest power first, in the time since each interval's start.
+    scipy's; its coefficients are ``(4, n - 1, nj)``, highest power first, in the time since each
+    interval's start.
     """
-    h, steps = intervals[:, None], np.diff(angles, axis=0)
-    velocities = np.zeros_like(angles)
-    if len(angles) > 2:
-        inverse = 1.0 / intervals
-        system = np.diag(2.0 * (inverse[:-1] + inverse[1:]))
-        system += np.diag(inverse[1:-1], 1) + np.diag(inverse[1:-1], -1)
-        pull = 3.0 * steps / h**2
-        velocities[1:-1] = np.linalg.solve(system, pull[:-1] + pull[1:])
-    first, last = velocities[:-1], velocities[1:]
-    return np.stack([
-        (h * (first + last) - 2.0 * steps) / h**3,
-        (3.0 * steps - h * (2.0 * first + last)) / h**2,
-        first,
-        angles[:-1],
-    ])  # fmt: skip
+    times = np.concatenate([[0.0], np.cumsum(intervals)])
+    return CubicSpline(times, angles, bc_type="clamped")
 
 
-def knot_values(
-    coefficients: FloatArray, intervals: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Angles, velocities and accelerations at all knots ``(n, nj)`` each."""
-    cubic, square, slope, angle = coefficients
-    h = intervals[-1]
-    ends = (
-        ((cubic[-1] * h + square[-1]) * h + slope[-1]) * h + angle[-1],
-        (3.0 * cubic[-1] * h + 2.0 * square[-1]) * h + slope[-1],
-        6.0 * cubic[-1] * h + 2.0 * square[-1],
-    )
-    a, v, w = (
-        np.concatenate([start, end[None]])
-        for start, end in zip((angle, slope, 2.0 * square), ends, strict=True)
-    )
-    return a, v, w
+def peaks(spline: CubicSpline) -> FloatArray:
+    """Largest velocity, acceleration and jerk on each interval ``(3, n - 1, nj)``, exact.
 
-
-def peaks(coefficients: FloatArray, intervals: FloatArray) -> FloatArray:
-    """Largest velocity, acceleration and jerk on each interval ``(3, n - 1, nj)``, exact."""
-    cubic, square, slope, _ = coefficients
-    h = intervals[:, None]
+    A cubic's velocity is a parabola, whose vertex may lie between the knots; its acceleration is
+    largest at a knot, and its jerk is constant.
+    """
+    cubic, square, slope, _ = spline.c
+    h = np.diff(spline.x)[:, None]
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         when = -square / (3.0 * cubic)
         between = np.where((when > 0.0) & (when < h), slope + square * when, 0.0)
@@ -354,11 +335,11 @@ def peaks(coefficients: FloatArray, intervals: FloatArray) -> FloatArray:
     ])  # fmt: skip
 
 
-def stretch(coefficients: FloatArray, intervals: FloatArray, limits: JointLimits) -> float:
-    """By how much all intervals must be multiplied for the tightest bound just to hold."""
-    velocity, acceleration, jerk = peaks(coefficients, intervals)
-    return float(max(
+def stretch_to_limits(spline: CubicSpline, limits: JointLimits) -> float:
+    """Factor by which all intervals must be multiplied for the tightest bound just to hold."""
+    velocity, acceleration, jerk = peaks(spline)
+    return needed_stretch(
         (velocity / limits.velocity).max(),
-        np.sqrt((acceleration / limits.acceleration).max()),
-        np.cbrt((jerk / limits.jerk).max()),
-    ))  # fmt: skip
+        (acceleration / limits.acceleration).max(),
+        (jerk / limits.jerk).max(),
+    )

@@ -24,10 +24,11 @@ from gaitopt.conventions import FloatArray
 from gaitopt.errors import InputError, UnsolvedSplineError
 from gaitopt.optimize.spline.joint_spline import JointSpline, SolverReport, uniform_spline
 from gaitopt.optimize.spline.problem import (
+    ROUNDING_RESERVE,
     SplineProblem,
-    clamped_coefficients,
+    clamped_spline,
     spline_formulation,
-    stretch,
+    stretch_to_limits,
 )
 
 FEASIBILITY = 1e-6
@@ -88,8 +89,7 @@ def _solved(problem: SplineProblem) -> JointSpline:
     if not (np.isfinite(answer.x).all() and (intervals > 0.0).all()):
         by_hand = uniform_spline(problem.angles, problem.limits)
         raise UnsolvedSplineError(f"IPOPT found no spline ({answer.message})", by_hand)
-    coefficients = clamped_coefficients(problem.angles, intervals)
-    factor = stretch(coefficients, intervals, problem.limits)
+    factor = stretch_to_limits(clamped_spline(problem.angles, intervals), problem.limits)
     report = SolverReport(
         answer.message, answer.iterations, answer.seconds, max(factor - 1.0, 0.0),
         *_residuals(problem, answer),
@@ -105,7 +105,7 @@ def _solved(problem: SplineProblem) -> JointSpline:
         )
     # Where only time counts, what room the answer left is used up too.
     if factor > 1.0 or problem.acceleration_weight == 0.0:
-        intervals = intervals * factor * (1.0 + 1e-14)
+        intervals = intervals * factor * ROUNDING_RESERVE
     return JointSpline(problem.angles, intervals, problem.limits, "solved", report)
 
 

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from gaitopt.conventions import LEGS, BoolArray, FloatArray, rotation_z
+from gaitopt.conventions import LEGS, BoolArray, FloatArray
 from gaitopt.errors import InfeasibleStepError, SolverError
+from gaitopt.motion.body_and_feet import base_poses, slip_between
 from gaitopt.motion.path import MotionPath
 from gaitopt.optimize.cog.solver import CogSolution
 from gaitopt.optimize.speed import knot_times
@@ -19,6 +20,7 @@ from gaitopt.planners.phase_by_phase.phases import crawl_phases
 from gaitopt.planners.phase_by_phase.swing_ways import swing_ways
 from gaitopt.robots.leg import Leg
 from gaitopt.robots.quadruped import Quadruped
+from gaitopt.robots.whole_body import joints_from_feet_in_body
 from gaitopt.terrain.footholds import Footholds
 
 if TYPE_CHECKING:
@@ -69,8 +71,8 @@ def assemble_plan(
     stances = _stance_strands(robot, steps, settings, cogs)
     swings = _swing_strands(robot, steps, settings, cogs, stances)
     strands = [strand for pair in zip(stances, swings, strict=True) for strand in pair]
-    first = _standing_joints(robot, steps.feet[:1], start[None])[0]
-    joints = np.concatenate([first[None], *(s.joints for s in strands)])
+    first = joints_from_feet_in_body(robot, steps.feet[:1] - start + robot.centre)
+    joints = np.concatenate([first, *(s.joints for s in strands)])
     body = np.concatenate([start[None], *(s.body for s in strands)])
     durations = np.concatenate([np.zeros(1), *(s.times for s in strands)])
     # Times are rounded to their spacing; a little more of it keeps every velocity within its limit.
@@ -79,7 +81,8 @@ def assemble_plan(
     ends = np.cumsum([1, *(len(s.times) for s in strands)]) - 1
     kept = np.concatenate([[True], np.diff(times) > 0.0])
     path = MotionPath.polyline(
-        times[kept], np.concatenate([_base_pose(robot, settings, body), joints], axis=1)[kept]
+        times[kept],
+        np.concatenate([base_poses(robot, settings.heading, body), joints], axis=1)[kept],
     )
     slowest = np.concatenate([*(s.slowest for s in strands), np.zeros(0, dtype=int)])
     phases = crawl_phases(robot, settings, steps, cogs, solutions, times, ends, slowest)
@@ -99,15 +102,14 @@ def _stance_strands(
     def place(at: Knots) -> tuple[FloatArray, FloatArray, FloatArray]:
         body = cogs[at.step] + moves[at.step] * at.share[:, None]
         feet = steps.feet[at.step]
-        joints = _standing_joints(robot, feet, body)
-        middle = (body[1:] + body[:-1]) / 2.0 - robot.centre
-        halfway = (joints[1:] + joints[:-1]) / 2.0
-        slip = np.zeros(len(halfway))
+        local = feet - body[:, None] + robot.centre
+        joints = joints_from_feet_in_body(robot, local)
         for i, name in enumerate(LEGS):
-            _refuse_unreachable(robot.legs[name], feet[:, i] - body + robot.centre, at.step, steps)
-            foot = robot.legs[name].forward(halfway[:, list(robot.leg_columns[name])])
-            np.maximum(slip, np.linalg.norm(middle + foot - feet[1:, i], axis=1), out=slip)
-        return body, joints, slip
+            _refuse_unreachable(robot.legs[name], local[:, i], at.step, steps)
+        # In the heading frame, as body and feet are.
+        values = np.concatenate([base_poses(robot, 0.0, body), joints], axis=1)
+        standing = np.ones((len(body) - 1, len(LEGS)), dtype=np.bool_)
+        return body, joints, slip_between(robot, values, feet[1:], standing)
 
     return _refined(robot, settings, steps, place, 1, SLIP_TOLERANCE, "stance")
 
@@ -260,28 +262,6 @@ def _refuse_coarse(
             "reach_fraction below 1 or another body_height, so that no leg is quite straight or "
             "folded"
         )
-
-
-def _standing_joints(robot: Quadruped, feet: FloatArray, body: FloatArray) -> FloatArray:
-    """Joint angles ``(..., nj)`` with the feet at ``feet (..., 4, 3)``, body at ``(..., 3)``."""
-    shape = np.broadcast_shapes(feet.shape[:-2], body.shape[:-1])
-    joints = np.empty((*shape, len(robot.joint_names)))
-    joints[...] = robot.neutral_joints()
-    for i, name in enumerate(LEGS):
-        local = feet[..., i, :] - body + robot.centre
-        joints[..., list(robot.leg_columns[name])] = robot.legs[name].inverse(local)
-    return joints
-
-
-def _base_pose(robot: Quadruped, settings: CrawlSettings, body: FloatArray) -> FloatArray:
-    """Base position and roll, pitch, yaw ``(K, 6)`` in the world, from the body centre's path."""
-    world = (body - robot.centre) @ rotation_z(settings.heading).T
-    ahead = robot.body_axes[:, 0]
-    yaw = settings.heading - float(np.arctan2(ahead[1], ahead[0]))
-    pose = np.zeros((len(body), 6))
-    pose[:, :3] = world
-    pose[:, 5] = yaw
-    return pose
 
 
 def _refuse_unreachable(leg: Leg, local: FloatArray, step: np.ndarray, steps: CrawlSteps) -> None:

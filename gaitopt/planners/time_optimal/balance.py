@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from gaitopt.conventions import LEGS, OTHER_LEGS, FloatArray, rotation_z
+from gaitopt.conventions import OTHER_LEGS, FloatArray, rotation_z
 from gaitopt.optimize.route.centre_of_mass import ComRows, MassDistribution
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.rotations import rpy_to_matrix
@@ -97,8 +97,8 @@ def balance_rows(robot: Quadruped, settings: RouteSettings, knots: RouteKnots) -
 
 def dense_com(robot: Quadruped, settings: RouteSettings, dense: Dense) -> FloatArray:
     """The true centre of mass at all dense knots ``(N, 3)`` [m], in the heading frame."""
-    columns = [c for leg in LEGS for c in robot.leg_columns[leg]]
-    local = MassDistribution.of(robot).com_in_body(dense.joints[:, columns].reshape(-1, 4, 3))
+    joints = dense.joints[:, robot.leg_joint_columns].reshape(-1, 4, 3)
+    local = MassDistribution.of(robot).com_in_body(joints)
     turned = rotation_z(-settings.heading) @ rpy_to_matrix(dense.body[:, 3:]) @ robot.body_axes
     return np.asarray(dense.centre + np.einsum("nij,nj->ni", turned, local))
 
