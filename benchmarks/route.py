@@ -72,7 +72,7 @@ def _horizon(rounds: int) -> list[Result]:
 
 def _rivals(steps: int, rounds: int) -> list[Result]:
     """The same problem by our solver, IPOPT and fatrop."""
-    route = prepared(walks.robot(), walks.terrain(steps), RouteSettings(free=ROWS["swing"]), None)
+    route = prepared(walks.robot(), walks.terrain(steps), RouteSettings(free=ROWS["swing"]))
     problem = problem_of(route, 0, steps)
     start = problem.first_guess()
     ours = timed(lambda: minimise(problem, start, tolerance=1e-4), rounds, 0)

@@ -1,4 +1,4 @@
-"""Where rows and blocks go: sums over each knot's rows, and matrices in banded form."""
+"""Sums over groups of rows, and symmetric matrices in banded form, without Python loops."""
 
 from __future__ import annotations
 
@@ -9,61 +9,73 @@ import numpy as np
 from gaitopt.conventions import FloatArray
 
 
-class Slots(NamedTuple):
-    """Lays out rows by their knots, so that sums over each knot's rows are matrix products.
+class RowGroups(NamedTuple):
+    """Rows of inequalities by their group, so that sums over a group are matrix products.
 
     Attributes:
-        knot: of each row ``(M,)``, ascending.
-        slot: its number among its knot's rows ``(M,)``.
-        shape: knots, and most rows of any.
+        group: of each row ``(M,)``, ascending.
+        place: its number within its group ``(M,)``, from 0.
+        shape: number of groups, and of rows in the largest.
     """
 
-    knot: np.ndarray
-    slot: np.ndarray
+    group: np.ndarray
+    place: np.ndarray
     shape: tuple[int, int]
 
     @classmethod
-    def of(cls, knot: np.ndarray, knots: int) -> Slots:
-        """From each row's knot, ascending."""
-        first = np.searchsorted(knot, knot, side="left")
-        slot = np.arange(len(knot)) - first
-        return cls(knot, slot, (knots, int(slot.max(initial=0)) + 1))
+    def of(cls, group: np.ndarray, groups: int) -> RowGroups:
+        """Number the rows of each group.
 
-    def spread(self, rows: FloatArray) -> FloatArray:
-        """``rows (M, ...)`` as ``(knots, most, ...)``, with zeros where there is none."""
+        Args:
+            group: of each row ``(M,)``, ascending.
+            groups: how many there are, those without rows included.
+        """
+        first = np.searchsorted(group, group, side="left")
+        place = np.arange(len(group)) - first
+        return cls(group, place, (groups, int(place.max(initial=0)) + 1))
+
+    def padded(self, rows: FloatArray) -> FloatArray:
+        """``rows (M, ...)`` as ``(groups, most rows, ...)``, filled up with zeros."""
         out = np.zeros((*self.shape, *rows.shape[1:]))
-        out[self.knot, self.slot] = rows
+        out[self.group, self.place] = rows
         return out
 
 
-class Band(NamedTuple):
-    """Scatters blocks of intervals into the lower band of a symmetric matrix.
+class BlockBand(NamedTuple):
+    """Adds up symmetric blocks in the lower band of a symmetric matrix.
 
     Attributes:
-        source: entries of the flattened blocks that are used.
+        source: numbers of the used entries of all flattened blocks.
         target: their places in the flattened band.
-        shape: of the band, ``(width, size)``.
-        where: unknown of each row of each block ``(K - 1, b)``, -1 where there is none.
+        shape: of the band, ``(width, n)``.
     """
 
     source: np.ndarray
     target: np.ndarray
     shape: tuple[int, int]
-    where: np.ndarray
 
     @classmethod
-    def of(cls, where: np.ndarray, size: int) -> Band:
-        """From the unknowns that each block's rows belong to."""
-        row, column = where[:, :, None], where[:, None, :]
+    def of(cls, unknowns: np.ndarray, size: int) -> BlockBand:
+        """Find out where the entries of blocks go.
+
+        Args:
+            unknowns: number of the unknown that each row of each block belongs to ``(B, b)``; -1
+                where it belongs to none. An unknown may stand twice in a block.
+            size: number of unknowns ``n``.
+        """
+        row, column = unknowns[:, :, None], unknowns[:, None, :]
         used = (row >= column) & (column >= 0)
         source = np.flatnonzero(used)
-        down = np.broadcast_to(row - column, used.shape).reshape(-1)[source]
+        below = np.broadcast_to(row - column, used.shape).reshape(-1)[source]
         across = np.broadcast_to(column, used.shape).reshape(-1)[source]
-        width = int(down.max(initial=0)) + 1
-        return cls(source, down * size + across, (width, size), where)
+        width = int(below.max(initial=0)) + 1
+        return cls(source, below * size + across, (width, size))
 
     def matrix(self, blocks: FloatArray) -> FloatArray:
-        """Sum of ``blocks (K - 1, b, b)`` in LAPACK's lower banded form ``(width, size)``."""
+        """Sum of ``blocks (B, b, b)`` in LAPACK's form ``(width, n)``.
+
+        Row ``d`` of the result holds the entries ``d`` below the diagonal, column by column.
+        """
         flat = np.bincount(
             self.target, blocks.reshape(-1)[self.source], minlength=self.shape[0] * self.shape[1]
         )

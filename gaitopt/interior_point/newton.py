@@ -1,112 +1,163 @@
-"""What an interior-point method for routes works on, and its Newton system.
+"""The Newton step of the barrier problem, from one banded Cholesky factor.
 
-Without equalities a Newton step condenses to one symmetric positive definite banded system in the
-unknowns alone, whose Cholesky factor costs size times width squared. Where the problem is not
-convex, the matrix is damped or takes less of the inequalities' curvature.
+The barrier problem is ``min objective(x) - mu sum(log(s))`` subject to ``values(x) = s``. Newton's
+method on its optimality conditions gives a linear system in unknowns, slacks and multipliers.
+Slacks and multipliers are eliminated row by row ([Nocedal2006], section 19.3), which leaves
+
+    (diag(quadratic_cost) - sum_i z_i Hessian_i + J' diag(z / s) J) dx = right-hand side
+
+with multipliers ``z`` and slacks ``s``. The step leads downhill when this matrix is positive
+definite. Where the problem is not convex it may not be: then it is changed until its Cholesky
+factor exists, either by damping (a multiple of the identity is added), or by leaving out a part of
+the inequalities' curvature ``z_i Hessian_i``.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from gaitopt.conventions import FloatArray
-from gaitopt.interior_point.problem import Problem, slope_of
+from gaitopt.interior_point.iterate import Iterate
+from gaitopt.interior_point.problem import Linearisation, Problem, objective_gradient
 
-_LEAST_BEND = 0.1
-_MOST_SHIFTS = 60
-
-
-@dataclass
-class State:
-    x: FloatArray
-    slack: FloatArray
-    dual: FloatArray
-    barrier: float
-    largest_miss: float
-    shift: float = 0.0
-    reduce_curvature: bool = False
-    bend: float = 1.0
-    filter: list[tuple[float, float]] = field(default_factory=list)
+_LEAST_SHARE = 0.1
+"""A share of the curvature that is not above this is not halved again: none is taken then. So a
+step costs at most five factors with curvature."""
+_DIAGONAL_REGULARISATION = 1e-9
+"""Added to the diagonal, as a share of its mean, where curvature may be left out. Without
+curvature the matrix is positive semidefinite, and its factor fails for rounding alone."""
+_FIRST_DAMPING = 1e-8
+"""Least damping after a failed factor, as a share of the diagonal's mean. IPOPT begins with 1e-4
+whatever the matrix (``first_hessian_perturbation``; [Waechter2006], algorithm IC)."""
+_DAMPING_GROWTH = 4.0
+"""Factor from one try of damping to the next; IPOPT's is 8 (``perturb_inc_fact``)."""
+_NO_DAMPING = 1e-12
+"""Damping that has fallen below this share of the diagonal's mean is left out: it is not far from
+the rounding of the diagonal."""
+_MOST_TRIES = 60
+"""Tries of damping. The last adds 1e27 times the diagonal's mean, more than is ever needed."""
 
 
 class Step(NamedTuple):
-    """A Newton step of unknowns, slacks and multipliers."""
+    """A Newton step.
 
-    dx: FloatArray
-    ds: FloatArray
-    dz: FloatArray
+    Attributes:
+        x: of the unknowns ``(n,)``.
+        slack: of the slacks ``(m,)``.
+        multipliers: of the multipliers ``(m,)``.
+    """
+
+    x: FloatArray
+    slack: FloatArray
+    multipliers: FloatArray
 
 
-class Newton:
-    """The Newton system at a point, damped until its matrix is positive definite."""
+class NewtonSystem:
+    """The factorised Newton matrix at an iterate; it gives steps for several residuals."""
 
-    def __init__(self, problem: Problem, state: State, here: Any) -> None:
-        self._problem, self._here = problem, here
-        self._x, self._slack, self._dual = state.x, state.slack, state.dual
-        self._barrier = state.barrier
-        self._matrix = here.newton_matrix(state.dual / state.slack, state.dual)
-        self._matrix[0] += problem.quadratic_cost
-        self._factor = self._unbent(state) if state.reduce_curvature else self._factorised(state)
+    def __init__(
+        self,
+        problem: Problem,
+        iterate: Iterate,
+        linearisation: Linearisation,
+        reduce_curvature: bool,
+    ) -> None:
+        """Factorise the matrix, and note in ``iterate`` how it had to be changed.
 
-    def _unbent(self, state: State) -> FloatArray | None:
-        """A factor with as much of the curvature as leaves the matrix positive definite."""
-        from scipy.linalg import LinAlgError, cholesky_banded
+        Args:
+            problem, iterate: where the step begins.
+            linearisation: of the problem there.
+            reduce_curvature: leave out curvature first, and damp only what then still fails.
+        """
+        self._linearisation, self._barrier = linearisation, iterate.barrier
+        self._slack, self._multipliers = iterate.slack, iterate.multipliers
+        self._gradient = objective_gradient(problem, iterate.x)
+        self._quadratic_cost = problem.quadratic_cost
+        matrix = self._matrix(iterate.multipliers)
+        factorise = self._factor_of_less_curvature if reduce_curvature else _damped_factor
+        self._factor = factorise(matrix, iterate)
 
-        curved, bend, flat = self._matrix, state.bend, None
-        if not np.isfinite(curved).all():
-            return None
-        tiny = 1e-9 * float(np.abs(curved[0]).mean())
-        while bend > 0.0:
-            if bend < 1.0 and flat is None:
-                flat = self._here.newton_matrix(self._dual / self._slack, np.zeros_like(self._dual))
-                flat[0] += self._problem.quadratic_cost
-            self._matrix = curved.copy() if flat is None else bend * curved + (1.0 - bend) * flat
-            self._matrix[0] += tiny
-            try:
-                factor = cholesky_banded(self._matrix, lower=True, check_finite=False)
-            except LinAlgError:
-                bend = 0.5 * bend if bend > _LEAST_BEND else 0.0
-                continue
-            state.bend = min(1.0, 2.0 * bend)
-            return np.asarray(factor)
-        # Without its curvature the matrix is positive definite but for rounding.
-        state.bend = 2.0 * _LEAST_BEND
-        assert flat is not None
-        self._matrix = flat
-        return self._factorised(state)
+    def step(self, residual: FloatArray) -> Step | None:
+        """The step after which ``values - slack`` is 0 to first order.
 
-    def _factorised(self, state: State) -> FloatArray | None:
-        from scipy.linalg import LinAlgError, cholesky_banded
+        Args:
+            residual: ``values - slack`` before it ``(m,)``.
 
-        diagonal = float(np.abs(self._matrix[0]).mean())
-        shift = state.shift if state.shift > 1e-12 * diagonal else 0.0
-        for _ in range(_MOST_SHIFTS if np.isfinite(diagonal) else 0):
-            damped = self._matrix.copy()
-            damped[0] += shift
-            try:
-                factor = cholesky_banded(damped, lower=True, overwrite_ab=True, check_finite=False)
-            except LinAlgError:
-                shift = max(4.0 * shift, 1e-8 * diagonal)
-                continue
-            state.shift = shift
-            return np.asarray(factor)
-        return None
-
-    def step(self, gap: FloatArray) -> Step | None:
-        """The step that closes the ``gap`` between inequalities and slacks."""
+        Returns:
+            ``None`` where the matrix has no factor, or the step would not be finite.
+        """
         from scipy.linalg import cho_solve_banded
 
         if self._factor is None:
             return None
-        target = self._here.jacobian_transpose_times(
-            (self._barrier - self._dual * gap) / self._slack
+        slack, multipliers = self._slack, self._multipliers
+        right = self._linearisation.jacobian_transpose_times(
+            (self._barrier - multipliers * residual) / slack
         )
-        target -= slope_of(self._problem, self._x)
-        dx = cho_solve_banded((self._factor, True), target, check_finite=False)
+        right -= self._gradient
+        dx = cho_solve_banded((self._factor, True), right, check_finite=False)
         if not np.isfinite(dx).all():
             return None
-        ds = self._here.jacobian_times(dx) + gap
-        return Step(dx, ds, (self._barrier - self._dual * ds) / self._slack - self._dual)
+        dslack = self._linearisation.jacobian_times(dx) + residual
+        return Step(dx, dslack, (self._barrier - multipliers * dslack) / slack - multipliers)
+
+    def _matrix(self, curvature_weights: FloatArray) -> FloatArray:
+        """The Newton matrix in banded form, with the curvature of so weighted inequalities."""
+        matrix = self._linearisation.newton_matrix(
+            self._multipliers / self._slack, curvature_weights
+        )
+        matrix[0] += self._quadratic_cost
+        return matrix
+
+    def _factor_of_less_curvature(self, full: FloatArray, iterate: Iterate) -> FloatArray | None:
+        """A factor with as much of the curvature as leaves the matrix positive definite.
+
+        The share is halved until it does; the next step begins with twice the share that did.
+        """
+        if not np.isfinite(full).all():
+            return None
+        regularisation = _DIAGONAL_REGULARISATION * float(np.abs(full[0]).mean())
+        share, flat = iterate.curvature_share, None
+        while share > 0.0:
+            if share < 1.0 and flat is None:
+                flat = self._matrix(np.zeros_like(self._multipliers))
+            matrix = full.copy() if flat is None else share * full + (1.0 - share) * flat
+            matrix[0] += regularisation
+            factor = _cholesky(matrix)
+            if factor is not None:
+                iterate.curvature_share = min(1.0, 2.0 * share)
+                return factor
+            share = 0.5 * share if share > _LEAST_SHARE else 0.0
+        iterate.curvature_share = 2.0 * _LEAST_SHARE
+        assert flat is not None
+        return _damped_factor(flat, iterate)
+
+
+def _damped_factor(matrix: FloatArray, iterate: Iterate) -> FloatArray | None:
+    """A factor of the matrix with as much damping as makes it positive definite."""
+    diagonal = float(np.abs(matrix[0]).mean())
+    if not np.isfinite(diagonal):
+        return None
+    damping = iterate.damping if iterate.damping > _NO_DAMPING * diagonal else 0.0
+    for _ in range(_MOST_TRIES):
+        damped = matrix.copy()
+        damped[0] += damping
+        factor = _cholesky(damped)
+        if factor is not None:
+            iterate.damping = damping
+            return factor
+        damping = max(_DAMPING_GROWTH * damping, _FIRST_DAMPING * diagonal)
+    return None
+
+
+def _cholesky(matrix: FloatArray) -> FloatArray | None:
+    """The Cholesky factor of a lower band, which is overwritten; ``None`` if it has none."""
+    from scipy.linalg import LinAlgError, cholesky_banded
+
+    try:
+        factor = cholesky_banded(matrix, lower=True, overwrite_ab=True, check_finite=False)
+    except LinAlgError:
+        return None
+    return np.asarray(factor)

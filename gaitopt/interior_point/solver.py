@@ -1,9 +1,14 @@
-"""A primal-dual interior-point method for problems of inequalities with banded matrices.
+"""A primal-dual interior-point method for inequalities with banded Newton matrices.
 
-Minimise ``cost . x + sum(even * x**2) / 2`` subject to ``values(x) >= 0``. Without equalities each
-Newton step condenses to one symmetric positive definite banded system in the unknowns alone, whose
-Cholesky factor costs size times width squared: the time of a step grows linearly with the length
-of a route.
+It solves :class:`gaitopt.interior_point.problem.Problem`. Every inequality gets a slack, and a
+logarithmic barrier keeps slacks positive; for a falling sequence of barrier parameters Newton's
+method solves the barrier problem. Without equalities each Newton step condenses to one banded
+system in the unknowns alone, so the time of a step grows linearly with their number. Globalisation
+is the filter line search of IPOPT [Waechter2006]; its feasibility restoration is left out. In its
+place a problem may tell how to meet its first inequalities at any point
+(:meth:`~gaitopt.interior_point.problem.Problem.restore`).
+
+The minimum is a local one. Where the problem is convex it is global.
 """
 
 from __future__ import annotations
@@ -14,17 +19,37 @@ from typing import Generic, NamedTuple, TypeVar
 import numpy as np
 
 from gaitopt.conventions import FloatArray
+from gaitopt.interior_point.iterate import Iterate
 from gaitopt.interior_point.line_search import advance
-from gaitopt.interior_point.newton import Newton, State
-from gaitopt.interior_point.problem import Problem, slope_of
+from gaitopt.interior_point.newton import NewtonSystem
+from gaitopt.interior_point.problem import Linearisation, Problem, objective, objective_gradient
 from gaitopt.interior_point.status import Status
+
+ITERATION_LIMIT = 300
+"""Most Newton steps, by default: routes of 512 steps take fewer than 100. IPOPT allows 3000."""
+VIOLATION = 1e-6
+"""Most that a solution may violate an inequality that cannot be restored, in its own unit (for
+routes: a micrometre or a microradian)."""
+_LEAST_SLACK = 1e-3
+"""Slacks begin with at least this much, as far as a millimetre or a milliradian from their bound
+(IPOPT: ``bound_push``, 1e-2)."""
+_MULTIPLIER_START = 100.0
+"""Factor by which multipliers that are given may differ at first from mu over their slack: so far
+from the central path Newton's method still comes back in a few steps."""
+_VIOLATION_GROWTH = 10.0
+"""The violation may grow to so many times that of the start, or to 1 (IPOPT: ``theta_max_fact``,
+1e4: ours starts near to feasible)."""
+_ERROR_SHARE = 10.0
+"""The barrier parameter falls when the error of its problem is at most so many times as large
+[kappa_eps in [Waechter2006], section 2.1; IPOPT: ``barrier_tol_factor``]."""
+_LINEAR_FALL, _SUPERLINEAR_FALL = 0.2, 1.5
+"""It falls to the smaller one of this factor times it and this power of it [kappa_mu, theta_mu in
+[Waechter2006], eq. (7)]."""
+_LEAST_BARRIER = 1e-11
+"""The least barrier parameter (IPOPT: ``mu_min``)."""
 
 P_co = TypeVar("P_co", bound=Problem, covariant=True)
 P = TypeVar("P", bound=Problem)
-MOST_ITERATIONS = 300
-VIOLATION = 1e-6
-"""Most that a solution may violate an inequality which more time does not mend."""
-_NEAR_DUALS = 100.0
 
 
 class Iteration(NamedTuple):
@@ -33,28 +58,28 @@ class Iteration(NamedTuple):
     Attributes:
         barrier: barrier parameter.
         objective: linear part of the objective.
-        gradient: largest entry of the Lagrangian's gradient.
-        gap: largest difference of an inequality's value and its slack.
+        stationarity: largest entry of the Lagrangian's gradient.
+        residual: largest difference of an inequality's value and its slack.
         damping: what was added to the Newton matrix's diagonal in the iteration before.
     """
 
     barrier: float
     objective: float
-    gradient: float
-    gap: float
+    stationarity: float
+    residual: float
     damping: float
 
 
 @dataclass(frozen=True, eq=False)
 class Solution(Generic[P_co]):
-    """What the solver found; residuals are computed from the problem where they are asked for.
+    """What the solver found. Residuals are computed from the problem when they are asked for.
 
     Attributes:
         problem: what was solved.
         x: unknowns ``(n,)``.
         multipliers: of the inequalities ``(m,)``, all positive.
         status: how the solver ended.
-        history: every iteration; the last one is the solution.
+        history: the start and every Newton step.
     """
 
     problem: P_co
@@ -73,20 +98,30 @@ class Solution(Generic[P_co]):
         """Number of Newton steps."""
         return max(len(self.history) - 1, 0)
 
+    def objective(self) -> float:
+        """The objective."""
+        return objective(self.problem, self.x)
+
     def violation(self) -> float:
         """Largest violation of an inequality; 0 where all are met."""
         return float(np.maximum(-self.problem.values(self.x), 0.0).max(initial=0.0))
 
+    def lagrangian_gradient(self) -> FloatArray:
+        """Gradient of ``objective - multipliers . values`` by the unknowns ``(n,)``."""
+        here = self.problem.linearise(self.x)
+        return objective_gradient(self.problem, self.x) - here.jacobian_transpose_times(
+            self.multipliers
+        )
+
     def stationarity(self) -> float:
         """Largest entry of the Lagrangian's gradient."""
-        here = self.problem.linearise(self.x)
-        slope = slope_of(self.problem, self.x) - here.jacobian_transpose_times(self.multipliers)
-        return float(np.abs(slope).max(initial=0.0))
+        return float(np.abs(self.lagrangian_gradient()).max(initial=0.0))
 
     def complementarity(self) -> float:
         """Sum of multiplier times value over all inequalities.
 
-        For a convex problem the objective is at most so far above the minimum.
+        Where the problem is convex, and the Lagrangian's gradient zero, the objective is at most
+        so far above its minimum.
         """
         return float(np.abs(self.multipliers * self.problem.values(self.x)).sum())
 
@@ -97,65 +132,102 @@ def minimise(
     *,
     tolerance: float = 1e-3,
     barrier: float = 1e-2,
-    iteration_limit: int = MOST_ITERATIONS,
+    iteration_limit: int = ITERATION_LIMIT,
     multipliers: FloatArray | None = None,
     reduce_curvature: bool = False,
 ) -> Solution[P]:
-    """Solve a route problem from ``start``.
+    """Minimise the objective of a problem under its inequalities.
 
     Args:
-        problem: see :class:`gaitopt.optimize.route.problem.RouteProblem`.
-        start: first guess; it need not be feasible, but its values must be finite.
-        tolerance: complementarity, relative to the objective, at which to stop.
-        barrier: first barrier parameter.
+        problem: what is to be solved.
+        start: first guess ``(n,)``. It need not be feasible, but its values must be finite.
+        tolerance: the complementarity at which to stop, as a share of the objective's linear part.
+            That of a solution may be ten times as large, as Newton steps are not exact.
+        barrier: first barrier parameter. From a good guess a small one saves iterations.
         iteration_limit: most Newton steps.
-        multipliers: multipliers of a problem nearby, to begin with.
-        reduce_curvature: where the inequalities' curvature makes the Newton matrix indefinite,
-            take less of it (down to none: sequential linear programming), rather than damp the
-            step. Better where many inequalities are strongly curved.
+        multipliers: those of a similar problem, to begin with ``(m,)``.
+        reduce_curvature: where the inequalities' curvature makes the Newton matrix indefinite, take
+            less of it (down to none: sequential linear programming), rather than damp the step.
+            That is better where many inequalities are strongly curved.
+
+    Returns:
+        The solution; its status tells whether it is one.
     """
     here = problem.linearise(start)
-    slack = np.maximum(here.values, 1e-3)
-    dual = barrier / slack
-    if multipliers is not None:
-        dual = np.clip(multipliers, dual / _NEAR_DUALS, dual * _NEAR_DUALS)
-    state = State(np.array(start), slack, dual, barrier,
-                   max(1.0, 10.0 * float(np.abs(here.values - slack).sum())),
-                   reduce_curvature=reduce_curvature)  # fmt: skip
+    iterate = _first_iterate(here, start, barrier, multipliers)
+    if not np.isfinite(here.values).all():
+        return Solution(problem, iterate.x, iterate.multipliers, Status.UNDEFINED_START)
     history: list[Iteration] = []
     status = Status.ITERATION_LIMIT
-    for _ in range(iteration_limit):
-        final = max(tolerance * abs(float(problem.linear_cost @ state.x)) / len(slack), 1e-11)
-        gradient = slope_of(problem, state.x) - here.jacobian_transpose_times(state.dual)
-        gap = here.values - state.slack
-        while True:
-            error = _error(state, gradient, gap)
-            if error > 10.0 * state.barrier or state.barrier <= final:
-                break
-            state.filter.clear()
-            state.barrier = max(final, min(0.2 * state.barrier, state.barrier**1.5))
-        history.append(
-            Iteration(
-                state.barrier,
-                float(problem.linear_cost @ state.x),
-                float(np.abs(gradient).max()),
-                float(np.abs(gap).max()),
-                state.shift,
-            )
-        )
-        broken = float(-here.values[problem.restorable :].min(initial=0.0))
-        if state.barrier <= final and error <= 10.0 * state.barrier and broken <= VIOLATION:
+    for taken in range(iteration_limit + 1):
+        gradient = objective_gradient(problem, iterate.x)
+        gradient = gradient - here.jacobian_transpose_times(iterate.multipliers)
+        residual = here.values - iterate.slack
+        linear = float(problem.linear_cost @ iterate.x)
+        final = max(tolerance * abs(linear) / len(residual), _LEAST_BARRIER)
+        converged = _lower_barrier(iterate, gradient, residual, final)
+        history.append(Iteration(
+            iterate.barrier, linear, float(np.abs(gradient).max()), float(np.abs(residual).max()),
+            iterate.damping,
+        ))  # fmt: skip
+        violation = float(-here.values[problem.restorable :].min(initial=0.0))
+        if converged and violation <= VIOLATION:
             status = Status.SOLVED
             break
-        if not advance(problem, state, Newton(problem, state, here), gap):
+        if taken == iteration_limit:
+            break
+        newton = NewtonSystem(problem, iterate, here, reduce_curvature)
+        if not advance(problem, iterate, newton, residual):
             status = Status.NO_PROGRESS
             break
-        here = problem.linearise(state.x)
-    return Solution(problem, state.x, state.dual, status, tuple(history))
+        here = problem.linearise(iterate.x)
+    return Solution(problem, iterate.x, iterate.multipliers, status, tuple(history))
 
 
-def _error(state: State, gradient: FloatArray, gap: FloatArray) -> float:
-    """Residual of the barrier problem, in units of its parameter."""
-    product = np.abs(state.dual * state.slack - state.barrier).max()
-    scale = max(1.0, float(np.abs(state.dual).mean()))
-    return float(max(np.abs(gradient).max() / scale, np.abs(gap).max(), product / scale))
+def _first_iterate(
+    here: Linearisation, start: FloatArray, barrier: float, multipliers: FloatArray | None
+) -> Iterate:
+    """Slacks and multipliers to begin with, near to the central path."""
+    slack = np.maximum(here.values, _LEAST_SLACK)
+    central = barrier / slack
+    if multipliers is None:
+        multipliers = central
+    else:
+        multipliers = np.clip(multipliers, central / _MULTIPLIER_START, central * _MULTIPLIER_START)
+    violation = float(np.abs(here.values - slack).sum())
+    limit = max(1.0, _VIOLATION_GROWTH * violation)
+    return Iterate(np.array(start), slack, multipliers, barrier, limit)
+
+
+def _lower_barrier(
+    iterate: Iterate, gradient: FloatArray, residual: FloatArray, final: float
+) -> bool:
+    """Lower the barrier parameter as long as the barrier problem is solved well enough.
+
+    Args:
+        iterate: its parameter is lowered; a new one begins with an empty filter.
+        gradient: of the Lagrangian ``(n,)``.
+        residual: ``values - slack`` ``(m,)``.
+        final: the parameter is not lowered below this one.
+
+    Returns:
+        Whether the barrier problem of the final parameter is solved.
+    """
+    while True:
+        solved = _error(iterate, gradient, residual) <= _ERROR_SHARE * iterate.barrier
+        if not solved or iterate.barrier <= final:
+            return solved
+        iterate.filter.clear()
+        lower = min(_LINEAR_FALL * iterate.barrier, iterate.barrier**_SUPERLINEAR_FALL)
+        iterate.barrier = max(final, lower)
+
+
+def _error(iterate: Iterate, gradient: FloatArray, residual: FloatArray) -> float:
+    """How far the barrier problem's optimality conditions are from met.
+
+    This is E_mu of [Waechter2006], eq. (5). Large multipliers scale it down from their mean of 1
+    on; in IPOPT they do so from 100 on (``s_max``).
+    """
+    centrality = np.abs(iterate.multipliers * iterate.slack - iterate.barrier).max()
+    scale = max(1.0, float(np.abs(iterate.multipliers).mean()))
+    return float(max(np.abs(gradient).max() / scale, np.abs(residual).max(), centrality / scale))

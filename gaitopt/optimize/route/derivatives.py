@@ -61,7 +61,7 @@ class RouteLinearisation:
         p = self._problem
         up, down, _, _, rows = self._split(v)
         on_poses = np.einsum("kj,kjc->kc", self._on_joints(v), self._slopes)
-        on_poses += p.slots.spread(rows[:, None] * self._rows).sum(axis=1)
+        on_poses += p.slots.padded(rows[:, None] * self._rows).sum(axis=1)
         placed, at, size = p.numbering
         mine = placed >= 0
         out = np.bincount(placed[mine], on_poses[mine], minlength=size)
@@ -114,15 +114,15 @@ class RouteLinearisation:
         kinematics = self._curvature(self._on_joints(multipliers).reshape(-1, 4, 3), on_rows)
         out = -kinematics[:, p.columns][:, :, p.columns]
         bow = on_rows[:, None] * p.squares
-        bend = p.slots.spread(bow).sum(axis=1)
+        bend = p.slots.padded(bow).sum(axis=1)
         out[:, range(len(p.columns)), range(len(p.columns))] -= bend
         stiff = np.zeros((p.knots, JOINTS))
         stiff[p.fixed_knots :, p.used_limits[0]] += below
         stiff[p.fixed_knots :, p.used_limits[1]] += above
         if p.used_limits.any():
             out += np.swapaxes(self._slopes, 1, 2) @ (stiff[:, :, None] * self._slopes)
-        spread = p.slots.spread(self._rows)
-        out += np.swapaxes(spread, 1, 2) @ (p.slots.spread(rows)[:, :, None] * spread)
+        spread = p.slots.padded(self._rows)
+        out += np.swapaxes(spread, 1, 2) @ (p.slots.padded(rows)[:, :, None] * spread)
         return np.asarray(out)
 
     def _curvature(self, weights: FloatArray, on_rows: FloatArray) -> FloatArray:

@@ -97,7 +97,7 @@ class DynamicRouteLinearisation(RouteLinearisation):
         out[:, :JOINTS] = self._jump_rows[:, :JOINTS]
         out[:-1, JOINTS : 2 * JOINTS, self._columns(1)] = -self._slopes[:-1]
         out[:-1, JOINTS : 2 * JOINTS, self._columns(2)] = self._slopes[1:]
-        out[slots.knot, 2 * JOINTS + slots.slot] = self._zmp()
+        out[slots.group, 2 * JOINTS + slots.place] = self._zmp()
         return out
 
     def _zmp(self) -> FloatArray:
@@ -141,7 +141,7 @@ class DynamicRouteLinearisation(RouteLinearisation):
         quiet[:speeds] = 0.0
         if p.entry is not None:
             least[0] = 0.0
-        return _Shares(quiet, parts[1].reshape(2, -1, JOINTS), turns, p.zmp_slots.spread(parts[2]),
+        return _Shares(quiet, parts[1].reshape(2, -1, JOINTS), turns, p.zmp_slots.padded(parts[2]),
                        least)  # fmt: skip
 
     def jacobian_transpose_times(self, v: FloatArray) -> FloatArray:
@@ -181,7 +181,7 @@ class DynamicRouteLinearisation(RouteLinearisation):
             least[0] = 0.0
         return np.concatenate([
             base, (room[0] - jumps).ravel(), (room[1] + jumps).ravel(),
-            rows[slots.knot, 2 * JOINTS + slots.slot], least,
+            rows[slots.group, 2 * JOINTS + slots.place], least,
         ])  # fmt: skip
 
     def newton_matrix(self, scale: FloatArray, multipliers: FloatArray) -> FloatArray:
@@ -223,13 +223,13 @@ class DynamicRouteLinearisation(RouteLinearisation):
         """Curvature of accelerations and ZMP at each knot's local unknowns ``(K, n, n)``."""
         p, c = self._problem, self._c
         z = p.zmp
-        multipliers = s.zmp[p.zmp_slots.knot, p.zmp_slots.slot]
+        multipliers = s.zmp[p.zmp_slots.group, p.zmp_slots.place]
         apart, height, _, _ = self._zmp_parts
         share = multipliers / self._gravity
         on_jumps = np.zeros((p.knots, JOINTS + 3))
         on_jumps[:, :JOINTS] = s.jumps[1] - s.jumps[0]
         pulls = np.column_stack([-(share * height)[:, None] * z.normal, share * apart])
-        on_jumps[:, JOINTS:] += p.zmp_slots.spread(pulls).sum(axis=1)
+        on_jumps[:, JOINTS:] += p.zmp_slots.padded(pulls).sum(axis=1)
         # Weights on the velocities, and from them on the joints at knots.
         on_velocity = on_jumps[:-1] - on_jumps[1:]
         on_moves = on_velocity / self._between[:, None]
@@ -259,15 +259,15 @@ class DynamicRouteLinearisation(RouteLinearisation):
         z, slots = self._problem.zmp, self._problem.zmp_slots
         share = multipliers / self._gravity
         one, two = np.zeros((2, *slots.shape[:1], 2 * slots.shape[1], out.shape[1]))
-        at, second = self._columns(1), slots.shape[1] + slots.slot
-        one[slots.knot, slots.slot, at] = np.einsum(
+        at, second = self._columns(1), slots.shape[1] + slots.place
+        one[slots.group, slots.place, at] = np.einsum(
             "md,mdc->mc", z.normal, self._ext[z.knot, JOINTS : JOINTS + 2]
         )
-        one[slots.knot, second, at] = self._ext[z.knot, JOINTS + 2]
+        one[slots.group, second, at] = self._ext[z.knot, JOINTS + 2]
         along = share[:, None] * self._jump_rows[z.knot, JOINTS + 2]
         along[:, self._span] += multipliers
-        two[slots.knot, slots.slot] = along
-        two[slots.knot, second] = -share[:, None] * self._sway_rows
+        two[slots.group, slots.place] = along
+        two[slots.group, second] = -share[:, None] * self._sway_rows
         # Only rows at the pose itself are not zero.
         outer = np.swapaxes(one[:, :, at], 1, 2) @ two
         out[:, at] += outer

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gaitopt.conventions import FloatArray
-from gaitopt.interior_point.band import Band, Slots
+from gaitopt.interior_point.band import BlockBand, RowGroups
 from gaitopt.optimize.route.layout import RouteLayout, sorted_by_knot
 from gaitopt.optimize.route.legs import JOINTS
 
@@ -154,11 +154,11 @@ class DynamicLayout(RouteLayout):
         )
 
     @cached_property
-    def zmp_slots(self) -> Slots:
+    def zmp_slots(self) -> RowGroups:
         """The ZMP's rows by their knots."""
-        return Slots.of(self.zmp.knot, self.knots)
+        return RowGroups.of(self.zmp.knot, self.knots)
 
     @cached_property
-    def wide(self) -> Band:
+    def wide(self) -> BlockBand:
         """Where blocks at knots go in the banded matrix."""
-        return Band.of(self.local, self.numbering[2])
+        return BlockBand.of(self.local, self.numbering[2])

@@ -10,7 +10,7 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 
 from gaitopt.conventions import FloatArray
-from gaitopt.interior_point.band import Band, Slots
+from gaitopt.interior_point.band import BlockBand, RowGroups
 from gaitopt.optimize.route.centre_of_mass import ComRows
 from gaitopt.optimize.route.legs import JOINTS, POSE, StackedLegs
 
@@ -191,12 +191,12 @@ class RouteLayout:
         return np.asarray(square[self.order])
 
     @cached_property
-    def slots(self) -> Slots:
+    def slots(self) -> RowGroups:
         """The rows by their knots."""
-        return Slots.of(self.row_knots, self.knots)
+        return RowGroups.of(self.row_knots, self.knots)
 
     @cached_property
-    def band(self) -> Band:
+    def band(self) -> BlockBand:
         """Where the blocks of each interval go in the banded matrix."""
         placed, at, size = self.numbering
-        return Band.of(np.concatenate([placed[:-1], at[:, None], placed[1:]], axis=1), size)
+        return BlockBand.of(np.concatenate([placed[:-1], at[:, None], placed[1:]], axis=1), size)

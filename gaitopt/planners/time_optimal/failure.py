@@ -63,14 +63,14 @@ def failed(
         offer += " (its margin is that of the body centre)"
     report = "\n".join(
         f"{i:4d} barrier {r.barrier:.1e} time {r.objective * problem.time_unit:.4f} s "
-        f"gradient {r.gradient:.1e} gap {r.gap:.1e} damping {r.damping:.1e}"
+        f"gradient {r.stationarity:.1e} residual {r.residual:.1e} damping {r.damping:.1e}"
         for i, r in enumerate(solution.history)
     )
     return RouteError(
         f"no time-optimal route over steps {first} to {first + (problem.knots - 1) // each - 1} "
-        f"was found: {reason or solution.status}. Worst are the steps "
-        f"{', '.join(map(str, steps))}, after {solution.iterations} iterations with the gradient "
-        f"{solution.stationarity():.2g} and the violation {solution.violation():.2g}. Free less, "
-        "or take the walk planned phase by phase, which" + offer,
+        f"was found: {reason or solution.status}. After {solution.iterations} iterations the "
+        f"largest residuals are at steps {', '.join(map(str, steps))}: gradient "
+        f"{solution.stationarity():.2g}, violation {solution.violation():.2g}. Free less, or take "
+        "the walk planned phase by phase, which" + offer,
         steps, plan, report,
     )  # fmt: skip

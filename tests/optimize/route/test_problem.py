@@ -28,7 +28,7 @@ Array = NDArray[np.float64]
 def small_problem(robot: Quadruped, row: str, steps: int = 4, **settings: Any) -> RouteProblem:
     """The first ``steps`` of a random terrain."""
     chosen = RouteSettings(free=ROWS[row], **settings)
-    route = prepared(robot, gaitopt.s_columns(2, columns=3), chosen, None)
+    route = prepared(robot, gaitopt.s_columns(2, columns=3), chosen)
     # With all position limits, not only those that are near.
     return replace(problem_of(route, 0, steps), used_limits=np.ones((2, 12), dtype=np.bool_))
 
@@ -147,7 +147,7 @@ def test_a_stuck_solver_says_so(wang: Quadruped) -> None:
     problem = small_problem(wang, "swing")
     solution = minimise(problem, problem.first_guess(), iteration_limit=3)
     assert solution.status is Status.ITERATION_LIMIT
-    assert len(solution.history) == 3
+    assert solution.iterations == 3
 
 
 def test_residuals_are_those_of_the_answer(wang: Quadruped) -> None:

@@ -205,13 +205,13 @@ def test_standing_still_is_a_plan(wang: Quadruped) -> None:
 
 def test_no_convergence_is_no_plan(wang: Quadruped, short: Footholds) -> None:
     """The error names steps, offers the per-phase walk and keeps the solver's report."""
-    with pytest.raises(RouteError, match=r"iteration limit.*are the steps [0-7]") as caught:
+    with pytest.raises(RouteError, match=r"iteration limit.*at steps [0-7]") as caught:
         plan_route(wang, short, free="swing", iterations=4)
     error = caught.value
     assert error.steps and all(0 <= s < 8 for s in error.steps)
     assert error.plan is not None
     gaitopt.verify(error.plan, collisions=False).raise_for_violations()
-    assert len(error.report.splitlines()) == 4
+    assert len(error.report.splitlines()) == 5
     copy = pickle.loads(pickle.dumps(error))
     assert (str(copy), copy.steps, copy.report) == (str(error), error.steps, error.report)
 
