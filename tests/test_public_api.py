@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import inspect
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -74,10 +75,10 @@ def test_public_methods_say_what_they_do(name: str) -> None:
             assert inspect.getdoc(getattr(value, attribute)) or inspect.getdoc(member), attribute
 
 
-def test_all_is_sorted_complete_and_without_doubles() -> None:
-    assert len(set(gaitopt.__all__)) == len(gaitopt.__all__)
-    assert list(NAMES) == [n for n in gaitopt.__all__ if not n.startswith("_")]
-    assert set(gaitopt.__all__) <= set(dir(gaitopt))
+def test_the_page_of_the_api_tells_of_all_that_is_public() -> None:
+    page = (SOURCE.parent.parent / "docs" / "api.md").read_text("utf-8")
+    told = re.findall(r"^\.\. auto\w+:: ([\w.]+)", page, re.M)
+    assert {name.split(".")[-1] for name in told} >= set(NAMES)
 
 
 def test_what_a_type_checker_sees_is_what_python_gives() -> None:

@@ -255,9 +255,9 @@ def test_a_swaying_walk_keeps_its_zmp_inside_and_a_straight_one_does_not(fast: Q
 def test_slower_walks_get_a_larger_margin(fast: Quadruped) -> None:
     """Quasi-static gaits: as much margin as the speed allows, at equal steps."""
     margins = [
-        plan_gait(fast, gaitopt.quasi_static(t, 0.7), velocity=0.1 / t, duration=2 * t).info[
-            "zmp_margin"
-        ]
+        plan_gait(
+            fast, gaitopt.quasi_static(t, 0.7), velocity=0.1 / t, duration=2 * t
+        ).record.zmp_margin
         for t in (1.0, 2.0)
     ]
     assert margins[1] >= margins[0] - 1e-6
@@ -288,7 +288,7 @@ def test_it_survives_its_file(straight: Plan, tmp_path: Path) -> None:
     loaded = gaitopt.load_plan(tmp_path / "trot.npz")
     assert loaded.settings == straight.settings
     np.testing.assert_array_equal(loaded.path.coefficients, straight.path.coefficients)
-    assert loaded.info == straight.info
+    assert loaded.record == straight.record
     assert [p.support for p in loaded.phases] == [p.support for p in straight.phases]
 
 
@@ -338,13 +338,13 @@ def test_a_leg_that_falls_short_only_between_knots_is_a_speed_that_is_too_high()
     assert caught.value.fastest is not None and 0.7 < caught.value.fastest < 1.0
 
 
-def with_info(plan: Plan, **info: Any) -> Plan:
-    return dataclasses.replace(plan, info={**plan.info, **info})
+def with_record(plan: Plan, **told: Any) -> Plan:
+    return dataclasses.replace(plan, record=dataclasses.replace(plan.record, **told))
 
 
 def test_planted_faults_of_moving_gaits_are_found(straight: Plan) -> None:
     """ZMP told 2 mm too deep; accelerations and jerks told lower than they are; a velocity jump."""
-    told = with_info(straight, zmp_margin=straight.record.zmp_margin + 2e-3)
+    told = with_record(straight, zmp_margin=straight.record.zmp_margin + 2e-3)
     check = gaitopt.verify(told, collisions=False)
     assert [c.name for c in check.violations] == ["ZMP of the body centre"]
     peaks = {n: np.abs(straight.path.evaluate(straight.path.times, n)[:, 6:]).max() for n in (2, 3)}
