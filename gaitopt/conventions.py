@@ -6,6 +6,7 @@ World and body frames: x forward, y left, z up. SI units and radians everywhere.
 from __future__ import annotations
 
 from collections.abc import Callable
+from enum import Enum
 from typing import Final
 
 import numpy as np
@@ -27,6 +28,16 @@ OTHER_LEGS.setflags(write=False)
 
 Progress = Callable[[int, int], None]
 """What planners and studies tell of their progress: (done, in all)."""
+
+
+class TextEnum(str, Enum):
+    """An enumeration whose members compare, print and are stored as their texts."""
+
+    def __str__(self) -> str:
+        return str(self.value)
+
+    def __format__(self, spec: str) -> str:
+        return format(self.value, spec)
 
 
 def leg_index(leg: str) -> int:

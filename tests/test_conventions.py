@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import json
+import pickle
+
 import numpy as np
 import pinocchio as pin
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gaitopt.conventions import GRAVITY, LEGS, frozen, leg_index, rotation_z
+from gaitopt.conventions import GRAVITY, LEGS, TextEnum, frozen, leg_index, rotation_z
 
 angles = st.floats(-10.0, 10.0)
 
@@ -20,6 +23,21 @@ def test_there_are_four_legs_named_by_side_and_end() -> None:
 
 def test_gravity_is_that_of_pinocchios_models() -> None:
     assert pin.Model().gravity.linear.tolist() == [0.0, 0.0, -GRAVITY]
+
+
+class Fruit(TextEnum):
+    APPLE = "apple"
+
+
+def test_a_text_enumeration_is_its_texts() -> None:
+    assert Fruit.APPLE == "apple" and {Fruit.APPLE} == {"apple"} and Fruit("apple") is Fruit.APPLE
+    assert (str(Fruit.APPLE), f"{Fruit.APPLE}", f"{Fruit.APPLE:>7}") == (
+        "apple",
+        "apple",
+        "  apple",
+    )
+    assert json.dumps([Fruit.APPLE]) == '["apple"]'
+    assert pickle.loads(pickle.dumps(Fruit.APPLE)) is Fruit.APPLE
 
 
 @pytest.mark.parametrize("leg", LEGS)

@@ -2,98 +2,104 @@
 
 from __future__ import annotations
 
-from math import nan
-
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
-from gaitopt.certificate.check import SHORT, Check, judged, phase_name
+from gaitopt.certificate.check import SHORT, Check, judged, phase_name, unchecked
 from gaitopt.certificate.trace import Motion
 from gaitopt.certificate.zero_moment import zmp_of_centre
 from gaitopt.conventions import FloatArray
 from gaitopt.plan.plan import Plan
 
 ZMP_SLACK = 1e-5
-"""How far the ZMP's margin may fall short of a figure that was found at samples [m]."""
-PUSH = 1e-6
-"""Largest jump of the base's velocity that counts as rounding [m/s, rad/s]."""
-DYNAMIC = "a dynamic gait promises no static margin: see its ZMP"
+"""How far the ZMP's margin may fall short of one that was found at samples [m]: on 400
+random gaits (benchmarks/certify.py) no more was lost between the samples."""
+VELOCITY_JUMP = 1e-6
+"""Largest jump of the base's velocity that counts as rounding [m/s, rad/s]. The rate on a piece of
+1 ms is known to about 1e-10."""
+DYNAMIC = "a dynamic walk promises no static margin: see its ZMP"
 TRUE_COM = "the margin is promised of the true COM"
 
 
 def margin_of_cog(plan: Plan, motion: Motion) -> Check:
     """While a foot flies, the body centre keeps the stability margin that was asked for."""
     if not plan.settings.static:
-        return Check("margin of the body centre", "unchecked", nan, nan, "m", note=DYNAMIC)
+        return unchecked("margin of the body centre", "m", DYNAMIC)
     if plan.settings.true_com:
-        return Check("margin of the body centre", "unchecked", nan, nan, "m", note=TRUE_COM)
-    margins = _margins(motion, motion.cog, motion.cog_bulge, -np.inf)
+        return unchecked("margin of the body centre", "m", TRUE_COM)
+    margins = _margins(motion, motion.cog, motion.cog_deviation, -np.inf)
     flying = np.asarray(~motion.standing.all(axis=1))
     short = np.where(flying, margins - plan.settings.stability_margin, margins)
     piece = int(short.argmin())
     asked = plan.settings.stability_margin if flying[piece] else 0.0
     return judged("margin of the body centre", float(margins[piece]), asked - SHORT, "m", ">=",
-                   bound=motion.cog_bulge[piece], when=motion.pieces.starts[piece],
+                   bound=motion.cog_deviation[piece], when=motion.pieces.starts[piece],
                    where=phase_name(plan, int(motion.phase[piece])))  # fmt: skip
 
 
 def margin_of_com(plan: Plan, motion: Motion) -> Check:
     """The model's true centre of mass never leaves the support polygon.
 
-    Where the plan promises the stability margin of it, it keeps that as well, at every instant
-    after the first stance phase, which begins wherever the robot stands.
+    Where the plan promises its stability margin of the true centre of mass, that is kept, too, at
+    every instant after the first stance phase, which begins wherever the robot stands.
     """
     if not plan.settings.static:
-        return Check("margin of the true COM", "unchecked", nan, nan, "m", note=DYNAMIC)
-    margins = _margins(motion, motion.com, motion.com_bulge, -np.inf)
+        return unchecked("margin of the true COM", "m", DYNAMIC)
+    margins = _margins(motion, motion.com, motion.com_deviation, -np.inf)
     promised = plan.settings.stability_margin - SHORT if plan.settings.true_com else 0.0
     asked = np.where(motion.phase > 0, promised, 0.0)
     piece = int((margins - asked).argmin())
     return judged("margin of the true COM", float(margins[piece]), float(asked[piece]), "m", ">=",
-                   bound=motion.com_bulge[piece], when=motion.pieces.starts[piece],
+                   bound=motion.com_deviation[piece], when=motion.pieces.starts[piece],
                    where=phase_name(plan, int(motion.phase[piece])))  # fmt: skip
 
 
 def zmp(plan: Plan, motion: Motion) -> Check | None:
-    """The ZMP of the body's centre keeps the margin asked of it, while any foot stands.
+    """The ZMP of a point mass at the body's centre keeps its margin while any foot stands.
 
-    Where the settings ask for none it is the one that the plan's ``info`` tells of. A walk that
-    was asked for one begins wherever the robot stands: in its first stance phase the ZMP stays
-    inside. The centre counts as a point mass: see :mod:`gaitopt.certificate.zero_moment`. Where the
-    base's velocity jumps, or nothing may load the ground, there is no margin.
+    The margin is the one that the settings ask for, or else the one in the plan's record. Where
+    the settings ask for one, the ZMP stays inside the support, without a margin, in the first
+    stance phase, which begins wherever the robot stands. Where the base's velocity jumps, or the
+    load on the ground may vanish, the margin counts as minus infinity. ``None`` where there is no
+    margin to check. See :mod:`gaitopt.certificate.zero_moment`.
     """
     name = "ZMP of the body centre"
     promised = plan.settings.zmp_margin
-    claimed = plan.info.get("zmp_margin") if promised is None else promised
+    claimed = plan.record.zmp_margin if promised is None else promised
     if not isinstance(claimed, float) or not np.isfinite(claimed):
-        return None if plan.settings.static else Check(
-            name, "unchecked", nan, nan, "m", note="the plan tells of no zmp_margin")  # fmt: skip
-    points, bulges = zmp_of_centre(plan, motion)
-    margins = _margins(motion, points, bulges, np.inf)
+        if plan.settings.static:
+            return None
+        return unchecked(name, "m", "the plan's record holds no zmp_margin")
+    points, deviations = zmp_of_centre(plan, motion)
+    margins = _margins(motion, points, deviations, np.inf)
     jumps = plan.path.jumps(1)[:, :6].max(axis=1, initial=0.0)
-    pushed = plan.path.times[1:-1][jumps > PUSH]
-    margins[np.isin(motion.pieces.starts, pushed)] = -np.inf
+    # A velocity that jumps asks for an infinite acceleration, and so for a ZMP infinitely far away.
+    jumping = plan.path.times[1:-1][jumps > VELOCITY_JUMP]
+    margins[np.isin(motion.pieces.starts, jumping)] = -np.inf
     slack = ZMP_SLACK if promised is None else SHORT
     asked = np.where((motion.phase > 0) | (promised is None), claimed - slack, 0.0)
     piece = int((margins - asked).argmin())
     return judged(name, float(margins[piece]), float(asked[piece]), "m", ">=",
-                  bound=bulges[piece], when=motion.pieces.starts[piece],
+                  bound=deviations[piece], when=motion.pieces.starts[piece],
                   where=phase_name(plan, int(motion.phase[piece])))  # fmt: skip
 
 
-def _margins(motion: Motion, points: FloatArray, bulges: FloatArray, afloat: float) -> FloatArray:
+def _margins(
+    motion: Motion, points: FloatArray, deviations: FloatArray, in_flight: float
+) -> FloatArray:
     """Lower bound ``(P,)`` of the margin of a moving point on every piece [m].
 
-    The hulls are those of the feet where a phase starts. The distance from a hull is convex along
-    a chord, so the worse end of a piece counts.
+    The support polygon of a phase is that of the feet at its start, and what feet move afterwards
+    is taken off the margin. The signed distance from a convex polygon is a convex function along
+    a chord, so it is largest at one of the chord's ends.
 
     Args:
         motion: the motion.
         points: the point at both ends of every piece ``(2, P, 2)`` or ``(2, P, 3)`` [m].
-        bulges: how far it leaves its chord ``(P,)`` [m].
-        afloat: the margin where no foot stands.
+        deviations: how far it leaves its chord ``(P,)`` [m].
+        in_flight: the margin where no foot stands [m].
     """
-    out = np.full(len(bulges), afloat)
+    out = np.full(len(deviations), in_flight)
     for index in np.unique(motion.phase):
         mine = np.flatnonzero(motion.phase == index)
         standing = np.flatnonzero(motion.standing[mine[0]])
@@ -101,9 +107,9 @@ def _margins(motion: Motion, points: FloatArray, bulges: FloatArray, afloat: flo
             continue
         feet = motion.feet[0, mine[0], standing, :2]
         moved = np.linalg.norm(motion.feet[:, mine][:, :, standing, :2] - feet, axis=-1)
-        shift = moved.max() + motion.feet_bulge[mine][:, standing].max(axis=1)
+        shift = moved.max() + motion.feet_deviation[mine][:, standing].max(axis=1)
         outside = _outside(feet, points[:, mine, :2]).max(axis=0)
-        out[mine] = -outside - bulges[mine] - shift
+        out[mine] = -outside - deviations[mine] - shift
     return out
 
 

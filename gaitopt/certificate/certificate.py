@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from math import isnan
 
 from rich.table import Table
 
-from gaitopt.certificate.check import Check
+from gaitopt.certificate.check import Check, Verdict
 from gaitopt.errors import CertificateError, UnknownNameError
 
 
@@ -35,7 +36,7 @@ class Certificate:
     @property
     def violations(self) -> tuple[Check, ...]:
         """The checks that failed."""
-        return tuple(c for c in self.checks if c.status == "violated")
+        return tuple(c for c in self.checks if c.status is Verdict.VIOLATED)
 
     def __iter__(self) -> Iterator[Check]:
         return iter(self.checks)
@@ -71,12 +72,12 @@ class Certificate:
         for header in ("check", "verdict", "worst", "limit", "bound used", "when [s]", "where"):
             table.add_column(escape(header))
         for c in self.checks:
-            if c.status == "unchecked":
-                table.add_row(c.name, c.status, "", "", "", "", c.note)
+            if c.status is Verdict.UNCHECKED:
+                table.add_row(c.name, str(c.status), "", "", "", "", c.note)
                 continue
             table.add_row(
-                c.name, c.status, f"{c.worst:.6g} {c.unit}", f"{c.sense} {c.limit:.6g}",
-                f"{c.bound:.2g}", "" if c.when != c.when else f"{c.when:.3f}", c.where or c.note,
+                c.name, str(c.status), f"{c.worst:.6g} {c.unit}", f"{c.sense} {c.limit:.6g}",
+                f"{c.bound:.2g}", "" if isnan(c.when) else f"{c.when:.3f}", c.where or c.note,
             )  # fmt: skip
         return table
 

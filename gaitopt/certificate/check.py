@@ -1,14 +1,25 @@
-"""One check of a certificate, and how values are judged."""
+"""One check of a certificate, and how a worst value is held against its limit."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import nan
+from math import isnan, nan
 
 import numpy as np
 
-from gaitopt.conventions import FloatArray
+from gaitopt.conventions import FloatArray, TextEnum
 from gaitopt.plan.plan import Plan
+
+
+class Verdict(TextEnum):
+    """What a check found. Members equal their texts: ``check.status == "ok"``."""
+
+    OK = "ok"
+    """Nothing is violated at any instant."""
+    VIOLATED = "violated"
+    """A limit is exceeded, or it could not be shown that it is kept."""
+    UNCHECKED = "unchecked"
+    """The check does not apply, or could not be made; its note says why."""
 
 
 @dataclass(frozen=True)
@@ -16,9 +27,10 @@ class Check:
     """One thing that was checked.
 
     Attributes:
-        name: what.
-        status: ``"ok"``, ``"violated"``, or ``"unchecked"`` where it could not be judged.
-        worst: its worst value over all instants, bounds included; ``nan`` when unchecked.
+        name: what was checked.
+        status: the verdict.
+        worst: its worst value over all instants, with the bounds for the time between samples;
+            ``nan`` when unchecked.
         limit: what the worst value is held against.
         unit: of both.
         sense: ``"<="`` or ``">="``: how the worst value must compare with the limit.
@@ -29,20 +41,20 @@ class Check:
     """
 
     name: str
-    status: str
+    status: Verdict
     worst: float
     limit: float
     unit: str
     sense: str = "<="
     bound: float = 0.0
-    when: float = float("nan")
+    when: float = nan
     where: str = ""
     note: str = ""
 
     def __str__(self) -> str:
-        if self.status == "unchecked":
-            return f"{self.name}: unchecked ({self.note})"
-        place = f" at {self.when:.4f} s" if self.when == self.when else ""
+        if self.status is Verdict.UNCHECKED:
+            return f"{self.name}: {self.status} ({self.note})"
+        place = "" if isnan(self.when) else f" at {self.when:.4f} s"
         return (
             f"{self.name}: {self.status}, {self.worst:.6g} {self.sense} {self.limit:.6g} "
             f"{self.unit}{place}{f' ({self.where})' if self.where else ''}"
@@ -50,28 +62,20 @@ class Check:
 
 
 JUMP = 1e-9
-"""Largest jump of body or joints at a knot [m, rad]."""
+"""Largest jump of body or joints at a knot that counts as rounding [m, rad]. Pieces of a path that
+meet in exact arithmetic differ by about 1e-16 times their terms, which are metres and radians."""
 RELATIVE = 1e-9
-"""Relative excess of a joint's limits that counts as rounding."""
+"""Share by which a joint may exceed a limit and it counts as rounding. A knot's time is rounded to
+1e-16 of the walk's duration, so the rate on a piece of 1 ms in a walk of 1000 s is known to 1e-10.
+"""
 SHORT = 1e-6
-"""Shortfall of swing height, reach and margin that counts as rounding [m]."""
+"""Shortfall of swing height, clearance, reach or margin that counts as rounding [m]. Chosen: a
+thousand times the tolerance of the planners' solvers, and a thousandth of what a robot can keep."""
 
 
-def worst_place(array: FloatArray) -> tuple[int, int]:
-    row, column = np.unravel_index(int(np.argmax(array)), array.shape)
-    return int(row), int(column)
-
-
-def column_name(plan: Plan, column: int) -> str:
-    names: tuple[str, ...] = ("x", "y", "z", "roll", "pitch", "yaw", *plan.robot.joint_names)
-    return names[column]
-
-
-def phase_name(plan: Plan, index: int) -> str:
-    if not plan.phases:
-        return "standing"
-    phase = plan.phases[index]
-    return f"{phase.kind} {phase.leg}, step {phase.step}"
+def unchecked(name: str, unit: str, note: str, limit: float = nan) -> Check:
+    """A check that was not made; ``note`` says why."""
+    return Check(name, Verdict.UNCHECKED, nan, limit, unit, note=note)
 
 
 def judged(
@@ -85,7 +89,28 @@ def judged(
     when: float = nan,
     where: str = "",
 ) -> Check:
+    """The check of a worst value, held against its limit; see :class:`Check` for the arguments."""
     # A comparison with NaN is false: what cannot be compared is violated.
     good = worst <= limit if sense == "<=" else worst >= limit
-    return Check(name, "ok" if good else "violated", worst, limit, unit, sense, float(bound),
-                 float(when), where)  # fmt: skip
+    verdict = Verdict.OK if good else Verdict.VIOLATED
+    return Check(name, verdict, worst, limit, unit, sense, float(bound), float(when), where)
+
+
+def worst_place(array: FloatArray) -> tuple[int, int]:
+    """Row and column of the largest number of ``array (m, n)``."""
+    row, column = np.unravel_index(int(np.argmax(array)), array.shape)
+    return int(row), int(column)
+
+
+def column_name(plan: Plan, column: int) -> str:
+    """What a column of the plan's path holds: a coordinate of the base, or a joint's name."""
+    names: tuple[str, ...] = ("x", "y", "z", "roll", "pitch", "yaw", *plan.robot.joint_names)
+    return names[column]
+
+
+def phase_name(plan: Plan, index: int) -> str:
+    """A phase in words, for messages."""
+    if not plan.phases:
+        return "standing"
+    phase = plan.phases[index]
+    return f"{phase.kind} {phase.leg}, step {phase.step}"

@@ -1,58 +1,78 @@
-"""Check of free swings: how high feet are where they are away from their columns."""
+"""Check of free swings: how high feet are wherever they are outside their columns."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from gaitopt.certificate.check import SHORT, Check, judged
+from gaitopt.certificate.check import SHORT, Check, Verdict, judged
 from gaitopt.certificate.trace import Motion
 from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.plan.plan import Plan
+from gaitopt.plan.settings.time_optimal import RouteSettings
 
-CLOSE = 1e-4
-"""How far outside the column's radius a foot counts as inside [m]."""
-OPEN_COLUMN = 0.02
-"""Radius that counts as a column's on open ground [m]."""
+ON_EDGE = 1e-9
+"""How far inside a column a place counts as outside [m], as those on the edge may come out inside
+by rounding (1e-13 m for places 100 m away). To count too many places as outside is safe."""
 
 
 def swing_clearance(plan: Plan, motion: Motion) -> Check | None:
     """Feet on a free swing keep the clearance wherever they are outside both columns' radius.
 
-    Over the higher of the two footholds; for plans whose swing curve is free. Between samples a
-    foot is near its chord: a piece counts as outside unless both its ends are inside one column by
-    the bound, as discs are convex; and its height is that of its lower end, less the bound.
+    The clearance is a height above the higher of the two footholds. ``None`` for plans whose swing
+    curve is not free.
     """
     settings = plan.settings
-    asked = getattr(settings, "clearance", None)
-    if asked is None or "swing" not in getattr(settings, "free", ()):
+    if not isinstance(settings, RouteSettings) or not settings.free.swing:
         return None
-    name, radius = "swing clearance", (plan.footholds.radius or OPEN_COLUMN) + CLOSE
-    high = np.full((len(motion.phase), len(LEGS)), np.inf)
+    name, asked = "swing clearance", settings.clearance
+    heights = np.full((len(motion.phase), len(LEGS)), np.inf)
     for swing in plan.swings:
         first, last = np.searchsorted(motion.phase, [swing.phases[0], swing.phases[1] + 1])
         leg, flight = LEGS.index(swing.leg), slice(int(first), int(last))
         ends = np.stack([swing.foot_start, swing.foot_end])
-        high[flight, leg] = _over(motion.feet[:, flight, leg], motion.feet_bulge[flight, leg],
-                                  ends, radius)  # fmt: skip
-    piece, leg = (int(i) for i in np.unravel_index(int(high.argmin()), high.shape))
-    worst = float(high[piece, leg])
+        heights[flight, leg] = lowest_outside(
+            motion.feet[:, flight, leg], motion.feet_deviation[flight, leg], ends[:, :2],
+            plan.footholds.landing_radius,
+        ) - ends[:, 2].max()  # fmt: skip
+    piece, leg = (int(i) for i in np.unravel_index(int(heights.argmin()), heights.shape))
+    worst = float(heights[piece, leg])
     if not np.isfinite(worst):
-        return Check(name, "ok", asked, asked - SHORT, "m", ">=", note="no foot leaves its columns")
-    return judged(name, worst, asked - SHORT, "m", ">=", bound=motion.feet_bulge[piece, leg],
+        return Check(name, Verdict.OK, asked, asked - SHORT, "m", ">=",
+                     note="no foot leaves its columns")  # fmt: skip
+    return judged(name, worst, asked - SHORT, "m", ">=", bound=motion.feet_deviation[piece, leg],
                   when=motion.pieces.starts[piece], where=LEGS[leg])  # fmt: skip
 
 
-def _over(foot: FloatArray, bulge: FloatArray, ends: FloatArray, radius: float) -> FloatArray:
-    """Least height over the higher foothold on each piece outside both columns ``(P,)`` [m].
+def lowest_outside(
+    foot: FloatArray, deviation: FloatArray, centres: FloatArray, radius: float
+) -> FloatArray:
+    """Lower bound of a foot's height while it is outside all columns, on each piece ``(P,)`` [m].
+
+    It is infinite on pieces on which the foot is nowhere outside.
+
+    A foot that is outside a column is at least ``radius - deviation`` away from its axis on its
+    chord. The part of a chord that is so far away from every axis ends where the chord ends, or
+    where it crosses one of these smaller circles; and a chord is lowest at an end of a part.
 
     Args:
-        foot: its places at both ends of the pieces ``(2, P, 3)`` [m].
-        bulge: how far it leaves its chords ``(P,)`` [m].
-        ends: the two footholds ``(2, 3)`` [m].
+        foot: its places at the start and the end of every piece ``(2, P, 3)`` [m].
+        deviation: how far it leaves its chords ``(P,)`` [m].
+        centres: axes of the columns ``(c, 2)`` [m].
         radius: of the columns [m].
     """
-    away = np.linalg.norm(foot[:, :, None, :2] - ends[:, :2], axis=3)
-    # The ends of a chord that is inside one disc are both inside it.
-    outside = away.max(axis=0).min(axis=1) + bulge > radius
-    low = foot[..., 2].min(axis=0) - bulge - ends[:, 2].max()
-    return np.asarray(np.where(outside, low, np.inf))
+    start, chord = foot[0], foot[1] - foot[0]
+    edge = np.maximum(radius - deviation, 0.0)[:, None]
+    away = start[:, None, :2] - centres
+    # |away + share * chord| = edge, a quadratic equation in the share of the chord.
+    a = (chord[:, :2] ** 2).sum(axis=1)[:, None]
+    b = np.einsum("pci,pi->pc", away, chord[:, :2])
+    c = (away**2).sum(axis=2) - edge**2
+    with np.errstate(divide="ignore", invalid="ignore"):
+        root = np.sqrt(b**2 - a * c)
+        crossings = np.concatenate([(-b - root) / a, (-b + root) / a], axis=1)
+    share = np.concatenate([np.zeros_like(a), np.ones_like(a), crossings], axis=1)
+    on_chord = (share >= 0.0) & (share <= 1.0)
+    place = start[:, None] + chord[:, None] * np.where(on_chord, share, 0.0)[..., None]
+    nearest = np.linalg.norm(place[:, :, None, :2] - centres, axis=3).min(axis=2)
+    outside = on_chord & (nearest >= edge - ON_EDGE)
+    return np.asarray(np.where(outside, place[..., 2], np.inf).min(axis=1) - deviation)

@@ -4,18 +4,23 @@ from __future__ import annotations
 
 import numpy as np
 
-from gaitopt.certificate.check import JUMP, SHORT, Check, column_name, judged, worst_place
+from gaitopt.certificate.check import JUMP, SHORT, Check, Verdict, column_name, judged, worst_place
 from gaitopt.certificate.trace import Motion
 from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.plan.phase import Phase, Swing
 from gaitopt.plan.plan import Plan
 
 SLIP = 1e-4
-"""Most that a standing foot may move [m]."""
-OPEN_LANDING = 1e-3
-"""How near to its foothold a foot must stand on open ground, and in height anywhere [m]."""
+"""Most that a standing foot may move [m]. Chosen: planners hold feet to a tenth of it or better
+between knots, and a foot's rubber gives more."""
+LANDING_HEIGHT = 1e-3
+"""Most that a standing foot may be above or below its foothold [m]. Chosen: a millimetre is what
+the ground under a real robot is known to, at best."""
 SINKING = 5e-4
-"""Most that a flying foot may sink below the lower end of its swing [m]."""
+"""Most that a flying foot may sink below the lower end of its swing [m]. Chosen: half of what a
+standing foot may."""
+ROUNDING = 1e-9
+"""Difference of times that counts as rounding [s]: times of long walks are known to 1e-12 s."""
 
 
 def continuity(plan: Plan) -> Check:
@@ -23,7 +28,7 @@ def continuity(plan: Plan) -> Check:
     path = plan.path
     jumps = path.jumps()
     if not len(jumps):
-        return Check("continuity", "ok", 0.0, JUMP, "m or rad")
+        return Check("continuity", Verdict.OK, 0.0, JUMP, "m or rad")
     segment, column = worst_place(jumps)
     return judged("continuity", float(jumps[segment, column]), JUMP, "m or rad",
                    when=path.times[segment + 1], where=column_name(plan, column))  # fmt: skip
@@ -32,29 +37,29 @@ def continuity(plan: Plan) -> Check:
 def contact_sequence(plan: Plan) -> Check:
     """Phases follow one another, the legs step in order onto every foothold, enough feet stand."""
     wrong = _sequence_faults(plan)
-    return Check(
-        "contact sequence", "violated" if wrong else "ok", float(len(wrong)), 0.0, "faults",
-        where=wrong[0] if wrong else "",
-    )  # fmt: skip
+    return judged("contact sequence", float(len(wrong)), 0.0, "faults",
+                  where=wrong[0] if wrong else "")  # fmt: skip
 
 
 def _sequence_faults(plan: Plan) -> list[str]:
+    """What is wrong with the phases, one text for each fault."""
     faults = []
     expected = 0.0
     knots = plan.path.times
     for i, phase in enumerate(plan.phases):
-        if abs(phase.start - expected) > 1e-9:
+        if abs(phase.start - expected) > ROUNDING:
             faults.append(f"phase {i} starts at {phase.start:.6f} s, not at {expected:.6f} s")
         expected = phase.start + phase.duration
-        if np.abs(knots - expected).min() > 1e-9:
+        if np.abs(knots - expected).min() > ROUNDING:
             faults.append(f"phase {i} ends at {expected:.6f} s, where the path has no knot")
         faults += _support_faults(i, phase, plan.settings.least_support)
-    if abs(expected - plan.path.duration) > 1e-9:
+    if abs(expected - plan.path.duration) > ROUNDING:
         faults.append(f"phases end at {expected:.6f} s, the path at {plan.path.duration:.6f} s")
     return faults + _order_faults(plan)
 
 
 def _order_faults(plan: Plan) -> list[str]:
+    """Swings that are missing, too many, or in another order than was asked for."""
     flown = [swing.leg for swing in plan.swings]
     asked = plan.settings.swing_legs(len(plan.footholds))
     if asked is not None and flown != asked:
@@ -70,6 +75,7 @@ def _order_faults(plan: Plan) -> list[str]:
 
 
 def _support_faults(i: int, phase: Phase, least: int) -> list[str]:
+    """What is wrong with the feet that stand in phase ``i``."""
     standing = set(phase.support)
     if len(standing) < least or not standing <= set(LEGS):
         return [f"phase {i} stands on {len(standing)} feet"]
@@ -84,28 +90,29 @@ def slip(plan: Plan, motion: Motion) -> Check:
     """Standing feet do not move from where they touched down."""
     home = _expected(plan, motion)
     gaps = np.linalg.norm(motion.feet - _touchdown(motion, home), axis=3).max(axis=0)
-    gaps = np.where(motion.standing, gaps + motion.feet_bulge, 0.0)
+    gaps = np.where(motion.standing, gaps + motion.feet_deviation, 0.0)
     piece, leg = worst_place(gaps)
     return judged("slip of standing feet", float(gaps[piece, leg]), SLIP, "m",
-                   bound=motion.feet_bulge[piece, leg], when=motion.pieces.starts[piece],
+                   bound=motion.feet_deviation[piece, leg], when=motion.pieces.starts[piece],
                    where=LEGS[leg])  # fmt: skip
 
 
 def landings(plan: Plan, motion: Motion) -> Check:
-    """Standing feet stand on their footholds: within the column, and at its height."""
+    """Standing feet stand on their footholds: within the landing radius, and at their height."""
     home = _expected(plan, motion)
     away = motion.feet - home
-    radius = plan.footholds.radius or OPEN_LANDING
+    radius = plan.footholds.landing_radius
     flat = np.hypot(away[..., 0], away[..., 1]) / radius
-    high = np.abs(away[..., 2]) / OPEN_LANDING
+    high = np.abs(away[..., 2]) / LANDING_HEIGHT
     use = np.maximum(flat, high).max(axis=0)
-    use = np.where(motion.standing, use + motion.feet_bulge / min(radius, OPEN_LANDING), 0.0)
+    least = min(radius, LANDING_HEIGHT)
+    use = np.where(motion.standing, use + motion.feet_deviation / least, 0.0)
     end = np.linalg.norm(motion.feet[1, -1] - plan.footholds.array[:, -1], axis=1) / radius
     piece, leg = worst_place(use)
     worst, where = float(use[piece, leg]), LEGS[leg]
     if end.max() > max(worst, 1.0):
         worst, where, piece = float(end.max()), f"{LEGS[int(end.argmax())]} at the end", -1
-    return judged("feet on their footholds", worst, 1.0, "of column or 1 mm",
+    return judged("feet on their footholds", worst, 1.0, "of landing radius or 1 mm",
                    when=motion.pieces.starts[piece], where=where)  # fmt: skip
 
 
@@ -117,7 +124,7 @@ def swing_height(plan: Plan, motion: Motion) -> Check:
         for swing in plan.swings
     ]  # fmt: skip
     if not shortfalls:
-        return Check("swing height", "ok", 0.0, -SHORT, "m", ">=")
+        return Check("swing height", Verdict.OK, 0.0, -SHORT, "m", ">=")
     least, swing = min(shortfalls, key=lambda pair: pair[0])
     return judged("swing height", float(least), -SHORT, "m above what is asked", ">=",
                    when=swing.start, where=f"step {swing.step} ({swing.leg})")  # fmt: skip
@@ -136,12 +143,12 @@ def ground(plan: Plan, motion: Motion) -> Check:
     for swing in plan.swings:
         flight = slice(swing.phases[0], swing.phases[1] + 1)
         lows[flight, LEGS.index(swing.leg)] = min(swing.foot_start[2], swing.foot_end[2])
-    depth = lows[motion.phase] - (motion.feet[..., 2].min(axis=0) - motion.feet_bulge)
+    depth = lows[motion.phase] - (motion.feet[..., 2].min(axis=0) - motion.feet_deviation)
     depth = np.where(motion.standing, -np.inf, depth)
     piece, leg = worst_place(depth)
     worst = max(float(depth[piece, leg]), 0.0)
     return judged("flying feet above ground", worst, SINKING, "m below",
-                   bound=motion.feet_bulge[piece, leg] if worst else 0.0,
+                   bound=motion.feet_deviation[piece, leg] if worst else 0.0,
                    when=motion.pieces.starts[piece], where=LEGS[leg])  # fmt: skip
 
 

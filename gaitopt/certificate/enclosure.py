@@ -1,11 +1,12 @@
-"""Bounds on a path and on the points it moves, that hold for every instant.
+"""Bounds on a path, and on points that it moves, that hold at every instant.
 
-A polynomial lies within the range of its Bernstein coefficients. A point on a chain of hinges has
-second derivatives bounded by the hinges' rates and by its distances from their axes, and departs
-from its chord by at most an eighth of that bound times the squared step.
+A polynomial lies within the range of its Bernstein coefficients [Farouki2012]. The second
+derivative of a point on a chain of hinges is bounded by the hinges' rates and by the point's
+distances from their axes; the point leaves its chord by at most an eighth of that bound times the
+squared time between the chord's ends.
 
-:mod:`gaitopt.motion.bounds` computes Bernstein bounds for the planners. This module computes its
-own, so that an error in one of them does not remain unseen. Source: [Farouki2012].
+:mod:`gaitopt.motion.bounds` computes Bernstein bounds for the planners. The certificate keeps this
+second copy on purpose: an error in one of them is seen by the other.
 """
 
 from __future__ import annotations
@@ -94,9 +95,9 @@ class Chain:
     """The hinges that move a point, from the base outward.
 
     Attributes:
-        columns: the path's columns of the leg's joints.
+        columns: the path's columns of the hinges.
         distances: upper bounds on the distance from each hinge's origin to the point ``(nj,)`` [m].
-        base: the same from the base's origin [m].
+        base: upper bound on the distance from the base's origin to the point [m].
     """
 
     columns: tuple[int, ...]
@@ -144,10 +145,20 @@ def acceleration_bound(chain: Chain, rates: FloatArray, accelerations: FloatArra
 
 
 def speed_bound(chain: Chain, rates: FloatArray) -> FloatArray:
-    """Bound on a point's speed relative to the base ``(P,)`` [m/s]."""
+    """Bound on a point's speed relative to the base ``(P,)`` [m/s].
+
+    Args:
+        chain: the point's chain.
+        rates: largest first derivatives of all columns ``(P, n)``.
+    """
     return np.asarray(rates[:, list(chain.columns)] @ np.array(chain.distances))
 
 
-def bulge(bound: FloatArray, lengths: FloatArray) -> FloatArray:
-    """How far a curve with this bound on its second derivative leaves its chord ``(P,)`` [m]."""
+def chord_deviation(bound: FloatArray, lengths: FloatArray) -> FloatArray:
+    """How far a curve leaves its chord at most ``(P,)`` [m].
+
+    Args:
+        bound: on its second derivative ``(P,)`` [m/s^2].
+        lengths: time between the ends of the chord ``(P,)`` [s].
+    """
     return np.asarray(bound * lengths**2 / 8.0)

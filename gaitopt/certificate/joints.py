@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pinocchio as pin
 
-from gaitopt.certificate.check import JUMP, RELATIVE, SHORT, Check, judged, worst_place
+from gaitopt.certificate.check import JUMP, RELATIVE, SHORT, Check, Verdict, judged, worst_place
 from gaitopt.certificate.trace import Motion
 from gaitopt.conventions import LEGS, FloatArray, frozen
 from gaitopt.plan.plan import Plan
@@ -14,15 +14,13 @@ _DERIVATIVES = {2: ("joint accelerations", "rad/s^2"), 3: ("joint jerks", "rad/s
 
 
 def joint_positions(plan: Plan, motion: Motion) -> Check:
-    """Joints stay within their limits (exact: a polynomial lies within its Bernstein range)."""
-    model = plan.robot.model
-    low, high = model.lowerPositionLimit[7:], model.upperPositionLimit[7:]
-    stated = low < high
+    """Joints stay within their limits: a polynomial lies within its Bernstein coefficients."""
+    low, high = plan.robot.position_limits
     least, most = motion.pieces.enclosure()
     over = np.maximum(low - least[:, 6:], most[:, 6:] - high)
-    over = np.where(stated, over, -np.inf)
-    if not stated.any():
-        return Check("joint positions", "ok", -np.inf, RELATIVE, "rad", note="no limits stated")
+    if not np.isfinite(over).any():
+        return Check("joint positions", Verdict.OK, -np.inf, RELATIVE, "rad",
+                     note="no limits stated")  # fmt: skip
     piece, joint = worst_place(over)
     return judged("joint positions", float(over[piece, joint]), RELATIVE, "rad beyond limits",
                    when=motion.pieces.starts[piece],
@@ -30,7 +28,7 @@ def joint_positions(plan: Plan, motion: Motion) -> Check:
 
 
 def joint_velocities(plan: Plan, motion: Motion) -> Check:
-    """Joints keep their velocity limits (exact on each piece)."""
+    """Joints keep their velocity limits, by the Bernstein coefficients of their rates."""
     use = motion.pieces.largest(1)[:, 6:] / plan.robot.velocity_limits
     piece, joint = worst_place(use)
     return judged("joint velocities", float(use[piece, joint]), 1.0 + RELATIVE, "of the limit",
@@ -39,19 +37,23 @@ def joint_velocities(plan: Plan, motion: Motion) -> Check:
 
 
 def joint_accelerations(plan: Plan, motion: Motion) -> Check | None:
-    """Joints keep the acceleration limit, where the plan claims one: no jumps of velocity either.
+    """Joints keep the acceleration limit, where the plan claims one.
 
-    Exact on each piece; a jump of velocity at a knot is an acceleration without bound.
+    A jump of velocity at a knot is an acceleration without bound.
     """
     return _derivative(plan, motion, 2, plan.settings.acceleration_limit)
 
 
 def joint_jerks(plan: Plan, motion: Motion) -> Check | None:
-    """Joints keep the jerk limit, where the plan claims one: no jumps of acceleration either."""
+    """Joints keep the jerk limit, where the plan claims one.
+
+    A jump of acceleration at a knot is a jerk without bound.
+    """
     return _derivative(plan, motion, 3, plan.settings.jerk_limit)
 
 
 def _derivative(plan: Plan, motion: Motion, order: int, limit: float | None) -> Check | None:
+    """The derivative of all joints of this ``order``, held against the plan's ``limit``."""
     name, unit = _DERIVATIVES[order]
     if limit is None:
         return None
@@ -72,8 +74,8 @@ def reach(plan: Plan, motion: Motion) -> Check:
     worst, place = -np.inf, (0, 0)
     for i, name in enumerate(LEGS):
         column = 6 + plan.robot.leg_columns[name][-1]
-        a, b, c = _stretch_law(plan, name)
-        greatest = _most_cosine(low[:, column], high[:, column], b, c)
+        a, b, c = _leg_length_law(plan, name)
+        greatest = _largest_of_cosine(low[:, column], high[:, column], b, c)
         allowed = plan.settings.reach_fraction * _longest(plan, name, a, b, c)
         over = np.sqrt(np.maximum(a + greatest, 0.0)) - allowed
         if over.max() > worst:
@@ -82,10 +84,10 @@ def reach(plan: Plan, motion: Motion) -> Check:
                    where=LEGS[place[1]])  # fmt: skip
 
 
-def _stretch_law(plan: Plan, leg: str) -> tuple[float, float, float]:
-    """``a, b, c`` of ``stretch**2 = a + b cos q + c sin q`` over the knee's angle, by Pinocchio.
+def _leg_length_law(plan: Plan, leg: str) -> tuple[float, float, float]:
+    """``a, b, c`` of ``length**2 = a + b cos q + c sin q`` over the knee's angle q, by Pinocchio.
 
-    The stretch is the distance of the foot from the thigh's pitch axis.
+    The length is the foot's distance from the thigh's pitch axis. Three angles give the law.
     """
     model = plan.robot.model
     data = model.createData()
@@ -104,12 +106,13 @@ def _stretch_law(plan: Plan, leg: str) -> tuple[float, float, float]:
 
 
 def _hinge_axis(model: pin.Model, joint: int) -> FloatArray:
+    """The unit axis of a hinge in its own frame ``(3,)``."""
     data = model.joints[joint].createData()
     model.joints[joint].calc(data, pin.neutral(model))
     return frozen(np.reshape(data.S, 6)[3:])
 
 
-def _most_cosine(low: FloatArray, high: FloatArray, b: float, c: float) -> FloatArray:
+def _largest_of_cosine(low: FloatArray, high: FloatArray, b: float, c: float) -> FloatArray:
     """Largest value of ``b cos q + c sin q`` for q from ``low`` to ``high``."""
     ends = np.maximum(b * np.cos(low) + c * np.sin(low), b * np.cos(high) + c * np.sin(high))
     turns = np.ceil((low - np.arctan2(c, b)) / (2 * np.pi))
@@ -118,11 +121,9 @@ def _most_cosine(low: FloatArray, high: FloatArray, b: float, c: float) -> Float
 
 
 def _longest(plan: Plan, leg: str, a: float, b: float, c: float) -> float:
-    """The greatest stretch within the knee's limits [m]."""
-    model = plan.robot.model
-    k = model.joints[model.getJointId(plan.robot.legs[leg].joints[-1])].idx_q
-    low, high = model.lowerPositionLimit[k], model.upperPositionLimit[k]
-    if not low < high:
-        low, high = -np.pi, np.pi
-    most = _most_cosine(np.array([low]), np.array([high]), b, c)
+    """The greatest length of the leg within the knee's limits [m]."""
+    low, high = plan.robot.position_limits[:, plan.robot.leg_columns[leg][-1]]
+    if not np.isfinite([low, high]).all():
+        low, high = -np.pi, np.pi  # a full turn holds every angle
+    most = _largest_of_cosine(np.array([low]), np.array([high]), b, c)
     return float(np.sqrt(a + float(most.max())))

@@ -1,8 +1,8 @@
-"""Self-collision over all time, by conservative advancement [Mirtich1996].
+"""Check of self-collision at every instant, by conservative advancement [Mirtich1996].
 
-After a pair of shapes is found ``d`` apart it cannot touch before the two have together moved by
-``d``; how far they move at most is known from the joint rates. So each pair is looked at again only
-then, and no instant is left out.
+Two shapes that are ``d`` apart cannot touch before they have moved by ``d`` together, and how far
+they move at most is known from the joints' rates. So a pair's distance is computed again only when
+that may have happened, and no instant is left out.
 """
 
 from __future__ import annotations
@@ -15,25 +15,29 @@ from xml.etree import ElementTree
 import numpy as np
 import pinocchio as pin
 
-from gaitopt.certificate.check import Check
+from gaitopt.certificate.check import Check, judged, unchecked
 from gaitopt.certificate.enclosure import Pieces, chain_to, speed_bound
 from gaitopt.certificate.trace import configurations
 from gaitopt.conventions import FloatArray
 from gaitopt.plan.plan import Plan
 
+NAME = "self-collision"
 CONTACT = 1e-4
-"""Clearance below which a pair counts as touching [m]."""
-MOST_LOOKS = 2_000_000
+"""Clearance below which a pair counts as touching [m]. Chosen: far above the errors of coal's
+distances, and small against the play of a robot's joints."""
+MOST_QUERIES = 2_000_000
+"""Most distances that are computed, at some 5 us each. A walk of 64 steps takes some 100 000."""
 
 
 @dataclass(frozen=True, eq=False)
 class Pair:
-    """Two shapes, and how far they have moved relative to each other at most, over time.
+    """Two shapes, and how far they can have moved relative to each other over time.
 
     Attributes:
         index: of the collision pair in Pinocchio's geometry model.
         name: both shapes.
-        travelled: bound on the way up to the end of each piece, after 0 ``(P + 1,)`` [m].
+        travelled: bound on the distance moved, at the start and at the end of each piece
+            ``(P + 1,)`` [m].
     """
 
     index: int
@@ -45,24 +49,24 @@ def self_collision(plan: Plan) -> Check:
     """No two links of different legs touch, and no leg touches the body.
 
     Shapes of one leg, and the body with each leg's first link, are left out: they meet at their
-    joints. So are pairs that overlap when the robot just stands: there the URDF's shapes are too
-    large, and the check tells which.
+    joints. Pairs that overlap when the robot stands square are left out as well, because there the
+    URDF's shapes are too large; the check says which. That stance comes from the closed form of
+    the robot's legs (:class:`gaitopt.Leg`), which is held against Pinocchio when a robot is loaded.
     """
     geometry = _geometry(plan)
     if geometry is None:
-        return Check("self-collision", "unchecked", float("nan"), 0.0, "m",
-                     note="the URDF's collision shapes are meshes, or missing")  # fmt: skip
+        return unchecked(NAME, "m", "the URDF's collision shapes are meshes, or missing", CONTACT)
     pieces = Pieces.of(plan.path)
     pairs = _pairs(plan, geometry, pieces)
     pairs, overlapping = _apart_when_standing(plan, geometry, pairs)
     if not pairs:
-        return Check("self-collision", "unchecked", float("nan"), 0.0, "m",
-                     note="the URDF has no pair of collision shapes to hold apart")  # fmt: skip
+        return unchecked(
+            NAME, "m", "the URDF has no pair of collision shapes to keep apart", CONTACT
+        )
     clearance, when, name = _advance(plan, geometry, pieces, pairs)
-    status = "ok" if clearance >= CONTACT else "violated"
     left_out = f"; left out, as they overlap when it stands: {', '.join(overlapping)}"
-    return Check("self-collision", status, clearance, CONTACT, "m apart", ">=", when=when,
-                 where=name + left_out * bool(overlapping))  # fmt: skip
+    return judged(NAME, clearance, CONTACT, "m apart", ">=", when=when,
+                  where=name + left_out * bool(overlapping))  # fmt: skip
 
 
 def _geometry(plan: Plan) -> Any:
@@ -74,6 +78,7 @@ def _geometry(plan: Plan) -> Any:
 
 
 def _pairs(plan: Plan, geometry: Any, pieces: Pieces) -> list[Pair]:
+    """The pairs of shapes that must not touch; they are added to ``geometry``."""
     model = plan.robot.model
     rates = pieces.largest(1)
     moved = [_travelled(model, shape, rates, pieces) for shape in geometry.geometryObjects]
@@ -82,11 +87,11 @@ def _pairs(plan: Plan, geometry: Any, pieces: Pieces) -> list[Pair]:
     for i, first in enumerate(geometry.geometryObjects):
         for j in range(i):
             second = geometry.geometryObjects[j]
-            hub = 1 in (first.parentJoint, second.parentJoint) and 1 in (
+            body_and_first_link = 1 in (first.parentJoint, second.parentJoint) and 1 in (
                 model.parents[first.parentJoint],
                 model.parents[second.parentJoint],
             )
-            if legs[i] == legs[j] or hub:
+            if legs[i] == legs[j] or body_and_first_link:
                 continue
             geometry.addCollisionPair(pin.CollisionPair(j, i))
             name = f"{second.name} and {first.name}"
@@ -125,25 +130,29 @@ def _leg_of(model: Any, joint: int) -> int:
 
 
 def _travelled(model: Any, shape: Any, rates: FloatArray, pieces: Pieces) -> FloatArray:
+    """Bound on how far a shape's points have moved relative to the base ``(P + 1,)`` [m]."""
     shape.geometry.computeLocalAABB()
     radius = float(shape.geometry.aabb_radius)
     centre = shape.placement.act(np.array(shape.geometry.aabb_center))
     chain = chain_to(model, shape.parentJoint, centre, radius)
-    way = speed_bound(chain, rates) * pieces.lengths if chain.columns else 0.0 * pieces.lengths
-    return np.concatenate([[0.0], np.cumsum(way)])
+    moved = speed_bound(chain, rates) * pieces.lengths if chain.columns else 0.0 * pieces.lengths
+    return np.concatenate([[0.0], np.cumsum(moved)])
 
 
 def _advance(
     plan: Plan, geometry: Any, pieces: Pieces, pairs: list[Pair]
 ) -> tuple[float, float, str]:
-    """Smallest clearance seen, when, and between what; below CONTACT at the first touch."""
+    """Smallest clearance that was computed [m], when [s], and between which shapes.
+
+    It stops at the first pair that is closer than :data:`CONTACT`.
+    """
     model = plan.robot.model
     data, placed = model.createData(), geometry.createData()
     times = np.append(pieces.starts, pieces.starts[-1] + pieces.lengths[-1])
     agenda = [(0.0, k) for k in range(len(pairs))]
     least, when, name = np.inf, 0.0, ""
     now = -1.0
-    for _ in range(MOST_LOOKS):
+    for _ in range(MOST_QUERIES):
         if not agenda:
             return float(least), float(when), name
         time, k = heapq.heappop(agenda)
@@ -157,16 +166,17 @@ def _advance(
         if distance < CONTACT:
             break
         travelled = pairs[k].travelled
+        # Half the clearance that counts as contact makes up for rounding.
         reached = np.interp(time, times, travelled) + distance - CONTACT / 2.0
         if reached < travelled[-1]:
             heapq.heappush(agenda, (_time_of(reached, travelled, times), k))
     return float(least), float(when), name
 
 
-def _time_of(way: float, travelled: FloatArray, times: FloatArray) -> float:
-    """First time at which the bound on the way reaches ``way``."""
-    i = int(np.searchsorted(travelled, way, side="left"))
-    share = (way - travelled[i - 1]) / (travelled[i] - travelled[i - 1])
+def _time_of(distance: float, travelled: FloatArray, times: FloatArray) -> float:
+    """First time [s] at which the bound on what was ``travelled`` reaches ``distance`` [m]."""
+    i = int(np.searchsorted(travelled, distance, side="left"))
+    share = (distance - travelled[i - 1]) / (travelled[i] - travelled[i - 1])
     return float(times[i - 1] + share * (times[i] - times[i - 1]))
 
 

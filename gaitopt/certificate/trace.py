@@ -1,38 +1,48 @@
-"""A plan's motion by Pinocchio alone, cut finely enough that bounds between samples are small."""
+"""A plan's motion by Pinocchio, cut so finely that bounds between samples are small."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
 from scipy.spatial.transform import Rotation
 
-from gaitopt.certificate.enclosure import Chain, Pieces, acceleration_bound, bulge, chain_to
+from gaitopt.certificate.enclosure import (
+    Chain,
+    Pieces,
+    acceleration_bound,
+    chain_to,
+    chord_deviation,
+)
 from gaitopt.conventions import LEGS, BoolArray, FloatArray
 from gaitopt.plan.plan import Plan
 
-STANDING_BULGE = 1e-6
-"""Aim for the departure of standing feet from their chords [m]."""
-FLYING_BULGE = 1e-4
-"""Aim for the departure of flying feet, and of the COM, from their chords [m]."""
+STANDING_DEVIATION = 1e-6
+"""Aim for how far standing feet leave their chords at most [m]: a hundredth of the slip allowed."""
+FLYING_DEVIATION = 1e-4
+"""The same for flying feet [m]: a fifth of what they may sink. They are seldom near a limit."""
 MOST_CUTS = 256
+"""Most parts that a piece is cut into. The bound falls with their square: 256 parts take it from
+65 mm to a micrometre."""
 MOST_PIECES = 4_000_000
+"""Most parts in all. Each takes about 1 kB of memory and some 20 us of Pinocchio's time."""
 
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """Samples at the ends of pieces, and bounds in between.
+    """Samples at the ends of pieces of a plan's path, and bounds in between.
 
     Attributes:
-        pieces: the cut path.
-        phase: index of the phase that owns each piece ``(P,)``.
+        pieces: the path, cut into pieces.
+        phase: index of the phase that each piece belongs to ``(P,)``.
         standing: which feet stand during it ``(P, 4)``.
         feet: foot frames at its start and end ``(2, P, 4, 3)`` [m].
         com: the model's centre of mass there ``(2, P, 3)`` [m].
-        cog: the body centre that the plan assumes ``(2, P, 3)`` [m].
-        feet_bulge, com_bulge, cog_bulge: bounds on the departure from the chord, ``(P, 4)``,
-            ``(P,)`` and ``(P,)`` [m].
+        cog: the body centre there, the middle of the hips ``(2, P, 3)`` [m].
+        feet_deviation, com_deviation, cog_deviation: how far each leaves the chord between its
+            two places at most, ``(P, 4)``, ``(P,)`` and ``(P,)`` [m].
     """
 
     pieces: Pieces
@@ -41,9 +51,9 @@ class Motion:
     feet: FloatArray
     com: FloatArray
     cog: FloatArray
-    feet_bulge: FloatArray
-    com_bulge: FloatArray
-    cog_bulge: FloatArray
+    feet_deviation: FloatArray
+    com_deviation: FloatArray
+    cog_deviation: FloatArray
 
     @property
     def times(self) -> FloatArray:
@@ -52,20 +62,16 @@ class Motion:
 
 
 def trace(plan: Plan) -> Motion:
-    """Follow a plan's stored path with Pinocchio."""
+    """Evaluate a plan's stored path with Pinocchio."""
     feet = [foot_chain(plan, leg) for leg in LEGS]
+    centre = Chain((), (), float(np.linalg.norm(plan.robot.centre)))
     pieces = Pieces.of(plan.path)
     phase, standing = _owners(plan, pieces)
-    rates, accelerations = pieces.largest(1), pieces.largest(2)
-    bulges = np.stack(
-        [bulge(acceleration_bound(c, rates, accelerations), pieces.lengths) for c in feet], axis=1
-    )
-    aim = np.where(standing, STANDING_BULGE, FLYING_BULGE)
-    counts = np.ceil(np.sqrt((bulges / aim).max(axis=1))).astype(int)
+    aim = np.where(standing, STANDING_DEVIATION, FLYING_DEVIATION)
+    counts = np.ceil(np.sqrt((_deviations(feet, pieces) / aim).max(axis=1))).astype(int)
     counts = np.clip(counts, 1, min(MOST_CUTS, max(MOST_PIECES // len(counts), 1)))
     owner = np.repeat(np.arange(len(counts)), counts)
     pieces = pieces.cut(counts)
-    rates, accelerations = pieces.largest(1), pieces.largest(2)
     starts, ends = pieces.values()
     both = [_sample(plan, np.asarray(values)) for values in (starts, ends)]
     feet_at, com_at, cog_at = (np.stack(pair) for pair in zip(*both, strict=True))
@@ -76,18 +82,17 @@ def trace(plan: Plan) -> Motion:
         feet=feet_at,
         com=com_at,
         cog=cog_at,
-        feet_bulge=np.stack(
-            [bulge(acceleration_bound(c, rates, accelerations), pieces.lengths) for c in feet],
-            axis=1,
-        ),
-        com_bulge=bulge(_com_bound(plan, rates, accelerations), pieces.lengths),
-        cog_bulge=bulge(
-            acceleration_bound(
-                Chain((), (), float(np.linalg.norm(plan.robot.centre))), rates, accelerations
-            ),
-            pieces.lengths,
-        ),
+        feet_deviation=_deviations(feet, pieces),
+        com_deviation=_com_deviation(plan, pieces),
+        cog_deviation=_deviations([centre], pieces)[:, 0],
     )
+
+
+def _deviations(chains: Sequence[Chain], pieces: Pieces) -> FloatArray:
+    """How far the points of ``n`` chains leave their chords at most ``(P, n)`` [m]."""
+    rates, accelerations = pieces.largest(1), pieces.largest(2)
+    bounds = [acceleration_bound(chain, rates, accelerations) for chain in chains]
+    return np.stack([chord_deviation(bound, pieces.lengths) for bound in bounds], axis=1)
 
 
 def foot_chain(plan: Plan, leg: str) -> Chain:
@@ -104,6 +109,7 @@ def configurations(values: FloatArray) -> FloatArray:
 
 
 def _owners(plan: Plan, pieces: Pieces) -> tuple[np.ndarray, BoolArray]:
+    """Index of each piece's phase ``(P,)``, and which feet stand during it ``(P, 4)``."""
     middle = pieces.starts + pieces.lengths / 2.0
     if not plan.phases:
         return np.zeros(len(middle), dtype=int), np.ones((len(middle), 4), dtype=np.bool_)
@@ -130,14 +136,14 @@ def _sample(plan: Plan, values: FloatArray) -> tuple[FloatArray, FloatArray, Flo
     return feet, com, cog
 
 
-def _com_bound(plan: Plan, rates: FloatArray, accelerations: FloatArray) -> FloatArray:
-    """Bound on the second derivative of the COM: the masses' mean of their bounds."""
+def _com_deviation(plan: Plan, pieces: Pieces) -> FloatArray:
+    """How far the COM leaves its chords at most ``(P,)`` [m]: the mean over all masses."""
     model = plan.robot.model
-    total = np.zeros(len(rates))
-    mass = 0.0
+    rates, accelerations = pieces.largest(1), pieces.largest(2)
+    total, mass = np.zeros(len(rates)), 0.0
     for joint in range(1, model.njoints):
         inertia = model.inertias[joint]
         chain = chain_to(model, joint, inertia.lever)
         total += inertia.mass * acceleration_bound(chain, rates, accelerations)
         mass += inertia.mass
-    return total / mass
+    return chord_deviation(total / mass, pieces.lengths)

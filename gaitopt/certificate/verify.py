@@ -1,22 +1,22 @@
 """A certificate: what holds of a plan at every instant, and not only at samples.
 
-Worked out from the robot's URDF and the stored path, with Pinocchio's kinematics. The planners' own
-kinematics judge nothing here: :meth:`gaitopt.Leg.inverse` is used once, to find pairs of shapes
-that touch in the standing pose. Shared with the planners are the data: robot, plan, path, obstacle.
-Between samples, bounds take over (:mod:`gaitopt.certificate.enclosure`).
+It is worked out from the robot's URDF and the stored path with Pinocchio's kinematics, and bounds
+hold for the time between samples (:mod:`gaitopt.certificate.enclosure`). The checks use none of the
+planners' bounds, constraints, kinematics or collision shapes. Shared with the planners are the
+data: robot, plan, path, footholds and obstacles; and :meth:`gaitopt.Leg.inverse` finds the square
+stance, in which pairs of shapes that touch are left out of the check of self-collision.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
+from gaitopt.certificate import balance, clearance, contacts, joints, obstacles, self_collision
 from gaitopt.certificate.certificate import Certificate
-from gaitopt.certificate.check import Check
+from gaitopt.certificate.check import Check, unchecked
+from gaitopt.certificate.trace import trace
 from gaitopt.errors import RobotError
-
-if TYPE_CHECKING:
-    from gaitopt.plan.plan import Plan
-    from gaitopt.robots.quadruped import Quadruped
+from gaitopt.plan.plan import Plan
+from gaitopt.robots.catalog import OWN_ROBOTS, VARIANTS, load_robot
+from gaitopt.robots.quadruped import Quadruped
 
 
 def verify(plan: Plan, robot: Quadruped | None = None, *, collisions: bool = True) -> Certificate:
@@ -34,44 +34,34 @@ def verify(plan: Plan, robot: Quadruped | None = None, *, collisions: bool = Tru
         RobotError: the plan was made for another URDF than that of ``robot``, or than the one that
             gaitopt ships under the same name.
     """
-    from gaitopt.certificate import balance as check_balance
-    from gaitopt.certificate import clearance as check_clearance
-    from gaitopt.certificate import contacts as check_contacts
-    from gaitopt.certificate import joints as check_joints
-    from gaitopt.certificate import obstacles as check_obstacles
-    from gaitopt.certificate import self_collision as collision
-    from gaitopt.certificate import trace as motion
-
     _refuse_other_robot(plan, robot)
-    traced = motion.trace(plan)
+    motion = trace(plan)
     found: list[Check | None] = [
-        check_contacts.continuity(plan),
-        check_contacts.contact_sequence(plan),
-        check_contacts.slip(plan, traced),
-        check_contacts.landings(plan, traced),
-        check_contacts.swing_height(plan, traced),
-        check_contacts.ground(plan, traced),
-        check_clearance.swing_clearance(plan, traced),
-        check_joints.joint_positions(plan, traced),
-        check_joints.joint_velocities(plan, traced),
-        check_joints.joint_accelerations(plan, traced),
-        check_joints.joint_jerks(plan, traced),
-        check_joints.reach(plan, traced),
-        check_balance.margin_of_cog(plan, traced),
-        check_balance.margin_of_com(plan, traced),
-        check_balance.zmp(plan, traced),
-        check_obstacles.obstacles_cleared(plan),
-        collision.self_collision(plan)
+        contacts.continuity(plan),
+        contacts.contact_sequence(plan),
+        contacts.slip(plan, motion),
+        contacts.landings(plan, motion),
+        contacts.swing_height(plan, motion),
+        contacts.ground(plan, motion),
+        clearance.swing_clearance(plan, motion),
+        joints.joint_positions(plan, motion),
+        joints.joint_velocities(plan, motion),
+        joints.joint_accelerations(plan, motion),
+        joints.joint_jerks(plan, motion),
+        joints.reach(plan, motion),
+        balance.margin_of_cog(plan, motion),
+        balance.margin_of_com(plan, motion),
+        balance.zmp(plan, motion),
+        obstacles.obstacles_cleared(plan),
+        self_collision.self_collision(plan)
         if collisions
-        else Check("self-collision", "unchecked", float("nan"), 0.0, "m", note="not asked for"),
+        else unchecked(self_collision.NAME, "m", "not asked for", self_collision.CONTACT),
     ]
     judged = tuple(check for check in found if check is not None)
-    return Certificate(plan.robot.name, plan.robot.sha256, judged, len(traced.feet_bulge) + 1)
+    return Certificate(plan.robot.name, plan.robot.sha256, judged, len(motion.phase) + 1)
 
 
 def _refuse_other_robot(plan: Plan, robot: Quadruped | None) -> None:
-    from gaitopt.robots.catalog import OWN_ROBOTS, VARIANTS, load_robot
-
     name = plan.robot.name
     if robot is None and name in (*OWN_ROBOTS, *VARIANTS):
         robot = load_robot(name)

@@ -1,11 +1,11 @@
-"""The ZMP of the body's centre as a point mass, and how far it strays between samples.
+"""The ZMP of a point mass at the body's centre, and how far it leaves its chord between samples.
 
 With ``u = h / (g + c_z'')``, h the height of the centre c above the ground, the ZMP is
 ``p = c - u c''`` along x and y. On a piece of a path all of these are smooth, so p leaves its
-chord by at most an eighth of the squared piece times the most of
-``p'' = c'' - u'' c'' - 2 u' c''' - u c''''``. Derivatives of the path are bounded by their
-Bernstein coefficients; those of a point that the base turns, by its distance and the sum of the
-rates of roll, pitch and yaw.
+chord by at most an eighth of the piece's squared duration times the largest value of
+``p'' = c'' - u'' c'' - 2 u' c''' - u c''''``. The derivatives of the path are bounded by their
+Bernstein coefficients. Those of a point that turns with the base are bounded by its distance from
+the base's origin and the sum of the rates of roll, pitch and yaw.
 """
 
 from __future__ import annotations
@@ -13,13 +13,13 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from gaitopt.certificate.enclosure import Pieces, bulge
+from gaitopt.certificate.enclosure import Pieces, chord_deviation
 from gaitopt.certificate.trace import Motion
 from gaitopt.conventions import GRAVITY, FloatArray
 from gaitopt.plan.plan import Plan
 
 HIGHEST = 4
-"""Order of the highest derivative of the path that the ZMP's second one holds."""
+"""Order of the highest derivative of the path in the second derivative of its ZMP."""
 
 
 def zmp_of_centre(plan: Plan, motion: Motion) -> tuple[FloatArray, FloatArray]:
@@ -32,9 +32,9 @@ def zmp_of_centre(plan: Plan, motion: Motion) -> tuple[FloatArray, FloatArray]:
 
 
 def ground_below(plan: Plan, motion: Motion) -> FloatArray:
-    """Height ``(P,)`` of the ground: mean of the feet that stand in the phase, below their balls.
+    """Height of the ground ``(P,)`` [m]: the mean under the feet that stand.
 
-    It is constant over a phase, and NaN in flight.
+    It is constant over a phase, and NaN while no foot stands.
     """
     out = np.full(len(motion.phase), np.nan)
     for index in np.unique(motion.phase):
@@ -48,39 +48,45 @@ def ground_below(plan: Plan, motion: Motion) -> FloatArray:
 def traced_zmp(
     pieces: Pieces, arm: FloatArray, ground: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """ZMP of a point mass that a path carries, and how far it leaves its chords.
+    """ZMP of a point mass that moves with the base, and how far it leaves its chords at most.
 
     Args:
         pieces: of the path; its first six columns are the base's place and roll, pitch, yaw.
-        arm: the mass in the base's frame ``(3,)`` [m].
+        arm: place of the mass in the base's frame ``(3,)`` [m].
         ground: height of the ground on every piece ``(P,)`` [m].
 
     Returns:
-        The ZMP at both ends of every piece ``(2, P, 2)``, and bounds ``(P,)`` [m]. A bound is
-        infinite, and its piece's points mean nothing, where the load on the ground may vanish.
+        The ZMP at both ends of every piece ``(2, P, 2)``, and bounds ``(P,)`` [m]. Where the load
+        on the ground may vanish there is no ZMP: the bound is infinite and the points are zero.
     """
     ends = [_centre(pieces, arm, end) for end in range(2)]
     heights = np.stack([place[:, 2] for place, _ in ends]) - ground
-    loads = GRAVITY + np.stack([pull[:, 2] for _, pull in ends])
+    loads = GRAVITY + np.stack([acceleration[:, 2] for _, acceleration in ends])
     level, upright = _largest(pieces, arm)
     least = _least_load(pieces, arm, loads, upright[HIGHEST])
     safe = least > 0.0
     with np.errstate(divide="ignore", invalid="ignore"):
         points = np.stack([
-            place[:, :2] - (height / load)[:, None] * pull[:, :2]
-            for (place, pull), height, load in zip(ends, heights, loads, strict=True)
+            place[:, :2] - (height / load)[:, None] * acceleration[:, :2]
+            for (place, acceleration), height, load in zip(ends, heights, loads, strict=True)
         ])  # fmt: skip
-        most = np.abs(heights).max(axis=0) + bulge(upright[2], pieces.lengths)
-        u, u1, u2 = _arm_of_the_load(most, upright, least)
-        bend = level[2] + u2 * level[2] + 2.0 * u1 * level[3] + u * level[4]
+        highest = np.abs(heights).max(axis=0) + chord_deviation(upright[2], pieces.lengths)
+        u, u1, u2 = _height_over_load(highest, upright, least)
+        second = level[2] + u2 * level[2] + 2.0 * u1 * level[3] + u * level[4]
     points[:, ~safe] = 0.0
-    return points, np.where(safe, bulge(bend, pieces.lengths), np.inf)
+    return points, np.where(safe, chord_deviation(second, pieces.lengths), np.inf)
 
 
-def _arm_of_the_load(
+def _height_over_load(
     height: FloatArray, upright: list[FloatArray], load: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Bounds on ``u = h / l`` and two derivatives, from the most of |h| and the least of l."""
+    """Bounds ``(P,)`` on the size of ``u = h / l`` and of its two derivatives.
+
+    Args:
+        height: bound on the size of the height h ``(P,)``.
+        upright: bounds on the derivatives of h by order; those of the load l are two orders higher.
+        load: lower bound of l ``(P,)``.
+    """
     _, h1, h2, l1, l2 = upright
     u = height / load
     u1 = (h1 + u * l1) / load
@@ -96,10 +102,11 @@ def _centre(pieces: Pieces, arm: FloatArray, end: int) -> tuple[FloatArray, Floa
 
 
 def _largest(pieces: Pieces, arm: FloatArray) -> tuple[list[FloatArray], list[FloatArray]]:
-    """Largest derivatives of the mass's place along the level and upwards, by order ``(P,)``.
+    """Bounds on the derivatives of the mass's place, horizontal and vertical, by order ``(P,)``.
 
-    The n-th derivative of three turns in a row is no larger than the n-th complete Bell polynomial
-    of the sums of their rates (Leibniz' and Faa di Bruno's rules). Order 0 is left at zero.
+    The n-th derivative of a product of three rotations is no larger than the n-th complete Bell
+    polynomial of the sums of their rates, by the rules of Leibniz and Faa di Bruno. Order 0 is not
+    needed; there the part of the rotations is left out.
     """
     rates = [pieces.largest(k) for k in range(HIGHEST + 1)]
     w, a, j, s = (r[:, 3:6].sum(axis=1) for r in rates[1:])
@@ -111,19 +118,27 @@ def _largest(pieces: Pieces, arm: FloatArray) -> tuple[list[FloatArray], list[Fl
     return level, upright
 
 
-def _least_load(pieces: Pieces, arm: FloatArray, loads: FloatArray, bend: FloatArray) -> FloatArray:
-    """Lower bound ``(P,)`` of the load per mass: by its ends' chord, or by its enclosure."""
+def _least_load(
+    pieces: Pieces, arm: FloatArray, loads: FloatArray, fourth: FloatArray
+) -> FloatArray:
+    """Lower bound ``(P,)`` of the load per mass [m/s^2]: the better of two.
+
+    One is the lower end of the load's chord, less how far the load leaves it, by the bound on the
+    ``fourth`` derivative of the height; the other comes from the Bernstein coefficients.
+    """
     w, a = (pieces.largest(k)[:, 3:6].sum(axis=1) for k in (1, 2))
     enclosed = GRAVITY + pieces.enclosure(2)[0][:, 2] - np.linalg.norm(arm) * (w**2 + a)
-    return np.asarray(np.maximum(enclosed, loads.min(axis=0) - bulge(bend, pieces.lengths)))
+    return np.asarray(
+        np.maximum(enclosed, loads.min(axis=0) - chord_deviation(fourth, pieces.lengths))
+    )
 
 
 def arm_acceleration(arm: FloatArray, turn: list[FloatArray]) -> FloatArray:
-    """Acceleration ``(P, 3)`` of a point at ``arm`` in the base, by the base's turning alone.
+    """Acceleration ``(P, 3)`` [m/s^2] of a point of a base that only turns.
 
     Args:
-        arm: ``(3,)`` [m].
-        turn: roll, pitch and yaw ``(P, 3)`` and two derivatives.
+        arm: place of the point in the base's frame ``(3,)`` [m].
+        turn: roll, pitch and yaw ``(P, 3)``, and their first and second derivatives.
     """
     rpy, rates, changes = turn
     rotation = Rotation.from_euler("ZYX", rpy[:, ::-1]).as_matrix()

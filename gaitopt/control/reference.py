@@ -168,9 +168,7 @@ def _carry(
         sweep = -twist[rows, :3] - np.cross(twist[rows, 3:], feet[rows, i])
         columns = list(robot.leg_columns[name])
         rates[rows[:, None], columns] = np.einsum("nij,nj->ni", inverse[rows, i], sweep)
-    most = robot.velocity_limits
-    most = np.where(np.isfinite(most) & (most > 0.0), most, np.inf)
-    np.clip(rates, -most, most, out=rates)
+    np.clip(rates, -robot.velocity_limits, robot.velocity_limits, out=rates)
 
 
 def smoothed(values: FloatArray, width: int) -> FloatArray:

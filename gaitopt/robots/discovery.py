@@ -15,6 +15,7 @@ import pinocchio as pin
 from gaitopt.conventions import LEGS, FloatArray, frozen
 from gaitopt.errors import InputError, RobotError
 from gaitopt.robots.leg import Leg, wrap_angle
+from gaitopt.robots.limits import position_limits, velocity_limits
 
 AXIS_TOLERANCE = 1e-6
 """How far from parallel or perpendicular joint axes may be [rad], as given in a URDF's digits."""
@@ -163,7 +164,9 @@ def read_leg(model: Any, name: str, chain: Chain, body: FloatArray, knee: float 
             f"{model.name}: leg {name} has a link of length {lengths.min():.2g} m between "
             f"{' and '.join((*chain.names[-2:], chain.foot))}; upper and lower leg need a length"
         )
-    limits = _position_limits(model, chain)
+    # After the free-flyer's 6 velocities each joint has one number.
+    columns = [model.joints[i].idx_v - 6 for i in chain.joints]
+    limits = position_limits(model)[:, columns]
     # Within half a turn of straight in the middle of its range, wherever the URDF's zero is.
     low, high = limits[:, -1]
     middle = signs[-1] * (low + high) / 2.0 if high - low < 2.0 * np.pi else 0.0
@@ -182,9 +185,7 @@ def read_leg(model: Any, name: str, chain: Chain, body: FloatArray, knee: float 
         zeros=zeros,
         knee=_knee_side(model, name, chain, signs[-1] * limits[:, -1] + zeros[1], knee),
         position_limits=limits,
-        velocity_limits=np.array(
-            [model.velocityLimit[model.joints[i].idx_v] for i in chain.joints]
-        ),
+        velocity_limits=velocity_limits(model)[columns],
     )
 
 
@@ -274,16 +275,6 @@ def _leg_axes(
     references = [roll, pitch, pitch][-len(axes) :]
     signs = tuple(float(np.sign(a @ r)) for a, r in zip(axes, references, strict=True))
     return frame, signs
-
-
-def _position_limits(model: Any, chain: Chain) -> FloatArray:
-    """Joint limits ``(2, nj)``; a joint whose URDF states no range (lower = upper) has none."""
-    columns = []
-    for i in chain.joints:
-        k = model.joints[i].idx_q
-        low, high = model.lowerPositionLimit[k], model.upperPositionLimit[k]
-        columns.append((low, high) if low < high else (-np.inf, np.inf))
-    return np.asarray(np.transpose(columns), dtype=np.float64)
 
 
 def _knee_side(

@@ -15,6 +15,7 @@ import numpy as np
 from gaitopt.conventions import LEGS, FloatArray, frozen
 from gaitopt.errors import InputError, RobotError
 from gaitopt.files import silenced_stderr
+from gaitopt.robots import limits
 from gaitopt.robots.leg import Leg
 from gaitopt.robots.urdf_text import check_urdf
 
@@ -146,9 +147,28 @@ class Quadruped:
         return columns
 
     @cached_property
+    def position_limits(self) -> FloatArray:
+        """Lower and upper joint limits in the order of :attr:`joint_names` ``(2, nj)`` [rad].
+
+        ``-inf`` and ``inf`` for joints without.
+        """
+        return limits.position_limits(self.model)
+
+    @cached_property
     def velocity_limits(self) -> FloatArray:
-        """Joint velocity limits in the order of :attr:`joint_names` ``(nj,)`` [rad/s]."""
-        return frozen(self.model.velocityLimit[6:])
+        """Joint velocity limits in the order of :attr:`joint_names` ``(nj,)`` [rad/s].
+
+        ``inf`` for joints without.
+        """
+        return limits.velocity_limits(self.model)
+
+    @cached_property
+    def effort_limits(self) -> FloatArray:
+        """Joint torque limits in the order of :attr:`joint_names` ``(nj,)`` [N m].
+
+        ``inf`` for joints without.
+        """
+        return limits.effort_limits(self.model)
 
     @cached_property
     def foot_radius(self) -> float:
@@ -177,10 +197,23 @@ class Quadruped:
         reach = np.mean([leg.reach + leg.drop for leg in self.legs.values()])
         return max(round(0.7 * float(reach), 2), 0.01)
 
+    def require_velocity_limits(self) -> None:
+        """Refuse a robot with a leg's joint that has no velocity limit: nothing bounds its speed.
+
+        Raises:
+            InputError: names the joint.
+        """
+        for leg in self.legs.values():
+            for joint, limit in zip(leg.joints, leg.velocity_limits, strict=True):
+                if not np.isfinite(limit):
+                    raise InputError(
+                        f"{self.name}: joint {joint} has no velocity limit; set a positive one in "
+                        'the URDF (<limit velocity="...">)'
+                    )
+
     def neutral_joints(self) -> FloatArray:
         """Joint angles ``(nj,)`` [rad] of joints that no leg owns: zero, or nearest in limits."""
-        low, high = self.model.lowerPositionLimit[7:], self.model.upperPositionLimit[7:]
-        return np.where(low < high, np.clip(0.0, low, np.maximum(low, high)), 0.0)
+        return np.asarray(np.clip(0.0, *self.position_limits))
 
 
 def _knee_sides(knees: Mapping[str, str] | None) -> dict[str, float]:

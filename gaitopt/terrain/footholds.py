@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -16,12 +14,13 @@ from numpy.typing import ArrayLike
 from gaitopt.conventions import LEGS, FloatArray, frozen
 from gaitopt.errors import FootholdsError
 from gaitopt.files import StrPath, read_bounded, written_whole
+from gaitopt.terrain.foothold_csv import FARTHEST, parse_footholds, write_footholds
 
-CSV_HEADER = ("leg", "step", "x", "y", "z")
 CSV_LIMIT = 50_000_000
-"""Most bytes of CSV that are read."""
-FARTHEST = 1e6
-"""Coordinates beyond this are taken for a mistake [m]."""
+"""Most bytes of CSV that are read: about a million footholds."""
+OPEN_GROUND_RADIUS = 0.02
+"""Radius of the disc that takes a column's place on open ground [m]: that of the columns of
+[Wang2020], Section II.B, so that a walk over open ground is held to what theirs is."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,11 +34,12 @@ class Footholds:
 
     Args:
         points: for each of ``"LF" "LH" "RH" "RF"`` an array ``(n, 3)`` [m], ``n >= 1``.
-        radius: radius of the column under each foothold [m]; ``None`` for open ground.
+        radius: radius of the column under each foothold [m]; ``None`` for open ground. How far
+            from a foothold a foot may land is :attr:`landing_radius`.
 
     Raises:
-        FootholdsError: a leg is missing or unknown, a shape is not ``(n, 3)``, the numbers
-            differ, or a coordinate is not finite.
+        FootholdsError: a leg is missing or unknown, a shape is not ``(n, 3)``, legs have different
+            numbers of footholds, a coordinate is not finite, or the radius is not positive.
     """
 
     points: Mapping[str, FloatArray]
@@ -95,6 +95,14 @@ class Footholds:
         return f"Footholds({len(self)} a leg, {self.steps} steps, {where})"
 
     @property
+    def landing_radius(self) -> float:
+        """How far from a foothold a foot stands on it [m], seen from above.
+
+        The column's radius, or :data:`OPEN_GROUND_RADIUS` on open ground.
+        """
+        return OPEN_GROUND_RADIUS if self.radius is None else self.radius
+
+    @property
     def steps(self) -> int:
         """Number of steps of a walk over all footholds."""
         return 4 * (len(self) - 1)
@@ -110,23 +118,26 @@ class Footholds:
         return Footholds({leg: p + lift for leg, p in self.points.items()}, self.radius)
 
     def to_csv(self, path: StrPath) -> None:
-        """Write ``leg,step,x,y,z`` lines; every number survives the round trip exactly."""
+        """Write ``leg,step,x,y,z`` lines, below a comment with the columns' radius.
+
+        :meth:`from_csv` gives back every number exactly. On open ground there is no comment.
+
+        Raises:
+            InputError: the file cannot be written.
+        """
         with written_whole(path) as stream:
-            writer = csv.writer(stream, lineterminator="\n")
-            writer.writerow(CSV_HEADER)
-            for leg, points in self.points.items():
-                for step, point in enumerate(points):
-                    writer.writerow([leg, step, *(repr(float(c)) for c in point)])
+            write_footholds(stream, self.points, self.radius)
 
     @classmethod
     def from_csv(cls, path: StrPath, radius: float | None = None) -> Footholds:
         """Read footholds from a CSV file with the header ``leg,step,x,y,z``.
 
-        Steps count from 0 for each leg, in any order of lines, without gaps.
+        Steps count from 0 for each leg, in any order of lines, without gaps. Lines above the header
+        that begin with ``#`` are comments; ``# column radius [m]: 0.02`` tells the columns' radius.
 
         Args:
             path: the file.
-            radius: radius of the columns [m]; the file does not hold it.
+            radius: radius of the columns [m], in place of the file's.
 
         Raises:
             FootholdsError: the file cannot be read or a line is wrong; the message names the line.
@@ -135,16 +146,19 @@ class Footholds:
             text = read_bounded(path, CSV_LIMIT, FootholdsError).decode("utf-8-sig")
         except UnicodeDecodeError as error:
             raise FootholdsError(f"{path} is no text in UTF-8 (byte {error.start})") from error
-        return cls(_parse_csv(text, str(path)), radius)
+        points, stored = parse_footholds(text, str(path))
+        return cls(points, stored if radius is None else radius)
 
 
 def _checked(leg: str, points: ArrayLike) -> FloatArray:
-    if np.iscomplexobj(points):
-        raise FootholdsError(f"footholds of {leg} are no array of numbers: complex numbers")
+    """The footholds of a leg as a read-only array ``(n, 3)``."""
     try:
-        array = frozen(points)
+        array = np.asarray(points)
+        array = array if np.iscomplexobj(array) else frozen(array)
     except (TypeError, ValueError) as error:
         raise FootholdsError(f"footholds of {leg} are no array of numbers: {error}") from error
+    if np.iscomplexobj(array):
+        raise FootholdsError(f"footholds of {leg} are no array of numbers: complex numbers")
     if array.ndim != 2 or array.shape[1] != 3 or len(array) < 1:
         raise FootholdsError(
             f"footholds of {leg} must have the shape (n, 3) with n >= 1, got {array.shape}"
@@ -156,52 +170,3 @@ def _checked(leg: str, points: ArrayLike) -> FloatArray:
             f"and below {FARTHEST:g} m"
         )
     return array
-
-
-def _parse_csv(text: str, name: str) -> dict[str, list[list[float]]]:
-    reader = csv.reader(io.StringIO(text))
-    found: dict[str, dict[int, list[float]]] = {}
-    try:
-        header = [c.strip().lower() for c in next(reader, [])]
-        if tuple(header) != CSV_HEADER:
-            raise FootholdsError(
-                f"{name}, line 1: the header must be {','.join(CSV_HEADER)}, got "
-                f"{','.join(header)[:80] or 'nothing'}"
-            )
-        for row in reader:
-            if row and any(cell.strip() for cell in row):
-                _parse_row(row, f"{name}, line {reader.line_num}", found)
-    except csv.Error as error:
-        raise FootholdsError(f"{name}, line {reader.line_num}: {error}") from error
-    for leg, steps in found.items():
-        gap = next((k for k in range(len(steps)) if k not in steps), None)
-        if gap is not None:
-            raise FootholdsError(f"{name}: leg {leg} has no step {gap}; steps count 0, 1, 2, ...")
-    return {leg: [steps[k] for k in range(len(steps))] for leg, steps in found.items()}
-
-
-def _parse_row(row: list[str], where: str, found: dict[str, dict[int, list[float]]]) -> None:
-    if len(row) != len(CSV_HEADER):
-        raise FootholdsError(f"{where}: {len(row)} fields where 5 are needed (leg,step,x,y,z)")
-    leg, step_text, *coordinates = (cell.strip() for cell in row)
-    if leg not in LEGS:
-        raise FootholdsError(f"{where}: leg {leg[:20]!r} is unknown; legs are {', '.join(LEGS)}")
-    try:
-        step = int(step_text)
-    except ValueError:
-        raise FootholdsError(f"{where}: step {step_text[:20]!r} is no whole number") from None
-    values = []
-    for axis, text in zip("xyz", coordinates, strict=True):
-        try:
-            value = float(text)
-        except ValueError:
-            raise FootholdsError(f"{where}: {axis} is {text[:20]!r}, no number") from None
-        if not abs(value) <= FARTHEST:
-            raise FootholdsError(
-                f"{where}: {axis} is {text[:20]}; it must be finite and below {FARTHEST:g} m"
-            )
-        values.append(value)
-    if step < 0 or step in found.setdefault(leg, {}):
-        problem = "is negative" if step < 0 else "stands there twice"
-        raise FootholdsError(f"{where}: step {step} of leg {leg} {problem}")
-    found[leg][step] = values

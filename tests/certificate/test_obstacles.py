@@ -23,10 +23,10 @@ from gaitopt.certificate.obstacles import (
     SIDES,
     SLACK,
     THIN,
+    distance_moved,
     obstacle_solid,
     obstacles_cleared,
     robot_shapes,
-    way_in_world,
     without_meshes,
 )
 from gaitopt.certificate.trace import configurations
@@ -50,6 +50,10 @@ class AwareSettings(CrawlSettings):
 
     obstacles: tuple[Obstacle, ...] = ()
     clearance: float = 0.0
+
+    @property
+    def obstacle_clearance(self) -> float:
+        return self.clearance
 
 
 def straight_walk(robot: Quadruped, step: float, **settings: float) -> Plan:
@@ -208,7 +212,9 @@ def test_no_point_of_a_shape_goes_beyond_its_bound(tumbling: Plan, moving: int |
     around = np.random.default_rng(0).normal(size=(20, 3))
     around /= np.linalg.norm(around, axis=1, keepdims=True)
     for i, shape in enumerate(shapes.geometryObjects):
-        bound = np.interp(times, path.times, way_in_world(model, shape, pieces.largest(1), pieces))
+        bound = np.interp(
+            times, path.times, distance_moved(model, shape, pieces.largest(1), pieces)
+        )
         rim = np.array(shape.geometry.aabb_center) + shape.geometry.aabb_radius * around
         turn = np.array([p[i] for p in poses])
         points = rim @ turn[:, :3, :3].transpose(0, 2, 1) + turn[:, None, :3, 3]

@@ -16,6 +16,7 @@ from gaitopt.certificate.enclosure import Pieces, chord_deviation
 from gaitopt.certificate.trace import trace
 from gaitopt.certificate.zero_moment import ground_below, traced_zmp
 from gaitopt.conventions import GRAVITY
+from gaitopt.plan.record import GaitRecord, RouteRecord
 from gaitopt.robots.rotations import rpy_to_matrix
 from gaitopt.stability.zmp import point_mass_zmp
 
@@ -167,9 +168,9 @@ def test_a_gaits_own_margin_is_what_is_certified(swaying: Plan) -> None:
 def test_a_claim_is_judged_and_its_absence_told(swaying: Plan) -> None:
     told = swaying.record.zmp_margin
     assert isinstance(told, float)
-    bold = dataclasses.replace(swaying, info={"zmp_margin": told + 2e-3})
+    bold = dataclasses.replace(swaying, record=GaitRecord(zmp_margin=told + 2e-3))
     assert zmp_check(bold).status == "violated"
-    silent = dataclasses.replace(swaying, info={})
+    silent = dataclasses.replace(swaying, record=GaitRecord())
     assert zmp_check(silent).status == "unchecked"
     assert "zmp_margin" in zmp_check(silent).note
 
@@ -186,13 +187,13 @@ def asking(plan: Plan, **settings: object) -> Plan:
 
 
 def test_a_dynamic_walk_is_held_to_what_was_asked_of_it(dynamic: Plan) -> None:
-    """Whatever its info tells: planted faults, and claims that are taken away."""
+    """Whatever its record says: planted faults, and claims that are taken away."""
     check = zmp_check(dynamic)
     assert check.status == "ok" and check.limit == pytest.approx(0.02, abs=2e-6)
     assert 0.02 - 1e-6 <= check.worst < 0.0203
     assert zmp_check(asking(dynamic, stability_margin=0.0205)).status == "violated"
-    for info in ({}, {"zmp_margin": -1.0}, {"zmp_margin": "much"}):
-        told = dataclasses.replace(dynamic, info=info)
+    for record in (RouteRecord(), RouteRecord(zmp_margin=-1.0)):
+        told = dataclasses.replace(dynamic, record=record)
         assert zmp_check(told).limit == check.limit and zmp_check(told).status == "ok"
         assert zmp_check(asking(told, stability_margin=0.2)).status == "violated"
 
@@ -210,7 +211,7 @@ def test_settings_that_exclude_one_another_are_no_settings(dynamic: Plan) -> Non
         asking(dynamic, com="model")
 
 
-def test_a_push_has_no_zmp(swaying: Plan) -> None:
+def test_a_base_whose_velocity_jumps_has_no_zmp(swaying: Plan) -> None:
     """The base's velocity jumps by 0.1 mm/s in the middle."""
     times, coefficients = swaying.path.times, swaying.path.coefficients.copy()
     middle = len(times) // 2

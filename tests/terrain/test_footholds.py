@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+import re
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
@@ -209,11 +210,64 @@ def test_csv_round_trip_is_exact(feet: Footholds) -> None:
         assert Footholds.from_csv(path) == feet
 
 
-def test_csv_of_the_s_keeps_everything_but_the_radius(tmp_path: Path) -> None:
+@given(any_footholds(), st.floats(1e-6, 1e3))
+def test_csv_keeps_the_columns_radius(feet: Footholds, radius: float) -> None:
+    columns = Footholds(feet.points, radius)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "feet.csv"
+        columns.to_csv(path)
+        assert Footholds.from_csv(path) == columns
+        assert Footholds.from_csv(path, radius=0.5).radius == 0.5
+
+
+def test_the_radius_stands_in_a_comment_above_the_header(tmp_path: Path) -> None:
     feet = s_columns(seed=3, height_jitter=0.05)
     feet.to_csv(tmp_path / "s.csv")
-    assert Footholds.from_csv(tmp_path / "s.csv") == Footholds(feet.points)
-    assert Footholds.from_csv(tmp_path / "s.csv", radius=feet.radius) == feet
+    lines = (tmp_path / "s.csv").read_text().splitlines()
+    assert lines[:2] == ["# column radius [m]: 0.02", HEADER]
+    (tmp_path / "open.csv").write_text("\n".join(lines[1:]))
+    assert Footholds.from_csv(tmp_path / "open.csv") == Footholds(feet.points)
+
+
+@pytest.mark.parametrize(
+    ("comment", "radius"),
+    [
+        ("# column radius [m]: 0.03", 0.03),
+        ("#Column  Radius [m]:3e-2", 0.03),
+        ('"# column radius [m]: 0.03",,,,', 0.03),
+        ("# walked on a Tuesday", None),
+        ("# walked on a Tuesday\n# column radius [m]: 0.03\n#", 0.03),
+    ],
+)
+def test_comments_may_stand_above_the_header(
+    read: Reader, comment: str, radius: float | None
+) -> None:
+    assert read("\n".join([comment, *csv_lines()])) == Footholds(small(), radius)
+
+
+@pytest.mark.parametrize(
+    ("comments", "complaint"),
+    [
+        (["# column radius [m]: wide"], "line 1: the column radius is no positive length"),
+        (["# column radius [m]:"], "line 1: the column radius is no positive length"),
+        (["# column radius [m]: -1"], "line 1: the column radius is no positive length"),
+        (["# column radius [m]: nan"], "line 1: the column radius is no positive length"),
+        (["#", "# column radius [m]: 1e9"], "line 2: the column radius is no positive length"),
+        (["# column radius [m]: 1"] * 2, "line 2: the column radius stands there twice"),
+        (["# one", "# two", "leg"], "line 3: the header must be leg,step,x,y,z, got leg"),
+        (["# one", HEADER, "XX,0,0,0,0"], "line 3: leg 'XX' is unknown"),
+    ],
+)
+def test_a_bad_line_under_comments_is_named_with_its_number(
+    read: Reader, comments: list[str], complaint: str
+) -> None:
+    with pytest.raises(FootholdsError, match=re.escape(complaint)):
+        read("\n".join([*comments, *csv_lines()]))
+
+
+def test_open_ground_is_a_disc_of_the_papers_columns_size_around_each_foothold() -> None:
+    assert Footholds(small()).landing_radius == s_columns(0).radius == 0.02
+    assert Footholds(small(), 0.05).landing_radius == 0.05
 
 
 def test_csv_is_plain_text_that_a_person_can_read(tmp_path: Path) -> None:

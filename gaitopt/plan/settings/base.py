@@ -102,6 +102,11 @@ class PlanSettings:
         return ()
 
     @property
+    def obstacle_clearance(self) -> float:
+        """Distance that every part of the robot keeps from the obstacles [m]."""
+        return 0.0
+
+    @property
     def true_com(self) -> bool:
         """Whether the margin is promised of the true centre of mass, and not of the body's."""
         return False

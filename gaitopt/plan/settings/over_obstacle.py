@@ -115,6 +115,11 @@ class StrideSettings(PlanSettings):
             "accelerations": accelerations, "acceleration_limit": max(accelerations),
         }  # fmt: skip
 
+    @property
+    def obstacle_clearance(self) -> float:
+        """Distance that every part of the robot keeps from the obstacles [m]."""
+        return self.clearance
+
     def swing_legs(self, footholds: int) -> list[str]:
         """The sequence, over and over."""
         return [leg for leg, _ in swing_order(self.sequence, footholds)]

@@ -12,7 +12,7 @@ from gaitopt.optimize.route.layout import TIME_UNIT_ROTATION, Rows
 from gaitopt.optimize.route.legs import BODY, JOINTS, POSE, StackedLegs
 from gaitopt.optimize.route.problem import RouteProblem
 from gaitopt.planners.time_optimal.balance import balance_rows
-from gaitopt.planners.time_optimal.knots import OPEN_RADIUS, RouteKnots, lay_knots
+from gaitopt.planners.time_optimal.knots import RouteKnots, lay_knots
 from gaitopt.planners.time_optimal.walk import Route
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.stability.support import pair_lines, triangle_half_planes
@@ -33,14 +33,14 @@ def build_route(
     steps: CrawlSteps,
     settings: RouteSettings,
     cogs: FloatArray,
-    radius: float | None,
+    radius: float,
 ) -> tuple[RouteKnots, RouteProblem]:
     """The problem of a whole route, with the per-phase plan as its first guess.
 
     Args:
         robot, steps, settings: what is walked.
         cogs: body centre before and after each stance phase of a feasible walk ``(S + 1, 3)`` [m].
-        radius: of the columns [m]; ``None`` on open ground.
+        radius: how far from a foothold a foot stands on it [m] (``Footholds.landing_radius``).
     """
     knots = lay_knots(steps, settings.stance_knots, settings.swing_knots)
     legs = limited(StackedLegs.of(robot), settings.reach_fraction)
@@ -50,7 +50,7 @@ def build_route(
     problem = RouteProblem(
         legs=legs, feet=knots.feet, swing=knots.flying, poses=poses,
         unknown=_unknowns(settings, knots),
-        rows=_rows(steps, settings, knots, radius or OPEN_RADIUS),
+        rows=_rows(steps, settings, knots, radius),
         used_limits=~(room > NEAR_LIMIT),
         time_unit=float(TIME_UNIT_ROTATION / legs.velocity_limits.min()),
         com=balance_rows(robot, settings, knots) if settings.true_com else None,
@@ -233,5 +233,5 @@ def knots_of(route: Route, first: int, last: int) -> RouteKnots:
 def problem_of(route: Route, first: int, last: int) -> RouteProblem:
     return build_route(
         route.robot, route.part(first, last), route.settings, route.cogs[first : last + 1],
-        route.footholds.radius,
+        route.footholds.landing_radius,
     )[1]  # fmt: skip

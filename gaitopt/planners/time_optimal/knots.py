@@ -9,9 +9,6 @@ import numpy as np
 from gaitopt.conventions import FloatArray
 from gaitopt.planners.phase_by_phase.steps import CrawlSteps
 
-OPEN_RADIUS = 0.02
-"""Radius taken for footholds on open ground [m]."""
-
 
 @dataclass(frozen=True, eq=False)
 class RouteKnots:

@@ -156,7 +156,9 @@ def _assembled(
 ) -> Plan:
     """The dense plan through the poses."""
     settings, steps = route.settings, route.steps
-    knots, problem = build_route(route.robot, steps, settings, route.cogs, route.footholds.radius)
+    knots, problem = build_route(
+        route.robot, steps, settings, route.cogs, route.footholds.landing_radius
+    )
     dense = densify(route.robot, settings, knots, problem.legs, poses)
     centre = "body centre"
     if settings.true_com:

@@ -94,7 +94,7 @@ def test_dense_com_and_shortfall_are_pinocchio_s(wang: Quadruped) -> None:
     straight = gaitopt.s_columns(5, columns=3)
     footholds = Footholds({leg: straight[leg] @ turn.T for leg in LEGS}, straight.radius)
     route = prepared(wang, footholds, settings, None)
-    knots, problem = build_route(wang, route.steps, settings, route.cogs, footholds.radius)
+    knots, problem = build_route(wang, route.steps, settings, route.cogs, footholds.landing_radius)
     dense = densify(wang, settings, knots, problem.legs, problem.poses)
     q = configuration(wang, dense.body[:, :3], dense.body[:, 3:], dense.joints)
     points = true_com(wang, q) @ turn
@@ -110,7 +110,7 @@ def test_dense_com_and_shortfall_are_pinocchio_s(wang: Quadruped) -> None:
 def test_only_rows_beside_a_shortfall_are_raised(wang: Quadruped, short: Footholds) -> None:
     settings = RouteSettings(free=ROWS["swing"], com="model")
     route = prepared(wang, short, settings, None)
-    knots, problem = build_route(wang, route.steps, settings, route.cogs, short.radius)
+    knots, problem = build_route(wang, route.steps, settings, route.cogs, short.landing_radius)
     assert problem.com is not None
     lacking = -np.ones((len(knots.step), 12))
     k = int(np.flatnonzero(knots.swings)[3])
@@ -124,7 +124,7 @@ def test_the_first_pose_is_where_the_robot_stands(wang: Quadruped, short: Footho
     """No row asks anything of the first knot, and all of the others are asked."""
     settings = RouteSettings(free=ROWS["swing"], com="model")
     route = prepared(wang, short, settings, None)
-    _, problem = build_route(wang, route.steps, settings, route.cogs, short.radius)
+    _, problem = build_route(wang, route.steps, settings, route.cogs, short.landing_radius)
     assert problem.com is not None
     assert set(problem.com.knot) == set(range(1, problem.knots))
 

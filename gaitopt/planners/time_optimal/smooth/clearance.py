@@ -18,7 +18,6 @@ from gaitopt.optimize.route.dynamic_problem import DynamicRouteProblem
 from gaitopt.optimize.route.legs import FOOT
 from gaitopt.plan.settings.time_optimal import RouteSettings
 from gaitopt.planners.time_optimal.flights import KEPT, Flights, apexes, height_rows
-from gaitopt.planners.time_optimal.knots import OPEN_RADIUS
 from gaitopt.planners.time_optimal.smooth.motion import RouteMotion
 
 if TYPE_CHECKING:
@@ -28,7 +27,7 @@ PARTS = 64
 """Parts of a span, on each of which a foot's parabola is bounded."""
 
 
-def heights(motion: RouteMotion, skip: int, radius: float | None) -> FloatArray:
+def heights(motion: RouteMotion, skip: int, radius: float) -> FloatArray:
     """Lower bound of the foot's height over its higher foothold, outside both columns ``(K,)`` [m].
 
     The least on each span; infinite on spans of no flight, and where the foot is nowhere outside.
@@ -36,7 +35,7 @@ def heights(motion: RouteMotion, skip: int, radius: float | None) -> FloatArray:
     Args:
         motion: the motion.
         skip: flights that begin before this knot are not looked at.
-        radius: of the columns [m]; ``None`` on open ground.
+        radius: how far from a foothold a foot stands on it [m] (``Footholds.landing_radius``).
     """
     flights = Flights.of(motion.knots, skip)
     count = flights.land - flights.lift + 1
@@ -55,13 +54,13 @@ def heights(motion: RouteMotion, skip: int, radius: float | None) -> FloatArray:
     distance = np.linalg.norm(away, axis=3)
     # Discs are convex: a chord between two places inside stays inside.
     reach = np.maximum(distance[:, 1:], distance[:, :-1]).min(axis=2)
-    outside = reach + np.linalg.norm(bow[:, :2], axis=1)[:, None] > (radius or OPEN_RADIUS)
+    outside = reach + np.linalg.norm(bow[:, :2], axis=1)[:, None] > radius
     low = np.minimum(foot[:, 1:, 2], foot[:, :-1, 2]) - np.maximum(bow[:, 2:], 0.0)
     out[span] = np.where(outside, low, np.inf).min(axis=1) - flights.top[owner]
     return out
 
 
-def kept(motion: RouteMotion, skip: int, settings: RouteSettings, radius: float | None) -> bool:
+def kept(motion: RouteMotion, skip: int, settings: RouteSettings, radius: float) -> bool:
     """Whether all flights keep the clearance; arguments as for :func:`heights`."""
     wanted = settings.clearance + KEPT * settings.clearance_reserve
     return bool(heights(motion, skip, radius).min() >= wanted)
@@ -72,7 +71,7 @@ def raised(
     motion: RouteMotion,
     skip: int,
     settings: RouteSettings,
-    radius: float | None,
+    radius: float,
     haste: float | None = None,
 ) -> DynamicRouteProblem:
     """The problem with rows of height that make up for the corners that the motion cuts.

@@ -144,7 +144,7 @@ def best_motion(
         if tolerance == TOLERANCES[-1] and apart is None:
             kept, stretch = kept_motion(route, part, motion)
             usable = part.whole and clearance.kept(
-                motion, part.skip, route.settings, route.footholds.radius
+                motion, part.skip, route.settings, route.footholds.landing_radius
             )
             if usable and (spare is None or stretch * motion.times[-1] < spare[0]):
                 spare = stretch * float(motion.times[-1]), _Tried(motion, solution)
@@ -155,7 +155,7 @@ def best_motion(
         improved = corrected if n < CORRECTIONS else tightened
         problem = improved(apart or problem, motion, part.skip, _limit(route), part.reserve)
         problem = clearance.raised(
-            problem, motion, part.skip, route.settings, route.footholds.radius,
+            problem, motion, part.skip, route.settings, route.footholds.landing_radius,
             HASTE if improved is tightened else None,
         )  # fmt: skip
         start, multipliers = solution.x, solution.multipliers if apart is None else None
@@ -211,7 +211,8 @@ def kept_motion(
     asked = asked_margins(route, motion, skip)
     rates, limit = part.problem.velocity_limits, _limit(route)
     stretch = stretch_needed(motion, skip, rates, limit)
-    if stretch > most or not clearance.kept(motion, skip, route.settings, route.footholds.radius):
+    radius = route.footholds.landing_radius
+    if stretch > most or not clearance.kept(motion, skip, route.settings, radius):
         return None, stretch
     # Stretching moves the ZMP along a line, and margins are concave: both ends are enough.
     for one in (motion, motion.slower(most)):

@@ -53,7 +53,7 @@ def smooth_plan(route: Route, progress: Progress | None = None) -> Plan:
     settings = route.settings
     horizon, iterations = settings.horizon, settings.iterations
     knots, base = build_route(
-        route.robot, route.steps, settings, route.cogs, route.footholds.radius
+        route.robot, route.steps, settings, route.cogs, route.footholds.landing_radius
     )
     problem = build_dynamic(base, knots, settings, base.poses, route.robot.foot_radius)
     shares: list[float] = []
@@ -93,7 +93,7 @@ def _record(
         stationarity=max(s.stationarity() for s in found.solutions),
         violation=max(s.violation() for s in found.solutions),
         complementarity=sum(s.complementarity() for s in found.solutions) * unit,
-        clearance=float(clearance.heights(motion, 0, route.footholds.radius).min()),
+        clearance=float(clearance.heights(motion, 0, route.footholds.landing_radius).min()),
     )
 
 

@@ -12,7 +12,7 @@ from gaitopt.optimize.route.legs import FOOT
 from gaitopt.plan.settings.time_optimal import RouteSettings
 from gaitopt.planners.time_optimal.dense import Dense
 from gaitopt.planners.time_optimal.flights import KEPT, Flights, height_rows
-from gaitopt.planners.time_optimal.knots import OPEN_RADIUS, RouteKnots
+from gaitopt.planners.time_optimal.knots import RouteKnots
 from gaitopt.planners.time_optimal.walk import Route
 from gaitopt.robots.rotations import rpy_to_matrix
 
@@ -46,7 +46,7 @@ def dense_heights(route: Route, knots: RouteKnots, dense: Dense) -> Seen:
     than a micrometre.
     """
     robot, flights = route.robot, Flights.of(knots, 0)
-    radius = route.footholds.radius or OPEN_RADIUS
+    radius = route.footholds.landing_radius
     wanted = route.settings.clearance + KEPT * route.settings.clearance_reserve
     values = np.concatenate([dense.body, dense.joints], axis=1)
     back = rotation_z(-route.settings.heading)

@@ -1,0 +1,153 @@
+"""Footholds as CSV text: one line a foothold, and the columns' radius in a comment on top.
+
+::
+
+    # column radius [m]: 0.02
+    leg,step,x,y,z
+    LF,0,0.2,0.15,0.0
+
+Text that stands on open ground has no such comment.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from collections.abc import Mapping
+from typing import IO, NamedTuple
+
+from gaitopt.conventions import LEGS, FloatArray
+from gaitopt.errors import FootholdsError
+
+HEADER = ("leg", "step", "x", "y", "z")
+FARTHEST = 1e6
+"""Coordinates beyond this are taken for a mistake [m]."""
+RADIUS_COMMENT = "column radius [m]:"
+"""What a comment with the columns' radius begins with."""
+
+# A spreadsheet may put a comment in quotation marks, and commas after it.
+_COMMENTS = re.compile(r"(?:[ \t\"]*#[^\n]*(?:\n|$))*")
+
+
+class FootholdTable(NamedTuple):
+    """What CSV text holds.
+
+    Attributes:
+        points: for each leg that is named its footholds, a list of three numbers each [m].
+        radius: of the columns [m]; ``None`` where the text names none.
+    """
+
+    points: dict[str, list[list[float]]]
+    radius: float | None
+
+
+def write_footholds(
+    stream: IO[str], points: Mapping[str, FloatArray], radius: float | None
+) -> None:
+    """Write footholds as CSV; every number is written so that reading gives it back exactly.
+
+    Args:
+        stream: an open text file.
+        points: for each leg its footholds ``(n, 3)`` [m].
+        radius: of the columns [m]; ``None`` on open ground.
+    """
+    if radius is not None:
+        stream.write(f"# {RADIUS_COMMENT} {radius!r}\n")
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(HEADER)
+    for leg, places in points.items():
+        for step, place in enumerate(places):
+            writer.writerow([leg, step, *(repr(float(c)) for c in place)])
+
+
+def parse_footholds(text: str, name: str) -> FootholdTable:
+    """Read CSV text.
+
+    Args:
+        text: comments, which begin with ``#``; then the header; then the footholds.
+        name: of the file, for messages.
+
+    Raises:
+        FootholdsError: a line is wrong, or a step is missing; the message names it.
+    """
+    comments, rest = _split_comments(text)
+    radius = _radius(comments, name)
+    reader = csv.reader(io.StringIO(rest))
+    found: dict[str, dict[int, list[float]]] = {}
+
+    def line() -> str:
+        return f"{name}, line {len(comments) + reader.line_num}"
+
+    try:
+        header = [c.strip().lower() for c in next(reader, [])]
+        if tuple(header) != HEADER:
+            raise FootholdsError(
+                f"{name}, line {len(comments) + 1}: the header must be {','.join(HEADER)}, got "
+                f"{','.join(header)[:80] or 'nothing'}"
+            )
+        for row in reader:
+            if row and any(cell.strip() for cell in row):
+                _parse_row(row, line(), found)
+    except csv.Error as error:
+        raise FootholdsError(f"{line()}: {error}") from error
+    for leg, steps in found.items():
+        gap = next((k for k in range(len(steps)) if k not in steps), None)
+        if gap is not None:
+            raise FootholdsError(f"{name}: leg {leg} has no step {gap}; steps count 0, 1, 2, ...")
+    points = {leg: [steps[k] for k in range(len(steps))] for leg, steps in found.items()}
+    return FootholdTable(points, radius)
+
+
+def _split_comments(text: str) -> tuple[list[str], str]:
+    """The comment lines that ``text`` begins with, and what follows them."""
+    found = _COMMENTS.match(text)
+    above = found.group() if found else ""
+    lines = above.split("\n")
+    return (lines if lines[-1] else lines[:-1]), text[len(above) :]
+
+
+def _radius(comments: list[str], name: str) -> float | None:
+    """The radius that one of the ``comments`` names [m]."""
+    radius = None
+    for number, comment in enumerate(comments, 1):
+        said = re.sub(r"\s+", " ", comment.strip(' \t\r"#,'))
+        if not said.lower().startswith(RADIUS_COMMENT):
+            continue
+        try:
+            value = float(said[len(RADIUS_COMMENT) :])
+        except ValueError:
+            value = -1.0
+        if not 0.0 < value < FARTHEST or radius is not None:
+            problem = "is no positive length" if radius is None else "stands there twice"
+            raise FootholdsError(f"{name}, line {number}: the column radius {problem}")
+        radius = value
+    return radius
+
+
+def _parse_row(row: list[str], where: str, found: dict[str, dict[int, list[float]]]) -> None:
+    """Add the foothold of a row to those that were ``found``: by leg, then by step."""
+    if len(row) != len(HEADER):
+        raise FootholdsError(f"{where}: {len(row)} fields where 5 are needed (leg,step,x,y,z)")
+    leg, step_text, *coordinates = (cell.strip() for cell in row)
+    if leg not in LEGS:
+        raise FootholdsError(f"{where}: leg {leg[:20]!r} is unknown; legs are {', '.join(LEGS)}")
+    try:
+        step = int(step_text)
+    except ValueError:
+        raise FootholdsError(f"{where}: step {step_text[:20]!r} is no whole number") from None
+    values = []
+    for axis, text in zip("xyz", coordinates, strict=True):
+        try:
+            value = float(text)
+        except ValueError:
+            raise FootholdsError(f"{where}: {axis} is {text[:20]!r}, no number") from None
+        if not abs(value) <= FARTHEST:
+            raise FootholdsError(
+                f"{where}: {axis} is {text[:20]}; it must be finite and below {FARTHEST:g} m"
+            )
+        values.append(value)
+    if step < 0 or step in found.setdefault(leg, {}):
+        problem = "is negative" if step < 0 else "stands there twice"
+        raise FootholdsError(f"{where}: step {step} of leg {leg} {problem}")
+    found[leg][step] = values
