@@ -71,6 +71,7 @@ def race(
     jobs: JobsOption = -1,
 ) -> None:
     """Race the paper's method against the time-optimal walks, side by side in one page."""
+    from gaitopt.studies.compare import with_one_height
     from gaitopt.studies.race import race as run_race
     from gaitopt.studies.race import race_many, row_names
 
@@ -82,7 +83,7 @@ def race(
         stability_margin, body_height, swing_height, sequence, reach_fraction, heading,
         follow_terrain,
     )  # fmt: skip
-    options["com"] = com.value
+    options = with_one_height(model, places, options) | {"com": com.value}
     checks = {"certify": certify, "collisions": collisions, "bound": bound}
     make_folder(out)
     with progress_bar("racing") as tick:

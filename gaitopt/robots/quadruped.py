@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from types import MappingProxyType
 from typing import Any
@@ -100,8 +100,7 @@ class Quadruped:
             centre=frozen(np.mean([leg.hip for leg in legs.values()], axis=0)),
             knees=MappingProxyType(dict(knees or {})),
         )
-        object.__setattr__(robot, "closed_form_error", _check_closed_form(robot))
-        return robot
+        return replace(robot, closed_form_error=_check_closed_form(robot))
 
     def __reduce__(self) -> tuple[Any, ...]:
         return (Quadruped.from_urdf, (self.urdf, self.name, dict(self.knees)))

@@ -7,7 +7,7 @@ of the same text each time, so that the model in the simulator is the model of t
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -212,7 +212,7 @@ def _mapped(mujoco: Any, model: Any, robot: Quadruped, columns: list[list[str]])
         mass_error=abs(float(model.body_mass.sum()) / robot.mass - 1.0),
         kinematics_error=0.0,
     )
-    object.__setattr__(found, "kinematics_error", _kinematics_error(mujoco, found, robot))
+    found = replace(found, kinematics_error=_kinematics_error(mujoco, found, robot))
     if not max(found.mass_error, found.kinematics_error) <= AGREEMENT:
         raise RobotError(
             f"{robot.name}: MuJoCo and Pinocchio read different robots from this URDF: masses "

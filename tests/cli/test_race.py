@@ -39,7 +39,7 @@ def test_a_race_prints_its_table_and_writes_replay_picture_and_plans(tmp_path: P
         "plan_posture.npz",
     }  # fmt: skip
     plan = gaitopt.load_plan(out / "plan_posture.npz")
-    assert plan.record.row == "posture" and f"{plan.duration:.2f}" in result.output
+    assert str(plan.settings.free) == "posture" and f"{plan.duration:.2f}" in result.output
     assert (out / "race.png").read_bytes().startswith(b"\x89PNG")
 
 

@@ -11,7 +11,7 @@ import pytest
 
 import gaitopt
 from gaitopt import Footholds, InputError, Quadruped
-from gaitopt.plan.settings.freedoms import ROWS
+from gaitopt.plan.settings.freedoms import ROWS, Freedoms
 from gaitopt.planners.time_optimal.planner import plan_route
 from gaitopt.studies.race import race, race_many, row_names
 from gaitopt.studies.race_standings import PAPER, SSM, Finish, Lane, Race, Standings, race_table
@@ -50,7 +50,7 @@ def test_the_papers_row_always_runs_along_and_the_tables_order_is_kept() -> None
 
 
 def test_a_row_that_the_planner_gains_is_raced(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(ROWS, "new", ("overlap", "height"))
+    monkeypatch.setitem(ROWS, "new", Freedoms(overlap=True, height=True))
     assert row_names()[-1] == "new"
 
 
@@ -145,15 +145,13 @@ def test_bounds_are_left_out_when_nobody_asks(wang: Quadruped) -> None:
 # ---------------------------------------------------------------- what goes wrong
 
 
-def test_rows_that_fail_say_why_and_the_others_go_on(
-    wang: Quadruped, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setitem(ROWS, "broken", ("wings",))
-    found = race(wang, gaitopt.s_columns(0, columns=2), ["broken", "ssm"], certify=False)
-    assert found["broken"].plan is None and "'wings'" in found["broken"].error
+def test_rows_that_fail_say_why_and_the_others_go_on(wang: Quadruped) -> None:
+    columns = gaitopt.s_columns(0, columns=2)
+    found = race(wang, columns, ["dynamic", "ssm"], certify=False, com="model")
+    assert found["dynamic"].plan is None and "com='model'" in found["dynamic"].error
     assert list(found.plans) == [SSM, PAPER]
-    assert np.isnan(found.ratio("broken")) and found.ratio(SSM) < 1
-    assert "broken: failed: free names 'wings'" in str(found)
+    assert np.isnan(found.ratio("dynamic")) and found.ratio(SSM) < 1
+    assert "dynamic: failed: com='model' keeps static stability" in str(found)
 
 
 def test_a_terrain_that_nobody_can_walk_is_told_once(wang: Quadruped) -> None:

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 
 from gaitopt.files import StrPath
 from gaitopt.plan.plan import Plan
+from gaitopt.plan.settings.by_velocity import GaitSettings
 from gaitopt.viewing.figures.feasible_area import plot_feasible_area
 from gaitopt.viewing.figures.files import write_figures
 from gaitopt.viewing.figures.gait_cycle import plot_gait_cycle, plot_swing
@@ -65,7 +66,7 @@ def save_figures(
     Raises:
         InputError: the folder cannot be made or written to, or there is no such step.
     """
-    if plan.settings.planner == "gait":
+    if isinstance(plan.settings, GaitSettings):
         from gaitopt.viewing.figures.gait_figures import save_gait_figures
 
         return save_gait_figures(plan, folder)

@@ -10,6 +10,7 @@ from gaitopt.conventions import FloatArray, leg_index
 from gaitopt.errors import InputError
 from gaitopt.plan.phase import Phase
 from gaitopt.plan.plan import Plan
+from gaitopt.plan.settings.crawl import CrawlSettings
 from gaitopt.swing.box import box_corners
 from gaitopt.viewing.colours import LEG_COLOURS
 from gaitopt.viewing.figures.common import (
@@ -117,7 +118,7 @@ def plot_swing(plan: Plan, step: int, ax: Axes | None = None) -> Figure:
     colour = LEG_COLOURS[phase.leg]
     ax.plot(*line.T, color=colour, linewidth=1.8, label=f"{phase.leg} foot", gid="foot")
     ax.plot(*dots.T, "o", color=colour, markersize=4, label=f"every {beat:g} s")
-    if getattr(plan.settings, "swing", "") == "box":
+    if isinstance(plan.settings, CrawlSettings) and plan.settings.swing == "box":
         _mark_box(ax, plan, phase)
     dress(ax, f"Swing of {phase.leg} in step {step}, {phase.duration:.2f} s",
           "along the step [mm]", "height over lift-off [mm]")  # fmt: skip
@@ -154,9 +155,7 @@ def _step_axis(plan: Plan, phase: Phase) -> FloatArray:
 
 
 def _mark_box(ax: Axes, plan: Plan, phase: Phase) -> None:
-    """Letters and measures of the box A, B, C, D, for a swing that is one."""
-    if getattr(plan.settings, "swing", "box") != "box":
-        return
+    """Letters and measures of the box A, B, C, D of a swing."""
     height = plan.settings.swing_height
     moved = box_corners(phase.foot_start, phase.foot_end, height) - phase.foot_start
     corners = 1e3 * np.column_stack([moved[:, :2] @ _step_axis(plan, phase), moved[:, 2]])

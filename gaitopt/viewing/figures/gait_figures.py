@@ -15,6 +15,7 @@ import numpy as np
 from gaitopt.files import StrPath
 from gaitopt.gait.schedule import GaitSchedule
 from gaitopt.plan.plan import Plan
+from gaitopt.plan.settings.by_velocity import GaitSettings
 from gaitopt.viewing.figures.files import write_figures
 from gaitopt.viewing.figures.joint_curves import plot_joint_curves
 from gaitopt.viewing.figures.schedule import plot_gait_diagram
@@ -60,7 +61,8 @@ def save_gait_figures(plan: Plan, folder: StrPath) -> list[Path]:
 
 def _figures(plan: Plan) -> dict[str, Callable[[], Figure]]:
     """What to draw under which name."""
-    schedule = getattr(plan.settings, "schedule", None)
+    settings = plan.settings
+    schedule = settings.schedule if isinstance(settings, GaitSettings) else None
     figures: dict[str, Callable[[], Figure]] = {}
     if isinstance(schedule, GaitSchedule):
         figures["fig02_03_05_gait_diagram"] = lambda: plot_gait_diagram(schedule)

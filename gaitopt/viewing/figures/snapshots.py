@@ -11,6 +11,7 @@ from gaitopt.conventions import LEGS, BoolArray, FloatArray
 from gaitopt.gait.schedule import GaitSchedule
 from gaitopt.inputs import check_count
 from gaitopt.plan.plan import Plan
+from gaitopt.plan.settings.by_velocity import GaitSettings
 from gaitopt.robots.rotations import rpy_to_matrix
 from gaitopt.viewing.colours import LEG_COLOURS
 from gaitopt.viewing.figures.common import (
@@ -179,7 +180,8 @@ def _ground(plan: Plan) -> float:
 
 def _one_cycle(plan: Plan) -> tuple[float, float]:
     """A cycle in the middle of the plan [s]."""
-    schedule = getattr(plan.settings, "schedule", None)
+    settings = plan.settings
+    schedule = settings.schedule if isinstance(settings, GaitSettings) else None
     if isinstance(schedule, GaitSchedule) and schedule.cycle_time < plan.duration:
         half = schedule.cycle_time / 2.0
         return plan.duration / 2.0 - half, plan.duration / 2.0 + half
