@@ -107,7 +107,7 @@ if TYPE_CHECKING:
     from gaitopt.terrain.obstacles import triangular_obstacle as triangular_obstacle
     from gaitopt.viewing.figures.crawl_figures import save_figures as save_figures
     from gaitopt.viewing.figures.gait_figures import save_gait_figures as save_gait_figures
-    from gaitopt.viewing.replay.live import view as view
+    from gaitopt.viewing.replay.browser import view as view
     from gaitopt.viewing.replay.replay import replay as replay
     from gaitopt.viewing.replay.replay import show as show
 
@@ -170,7 +170,7 @@ _HOMES = {
     "terrain.obstacles": "Obstacle rectangular_obstacle round_obstacle triangular_obstacle",
     "viewing.figures.crawl_figures": "save_figures",
     "viewing.figures.gait_figures": "save_gait_figures",
-    "viewing.replay.live": "view",
+    "viewing.replay.browser": "view",
     "viewing.replay.replay": "replay show",
 }
 _EXPORTS = {name: home for home, names in _HOMES.items() for name in names.split()}

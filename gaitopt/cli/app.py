@@ -180,21 +180,19 @@ def replay(
         typer.Argument(help="The HTML file; PLAN with .html by default.", metavar="HTML"),
     ] = None,
     show: Annotated[
-        bool, typer.Option("--open", help="Also serve it on this machine and open a browser.")
+        bool, typer.Option("--open", help="Also open it in the browser.")
     ] = False,
 ) -> None:
     """Write a plan's replay as one HTML file that plays in any browser."""
-    from gaitopt.viewing.replay.live import view
+    from gaitopt.viewing.replay.browser import open_in_browser
     from gaitopt.viewing.replay.replay import replay as write_replay
 
     loaded = open_plan(plan)
     target = out or plan.with_suffix(".html")
     write_replay(loaded, target)
     terminal().print(f"[bold]{escape(str(target))}[/]")
-    if show:
-        with view(loaded) as url:
-            terminal().print(f"serving {url} on this machine only; press Enter to stop")
-            sys.stdin.readline()
+    if show and not open_in_browser(target):
+        terminal().print("no browser could be started: open the file by hand")
 
 
 @app.command()

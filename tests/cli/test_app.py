@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import subprocess
 import sys
+import webbrowser
 from pathlib import Path
 
 import pytest
@@ -143,6 +144,18 @@ def test_compare_prints_the_table() -> None:
 
 def test_compare_refuses_a_csv_with_many_seeds() -> None:
     assert "exclude each other" in fails("compare", "--footholds", "x.csv", "--seeds", "3")
+
+
+def test_replay_opens_the_file_that_it_wrote(
+    short_plan: Plan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    source, opened = tmp_path / "plan.npz", []
+    short_plan.save(source)
+    monkeypatch.setattr(webbrowser, "open", lambda url: opened.append(url))
+    result = runner.invoke(app, ["replay", str(source), "--open"])
+    assert result.exit_code == 0, result.output
+    assert opened == [(tmp_path / "plan.html").as_uri()] and (tmp_path / "plan.html").exists()
+    assert "open the file by hand" in result.output
 
 
 def test_replay_figures_and_export_take_a_plan_file(short_plan: Plan, tmp_path: Path) -> None:

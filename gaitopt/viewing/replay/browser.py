@@ -49,7 +49,7 @@ def view(
     except OSError as error:
         raise InputError(
             f"cannot write a replay into {folder or tempfile.gettempdir()}: "
-            f"{error.strerror or error}; give folder=, a folder that exists and that you may write to"
+            f"{error.strerror or error}; give folder=, where files may be written"
         ) from error
     open_in_browser(name)
     return Path(name)

@@ -366,7 +366,7 @@ def test_a_notebook_shows_the_same_page_in_a_frame_of_its_own(walk):
 
 def test_importing_is_light():
     code = (
-        "import sys, gaitopt.viewing.replay.replay, gaitopt.viewing.replay.live; "
+        "import sys, gaitopt.viewing.replay.replay, gaitopt.viewing.replay.browser; "
         "print([m for m in ('meshcat', 'yourdfpy', 'trimesh', 'IPython') if m in sys.modules])"
     )
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
