@@ -6,7 +6,6 @@ The rows are the two baselines of [Wang2020], planned phase by phase, and those 
 
 from __future__ import annotations
 
-import csv
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -32,8 +31,8 @@ from gaitopt.studies.race_standings import (
     Lane,
     Race,
     Standings,
-    one_line,
 )
+from gaitopt.studies.tables import appending, one_line
 from gaitopt.terrain.columns import s_columns
 from gaitopt.terrain.footholds import Footholds
 
@@ -141,7 +140,7 @@ def race_many(
     todo = [(seed, name) for seed in terrains for name in names]
     finishes: dict[tuple[int, str], Finish] = {}
     plans: dict[str, Plan] = {}
-    with _appending(table) as append:
+    with _finish_table(table) as append:
         results = Parallel(n_jobs=jobs, return_as="generator_unordered", batch_size=1)(
             delayed(_run)(robot, seed, columns, name, rules, seed == first) for seed, name in todo
         )
@@ -233,22 +232,10 @@ def _reason(error: Exception) -> str:
 
 
 @contextmanager
-def _appending(table: StrPath | None) -> Iterator[Callable[[Finish], None]]:
+def _finish_table(table: StrPath | None) -> Iterator[Callable[[Finish], None]]:
     """Append finishes to a table as they come, so that one can watch, and keep what is done."""
     if table is None:
         yield lambda finish: None
         return
-    path, names = Path(table), [field.name for field in fields(Finish)]
-    try:
-        stream = path.open("w", encoding="utf-8", newline="")
-    except OSError as error:
-        raise InputError(f"cannot write the table {path}: {error.strerror or error}") from error
-    with stream:
-        writer = csv.DictWriter(stream, names, lineterminator="\n")
-        writer.writeheader()
-
-        def append(finish: Finish) -> None:
-            writer.writerow(asdict(finish))
-            stream.flush()
-
-        yield append
+    with appending(Path(table), [field.name for field in fields(Finish)], anew=True) as append:
+        yield lambda finish: append(asdict(finish))

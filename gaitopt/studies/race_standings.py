@@ -13,11 +13,10 @@ from rich.table import Table
 from gaitopt.conventions import FloatArray
 from gaitopt.errors import UnknownNameError
 from gaitopt.plan.plan import Plan
+from gaitopt.studies.tables import as_text, one_line
 from gaitopt.terrain.footholds import Footholds
 
 if TYPE_CHECKING:
-    from rich.table import Table
-
     from gaitopt.certificate.certificate import Certificate
 
 SSM, PAPER = "SSM baseline", "the paper"
@@ -138,8 +137,6 @@ class Standings:
         return race_table(self)
 
     def __str__(self) -> str:
-        from gaitopt.studies.tables import as_text
-
         return as_text(self.table(), 150)
 
 
@@ -195,11 +192,6 @@ def _margin(plan: Plan) -> tuple[float, bool]:
     zmp = plan.record.zmp_margin
     dynamic = not plan.settings.static
     return (zmp if dynamic and zmp is not None else plan.margin), dynamic
-
-
-def one_line(words: str) -> str:
-    """Words without line breaks, and not too many."""
-    return " ".join(words.split())[:500]
 
 
 MOST_REASONS = 5

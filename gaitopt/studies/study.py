@@ -10,7 +10,6 @@ import csv
 import hashlib
 import io
 import json
-import os
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
@@ -22,6 +21,7 @@ from typing import Any, Literal
 from gaitopt.errors import GaitoptError, InfeasibleStepError, InputError, MissingPackageError
 from gaitopt.files import StrPath, written_whole
 from gaitopt.plan.settings.crawl import Speed
+from gaitopt.studies.tables import appending, one_line
 
 
 @dataclass(frozen=True)
@@ -124,12 +124,12 @@ def run_walk(walk: Walk) -> Row:
     try:
         row = _walked(walk)
     except InfeasibleStepError as error:
-        row = Row("refused", _one_line(error))
+        row = Row("refused", one_line(error))
     except GaitoptError as error:
-        row = Row("error", f"{type(error).__name__}: {_one_line(error)}")
+        row = Row("error", f"{type(error).__name__}: {one_line(error)}")
     except Exception as error:
         # One worker's fault must not end a study of thousands.
-        row = Row("error", f"{type(error).__name__}: {_one_line(error)}")
+        row = Row("error", f"{type(error).__name__}: {one_line(error)}")
     return Row(**{**asdict(row), "work_time": time.perf_counter() - begin})
 
 
@@ -165,7 +165,7 @@ def run_study(
     count = len(walks) - len(waiting)
     if progress is not None:
         progress(count, len(walks))
-    with _backend(scheduler), _appending(path) as append:
+    with _backend(scheduler), appending(path, HEADER) as append:
         results = Parallel(n_jobs=jobs, return_as="generator_unordered", batch_size=1)(
             delayed(_keyed)(walk) for walk in waiting
         )
@@ -214,7 +214,7 @@ def _certified(plan: Any, walk: Walk, found: dict[str, Any]) -> None:
     if not certificate.ok:
         found["status"] = "violated"
         found["violations"] = "; ".join(c.name for c in certificate.violations)
-        found["message"] = _one_line(certificate.violations[0])
+        found["message"] = one_line(certificate.violations[0])
 
 
 def _simulated(plan: Any, found: dict[str, Any]) -> None:
@@ -227,7 +227,7 @@ def _simulated(plan: Any, found: dict[str, Any]) -> None:
     if not result.passed:
         wrong = "too fast" if result.succeeded else "fell"
         found["status"] = wrong if found["status"] == "ok" else found["status"]
-        found["message"] = found.get("message") or _one_line(result)
+        found["message"] = found.get("message") or one_line(result)
 
 
 @contextmanager
@@ -272,27 +272,5 @@ def _opened(path: Path) -> list[dict[str, str]]:
     return [dict(zip(HEADER, row, strict=True)) for row in rows[1:] if len(row) == len(HEADER)]
 
 
-@contextmanager
-def _appending(path: Path) -> Iterator[Callable[[dict[str, str]], None]]:
-    """Append rows so that each is on disk, whole, before the next."""
-    try:
-        stream = path.open("a", encoding="utf-8", newline="")
-    except OSError as error:
-        raise InputError(f"cannot write the table {path}: {error.strerror or error}") from error
-    with stream:
-        writer = csv.DictWriter(stream, HEADER, lineterminator="\n")
-
-        def append(row: dict[str, str]) -> None:
-            writer.writerow(row)
-            stream.flush()
-            os.fsync(stream.fileno())
-
-        yield append
-
-
 def _text(value: Any) -> str:
     return "" if value is None else repr(value) if isinstance(value, float) else str(value)
-
-
-def _one_line(words: object) -> str:
-    return " ".join(str(words).split())[:500]

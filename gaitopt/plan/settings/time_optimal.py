@@ -3,26 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar
 
 from gaitopt.errors import InputError
-from gaitopt.gait.crawl import FREE_ORDER, WANG_SEQUENCE, check_order, swing_order
 from gaitopt.inputs import check_count
-from gaitopt.plan.settings.base import (
-    MARGIN_SHARE,
-    PlanSettings,
-    check_names,
-    check_place,
-    one_of,
-    set_flag,
-    set_number,
-)
+from gaitopt.plan.settings.base import MARGIN_SHARE, check_names, one_of, set_number
 from gaitopt.plan.settings.freedoms import ROWS, Freedoms
+from gaitopt.plan.settings.over_footholds import FootholdSettings
 from gaitopt.robots.quadruped import Quadruped
 
 SLOWEST_RAMP = 10.0
-"""Longest time in which an acceleration limit may take a joint to its velocity limit [s]; a walk
-with slower joints takes minutes a step, and the problem is no longer well scaled."""
+"""Longest time in which an acceleration limit may take a joint to its velocity limit [s]; a lower
+limit is refused as a mistake, since a joint would hardly get to speed within a step."""
 RAMP = 0.05
 """Time in which the slowest joint of a dynamic walk reaches its velocity limit, by default [s]."""
 MOST_STEPS = 10_000
@@ -32,7 +24,7 @@ MOST_ITERATIONS = 100_000
 
 
 @dataclass(frozen=True)
-class RouteSettings(PlanSettings):
+class RouteSettings(FootholdSettings):
     """Settings of a walk over given footholds whose steps are all optimised at once.
 
     Attributes:
@@ -43,26 +35,23 @@ class RouteSettings(PlanSettings):
             stability margin at every instant, in place of the body centre itself, and joint
             accelerations are bounded), or the names of what is free. A ``body_height`` that is free
             begins at the one that is given.
-        sequence: order of the legs in a cycle, or of all steps of the walk; ``"free"`` plans each
-            of the six cycles and the order that is searched for, and takes the fastest plan.
         clearance: a foot that flies on a free curve is this much higher than the higher of its two
             footholds wherever it is not within the columns' radius of one of their axes [m].
-        follow_terrain: keep the body's height above the mean of the four feet.
         stance_knots, swing_knots: intervals of the problem in each phase.
         margin_reserve: added to the stability margin at knots, so that it holds between them [m].
         clearance_reserve: the same for the clearance [m].
         com: what keeps the stability margin: ``"body"``, the body's centre, as in [Wang2020];
             ``"model"``, the true centre of mass of the whole robot with its legs. With ``"model"``
             neither a dynamic walk nor an acceleration limit is planned.
-        cog_start: where the body centre is at the start ``(2,)`` [m]; by default above the middle
-            of the first footholds, or as near to it as the legs reach.
         horizon: plan in windows of this many steps, as a robot would that knows no more of its way,
             and keep the first half of each; ``None`` for all steps at once.
         iterations: most Newton steps of each solution.
 
     ``acceleration_limit`` bounds every joint [rad/s^2]. Where the swing curve is free the motion
     then is a spline; a box is flown with a stop at each corner, and wherever else body or foot
-    change direction. The other fields are those of :class:`PlanSettings`.
+    change direction. With the sequence ``"free"`` each of the six cycles is planned, and the order
+    that is searched for, and the fastest plan is taken. The other fields are those of
+    :class:`FootholdSettings` and :class:`PlanSettings`.
 
     Raises:
         InputError: a value is out of range, or settings exclude one another.
@@ -71,24 +60,18 @@ class RouteSettings(PlanSettings):
     planner: ClassVar[str] = "route"
 
     free: Freedoms = ROWS["swing"]
-    sequence: tuple[str, ...] | Literal["free"] = WANG_SEQUENCE
     clearance: float = 0.02
-    follow_terrain: bool = False
     stance_knots: int = 2
     swing_knots: int = 8
     margin_reserve: float = 2e-5
     clearance_reserve: float = 5e-4
     com: str = "body"
-    cog_start: tuple[float, float] | None = None
     horizon: int | None = None
     iterations: int = 300
 
     def __post_init__(self) -> None:
         super().__post_init__()
         object.__setattr__(self, "free", Freedoms.of(self.free))
-        if self.sequence != FREE_ORDER:
-            object.__setattr__(self, "sequence", check_order(self.sequence))
-        set_flag(self, "follow_terrain")
         one_of("com", self.com, ("body", "model"))
         set_number(self, "clearance", 0.0, 100.0, "m")
         set_number(self, "margin_reserve", 0.0, 1.0, "m")
@@ -98,7 +81,6 @@ class RouteSettings(PlanSettings):
         counts += [] if self.horizon is None else [("horizon", 2, MOST_STEPS)]
         for name, least, most in counts:
             object.__setattr__(self, name, check_count(name, getattr(self, name), least, most))
-        object.__setattr__(self, "cog_start", check_place("cog_start", self.cog_start))
         if self.acceleration_limit is None and not self.static:
             raise InputError("free: a dynamic walk needs an acceleration_limit")
         if self.smooth and self.free.swing and not self.free.overlap:
@@ -156,17 +138,6 @@ class RouteSettings(PlanSettings):
     def smooth(self) -> bool:
         """Whether joint accelerations are bounded."""
         return self.acceleration_limit is not None
-
-    @property
-    def order(self) -> tuple[str, ...]:
-        """The order of the legs; that of [Wang2020] where it is still to be searched for."""
-        return WANG_SEQUENCE if self.sequence == FREE_ORDER else tuple(self.sequence)
-
-    def swing_legs(self, footholds: int) -> list[str] | None:
-        """The legs in the order in which they lift off; ``None`` where any order will do."""
-        if self.sequence == FREE_ORDER:
-            return None
-        return [leg for leg, _ in swing_order(self.order, footholds)]
 
 
 def _acceleration(robot: Quadruped, free: Freedoms, asked: Any) -> Any:
