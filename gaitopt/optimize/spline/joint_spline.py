@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.interpolate import CubicSpline
 
-from gaitopt.conventions import FloatArray, frozen
+from gaitopt.conventions import FloatArray, TextEnum, frozen
 from gaitopt.errors import InputError
 from gaitopt.motion.path import jumps
 from gaitopt.optimize.spline.problem import (
@@ -32,6 +32,15 @@ KINDS = ("velocity", "acceleration", "jerk")
 
 ACTIVE_SHARE = 0.999
 """Share of its limit from which a bound is said to be active."""
+
+
+class SplineStatus(TextEnum):
+    """Where the intervals of a spline come from."""
+
+    SOLVED = "solved"
+    """They are the optimum of eq. (7)."""
+    SCALED = "scaled"
+    """They were chosen, and stretched together until all bounds hold; solve for shorter ones."""
 
 
 class ActiveBound(NamedTuple):
@@ -79,15 +88,14 @@ class JointSpline:
         angles: knots ``(n, nj)`` [rad].
         intervals: times between them ``(n - 1,)`` [s].
         limits: bounds it is meant to keep on the whole curve.
-        status: ``"solved"`` for the optimum of eq. (7); ``"scaled"`` for intervals that were chosen
-            by hand and stretched together until all bounds hold.
+        status: where the intervals come from.
         report: the solver's report; ``None`` when none was asked.
     """
 
     angles: FloatArray
     intervals: FloatArray
     limits: JointLimits
-    status: str = "scaled"
+    status: SplineStatus = SplineStatus.SCALED
     report: SolverReport | None = None
 
     def __post_init__(self) -> None:
@@ -190,8 +198,10 @@ class JointSpline:
         return every.min(axis=0), every.max(axis=0)
 
     def stretched(self, factor: float) -> JointSpline:
-        """The same curve in ``factor`` times the time; the result is ``"scaled"``."""
-        return replace(self, intervals=self.intervals * factor, status="scaled", report=None)
+        """The same curve in ``factor`` times the time; the result is scaled."""
+        return replace(
+            self, intervals=self.intervals * factor, status=SplineStatus.SCALED, report=None
+        )
 
 
 def uniform_spline(

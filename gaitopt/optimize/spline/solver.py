@@ -22,7 +22,12 @@ import numpy as np
 
 from gaitopt.conventions import FloatArray
 from gaitopt.errors import InputError, UnsolvedSplineError
-from gaitopt.optimize.spline.joint_spline import JointSpline, SolverReport, uniform_spline
+from gaitopt.optimize.spline.joint_spline import (
+    JointSpline,
+    SolverReport,
+    SplineStatus,
+    uniform_spline,
+)
 from gaitopt.optimize.spline.problem import (
     ROUNDING_RESERVE,
     SplineProblem,
@@ -106,7 +111,7 @@ def _solved(problem: SplineProblem) -> JointSpline:
     # Where only time counts, what room the answer left is used up too.
     if factor > 1.0 or problem.acceleration_weight == 0.0:
         intervals = intervals * factor * ROUNDING_RESERVE
-    return JointSpline(problem.angles, intervals, problem.limits, "solved", report)
+    return JointSpline(problem.angles, intervals, problem.limits, SplineStatus.SOLVED, report)
 
 
 class _Answer(NamedTuple):

@@ -1,11 +1,9 @@
-"""Lines from rest to rest: the fastest passage by hand, and boxes with bounded accelerations."""
+"""Boxes with bounded accelerations: straight lines from rest to rest."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 import gaitopt
 from gaitopt import Footholds, Quadruped
@@ -13,7 +11,7 @@ from gaitopt.plan.settings.freedoms import ROWS
 from gaitopt.plan.settings.time_optimal import RouteSettings
 from gaitopt.planners.time_optimal.build import knots_of, problem_of
 from gaitopt.planners.time_optimal.planner import plan_route
-from gaitopt.planners.time_optimal.straight.stops import GRID, fastest_passage, straight_lines
+from gaitopt.planners.time_optimal.straight.stops import GRID, straight_lines
 from gaitopt.planners.time_optimal.walk import prepared
 
 
@@ -23,50 +21,9 @@ def short() -> Footholds:
     return gaitopt.s_columns(3, columns=3)
 
 
-def duration(squares: np.ndarray, grid: np.ndarray) -> float:
-    """Time of a passage with constant accelerations from place to place."""
-    speed = np.sqrt(squares)
-    return float((2.0 * np.diff(grid) / (speed[1:] + speed[:-1])).sum())
-
-
-@settings(max_examples=10)
-@given(st.floats(0.1, 3.0), st.floats(0.2, 2.0), st.floats(0.5, 10.0))
-def test_a_straight_joint_goes_by_the_trapezoid(way: float, rate: float, limit: float) -> None:
-    """Time of a move from rest to rest: way / v + v / a, or 2 sqrt(way / a) below full speed."""
-    grid = (1.0 - np.cos(np.pi * np.linspace(0.0, 1.0, 101))) / 2.0
-    slope = np.full((101, 1, 1), way)
-    squares = fastest_passage(slope, np.zeros_like(slope), grid, np.array([rate]), limit)[:, 0]
-    full = way >= rate**2 / limit
-    known = way / rate + rate / limit if full else 2.0 * np.sqrt(way / limit)
-    assert duration(squares, grid) == pytest.approx(known, rel=3e-2)
-    assert duration(squares, grid) >= known * (1 - 1e-6)
-
-
-def test_bent_ways_keep_their_limits() -> None:
-    """Two joints along a circle: velocity and acceleration at every place, and both are used."""
-    grid = (1.0 - np.cos(np.pi * np.linspace(0.0, 1.0, 201))) / 2.0
-    angle = np.pi * grid[:, None, None]
-    slope = np.pi * np.concatenate([-np.sin(angle), np.cos(angle)], axis=2)
-    bend = -(np.pi**2) * np.concatenate([np.cos(angle), np.sin(angle)], axis=2)
-    rates, limit = np.array([1.0, 1.0]), 2.0
-    squares = fastest_passage(slope, bend, grid, rates, limit)
-    pull = np.diff(squares, axis=0) / (2.0 * np.diff(grid)[:, None])
-    assert squares[0] == squares[-1] == 0.0
-    use = np.abs(slope) * np.sqrt(squares)[..., None]
-    starts = slope[:-1] * pull[..., None] + bend[:-1] * squares[:-1, :, None]
-    ends = slope[1:] * pull[..., None] + bend[1:] * squares[1:, :, None]
-    assert use.max() <= 1.0 + 1e-9
-    assert max(np.abs(starts).max(), np.abs(ends).max()) <= limit * (1 + 1e-6)
-    # At every place a joint is at its limit of velocity or acceleration, or the limit changes.
-    busy = np.maximum(
-        use[:-1].max(axis=2), np.maximum(np.abs(starts), np.abs(ends)).max(axis=2) / 2.0
-    )
-    assert busy.min() > 0.95 and np.median(busy) > 0.999
-
-
 def test_lines_end_where_directions_change(wang: Quadruped, short: Footholds) -> None:
     """A still body and a box: three lines of the foot for every step, and one of the body's."""
-    route = prepared(wang, short, RouteSettings(free=ROWS["route"], stance_knots=2), None)
+    route = prepared(wang, short, RouteSettings(free=ROWS["route"], stance_knots=2))
     poses = problem_of(route, 0, 8).poses
     knots = knots_of(route, 0, 8)
     lines = straight_lines(knots, poses)
