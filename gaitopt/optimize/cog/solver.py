@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gaitopt.conventions import FloatArray
+from gaitopt.conventions import FloatArray, TextEnum
 from gaitopt.errors import SolverError
 from gaitopt.optimize.cog.problem import (
     LINEAR_WEIGHT,
@@ -46,6 +46,18 @@ _STEP = 1e-9
 _POLISHED = 1e-14
 
 
+class CogStatus(TextEnum):
+    """How :func:`solve_cog` ended."""
+
+    SOLVED = "solved"
+    """The residuals are within tolerance."""
+    NOT_VERIFIED = (
+        "no feasible optimum was verified; usually there is none: lessen the stability margin, or "
+        "take another body height or nearer footholds"
+    )
+    """The residuals are too large."""
+
+
 @dataclass(frozen=True, eq=False)
 class CogSolution:
     """A COG position, and how one knows that it is the right one.
@@ -57,7 +69,7 @@ class CogSolution:
         margin: stability margin there [m]; ``inf`` when no leg is to swing.
         duals: multiplier of each constraint by name, scaled to the objective.
         active: names of the constraints that hold the optimum where it is.
-        status: ``"solved"`` when the residuals below are within tolerance, else ``"failed"``.
+        status: whether the residuals below are within tolerance.
         primal: largest violation of a constraint [m].
         stationarity: largest entry of the Lagrangian's gradient.
         complementarity: sum of dual times slack.
@@ -73,12 +85,17 @@ class CogSolution:
     margin: float
     duals: Mapping[str, float]
     active: tuple[str, ...]
-    status: str
+    status: CogStatus
     primal: float
     stationarity: float
     complementarity: float
     error_bound: float
     iterations: int
+
+    @property
+    def solved(self) -> bool:
+        """Whether the residuals are within tolerance."""
+        return self.status is CogStatus.SOLVED
 
 
 class _State(NamedTuple):
@@ -108,8 +125,7 @@ def solve_cog(problem: CogProblem, workspace: CogWorkspace | None = None) -> Cog
         workspace: solver memory to reuse; made anew by default.
 
     Returns:
-        The solution. Look at its ``status``: ``"failed"`` means that no feasible optimum was
-        verified, usually because there is none.
+        The solution. Look at its ``status``: there may be no feasible optimum.
 
     Raises:
         SolverError: the problem holds NaN or infinite numbers.
@@ -255,7 +271,7 @@ def _judge(problem: CogProblem, state: _State, iterations: int) -> CogSolution:
         margin=_margin(problem, w),
         duals=dict(zip(problem.names, duals, strict=True)),
         active=tuple(n for n, d in zip(problem.names, duals, strict=True) if d > ACTIVE_DUAL),
-        status="solved" if solved else "failed",
+        status=CogStatus.SOLVED if solved else CogStatus.NOT_VERIFIED,
         primal=state.primal,
         stationarity=slope,
         complementarity=gap,
@@ -279,7 +295,7 @@ def require_solved(solution: CogSolution, what: str) -> CogSolution:
     Raises:
         SolverError: its residuals are too large; the message holds them.
     """
-    if solution.status != "solved":
+    if not solution.solved:
         raise SolverError(
             f"{what}: not solved within {solution.iterations} QPs (violation "
             f"{solution.primal:.2g} m, gradient {solution.stationarity:.2g}, error bound "

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gaitopt.conventions import GRAVITY, LEGS, FloatArray, frozen
+from gaitopt.conventions import GRAVITY, LEGS, FloatArray, TextEnum, frozen
 from gaitopt.errors import InputError
 from gaitopt.gait.crawl import SHAO_SEQUENCE
 from gaitopt.optimize.posture.problem import (
@@ -74,6 +74,18 @@ class PostureResiduals:
         return max(self.margin, self.reach, self.plane, self.joints)
 
 
+class PostureStatus(TextEnum):
+    """How :func:`solve_posture` ended."""
+
+    SOLVED = "solved"
+    """All residuals are within tolerance."""
+    INFEASIBLE = (
+        "no posture keeps margin, reach and joint limits; lessen the stability margin, free more "
+        "of the body, or take another body height"
+    )
+    """The pose breaks a constraint, and its residuals say which."""
+
+
 @dataclass(frozen=True, eq=False)
 class PostureSolution:
     """A posture.
@@ -81,14 +93,19 @@ class PostureSolution:
     Attributes:
         problem: what was asked.
         pose: the answer.
-        status: ``"solved"`` when all residuals are within tolerance, else ``"infeasible"``.
+        status: whether all residuals are within tolerance.
         residuals: how one knows.
     """
 
     problem: PostureProblem
     pose: BodyPose
-    status: str
+    status: PostureStatus
     residuals: PostureResiduals
+
+    @property
+    def solved(self) -> bool:
+        """Whether all residuals are within tolerance."""
+        return self.status is PostureStatus.SOLVED
 
     @cached_property
     def margin(self) -> float:
@@ -156,7 +173,7 @@ class PostureSolution:
 def solve_posture(problem: PostureProblem) -> PostureSolution:
     """The posture, and how one knows that it is the right one.
 
-    An answer of the status ``"infeasible"`` broke a constraint: its residuals say which. IPOPT
+    An answer that is not solved broke a constraint: its residuals say which. IPOPT
     searches locally, from the pose before.
     """
     form = problem.formulation
@@ -176,7 +193,9 @@ def solve_posture(problem: PostureProblem) -> PostureSolution:
         str(said["return_status"]).replace("_", " "), int(said["iter_count"]),
     )  # fmt: skip
     good = residuals.violation <= FEASIBILITY and residuals.stationarity <= OPTIMALITY
-    return PostureSolution(problem, pose, "solved" if good else "infeasible", residuals)
+    return PostureSolution(
+        problem, pose, PostureStatus.SOLVED if good else PostureStatus.INFEASIBLE, residuals
+    )
 
 
 def posture_cycle(

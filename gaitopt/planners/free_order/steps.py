@@ -103,7 +103,7 @@ class StepPlanner:
         )  # fmt: skip
         for i, problem in enumerate(problems):
             answer = solve_cog(problem.starting_at(steps.before[i, :2]), self._workspace)
-            if answer.status == "solved" and answer.margin >= s.stability_margin - 1e-9:
+            if answer.solved and answer.margin >= s.stability_margin - 1e-9:
                 place[i, :2], place[i, 2] = answer.position, heights[i]
         return steps._replace(place=place)
 

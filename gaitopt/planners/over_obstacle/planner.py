@@ -202,7 +202,7 @@ def _refusal(
     largest = None
     if fault.posture is not None:
         found = solve_posture(fault.posture.problem.largest_margin())
-        largest = found.margin if found.status == "solved" else None
+        largest = found.margin if found.solved else None
     return InfeasibleStepError(
         f"{robot.name} does not get over this obstacle: {fault}{way}",
         step=fault.step, leg=fault.leg, conflicts=(fault.cause,),

@@ -181,7 +181,7 @@ def _posture(route: StrideRoute, step: Step, number: int) -> PostureSolution:
         margin=route.demand.margin, reach_fraction=settings.reach_fraction * REACH_RESERVE,
     )  # fmt: skip
     found = solve_posture(problem)
-    if found.status != "solved":
+    if not found.solved:
         length = float(np.linalg.norm(step.target - problem.feet[leg_index(step.leg)]))
         raise StrideFault(
             f"step {number}: no posture keeps a margin of {route.demand.margin:.4g} m while "
@@ -202,7 +202,7 @@ def _settled(route: StrideRoute, feet: FloatArray, before: BodyPose) -> BodyPose
             margin=route.demand.margin,
         )
     )
-    return _or_still(before, found.pose) if found.status == "solved" else before
+    return _or_still(before, found.pose) if found.solved else before
 
 
 def _or_still(before: BodyPose, found: BodyPose) -> BodyPose:

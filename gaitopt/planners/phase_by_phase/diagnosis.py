@@ -53,7 +53,7 @@ def explain_step(
     best = _solve(robot, steps, settings, step, place, "margin")
     least = _solve(robot, steps, settings, step, place, "reach")
     # A margin that is met only just counts as one that is not: the solver needs some room.
-    feasible = best.status == "solved" and best.value > settings.stability_margin + 1e-7
+    feasible = best.solved and best.value > settings.stability_margin + 1e-7
     if feasible:
         return SolverError(
             f"step {step} ({leg}): the COG problem has a solution (margin {best.value:.4g} m) but "
@@ -63,8 +63,8 @@ def explain_step(
     widest = _incircle(robot, steps, settings, step, place)
     triangle = "-".join(other for other in LEGS if other != leg)
     margin = settings.stability_margin
-    largest = best.value if best.status == "solved" else None
-    needed = least.value if least.status == "solved" else None
+    largest = best.value if best.solved else None
+    needed = least.value if least.solved else None
     if widest is not None and widest < margin:
         message = (
             f"{where}: a margin of {margin:.4g} m is larger than the inscribed circle of the "
@@ -93,7 +93,7 @@ def explain_start(
     """The error for an initial stance that no place of the body reaches."""
     feet = dict(zip(LEGS, steps.feet[0], strict=True))
     least = solve_cog(build_cog_problem(robot, feet, steps.start_height, wanted, objective="reach"))
-    needed = least.value if least.status == "solved" else None
+    needed = least.value if least.solved else None
     return InfeasibleStepError(
         "the first footholds lie too far apart: no place of the body lets all four legs reach "
         f"them; {_way_out(settings, None, needed)}",
@@ -137,7 +137,7 @@ def _incircle(
 ) -> float | None:
     """Radius of the support triangle's inscribed circle: the margin with legs of any length."""
     free = _solve(robot, steps, settings, step, place, "margin", reach_fraction=100.0)
-    return free.value if free.status == "solved" else None
+    return free.value if free.solved else None
 
 
 def _way_out(settings: CrawlSettings, largest: float | None, needed: float | None) -> str:

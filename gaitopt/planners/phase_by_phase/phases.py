@@ -72,7 +72,7 @@ def _held(constraint: str, dual: float) -> Limit:
 
 def _evidence(settings: CrawlSettings, solution: CogSolution) -> CogEvidence:
     return CogEvidence(
-        solution.status, settings.objective, solution.duals, solution.primal,
+        str(solution.status), settings.objective, solution.duals, solution.primal,
         solution.stationarity, solution.complementarity, solution.error_bound,
         solution.iterations,
     )  # fmt: skip

@@ -50,7 +50,7 @@ def optimise_cogs(
     for s, problem in enumerate(problems):
         solution = solve_cog(problem.starting_at(place), workspace)
         low = solution.margin < settings.stability_margin - 1e-9
-        if solution.status != "solved" or low:
+        if not solution.solved or low:
             raise explain_step(robot, steps, settings, s, place)
         solutions.append(solution)
         place = solution.position
@@ -95,6 +95,6 @@ def start_place(robot: Quadruped, steps: CrawlSteps, settings: CrawlSettings) ->
             reach_fraction=settings.reach_fraction,
         )  # fmt: skip
     solution = solve_cog(problem)
-    if solution.status != "solved":
+    if not solution.solved:
         raise explain_start(robot, steps, settings, wanted)
     return np.append(solution.position, steps.start_height)
