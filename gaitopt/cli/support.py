@@ -87,7 +87,7 @@ def open_plan(path: Path) -> Plan:
 def drawable(plan: Plan, plans: Mapping[str, Plan]) -> dict[str, Plan]:
     """The plans of a comparison that fit into one picture with ``plan``, which is one of them.
 
-    At the 5 mm/s of the paper's third row a walk takes an hour, and would squash all others.
+    At the 5 mm/s of [Wang2020], Table II, a walk takes an hour, and would squash all others.
     """
     return {
         name: plan if other.settings == plan.settings else other

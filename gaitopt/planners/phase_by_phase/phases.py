@@ -1,4 +1,4 @@
-"""The eight phases of each crawl cycle, with what limits them (Fig. 4 of the paper)."""
+"""The eight phases of each crawl cycle, with what limits them ([Wang2020], Fig. 4)."""
 
 from __future__ import annotations
 

@@ -47,7 +47,7 @@ class Route:
         )  # fmt: skip
 
     def phase_by_phase(self) -> Plan | None:
-        """The paper's plan over the same footholds; ``None`` where there is none."""
+        """The plan phase by phase over the same footholds; ``None`` where there is none."""
         try:
             return plan_in_order(self.robot, self.footholds, crawl_settings(self.settings))
         except GaitoptError:

@@ -1,4 +1,4 @@
-"""Where the COG may go before a step: Areas A and B of the paper, as outlines to draw.
+"""Where the COG may go before a step: Areas A and B of [Wang2020], as outlines to draw.
 
 All regions are convex seen from a point inside, so that an outline is found by walking out from
 there along rays until a constraint stops each one; corners lie on the constraints to rounding,

@@ -83,7 +83,7 @@ def dot_key(label: str, colour: str, marker: str = "o", fill: str | None = None)
 
 
 def leg_keys(marker: str = "o") -> list[Any]:
-    """A legend's entries for the four legs, in the paper's order."""
+    """A legend's entries for the four legs, in the order of [Wang2020]."""
     return [dot_key(leg, colour, marker) for leg, colour in LEG_COLOURS.items()]
 
 

@@ -1,4 +1,4 @@
-"""The figures of the paper, drawn from a plan.
+"""The figures of [Wang2020], drawn from a plan.
 
 Every function returns a :class:`matplotlib.figure.Figure` that pyplot knows nothing of: no window
 opens, and there is nothing to close. Figure numbers are those of [Wang2020].

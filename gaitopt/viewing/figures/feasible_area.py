@@ -1,4 +1,4 @@
-"""Figs. 6 and 7 of the paper: where the COG may go before a step, and where it goes."""
+"""Figs. 6 and 7 of [Wang2020]: where the COG may go before a step, and where it goes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Figs. 4 and 5 of the paper: the gait cycle and the swing."""
+"""Figs. 4 and 5 of [Wang2020]: the gait cycle and the swing."""
 
 from __future__ import annotations
 

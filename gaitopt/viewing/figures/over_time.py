@@ -1,4 +1,4 @@
-"""Figs. 12 to 15 of the paper: the COG and the joint velocities over time."""
+"""Figs. 12 to 15 of [Wang2020]: the COG and the joint velocities over time."""
 
 from __future__ import annotations
 

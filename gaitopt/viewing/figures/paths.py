@@ -1,4 +1,4 @@
-"""Figs. 3 and 11 of the paper: the columns, and the paths of feet and COG over them."""
+"""Figs. 3 and 11 of [Wang2020]: the columns, and the paths of feet and COG over them."""
 
 from __future__ import annotations
 
