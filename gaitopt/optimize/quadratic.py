@@ -1,7 +1,7 @@
-"""Small convex QPs through ProxQP, with settings that were measured.
+"""Small convex quadratic programs (QPs), solved by ProxQP [Bambade2022].
 
-ProxQP's own verdict is not used: on some inputs it calls feasible problems infeasible, on others
-it answers "solved" to what is not. Answers are judged by their residuals; iterations are capped.
+ProxQP's own status is not used: it calls some feasible problems infeasible, and some unsolved ones
+solved. Solutions are judged by their residuals, and iterations are limited.
 """
 
 from __future__ import annotations
@@ -14,12 +14,14 @@ from proxsuite import proxqp
 from gaitopt.conventions import FloatArray
 
 UNBOUNDED = 1e20
+"""Upper bound that stands for none: ProxQP takes bounds of this size for infinite."""
 TOLERANCE = 1e-9
-"""Violation and |dual x slack| above which an answer is tried again with other settings."""
+"""Violation, and |multiplier x slack|, above which other settings are tried: 1 nm in a QP in
+metres, and a hundred times ProxQP's own tolerance below."""
 
 
 class QuadraticSolver:
-    """ProxQP memory for problems of one size, kept from call to call; for one thread.
+    """Solver for QPs of one size, whose memory is kept from call to call; for one thread.
 
     Args:
         variables: number of unknowns ``n``.
@@ -27,16 +29,16 @@ class QuadraticSolver:
     """
 
     def __init__(self, variables: int, constraints: int) -> None:
-        # Measured on two-variable problems: 13 us a solve with these settings, 93 us with the
-        # defaults, which solve what these cannot.
+        # Measured on problems of two variables: 13 us a solution with the quick settings, 93 us with
+        # the slow ones, which also solve what the quick ones do not.
         quick: dict[str, float] = {
             "default_mu_in": 1e-6,
             "default_rho": 1e-9,
             "max_iter": 60,
             "max_iter_in": 60,
         }
-        patient: dict[str, float] = {"max_iter": 200, "max_iter_in": 100}
-        self._attempts = [_workspace(variables, constraints, s) for s in (quick, patient)]
+        slow: dict[str, float] = {"max_iter": 200, "max_iter_in": 100}
+        self._attempts = [_workspace(variables, constraints, s) for s in (quick, slow)]
         self._started = [False, False]
         self._upper = np.full(constraints, UNBOUNDED)
 
@@ -53,18 +55,18 @@ class QuadraticSolver:
 
         Returns:
             The minimiser ``(n,)`` and the multipliers ``(m,)``, none negative. Where the problem
-            has no solution they are the last iterate: look at ``J x - low``.
+            has no solution they are the last iterate, which ``J x - low`` shows.
         """
         for attempt, qp in enumerate(self._attempts):
             self._load(attempt, hessian, gradient, jacobian, low)
             qp.solve()
             x = qp.results.x
             # ProxQP's multipliers of J x >= low are negative by its sign convention.
-            duals = np.maximum(-qp.results.z, 0.0)
+            multipliers = np.maximum(-qp.results.z, 0.0)
             slack = jacobian @ x - low
-            if slack.min() > -TOLERANCE and abs(duals @ slack) < TOLERANCE:
+            if slack.min() > -TOLERANCE and abs(multipliers @ slack) < TOLERANCE:
                 break
-        return x, duals
+        return x, multipliers
 
     def _load(self, attempt: int, *problem: FloatArray) -> None:
         hessian, gradient, jacobian, low = problem
@@ -82,11 +84,11 @@ def _workspace(variables: int, constraints: int, settings: dict[str, float]) -> 
     common = {
         "eps_abs": 1e-11,
         "eps_rel": 0.0,
-        # Without this, points that are feasible but not complementary pass for solved.
+        # Without this, ProxQP accepts points that are feasible but do not satisfy complementarity.
         "check_duality_gap": True,
         "eps_duality_gap_abs": 1e-11,
         "eps_duality_gap_rel": 0.0,
-        # With its tests for infeasibility off, ProxQP stops at max_iter instead of guessing.
+        # These switch off its tests for infeasibility, which are wrong at times.
         "eps_primal_inf": 0.0,
         "eps_dual_inf": 0.0,
         "initial_guess": proxqp.InitialGuess.NO_INITIAL_GUESS,

@@ -1,6 +1,6 @@
 """How fast a body or a foot may move when every joint's velocity is limited.
 
-Three ways to the same number, Section IV of [Wang2020]:
+Three ways lead to the same number, [Wang2020], Section IV:
 
 * the linear program in the joint velocities, as stated (:func:`build_speed_lp`);
 * the paper's algorithm: guess which joint is at its limit, and get the others from the closed-form
@@ -19,6 +19,12 @@ import numpy as np
 from gaitopt.conventions import FloatArray
 from gaitopt.errors import InputError, SolverError
 from gaitopt.robots.leg import Leg
+
+
+RESIDUAL = 1e-9
+"""Largest residual of an accepted solution, all unknowns being of order one."""
+ROUNDING = 1e-12
+"""Share by which a joint velocity may exceed its limit in the paper's algorithm, for rounding."""
 
 
 class SpeedLp(NamedTuple):
@@ -60,13 +66,13 @@ def build_speed_lp(jacobian: FloatArray, direction: FloatArray, limits: FloatArr
 
 
 def solve_speed_lp(problem: SpeedLp) -> float:
-    """Largest speed [m/s], by HiGHS; its answer is held against its own constraints.
+    """Largest speed [m/s], by HiGHS [Huangfu2018]; the constraints are checked at its solution.
 
     Raises:
-        SolverError: HiGHS found no optimum whose residual is below 1e-9.
+        SolverError: HiGHS found no optimum with a residual below :data:`RESIDUAL`.
     """
     rows, joints = problem.jacobian.shape
-    # In units of its limits each joint velocity is within +-1; the speed gets a scale to match.
+    # In units of its limit each joint velocity is within +-1; the speed is scaled alike.
     scaled = problem.jacobian * problem.limits
     scale = float(np.abs(scaled).max()) or 1.0
     solver = _conic(rows, joints)
@@ -78,7 +84,7 @@ def solve_speed_lp(problem: SpeedLp) -> float:
                    lbx=-bound, ubx=bound)  # fmt: skip
     x = np.asarray(found["x"]).ravel()
     residual = max(float(np.abs(matrix @ x).max()), float(np.abs(x[:-1]).max()) - 1.0)
-    if not residual <= 1e-9:
+    if not residual <= RESIDUAL:
         raise SolverError(f"the speed LP was not solved: residual {residual:.2g}")
     return float(x[-1]) * scale
 
@@ -128,7 +134,7 @@ def body_speed(speeds: FloatArray) -> FloatArray:
 def knot_times(
     joints: FloatArray, limits: FloatArray, lengths: FloatArray, speed: float | None
 ) -> tuple[FloatArray, np.ndarray]:
-    """Shortest times between knots of a path whose joints move in straight lines between them.
+    """Shortest times between knots of a path that is straight in joint space between them.
 
     Args:
         joints: ``(..., K, nj)`` [rad].
@@ -181,7 +187,7 @@ def paper_foot_speed(leg: Leg, q: FloatArray, direction: FloatArray) -> float:
         if rates[j] == 0.0:
             continue
         others = rates / rates[j] * limits[j]
-        if np.all(np.abs(others) <= limits * (1.0 + 1e-12)):
+        if np.all(np.abs(others) <= limits * (1.0 + ROUNDING)):
             return float(np.linalg.norm(_paper_foot_velocity(leg, q, others)))
     raise SolverError(f"leg {leg.name}: no joint moves the foot along {unit} at q = {q}")
 
@@ -202,9 +208,9 @@ def _paper_angles(leg: Leg, q: FloatArray) -> _PaperAngles:
     lam = 1.0 if leg.name.endswith("F") else -1.0
     roll = leg.signs[0] * q[0]
     thigh = leg.signs[1] * q[1] + leg.zeros[0]
-    bend = leg.signs[2] * q[2] + leg.zeros[1]
-    # theta_2 = -lam thigh, theta_3 = -lam bend, and s3 = sin(-theta_3 - theta_2).
-    two, three = -lam * thigh, lam * (bend + thigh)
+    knee = leg.signs[2] * q[2] + leg.zeros[1]
+    # theta_2 = -lam thigh, theta_3 = -lam knee, and s3 = sin(-theta_3 - theta_2).
+    two, three = -lam * thigh, lam * (knee + thigh)
     return _PaperAngles(
         np.sin(roll), np.cos(roll), np.sin(two), np.cos(two), np.sin(three), np.cos(three), lam
     )
@@ -214,8 +220,8 @@ def _vertical_rates(leg: Leg, q: FloatArray) -> FloatArray:
     """Joint rates in proportion, from eq. (14) with the sign of w1/w3 corrected."""
     s1, c1, s2, c2, s3, c3, lam = _paper_angles(leg, q)
     l2, l3 = leg.upper, leg.lower
-    hang, cross = l2 * c2 + l3 * c3, c2 * s3 + c3 * s2
-    theta = np.array([s1 * l2 * l3 * cross, l3 * c3 * c1 * hang, -c1 * hang**2])
+    height, cross = l2 * c2 + l3 * c3, c2 * s3 + c3 * s2
+    theta = np.array([s1 * l2 * l3 * cross, l3 * c3 * c1 * height, -c1 * height**2])
     return _to_joint_rates(leg, theta, lam)
 
 
@@ -223,13 +229,13 @@ def _horizontal_rates(leg: Leg, q: FloatArray, unit: FloatArray) -> FloatArray:
     """Joint rates in proportion, from eq. (16) with signs and the misprint corrected."""
     s1, c1, s2, c2, s3, c3, lam = _paper_angles(leg, q)
     l2, l3 = leg.upper, leg.lower
-    hang, cross = l2 * c2 + l3 * c3, c2 * s3 + c3 * s2
+    height, cross = l2 * c2 + l3 * c3, c2 * s3 + c3 * s2
     kx, ky = unit[0], unit[1] * lam
     theta = np.array(
         [
             c1 * l2 * l3 * ky * cross,
-            l3 * hang * (s3 * kx - c3 * s1 * ky),
-            hang * ((l2 * s2 - l3 * s3) * kx + s1 * ky * hang),
+            l3 * height * (s3 * kx - c3 * s1 * ky),
+            height * ((l2 * s2 - l3 * s3) * kx + s1 * ky * height),
         ]
     )
     return _to_joint_rates(leg, theta, lam)
@@ -244,11 +250,12 @@ def _paper_foot_velocity(leg: Leg, q: FloatArray, rates: FloatArray) -> FloatArr
     s1, c1, s2, c2, s3, c3, lam = _paper_angles(leg, q)
     w1, w2, w3 = rates * np.array(leg.signs) * np.array([1.0, -lam, -lam])
     l2, l3, shank = leg.upper, leg.lower, -(w2 + w3)
-    hang, sink = l2 * c2 + l3 * c3, l2 * w2 * s2 + l3 * shank * s3
+    # Height of the roll axis over the foot in the leg's own plane, and minus its derivative.
+    height, change = l2 * c2 + l3 * c3, l2 * w2 * s2 + l3 * shank * s3
     return np.array(
         [
             lam * (l2 * w2 * c2 - l3 * shank * c3),
-            w1 * c1 * hang - s1 * sink,
-            w1 * s1 * hang + c1 * sink,
+            w1 * c1 * height - s1 * change,
+            w1 * s1 * height + c1 * change,
         ]
     )

@@ -1,12 +1,15 @@
-"""The sway of a body: the path on which its ZMP stays deep inside the support polygons.
+"""The sway of a body: its horizontal path that keeps the ZMP inside the support polygons.
 
 The body's centre is taken as a point mass at constant height ``h``, so its ZMP is
-``c - (h / g) c''`` ([XiLing], Module D). The path is a cubic spline; its ZMP is
-then a cubic on every piece and lies within the range of its Bernstein coefficients, so what holds
-of these holds at every instant. First a linear program finds the largest margin that can be kept
-all along; then a quadratic one keeps nearly all of it, goes deeper into every polygon up to a
-target, and moves the body little. (Where one foot lands at the instant at which another leaves, the
-ZMP crosses a common side of two triangles, and no path has a margin above zero.)
+``c - (h / g) c''`` ([XiLing], Module D; [Kajita2003]). The path is a cubic spline, so its ZMP is a
+cubic on every piece. A cubic lies within the convex hull of its Bernstein coefficients
+[Farouki2012]: a margin that these keep holds at every instant.
+
+Two problems are solved. A linear program finds the largest margin that the ZMP can keep at every
+instant. A quadratic program then keeps nearly all of that margin, increases the margin on every
+piece up to a target, and moves the body as little as possible. (Where one foot lands at the instant
+at which another lifts off, the ZMP crosses a common side of two triangles, and no path has a margin
+above zero.)
 """
 
 from __future__ import annotations
@@ -20,18 +23,28 @@ import numpy as np
 from gaitopt.conventions import GRAVITY, FloatArray, frozen
 from gaitopt.errors import InputError, SolverError
 
-KEPT = 0.95
-"""Share of the largest margin that the calm path keeps."""
-DEPTH_WEIGHT = 100.0
-"""Weight of a margin's shortfall from the target, against the body's displacement."""
-TOLERANCE = 1e-6
-"""Violation of a constraint that is let pass [m]."""
+KEPT_SHARE = 0.95
+"""Share of the largest margin that the path keeps; chosen here, so that it need not move far."""
+MARGIN_SLACK = 1e-5
+"""By how much less margin is asked for on top [m]: both solvers leave errors of this order."""
+SHORTFALL_WEIGHT = 100.0
+"""Weight of the squared shortfall of margins from the target, against squared displacements.
+
+Chosen here: 1 mm of margin counts like 10 mm of the body's displacement.
+"""
+TOLERANCE = 1e-4
+"""Largest violation of a constraint in an accepted solution [m]."""
 
 _SHARES = np.array([0.0, 1.0, 2.0, 3.0]) / 3.0
+"""Shares of a piece at which a cubic is taken; its four values there determine it."""
 _BERNSTEIN = np.stack(
     [(1 - _SHARES) ** 3, 3 * _SHARES * (1 - _SHARES) ** 2, 3 * _SHARES**2 * (1 - _SHARES),
      _SHARES**3], axis=1,
 )  # fmt: skip
+"""Cubic Bernstein polynomials at these shares ``(4, 4)``; the inverse leads from values to
+coefficients. (``BPoly.from_power_basis`` differs by rounding, and the quadratic program's solution
+is so sensitive that it moved by 2e-8 m.)
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,10 +60,13 @@ class SwayProblem:
         height: of the body's centre above the ground [m].
         period: of the gait, which weighs accelerations against displacements [s].
         largest_offset: how far from the route the body may go along x and y [m].
-        target: margin beyond which nothing is gained [m].
-        zmp: Bernstein coefficients of the ZMP for unit spline coefficients ``(4 K, n)``.
-        place, second: the path at ``times``, and its second derivative, likewise ``(K + 1, n)``.
-        power: the path's coefficients on each piece, highest power first ``(4, K, n)``.
+        target: margin above which a larger one has no value [m].
+        zmp: sparse matrix ``(4 K, n)`` from the spline's ``n`` coefficients, the control points,
+            to the ZMP's Bernstein coefficients.
+        place, second: matrices ``(K + 1, n)`` from these to the path at ``times``, and to its
+            second derivative.
+        power: the same to the path's coefficients on each piece, highest power first
+            ``(4, K, n)``.
     """
 
     times: FloatArray
@@ -68,13 +84,13 @@ class SwayProblem:
 
 @dataclass(frozen=True, eq=False)
 class SwaySolution:
-    """A path of the body's centre, and how one knows that it is right.
+    """A path of the body's centre, with its margin and residual.
 
     Attributes:
         times: ends of the pieces ``(K + 1,)`` [s].
         coefficients: ``(4, K, 2)`` [m], highest power first, in the time since the piece's start.
-        margin: lower bound of the ZMP's margin over all instants, from the coefficients [m];
-            infinite where no polygon is asked for.
+        margin: lower bound of the ZMP's margin over all instants, by its Bernstein coefficients
+            [m]; infinite where there are no polygons.
         largest_margin: the linear program's optimum [m].
         residual: largest violation of any constraint at the solution [m].
     """
@@ -95,7 +111,7 @@ def build_sway_problem(
     largest_offset: float,
     target: float,
 ) -> SwayProblem:
-    """Lay out the problem; the arguments are the attributes of :class:`SwayProblem`.
+    """Build the problem; the arguments are the attributes of :class:`SwayProblem`.
 
     Raises:
         InputError: shapes do not fit, or times do not increase.
@@ -117,26 +133,26 @@ def build_sway_problem(
     inside = t[:-1, None] + np.diff(t)[:, None] * _SHARES
     value = BSpline.design_matrix(inside.ravel(), knots, 3)
     spline = BSpline(knots, np.eye(n), 3)
-    bend = spline(t, 2)
+    second = spline(t, 2)
     to_bernstein = block_diag([np.linalg.inv(_BERNSTEIN)] * pieces)
-    bend_inside = bend[:-1, None, :] + (bend[1:] - bend[:-1])[:, None, :] * _SHARES[:, None]
-    zmp = to_bernstein @ (value - (height / GRAVITY) * csr_array(bend_inside.reshape(-1, n)))
+    second_inside = second[:-1, None, :] + (second[1:] - second[:-1])[:, None, :] * _SHARES[:, None]
+    zmp = to_bernstein @ (value - (height / GRAVITY) * csr_array(second_inside.reshape(-1, n)))
     power = np.stack([
-        (bend[1:] - bend[:-1]) / (6.0 * np.diff(t)[:, None]), bend[:-1] / 2.0,
+        (second[1:] - second[:-1]) / (6.0 * np.diff(t)[:, None]), second[:-1] / 2.0,
         spline(t[:-1], 1), spline(t[:-1]),
     ])  # fmt: skip
     return SwayProblem(
         frozen(t), tuple(frozen(s) for s in sides), frozen(way), float(height), float(period),
         float(largest_offset), float(target), csr_array(zmp), csr_array(spline(t)),
-        csr_array(bend), power,
+        csr_array(second), power,
     )  # fmt: skip
 
 
 def solve_sway(problem: SwayProblem) -> SwaySolution:
-    """The calmest path whose ZMP has nearly the largest margin at every instant.
+    """The path of least displacement whose ZMP keeps nearly the largest margin at every instant.
 
     Raises:
-        SolverError: the body cannot stay near enough to its route, or an answer failed the check
+        SolverError: the body cannot stay near enough to its route, or the solution failed the check
             of its constraints.
     """
     rows, low = _margin_rows(problem)
@@ -145,13 +161,13 @@ def solve_sway(problem: SwayProblem) -> SwaySolution:
     largest = _largest_margin(rows, low, bounds, floor, fixed, at)
     kept = problem.target
     if np.isfinite(largest):
-        kept = min(largest - (1.0 - KEPT) * abs(largest) - 1e-5, kept)
-    x = _calmest(problem, rows, low, kept, bounds, floor, fixed, at)
+        kept = min(largest - (1.0 - KEPT_SHARE) * abs(largest) - MARGIN_SLACK, kept)
+    x = _least_displacement(problem, rows, low, kept, bounds, floor, fixed, at)
     margin = float((rows @ x - low).min(initial=np.inf))
     residual = max(
         kept - margin, float((floor - bounds @ x).max()), float(np.abs(fixed @ x - at).max())
     )
-    if not residual <= TOLERANCE * 100.0:
+    if not residual <= TOLERANCE:
         raise SolverError(
             f"the body's sway was not solved: a constraint is violated by {residual:.2g} m; take a "
             "longer cycle or a smaller speed"
@@ -201,7 +217,7 @@ def _end_rows(problem: SwayProblem) -> tuple[Any, FloatArray]:
 def _largest_margin(
     rows: Any, low: FloatArray, bounds: Any, floor: FloatArray, fixed: Any, at: FloatArray
 ) -> float:
-    """Optimum of the linear program, by HiGHS; infinite where nothing bounds the margin."""
+    """Optimum of the linear program, by HiGHS; infinite where there are no polygons."""
     from scipy.optimize import linprog
     from scipy.sparse import csr_array, hstack, vstack
 
@@ -211,7 +227,7 @@ def _largest_margin(
     one = csr_array(np.ones((rows.shape[0], 1)))
     upper = vstack([hstack([-rows, one]), hstack([-bounds, csr_array((bounds.shape[0], 1))])])
     equal = hstack([fixed, csr_array((fixed.shape[0], 1))])
-    # HiGHS' own choice of a method has been seen to end without any status.
+    # HiGHS' own choice of a method has been seen to end without a solution or a status.
     for method in ("highs", "highs-ipm", "highs-ds"):
         found = linprog(
             np.append(np.zeros(n), -1.0), A_ub=upper, b_ub=np.concatenate([-low, -floor]),
@@ -225,20 +241,20 @@ def _largest_margin(
     )
 
 
-def _calmest(
+def _least_displacement(
     problem: SwayProblem, rows: Any, low: FloatArray, kept: float, bounds: Any,
     floor: FloatArray, fixed: Any, at: FloatArray,
 ) -> FloatArray:  # fmt: skip
-    """Deep in every polygon with little displacement and acceleration, by PIQP."""
+    """Spline coefficients ``(2 n,)`` of the quadratic program's solution, by PIQP."""
     from scipy.sparse import block_diag, csr_array, diags_array, hstack, vstack
 
     hessian, gradient, owner = _cost(problem)
     pieces, n = len(problem.sides), fixed.shape[1]
-    depth = csr_array((np.ones(len(owner)), (np.arange(len(owner)), owner)),
-                      shape=(len(owner), pieces))  # fmt: skip
+    own = csr_array((np.ones(len(owner)), (np.arange(len(owner)), owner)),
+                    shape=(len(owner), pieces))  # fmt: skip
     matrix = block_diag([bounds, diags_array(np.ones(pieces))])
     if rows.shape[0]:
-        matrix = vstack([hstack([rows, -depth]), matrix])
+        matrix = vstack([hstack([rows, -own]), matrix])
     least = np.concatenate([low, floor, np.full(pieces, kept)])
     most = np.full(len(least), np.inf)
     most[len(least) - pieces :] = problem.target
@@ -253,8 +269,8 @@ def _solve_qp(
 ) -> FloatArray:
     """Minimise ``x H x / 2 + g x`` over ``low <= A x <= high``, all sparse, by PIQP.
 
-    An interior point: ProxQP's sparse solver, which does well on few active rows, did not come to
-    an end within minutes on these thousands of them.
+    PIQP is an interior-point method. ProxQP's sparse solver, which does well on few active rows,
+    did not end within minutes on these thousands of them.
     """
     import casadi as ca
 
@@ -285,15 +301,15 @@ def _cost(problem: SwayProblem) -> tuple[Any, FloatArray, np.ndarray]:
 
     shares = np.diff(problem.times) / (problem.times[-1] - problem.times[0])
     steps = np.concatenate([shares, [0.0]]) / 2.0 + np.concatenate([[0.0], shares]) / 2.0
-    # A sway of the gait's period has accelerations (2 pi / period)^2 times its displacements.
+    # A sine of the gait's period has accelerations (2 pi / period)^2 times its displacements.
     weight = (problem.period / (2.0 * np.pi)) ** 4
-    place, bend = problem.place, problem.second
+    place, second = problem.place, problem.second
     weighted = diags_array(steps)
-    single = place.T @ weighted @ place + weight * (bend.T @ weighted @ bend)
-    hessian = block_diag([single, single, diags_array(DEPTH_WEIGHT * shares)])
+    single = place.T @ weighted @ place + weight * (second.T @ weighted @ second)
+    hessian = block_diag([single, single, diags_array(SHORTFALL_WEIGHT * shares)])
     gradient = np.concatenate([
         *(-(place.T @ (steps * problem.route[:, i])) for i in range(2)),
-        -DEPTH_WEIGHT * problem.target * shares,
+        -SHORTFALL_WEIGHT * problem.target * shares,
     ])  # fmt: skip
     counts = np.array([len(s) for s in problem.sides])
     return hessian, gradient, np.repeat(np.arange(len(counts)), 4 * counts)
