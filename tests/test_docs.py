@@ -77,7 +77,7 @@ def run_console(fence: Fence, folder: Path) -> str:
             command = [
                 sys.executable,
                 "-m",
-                "gaitopt.cli.app",
+                "gaitopt",
                 *shlex.split(line[10:], comments=True),
             ]
             done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=120)

@@ -20,7 +20,7 @@ runner = CliRunner()
 
 def run(*arguments: str, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
-        [sys.executable, "-m", "gaitopt.cli.app", *arguments],
+        [sys.executable, "-m", "gaitopt", *arguments],
         capture_output=True, text=True, cwd=cwd, timeout=120, check=False,
     )  # fmt: skip
 

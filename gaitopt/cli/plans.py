@@ -1,0 +1,128 @@
+"""Commands that take a plan file: ``replay``, ``verify``, ``simulate``, ``figures``, ``export``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.markup import escape
+
+from gaitopt.cli.options import (
+    CollisionsOption,
+    PlanArgument,
+)
+from gaitopt.cli.support import (
+    make_folder,
+    open_plan,
+    progress_bar,
+    terminal,
+)
+from gaitopt.errors import InputError
+
+
+def replay(
+    plan: PlanArgument,
+    out: Annotated[
+        Path | None,
+        typer.Argument(help="The HTML file; PLAN with .html by default.", metavar="HTML"),
+    ] = None,
+    show: Annotated[bool, typer.Option("--open", help="Also open it in the browser.")] = False,
+) -> None:
+    """Write a plan's replay as one HTML file that plays in any browser."""
+    from gaitopt.viewing.replay.browser import open_in_browser
+    from gaitopt.viewing.replay.replay import replay as write_replay
+
+    loaded = open_plan(plan)
+    target = out or plan.with_suffix(".html")
+    write_replay(loaded, target)
+    terminal().print(f"[bold]{escape(str(target))}[/]")
+    if show and not open_in_browser(target):
+        terminal().print("no browser could be started: open the file by hand")
+
+
+def verify(
+    plan: PlanArgument,
+    collisions: CollisionsOption = True,
+) -> None:
+    """Certify a plan for every instant; exit code 0 when it is, 1 when it is not."""
+    from gaitopt.certificate.verify import verify as certify
+
+    certificate = certify(open_plan(plan), collisions=collisions)
+    terminal().print(certificate.table())
+    if not certificate.ok:
+        raise typer.Exit(1)
+
+
+def simulate(
+    plan: PlanArgument,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Also write a replay of plan and physics side by side.", metavar="HTML"),
+    ] = None,
+) -> None:
+    """Walk a plan in physics (MuJoCo).
+
+    Exit code 0 when every foot gets to its foothold with joint velocities within the limits (and
+    the servos' tolerance), 1 when not.
+    """
+    from gaitopt.simulation.simulate import simulate as run_simulation
+    from gaitopt.viewing.replay.replay import replay as write_replay
+
+    loaded = open_plan(plan)
+    with progress_bar("simulating") as tick:
+        tick(0, 1)
+        result = run_simulation(loaded)
+        tick(1, 1)
+    terminal().print(escape(str(result)))
+    if out is not None:
+        write_replay(loaded, out, simulated=result.motion)
+        terminal().print(f"[bold]{escape(str(out))}[/]")
+    if not result.passed:
+        raise typer.Exit(1)
+
+
+def figures(
+    plan: PlanArgument,
+    out: Annotated[Path, typer.Argument(help="Folder for the figures.")] = Path("figures"),
+    step: Annotated[
+        int | None,
+        typer.Option(help="Step whose feasible area and swing to draw; a telling one by default."),
+    ] = None,
+) -> None:
+    """Write a plan's figures as PNG files."""
+    from gaitopt.viewing.figures.crawl_figures import save_figures
+
+    loaded = open_plan(plan)
+    make_folder(out)
+    for path in save_figures(loaded, out, step=step):
+        terminal().print(escape(str(path)))
+
+
+def export(
+    plan: PlanArgument,
+    csv: Annotated[
+        Path | None, typer.Option(help="Write the motion as a table.", metavar="FILE")
+    ] = None,
+    ros: Annotated[
+        Path | None,
+        typer.Option(help="Write the joints' motion as a JointTrajectory in YAML.", metavar="FILE"),
+    ] = None,
+    dt: Annotated[
+        float | None,
+        typer.Option(help="Time between samples, in seconds; the plan's own knots by default."),
+    ] = None,
+) -> None:
+    """Write a plan's motion for other programs."""
+    from gaitopt.exporting.ros import export_ros
+    from gaitopt.exporting.tables import export_csv
+
+    if csv is None and ros is None:
+        raise InputError("nothing to write: give --csv FILE, --ros FILE, or both")
+    if csv == ros:
+        raise InputError(f"--csv and --ros both name {csv}; give two files")
+    loaded = open_plan(plan)
+    for path, write in ((csv, export_csv), (ros, export_ros)):
+        if path is not None:
+            write(loaded, path, dt)
+            terminal().print(f"[bold]{escape(str(path))}[/]")
