@@ -1,9 +1,9 @@
-"""The true centre of mass along a route: in closed form, with its gradient and curvature.
+"""The true centre of mass (COM) at many poses, in closed form, with first and second derivatives.
 
-A leg turns about its roll axis and two parallel pitch axes, so the first moment of its three links
-about the hip, in the leg frame of :mod:`gaitopt.robots.leg`, is ``Rx(q1) (A + Ry(q2) B + Ry(q2 +
-q3) C)`` with three constant vectors; all else on the robot moves with the body. Derivatives are by
-the nine numbers of a pose (:mod:`gaitopt.optimize.route.legs`), exact.
+A leg has a roll joint and two pitch joints. In the leg frame of :mod:`gaitopt.robots.leg`, the
+first moment of its three links about the hip is ``Rx(roll) (A + Ry(thigh) B + Ry(thigh + knee) C)``
+with three constant vectors. Everything else on the robot moves with the body. Derivatives are by
+the nine numbers of a pose (:mod:`gaitopt.optimize.route.legs`).
 """
 
 from __future__ import annotations
@@ -14,42 +14,48 @@ from typing import NamedTuple
 import numpy as np
 
 from gaitopt.conventions import LEGS, FloatArray
-from gaitopt.optimize.route.legs import BODY, ORIENTATION, POSE, LegKinematics
+from gaitopt.optimize.route.legs import (
+    BODY,
+    JOINTS,
+    ORIENTATION,
+    POSE,
+    LegKinematics,
+    add_second_derivatives,
+)
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.rotations import rpy_to_matrix
 
-_PAIRS = [(a, b) for a in range(3) for b in range(a, 3)]
 
-
-class Com(NamedTuple):
-    """The centre of mass at many poses, with its derivatives.
+class ComDerivatives(NamedTuple):
+    """The COM at many poses, with its first derivatives.
 
     Attributes:
-        points: in the frame of the poses ``(K, 3)`` [m].
-        slopes: derivative by the pose ``(K, 3, 9)``.
-        inner: derivative of its place in the body frame by the pose ``(K, 3, 9)``.
-        local: that place, from the body centre ``(K, 3)`` [m].
-        by_joints: its derivative by the joints ``(K, 3, 12)`` [m/rad].
+        com: in the frame of the poses ``(K, 3)`` [m].
+        com_by_pose: ``(K, 3, 9)``.
+        in_body: from the body centre, in the body frame ``(K, 3)`` [m].
+        in_body_by_joints: ``(K, 3, 12)`` [m/rad].
+        in_body_by_pose: ``(K, 3, 9)``.
     """
 
-    points: FloatArray
-    slopes: FloatArray
-    inner: FloatArray
-    local: FloatArray
-    by_joints: FloatArray
+    com: FloatArray
+    com_by_pose: FloatArray
+    in_body: FloatArray
+    in_body_by_joints: FloatArray
+    in_body_by_pose: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
 class MassDistribution:
     """Mass distribution of a robot whose legs have three joints each.
 
-    Vectors are first moments divided by the robot's whole mass [m].
+    First moments are divided by the robot's whole mass, so their unit is metre.
 
     Attributes:
-        body: of all that moves with the body, about the body centre, in the body frame ``(3,)``.
-        parts: ``A``, ``B``, ``C`` of every leg in its leg frame ``(3, 4, 3)``.
+        body: of all that moves with the body, about the body centre, in the body frame ``(3,)``
+            [m]. The legs' masses count as if they were at their hips.
+        parts: ``A``, ``B``, ``C`` of every leg in its leg frame ``(3, 4, 3)`` [m].
         axes: leg frames' axes as columns in the body frame ``(4, 3, 3)``.
-        signs: sense of the joints against their leg frames ``(4, 3)``.
+        signs: +1 or -1: sense of turning of the joints against their leg frames ``(4, 3)``.
     """
 
     body: FloatArray
@@ -69,23 +75,23 @@ class MassDistribution:
             q[7:][list(columns)] = 0.0
         pin.forwardKinematics(model, data, q)
         masses = np.array([inertia.mass for inertia in model.inertias])
-        frames = robot.body_axes.T
-        places = np.array(
-            [frames @ m.act(i.lever) for m, i in zip(data.oMi, model.inertias, strict=True)]
+        to_body = robot.body_axes.T
+        centres = np.array(
+            [to_body @ m.act(i.lever) for m, i in zip(data.oMi, model.inertias, strict=True)]
         )
-        joints = np.array([frames @ m.translation for m in data.oMi])
-        body, parts = (masses[:, None] * places).sum(axis=0), np.zeros((3, 4, 3))
+        joints = np.array([to_body @ m.translation for m in data.oMi])
+        body, parts = (masses[:, None] * centres).sum(axis=0), np.zeros((3, 4, 3))
         for i, name in enumerate(LEGS):
             leg = robot.legs[name]
             links = [model.getJointId(joint) for joint in leg.joints]
             mass = masses[links]
-            # From the hip, in the leg frame: centres of the links, and the two pitch joints.
-            at = (places[links] - leg.hip) @ leg.axes
-            pitch, knee = (joints[links[1:]] - leg.hip) @ leg.axes
-            parts[0, i] = mass[0] * at[0] + (mass[1] + mass[2]) * pitch
-            parts[1, i] = mass[1] * (at[1] - pitch) + mass[2] * (knee - pitch)
+            # From the hip, in the leg frame: the links' centres of mass, and both pitch joints.
+            at = (centres[links] - leg.hip) @ leg.axes
+            thigh, knee = (joints[links[1:]] - leg.hip) @ leg.axes
+            parts[0, i] = mass[0] * at[0] + (mass[1] + mass[2]) * thigh
+            parts[1, i] = mass[1] * (at[1] - thigh) + mass[2] * (knee - thigh)
             parts[2, i] = mass[2] * (at[2] - knee)
-            body += mass.sum() * leg.hip - mass @ places[links]
+            body += mass.sum() * leg.hip - mass @ centres[links]
         total = masses.sum()
         return cls(
             body=body / total - robot.centre, parts=parts / total,
@@ -93,101 +99,130 @@ class MassDistribution:
             signs=np.array([robot.legs[name].signs for name in LEGS]),
         )  # fmt: skip
 
-    def points(self, poses: FloatArray, joints: FloatArray) -> FloatArray:
-        """The centre of mass ``(K, 3)`` [m] at ``poses (K, 9)`` with ``joints (K, 4, 3)``."""
-        turned = rpy_to_matrix(poses[:, ORIENTATION])
+    def com(self, poses: FloatArray, joints: FloatArray) -> FloatArray:
+        """The COM ``(K, 3)`` [m] at ``poses (K, 9)`` with ``joints (K, 4, 3)`` [rad]."""
+        rotation = rpy_to_matrix(poses[:, ORIENTATION])
         return np.asarray(
-            poses[:, BODY] + np.einsum("Kij,Kj->Ki", turned, self.com_in_body(joints))
+            poses[:, BODY] + np.einsum("Kij,Kj->Ki", rotation, self.com_in_body(joints))
         )
 
     def com_in_body(self, joints: FloatArray) -> FloatArray:
-        """The centre of mass from the body centre, in the body frame ``(K, 3)`` [m]."""
-        moved = _rolled(joints[..., 0] * self.signs[:, 0], self._bent(joints)[0])[0]
-        return np.asarray(np.einsum("lij,Klj->Ki", self.axes, moved) + self.body)
+        """The COM from the body centre, in the body frame ``(K, 3)`` [m].
 
-    def at(self, poses: FloatArray, kinematics: LegKinematics, gradients: FloatArray) -> Com:
-        """The centre of mass with its first derivatives.
+        Args:
+            joints: ``(K, 4, 3)`` [rad].
+        """
+        moments = _rolled(joints[..., 0] * self.signs[:, 0], self._before_roll(joints)[0])[0]
+        return np.asarray(np.einsum("lij,Klj->Ki", self.axes, moments) + self.body)
+
+    def derivatives(
+        self, poses: FloatArray, kinematics: LegKinematics, joints_by_pose: FloatArray
+    ) -> ComDerivatives:
+        """The COM with its first derivatives.
 
         Args:
             poses: ``(K, 9)``.
-            kinematics: their joints.
-            gradients: of all joints by the pose ``(K, 12, 9)``.
+            kinematics: at these poses.
+            joints_by_pose: derivative of all joints by the pose ``(K, 12, 9)``.
         """
-        local, by_joints = self.com_in_body(kinematics.joints), self._by_joints(kinematics.joints)
-        turned, first, _ = kinematics.turned
-        inner = by_joints @ gradients
-        slopes = turned @ inner
-        slopes[:, range(3), range(3)] += 1.0
-        slopes[:, :, ORIENTATION] += np.einsum("aKij,Kj->Kia", first, local)
-        points = poses[:, BODY] + np.einsum("Kij,Kj->Ki", turned, local)
-        return Com(points, slopes, inner, local, by_joints)
+        rotations, joints = kinematics.rotations, kinematics.joints
+        in_body, by_joints = self.com_in_body(joints), self._by_joints(joints)
+        in_body_by_pose = by_joints @ joints_by_pose
+        by_pose = rotations.matrix @ in_body_by_pose
+        by_pose[:, range(3), range(3)] += 1.0
+        by_pose[:, :, ORIENTATION] += np.einsum("aKij,Kj->Kia", rotations.first, in_body)
+        com = poses[:, BODY] + np.einsum("Kij,Kj->Ki", rotations.matrix, in_body)
+        return ComDerivatives(com, by_pose, in_body, by_joints, in_body_by_pose)
 
-    def on_joints(self, kinematics: LegKinematics, com: Com, weights: FloatArray) -> FloatArray:
-        """``weights (K, 3) . com`` as weights on the joints ``(K, 4, 3)``, to first order."""
-        pull = np.einsum("Kji,Kj->Ki", kinematics.turned[0], weights)
-        return np.asarray(np.einsum("Kij,Ki->Kj", com.by_joints, pull).reshape(-1, 4, 3))
-
-    def curvature(
-        self, kinematics: LegKinematics, gradients: FloatArray, com: Com, weights: FloatArray
+    def joint_weights(
+        self, kinematics: LegKinematics, com: ComDerivatives, weights: FloatArray
     ) -> FloatArray:
-        """Second derivative by the pose of ``weights (K, 3) . com``: ``(K, 9, 9)``.
+        """Gradient of ``weights . com`` by the joints alone, the body at rest ``(K, 4, 3)``.
 
-        Without that of the joints themselves, which is :meth:`StackedLegs.curvature` with the
-        weights of :meth:`on_joints`.
+        Args:
+            kinematics, com: at the poses.
+            weights: ``(K, 3)``.
         """
-        turned, first, second = kinematics.turned
-        pull = np.einsum("Kji,Kj->Ki", turned, weights)
-        by_leg = gradients.reshape(len(weights), 4, 3, POSE)
-        inner = np.swapaxes(by_leg, 2, 3) @ (
-            self._joint_curvature(kinematics.joints, pull) @ by_leg
-        )
-        out = inner.sum(axis=1)
-        twist = np.einsum("aKij,Ki->Kaj", first, weights) @ com.inner
-        out[:, ORIENTATION] += twist
-        out[:, :, ORIENTATION] += np.swapaxes(twist, 1, 2)
-        for k, (a, b) in enumerate(_PAIRS):
-            bow = np.einsum("Ki,Kij,Kj->K", weights, second[k], com.local)
-            out[:, 3 + a, 3 + b] += bow
-            if a != b:
-                out[:, 3 + b, 3 + a] += bow
+        in_body = np.einsum("Kji,Kj->Ki", kinematics.rotations.matrix, weights)
+        return np.asarray(np.einsum("Kij,Ki->Kj", com.in_body_by_joints, in_body).reshape(-1, 4, 3))
+
+    def hessian(
+        self,
+        kinematics: LegKinematics,
+        joints_by_pose: FloatArray,
+        com: ComDerivatives,
+        weights: FloatArray,
+    ) -> FloatArray:
+        """Second derivative by the pose of ``weights . com``, a part of it ``(K, 9, 9)``.
+
+        Missing is the part that the joints' own second derivative contributes. It is
+        :meth:`StackedLegs.hessian` with the weights of :meth:`joint_weights`.
+
+        Args:
+            kinematics, joints_by_pose, com: at the poses.
+            weights: ``(K, 3)``.
+        """
+        rotations = kinematics.rotations
+        in_body = np.einsum("Kji,Kj->Ki", rotations.matrix, weights)
+        by_leg = joints_by_pose.reshape(len(weights), 4, 3, POSE)
+        joint_hessian = self._joint_hessian(kinematics.joints, in_body)
+        out = (np.swapaxes(by_leg, 2, 3) @ (joint_hessian @ by_leg)).sum(axis=1)
+        # By an angle of the body and anything that moves the COM in the body.
+        mixed = np.einsum("aKij,Ki->Kaj", rotations.first, weights) @ com.in_body_by_pose
+        out[:, ORIENTATION] += mixed
+        out[:, :, ORIENTATION] += np.swapaxes(mixed, 1, 2)
+        add_second_derivatives(out, [
+            np.einsum("Ki,Kij,Kj->K", weights, second, com.in_body) for second in rotations.second
+        ])  # fmt: skip
         return np.asarray(out)
 
-    def _bent(self, joints: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """``A + Ry(q2) B + Ry(q2 + q3) C``, and derivatives of the terms with B and C.
+    def _before_roll(self, joints: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """``A + Ry(thigh) B + Ry(thigh + knee) C``, and derivatives of its last two terms.
 
         Returns:
-            The sum ``(K, 4, 3)``, and the first and second derivatives by their angles of the term
-            with B and of the one with C, each ``(2, K, 4, 3)``.
+            The sum ``(K, 4, 3)``; the first and the second derivative of the terms with B and C by
+            the angle in each ``(2, K, 4, 3)``.
         """
         thigh = joints[..., 1] * self.signs[:, 1]
         angles = np.stack([thigh, thigh + joints[..., 2] * self.signs[:, 2]])
         s, c = np.sin(angles), np.cos(angles)
         x, y, z = np.moveaxis(self.parts[1:, None], -1, 0)
-        along, up = c * x + s * z, c * z - s * x
-        still = np.zeros_like(along)
-        turned = np.stack([along, y + still, up], axis=-1)
-        first = np.stack([up, still, -along], axis=-1)
-        second = -np.stack([along, still, up], axis=-1)
-        return self.parts[0] + turned.sum(axis=0), first, second
+        forward, up = c * x + s * z, c * z - s * x
+        zero = np.zeros_like(forward)
+        terms = np.stack([forward, y + zero, up], axis=-1)
+        first = np.stack([up, zero, -forward], axis=-1)
+        second = -np.stack([forward, zero, up], axis=-1)
+        return self.parts[0] + terms.sum(axis=0), first, second
 
     def _by_joints(self, joints: FloatArray) -> FloatArray:
-        """Derivative of :meth:`local` by the joints ``(K, 3, 12)``."""
+        """Derivative of :meth:`com_in_body` by the joints ``(K, 3, 12)``."""
         roll = joints[..., 0] * self.signs[:, 0]
-        arm, (thigh, knee), _ = self._bent(joints)
+        moment, (thigh, knee), _ = self._before_roll(joints)
         by_angle = np.stack(
-            [_rolled(roll, arm)[1], _rolled(roll, thigh + knee)[0], _rolled(roll, knee)[0]], axis=-1
+            [_rolled(roll, moment)[1], _rolled(roll, thigh + knee)[0], _rolled(roll, knee)[0]],
+            axis=-1,
         )
         out = self.axes @ (by_angle * self.signs[:, None])
-        return np.asarray(np.moveaxis(out, 1, 2).reshape(len(joints), 3, 12))
+        return np.asarray(np.moveaxis(out, 1, 2).reshape(len(joints), 3, JOINTS))
 
-    def _joint_curvature(self, joints: FloatArray, pull: FloatArray) -> FloatArray:
-        """Second derivative by the joints of ``pull (K, 3) . local``: ``(K, 4, 3, 3)``."""
+    def _joint_hessian(self, joints: FloatArray, weights: FloatArray) -> FloatArray:
+        """Second derivative by the joints of ``weights . com_in_body`` ``(K, 4, 3, 3)``.
+
+        Args:
+            joints: ``(K, 4, 3)`` [rad].
+            weights: in the body frame ``(K, 3)``.
+        """
         roll = joints[..., 0] * self.signs[:, 0]
-        arm, (thigh, knee), (bow, low) = self._bent(joints)
-        along = np.einsum("lji,Kj->Kli", self.axes, pull)
-        rolled = [_rolled(roll, v) for v in (arm, thigh + knee, knee, bow + low, low)]
-        parts = [rolled[0][2], rolled[1][1], rolled[2][1], rolled[3][0], rolled[4][0]]
-        a, b, c, d, e = ((part * along).sum(axis=-1) for part in parts)
+        moment, (thigh, knee), (thigh_2, knee_2) = self._before_roll(joints)
+        in_leg_frames = np.einsum("lji,Kj->Kli", self.axes, weights)
+        entries = [
+            _rolled(roll, moment)[2],
+            _rolled(roll, thigh + knee)[1],
+            _rolled(roll, knee)[1],
+            _rolled(roll, thigh_2 + knee_2)[0],
+            _rolled(roll, knee_2)[0],
+        ]
+        a, b, c, d, e = ((entry * in_leg_frames).sum(axis=-1) for entry in entries)
         rows = [np.stack(row, axis=-1) for row in ((a, b, c), (b, d, e), (c, e, e))]
         return np.asarray(
             np.stack(rows, axis=-2) * (self.signs[:, :, None] * self.signs[:, None, :])
@@ -198,18 +233,18 @@ def _rolled(angle: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray, F
     """``Rx(angle) v`` and its first two derivatives by the angle."""
     s, c = np.sin(angle), np.cos(angle)
     y, z = c * v[..., 1] - s * v[..., 2], s * v[..., 1] + c * v[..., 2]
-    still = np.zeros_like(y)
-    return (np.stack([v[..., 0] + still, y, z], axis=-1), np.stack([still, -z, y], axis=-1),
-            -np.stack([still, y, z], axis=-1))  # fmt: skip
+    zero = np.zeros_like(y)
+    return (np.stack([v[..., 0] + zero, y, z], axis=-1), np.stack([zero, -z, y], axis=-1),
+            -np.stack([zero, y, z], axis=-1))  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
 class ComRows:
-    """Inequalities ``normal . com - offset >= 0`` on the centre of mass at single poses.
+    """Inequalities ``normal . com - offset >= 0`` on the COM's horizontal place at single poses.
 
     Attributes:
         masses: of the robot.
-        knot: the pose that each row looks at ``(M,)``.
+        knot: the knot whose pose each row looks at ``(M,)``.
         normal: ``(M, 2)``.
         offset: ``(M,)`` [m].
     """
@@ -219,22 +254,27 @@ class ComRows:
     normal: FloatArray
     offset: FloatArray
 
-    def values(self, points: FloatArray) -> FloatArray:
-        """Values ``(M,)`` [m] of rows with the centre of mass at ``points (K, 3)``."""
-        return np.asarray((self.normal * points[self.knot, :2]).sum(axis=1) - self.offset)
+    def values(self, com: FloatArray) -> FloatArray:
+        """Values ``(M,)`` [m] of the rows with the COM ``(K, 3)`` [m] at all knots."""
+        return np.asarray((self.normal * com[self.knot, :2]).sum(axis=1) - self.offset)
 
-    def since(self, first: int) -> ComRows:
-        """The rows from the pose ``first`` on, which is counted as pose 0."""
+    def from_knot(self, first: int) -> ComRows:
+        """The rows from the knot ``first`` on, which becomes knot 0."""
         kept = self.knot >= first
         return replace(self, knot=self.knot[kept] - first, normal=self.normal[kept],
                        offset=self.offset[kept])  # fmt: skip
 
-    def slopes(self, com: Com) -> FloatArray:
-        """Their derivatives by their poses ``(M, 9)``."""
-        return np.asarray(np.einsum("mi,mic->mc", self.normal, com.slopes[self.knot, :2]))
+    def by_pose(self, com: ComDerivatives) -> FloatArray:
+        """Derivatives of the rows by their poses ``(M, 9)``."""
+        return np.asarray(np.einsum("mi,mic->mc", self.normal, com.com_by_pose[self.knot, :2]))
 
-    def pull(self, v: FloatArray, knots: int) -> FloatArray:
-        """``sum of v (M,) * values`` as weights on the centre of mass at each knot ``(K, 3)``."""
+    def com_weights(self, v: FloatArray, knots: int) -> FloatArray:
+        """Gradient of ``v . values`` by the COM at each knot ``(K, 3)``.
+
+        Args:
+            v: weights of the rows ``(M,)``.
+            knots: how many there are.
+        """
         out = np.zeros((knots, 3))
         for axis in range(2):
             out[:, axis] = np.bincount(self.knot, v * self.normal[:, axis], minlength=knots)

@@ -1,7 +1,8 @@
-"""Values and derivatives of a time-optimal route problem, each knot's pose at a time.
+"""Values and derivatives of a time-optimal walk's rows at one point.
 
-A row looks at one pose, or at two neighbours and the time between them; so Jacobians are never
-built, only multiplied with, and the matrix of a Newton step is banded.
+Most rows look at one pose; velocity rows look at two neighbouring poses and the time between them.
+So the Jacobian is never built: products with it, and the banded Newton matrix, come from arrays
+over knots and intervals.
 """
 
 from __future__ import annotations
@@ -14,126 +15,132 @@ from gaitopt.optimize.route.legs import JOINTS
 
 
 class RouteLinearisation:
-    """A problem's values and derivatives at one point.
+    """Values and derivatives of a problem's rows at one point.
+
+    It is a :class:`gaitopt.interior_point.problem.Linearisation`.
 
     Attributes:
-        values: all inequalities ``(m,)``.
+        values: all rows ``(m,)``.
     """
 
     def __init__(self, problem: RouteLayout, x: FloatArray) -> None:
+        """Derive at the unknowns ``x (n,)``."""
         self._problem = problem
         self._poses, times = problem.unpack(x)
-        self._bent = problem.legs.kinematics(self._poses, problem.feet, problem.swing)
-        joints = self._bent.joints.reshape(-1, JOINTS)
-        self.values = problem.values_at(self._poses, times, joints)
-        self._gradients = self._bent.joints_by_pose()
-        self._slopes = self._gradients[:, :, problem.columns]
-        rows, com = problem.rows, problem.com
-        single = rows.linear + rows.square * self._poses[rows.knot]
-        if com is not None:
-            self._com = com.masses.at(self._poses, self._bent, self._gradients)
-            single = np.concatenate([single, com.slopes(self._com)])[problem.order]
-        self._rows = single[:, problem.columns]
-
-    def _split(self, v: FloatArray) -> tuple[FloatArray, ...]:
-        """Parts of a vector over inequalities: up, down, low, high, rows."""
-        p = self._problem
-        late = p.knots - p.fixed_knots
-        spans = (p.knots - 1) * JOINTS
-        low, high = (int(b.sum()) * late for b in p.used_limits)
-        up, down, below, above, rows = np.split(v, np.cumsum([spans, spans, low, high]))
-        return (up.reshape(-1, JOINTS), down.reshape(-1, JOINTS),
-                below.reshape(late, -1), above.reshape(late, -1), rows)  # fmt: skip
-
-    def _on_joints(self, v: FloatArray) -> FloatArray:
-        """``sum of v * values`` as weights on the joints of every knot ``(K, 12)``."""
-        p = self._problem
-        up, down, below, above, _ = self._split(v)
-        out = np.zeros((p.knots, JOINTS))
-        out[1:] += down - up
-        out[:-1] -= down - up
-        out[p.fixed_knots :, p.used_limits[0]] += below
-        out[p.fixed_knots :, p.used_limits[1]] -= above
-        return out
+        self._kinematics = problem.legs.kinematics(self._poses, problem.feet, problem.swing)
+        joints = self._kinematics.joints.reshape(-1, JOINTS)
+        self.values = problem.row_values(self._poses, times, joints)
+        self._all_joints_by_pose = self._kinematics.joints_by_pose()
+        # By the entries of the poses that may be unknown: (K, 12, c) and (M, c).
+        self._joints_by_pose = self._all_joints_by_pose[:, :, problem.free_columns]
+        rows_by_pose = problem.rows.by_pose(self._poses)
+        if problem.com is not None:
+            self._com = problem.com.masses.derivatives(
+                self._poses, self._kinematics, self._all_joints_by_pose
+            )
+            com_rows = problem.com.by_pose(self._com)
+            rows_by_pose = np.concatenate([rows_by_pose, com_rows])[problem.row_order]
+        self._rows_by_pose = rows_by_pose[:, problem.free_columns]
 
     def jacobian_transpose_times(self, v: FloatArray) -> FloatArray:
-        """Transposed Jacobian times ``v (m,)``."""
-        p = self._problem
-        up, down, _, _, rows = self._split(v)
-        on_poses = np.einsum("kj,kjc->kc", self._on_joints(v), self._slopes)
-        on_poses += p.slots.padded(rows[:, None] * self._rows).sum(axis=1)
-        placed, at, size = p.numbering
-        mine = placed >= 0
-        out = np.bincount(placed[mine], on_poses[mine], minlength=size)
-        out[at] += (up + down) @ p.turns
+        """Transposed Jacobian times ``v (m,)``: the gradient of ``v . values`` ``(n,)``."""
+        p, parts = self._problem, self._problem.split(v)
+        by_pose = np.einsum("kj,kjc->kc", self._joint_weights(v), self._joints_by_pose)
+        by_pose += p.rows_by_knot.padded(parts.single[:, None] * self._rows_by_pose).sum(axis=1)
+        at = p.numbering
+        free = at.poses >= 0
+        out = np.bincount(at.poses[free], by_pose[free], minlength=at.size)
+        out[at.times] += (parts.velocity_up + parts.velocity_down) @ p.scaled_velocity_limits
         return np.asarray(out)
 
     def jacobian_times(self, dx: FloatArray) -> FloatArray:
-        """Jacobian times ``dx (n,)``."""
+        """Jacobian times ``dx (n,)``: the change of all rows ``(m,)``, to first order."""
         p = self._problem
-        placed, at, _ = p.numbering
-        moves = np.where(placed >= 0, dx[np.maximum(placed, 0)], 0.0)
-        joints = np.einsum("kjc,kc->kj", self._slopes, moves)
-        turn, room = np.diff(joints, axis=0), p.turns * dx[at][:, None]
-        late = joints[p.fixed_knots :]
+        moves = p.of_poses(dx)
+        joints = np.einsum("kjc,kc->kj", self._joints_by_pose, moves)
+        turned = np.diff(joints, axis=0)
+        limit = p.scaled_velocity_limits * dx[p.numbering.times][:, None]
+        late, (low, high) = joints[p.fixed_knots :], p.used_limits
+        single = (self._rows_by_pose * moves[p.row_knots]).sum(axis=1)
         return np.concatenate([
-            (room - turn).ravel(), (room + turn).ravel(), late[:, p.used_limits[0]].ravel(),
-            -late[:, p.used_limits[1]].ravel(), (self._rows * moves[p.row_knots]).sum(axis=1),
+            (limit - turned).ravel(), (limit + turned).ravel(),
+            late[:, low].ravel(), -late[:, high].ravel(), single,
         ])  # fmt: skip
 
     def newton_matrix(self, scale: FloatArray, multipliers: FloatArray) -> FloatArray:
-        """``J' diag(scale) J`` minus the curvature of ``multipliers * values``, in banded form."""
+        """``J' diag(scale) J`` minus the Hessian of ``multipliers . values``, in banded form."""
         p = self._problem
-        c = len(p.columns)
-        up, down, below, above, rows = self._split(scale)
-        slopes = self._slopes
-        sides = np.concatenate([-slopes[:-1], slopes[1:]], axis=2)
-        pair = np.swapaxes(sides, 1, 2) @ ((up + down)[:, :, None] * sides)
-        cross = np.einsum("kjc,kj->kc", sides, (down - up) * p.turns)
+        c = len(p.free_columns)
+        parts = p.split(scale)
+        both = parts.velocity_up + parts.velocity_down
+        # A velocity row's gradient: by the poses before and after, by the time between them.
+        by_poses = np.concatenate([-self._joints_by_pose[:-1], self._joints_by_pose[1:]], axis=2)
+        poses = np.swapaxes(by_poses, 1, 2) @ (both[:, :, None] * by_poses)
+        pose_time = np.einsum(
+            "kjc,kj->kc", by_poses,
+            (parts.velocity_down - parts.velocity_up) * p.scaled_velocity_limits,
+        )  # fmt: skip
         blocks = np.empty((p.knots - 1, 2 * c + 1, 2 * c + 1))
-        blocks[:, :c, :c], blocks[:, c + 1 :, c + 1 :] = pair[:, :c, :c], pair[:, c:, c:]
-        blocks[:, :c, c + 1 :], blocks[:, c + 1 :, :c] = pair[:, :c, c:], pair[:, c:, :c]
-        blocks[:, :c, c] = blocks[:, c, :c] = cross[:, :c]
-        blocks[:, c + 1 :, c] = blocks[:, c, c + 1 :] = cross[:, c:]
-        blocks[:, c, c] = (up + down) @ p.turns**2
-        single = self._single(below, above, rows, multipliers)
-        blocks[:, :c, :c] += single[:-1]
-        blocks[-1, c + 1 :, c + 1 :] += single[-1]
-        return p.band.matrix(blocks)
+        before, after = slice(0, c), slice(c + 1, 2 * c + 1)
+        blocks[:, before, before], blocks[:, after, after] = poses[:, :c, :c], poses[:, c:, c:]
+        blocks[:, before, after], blocks[:, after, before] = poses[:, :c, c:], poses[:, c:, :c]
+        blocks[:, before, c] = blocks[:, c, before] = pose_time[:, :c]
+        blocks[:, after, c] = blocks[:, c, after] = pose_time[:, c:]
+        blocks[:, c, c] = both @ p.scaled_velocity_limits**2
+        # A knot's own block is added once: in the interval after it, or before the last knot.
+        single = self._knot_blocks(scale, multipliers)
+        blocks[:, before, before] += single[:-1]
+        blocks[-1, after, after] += single[-1]
+        return p.interval_band.matrix(blocks)
 
-    def _single(
-        self,
-        below: FloatArray,
-        above: FloatArray,
-        rows: FloatArray,
-        multipliers: FloatArray,
-    ) -> FloatArray:
-        """What single knots add to the matrix ``(K, c, c)``."""
+    def _joint_weights(self, v: FloatArray) -> FloatArray:
+        """Gradient of ``v . values`` by the joints at every knot ``(K, 12)``.
+
+        Without rows on single poses.
+        """
+        p, parts = self._problem, self._problem.split(v)
+        out = np.zeros((p.knots, JOINTS))
+        velocity = parts.velocity_down - parts.velocity_up
+        out[1:] += velocity
+        out[:-1] -= velocity
+        out[p.fixed_knots :, p.used_limits[0]] += parts.position_low
+        out[p.fixed_knots :, p.used_limits[1]] -= parts.position_high
+        return out
+
+    def _knot_blocks(self, scale: FloatArray, multipliers: FloatArray) -> FloatArray:
+        """What rows on single poses, and all curvature, add to the Newton matrix ``(K, c, c)``."""
         p = self._problem
-        on_rows = self._split(multipliers)[4]
-        kinematics = self._curvature(self._on_joints(multipliers).reshape(-1, 4, 3), on_rows)
-        out = -kinematics[:, p.columns][:, :, p.columns]
-        bow = on_rows[:, None] * p.squares
-        bend = p.slots.padded(bow).sum(axis=1)
-        out[:, range(len(p.columns)), range(len(p.columns))] -= bend
-        stiff = np.zeros((p.knots, JOINTS))
-        stiff[p.fixed_knots :, p.used_limits[0]] += below
-        stiff[p.fixed_knots :, p.used_limits[1]] += above
+        columns, scales = p.free_columns, p.split(scale)
+        on_single = p.split(multipliers).single
+        hessian = self._hessian(self._joint_weights(multipliers).reshape(-1, 4, 3), on_single)
+        out = -hessian[:, columns][:, :, columns]
+        squares = p.rows_by_knot.padded(on_single[:, None] * p.row_squares).sum(axis=1)
+        out[:, range(len(columns)), range(len(columns))] -= squares
+        on_positions = np.zeros((p.knots, JOINTS))
+        on_positions[p.fixed_knots :, p.used_limits[0]] += scales.position_low
+        on_positions[p.fixed_knots :, p.used_limits[1]] += scales.position_high
         if p.used_limits.any():
-            out += np.swapaxes(self._slopes, 1, 2) @ (stiff[:, :, None] * self._slopes)
-        spread = p.slots.padded(self._rows)
-        out += np.swapaxes(spread, 1, 2) @ (p.slots.padded(rows)[:, :, None] * spread)
+            by_pose = self._joints_by_pose
+            out += np.swapaxes(by_pose, 1, 2) @ (on_positions[:, :, None] * by_pose)
+        rows = p.rows_by_knot.padded(self._rows_by_pose)
+        weights = p.rows_by_knot.padded(scales.single)
+        out += np.swapaxes(rows, 1, 2) @ (weights[:, :, None] * rows)
         return np.asarray(out)
 
-    def _curvature(self, weights: FloatArray, on_rows: FloatArray) -> FloatArray:
-        """Curvature of ``weights (K, 4, 3)`` on joints and of rows on the centre of mass."""
-        p = self._problem
+    def _hessian(self, joint_weights: FloatArray, on_single: FloatArray) -> FloatArray:
+        """Hessian by the poses of weighted joints and of rows on the COM ``(K, 9, 9)``.
+
+        Args:
+            joint_weights: ``(K, 4, 3)``.
+            on_single: weights of the rows on single poses ``(M,)``.
+        """
+        p, kinematics = self._problem, self._kinematics
         if p.com is None:
-            return p.legs.curvature(self._bent, weights)
-        in_turn = np.empty_like(on_rows)
-        in_turn[p.order] = on_rows
-        pull = p.com.pull(in_turn[len(p.rows.knot) :], p.knots)
+            return p.legs.hessian(kinematics, joint_weights)
+        unsorted = np.empty_like(on_single)
+        unsorted[p.row_order] = on_single
+        on_com = p.com.com_weights(unsorted[len(p.rows.knot) :], p.knots)
         masses = p.com.masses
-        weights = weights + masses.on_joints(self._bent, self._com, pull)
-        out = masses.curvature(self._bent, self._gradients, self._com, pull)
-        return np.asarray(out + p.legs.curvature(self._bent, weights))
+        joint_weights = joint_weights + masses.joint_weights(kinematics, self._com, on_com)
+        out = masses.hessian(kinematics, self._all_joints_by_pose, self._com, on_com)
+        return np.asarray(out + p.legs.hessian(kinematics, joint_weights))

@@ -1,4 +1,20 @@
-"""Rows and unknowns of the problem with accelerations."""
+"""The data of a walk with acceleration limits, and how its unknowns and rows are numbered.
+
+Here the poses are control points of a quadratic B-spline in time
+(:mod:`gaitopt.optimize.route.dynamic_problem`). Beside the words of
+:mod:`gaitopt.optimize.route.layout`:
+
+- A *span* is the piece of the spline that belongs to a knot, on which its acceleration is
+  constant. The unknown times are the spans of all knots but the last, whose span is as long as the
+  one before it.
+- An *interval* reaches from the middle of a knot's span to the middle of the next. The spline's
+  velocity at the border of two spans is the change of pose over the interval's time.
+- A *velocity change* is that over a knot's span: its acceleration times its span.
+- A knot's *neighbourhood* are the unknowns that its rows look at: the poses before, at and after
+  the knot, and their spans.
+
+Arrays over both directions of a limit begin with the limit on positive values.
+"""
 
 from __future__ import annotations
 
@@ -12,24 +28,26 @@ import numpy as np
 from gaitopt.conventions import FloatArray
 from gaitopt.interior_point.band import BlockBand, RowGroups
 from gaitopt.optimize.route.layout import RouteLayout, sorted_by_knot
-from gaitopt.optimize.route.legs import JOINTS
+from gaitopt.optimize.route.legs import BODY, JOINTS
 
 LEAST_SPAN = 0.01
-"""Shortest span, in units of the problem's time."""
+"""Shortest span, in time units: a hundredth of the time in which the slowest joint turns 17
+degrees. Spans of a solution are much longer; rows of accelerations need positive ones."""
 
 
 class ZmpRows(NamedTuple):
-    """``normal . zmp >= offset`` for the ZMP ``c - height / (g + a_z) a`` of the body centre.
+    """Inequalities ``normal . zmp >= offset`` on the zero moment point in the spans of knots.
 
-    The height is that of the body centre above ``ground``. Each row is taken times its knot's span
-    and ``(g + a_z) / g``, which makes it a polynomial of places and velocity jumps.
+    The ZMP is that of a point mass at the body centre: ``c - height / (g + a_z) a`` with the body
+    centre ``c``, its acceleration ``a``, and its height above ``ground``. Each row is multiplied by
+    its span and by ``(g + a_z) / g``: so it is a polynomial of places and velocity changes.
 
     Attributes:
-        knot: ``(M,)``.
+        knot: the knot whose span each row looks at ``(M,)``, ascending.
         normal: ``(M, 2)``.
         offset: ``(M,)`` [m].
-        ground: ``(M,)`` [m].
-        least: what the offset must be at least, without any reserve ``(M,)`` [m].
+        ground: height of the ground ``(M,)`` [m].
+        least: the offset that is to be kept between knots, too ``(M,)`` [m].
         gravity: ``g`` ``(M,)`` [m/s^2].
     """
 
@@ -53,12 +71,42 @@ class ZmpRows(NamedTuple):
         """The same rows on spans of so many knots later."""
         return self._replace(knot=self.knot + knots)
 
+    def terms(self, poses: FloatArray, velocity_changes: FloatArray) -> ZmpTerms:
+        """What the rows are made of.
 
-class Entry(NamedTuple):
-    """How a motion comes in at its first knot, where that is not at rest.
+        Args:
+            poses: of all knots ``(K, 9)``.
+            velocity_changes: of the body centre in all spans ``(K, 3)``.
+        """
+        change = velocity_changes[self.knot]
+        return ZmpTerms(
+            (self.normal * poses[self.knot, :2]).sum(axis=1) - self.offset,
+            poses[self.knot, 2] - self.ground,
+            (self.normal * change[:, :2]).sum(axis=1), change[:, 2],
+        )  # fmt: skip
+
+
+class ZmpTerms(NamedTuple):
+    """What rows of the ZMP are made of, each ``(M,)``.
 
     Attributes:
-        velocity: of the joints and the body centre before the first knot's span ``(15,)``.
+        distance: of the body centre from the row's line, inward [m].
+        height: of the body centre above the ground [m].
+        change_inward: velocity change of the body centre along the row's normal.
+        change_up: its vertical velocity change.
+    """
+
+    distance: FloatArray
+    height: FloatArray
+    change_inward: FloatArray
+    change_up: FloatArray
+
+
+class Entry(NamedTuple):
+    """How a motion comes in at its first knot, where it does not begin at rest.
+
+    Attributes:
+        velocity: of joints and body centre before the first knot's span ``(15,)``.
         span: length of that span, which is no unknown [s].
     """
 
@@ -66,99 +114,137 @@ class Entry(NamedTuple):
     span: float
 
 
-def intervals(times: FloatArray) -> FloatArray:
-    """Times between the middles of spans ``(K - 1,)``, of all spans but the last."""
-    return (times + np.append(times[1:], times[-1:])) / 2.0
+def interval_times(spans: FloatArray) -> FloatArray:
+    """Times between the middles of neighbouring spans ``(K - 1,)``.
+
+    Args:
+        spans: of all knots but the last ``(K - 1,)``.
+    """
+    return (spans + np.append(spans[1:], spans[-1:])) / 2.0
 
 
-@dataclass(frozen=True, eq=False)
-class DynamicLayout(RouteLayout):
-    """Data, unknowns and values of a route problem with accelerations.
-
-    Its times are the spans of all knots but the last, which is as long as the one before it.
+class DynamicParts(NamedTuple):
+    """A vector over all rows, split by what they are about.
 
     Attributes:
-        acceleration_limits: on the span of every knot, up and down ``(2, K, 12)`` [rad/s^2].
-        interval_velocity_limits: velocity limits between each two spans, up and down
-            ``(2, K - 1, 12)`` [rad/s].
+        static: a vector over the rows of the problem without accelerations ``(m0,)``, with zeros
+            in place of velocity rows, which are others here.
+        accelerations: limits of accelerations ``(2, K, 12)``.
+        velocities: limits of velocities ``(2, K, 12)``; of interval ``k`` at knot ``k``, with
+            zeros at the last knot.
+        zmp: rows of the ZMP by knot, filled up with zeros ``(K, most rows)``.
+        spans: shortest spans ``(K - 1,)``, with zero for one that is no unknown.
+    """
+
+    static: FloatArray
+    accelerations: FloatArray
+    velocities: FloatArray
+    zmp: FloatArray
+    spans: FloatArray
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class DynamicLayout(RouteLayout):
+    """The data of a problem with acceleration limits, its numbering, and its rows' values.
+
+    Attributes:
+        acceleration_limits: of the joints in every span, up and down ``(2, K, 12)`` [rad/s^2].
+        interval_velocity_limits: of the joints in every interval, up and down ``(2, K - 1, 12)``
+            [rad/s].
         zmp: rows of the zero moment point; none for joint accelerations alone.
         entry: how the motion comes in; ``None`` from rest.
     """
 
-    acceleration_limits: FloatArray = None  # type: ignore[assignment]
-    interval_velocity_limits: FloatArray = None  # type: ignore[assignment]
-    zmp: ZmpRows = None  # type: ignore[assignment]
+    acceleration_limits: FloatArray
+    interval_velocity_limits: FloatArray
+    zmp: ZmpRows
     entry: Entry | None = None
 
     def unpack(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Poses ``(K, 9)`` and spans ``(K - 1,)`` of a vector of unknowns."""
-        poses, times = super().unpack(x)
+        """Poses ``(K, 9)`` and spans ``(K - 1,)`` [s] of a vector of unknowns."""
+        poses, spans = super().unpack(x)
         if self.entry is not None:
-            times[0] = self.entry.span
-        return poses, times
+            spans[0] = self.entry.span
+        return poses, spans
 
-    def velocity_changes(self, moves: FloatArray, between: FloatArray) -> FloatArray:
-        """Change of velocity over every span ``(K, 15)``.
+    def velocity_changes(self, places: FloatArray, times: FloatArray) -> FloatArray:
+        """Velocity changes over all spans ``(K, 15)``; the motion ends at rest.
 
         Args:
-            moves: joints and body centre at all knots ``(K, 15)``.
-            between: times between the middles of spans ``(K - 1,)`` [s].
+            places: joints and body centre at all knots ``(K, 15)``.
+            times: of all intervals ``(K - 1,)`` [s].
         """
-        velocity = np.diff(moves, axis=0) / between[:, None]
-        rest = np.zeros((1, moves.shape[1]))
+        velocity = np.diff(places, axis=0) / times[:, None]
+        rest = np.zeros((1, places.shape[1]))
         before = rest if self.entry is None else self.entry.velocity[None]
         return np.diff(np.concatenate([before, velocity, rest]), axis=0)
 
-    def joints(self, poses: FloatArray) -> FloatArray:
-        """Joint angles at poses of all knots ``(K, 12)`` [rad]."""
-        return self.legs.joints(poses, self.feet, self.swing).reshape(-1, JOINTS)
+    def row_values(self, poses: FloatArray, times: FloatArray, joints: FloatArray) -> FloatArray:
+        """Values of all rows ``(m,)``.
 
-    def values_at(self, poses: FloatArray, times: FloatArray, joints: FloatArray) -> FloatArray:
-        """All inequalities at given poses ``(K, 9)`` and spans ``(K - 1,)`` [s] with their joints.
+        Rows with a time in them are counted in time units, so that all are of like size.
 
-        Those with a time in them count it in the problem's unit.
+        Args:
+            poses: of all knots ``(K, 9)``.
+            times: spans of all knots but the last ``(K - 1,)`` [s].
+            joints: at the poses ``(K, 12)`` [rad].
         """
-        between, spans = intervals(times), np.append(times, times[-1])
-        base = super().values_at(poses, between, joints)
+        between, spans = interval_times(times), np.append(times, times[-1])
+        static = super().row_values(poses, between, joints)
         count = (self.knots - 1) * JOINTS
-        base[: 2 * count] += (
-            (self.interval_velocity_limits - self.velocity_limits) * between[:, None]
-        ).ravel()
-        jumps = self.velocity_changes(np.concatenate([joints, poses[:, :3]], axis=1), between)
-        room = self.acceleration_limits * spans[:, None]
-        z, unit = self.zmp, self.time_unit
-        apart = (z.normal * poses[z.knot, :2]).sum(axis=1) - z.offset
-        sway, heave = jumps[z.knot, JOINTS : JOINTS + 2], jumps[z.knot, JOINTS + 2]
-        pull = (poses[z.knot, 2] - z.ground) * (z.normal * sway).sum(axis=1)
+        other_limits = self.interval_velocity_limits - self.velocity_limits
+        static[: 2 * count] += (other_limits * between[:, None]).ravel()
+        changes = self.velocity_changes(np.concatenate([joints, poses[:, BODY]], axis=1), between)
+        limit = self.acceleration_limits * spans[:, None]
+        zmp, unit = self.zmp, self.time_unit
+        distance, height, inward, up = zmp.terms(poses, changes[:, JOINTS:])
         return np.concatenate([
-            base, unit * (room[0] - jumps[:, :JOINTS]).ravel(),
-            unit * (room[1] + jumps[:, :JOINTS]).ravel(),
-            (apart * (spans[z.knot] + heave / z.gravity) - pull / z.gravity) / unit,
+            static, unit * (limit[0] - changes[:, :JOINTS]).ravel(),
+            unit * (limit[1] + changes[:, :JOINTS]).ravel(),
+            (distance * (spans[zmp.knot] + up / zmp.gravity)
+             - height * inward / zmp.gravity) / unit,
             times / unit - LEAST_SPAN,
         ])  # fmt: skip
 
-    @cached_property
-    def local(self) -> np.ndarray:
-        """Unknowns about each knot ``(K, 3 c + 3)``; -1 where none is.
+    def split_dynamic(self, v: FloatArray) -> DynamicParts:
+        """A vector over all rows ``(m,)``, part by part."""
+        accelerations, spans = 2 * self.knots * JOINTS, self.knots - 1
+        static = len(v) - accelerations - len(self.zmp.knot) - spans
+        parts = np.split(v, np.cumsum([static, accelerations, len(self.zmp.knot)]))
+        quiet, least = parts[0].copy(), parts[3].copy()
+        count = 2 * (self.knots - 1) * JOINTS
+        velocities = np.zeros((2, self.knots, JOINTS))
+        velocities[:, :-1] = quiet[:count].reshape(2, -1, JOINTS)
+        quiet[:count] = 0.0
+        if self.entry is not None:
+            least[0] = 0.0
+        return DynamicParts(
+            quiet, parts[1].reshape(2, -1, JOINTS), velocities, self.zmp_by_knot.padded(parts[2]),
+            least,
+        )  # fmt: skip
 
-        In the order pose before, its span, pose, its span, pose after, its span.
+    @cached_property
+    def neighbourhood(self) -> np.ndarray:
+        """Numbers of the unknowns that each knot's rows look at ``(K, 3 c + 3)``.
+
+        They are pose before, its span, pose at the knot, its span, pose after, its span; -1 where
+        one is fixed or does not exist.
         """
-        placed, at, _ = self.numbering
-        none = np.full((1, placed.shape[1] + 1), -1)
-        spans = np.append(at, at[-1:])
+        poses, times, _ = self.numbering
+        spans = np.append(times, times[-1:])
         if self.entry is not None:
             spans[0] = -1
-        each = np.concatenate([placed, spans[:, None]], axis=1)
-        return np.concatenate(
-            [np.concatenate([none, each[:-1]]), each, np.concatenate([each[1:], none])], axis=1
-        )
+        here = np.concatenate([poses, spans[:, None]], axis=1)
+        none = np.full((1, here.shape[1]), -1)
+        before, after = np.concatenate([none, here[:-1]]), np.concatenate([here[1:], none])
+        return np.concatenate([before, here, after], axis=1)
 
     @cached_property
-    def zmp_slots(self) -> RowGroups:
+    def zmp_by_knot(self) -> RowGroups:
         """The ZMP's rows by their knots."""
         return RowGroups.of(self.zmp.knot, self.knots)
 
     @cached_property
-    def wide(self) -> BlockBand:
-        """Where blocks at knots go in the banded matrix."""
-        return BlockBand.of(self.local, self.numbering[2])
+    def knot_band(self) -> BlockBand:
+        """Where blocks of neighbourhoods go in the banded matrix."""
+        return BlockBand.of(self.neighbourhood, self.numbering.size)

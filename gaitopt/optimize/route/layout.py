@@ -1,4 +1,20 @@
-"""Rows, unknowns and their numbering."""
+"""The data of a time-optimal walk's problem, and how its unknowns and inequalities are numbered.
+
+Words that all modules of this package use:
+
+- A *pose* is nine numbers: body centre, roll, pitch and yaw, and the foot that swings
+  (:mod:`gaitopt.optimize.route.legs`).
+- A *knot* is one of the ``K`` instants of the walk for which the problem has a pose. The first
+  pose is given.
+- An *interval* is the time from one knot to the next; there are ``K - 1``.
+- The *unknowns* are entries of the poses, and the times of all intervals. Knots may share
+  unknowns: while the body stands still, its pose is the same at several knots. What is fixed is no
+  unknown, so the problem has no equalities.
+- A *row* is one inequality, ``value >= 0``. Rows of joint velocities look at two neighbouring
+  poses and the time between them, all others at one pose. Hence all matrices are banded.
+
+Variables ``c`` and ``M`` in shapes: the entries of a pose that are unknown at any knot, and rows.
+"""
 
 from __future__ import annotations
 
@@ -15,14 +31,16 @@ from gaitopt.optimize.route.centre_of_mass import ComRows
 from gaitopt.optimize.route.legs import JOINTS, POSE, StackedLegs
 
 TIME_UNIT_ROTATION = np.radians(17.0)
-"""At its velocity limit the slowest joint turns by so much in a problem's unit of time [rad]."""
+"""How far the slowest joint turns in a problem's unit of time at its velocity limit [rad]. On
+wang2020 ([Wang2020], Table I: 17 deg/s) the unit so is a second, and on every robot the times of
+intervals are numbers of about the same size, as the solver's constants expect."""
 
 
 class Rows(NamedTuple):
     """Inequalities ``offset + linear . y + sum(square * y**2) / 2 >= 0`` on single poses ``y``.
 
     Attributes:
-        knot: the pose that each row looks at ``(M,)``, ascending.
+        knot: the knot whose pose each row looks at ``(M,)``, ascending.
         linear, square: ``(M, 9)``.
         offset: ``(M,)``.
     """
@@ -47,15 +65,55 @@ class Rows(NamedTuple):
         """The same rows on poses that stand so many knots later."""
         return self._replace(knot=self.knot + knots)
 
+    def values(self, poses: FloatArray) -> FloatArray:
+        """Values of all rows ``(M,)`` at poses of all knots ``(K, 9)``."""
+        y = poses[self.knot]
+        return np.asarray(self.offset + ((self.linear + self.square * y / 2.0) * y).sum(1))
+
+    def by_pose(self, poses: FloatArray) -> FloatArray:
+        """Derivatives of all rows by their poses ``(M, 9)``, at poses of all knots ``(K, 9)``."""
+        return np.asarray(self.linear + self.square * poses[self.knot])
+
 
 def sorted_by_knot(parts: Iterable[tuple[np.ndarray, ...]]) -> list[np.ndarray]:
-    """Columns of tables, joined and sorted by the first column, which is the rows' knot.
+    """Columns of several tables, joined and sorted by the first column, which is the rows' knot.
 
-    The order of rows on the same knot is kept.
+    Rows on the same knot keep their order.
     """
     columns = [np.concatenate(column) for column in zip(*parts, strict=True)]
     order = np.argsort(columns[0], kind="stable")
     return [column[order] for column in columns]
+
+
+class Numbering(NamedTuple):
+    """Where poses and times stand in the vector of unknowns.
+
+    Attributes:
+        poses: number of each entry that may be unknown ``(K, c)``; -1 where it is fixed.
+        times: number of each interval's time ``(K - 1,)``.
+        size: how many unknowns there are.
+    """
+
+    poses: np.ndarray
+    times: np.ndarray
+    size: int
+
+
+class RowParts(NamedTuple):
+    """A vector over all rows, split by what they are about.
+
+    Attributes:
+        velocity_up, velocity_down: limits on positive and negative velocities ``(K - 1, 12)``.
+        position_low, position_high: limits on joint positions that are in use, from the first
+            knot with an unknown on ``(late knots, limits in use)``.
+        single: rows on single poses ``(M,)``, those on the COM included.
+    """
+
+    velocity_up: FloatArray
+    velocity_down: FloatArray
+    position_low: FloatArray
+    position_high: FloatArray
+    single: FloatArray
 
 
 Layout = TypeVar("Layout", bound="RouteLayout")
@@ -63,19 +121,20 @@ Layout = TypeVar("Layout", bound="RouteLayout")
 
 @dataclass(frozen=True, eq=False)
 class RouteLayout:
-    """A time-optimal route problem: its data, the numbering of its unknowns, and its values.
+    """The data of a problem, the numbering of its unknowns, and the values of its rows.
 
     Attributes:
         legs: constants of the robot's legs.
         feet: where the feet stand at each knot ``(K, 4, 3)`` [m].
-        swing: 1 for the leg whose foot is part of the pose ``(K, 4)``.
-        poses: values of all poses ``(K, 9)``; those that are unknowns serve as a first guess.
+        swing: 1 for the leg whose foot is part of the pose, else 0 ``(K, 4)``.
+        poses: values of all poses ``(K, 9)``; those of unknowns are a first guess.
         unknown: number of each entry among the poses' unknowns ``(K, 9)``, -1 where it is fixed;
             ascending from knot to knot. Knots may share unknowns.
         rows: inequalities on single poses.
-        bounded: which position limits are looked at, low and high ``(2, 12)``.
-        unit: the solver counts times in it, so that robots of all speeds look alike to it [s].
-        quadratic_weight: weight of the small quadratic term in the times, counted so.
+        used_limits: which joint position limits are rows, low and high ``(2, 12)``.
+        time_unit: the solver counts times in it [s]; see :data:`TIME_UNIT_ROTATION`.
+        quadratic_weight: weight of the sum of squared times in the objective, over two; times
+            counted in :attr:`time_unit`.
         com: inequalities on the true centre of mass, where there are any.
     """
 
@@ -91,7 +150,7 @@ class RouteLayout:
     com: ComRows | None = None
 
     def with_start(self: Layout, pose: FloatArray) -> Layout:
-        """The same problem, but for the pose ``(9,)`` of its first knot."""
+        """The same problem, but for the given pose ``(9,)`` of its first knot."""
         return replace(self, poses=np.concatenate([pose[None], self.poses[1:]]))
 
     @property
@@ -105,98 +164,123 @@ class RouteLayout:
         return np.asarray(self.legs.velocity_limits.reshape(JOINTS))
 
     @cached_property
-    def turns(self) -> FloatArray:
-        """What all joints turn at most in a unit of time ``(12,)`` [rad]."""
+    def scaled_velocity_limits(self) -> FloatArray:
+        """Velocity limits of all joints ``(12,)`` [rad per time unit]."""
         return self.velocity_limits * self.time_unit
 
     @cached_property
-    def columns(self) -> np.ndarray:
-        """The pose's entries that are unknown at any knot."""
+    def free_columns(self) -> np.ndarray:
+        """The entries of a pose that are unknown at any knot ``(c,)``."""
         return np.flatnonzero((self.unknown >= 0).any(axis=0))
 
     @cached_property
-    def numbering(self) -> tuple[np.ndarray, np.ndarray, int]:
-        """Places of poses ``(K, nc)`` and times ``(K - 1,)`` in the vector of unknowns; its size.
+    def numbering(self) -> Numbering:
+        """Where poses and times stand in the vector of unknowns.
 
         Times are put between the poses that they separate, so that matrices are banded.
         """
-        poses = self.unknown[:, self.columns]
+        poses = self.unknown[:, self.free_columns]
         latest = np.maximum.accumulate(poses.max(axis=1, initial=-1))
         times = latest[:-1] + 1 + np.arange(self.knots - 1)
         count = int(poses.max(initial=-1)) + 1
         # An unknown pose moves back by the number of times that stand before it.
         before = np.searchsorted(latest[:-1], np.arange(count), side="left")
         placed = np.where(poses >= 0, poses + before[np.maximum(poses, 0)], -1)
-        return placed, times, count + self.knots - 1
+        return Numbering(placed, times, count + self.knots - 1)
 
     @cached_property
     def fixed_knots(self) -> int:
-        """Number of leading knots without unknowns, at which nothing is to be decided."""
+        """Number of knots before the first with an unknown; nothing is decided at these."""
         free = (self.unknown >= 0).any(axis=1)
         return int(np.argmax(free)) if free.any() else self.knots
 
     def pack(self, poses: FloatArray, times: FloatArray) -> FloatArray:
         """The vector of unknowns of given poses ``(K, 9)`` and times ``(K - 1,)`` [s]."""
-        placed, at, size = self.numbering
-        x = np.zeros(size)
-        mine = placed >= 0
-        x[placed[mine]] = poses[:, self.columns][mine]
-        x[at] = times / self.time_unit
+        at = self.numbering
+        x = np.zeros(at.size)
+        free = at.poses >= 0
+        x[at.poses[free]] = poses[:, self.free_columns][free]
+        x[at.times] = times / self.time_unit
         return x
 
     def unpack(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Poses ``(K, 9)`` and times ``(K - 1,)`` [s] of a vector of unknowns."""
-        placed, at, _ = self.numbering
         poses = self.poses.copy()
-        poses[:, self.columns] = np.where(
-            placed >= 0, x[np.maximum(placed, 0)], poses[:, self.columns]
-        )
-        return poses, x[at] * self.time_unit
+        poses[:, self.free_columns] = self.of_poses(x, poses[:, self.free_columns])
+        return poses, x[self.numbering.times] * self.time_unit
 
-    def values_at(self, poses: FloatArray, times: FloatArray, joints: FloatArray) -> FloatArray:
-        """All inequalities at given poses ``(K, 9)`` and times ``(K - 1,)`` with their joints."""
-        turn, room = np.diff(joints, axis=0), self.velocity_limits * times[:, None]
+    def of_poses(self, x: FloatArray, fixed: FloatArray | float = 0.0) -> FloatArray:
+        """The entries of a vector over all unknowns that belong to poses ``(K, c)``.
+
+        Args:
+            x: ``(n,)``.
+            fixed: what stands where a pose's entry is no unknown.
+        """
+        number = self.numbering.poses
+        return np.asarray(np.where(number >= 0, x[np.maximum(number, 0)], fixed))
+
+    def row_values(self, poses: FloatArray, times: FloatArray, joints: FloatArray) -> FloatArray:
+        """Values of all rows ``(m,)``, in the order of :class:`RowParts`.
+
+        Args:
+            poses: of all knots ``(K, 9)``.
+            times: of all intervals ``(K - 1,)`` [s].
+            joints: at the poses ``(K, 12)`` [rad].
+        """
+        turned, limit = np.diff(joints, axis=0), self.velocity_limits * times[:, None]
         late = joints[self.fixed_knots :]
         low, high = self.used_limits
-        y = poses[self.rows.knot]
-        single = self.rows.offset + ((self.rows.linear + self.rows.square * y / 2.0) * y).sum(1)
+        single = self.rows.values(poses)
         if self.com is not None:
-            points = self.com.masses.points(poses, joints.reshape(-1, 4, 3))
-            single = np.concatenate([single, self.com.values(points)])[self.order]
+            com = self.com.masses.com(poses, joints.reshape(-1, 4, 3))
+            single = np.concatenate([single, self.com.values(com)])[self.row_order]
         return np.concatenate([
-            (room - turn).ravel(), (room + turn).ravel(),
+            (limit - turned).ravel(), (limit + turned).ravel(),
             (late - self.legs.low.ravel())[:, low].ravel(),
             (self.legs.high.ravel() - late)[:, high].ravel(), single,
         ])  # fmt: skip
 
+    def split(self, v: FloatArray) -> RowParts:
+        """A vector over all rows ``(m,)``, part by part."""
+        late = self.knots - self.fixed_knots
+        velocity = (self.knots - 1) * JOINTS
+        low, high = (int(used.sum()) * late for used in self.used_limits)
+        parts = np.split(v, np.cumsum([velocity, velocity, low, high]))
+        return RowParts(
+            parts[0].reshape(-1, JOINTS), parts[1].reshape(-1, JOINTS),
+            parts[2].reshape(late, -1), parts[3].reshape(late, -1), parts[4],
+        )  # fmt: skip
+
     @cached_property
-    def order(self) -> np.ndarray:
-        """Order that makes knots ascend in ``rows`` followed by those of the centre of mass."""
-        return np.argsort(self._knots_in_turn, kind="stable")
+    def row_order(self) -> np.ndarray:
+        """The order that sorts by knot the rows on poses followed by those on the COM ``(M,)``."""
+        return np.argsort(self._unsorted_knots, kind="stable")
 
     @property
-    def _knots_in_turn(self) -> np.ndarray:
+    def _unsorted_knots(self) -> np.ndarray:
         return self.rows.knot if self.com is None else np.append(self.rows.knot, self.com.knot)
 
     @cached_property
     def row_knots(self) -> np.ndarray:
-        """Knots of all rows on single poses, ascending."""
-        return np.asarray(self._knots_in_turn[self.order])
+        """Knots of all rows on single poses ``(M,)``, ascending."""
+        return np.asarray(self._unsorted_knots[self.row_order])
 
     @cached_property
-    def squares(self) -> FloatArray:
-        """Quadratic parts of all rows on single poses, in the poses' unknown entries."""
-        square = np.zeros((len(self.order), len(self.columns)))
-        square[: len(self.rows.knot)] = self.rows.square[:, self.columns]
-        return np.asarray(square[self.order])
-
-    @cached_property
-    def slots(self) -> RowGroups:
-        """The rows by their knots."""
+    def rows_by_knot(self) -> RowGroups:
+        """All rows on single poses by their knots."""
         return RowGroups.of(self.row_knots, self.knots)
 
     @cached_property
-    def band(self) -> BlockBand:
-        """Where the blocks of each interval go in the banded matrix."""
-        placed, at, size = self.numbering
-        return BlockBand.of(np.concatenate([placed[:-1], at[:, None], placed[1:]], axis=1), size)
+    def row_squares(self) -> FloatArray:
+        """Diagonals of the Hessians of all rows on single poses ``(M, c)``; 0 for the COM's."""
+        square = np.zeros((len(self.row_order), len(self.free_columns)))
+        square[: len(self.rows.knot)] = self.rows.square[:, self.free_columns]
+        return np.asarray(square[self.row_order])
+
+    @cached_property
+    def interval_band(self) -> BlockBand:
+        """Where blocks of intervals go in the banded matrix: pose before, time, pose after."""
+        at = self.numbering
+        return BlockBand.of(
+            np.concatenate([at.poses[:-1], at.times[:, None], at.poses[1:]], axis=1), at.size
+        )

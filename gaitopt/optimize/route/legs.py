@@ -1,8 +1,13 @@
-"""Four legs at once along a route: joint angles, their gradients, and their curvature.
+"""Kinematics of four legs at many poses: joint angles, and their first and second derivatives.
 
-A *pose* is nine numbers: the body centre (3) [m], the body's roll, pitch and yaw (3) [rad], and
-the place of the foot that swings (3) [m]. All derivatives are exact and in closed form; a test
-holds them against CasADi and against differences.
+A *pose* is nine numbers: the body centre (3) [m], the body's roll, pitch and yaw (3) [rad], and the
+place of the foot that swings (3) [m]. The feet that stand have given places. So a pose determines
+all joint angles.
+
+The formulas are those of :mod:`gaitopt.robots.leg`, from which the trigonometry is taken. What
+stands here in addition is what a solver needs and a single :class:`~gaitopt.robots.leg.Leg` has
+not: all legs and poses in one array operation, out-of-reach feet as NaN, the derivative of the
+*inverse* kinematics, and its second derivative.
 """
 
 from __future__ import annotations
@@ -13,42 +18,82 @@ from typing import NamedTuple
 import numpy as np
 
 from gaitopt.conventions import LEGS, FloatArray
-from gaitopt.robots.leg import wrap_angle
+from gaitopt.robots.leg import PitchDerivatives, pitch_angles, roll_and_height, wrap_angle
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.rotations import rpy_derivatives, rpy_to_matrix
 
 POSE, JOINTS = 9, 12
 """Numbers of a pose, and joints of four legs."""
 BODY, ORIENTATION, FOOT = slice(0, 3), slice(3, 6), slice(6, 9)
+"""Where the body centre, roll, pitch and yaw, and the swinging foot stand in a pose."""
 _SINGULAR = 1e-9
-_PAIRS = [(a, b) for a in range(3) for b in range(a, 3)]
+"""Least determinant of the two pitch joints' Jacobian, as a share of its largest value, and least
+distance of a foot from its roll axis, as a share of the lower leg. Nearer to a singularity these
+values are used, so that derivatives stay finite. A knee at 1e-9 rad counts as straight for any
+purpose, and the square of 1e9 is still far from overflow."""
+
+
+class Rotations(NamedTuple):
+    """Rotation matrices from body to world, and their derivatives by roll, pitch and yaw.
+
+    Attributes:
+        matrix: ``(K, 3, 3)``.
+        first: by each of the angles ``(3, K, 3, 3)``.
+        second: by each pair of angles ``(6, K, 3, 3)``, in the order of :data:`ANGLE_PAIRS`.
+    """
+
+    matrix: FloatArray
+    first: FloatArray
+    second: FloatArray
+
+    @classmethod
+    def of(cls, angles: FloatArray) -> Rotations:
+        """Of roll, pitch and yaw ``(K, 3)`` [rad]."""
+        return cls(rpy_to_matrix(angles), *rpy_derivatives(angles))
+
+
+ANGLE_PAIRS = [(a, b) for a in range(3) for b in range(a, 3)]
+"""Pairs of roll (0), pitch (1) and yaw (2), as :func:`gaitopt.robots.rotations.rpy_derivatives`
+orders its second derivatives."""
+
+
+def add_second_derivatives(hessian: FloatArray, second: list[FloatArray]) -> None:
+    """Add second derivatives by roll, pitch and yaw to Hessians by the pose.
+
+    Args:
+        hessian: ``(K, 9, 9)``; is changed.
+        second: ``(K,)`` for each of :data:`ANGLE_PAIRS`.
+    """
+    first = ORIENTATION.start
+    for (a, b), values in zip(ANGLE_PAIRS, second, strict=True):
+        hessian[:, first + a, first + b] += values
+        if a != b:
+            hessian[:, first + b, first + a] += values
 
 
 class LegKinematics(NamedTuple):
-    """Angles of all legs at many poses, with what their derivatives need.
+    """Joint angles of all legs at many poses, with what their derivatives need.
 
     Attributes:
         joints: angles ``(K, 4, 3)`` [rad], each leg's joints from body to foot.
-        joints_by_foot: derivative of the angles by the foot's place in the body frame
-            ``(K, 4, 3, 3)``.
-        place: derivative of that place by the pose ``(K, 4, 3, 9)``.
-        turned: the body's rotation ``(K, 3, 3)``, its derivatives by roll, pitch, yaw
-            ``(3, K, 3, 3)``, and its second ones ``(6, K, 3, 3)``.
-        arms: from body centre to feet ``(K, 4, 3)`` [m].
-        swing: 1 where the leg swings and its foot is part of the pose ``(K, 4)``.
+        joints_by_foot: their derivative by the foot's place in the body frame ``(K, 4, 3, 3)``.
+        foot_by_pose: derivative of that place by the pose ``(K, 4, 3, 9)``.
+        rotations: of the body.
+        body_to_feet: from body centre to feet, in the world ``(K, 4, 3)`` [m].
+        swing: 1 where the leg swings and its foot is part of the pose, else 0 ``(K, 4)``.
     """
 
     joints: FloatArray
     joints_by_foot: FloatArray
-    place: FloatArray
-    turned: tuple[FloatArray, FloatArray, FloatArray]
-    arms: FloatArray
+    foot_by_pose: FloatArray
+    rotations: Rotations
+    body_to_feet: FloatArray
     swing: FloatArray
 
     def joints_by_pose(self) -> FloatArray:
         """Derivative of all angles by the pose ``(K, 12, 9)``."""
-        out = self.joints_by_foot @ self.place
-        return np.asarray(out.reshape(len(out), 12, POSE))
+        out = self.joints_by_foot @ self.foot_by_pose
+        return np.asarray(out.reshape(len(out), JOINTS, POSE))
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,10 +102,12 @@ class StackedLegs:
 
     Attributes:
         hips ``(4, 3)``, axes ``(4, 3, 3)``, lateral, drop, upper, lower, knee ``(4,)``, signs
-        ``(4, 3)``, zeros ``(4, 2)``, centres ``(4, 3)``: as in :class:`gaitopt.Leg`.
+        ``(4, 3)``, zeros ``(4, 2)``: as in :class:`gaitopt.robots.leg.Leg`.
+        centres: middles of the joints' ranges ``(4, 3)`` [rad]; 0 for joints without limits. Angles
+            are given within half a turn of it.
         body: the body centre in the body frame ``(3,)`` [m].
         low, high: position limits ``(4, 3)`` [rad].
-        rates: velocity limits ``(4, 3)`` [rad/s].
+        velocity_limits: ``(4, 3)`` [rad/s].
     """
 
     hips: FloatArray
@@ -101,121 +148,147 @@ class StackedLegs:
             low=limits[:, 0], high=limits[:, 1], velocity_limits=stack("velocity_limits"),
         )  # fmt: skip
 
-    def kinematics(self, poses: FloatArray, feet: FloatArray, swing: FloatArray) -> LegKinematics:
-        """Angles and first derivatives.
+    def joints(self, poses: FloatArray, feet: FloatArray, swing: FloatArray) -> FloatArray:
+        """Joint angles ``(K, 4, 3)`` [rad]; NaN where a foot is out of reach.
 
         Args:
             poses: ``(K, 9)``.
-            feet: where the feet stand ``(K, 4, 3)`` [m]; the swinging one's is not looked at.
-            swing: 1 for the leg whose foot is part of the pose ``(K, 4)``, else 0.
+            feet: where the feet stand ``(K, 4, 3)`` [m]; that of a swinging foot is not used.
+            swing: 1 for the leg whose foot is part of the pose, else 0 ``(K, 4)``.
         """
-        flying = swing[..., None]
-        arms = np.where(flying > 0, poses[:, None, FOOT], feet) - poses[:, None, BODY]
-        angles = poses[:, ORIENTATION]
-        turned = (rpy_to_matrix(angles), *rpy_derivatives(angles))
-        back = np.swapaxes(turned[0], 1, 2)
-        local = arms @ turned[0] + self.body
-        joints = self.inverse(local)
-        place = np.zeros((*arms.shape, POSE))
-        place[..., BODY] = -back[:, None]
-        # p = R' arm: its derivative by an angle is (dR)' arm.
-        place[..., ORIENTATION] = np.einsum("aKij,Kli->Klja", turned[1], arms)
-        place[..., FOOT] = back[:, None] * flying[..., None]
-        return LegKinematics(joints, self.joints_by_foot(joints), place, turned, arms, swing)
+        rotation = rpy_to_matrix(poses[:, ORIENTATION])
+        return self.inverse(_body_to_feet(poses, feet, swing) @ rotation + self.body)
 
-    def joints(self, poses: FloatArray, feet: FloatArray, swing: FloatArray) -> FloatArray:
-        """Angles alone ``(K, 4, 3)`` [rad]."""
-        arms = np.where(swing[..., None] > 0, poses[:, None, FOOT], feet) - poses[:, None, BODY]
-        return self.inverse(arms @ rpy_to_matrix(poses[:, ORIENTATION]) + self.body)
-
-    def inverse(self, local: FloatArray) -> FloatArray:
-        """Angles ``(K, 4, 3)`` of feet at ``local (K, 4, 3)``; NaN out of reach."""
-        x, y, z = np.moveaxis(np.einsum("lji,Klj->Kli", self.axes, local - self.hips), -1, 0)
-        with np.errstate(invalid="ignore"):
-            hang = -np.sqrt(y * y + z * z - self.lateral**2)
-            down = hang + self.drop
-            square = x * x + down * down
-            straight, folded = (self.upper + self.lower) ** 2, (self.upper - self.lower) ** 2
-            bend = 2.0 * self.knee * np.arctan2(
-                np.sqrt(straight - square), np.sqrt(square - folded)
-            )  # fmt: skip
-        roll = np.arctan2(z, y) - np.arctan2(hang, self.lateral)
-        thigh = np.arctan2(-x, -down) - np.arctan2(
-            self.lower * np.sin(bend), self.upper + self.lower * np.cos(bend)
+    def kinematics(self, poses: FloatArray, feet: FloatArray, swing: FloatArray) -> LegKinematics:
+        """Joint angles with their derivatives; arguments as for :meth:`joints`."""
+        body_to_feet = _body_to_feet(poses, feet, swing)
+        rotations = Rotations.of(poses[:, ORIENTATION])
+        joints = self.inverse(body_to_feet @ rotations.matrix + self.body)
+        to_body = np.swapaxes(rotations.matrix, 1, 2)
+        foot_by_pose = np.zeros((*body_to_feet.shape, POSE))
+        foot_by_pose[..., BODY] = -to_body[:, None]
+        # The foot in the body frame is R' (foot - body centre): by an angle, R gets derived.
+        foot_by_pose[..., ORIENTATION] = np.einsum("aKij,Kli->Klja", rotations.first, body_to_feet)
+        foot_by_pose[..., FOOT] = to_body[:, None] * swing[..., None, None]
+        return LegKinematics(
+            joints, self.joints_by_foot(joints), foot_by_pose, rotations, body_to_feet, swing
         )
-        angles = np.stack([roll, thigh - self.zeros[:, 0], bend - self.zeros[:, 1]], axis=-1)
+
+    def inverse(self, feet: FloatArray) -> FloatArray:
+        """Joint angles ``(K, 4, 3)`` [rad] of feet in the body frame; NaN out of reach.
+
+        Args:
+            feet: ``(K, 4, 3)`` [m].
+        """
+        in_leg_frames = np.einsum("lji,Klj->Kli", self.axes, feet - self.hips)
+        x, y, z = np.moveaxis(in_leg_frames, -1, 0)
+        with np.errstate(invalid="ignore"):
+            roll, height = roll_and_height(y, z, self.lateral, clamp=False)
+            thigh, knee = pitch_angles(
+                x, height + self.drop, self.upper, self.lower, self.knee, clamp=False
+            )
+        angles = np.stack([roll, thigh - self.zeros[:, 0], knee - self.zeros[:, 1]], axis=-1)
         return np.asarray(wrap_angle(self.signs * angles, self.centres))
 
     def joints_by_foot(self, joints: FloatArray) -> FloatArray:
         """Derivative of the angles by the foot's place in the body frame ``(K, 4, 3, 3)``.
 
-        The inverse of the Jacobian, in closed form: in the frame turned by the roll angle, the
-        roll alone moves the foot along y, and the pitch joints move it in the plane of x and z.
-        A straight or folded leg, where the inverse has none, gets large but finite ones.
+        This is the inverse of :meth:`gaitopt.robots.leg.Leg.jacobian` in closed form. In the leg
+        frame turned by the roll angle, the roll joint moves the foot along y alone, and the pitch
+        joints move it along x and z. Where the Jacobian has no inverse (:data:`_SINGULAR`), the
+        result is large, but finite.
+
+        Args:
+            joints: ``(K, 4, 3)`` [rad].
         """
-        roll, ux, uz, lx, lz, hang = self._arms(joints)
-        s, c = np.sin(roll), np.cos(roll)
-        spanned, least = ux * lz - lx * uz, _SINGULAR * self.upper * self.lower
-        # The knee's side gives the sign: the area is -upper lower sin(bend).
-        area = 1.0 / np.where(np.abs(spanned) < least, -self.knee * least, spanned)
-        level = _SINGULAR * self.lower
-        around = -1.0 / np.where(np.abs(hang) < level, -level, hang)
-        push = self.lateral * around * area
-        zero = np.zeros_like(s)
+        roll, pitch, height = self._foot_derivatives(joints)
+        determinant = pitch.thigh_x * pitch.knee_z - pitch.knee_x * pitch.thigh_z
+        # It is -upper lower sin(knee), so that the knee's side tells its sign.
+        least = _SINGULAR * self.upper * self.lower
+        inverse = 1.0 / np.where(np.abs(determinant) < least, -self.knee * least, determinant)
+        least_height = _SINGULAR * self.lower
+        roll_by_y = -1.0 / np.where(np.abs(height) < least_height, -least_height, height)
+        # Rolling also lifts a foot that is beside its roll axis; the pitch joints undo that.
+        lift = self.lateral * roll_by_y * inverse
+        zero = np.zeros_like(roll)
         rows = [
-            (zero, around, zero),
-            (lz * area, lx * push, -lx * area),
-            (-uz * area, -ux * push, ux * area),
+            (zero, roll_by_y, zero),
+            (pitch.knee_z * inverse, pitch.knee_x * lift, -pitch.knee_x * inverse),
+            (-pitch.thigh_z * inverse, -pitch.thigh_x * lift, pitch.thigh_x * inverse),
         ]
-        # Columns along y' = c y + s z and z' = -s y + c z, turned back to y and z.
-        turned = [np.stack([a, c * b - s * d, s * b + c * d], axis=-1) for a, b, d in rows]
-        out = np.stack(turned, axis=-2) * self.signs[..., None]
+        # Back from the turned axes y' = c y + s z and z' = -s y + c z.
+        s, c = np.sin(roll), np.cos(roll)
+        in_leg_frame = [np.stack([x, c * y - s * z, s * y + c * z], axis=-1) for x, y, z in rows]
+        out = np.stack(in_leg_frame, axis=-2) * self.signs[..., None]
         return np.asarray(out @ np.swapaxes(self.axes, 1, 2))
 
-    def _arms(self, joints: FloatArray) -> tuple[FloatArray, ...]:
-        """Roll, how thigh and knee move the foot along x and ``hang``, and ``hang`` itself."""
-        roll, thigh, bend = np.moveaxis(joints * self.signs, -1, 0)
-        thigh, shank = thigh + self.zeros[:, 0], bend + thigh + self.zeros.sum(axis=1)
-        lx, lz = -self.lower * np.cos(shank), self.lower * np.sin(shank)
-        ux, uz = lx - self.upper * np.cos(thigh), lz + self.upper * np.sin(thigh)
-        return roll, ux, uz, lx, lz, ux - self.drop
+    def _foot_derivatives(
+        self, joints: FloatArray
+    ) -> tuple[FloatArray, PitchDerivatives, FloatArray]:
+        """Roll angle, derivatives by the pitch angles, and the foot's height over the roll axis.
 
-    def curvature(self, kinematics: LegKinematics, weights: FloatArray) -> FloatArray:
-        """Second derivative by the pose of ``sum of weights (K, 4, 3) * angles``: ``(K, 9, 9)``.
-
-        From ``forward(inverse(p)) = p``: the inverse's second derivative is minus that of the
-        forward map, pulled back through the slopes.
+        Each is an array ``(K, 4)``. Derivatives and height are in the leg's own plane, which is the
+        leg frame's plane of x and z turned by the roll angle.
         """
-        pull = np.einsum("Klji,Klj->Kli", kinematics.joints_by_foot, weights)
-        inner = -np.swapaxes(kinematics.joints_by_foot, 2, 3) @ self._forward_curvature(
-            kinematics.joints, pull
+        roll, thigh, knee = np.moveaxis(joints * self.signs, -1, 0)
+        pitch = PitchDerivatives.at(
+            thigh + self.zeros[:, 0], knee + self.zeros[:, 1], self.upper, self.lower
         )
-        inner = inner @ kinematics.joints_by_foot
-        out = (np.swapaxes(kinematics.place, 2, 3) @ (inner @ kinematics.place)).sum(axis=1)
-        _, first, second = kinematics.turned
-        moved = np.einsum("aKij,Klj->Klia", first, pull)
-        for k, (a, b) in enumerate(_PAIRS):
-            twist = np.einsum("Kli,Kij,Klj->K", kinematics.arms, second[k], pull)
-            out[:, 3 + a, 3 + b] += twist
-            if a != b:
-                out[:, 3 + b, 3 + a] += twist
-        body, foot = -moved.sum(axis=1), (moved * kinematics.swing[..., None, None]).sum(axis=1)
+        return roll, pitch, pitch.thigh_x - self.drop
+
+    def hessian(self, kinematics: LegKinematics, weights: FloatArray) -> FloatArray:
+        """Second derivative by the pose of a weighted sum of all angles ``(K, 9, 9)``.
+
+        Deriving ``forward(inverse(p)) = p`` twice gives the second derivative of the inverse
+        kinematics from that of the forward kinematics.
+
+        Args:
+            kinematics: at the poses.
+            weights: of the angles ``(K, 4, 3)``.
+        """
+        by_foot, by_pose = kinematics.joints_by_foot, kinematics.foot_by_pose
+        # The weights as weights on the feet's places: to first order, both sums are the same.
+        on_feet = np.einsum("Klji,Klj->Kli", by_foot, weights)
+        inner = -np.swapaxes(by_foot, 2, 3) @ self._forward_hessian(kinematics.joints, on_feet)
+        inner = inner @ by_foot
+        out = (np.swapaxes(by_pose, 2, 3) @ (inner @ by_pose)).sum(axis=1)
+        rotations, body_to_feet = kinematics.rotations, kinematics.body_to_feet
+        add_second_derivatives(out, [
+            np.einsum("Kli,Kij,Klj->K", body_to_feet, second, on_feet)
+            for second in rotations.second
+        ])  # fmt: skip
+        # By an angle and the place of body or foot.
+        mixed = np.einsum("aKij,Klj->Klia", rotations.first, on_feet)
+        body, foot = -mixed.sum(axis=1), (mixed * kinematics.swing[..., None, None]).sum(axis=1)
         for where, block in ((BODY, body), (FOOT, foot)):
             out[:, where, ORIENTATION] += block
             out[:, ORIENTATION, where] += np.swapaxes(block, 1, 2)
         return np.asarray(out)
 
-    def _forward_curvature(self, joints: FloatArray, pull: FloatArray) -> FloatArray:
-        """Second derivative by the angles of ``pull (K, 4, 3) . foot``: ``(K, 4, 3, 3)``."""
-        roll, ux, uz, lx, lz, hang = self._arms(joints)
+    def _forward_hessian(self, joints: FloatArray, weights: FloatArray) -> FloatArray:
+        """Second derivative by the angles of ``weights . foot`` for every leg ``(K, 4, 3, 3)``.
+
+        Args:
+            joints: ``(K, 4, 3)`` [rad].
+            weights: on the feet's places in the body frame ``(K, 4, 3)``.
+        """
+        roll, pitch, height = self._foot_derivatives(joints)
         s, c = np.sin(roll), np.cos(roll)
-        fx, fy, fz = np.moveaxis(np.einsum("lji,Klj->Kli", self.axes, pull), -1, 0)
-        along, across = c * fz - s * fy, -(c * fy + s * fz)
+        x, y, z = np.moveaxis(np.einsum("lji,Klj->Kli", self.axes, weights), -1, 0)
+        # Weights on the height, and on its product with the roll angle.
+        upward, sideways = c * z - s * y, -(c * y + s * z)
         out = np.empty((*joints.shape, 3))
-        # The foot is (px, d cos - hang sin, d sin + hang cos): turning it twice gives minus it.
-        out[..., 0, 0] = across * self.lateral - along * hang
-        out[..., 0, 1] = out[..., 1, 0] = across * uz
-        out[..., 0, 2] = out[..., 2, 0] = across * lz
-        out[..., 1, 1] = fx * uz - along * ux
-        out[..., 1, 2] = out[..., 2, 1] = out[..., 2, 2] = fx * lz - along * lx
+        # In the leg frame the foot is (x, d cos - height sin, d sin + height cos).
+        out[..., 0, 0] = sideways * self.lateral - upward * height
+        out[..., 0, 1] = out[..., 1, 0] = sideways * pitch.thigh_z
+        out[..., 0, 2] = out[..., 2, 0] = sideways * pitch.knee_z
+        out[..., 1, 1] = x * pitch.thigh_z - upward * pitch.thigh_x
+        knee = x * pitch.knee_z - upward * pitch.knee_x
+        out[..., 1, 2] = out[..., 2, 1] = out[..., 2, 2] = knee
         return np.asarray(out * (self.signs[:, :, None] * self.signs[:, None, :]))
+
+
+def _body_to_feet(poses: FloatArray, feet: FloatArray, swing: FloatArray) -> FloatArray:
+    """From body centre to feet, in the world ``(K, 4, 3)`` [m]."""
+    places = np.where(swing[..., None] > 0, poses[:, None, FOOT], feet)
+    return places - poses[:, None, BODY]

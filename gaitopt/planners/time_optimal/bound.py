@@ -77,7 +77,7 @@ def _without_start(problem: RouteProblem, stance: int) -> RouteProblem:
     # Knots may share unknowns: where the body stands still, those of a swing do.
     unknown[free] = np.unique(unknown[free], return_inverse=True)[1]
     rows = problem.rows.chosen(problem.rows.knot >= stance).shifted(-stance)
-    com = None if problem.com is None else problem.com.since(stance)
+    com = None if problem.com is None else problem.com.from_knot(stance)
     return replace(
         problem,
         feet=problem.feet[stance:],

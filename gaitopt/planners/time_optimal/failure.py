@@ -55,7 +55,7 @@ def failed(
     """
     problem = solution.problem
     each = route.settings.stance_knots + route.settings.swing_knots
-    worst = problem.worst_knots(solution.x, solution.multipliers) if worst is None else worst
+    worst = problem.largest_knots(solution.lagrangian_gradient()) if worst is None else worst
     steps = tuple(sorted({first + max(int(k) - 1, 0) // each for k in worst}))
     plan = route.phase_by_phase()
     offer = f" ({plan.duration:.1f} s) is in .plan" if plan else " failed, too"

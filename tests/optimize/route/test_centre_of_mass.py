@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 import gaitopt
 from gaitopt import LEGS, Quadruped
-from gaitopt.optimize.route.centre_of_mass import Com, MassDistribution
+from gaitopt.optimize.route.centre_of_mass import ComDerivatives, MassDistribution
 from gaitopt.optimize.route.legs import ORIENTATION, LegKinematics, StackedLegs
 from gaitopt.plan.com_margin import true_com
 from gaitopt.robots.rotations import rpy_to_matrix, rpy_to_quaternion
@@ -20,10 +20,14 @@ Array = NDArray[np.float64]
 ROBOTS = ["wang2020", "a1", "anymal", "anymal_c", "hyq"]
 
 
-def seen(robot: Quadruped, poses: Array, feet: Array, swing: Array) -> tuple[LegKinematics, Com]:
+def seen(
+    robot: Quadruped, poses: Array, feet: Array, swing: Array
+) -> tuple[LegKinematics, ComDerivatives]:
     """Joints and centre of mass with first derivatives."""
     kinematics = StackedLegs.of(robot).kinematics(poses, feet, swing)
-    return kinematics, MassDistribution.of(robot).at(poses, kinematics, kinematics.joints_by_pose())
+    return kinematics, MassDistribution.of(robot).derivatives(
+        poses, kinematics, kinematics.joints_by_pose()
+    )
 
 
 @pytest.mark.parametrize("name", ROBOTS)
@@ -39,9 +43,9 @@ def test_the_centre_of_mass_is_pinocchio_s(name: str, random_poses: Any) -> None
     q[:, 3:7] = rpy_to_quaternion(np.array(turned))
     for i, leg in enumerate(LEGS):
         q[:, [7 + c for c in robot.leg_columns[leg]]] = kinematics.joints[:, i]
-    assert com.points == pytest.approx(true_com(robot, q), abs=1e-12)
-    points = MassDistribution.of(robot).points(poses, kinematics.joints)
-    assert points == pytest.approx(com.points, abs=1e-15)
+    assert com.com == pytest.approx(true_com(robot, q), abs=1e-12)
+    points = MassDistribution.of(robot).com(poses, kinematics.joints)
+    assert points == pytest.approx(com.com, abs=1e-15)
 
 
 @pytest.mark.parametrize("name", ROBOTS)
@@ -51,14 +55,14 @@ def test_gradient_and_curvature_are_those_of_differences(name: str, random_poses
     poses, feet, swing = random_poses(robot, 8, seed=11, spread=0.1)
     kinematics, com = seen(robot, poses, feet, swing)
     weights = np.random.default_rng(1).normal(size=(8, 3))
-    curvature = masses.curvature(kinematics, kinematics.joints_by_pose(), com, weights)
-    curvature += legs.curvature(kinematics, masses.on_joints(kinematics, com, weights))
+    curvature = masses.hessian(kinematics, kinematics.joints_by_pose(), com, weights)
+    curvature += legs.hessian(kinematics, masses.joint_weights(kinematics, com, weights))
     step = 1e-6
     for i in range(9):
         moved = [seen(robot, poses + s * step * np.eye(9)[i], feet, swing)[1] for s in (1, -1)]
-        slope = (moved[0].points - moved[1].points) / (2 * step)
-        assert com.slopes[:, :, i] == pytest.approx(slope, abs=1e-8)
-        pulled = [np.einsum("ki,kic->kc", weights, m.slopes) for m in moved]
+        slope = (moved[0].com - moved[1].com) / (2 * step)
+        assert com.com_by_pose[:, :, i] == pytest.approx(slope, abs=1e-8)
+        pulled = [np.einsum("ki,kic->kc", weights, m.com_by_pose) for m in moved]
         assert curvature[:, i] == pytest.approx((pulled[0] - pulled[1]) / (2 * step), abs=1e-7)
 
 

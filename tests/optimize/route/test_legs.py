@@ -36,7 +36,7 @@ def test_gradients_and_curvature_are_those_of_differences(name: str, random_pose
     poses, feet, swing = random_poses(robot, 8, seed=7, spread=0.05)
     kinematics = legs.kinematics(poses, feet, swing)
     weights = np.random.default_rng(1).normal(size=(8, 4, 3))
-    curvature = legs.curvature(kinematics, weights)
+    curvature = legs.hessian(kinematics, weights)
     step = 1e-6
     for i in range(9):
         moved = [legs.kinematics(poses + s * step * np.eye(9)[i], feet, swing) for s in (1, -1)]

@@ -115,7 +115,7 @@ def ipopt_optimum(robot: Quadruped, problem: RouteProblem, start: Array) -> floa
     angles, rows = [], []
     for k in range(problem.knots):
         pose = [float(v) for v in problem.poses[k]]
-        for c, where in zip(problem.columns, placed[k], strict=True):
+        for c, where in zip(problem.free_columns, placed[k], strict=True):
             if where >= 0:
                 pose[c] = x[int(where)]
         here = []

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from gaitopt.conventions import FloatArray
-from gaitopt.optimize.route.dynamic_layout import intervals
+from gaitopt.optimize.route.dynamic_layout import interval_times
 from gaitopt.optimize.route.dynamic_problem import DynamicRouteProblem
 from gaitopt.optimize.route.legs import JOINTS
 from gaitopt.planners.time_optimal.smooth.motion import RouteMotion
@@ -108,7 +108,7 @@ def _seen(motion: RouteMotion) -> tuple[FloatArray, FloatArray]:
     """Joint velocities ``(K - 1, 12)`` and accelerations ``(K, 12)`` as the problem sees them."""
     knots = motion.knots
     joints = motion.legs.joints(motion.poses, knots.feet, knots.flying).reshape(-1, JOINTS)
-    velocity = np.diff(joints, axis=0) / intervals(motion.spans[:-1])[:, None]
+    velocity = np.diff(joints, axis=0) / interval_times(motion.spans[:-1])[:, None]
     rest = np.zeros((1, JOINTS))
     jumps = np.diff(np.concatenate([rest, velocity, rest]), axis=0)
     return velocity, jumps / motion.spans[:, None]
