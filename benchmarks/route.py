@@ -15,7 +15,7 @@ from benchmarks.measuring import Result, Timing, timed
 from gaitopt.conventions import LEGS
 from gaitopt.interior_point.solver import minimise
 from gaitopt.optimize.route.problem import RouteProblem
-from gaitopt.plan.settings.freedoms import ROWS
+from gaitopt.plan.settings.freedoms import VARIANTS
 from gaitopt.plan.settings.time_optimal import RouteSettings
 from gaitopt.planners.time_optimal.build import problem_of
 from gaitopt.planners.time_optimal.planner import plan_route
@@ -72,7 +72,7 @@ def _horizon(rounds: int) -> list[Result]:
 
 def _rivals(steps: int, rounds: int) -> list[Result]:
     """The same problem by our solver, IPOPT and fatrop."""
-    route = prepared(walks.robot(), walks.terrain(steps), RouteSettings(free=ROWS["swing"]))
+    route = prepared(walks.robot(), walks.terrain(steps), RouteSettings(free=VARIANTS["swing"]))
     problem = problem_of(route, 0, steps)
     start = problem.first_guess()
     ours = timed(lambda: minimise(problem, start, tolerance=1e-4), rounds, 0)

@@ -1,7 +1,7 @@
 """The race: every way to walk the same footholds, held against the paper's.
 
 The rows are the two baselines of [Wang2020], planned phase by phase, and those of
-:data:`gaitopt.plan.settings.freedoms.ROWS`, planned over the whole route at once.
+:data:`gaitopt.plan.settings.freedoms.VARIANTS`, planned over the whole route at once.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from gaitopt.conventions import Progress
 from gaitopt.errors import GaitoptError, InputError
 from gaitopt.files import StrPath
 from gaitopt.plan.plan import Plan
-from gaitopt.plan.settings.freedoms import ROWS
+from gaitopt.plan.settings.freedoms import VARIANTS
 from gaitopt.planners.crawl import plan_crawl
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.studies.compare import with_one_height
@@ -48,13 +48,13 @@ def row_names(rows: Sequence[str] | None = None) -> tuple[str, ...]:
     Raises:
         InputError: a name is unknown.
     """
-    known = (SSM, PAPER, *ROWS)
+    known = (SSM, PAPER, *VARIANTS)
     if rows is None:
         return known
     wanted = [_SHORT.get(str(row).strip().lower(), str(row).strip()) for row in rows]
     for row in wanted:
         if row not in known:
-            raise InputError(f"rows names {row!r}; there are {', '.join((*_SHORT, *ROWS))}")
+            raise InputError(f"rows names {row!r}; there are {', '.join((*_SHORT, *VARIANTS))}")
     return tuple(row for row in known if row in wanted or row == PAPER)
 
 

@@ -78,7 +78,7 @@ def test_no_foot_leaves_before_another_has_stood_for_a_while(short_plan: Plan) -
     changes = np.diff(standing, axis=0)
     landings, leavings = (np.flatnonzero((changes == s).any(axis=1)) for s in (1, -1))
     assert len(landings) == len(leavings) == 8
-    assert ((leavings[1:] - landings[:-1]) * DT >= gains.handover - 2 * DT).all()
+    assert ((leavings[1:] - landings[:-1]) * DT >= gains.handover_time - 2 * DT).all()
 
 
 def test_it_begins_and_ends_at_rest(short_plan: Plan) -> None:
@@ -124,5 +124,5 @@ def test_bad_gains_are_refused(wang: Quadruped) -> None:
         ControlGains.for_robot(wang, kp=3.0)
     with pytest.raises(InputError, match="joint_damping"):
         ControlGains.for_robot(wang, joint_damping=-1.0)
-    with pytest.raises(InputError, match="friction and firm_time must be positive"):
+    with pytest.raises(InputError, match="friction and loading_time must be positive"):
         ControlGains.for_robot(wang, friction=0.0)

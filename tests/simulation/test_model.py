@@ -83,7 +83,7 @@ def test_a_sunken_column_is_lower(wang: Quadruped) -> None:
 
 
 def test_masses_can_be_wrong(wang: Quadruped) -> None:
-    sim = model_of(wang, body_mass=1.1, leg_mass=0.9)
+    sim = model_of(wang, body_mass_factor=1.1, leg_mass_factor=0.9)
     assert float(sim.model.body_mass.sum()) == pytest.approx(13 * 1.1 + 12 * 0.9)
 
 
@@ -99,7 +99,7 @@ def test_servos_keep_to_the_urdfs_torques(wang: Quadruped) -> None:
     [
         {"timestep": 1.0},
         {"friction": 0.0},
-        {"body_mass": -1.0},
+        {"body_mass_factor": -1.0},
         {"control_every": 0},
         {"control_every": 1.5},
         {"sensing_delay": np.nan},

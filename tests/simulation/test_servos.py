@@ -7,16 +7,16 @@ import pytest
 
 import gaitopt
 from gaitopt import Quadruped
-from gaitopt.control.forces import ForceShare
+from gaitopt.control.forces import ForceShare, ForceStatus
 from gaitopt.control.gains import ControlGains
 from gaitopt.control.tracking import Command
 from gaitopt.simulation.model import build_sim_model
-from gaitopt.simulation.servos import Servos, largest_pulls
+from gaitopt.simulation.servos import Servos, speed_torques
 from gaitopt.simulation.settings import SimulationSettings
 
 pytest.importorskip("mujoco")
 
-NOTHING = ForceShare(np.zeros((4, 3)), 0.0, 0.0, "free")
+NOTHING = ForceShare(np.zeros((4, 3)), 0.0, 0.0, ForceStatus.FREE)
 
 
 def hung_up(robot: Quadruped, settings: SimulationSettings, seconds: float) -> tuple[float, Servos]:
@@ -55,17 +55,16 @@ def test_without_limits_it_is_much_faster(wang: Quadruped) -> None:
 def test_work_is_counted_from_the_start_of_the_record(wang: Quadruped) -> None:
     _, servos = hung_up(wang, SimulationSettings(), 0.1)
     assert servos.energy > 0.0
-    servos.forget()
+    servos.start_record()
     assert servos.energy == 0.0 and not servos.peak_rates.any()
 
 
 def test_joints_without_a_limit_have_none(wang: Quadruped) -> None:
     gains, settings = ControlGains.for_robot(wang), SimulationSettings()
-    limits = np.array([0.5, 0.0, np.inf])
-    pulls = largest_pulls(limits, gains, settings)
-    assert pulls[0] == pytest.approx(0.5 * gains.joint_damping)
-    assert np.isinf(pulls[1:]).all()
+    limits = np.array([0.5, np.inf])
+    torques = speed_torques(limits, gains, settings)
+    assert torques[0] == pytest.approx(0.5 * gains.joint_damping) and np.isinf(torques[1])
     soft = ControlGains.for_robot(wang, joint_damping=0.0)
-    assert np.isinf(largest_pulls(limits, soft, settings)).all()
+    assert np.isinf(speed_torques(limits, soft, settings)).all()
     free = SimulationSettings(rate_limits=False)
-    assert np.isinf(largest_pulls(limits, gains, free)).all()
+    assert np.isinf(speed_torques(limits, gains, free)).all()

@@ -67,7 +67,7 @@ def test_the_same_walk_twice_is_the_same_walk(wang: Quadruped) -> None:
 
 def test_standing_still_nothing_moves(wang: Quadruped) -> None:
     plan = gaitopt.plan_crawl(wang, gaitopt.s_columns(0, columns=1))
-    result = simulate(plan, SimulationSettings(settle=2.0))
+    result = simulate(plan, SimulationSettings(watch_time=2.0))
     assert result.finished and result.steps == 0
     assert result.body_error < 1e-3 and result.slip < 1e-4
     assert result.peak_rates.max() < 0.01
@@ -82,7 +82,7 @@ def test_standing_still_the_ground_carries_the_weight(wang: Quadruped) -> None:
     from gaitopt.simulation.simulate import _Run
 
     plan = gaitopt.plan_crawl(wang, gaitopt.s_columns(0, columns=1))
-    settings = SimulationSettings(stand=1.0)
+    settings = SimulationSettings(stand_time=1.0)
     controller = TrackingController(plan, dt=settings.control_interval)
     sim = build_sim_model(wang, plan.footholds, controller.gains, settings)
     data = _Run(mujoco, plan, sim, controller, settings)._start()

@@ -11,7 +11,7 @@ import pytest
 
 import gaitopt
 from gaitopt import Footholds, InputError, Quadruped
-from gaitopt.plan.settings.freedoms import ROWS, Freedoms
+from gaitopt.plan.settings.freedoms import VARIANTS, Freedoms
 from gaitopt.planners.time_optimal.planner import plan_route
 from gaitopt.studies.race import race, race_many, row_names
 from gaitopt.studies.race_standings import PAPER, SSM, Finish, Lane, Race, Standings, race_table
@@ -41,7 +41,7 @@ def by_hand(*finishes: Finish) -> Standings:
 
 
 def test_all_rows_start_with_the_two_baselines() -> None:
-    assert row_names() == (SSM, PAPER, *ROWS)
+    assert row_names() == (SSM, PAPER, *VARIANTS)
 
 
 def test_the_papers_row_always_runs_along_and_the_tables_order_is_kept() -> None:
@@ -50,7 +50,7 @@ def test_the_papers_row_always_runs_along_and_the_tables_order_is_kept() -> None
 
 
 def test_a_row_that_the_planner_gains_is_raced(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(ROWS, "new", Freedoms(overlap=True, height=True))
+    monkeypatch.setitem(VARIANTS, "new", Freedoms(overlap=True, height=True))
     assert row_names()[-1] == "new"
 
 

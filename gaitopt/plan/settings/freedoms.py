@@ -37,18 +37,18 @@ class Freedoms:
 
     @classmethod
     def from_name(cls, name: str) -> Freedoms:
-        """The freedoms of a row of the table of gains (:data:`ROWS`).
+        """The freedoms of a variant by its name (:data:`VARIANTS`).
 
         Raises:
-            InputError: no row has this name.
+            InputError: no variant has this name.
         """
-        if name not in ROWS:
-            raise InputError(f"free must be one of {', '.join(ROWS)}, got {name!r}")
-        return ROWS[name]
+        if name not in VARIANTS:
+            raise InputError(f"free must be one of {', '.join(VARIANTS)}, got {name!r}")
+        return VARIANTS[name]
 
     @classmethod
     def of(cls, given: Freedoms | str | Iterable[str]) -> Freedoms:
-        """Freedoms from a value object, the name of a row, or the names of what is free.
+        """Freedoms from a value object, the name of a variant, or the names of what is free.
 
         Raises:
             InputError: a name is unknown.
@@ -73,20 +73,20 @@ class Freedoms:
         return tuple(f.name for f in fields(self) if getattr(self, f.name))
 
     @property
-    def row(self) -> str:
-        """The name of the row of the table of gains, or the free things joined by ``+``."""
-        found = [name for name, row in ROWS.items() if row == self]
+    def variant(self) -> str:
+        """The name of the variant, or the free things joined by ``+``."""
+        found = [name for name, free in VARIANTS.items() if free == self]
         return found[0] if found else "+".join(self.names)
 
     def __str__(self) -> str:
-        return self.row
+        return self.variant
 
     def to_dict(self) -> list[str]:
         """The names of what is free, as a plan file stores them."""
         return list(self.names)
 
 
-ROWS: Final[dict[str, Freedoms]] = {
+VARIANTS: Final[dict[str, Freedoms]] = {
     "route": Freedoms(),
     "overlap": Freedoms(overlap=True),
     "swing": Freedoms(overlap=True, swing=True),
@@ -94,4 +94,4 @@ ROWS: Final[dict[str, Freedoms]] = {
     "posture": Freedoms(overlap=True, swing=True, height=True, posture=True),
     "dynamic": Freedoms(overlap=True, swing=True, height=True, posture=True, dynamic=True),
 }
-"""The rows of the table of gains (docs/time_optimal.md): each frees one thing more."""
+"""The variants of the time-optimal walk (docs/time_optimal.md): each frees one thing more."""

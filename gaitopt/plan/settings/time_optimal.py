@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 from gaitopt.errors import InputError
 from gaitopt.inputs import check_count
 from gaitopt.plan.settings.base import MARGIN_SHARE, check_names, one_of, set_number
-from gaitopt.plan.settings.freedoms import ROWS, Freedoms
+from gaitopt.plan.settings.freedoms import VARIANTS, Freedoms
 from gaitopt.plan.settings.over_footholds import FootholdSettings
 from gaitopt.robots.quadruped import Quadruped
 
@@ -28,8 +28,8 @@ class RouteSettings(FootholdSettings):
     """Settings of a walk over given footholds whose steps are all optimised at once.
 
     Attributes:
-        free: what is free beyond the body's targets (:class:`gaitopt.Freedoms`), the name of a row
-            (``"route"``: nothing; ``"overlap"``: the body moves during swings; ``"swing"``: the
+        free: what is free beyond the body's targets (:class:`gaitopt.Freedoms`), the name of a
+            variant (``"route"``: nothing; ``"overlap"``: the body moves during swings; ``"swing"``: the
             swing curve, too; ``"height"``: the body's height, too; ``"posture"``: its roll, pitch
             and yaw, too; ``"dynamic"``: the ZMP of a point mass at the body centre keeps the
             stability margin at every instant, in place of the body centre itself, and joint
@@ -59,7 +59,7 @@ class RouteSettings(FootholdSettings):
 
     planner: ClassVar[str] = "route"
 
-    free: Freedoms = ROWS["swing"]
+    free: Freedoms = VARIANTS["swing"]
     clearance: float = 0.02
     stance_knots: int = 2
     swing_knots: int = 8
@@ -102,7 +102,7 @@ class RouteSettings(FootholdSettings):
         velocity limit in :data:`RAMP`; knots are as many as the kind of walk needs.
         """
         check_names(cls, options)
-        free = Freedoms.of(options.get("free") or ROWS["swing"])
+        free = Freedoms.of(options.get("free") or VARIANTS["swing"])
         limit = _acceleration(robot, free, options.get("acceleration_limit"))
         stops, smooth = (limit is not None and free.swing is curved for curved in (False, True))
         knots = {

@@ -19,6 +19,7 @@ from gaitopt.motion.foot_curve import FootCurve
 from gaitopt.motion.path import MotionPath
 from gaitopt.optimize.spline import solver as spline_module
 from gaitopt.optimize.spline.joint_spline import KINDS, JointSpline, uniform_spline
+from gaitopt.optimize.spline.limits import JointLimits
 from gaitopt.optimize.spline.obstacle_swing import (
     ObstacleSwing,
     solve_obstacle_swing,
@@ -26,7 +27,6 @@ from gaitopt.optimize.spline.obstacle_swing import (
 )
 from gaitopt.optimize.spline.problem import (
     VELOCITY_RESERVE,
-    JointLimits,
     build_spline_problem,
     spline_formulation,
 )

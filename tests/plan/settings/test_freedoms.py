@@ -9,15 +9,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gaitopt import Freedoms, InputError
-from gaitopt.plan.settings.freedoms import ROWS
+from gaitopt.plan.settings.freedoms import VARIANTS
 
 NAMES = ("overlap", "swing", "height", "posture", "dynamic")
 
 
-def test_each_row_of_the_table_frees_one_thing_more() -> None:
-    assert [len(row.names) for row in ROWS.values()] == [0, 1, 2, 3, 4, 5]
-    for name, row in ROWS.items():
-        assert Freedoms.from_name(name) == Freedoms.of(name) == row and row.row == str(row) == name
+def test_each_variant_frees_one_thing_more() -> None:
+    assert [len(free.names) for free in VARIANTS.values()] == [0, 1, 2, 3, 4, 5]
+    for name, free in VARIANTS.items():
+        assert Freedoms.from_name(name) == Freedoms.of(name) == free
+        assert free.variant == str(free) == name
 
 
 @given(st.sets(st.sampled_from(NAMES)))
@@ -41,5 +42,5 @@ def test_what_is_unknown_is_named(given: Any, words: str) -> None:
         Freedoms.of(given)
 
 
-def test_a_row_without_a_name_lists_what_is_free() -> None:
+def test_a_choice_without_a_name_lists_what_is_free() -> None:
     assert str(Freedoms.of(["height", "overlap"])) == "overlap+height"

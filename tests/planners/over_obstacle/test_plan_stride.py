@@ -15,7 +15,8 @@ from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.motion.path import MotionPath
 from gaitopt.motion.pieces import joined
 from gaitopt.optimize.posture.problem import BodyPose
-from gaitopt.optimize.spline.problem import JointLimits, build_spline_problem
+from gaitopt.optimize.spline.limits import JointLimits
+from gaitopt.optimize.spline.problem import build_spline_problem
 from gaitopt.optimize.spline.solver import solve_spline
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.settings.over_obstacle import StrideSettings

@@ -13,7 +13,7 @@ import gaitopt
 from gaitopt import LEGS, Footholds, InputError, Plan, Quadruped, RouteError
 from gaitopt.plan.com_margin import com_margin, true_com
 from gaitopt.plan.settings.by_name import settings_from_dict
-from gaitopt.plan.settings.freedoms import ROWS
+from gaitopt.plan.settings.freedoms import VARIANTS
 from gaitopt.plan.settings.time_optimal import RouteSettings
 from gaitopt.planners.time_optimal.balance import dense_com, raised, shortfall
 from gaitopt.planners.time_optimal.bound import route_bound
@@ -23,7 +23,7 @@ from gaitopt.planners.time_optimal.straight.densify import densify
 from gaitopt.planners.time_optimal.walk import prepared
 from gaitopt.robots.whole_body import configuration
 
-STATIC_ROWS = [row for row in ROWS if row != "dynamic"]
+STATIC_ROWS = [row for row in VARIANTS if row != "dynamic"]
 S0 = 0.02
 
 
@@ -89,7 +89,8 @@ def test_it_costs_little_time(plans: dict[str, Plan], wang: Quadruped, short: Fo
 
 def test_dense_com_and_shortfall_are_pinocchio_s(wang: Quadruped) -> None:
     """Far from stable here: the first guess, which is the body centre's walk, turned."""
-    settings = RouteSettings(free=ROWS["height"], heading=0.4, com="model", stability_margin=0.03)
+    free = VARIANTS["height"]
+    settings = RouteSettings(free=free, heading=0.4, com="model", stability_margin=0.03)
     turn = gaitopt.conventions.rotation_z(0.4)
     straight = gaitopt.s_columns(5, columns=3)
     footholds = Footholds({leg: straight[leg] @ turn.T for leg in LEGS}, straight.radius)
@@ -108,7 +109,7 @@ def test_dense_com_and_shortfall_are_pinocchio_s(wang: Quadruped) -> None:
 
 
 def test_only_rows_beside_a_shortfall_are_raised(wang: Quadruped, short: Footholds) -> None:
-    settings = RouteSettings(free=ROWS["swing"], com="model")
+    settings = RouteSettings(free=VARIANTS["swing"], com="model")
     route = prepared(wang, short, settings, None)
     knots, problem = build_route(wang, route.steps, settings, route.cogs, short.landing_radius)
     assert problem.com is not None
@@ -122,7 +123,7 @@ def test_only_rows_beside_a_shortfall_are_raised(wang: Quadruped, short: Foothol
 
 def test_the_first_pose_is_where_the_robot_stands(wang: Quadruped, short: Footholds) -> None:
     """No row asks anything of the first knot, and all of the others are asked."""
-    settings = RouteSettings(free=ROWS["swing"], com="model")
+    settings = RouteSettings(free=VARIANTS["swing"], com="model")
     route = prepared(wang, short, settings, None)
     _, problem = build_route(wang, route.steps, settings, route.cogs, short.landing_radius)
     assert problem.com is not None

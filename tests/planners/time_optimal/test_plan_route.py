@@ -10,7 +10,7 @@ import pytest
 
 import gaitopt
 from gaitopt import LEGS, Footholds, InfeasibleStepError, InputError, Plan, Quadruped, RouteError
-from gaitopt.plan.settings.freedoms import ROWS
+from gaitopt.plan.settings.freedoms import VARIANTS
 from gaitopt.plan.settings.time_optimal import RouteSettings
 from gaitopt.planners.time_optimal.bound import route_bound
 from gaitopt.planners.time_optimal.planner import plan_route
@@ -25,10 +25,10 @@ def short() -> Footholds:
 @pytest.fixture(scope="module")
 def rows(wang: Quadruped, short: Footholds) -> dict[str, Plan]:
     """The plan of every row over the same eight steps."""
-    return {row: plan_route(wang, short, free=row) for row in ROWS}
+    return {row: plan_route(wang, short, free=row) for row in VARIANTS}
 
 
-STATIC_ROWS = [row for row in ROWS if row != "dynamic"]
+STATIC_ROWS = [row for row in VARIANTS if row != "dynamic"]
 
 
 def mirrored(footholds: Footholds) -> Footholds:
@@ -37,7 +37,7 @@ def mirrored(footholds: Footholds) -> Footholds:
     return Footholds({leg: footholds[other[leg]] * [1, -1, 1] for leg in LEGS}, footholds.radius)
 
 
-@pytest.mark.parametrize("row", list(ROWS))
+@pytest.mark.parametrize("row", list(VARIANTS))
 def test_every_row_is_certified(rows: dict[str, Plan], row: str) -> None:
     gaitopt.verify(rows[row]).raise_for_violations()
 

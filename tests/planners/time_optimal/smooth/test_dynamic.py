@@ -11,7 +11,7 @@ from gaitopt.conventions import GRAVITY
 from gaitopt.motion.bounds import _largest
 from gaitopt.optimize.route.legs import StackedLegs
 from gaitopt.plan.com_margin import margins_over
-from gaitopt.plan.settings.freedoms import ROWS
+from gaitopt.plan.settings.freedoms import VARIANTS
 from gaitopt.plan.settings.time_optimal import RouteSettings
 from gaitopt.planners.time_optimal.build import knots_of
 from gaitopt.planners.time_optimal.knots import part_of
@@ -192,7 +192,7 @@ def test_bounds_on_a_path_hold_and_are_close(dynamic: Plan) -> None:
 
 def test_parts_of_a_motion_know_who_flies(wang: Quadruped, short: Footholds) -> None:
     """Cut anywhere within or between swings, every span has the leg of the whole."""
-    settings = RouteSettings(free=ROWS["swing"], stance_knots=3)
+    settings = RouteSettings(free=VARIANTS["swing"], stance_knots=3)
     knots = knots_of(prepared(wang, short, settings, None), 0, 8)
 
     def motion(first: int, last: int) -> RouteMotion:

@@ -7,7 +7,7 @@ import pytest
 
 import gaitopt
 from gaitopt import Footholds, Quadruped
-from gaitopt.plan.settings.freedoms import ROWS
+from gaitopt.plan.settings.freedoms import VARIANTS
 from gaitopt.plan.settings.time_optimal import RouteSettings
 from gaitopt.planners.time_optimal.build import knots_of, problem_of
 from gaitopt.planners.time_optimal.planner import plan_route
@@ -23,7 +23,7 @@ def short() -> Footholds:
 
 def test_lines_end_where_directions_change(wang: Quadruped, short: Footholds) -> None:
     """A still body and a box: three lines of the foot for every step, and one of the body's."""
-    route = prepared(wang, short, RouteSettings(free=ROWS["route"], stance_knots=2))
+    route = prepared(wang, short, RouteSettings(free=VARIANTS["route"], stance_knots=2))
     poses = problem_of(route, 0, 8).poses
     knots = knots_of(route, 0, 8)
     lines = straight_lines(knots, poses)
