@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from gaitopt.certificate.certificate import Certificate as Certificate
     from gaitopt.certificate.check import Check as Check
+    from gaitopt.certificate.check import Verdict as Verdict
     from gaitopt.certificate.verify import verify as verify
     from gaitopt.conventions import LEGS as LEGS
     from gaitopt.errors import CertificateError as CertificateError
@@ -85,6 +86,7 @@ if TYPE_CHECKING:
     from gaitopt.robots.whole_body import feet_from_joints as feet_from_joints
     from gaitopt.robots.whole_body import joints_from_feet as joints_from_feet
     from gaitopt.simulation.result import SimulationResult as SimulationResult
+    from gaitopt.simulation.result import SimulationStatus as SimulationStatus
     from gaitopt.simulation.settings import Push as Push
     from gaitopt.simulation.settings import SimulationSettings as SimulationSettings
     from gaitopt.simulation.simulate import simulate as simulate
@@ -115,7 +117,7 @@ __version__ = "0.1.0"
 
 _HOMES = {
     "certificate.certificate": "Certificate",
-    "certificate.check": "Check",
+    "certificate.check": "Check Verdict",
     "certificate.verify": "verify",
     "conventions": "LEGS",
     "errors": (
@@ -154,7 +156,7 @@ _HOMES = {
     "robots.leg": "Leg",
     "robots.quadruped": "Quadruped",
     "robots.whole_body": "feet_from_joints joints_from_feet",
-    "simulation.result": "SimulationResult",
+    "simulation.result": "SimulationResult SimulationStatus",
     "simulation.settings": "Push SimulationSettings",
     "simulation.simulate": "simulate",
     "stability.contacts": "support_margin",

@@ -1,9 +1,9 @@
-"""The clock of a walk: it stands still where one foot hands its load over to another.
+"""The clock of a walk: which instant of the plan is followed at which time.
 
-A plan may have a foot leave at the very instant at which another lands. On a robot the one that
-lands needs a moment to find its ground and to take up its load. A static walk can stop at any
-instant, so the plan's clock stops there for that moment; this is known beforehand, and the motion
-that follows it can be smoothed like any other.
+A plan may let a foot lift off at the very instant at which another touches down. On a real robot
+the foot that lands needs a moment to find the ground and to take up its load. A static walk can
+stop at any instant, so the clock stops there for that moment. The stops are known beforehand, so
+the motion with its stops can be smoothed like any other.
 """
 
 from __future__ import annotations
@@ -21,11 +21,14 @@ from gaitopt.plan.plan import Plan
 
 @dataclass(frozen=True, eq=False)
 class WalkClock:
-    """Which instant of a plan a controller follows when.
+    """Times of a walk and of its plan, which differ by the pauses so far.
 
     Attributes:
         stops: instants of the plan at which its clock stands still ``(n,)`` [s], increasing.
-        pauses: for how long it does ``(n,)`` [s].
+        pauses: how long it stands still at each ``(n,)`` [s].
+
+    Raises:
+        InputError: instants do not increase, a pause is not positive, or the numbers differ.
     """
 
     stops: FloatArray
@@ -43,38 +46,51 @@ class WalkClock:
 
     @cached_property
     def paused(self) -> float:
-        """For how long the clock stands still in all [s]."""
+        """How long the clock stands still in all [s]."""
         return float(self.pauses.sum())
 
     def plan_time(self, times: ArrayLike) -> FloatArray:
-        """The plan's time at ``times`` [s] since its start, before and after it as well."""
+        """The plan's time ``(...)`` at ``times (...)`` [s] since the walk's start.
+
+        It goes on before the walk's start and after its end.
+        """
         t = np.asarray(times, dtype=np.float64)
         return np.asarray(t - np.interp(t, *self._lost)) if len(self.stops) else t
 
     def pausing(self, times: ArrayLike) -> BoolArray:
-        """Whether the clock stands still at ``times`` [s]."""
+        """Whether the clock stands still at ``times (...)`` [s]: ``(...)``."""
         return np.asarray(np.searchsorted(self._lost[0], times, side="right") % 2 == 1)
 
     @cached_property
     def _lost(self) -> tuple[FloatArray, FloatArray]:
-        """Beginnings and ends of the pauses in turn, and the time lost until each [s]."""
+        """Start and end of every pause, alternating ``(2 n,)`` [s]; and the pauses until then."""
         lost = np.concatenate([[0.0], np.cumsum(self.pauses)])
-        turns = np.stack([self.stops + lost[:-1], self.stops + lost[1:]], axis=1)
-        return turns.reshape(-1), np.stack([lost[:-1], lost[1:]], axis=1).reshape(-1)
+        edges = np.stack([self.stops + lost[:-1], self.stops + lost[1:]], axis=1)
+        return edges.reshape(-1), np.stack([lost[:-1], lost[1:]], axis=1).reshape(-1)
 
 
-def walk_clock(plan: Plan, handover: float) -> WalkClock:
-    """The clock on which every foot stands for at least ``handover`` [s] before another leaves.
+SAME_INSTANT = 1e-9
+"""Touch-downs this much later than a lift-off count as the same instant [s]: times of long walks
+are known to 1e-12 s."""
 
-    Plans that promise no static stability cannot stop in their middle; their clock never does.
+
+def walk_clock(plan: Plan, handover_time: float) -> WalkClock:
+    """The clock on which every foot has stood for a while before another lifts off.
+
+    A plan that promises no static stability cannot stop in the middle of its motion: its clock
+    never stands still.
+
+    Args:
+        plan: the motion.
+        handover_time: how long a foot stands at least before another lifts off [s].
     """
-    if not (plan.settings.static and handover > 0.0):
+    if not (plan.settings.static and handover_time > 0.0):
         return WalkClock(np.zeros(0), np.zeros(0))
     landings = np.sort([swing.end for swing in plan.swings])
     stops, pauses = [], []
     for stop in np.unique([swing.start for swing in plan.swings]):
-        before = landings[landings <= stop + 1e-9]
-        missing = handover - (stop - before[-1]) if len(before) else 0.0
+        before = landings[landings <= stop + SAME_INSTANT]
+        missing = handover_time - (stop - before[-1]) if len(before) else 0.0
         if missing > 0.0:
             stops.append(stop)
             pauses.append(missing)

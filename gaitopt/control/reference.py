@@ -15,13 +15,23 @@ from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.rotations import quaternion_to_matrix
 
 LEAST_LOAD = 0.02
-"""Share of a full load below which a standing foot never goes."""
+"""Least share of a full load that a standing foot carries: a foot that carries nothing would lose
+its contact, and with it its place."""
 
 LARGEST_JUMP = 1e-3
-"""A body whose velocity jumps by more than this is smoothed more [m/s], [rad/s]."""
+"""A body whose velocity jumps by more than this is smoothed more [m/s, rad/s]. Smooth plans jump by
+rounding alone, others by centimetres a second: anything in between tells them apart."""
 
 MOST_TICKS = 1_000_000
 """Most ticks of a reference, which takes about 1 kB each: 100 minutes at 6 ms."""
+
+DAMPING = 2.5e-4
+"""Damping of the inverse Jacobians, as a share of the leg's squared reach. Near the straight leg it
+limits the angles that a foot's displacement asks for. Where the Jacobian's singular values are
+above a sixth of the reach, it changes the angles by less than one per cent."""
+
+BESIDE = 1e-6
+"""How long before and after a pause the plan is looked at, to see which feet stand [s]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,22 +43,22 @@ class Reference:
     Attributes:
         dt: time between ticks [s].
         lead: how many ticks lie before the plan's start, and after its end.
-        clock: which instant of the plan is followed when.
+        clock: which instant of the plan is followed at which time.
         position: of the base ``(N, 3)`` [m].
         rotation: of the base ``(N, 3, 3)``.
         linear, angular: velocity of the base in the world's axes ``(N, 3)`` [m/s], [rad/s].
-        joints, rates: ``(N, nj)`` [rad], [rad/s], in the order of ``robot.joint_names``; the rates
-            of standing legs are those that carry the body's smoother motion, held within the
-            joints' limits.
+        joints, rates: ``(N, nj)`` [rad], [rad/s], in the order of ``robot.joint_names``. The rates
+            of standing legs are those that move the body as :attr:`linear` and :attr:`angular`
+            say, clipped to the joints' limits.
         acceleration: Pinocchio's, of the smoothed motion: of the base in its own frame, and of
             the joints ``(N, nv)``.
         feet: foot frames in the world ``(N, 4, 3)`` [m].
         feet_in_base: foot frames at ``joints``, in the base frame ``(N, 4, 3)`` [m].
-        inverse: joint angles of a leg per displacement of its foot in the base frame
-            ``(N, 4, 3, 3)`` [rad/m], damped near the straight leg.
+        inverse: inverse Jacobians: joint angles of a leg for a displacement of its foot in the
+            base frame ``(N, 4, 3, 3)`` [rad/m], damped near the straight leg.
         standing: which feet stand ``(N, 4)``.
-        load: share of a full load each may carry ``(N, 4)``: 0 in the air, falling before
-            lift-off.
+        load: share of a full load that each foot may carry ``(N, 4)``: 0 in the air, and falling
+            before lift-off.
     """
 
     dt: float
@@ -72,21 +82,26 @@ class Reference:
 
     @property
     def before(self) -> float:
-        """How long before the plan's start the reference begins to move [s]."""
+        """How long before the plan's start the reference begins [s]."""
         return self.lead * self.dt
 
     def tick(self, time: float) -> int:
-        """Index of the tick ``time`` [s] after the walk's start; at rest before and after."""
+        """Index of the tick at ``time`` [s] since the walk's start; the first or last beyond."""
         return min(max(round(time / self.dt) + self.lead, 0), len(self) - 1)
 
 
 def build_reference(plan: Plan, gains: ControlGains, dt: float) -> Reference:
     """Sample ``plan`` for a controller that runs every ``dt`` seconds.
 
-    A static walk stands still where feet hand over their load (:func:`walk_clock`). Joints are
-    averaged over ``gains.smoothing`` (which keeps their velocities within the limits), a body whose
-    velocity jumps over ``gains.body_smoothing``, and the loads of feet that are about to leave are
-    ramped. Standing legs carry the body, flying ones follow the joints.
+    A static walk stands still where one foot lifts off as another lands (:func:`walk_clock`).
+    Joints are averaged over ``gains.smoothing``, which keeps their velocities within the limits; a
+    body whose velocity jumps is averaged over ``gains.body_smoothing``. The rates of standing legs
+    follow from the body's motion, those of flying legs from the joints'.
+
+    Args:
+        plan: the motion.
+        gains: the times over which it is smoothed, among others.
+        dt: time between ticks [s].
 
     Raises:
         InputError: ``dt`` is no positive time or makes too many ticks, or a leg has no roll joint.
@@ -101,7 +116,8 @@ def build_reference(plan: Plan, gains: ControlGains, dt: float) -> Reference:
             raise InputError(
                 f"{plan.robot.name}: leg {name} has two joints; the tracking controller needs three"
             )
-    clock = walk_clock(plan, gains.handover)
+    clock = walk_clock(plan, gains.handover_time)
+    # Windows of an odd number of ticks lie evenly around each.
     width, wide = (2 * round(t / dt / 2.0) + 1 for t in _windows(plan, clock, gains))
     lead = wide // 2 + 2
     grid = np.arange(-lead, int(np.ceil((plan.duration + clock.paused) / dt)) + lead + 1) * dt
@@ -118,7 +134,7 @@ def build_reference(plan: Plan, gains: ControlGains, dt: float) -> Reference:
     angular = np.einsum("nij,nj->ni", rotation, motion.v[:, 3:6] * moving)
     linear, angular = smoothed(linear, wide), smoothed(angular, wide)
     rates = velocity[:, 6:].copy()
-    _carry(plan.robot, rates, standing, velocity[:, :6], feet, inverse)
+    _set_standing_rates(plan.robot, rates, standing, velocity[:, :6], feet, inverse)
     return Reference(
         dt=dt,
         lead=lead,
@@ -134,7 +150,7 @@ def build_reference(plan: Plan, gains: ControlGains, dt: float) -> Reference:
         feet_in_base=feet,
         inverse=inverse,
         standing=standing,
-        load=ramped(standing, max(gains.load_time / dt, 1.0)),
+        load=ramped(standing, max(gains.unloading_time / dt, 1.0)),
     )
 
 
@@ -149,12 +165,12 @@ def _windows(plan: Plan, clock: WalkClock, gains: ControlGains) -> tuple[float, 
 def _standing(plan: Plan, times: FloatArray, pausing: BoolArray) -> BoolArray:
     """Which feet stand ``(N, 4)``; in a pause those that stand on either side of it."""
     standing = np.array(plan.at(times).contacts)
-    sides = np.clip(times[pausing] + [[-1e-6], [1e-6]], 0.0, plan.duration)
+    sides = np.clip(times[pausing] + [[-BESIDE], [BESIDE]], 0.0, plan.duration)
     standing[pausing] = plan.at(sides[0]).contacts | plan.at(sides[1]).contacts
     return standing
 
 
-def _carry(
+def _set_standing_rates(
     robot: Quadruped,
     rates: FloatArray,
     standing: BoolArray,
@@ -162,12 +178,16 @@ def _carry(
     feet: FloatArray,
     inverse: FloatArray,
 ) -> None:
-    """Give standing legs the rates ``(N, nj)`` that carry a body with this ``twist (N, 6)``."""
+    """Write into ``rates (N, nj)`` those of standing legs under a body with ``twist (N, 6)``.
+
+    A foot that stands moves against the body in the base frame. All rates are clipped to the
+    joints' limits.
+    """
     for i, name in enumerate(LEGS):
         rows = np.flatnonzero(standing[:, i])
-        sweep = -twist[rows, :3] - np.cross(twist[rows, 3:], feet[rows, i])
+        foot_velocity = -twist[rows, :3] - np.cross(twist[rows, 3:], feet[rows, i])
         columns = list(robot.leg_columns[name])
-        rates[rows[:, None], columns] = np.einsum("nij,nj->ni", inverse[rows, i], sweep)
+        rates[rows[:, None], columns] = np.einsum("nij,nj->ni", inverse[rows, i], foot_velocity)
     np.clip(rates, -robot.velocity_limits, robot.velocity_limits, out=rates)
 
 
@@ -185,17 +205,22 @@ def smoothed(values: FloatArray, width: int) -> FloatArray:
 
 
 def ramped(standing: BoolArray, ticks: float) -> FloatArray:
-    """Loads ``(N, 4)``: 1 for feet that stand, falling to little over ``ticks`` before lift-off.
+    """Loads ``(N, 4)``: 1 for feet that stand, falling to almost 0 before they lift off.
 
-    A foot gives up its load only while all four stand to take it; where another lands at the very
-    instant at which it leaves, the controller sees to it.
+    A foot gives up its load only while all four feet stand, so that the others can take it. Where
+    another foot lands at the very instant of its lift-off, its load does not fall here: the
+    controller waits for the foot that lands.
+
+    Args:
+        standing: which feet stand ``(N, 4)``.
+        ticks: over how many ticks before lift-off the load falls.
     """
     load = standing.astype(np.float64)
     together = np.concatenate([[0], np.cumsum(~standing.all(axis=1))])
     for leg in range(standing.shape[1]):
         for last in np.flatnonzero(np.diff(standing[:, leg].astype(np.int8)) < 0) + 1:
             first = max(last - round(ticks), 0)
-            # The last tick before lift-off at which not all stood.
+            # Not earlier than the last tick before lift-off at which not all stood.
             first = max(first, int(np.searchsorted(together, together[last], side="left")))
             left = np.arange(last - first, 0, -1.0)
             load[first:last, leg] = np.maximum(left / (len(left) + 1.0), LEAST_LOAD)
@@ -211,7 +236,6 @@ def _legs(robot: Quadruped, joints: FloatArray) -> tuple[FloatArray, FloatArray]
         feet.append(leg.forward(angles) @ robot.body_axes.T)
         jacobian = robot.body_axes @ leg.jacobian(angles)
         transposed = np.swapaxes(jacobian, -1, -2)
-        # Near the straight leg no finite joint rate moves the foot: damp, do not divide by zero.
-        square = jacobian @ transposed + (0.05 * leg.reach) ** 2 * 0.1 * np.eye(3)
+        square = jacobian @ transposed + DAMPING * leg.reach**2 * np.eye(3)
         inverses.append(transposed @ np.linalg.inv(square))
     return np.stack(feet, axis=1), np.stack(inverses, axis=1)

@@ -1,8 +1,8 @@
 """The robot and its footholds as a MuJoCo model, made from the robot's own URDF text.
 
-MuJoCo reads links, joints and inertias from the URDF itself; only shapes are replaced: the feet
-are balls, nothing else collides. Mass and forward kinematics are held against Pinocchio's reading
-of the same text each time, so that the model in the simulator is the model of the plan.
+MuJoCo reads links, joints and inertias from the URDF. Only shapes are replaced: the feet are balls,
+and nothing else collides. Mass and forward kinematics are compared with what Pinocchio reads from
+the same text each time, so that the simulated robot is that of the plan.
 """
 
 from __future__ import annotations
@@ -21,10 +21,19 @@ from gaitopt.simulation.urdf import bare_urdf
 from gaitopt.terrain.footholds import Footholds
 
 LEAST_BALL = 0.003
-"""Radius of the ball given to feet that the URDF gives none [m]."""
+"""Radius of the ball of a foot for which the URDF has none [m]. Chosen: near to a point, and yet
+larger than what contacts give way."""
 
 AGREEMENT = 1e-6
-"""Largest disagreement with Pinocchio [m], and as a share of the mass."""
+"""Largest disagreement with Pinocchio [m], and as a share of the mass: both read the same digits,
+so more than rounding is a different robot."""
+
+LEVEL = 1e-6
+"""A foothold this little above the ground lies on the ground itself [m]."""
+
+TORSION, ROLLING = 0.005, 0.0001
+"""MuJoCo's own coefficients of torsional and rolling friction [m]. Contacts without rotational
+friction (``condim`` 3) do not use them."""
 
 _GROUND = "gaitopt ground"
 _FOOT = "gaitopt foot "
@@ -32,18 +41,19 @@ _FOOT = "gaitopt foot "
 
 @dataclass(frozen=True, eq=False)
 class SimModel:
-    """A MuJoCo model and how its vectors map to Pinocchio's.
+    """A MuJoCo model, and how its vectors are ordered.
 
     Attributes:
         model: ``mujoco.MjModel``.
         qpos, qvel, ctrl: for each of ``robot.joint_names`` its place in MuJoCo's ``qpos``,
             ``qvel`` and ``ctrl`` ``(nj,)``.
-        base: id of the body that floats.
+        base: id of the body that is free to move.
         feet: ids of the foot balls, legs in the order of :data:`gaitopt.LEGS`.
-        columns: id of the shape under each foothold ``(4, n)``; that of the ground throughout on
-            open ground.
-        mass_error: disagreement with Pinocchio's mass, as a share.
-        kinematics_error: largest disagreement of a foot with Pinocchio over random postures [m].
+        columns: id of the shape under each foothold ``(4, n)``; on open ground that of the ground,
+            save for footholds that are higher.
+        mass_error: disagreement with Pinocchio's mass, as a share of it.
+        kinematics_error: largest disagreement with Pinocchio over random postures, of the feet and
+            the centre of mass [m].
     """
 
     model: Any
@@ -126,7 +136,7 @@ def _add_feet(mujoco: Any, spec: Any, robot: Quadruped, settings: SimulationSett
 def _surface(settings: SimulationSettings) -> dict[str, Any]:
     return {
         "condim": 3,
-        "friction": [settings.friction, 0.005, 0.0001],
+        "friction": [settings.friction, TORSION, ROLLING],
         "solref": [settings.contact_time, 1.0],
     }
 
@@ -134,8 +144,12 @@ def _surface(settings: SimulationSettings) -> dict[str, Any]:
 def _add_ground(
     mujoco: Any, spec: Any, robot: Quadruped, footholds: Footholds, settings: SimulationSettings
 ) -> list[list[str]]:
-    """Columns, or the ground; names of what lies under each foothold."""
-    looks = {"contype": 2, "conaffinity": 1, **_surface(settings)}
+    """Add the ground and the columns.
+
+    Returns:
+        For each leg the names of the shapes under its footholds.
+    """
+    surface = {"contype": 2, "conaffinity": 1, **_surface(settings)}
     errors = np.zeros(footholds.array.shape[:2])
     for leg, index, error in settings.column_errors:
         if leg not in LEGS or not 0 <= index < len(footholds) or not np.isfinite(error):
@@ -149,19 +163,19 @@ def _add_ground(
         level -= settings.column_height
     world = spec.worldbody
     world.add_geom(name=_GROUND, type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 1.0],
-                   pos=[0, 0, level], **looks)  # fmt: skip
+                   pos=[0, 0, level], **surface)  # fmt: skip
     names = []
     for leg, row, lifts in zip(LEGS, tops, errors, strict=True):
         names.append([_GROUND] * len(row))
         for k, (top, lift) in enumerate(zip(row, lifts, strict=True)):
             height = float(top[2] + lift) - level
-            if height <= 1e-9 or (footholds.radius is None and abs(height) < 1e-6):
+            if height <= LEVEL:
                 continue
             name = f"gaitopt column {leg} {k}"
             world.add_geom(
                 name=name, type=mujoco.mjtGeom.mjGEOM_CYLINDER,
-                size=[footholds.radius or 0.05, height / 2.0, 0],
-                pos=[top[0], top[1], level + height / 2.0], **looks,
+                size=[footholds.landing_radius, height / 2.0, 0],
+                pos=[top[0], top[1], level + height / 2.0], **surface,
             )  # fmt: skip
             names[-1][k] = name
     return names
@@ -170,27 +184,33 @@ def _add_ground(
 def _add_servos(
     mujoco: Any, spec: Any, robot: Quadruped, gains: ControlGains, settings: SimulationSettings
 ) -> None:
-    """Joint servos: torque = kp ctrl - kp q - kd dq, held to the URDF's limits.
+    """Add the joints' servos, whose torque is ``kp ctrl - kp q - kd dq``, with the URDF's limits.
 
-    What is fed forward comes in through ``ctrl``, so that limits hold for the sum.
+    Torques that are fed forward enter through ``ctrl``, so that the limits hold for the sum.
     """
     stiffness, damping = gains.joint_stiffness, gains.joint_damping
-    for name, effort in zip(robot.joint_names, robot.model.effortLimit[6:], strict=True):
+    for name, effort in zip(robot.joint_names, robot.effort_limits, strict=True):
         servo = spec.add_actuator(name=f"gaitopt servo {name}", target=name)
         servo.trntype = mujoco.mjtTrn.mjTRN_JOINT
         servo.gaintype = mujoco.mjtGain.mjGAIN_FIXED
         servo.biastype = mujoco.mjtBias.mjBIAS_AFFINE
         servo.gainprm[0] = stiffness
         servo.biasprm[:3] = [0.0, -stiffness, -damping]
-        if settings.torque_limits and np.isfinite(effort) and effort > 0:
+        if settings.torque_limits and np.isfinite(effort):
             servo.forcelimited = 1
             servo.forcerange = [-effort, effort]
     for joint in spec.joints:
-        # The servos' own limits are what holds; the URDF's would be a second, silent clamp.
+        # The servos' own limits hold; MuJoCo would clip to the URDF's once more, unseen.
         joint.actfrclimited = 0
 
 
 def _mapped(mujoco: Any, model: Any, robot: Quadruped, columns: list[list[str]]) -> SimModel:
+    """The compiled model with the places of joints, feet and columns in its vectors.
+
+    Raises:
+        RobotError: it is not the robot that Pinocchio reads from the same URDF.
+    """
+
     def geom(name: str) -> int:
         return int(mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, name))
 
@@ -231,6 +251,7 @@ def to_mujoco(sim: SimModel, q: FloatArray) -> FloatArray:
 
 
 def _kinematics_error(mujoco: Any, sim: SimModel, robot: Quadruped, postures: int = 4) -> float:
+    """Largest disagreement of feet and centre of mass with Pinocchio over random postures [m]."""
     import pinocchio as pin
 
     rng = np.random.default_rng(0)
@@ -256,14 +277,15 @@ def _kinematics_error(mujoco: Any, sim: SimModel, robot: Quadruped, postures: in
 
 
 def _scale_masses(mujoco: Any, sim: SimModel, settings: SimulationSettings) -> None:
-    if settings.body_mass == 1.0 and settings.leg_mass == 1.0:
+    """Multiply masses and inertias by the settings' factors."""
+    if settings.body_mass_factor == 1.0 and settings.leg_mass_factor == 1.0:
         return
     model = sim.model
-    scale = np.full(model.nbody, settings.leg_mass)
+    scale = np.full(model.nbody, settings.leg_mass_factor)
     for body in range(1, model.nbody):
-        # Links welded to the base are body, not leg.
+        # Links that are fixed to the base belong to the body.
         if model.body_weldid[body] == model.body_weldid[sim.base]:
-            scale[body] = settings.body_mass
+            scale[body] = settings.body_mass_factor
     model.body_mass[:] *= scale
     model.body_inertia[:] *= scale[:, None]
     mujoco.mj_setConst(model, mujoco.MjData(model))

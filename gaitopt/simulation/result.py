@@ -1,4 +1,4 @@
-"""What became of a plan in physics: the report of a simulation, computed from its record."""
+"""The result of a simulation, computed from its record."""
 
 from __future__ import annotations
 
@@ -7,11 +7,38 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gaitopt.control.gains import ControlGains
-from gaitopt.conventions import LEGS, BoolArray, FloatArray
+from gaitopt.conventions import LEGS, BoolArray, FloatArray, TextEnum
 from gaitopt.plan.com_margin import margins_over, true_com
 from gaitopt.plan.plan import Plan, Trajectory
 from gaitopt.robots.rotations import quaternion_to_matrix
 from gaitopt.simulation.settings import SimulationSettings
+
+BEFORE_LIFT_OFF = 0.06
+"""How long before its planned lift-off a foot may already rise [s]. Chosen: the controller's
+reference is averaged over 40 ms, and the record has a sample every 20 ms."""
+
+
+class SimulationStatus(TextEnum):
+    """How a simulation ended. Members equal their texts: ``result.status == "fell"``."""
+
+    FINISHED = "finished"
+    """The robot was on its feet until the end of the plan."""
+    FELL = "fell"
+    """The body tilted too far, or went too far from the plan."""
+    DIVERGED = "diverged"
+    """Positions or velocities are no sensible numbers any more; it counts as a fall. Try a smaller
+    ``timestep``, or softer gains."""
+
+
+class MissReason(TextEnum):
+    """Why a foothold counts as missed. Members equal their texts."""
+
+    NO_CONTACT = "no contact"
+    """Nothing was under the foot."""
+    BESIDE = "beside"
+    """The foot stood on something else, or farther away than the footholds' landing radius."""
+    LEFT = "left"
+    """The foot stood, and was away before its next swing."""
 
 
 @dataclass(frozen=True)
@@ -22,15 +49,13 @@ class MissedFoothold:
         step: index of the step, from 0 over the whole walk.
         leg: the leg.
         distance: how far the foot was from its foothold, horizontally [m].
-        reason: ``"no contact"`` (nothing under the foot), ``"beside"`` (on something else, or
-            further away than the column's radius), or ``"left"`` (it stood, and was gone before
-            its next swing).
+        reason: why it counts as missed.
     """
 
     step: int
     leg: str
     distance: float
-    reason: str
+    reason: MissReason
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,11 +63,11 @@ class SimulationResult:
     """A plan's walk in physics.
 
     Attributes:
-        status: ``"finished"``, ``"fell"`` or ``"diverged"`` (numbers ran away: counted as a fall).
-        end: when it ended [s]: with the plan and a short watch after it, or with the fall.
-        waited: for how long of it the plan's clock stood still, because a foot had yet to find its
-            ground or to take up its load before another might lift off [s].
-        steps_done: steps whose touch-down came before the end, of ``steps``.
+        status: how it ended.
+        end: when it ended [s]: some time after the plan's end, or with the fall.
+        waited: how long the plan's clock stood still [s], because a foot had yet to find the ground
+            or to take up its load before another might lift off.
+        steps_done: steps whose touch-down came before the end.
         steps: steps of the plan.
         missed: footholds that were missed.
         landing_error: largest horizontal distance of a foot from its foothold when it landed [m].
@@ -53,22 +78,22 @@ class SimulationResult:
             standing, where they really are, at the times of ``motion`` ``(N,)`` [m]; NaN where
             the plan has fewer than three.
         smallest_margin: the smallest of it [m].
-        slip: largest horizontal distance of a standing foot from where it landed [m], rolling of
-            its ball included.
+        slip: largest horizontal distance of a standing foot from where it landed [m]; its ball
+            may have rolled there.
         peak_torques, peak_rates: of every joint over all steps of the physics ``(nj,)`` [N m],
             [rad/s].
         torque_use, rate_use: the largest of them as shares of the URDF's limits.
-        servo_tolerance: what ``rate_use`` may exceed 1 by.
-        energy: mechanical work done by the joints, braking not given back [J].
-        wall_time, cpu_time: time that the simulation took, and that the processor spent on it
-            [s]; the only values that differ from run to run.
+        servo_tolerance: by how much ``rate_use`` may exceed 1.
+        energy: mechanical work done by the joints [J]; energy from braking is not recovered.
+        wall_time, cpu_time: time that the simulation took, and time that the processor spent on it
+            [s]. No other values differ from run to run.
         simulated_time: time simulated [s].
         motion: the simulated motion, for a replay beside the plan.
         gains: of the controller and the servos.
         settings: what was asked for.
     """
 
-    status: str
+    status: SimulationStatus
     end: float
     waited: float
     steps_done: int
@@ -97,7 +122,7 @@ class SimulationResult:
     @property
     def finished(self) -> bool:
         """Whether the robot was still on its feet at the end of the plan."""
-        return self.status == "finished"
+        return self.status is SimulationStatus.FINISHED
 
     @property
     def succeeded(self) -> bool:
@@ -106,29 +131,29 @@ class SimulationResult:
 
     @property
     def rates_within(self) -> bool:
-        """Whether joint velocities kept to their limits and the servos' tolerance."""
+        """Whether joint velocities kept their limits within the servos' tolerance."""
         return self.rate_use <= 1.0 + self.servo_tolerance
 
     @property
     def passed(self) -> bool:
-        """Succeeded, with joint velocities within the limits that a robot's servos have."""
+        """Whether it succeeded, with joint velocities within their limits and the tolerance."""
         return self.succeeded and self.rates_within
 
     @property
     def real_time_factor(self) -> float:
-        """Simulated time over processor time: how much faster on a core of its own."""
+        """Simulated time over processor time: above 1 it is faster than real time."""
         return self.simulated_time / self.cpu_time if self.cpu_time > 0 else float("inf")
 
     def __repr__(self) -> str:
-        return f"SimulationResult({self.status!r}, {self.steps_done} of {self.steps} steps)"
+        return f"SimulationResult({self.status.value!r}, {self.steps_done} of {self.steps} steps)"
 
     def __str__(self) -> str:
-        """The report, a line a fact."""
+        """The report as plain text."""
         missed = ", ".join(f"step {m.step + 1} {m.leg} ({m.reason})" for m in self.missed[:5])
         more = f" and {len(self.missed) - 5} more" if len(self.missed) > 5 else ""
         return "\n".join([
             f"{self.status} at {self.end:.1f} s, {self.steps_done} of {self.steps} steps, "
-            f"{self.waited:.2f} s of it handing loads over",
+            f"{self.waited:.2f} s of it waiting for feet",
             f"missed footholds: {missed or 'none'}{more}",
             f"largest landing error {1e3 * self.landing_error:.1f} mm, "
             f"slip {1e3 * self.slip:.1f} mm",
@@ -144,17 +169,16 @@ class SimulationResult:
 
 @dataclass(frozen=True, eq=False)
 class SimulationRecord:
-    """What the loop of the simulation wrote down; ``N`` samples.
+    """What was recorded during a simulation, at ``N`` samples.
 
     Attributes:
         t: ``(N,)`` [s].
-        clock: the plan's time ``(N,)`` [s], which stands still where the controller waits.
-        q, v: Pinocchio's ``(N, nq)``, ``(N, nv)``.
+        clock: the plan's time ``(N,)`` [s], which stands still while the controller waits.
+        q, v: Pinocchio's configurations ``(N, nq)`` and velocities ``(N, nv)``.
         touching: which feet touch anything ``(N, 4)``.
         beneath: id of the shape under each foot ``(N, 4)``, -1 for none.
-        peak_torques, peak_rates: ``(nj,)``.
-        energy: [J].
-        status, wall_time, cpu_time: see :class:`SimulationResult`.
+        peak_torques, peak_rates, energy, status, wall_time, cpu_time: see
+            :class:`SimulationResult`.
     """
 
     t: FloatArray
@@ -166,7 +190,7 @@ class SimulationRecord:
     peak_torques: FloatArray
     peak_rates: FloatArray
     energy: float
-    status: str
+    status: SimulationStatus
     wall_time: float
     cpu_time: float
 
@@ -178,7 +202,14 @@ def report(
     gains: ControlGains,
     settings: SimulationSettings,
 ) -> SimulationResult:
-    """Judge a record against its plan; ``columns (4, n)`` are the ids of the shapes it names."""
+    """The result that a record amounts to.
+
+    Args:
+        plan: what was simulated.
+        record: what was recorded.
+        columns: ids of the shapes under the footholds ``(4, n)``.
+        gains, settings: of the simulation.
+    """
     robot, t = plan.robot, record.t
     planned = plan.at(np.clip(record.clock, 0.0, plan.duration))
     base, to_world = record.q[:, :3], quaternion_to_matrix(record.q[:, 3:7]) @ robot.body_axes
@@ -199,7 +230,6 @@ def report(
         joint_names=robot.joint_names,
     )
     margin = margins_over(replace(motion, contacts=planned.contacts), true_com(robot, record.q))
-    efforts = robot.model.effortLimit[6:]
     done = errors[np.isfinite(errors)]
     return SimulationResult(
         status=record.status,
@@ -217,8 +247,8 @@ def report(
         slip=_slip(plan, record.clock, feet, settings),
         peak_torques=record.peak_torques,
         peak_rates=record.peak_rates,
-        torque_use=_use(record.peak_torques, efforts),
-        rate_use=_use(record.peak_rates, robot.velocity_limits),
+        torque_use=float((record.peak_torques / robot.effort_limits).max(initial=0.0)),
+        rate_use=float((record.peak_rates / robot.velocity_limits).max(initial=0.0)),
         servo_tolerance=settings.servo_tolerance,
         energy=record.energy,
         wall_time=record.wall_time,
@@ -231,7 +261,11 @@ def report(
 
 
 def stances(plan: Plan) -> list[tuple[int, str, float, float, FloatArray]]:
-    """All times a foot stands after a swing: ``(step, leg, from, to, foothold)``, by step."""
+    """Every time that a foot stands after a swing, by step.
+
+    Returns:
+        Tuples of step, leg, touch-down [s], next lift-off [s] and foothold ``(3,)`` [m].
+    """
     found = []
     for i, swing in enumerate(plan.swings):
         later = (s.start for s in plan.swings[i + 1 :] if s.leg == swing.leg)
@@ -246,9 +280,9 @@ def _landings(
     columns: np.ndarray,
     settings: SimulationSettings,
 ) -> list[tuple[float, MissedFoothold | None]]:
-    """For each step the landing error (NaN: not done) and what was missed."""
+    """For each step the landing error [m], NaN where it was not done, and whether it missed."""
     counts = dict.fromkeys(LEGS, 0)
-    radius = np.inf if plan.footholds.radius is None else plan.footholds.radius
+    radius = plan.footholds.landing_radius
     out: list[tuple[float, MissedFoothold | None]] = []
     for step, leg, start, end, foothold in stances(plan):
         column = LEGS.index(leg)
@@ -256,48 +290,45 @@ def _landings(
         mine = columns[column, min(counts[leg], columns.shape[1] - 1)]
         first = int(np.searchsorted(record.clock, start))
         settled = int(np.searchsorted(record.clock, min(start + settings.landing_time, end - 1e-6)))
-        # Lift-off is smoothed: a foot may rise a little before its swing.
-        last = int(np.searchsorted(record.clock, end - 0.06)) - 1
+        last = int(np.searchsorted(record.clock, end - BEFORE_LIFT_OFF)) - 1
         if first >= len(record.clock):
             out.append((np.nan, None))
             continue
         settled = min(settled, len(record.clock) - 1)
         last = min(max(last, settled), len(record.clock) - 1)
         off = np.linalg.norm(feet[:, column, :2] - foothold[:2], axis=1)
-        reason, beneath = "", record.beneath[first : settled + 1, column]
+        beneath = record.beneath[first : settled + 1, column]
+        reason: MissReason | None = None
         if (beneath < 0).all():
-            reason = "no contact"
+            reason = MissReason.NO_CONTACT
         elif off[settled] > radius or not (beneath == mine).any():
-            reason = "beside"
+            reason = MissReason.BESIDE
         elif off[last] > radius or (record.beneath[last - 2 : last + 1, column] != mine).all():
-            reason = "left"
-        distance = float(off[last] if reason == "left" else off[settled])
+            reason = MissReason.LEFT
+        distance = float(off[last] if reason is MissReason.LEFT else off[settled])
         out.append((float(off[settled]),
                     MissedFoothold(step, leg, distance, reason) if reason else None))  # fmt: skip
     return out
 
 
 def _slip(plan: Plan, times: FloatArray, feet: FloatArray, settings: SimulationSettings) -> float:
+    """Largest horizontal distance of a standing foot from where it landed [m]."""
     worst = 0.0
     starts = [
         (0, leg, 0.0, next((s.start for s in plan.swings if s.leg == leg), np.inf), None)
         for leg in LEGS
     ]
     for _, leg, start, end, _ in [*starts, *stances(plan)]:
-        a, b = np.searchsorted(times, [start + settings.landing_time, end - 0.06])
+        a, b = np.searchsorted(times, [start + settings.landing_time, end - BEFORE_LIFT_OFF])
         places = feet[a:b, LEGS.index(leg), :2]
         if len(places):
             worst = max(worst, float(np.linalg.norm(places - places[0], axis=1).max()))
     return worst
 
 
-def _use(peaks: FloatArray, limits: FloatArray) -> float:
-    known = np.isfinite(limits) & (limits > 0)
-    return float((peaks[known] / limits[known]).max(initial=0.0))
-
-
 def _tilt(quaternions: FloatArray, others: FloatArray) -> FloatArray:
-    """Angles ``(N,)`` [rad] between unit quaternions ``(N, 4)``."""
+    """Angles ``(N,)`` [rad] between orientations, given as unit quaternions ``(N, 4)``."""
+    # A quaternion and its opposite are the same orientation.
     flip = np.sign(np.einsum("ni,ni->n", quaternions, others))[:, None]
     half = np.linalg.norm(quaternions - np.where(flip < 0, -1.0, 1.0) * others, axis=1) / 2.0
     return np.asarray(4.0 * np.arcsin(np.clip(half, 0.0, 1.0)))

@@ -1,10 +1,10 @@
-"""The joint servos of a simulated robot: what they make of a command, and what they went through.
+"""The joint servos of a simulated robot, and a record of their torques and velocities.
 
-A servo is a speed loop inside a position loop, as most are. It tells its motor a speed, the
-set-point's own and more in proportion to the error of the angle, and pulls in proportion to what
-is missing of that speed; what is fed forward adds to it. Neither the speed that it tells nor its
-torque goes beyond the joint's limits. What the ground does to a joint is beyond the servo: a foot
-that lands may still turn a joint faster.
+A servo is a speed controller inside a position controller, as most are. The wanted speed is that
+of the set-point plus a term in proportion to the error of the angle. The torque is in proportion to
+the error of the speed, plus the torque that is fed forward. Both the wanted speed and the torque
+are clipped to the joint's limits. The ground may still turn a joint faster, for instance when its
+foot lands.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ class Servos:
     """The servos of one simulation, and their record over every step of the physics.
 
     Attributes:
-        peak_torques, peak_rates: the largest so far of every joint ``(nj,)`` [N m], [rad/s].
-        energy: mechanical work done so far, braking not given back [J].
+        peak_torques, peak_rates: the largest of every joint so far ``(nj,)`` [N m], [rad/s].
+        energy: mechanical work done so far [J]; energy from braking is not recovered.
     """
 
     def __init__(
@@ -35,10 +35,10 @@ class Servos:
         self._step = import_mujoco().mj_step
         self._sim, self._timestep = sim, settings.timestep
         self._stiffness, self._damping = gains.joint_stiffness, gains.joint_damping
-        self._most = largest_pulls(robot.velocity_limits, gains, settings)
-        self.forget()
+        self._speed_torques = speed_torques(robot.velocity_limits, gains, settings)
+        self.start_record()
 
-    def forget(self) -> None:
+    def start_record(self) -> None:
         """Start the record anew."""
         self.peak_torques = np.zeros(len(self._sim.ctrl))
         self.peak_rates = np.zeros(len(self._sim.ctrl))
@@ -47,31 +47,35 @@ class Servos:
     def drive(self, data: Any, command: Command, steps: int) -> None:
         """Step the physics ``steps`` times under a command.
 
-        MuJoCo's actuators pull with ``kp (ctrl - q) - kd dq``, the last implicitly in time, which
-        keeps stiff servos stable; so all else comes in through ``ctrl``.
+        The torque of MuJoCo's actuators is ``kp (ctrl - q) - kd dq``, whose last term is implicit
+        in time, which keeps stiff servos stable. Everything else enters through ``ctrl``.
         """
         sim, qpos, qvel, ctrl = self._sim, data.qpos, data.qvel, data.ctrl
-        aim = self._stiffness * command.angles + self._damping * command.rates
+        wanted = self._stiffness * command.angles + self._damping * command.rates
+        largest = self._speed_torques
         for _ in range(steps):
             q = qpos[sim.qpos]
-            pull = np.minimum(np.maximum(aim - self._stiffness * q, -self._most), self._most)
-            ctrl[sim.ctrl] = q + (pull + command.torque) / self._stiffness
+            torque = np.minimum(np.maximum(wanted - self._stiffness * q, -largest), largest)
+            ctrl[sim.ctrl] = q + (torque + command.torque) / self._stiffness
             self._step(sim.model, data)
-            torque, rate = data.actuator_force[sim.ctrl], qvel[sim.qvel]
-            np.fmax(self.peak_torques, np.abs(torque), out=self.peak_torques)
+            applied, rate = data.actuator_force[sim.ctrl], qvel[sim.qvel]
+            np.fmax(self.peak_torques, np.abs(applied), out=self.peak_torques)
             np.fmax(self.peak_rates, np.abs(rate), out=self.peak_rates)
-            self.energy += float(np.maximum(torque * rate, 0.0).sum()) * self._timestep
+            self.energy += float(np.maximum(applied * rate, 0.0).sum()) * self._timestep
 
 
-def largest_pulls(
+def speed_torques(
     velocity_limits: FloatArray, gains: ControlGains, settings: SimulationSettings
 ) -> FloatArray:
-    """The pull at which a servo tells its motor the joint's velocity limit ``(nj,)`` [N m].
+    """``kp (angles - q) + kd rates`` where the wanted speed is the limit ``(nj,)`` [N m].
 
-    Without bound for joints without a limit, and for servos without a speed loop.
+    It is infinite for joints without a limit, and for servos without a speed controller.
+
+    Args:
+        velocity_limits: of the joints ``(nj,)`` [rad/s]; ``inf`` for joints without.
+        gains: of the servos.
+        settings: whether servos keep the limits at all.
     """
-    pulls = np.full(velocity_limits.shape, np.inf)
-    if settings.rate_limits and gains.joint_damping > 0.0:
-        known = np.isfinite(velocity_limits) & (velocity_limits > 0.0)
-        pulls[known] = gains.joint_damping * velocity_limits[known]
-    return pulls
+    if not settings.rate_limits or gains.joint_damping == 0.0:
+        return np.full(velocity_limits.shape, np.inf)
+    return np.asarray(gains.joint_damping * velocity_limits)

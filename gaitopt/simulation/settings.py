@@ -1,4 +1,4 @@
-"""What is simulated: the world, the servos, and what disturbs them."""
+"""Settings of a simulation: the physics, the ground, the servos, and disturbances."""
 
 from __future__ import annotations
 
@@ -8,10 +8,14 @@ import numpy as np
 
 from gaitopt.errors import InputError
 
+TIMESTEPS = (1e-4, 0.02)
+"""Smallest and largest timestep of the physics [s]: shorter ones are slower than real time, with
+longer ones the servos are unstable."""
+
 
 @dataclass(frozen=True)
 class Push:
-    """A steady force on the body for a while.
+    """A constant force on the body for a certain time.
 
     Attributes:
         time: when it begins, on the plan's clock [s].
@@ -36,36 +40,44 @@ class Push:
 class SimulationSettings:
     """Settings of :func:`gaitopt.simulate`.
 
+    Where an attribute names no reason for its default, the default was chosen.
+
     Attributes:
         timestep: of the physics [s].
-        control_every: physics steps between two calls of the controller; the servos' own PD runs
-            at every step.
+        control_every: physics steps between two calls of the controller. The servos run at every
+            step.
         friction: coefficient between feet and ground.
-        sensing_delay: age of what the controller is told, of body, joints and contacts, rounded
-            up to whole calls of the controller [s]. The servos' own encoders are not delayed.
+        sensing_delay: age of the measurements that the controller gets of body, joints and
+            contacts, rounded up to whole calls of the controller [s]. The servos' own encoders are
+            not delayed.
         pushes: forces on the body.
-        column_errors: ``(leg, foothold, error)``: that column (or, on open ground, a plate in
-            its place) stands higher by ``error`` [m] than the plan knows.
-        body_mass, leg_mass: factors on the true masses and inertias of the body, and of all that
-            hangs on it; the controller goes on believing in the URDF.
-        torque_limits: whether the servos are held to the URDF's effort limits.
-        rate_limits: whether the servos are held to the URDF's velocity limits in what they tell
-            their motors. What the ground does to a joint is beyond them.
-        contact_time: MuJoCo's time constant of contacts (``solref``); at 10 ms feet and ground give
-            way by less than 1 mm, and steps of 2 ms stay stable [s].
-        impratio: MuJoCo's ratio of frictional to normal stiffness, against creeping feet.
-        noslip_iterations: MuJoCo's iterations against creeping feet.
+        column_errors: ``(leg, foothold, error)``: that column is higher by ``error`` [m] than the
+            plan knows; on open ground a plate lies there.
+        body_mass_factor, leg_mass_factor: factors on the masses and inertias of the body, and of
+            everything that hangs on it. The controller goes on using those of the URDF.
+        torque_limits: whether the servos keep to the URDF's effort limits.
+        rate_limits: whether the servos clip their wanted speeds to the URDF's velocity limits. The
+            ground may still turn a joint faster.
+        contact_time: MuJoCo's time constant of contacts (``solref``) [s]. At 10 ms feet and ground
+            give way by less than 1 mm, and steps of 2 ms are stable; MuJoCo asks for twice the
+            timestep at least.
+        impratio: MuJoCo's ratio of the stiffness of friction to that of the contact; larger values
+            let feet creep less.
+        noslip_iterations: MuJoCo's iterations that reduce creeping.
         column_height: how far the lowest column stands out of the ground [m].
-        stand: how long the robot stands before the plan begins; not in the report [s].
-        settle: how long the robot is watched after the end of the plan [s].
-        landing_time: how long after the plan's touch-down a foot may take to stand [s].
-        fall_tilt: a body tilted further than this from the plan has fallen [rad].
-        fall_error: a body further than this from the plan has fallen, or is lost [share of the
-            base's height above the feet].
-        servo_tolerance: joint velocities may exceed their limits by this share of the limit: what
-            the servos tell their motors does not, but legs pull at one another, and the ground at
-            them.
+        stand_time: how long the robot stands before the plan begins, for the feet to come to rest
+            on the ground [s]; it is not in the report.
+        watch_time: how long the robot is watched after the end of the plan [s].
+        landing_time: how long after the plan's touch-down a foot may take until it stands [s].
+        fall_tilt: a body that is tilted further than this from the plan has fallen [rad].
+        fall_error: a body that is further than this from the plan has fallen, or is lost, as a
+            share of the base's height above the feet.
+        servo_tolerance: by what share of their limits joint velocities may exceed them: the servos'
+            wanted speeds do not, but the ground and the other legs move a joint as well.
         record_every: time between the samples of the recorded motion [s].
+
+    Raises:
+        InputError: a value is out of range; the message names it.
     """
 
     timestep: float = 0.002
@@ -74,16 +86,16 @@ class SimulationSettings:
     sensing_delay: float = 0.0
     pushes: tuple[Push, ...] = ()
     column_errors: tuple[tuple[str, int, float], ...] = ()
-    body_mass: float = 1.0
-    leg_mass: float = 1.0
+    body_mass_factor: float = 1.0
+    leg_mass_factor: float = 1.0
     torque_limits: bool = True
     rate_limits: bool = True
     contact_time: float = 0.01
     impratio: float = 10.0
     noslip_iterations: int = 3
     column_height: float = 0.08
-    stand: float = 0.3
-    settle: float = 0.5
+    stand_time: float = 0.3
+    watch_time: float = 0.5
     landing_time: float = 0.3
     fall_tilt: float = 0.5
     fall_error: float = 0.5
@@ -91,8 +103,9 @@ class SimulationSettings:
     record_every: float = 0.02
 
     def __post_init__(self) -> None:
-        positive = ("timestep", "friction", "body_mass", "leg_mass", "contact_time", "impratio",
-                    "column_height", "fall_tilt", "fall_error", "record_every")  # fmt: skip
+        positive = ("timestep", "friction", "body_mass_factor", "leg_mass_factor", "contact_time",
+                    "impratio", "column_height", "fall_tilt", "fall_error",
+                    "record_every")  # fmt: skip
         for item in fields(self):
             value = getattr(self, item.name)
             if item.name in ("pushes", "column_errors"):
@@ -101,8 +114,11 @@ class SimulationSettings:
                 raise InputError(f"{item.name} must be a number of at least 0, got {value!r}")
             elif item.name in positive and not value > 0:
                 raise InputError(f"{item.name} must be positive, got {value!r}")
-        if not 1e-4 <= self.timestep <= 0.02:
-            raise InputError(f"timestep must be from 0.0001 to 0.02 s, got {self.timestep!r}")
+        if not TIMESTEPS[0] <= self.timestep <= TIMESTEPS[1]:
+            raise InputError(
+                f"timestep must be from {TIMESTEPS[0]:g} to {TIMESTEPS[1]:g} s, got "
+                f"{self.timestep!r}"
+            )
         for name in ("control_every", "noslip_iterations"):
             if getattr(self, name) != int(getattr(self, name)):
                 raise InputError(f"{name} must be a whole number, got {getattr(self, name)!r}")

@@ -1,9 +1,9 @@
-"""A plan in physics: MuJoCo, with the tracking controller in the loop.
+"""A plan in physics: MuJoCo with the tracking controller.
 
-The physics knows what the plan does not: inertia, contact, friction, servos that give, feet that
-roll. Only feet touch things: legs and body pass through columns, ground and one another (that no
-two links meet is the certificate's to show). The same plan, settings and machine give the same
-result, bit for bit.
+The simulation has what a plan leaves out: inertia, contact, friction, servos that give way, feet
+that roll. Only feet collide: legs and body pass through columns, ground and one another (that no
+two links touch is checked by the certificate). The same plan and settings give the same result on
+the same machine, bit for bit.
 """
 
 from __future__ import annotations
@@ -21,7 +21,12 @@ from gaitopt.control.tracking import RobotState, TrackingController, rotation_of
 from gaitopt.conventions import LEGS
 from gaitopt.plan.plan import Plan
 from gaitopt.simulation.model import SimModel, build_sim_model, import_mujoco, to_mujoco
-from gaitopt.simulation.result import SimulationRecord, SimulationResult, report
+from gaitopt.simulation.result import (
+    SimulationRecord,
+    SimulationResult,
+    SimulationStatus,
+    report,
+)
 from gaitopt.simulation.servos import Servos
 from gaitopt.simulation.settings import SimulationSettings
 
@@ -31,16 +36,15 @@ def simulate(
     settings: SimulationSettings | None = None,
     gains: ControlGains | None = None,
 ) -> SimulationResult:
-    """Let a plan's robot walk it in physics.
+    """Simulate a plan's robot walking it.
 
     Args:
         plan: the motion.
-        settings: the world and its disturbances.
+        settings: of the physics, with disturbances.
         gains: of controller and servos; in proportion to the robot's weight and size by default.
 
     Returns:
-        What became of it. A robot that falls, and a simulation that diverges, are results, not
-        errors.
+        The result. A robot that falls is a result, and no error; so is a simulation that diverges.
 
     Raises:
         MissingPackageError: MuJoCo is not installed.
@@ -56,9 +60,17 @@ def simulate(
     return report(plan, record, sim.columns, gains, settings)
 
 
+LARGEST_SPEED = 1e3
+"""A simulation with a faster base or joint has diverged [m/s, rad/s]."""
+LEAST_HEIGHT = 0.05
+"""Least height of the base above the feet that a body's largest error is measured by [m]."""
+ROUNDING = 1e-9
+"""Rounding of times, and of numbers of control intervals [s, 1]."""
+
+
 @dataclass(eq=False)
 class _Run:
-    """One simulation: MuJoCo's state, the sensors' queue, and the record."""
+    """One simulation: MuJoCo's state, the delayed measurements, and the record."""
 
     mujoco: Any
     plan: Plan
@@ -68,23 +80,27 @@ class _Run:
     samples: list[tuple[Any, ...]] = field(default_factory=list)
 
     def run(self) -> SimulationRecord:
-        """Step until the plan's end, or a fall; the number of steps has a bound from the start."""
+        """Step until the plan's end, or a fall.
+
+        The controller waits for a limited time only, so the number of steps is known to be finite.
+        """
         begin = (time.perf_counter(), time.thread_time())
         settings, data = self.settings, self._start()
         interval = settings.control_interval
-        end = self.plan.duration + settings.settle
-        patience = self.controller.gains.patience * len(self.plan.swings)
+        end = self.plan.duration + settings.watch_time
+        longest_waits = self.controller.gains.longest_wait * len(self.plan.swings)
         paused = self.controller.reference.clock.paused
-        count = int(np.ceil((end + paused + patience) / interval)) + 1
+        count = int(np.ceil((end + paused + longest_waits) / interval)) + 1
         stride = max(round(settings.record_every / interval), 1)
-        delay = int(np.ceil(settings.sensing_delay / interval - 1e-9))
+        delay = int(np.ceil(settings.sensing_delay / interval - ROUNDING))
         sensed: deque[RobotState] = deque(maxlen=delay + 1)
-        status = "finished"
+        status = SimulationStatus.FINISHED
         for tick in range(count + 1):
             clock = self.controller.plan_time(tick * interval)
             state, beneath = self._sense(data)
-            status = self._verdict(tick * interval, state) or status
-            last = clock >= end - 1e-9 or tick == count or status != "finished"
+            status = self._status(tick * interval, state)
+            finished = status is SimulationStatus.FINISHED
+            last = clock >= end - ROUNDING or tick == count or not finished
             if tick % stride == 0 or last:
                 self.samples.append(
                     (tick * interval, clock, state.q, state.v, state.contacts, beneath)
@@ -99,20 +115,22 @@ class _Run:
         return self._record(status, spent)
 
     def _start(self) -> Any:
-        """The plan's first posture, once the feet have settled into the ground."""
+        """MuJoCo's state in the plan's first posture, after the feet have come to rest."""
         data = self.mujoco.MjData(self.sim.model)
         data.qpos[:] = to_mujoco(self.sim, self.plan.at([0.0]).q[0])
         self.mujoco.mj_forward(self.sim.model, data)
         interval = self.settings.control_interval
-        ticks = int(np.ceil(max(self.settings.stand, self.controller.reference.before) / interval))
+        ticks = int(
+            np.ceil(max(self.settings.stand_time, self.controller.reference.before) / interval)
+        )
         for tick in range(-ticks, 0):
             state, _ = self._sense(data)
             if not np.isfinite(state.q).all():
                 break
-            # The reference gets under way a little before the plan: it has no jumps.
+            # The reference is smoothed, so it begins to move a little before the plan.
             command = self.controller.command(tick * interval, state)
             self._servos.drive(data, command, self.settings.control_every)
-        self._servos.forget()
+        self._servos.start_record()
         return data
 
     @cached_property
@@ -120,20 +138,20 @@ class _Run:
         return Servos(self.sim, self.plan.robot, self.controller.gains, self.settings)
 
     @cached_property
-    def _lost(self) -> float:
-        """How far from the plan a body is lost [m]."""
+    def _largest_error(self) -> float:
+        """How far the body may be from the plan before it counts as fallen [m]."""
         reference = self.controller.reference
         height = float(reference.position[0, 2] - reference.feet[0, :, 2].mean())
-        return self.settings.fall_error * max(height, 0.05)
+        return self.settings.fall_error * max(height, LEAST_HEIGHT)
 
     def _sense(self, data: Any) -> tuple[RobotState, np.ndarray]:
-        """The true state in Pinocchio's order, and the shape under each foot."""
+        """The true state in Pinocchio's order, and the id of the shape under each foot ``(4,)``."""
         sim = self.sim
         qpos, qvel = data.qpos, data.qvel
         q, v = np.empty(7 + len(sim.qpos)), np.empty(6 + len(sim.qvel))
         q[:3], q[3:6], q[6], q[7:] = qpos[:3], qpos[4:7], qpos[3], qpos[sim.qpos]
-        # MuJoCo gives the velocity of the base's origin in the world's axes. (Its xmat, geom_xpos
-        # and contacts are those before the last step; only for contacts that is good enough.)
+        # MuJoCo's velocity of the base's origin is in the world's axes. (Its xmat, geom_xpos and
+        # contacts are those before the last step; that is good enough only for the contacts.)
         v[:3] = qvel[:3] @ rotation_of(q[3:7])
         v[3:6], v[6:] = qvel[3:6], qvel[sim.qvel]
         beneath, deepest = np.full(len(LEGS), -1), [0.0] * len(LEGS)
@@ -142,24 +160,26 @@ class _Run:
             for (a, b), gap in zip(pairs, gaps, strict=True):
                 foot, other = (a, b) if a in sim.feet else (b, a)
                 leg = sim.feet.index(foot)
-                # A foot may touch two columns at once; it stands on the one it presses most.
+                # A foot may touch two columns at once: the one with the deeper contact counts.
                 if gap <= deepest[leg]:
                     beneath[leg], deepest[leg] = other, gap
         return RobotState(q, v, beneath >= 0), beneath
 
-    def _verdict(self, time: float, state: RobotState) -> str:
-        """``"fell"``, ``"diverged"``, or nothing."""
+    def _status(self, time: float, state: RobotState) -> SimulationStatus:
+        """Whether the robot is still on its feet."""
         reference = self.controller.reference
         tick = reference.tick(time - self.controller.waited)
-        if not (np.isfinite(state.q).all() and np.abs(state.v).max() < 1e3):
-            return "diverged"
-        lean = float(rotation_of(state.q[3:7])[:, 2] @ reference.rotation[tick, :, 2])
+        if not (np.isfinite(state.q).all() and np.abs(state.v).max() < LARGEST_SPEED):
+            return SimulationStatus.DIVERGED
+        upright = float(rotation_of(state.q[3:7])[:, 2] @ reference.rotation[tick, :, 2])
         place = state.q[:3] - reference.position[tick]
-        if lean < np.cos(self.settings.fall_tilt) or np.sqrt(place @ place) > self._lost:
-            return "fell"
-        return ""
+        tilted = upright < np.cos(self.settings.fall_tilt)
+        if tilted or np.sqrt(place @ place) > self._largest_error:
+            return SimulationStatus.FELL
+        return SimulationStatus.FINISHED
 
     def _push(self, data: Any, clock: float) -> None:
+        """Apply the pushes of this instant to the body."""
         if self.settings.pushes:
             force = np.zeros(3)
             for push in self.settings.pushes:
@@ -167,10 +187,10 @@ class _Run:
                     force += push.force
             data.xfrc_applied[self.sim.base, :3] = force
 
-    def _record(self, status: str, spent: tuple[float, float]) -> SimulationRecord:
+    def _record(self, status: SimulationStatus, spent: tuple[float, float]) -> SimulationRecord:
         t, clock, q, v, touching, beneath = zip(*self.samples, strict=True)
         q_all, v_all = np.array(q), np.array(v)
-        # A diverged state is no posture; the last good one stands for it.
+        # A diverged state is no posture, and is left out.
         good = np.isfinite(q_all).all(axis=1) & np.isfinite(v_all).all(axis=1)
         keep = good if good.any() else np.ones(len(t), dtype=bool)
         return SimulationRecord(

@@ -1,4 +1,4 @@
-"""A robot's URDF made ready for MuJoCo: without shapes, with possible inertias, free to move."""
+"""A robot's URDF for MuJoCo: without shapes, with inertias that are possible, free to move."""
 
 from __future__ import annotations
 
@@ -11,10 +11,14 @@ from gaitopt.robots.quadruped import Quadruped
 
 
 def bare_urdf(robot: Quadruped) -> str:
-    """The robot's URDF without shapes, and with a root that floats.
+    """The robot's URDF without shapes, and with a root that is free to move.
 
-    Some URDFs hold inertias that no body can have (anymal_c's cameras and hatch): these lose their
-    products, and MuJoCo is told to replace what is still impossible by a ball's of the same trace.
+    Some URDFs hold inertias that no body can have (anymal_c's cameras and hatch). Their products of
+    inertia are set to zero, and MuJoCo is told to replace what is still impossible by the inertia
+    of a ball with the same trace.
+
+    Raises:
+        RobotError: the root link is called ``world``, which means the ground in MuJoCo.
     """
     root = ElementTree.fromstring(robot.urdf)
     children = {c.get("link") for j in root.findall("joint") for c in j.findall("child")}
@@ -45,8 +49,17 @@ def bare_urdf(robot: Quadruped) -> str:
     return ElementTree.tostring(root, encoding="unicode")
 
 
+SINGULAR = 1e-9
+"""Least eigenvalue of an inertia matrix, as a share of its trace, that counts as positive: what
+rounding of a URDF's digits can make of zero."""
+
+
 def _make_possible(inertial: ElementTree.Element) -> bool:
-    """Drop products of inertia from a matrix that is not positive definite; False: no mass."""
+    """Set the products of inertia of a matrix that is not positive definite to zero.
+
+    Returns:
+        Whether the link has a mass at all.
+    """
     mass, inertia = inertial.find("mass"), inertial.find("inertia")
     if mass is None or inertia is None or not float(mass.get("value", "0")) > 0.0:
         return False
@@ -54,7 +67,7 @@ def _make_possible(inertial: ElementTree.Element) -> bool:
         float(inertia.get(f"i{n}", "0")) for n in ("xx", "xy", "xz", "yy", "yz", "zz")
     )
     least = np.linalg.eigvalsh(np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))[0]
-    if not least > 1e-9 * (xx + yy + zz):
+    if not least > SINGULAR * (xx + yy + zz):
         for name in ("ixy", "ixz", "iyz"):
             inertia.set(name, "0")
     return True

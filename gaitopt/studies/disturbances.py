@@ -123,11 +123,13 @@ def disturbances(plan: Plan) -> dict[str, SimulationSettings]:
         "friction 0.6": SimulationSettings(friction=0.6),
         "friction 0.4": SimulationSettings(friction=0.4),
         "friction 0.2": SimulationSettings(friction=0.2),
-        "body 5 % heavier": SimulationSettings(body_mass=1.05),
-        "body 5 % lighter": SimulationSettings(body_mass=0.95),
-        "legs 5 % heavier": SimulationSettings(leg_mass=1.05),
-        "legs 5 % lighter": SimulationSettings(leg_mass=0.95),
-        "body 5 % heavier, legs 5 % lighter": SimulationSettings(body_mass=1.05, leg_mass=0.95),
+        "body 5 % heavier": SimulationSettings(body_mass_factor=1.05),
+        "body 5 % lighter": SimulationSettings(body_mass_factor=0.95),
+        "legs 5 % heavier": SimulationSettings(leg_mass_factor=1.05),
+        "legs 5 % lighter": SimulationSettings(leg_mass_factor=0.95),
+        "body 5 % heavier, legs 5 % lighter": SimulationSettings(
+            body_mass_factor=1.05, leg_mass_factor=0.95
+        ),
         "sensing delay 10 ms": SimulationSettings(sensing_delay=0.010),
         "sensing delay 20 ms": SimulationSettings(sensing_delay=0.020),
         "sensing delay 40 ms": SimulationSettings(sensing_delay=0.040),
@@ -137,7 +139,7 @@ def disturbances(plan: Plan) -> dict[str, SimulationSettings]:
             name = f"column {1e3 * abs(error):g} mm too {'low' if error < 0 else 'high'}, {leg}"
             cases[name] = SimulationSettings(column_errors=((leg, middle, error),))
     cases["friction 0.6, 5 mm low (all four legs), masses +5 %, 10 ms"] = SimulationSettings(
-        friction=0.6, body_mass=1.05, leg_mass=1.05, sensing_delay=0.010,
+        friction=0.6, body_mass_factor=1.05, leg_mass_factor=1.05, sensing_delay=0.010,
         column_errors=tuple((leg, middle, -0.005) for leg in LEGS),
     )  # fmt: skip
     return cases
