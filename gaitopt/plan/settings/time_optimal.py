@@ -29,8 +29,8 @@ class RouteSettings(FootholdSettings):
 
     Attributes:
         free: what is free beyond the body's targets (:class:`gaitopt.Freedoms`), the name of a
-            variant (``"route"``: nothing; ``"overlap"``: the body moves during swings; ``"swing"``: the
-            swing curve, too; ``"height"``: the body's height, too; ``"posture"``: its roll, pitch
+            variant (``"route"``: nothing; ``"overlap"``: the body moves during swings;
+            ``"swing"``: the swing curve, too; ``"height"``: the body's height, too; ``"posture"``: its roll, pitch
             and yaw, too; ``"dynamic"``: the ZMP of a point mass at the body centre keeps the
             stability margin at every instant, in place of the body centre itself, and joint
             accelerations are bounded), or the names of what is free. A ``body_height`` that is free

@@ -72,7 +72,7 @@ def test_it_rescues_a_walk_that_the_fixed_order_cannot_do(wang: Quadruped) -> No
         plan_crawl(wang, terrain, stability_margin=0.05)
     plan = plan_crawl(wang, terrain, stability_margin=0.05, sequence="free")
     assert gaitopt.verify(plan).ok
-    assert "free_order_gain" not in plan.info
+    assert isinstance(plan.record, gaitopt.CrawlRecord) and plan.record.free_order_gain is None
 
 
 def test_order_on_which_legs_touch_gives_way_to_one_on_which_they_do_not(wang: Quadruped) -> None:
