@@ -178,9 +178,14 @@ def taken(case: Case) -> Print:
 
 
 def differences(one: Print, other: Print) -> tuple[float, ...]:
-    """Largest difference of configurations, duration, phases' times, and phases' margins."""
+    """Largest difference of configurations, duration, phases' times, and phases' margins.
+
+    Errors of the same class count as the same: their words may be put better.
+    """
     if one.error or other.error or one.q.shape != other.q.shape:
-        return (0.0 if one.bits == other.bits else np.inf,) * 4
+        kinds = [found.error.split(":")[0] for found in (one, other)]
+        same = one.bits == other.bits or (kinds[0] == kinds[1] != "")
+        return (0.0 if same else np.inf,) * 4
     # Both signs of a quaternion are the same turn.
     q, turn = other.q.copy(), (one.q[:, 3:7] * other.q[:, 3:7]).sum(axis=1, keepdims=True)
     q[:, 3:7] *= np.where(turn < 0.0, -1.0, 1.0)

@@ -29,12 +29,12 @@ class RouteSettings(FootholdSettings):
 
     Attributes:
         free: what is free beyond the body's targets (:class:`gaitopt.Freedoms`), the name of a
-            variant (``"route"``: nothing; ``"overlap"``: the body moves during swings;
-            ``"swing"``: the swing curve, too; ``"height"``: the body's height, too; ``"posture"``: its roll, pitch
-            and yaw, too; ``"dynamic"``: the ZMP of a point mass at the body centre keeps the
-            stability margin at every instant, in place of the body centre itself, and joint
-            accelerations are bounded), or the names of what is free. A ``body_height`` that is free
-            begins at the one that is given.
+            variant, or the names of what is free. The variants: ``"route"`` frees nothing;
+            ``"overlap"``: the body moves during swings; ``"swing"``: the swing curve, too;
+            ``"height"``: the body's height, too; ``"posture"``: its roll, pitch and yaw, too;
+            ``"dynamic"``: the ZMP of a point mass at the body centre keeps the stability margin at
+            every instant, in place of the body centre itself, and joint accelerations are bounded.
+            A ``body_height`` that is free begins at the one that is given.
         clearance: a foot that flies on a free curve is this much higher than the higher of its two
             footholds wherever it is not within the columns' radius of one of their axes [m].
         stance_knots, swing_knots: intervals of the problem in each phase.
