@@ -1,0 +1,1 @@
+"""Contact forces, joint torques, and where a robot can stand."""

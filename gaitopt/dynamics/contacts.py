@@ -1,0 +1,293 @@
+"""Contacts of the feet with the ground, and what is asked of forces and torques there.
+
+A contact force is linear in everything that limits it: it lies in a friction pyramid, which is an
+inner approximation of the friction cone; it has a least normal component; and the joint torques
+that belong to it keep to their limits. This module states these limits as rows of matrices, for
+any number of samples.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from gaitopt.conventions import GRAVITY, BoolArray, FloatArray, frozen
+from gaitopt.errors import InputError
+from gaitopt.inputs import check_count, check_number, check_shape
+from gaitopt.robots.quadruped import Quadruped
+
+MOST_SIDES: Final = 64
+"""Most sides of a friction pyramid: it then loses 0.1 % of the friction, and more rows than that
+only cost time."""
+
+LEAST_NORMAL_LENGTH: Final = 1e-9
+"""A contact normal shorter than this has no direction."""
+
+LOWEST_NORMAL: Final = -0.999
+"""Least vertical part of a unit contact normal. The two tangents of a contact come from the
+rotation that takes the vertical to the normal; for a normal straight down there is no such
+rotation."""
+
+PLACEHOLDER_TORQUE: Final = 1000.0
+"""Effort limits from here on may be placeholders [N m]: solo12, solo8 and quadruped of
+example-robot-data state exactly this number, and 80 to 160 are the largest of its other robots."""
+
+PLACEHOLDER_FACTOR: Final = 10.0
+"""An effort limit is a placeholder only if it is also this many times the weight times the length
+of a leg, a torque that no leg needs: the factor is 127 for solo12, and at most 0.75 for the robots
+with real limits."""
+
+
+@dataclass(frozen=True)
+class TorqueLine:
+    """The line along which a motor's torque falls with its speed.
+
+    Up to :attr:`knee` a joint has its whole torque. From there the torque that drives the joint in
+    the direction of its motion falls linearly, and at :attr:`no_load` it is zero. A torque that
+    brakes the joint keeps its limit.
+
+    Attributes:
+        knee: speed as a share of the joint's velocity limit.
+        no_load: speed as a share of the joint's velocity limit; larger than :attr:`knee`.
+
+    Raises:
+        InputError: a share is not a positive number, or ``no_load`` is not above ``knee``.
+    """
+
+    knee: float
+    no_load: float
+
+    def __post_init__(self) -> None:
+        check_number("knee", self.knee, 0.0, 100.0)
+        check_number("no_load", self.no_load, 0.0, 100.0)
+        if not self.no_load > self.knee:
+            raise InputError(
+                f"no_load must be above knee, got no_load {self.no_load:g} and knee {self.knee:g}"
+            )
+
+
+@dataclass(frozen=True)
+class ForceLimits:
+    """What is asked of contact forces and joint torques.
+
+    Attributes:
+        friction: coefficient of friction between foot and ground.
+        reserve: share of the robot's weight that every standing foot keeps as normal force while
+            fewer than four feet stand.
+        reserve_on_four: the same while four feet stand; half of :attr:`reserve` when ``None``.
+            With four feet the distribution of the load is not unique, and at the end of a stance
+            the foot that is going to lift off carries almost nothing: 5 % of the weight on each
+            of four feet made such instants infeasible.
+        torque_share: share of each joint's effort limit that may be used.
+        sides: number of sides of the friction pyramid. The pyramid lies inside the cone and
+            touches it with its edges, so it keeps :attr:`friction_share` of the friction in the
+            worst direction: 71 % with 4 sides, 92 % with 8.
+        torque_line: how the torque falls with the speed of a joint; not at all when ``None``.
+
+    Raises:
+        InputError: a number is outside its range.
+    """
+
+    friction: float = 0.6
+    reserve: float = 0.02
+    reserve_on_four: float | None = None
+    torque_share: float = 0.9
+    sides: int = 4
+    torque_line: TorqueLine | None = None
+
+    def __post_init__(self) -> None:
+        check_number("friction", self.friction, 0.001, 10.0)
+        # Three feet that carry at least a third each leave no choice at all.
+        check_number("reserve", self.reserve, 0.0, 1.0 / 3.0)
+        if self.reserve_on_four is not None:
+            check_number("reserve_on_four", self.reserve_on_four, 0.0, 0.25)
+        check_number("torque_share", self.torque_share, 0.001, 1.0)
+        check_count("sides", self.sides, 3, MOST_SIDES)
+        if self.torque_line is not None and not isinstance(self.torque_line, TorqueLine):
+            raise InputError(f"torque_line must be a TorqueLine or None, got {self.torque_line!r}")
+
+    @property
+    def friction_share(self) -> float:
+        """Share of the friction that the pyramid keeps in its worst direction: cos(pi / sides)."""
+        return float(np.cos(np.pi / self.sides))
+
+    def least_normal_shares(self, standing: BoolArray) -> FloatArray:
+        """Least normal force of each foot as a share of the weight ``(..., m)``.
+
+        Args:
+            standing: which feet stand ``(..., m)``. Feet in the air get 0.
+        """
+        on_four = self.reserve / 2.0 if self.reserve_on_four is None else self.reserve_on_four
+        count = standing.sum(axis=-1, keepdims=True)
+        return np.asarray(np.where(standing, np.where(count >= 4, on_four, self.reserve), 0.0))
+
+
+@dataclass(frozen=True, eq=False)
+class EffortLimits:
+    """Torque limits of a robot's joints, and which joints have none.
+
+    Attributes:
+        limits: in the order of :attr:`Quadruped.joint_names` ``(nj,)`` [N m]; ``inf`` for joints
+            whose limit is not known. Read-only.
+        unknown: names of these joints.
+    """
+
+    limits: FloatArray
+    unknown: tuple[str, ...]
+
+
+def effort_limits(robot: Quadruped) -> EffortLimits:
+    """Torque limits of the joints of ``robot``, without placeholders.
+
+    A joint has no known limit when its URDF states none or zero, or a number that no leg of this
+    robot can need: at least :data:`PLACEHOLDER_TORQUE`, and at least :data:`PLACEHOLDER_FACTOR`
+    times the robot's weight times the reach of its longest leg.
+    """
+    stated = robot.effort_limits
+    reach = max(leg.reach for leg in robot.legs.values())
+    implausible = max(PLACEHOLDER_TORQUE, PLACEHOLDER_FACTOR * robot.mass * GRAVITY * reach)
+    limits = frozen(np.where(stated >= implausible, np.inf, stated))
+    names = zip(robot.joint_names, limits, strict=True)
+    return EffortLimits(limits, tuple(name for name, limit in names if not np.isfinite(limit)))
+
+
+def torque_bounds(
+    robot: Quadruped, limits: ForceLimits, joint_velocities: ArrayLike
+) -> tuple[FloatArray, FloatArray]:
+    """Lower and upper limits of the joint torques, each ``(..., nj)`` [N m].
+
+    ``-inf`` and ``inf`` for joints whose limit is not known.
+
+    Args:
+        robot: the robot.
+        limits: the share of the torques that may be used, and the line of torque over speed.
+        joint_velocities: in the order of :attr:`Quadruped.joint_names` ``(..., nj)`` [rad/s].
+
+    Raises:
+        InputError: ``joint_velocities`` has another shape.
+    """
+    speeds = check_shape("joint_velocities", joint_velocities, len(robot.joint_names))
+    largest = limits.torque_share * effort_limits(robot).limits
+    if limits.torque_line is None:
+        both = np.broadcast_to(largest, speeds.shape)
+        return -both, both
+    # Without a velocity limit the speed is no share of anything: the torque does not fall.
+    share = speeds / robot.velocity_limits
+    knee, no_load = limits.torque_line.knee, limits.torque_line.no_load
+    falling = np.clip((no_load - np.abs(share)) / (no_load - knee), 0.0, 1.0)
+    known = np.isfinite(largest)
+    # An unknown limit stays unknown also where the motor has no torque left.
+    driving = np.where(known, np.where(known, largest, 0.0) * falling, np.inf)
+    return -np.where(share < 0.0, driving, largest), np.where(share > 0.0, driving, largest)
+
+
+@dataclass(frozen=True, eq=False)
+class Contacts:
+    """Where feet touch the ground, over any number of samples.
+
+    Attributes:
+        points: contact points in the world ``(..., m, 3)`` [m].
+        normals: unit normals of the ground there, out of the ground ``(..., m, 3)``.
+        standing: which feet stand ``(..., m)``. Points and normals of the others mean nothing.
+    """
+
+    points: FloatArray
+    normals: FloatArray
+    standing: BoolArray
+
+    def __post_init__(self) -> None:
+        for name in ("points", "normals", "standing"):
+            getattr(self, name).setflags(write=False)
+
+    @classmethod
+    def below_feet(
+        cls,
+        feet: ArrayLike,
+        standing: ArrayLike,
+        radius: float = 0.0,
+        normals: ArrayLike = (0.0, 0.0, 1.0),
+    ) -> Contacts:
+        """The contacts of feet that are balls.
+
+        The ball touches the ground one radius from its centre, against the normal.
+
+        Args:
+            feet: foot frames, which are the balls' centres ``(..., m, 3)`` [m].
+            standing: which feet stand, as truth values ``(..., m)``.
+            radius: of the balls [m], :attr:`Quadruped.foot_radius`.
+            normals: of the ground, of any length, broadcast to the shape of ``feet``.
+
+        Raises:
+            InputError: shapes do not fit, a number is not finite, or a normal has no length or
+                points down.
+        """
+        places = check_shape("feet", feet, 3)
+        flags = np.array(standing)
+        if flags.dtype != np.bool_ or flags.shape != places.shape[:-1]:
+            raise InputError(
+                f"standing must be truth values {places.shape[:-1]}, got {flags.dtype} "
+                f"{flags.shape}"
+            )
+        if not np.isfinite(places[flags]).all():
+            raise InputError("feet must be finite where they stand")
+        check_number("radius", radius, 0.0, 10.0, "m")
+        up = np.array(np.broadcast_to(unit_normals(normals), places.shape))
+        return cls(places - radius * up, up, flags)
+
+
+def unit_normals(normals: ArrayLike) -> FloatArray:
+    """``normals (..., 3)`` of length one.
+
+    Raises:
+        InputError: one is not finite, has no length, or points straight down.
+    """
+    given = check_shape("normals", normals, 3)
+    length = np.linalg.norm(given, axis=-1, keepdims=True)
+    # Comparisons with NaN are false.
+    if not ((length > LEAST_NORMAL_LENGTH) & (length < np.inf)).all():
+        raise InputError("normals must be finite and have a length, got " + repr(given.tolist()))
+    unit = given / length
+    if not (unit[..., 2] > LOWEST_NORMAL).all():
+        raise InputError("normals must point out of the ground; one points straight down")
+    return np.asarray(unit)
+
+
+def tangents(normals: ArrayLike) -> FloatArray:
+    """Two unit tangents of each contact ``(..., 2, 3)``, square to each other and the normal.
+
+    They are x and y of the world after the shortest rotation that takes z to the normal.
+
+    Args:
+        normals: of any length ``(..., 3)``.
+
+    Raises:
+        InputError: as in :func:`unit_normals`.
+    """
+    x, y, z = np.moveaxis(unit_normals(normals), -1, 0)
+    scale = 1.0 / (1.0 + z)
+    first = np.stack([1.0 - x * x * scale, -x * y * scale, -x], axis=-1)
+    second = np.stack([-x * y * scale, 1.0 - y * y * scale, -y], axis=-1)
+    return np.stack([first, second], axis=-2)
+
+
+def pyramid_rows(limits: ForceLimits, normals: ArrayLike = (0.0, 0.0, 1.0)) -> FloatArray:
+    """Rows ``P (..., sides, 3)`` of the friction pyramids ``P f >= 0``.
+
+    With four sides on level ground they say ``|fx|, |fy| <= friction / sqrt(2) * fz``. All rows
+    of a contact together imply a normal force of at least 0.
+
+    Args:
+        limits: the coefficient of friction and the number of sides.
+        normals: of any length ``(..., 3)``.
+
+    Raises:
+        InputError: as in :func:`unit_normals`.
+    """
+    up = unit_normals(normals)
+    angles = 2.0 * np.pi * np.arange(limits.sides) / limits.sides
+    directions = np.stack([np.cos(angles), np.sin(angles)], axis=-1) @ tangents(up)
+    slope = limits.friction * limits.friction_share
+    return np.asarray(slope * up[..., None, :] - directions)
