@@ -1,6 +1,7 @@
-"""Every error that gaitopt raises on purpose, one small family.
+"""Every error that gaitopt raises on purpose.
 
-Each message names the leg, step, field or line, gives the numbers, and ends with the way out.
+All derive from :class:`GaitoptError`, and most also from the built-in error that fits. A message
+names the leg, step, field or line, gives the numbers, and ends with what to do.
 """
 
 from __future__ import annotations
@@ -10,27 +11,27 @@ from typing import Any
 
 
 class GaitoptError(Exception):
-    """Root of the family: catch this to catch everything gaitopt raises on purpose."""
+    """Base class: catch this to catch everything that gaitopt raises on purpose."""
 
 
 class InputError(GaitoptError, ValueError):
-    """A setting or an array is not what was asked for (wrong name, shape, range, NaN)."""
+    """A setting or an array is not valid: wrong name, shape or range, or not finite."""
 
 
 class RobotError(GaitoptError, ValueError):
-    """A URDF cannot be read, or is no robot that gaitopt can plan for."""
+    """A URDF cannot be read, or is not a robot that gaitopt can plan for."""
 
 
 class FootholdsError(GaitoptError, ValueError):
-    """Footholds, or the CSV file that holds them, are malformed."""
+    """Footholds, or the CSV file that holds them, are not valid."""
 
 
 class PlanFileError(GaitoptError, ValueError):
-    """A plan file cannot be read: cut short, foreign, too large, or of another version."""
+    """A plan file cannot be read: it is incomplete, too large, of another version or no plan."""
 
 
 class SolverError(GaitoptError, RuntimeError):
-    """A solver's answer did not survive the check of its residuals."""
+    """The residuals of a solver's result are too large, so the result is not used."""
 
 
 class MissingPackageError(GaitoptError, ImportError):
@@ -69,16 +70,17 @@ class InfeasibleStepError(_MessageAndFields, GaitoptError):
     """No body position allows this step.
 
     Attributes:
-        message: what is wrong, with the numbers and the way out.
+        message: what is wrong, with the numbers and what to do.
         step: index of the step, counted from 0 over the whole walk; -1 for the initial stance.
         leg: the leg that was to swing.
         conflicts: names of the constraints that exclude one another.
         margin: the stability margin that was asked for [m].
-        largest_margin: the largest margin that this step allows at the present reach [m];
-            ``None`` when not even a margin of any size helps, because the legs do not reach.
+        largest_margin: the largest margin that this step allows with the reach fraction that was
+            asked for [m]; ``None`` where no margin is possible, because the legs do not reach.
         reach_fraction: the reach fraction that was asked for.
-        needed_reach_fraction: the smallest reach fraction that allows the step at the present
-            margin; above 1 the robot's legs are too short for it. ``None`` when no reach helps.
+        needed_reach_fraction: the smallest reach fraction that allows the step with the margin that
+            was asked for; above 1 the robot's legs are too short for it. ``None`` where no reach
+            helps.
     """
 
     message: str
@@ -98,16 +100,16 @@ class InfeasibleSpeedError(_MessageAndFields, GaitoptError):
     """A joint, or a leg's reach, does not allow the commanded velocity.
 
     Attributes:
-        message: what is wrong, with the numbers and the way out.
+        message: what is wrong, with the numbers and what to do.
         limit: what is exceeded most, for instance ``"velocity LF_KFE"`` or ``"reach RH"``.
-        needed: how much of the limit the command needs, above 1; ``inf`` out of reach.
+        needed: what the command needs as a multiple of the limit, above 1; ``inf`` out of reach.
         time: when it is exceeded most [s].
-        fastest: the share of the commanded velocity that works with this gait; ``None`` when not
-            even stepping on the spot does.
+        fastest: the share of the commanded velocity that works with this gait; ``None`` where not
+            even stepping on the spot works.
         velocity: the velocity that works, ``(forward, sideways)`` [m/s], with :attr:`yaw_rate`.
         yaw_rate: [rad/s].
-        cycle_time: a cycle that is long enough for the commanded velocity, or else for stepping
-            on the spot [s]; ``None`` where none was found.
+        cycle_time: a cycle time that is long enough for the commanded velocity, or else for
+            stepping on the spot [s]; ``None`` where none was found.
     """
 
     message: str
@@ -127,7 +129,7 @@ class RouteError(_MessageAndFields, SolverError):
     """The time-optimal route did not converge.
 
     Attributes:
-        message: what is wrong, with the numbers and the way out.
+        message: what is wrong, with the numbers and what to do.
         steps: the steps at which the residuals are largest, counted from 0 over the whole walk.
         plan: the :class:`gaitopt.Plan` of the same walk planned phase by phase, which is feasible;
             ``None`` where that failed, too.
@@ -145,7 +147,7 @@ class UnsolvedSplineError(_MessageAndFields, SolverError):
     """No joint spline was verified to be the fastest one.
 
     Attributes:
-        message: what is wrong, with the numbers and the way out.
+        message: what is wrong, with the numbers and what to do.
         spline: a feasible :class:`gaitopt.JointSpline` through the same knots, all of whose
             intervals are stretched by one factor until every limit holds.
     """

@@ -1,4 +1,4 @@
-"""Reading and writing files so that a bad or a broken one does no harm."""
+"""Reading and writing files so that damaged or unfinished ones do no harm."""
 
 from __future__ import annotations
 
@@ -13,18 +13,24 @@ from gaitopt.errors import GaitoptError, InputError
 
 StrPath = str | os.PathLike[str]
 
+MOST_PRINTED = 10_000
+"""Most bytes that are kept of what a library prints: error messages quote 300 characters of it."""
+
 
 @contextmanager
 def written_whole(path: StrPath, *, binary: bool = False) -> Iterator[IO[Any]]:
-    """Open a file that appears at ``path`` complete, or not at all.
+    """Open a file for writing that appears at ``path`` complete, or not at all.
 
-    The content goes to a temporary file in the same folder, which replaces ``path`` when the
+    The content is written to a temporary file in the same folder, which replaces ``path`` when the
     block ends without an error.
+
+    Args:
+        path: the file. Where it is a symbolic link, the file that it points to is replaced.
+        binary: whether the stream takes bytes instead of text.
 
     Raises:
         InputError: the folder does not exist or cannot be written to.
     """
-    # Through a link, so that the link stays and its target is written.
     target = Path(os.path.realpath(path))
     try:
         handle, name = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
@@ -58,9 +64,12 @@ def _umask() -> int:
 
 @contextmanager
 def silenced_stderr() -> Iterator[Callable[[], str]]:
-    """Keep what C++ libraries print to stderr in the meantime; the value gives it as text.
+    """Catch what C++ libraries print to stderr inside the block.
 
-    urdfdom reports errors there, on lines of its own, whatever the caller does with them.
+    Some, such as urdfdom, print their errors there whatever the caller does with them.
+
+    Returns:
+        A function that gives the text, once the block has ended.
     """
     try:
         before = os.dup(2)
@@ -76,16 +85,20 @@ def silenced_stderr() -> Iterator[Callable[[], str]]:
             os.dup2(before, 2)
             os.close(before)
             kept.seek(0)
-            words.append(kept.read(10_000).decode("utf-8", "replace"))
+            words.append(kept.read(MOST_PRINTED).decode("utf-8", "replace"))
 
 
 def read_bounded(path: StrPath, limit: int, error: type[GaitoptError]) -> bytes:
-    """The bytes of a file that came from somebody else.
+    """Read a file that may come from somebody else, up to a largest size.
 
     Args:
         path: the file.
-        limit: the most bytes that are read [bytes].
-        error: the type raised when the file is missing, unreadable or larger than ``limit``.
+        limit: largest size that is read [bytes].
+        error: type of the error that is raised.
+
+    Raises:
+        GaitoptError: of the type ``error``: the file is missing, unreadable or larger than
+            ``limit``.
     """
     source = Path(path)
     try:

@@ -1,4 +1,4 @@
-"""Numbers that were given, held to what they may be."""
+"""Checks of numbers that a user gives."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from gaitopt.errors import InputError
 def check_number(
     name: str, value: object, low: float, high: float, unit: str = "", hint: str = ""
 ) -> float:
-    """``value`` as float, when it is a number from ``low`` to ``high``.
+    """Return ``value`` as float, if it is a number from ``low`` to ``high``.
 
     Args:
-        name: what it is, for the message.
-        value: what was given; an array of no dimension is a number, a bool or a text is none.
-        low, high: both are allowed.
-        unit: of the number.
-        hint: what the message ends with.
+        name: what the number is, for the message.
+        value: what was given. An array without dimensions is a number; a bool or a text is none.
+        low, high: smallest and largest number that are allowed.
+        unit: of the number, for the message.
+        hint: end of the message.
 
     Raises:
-        InputError: it is not.
+        InputError: it is no number, or out of range; the message gives ``name`` and the range.
     """
     if isinstance(value, np.ndarray):
         scalar = value.ndim == 0 and value.dtype.kind in "iuf"
@@ -44,10 +44,16 @@ def check_number(
 def check_numbers(
     name: str, values: ArrayLike, low: float, high: float, unit: str = ""
 ) -> FloatArray:
-    """``values`` as an array, when all are numbers from ``low`` to ``high``.
+    """Return ``values`` as an array of floats, if all are numbers from ``low`` to ``high``.
+
+    Args:
+        name: what the numbers are, for the message.
+        values: an array of any shape.
+        low, high: smallest and largest number that are allowed.
+        unit: of the numbers, for the message.
 
     Raises:
-        InputError: one is not; the message says which.
+        InputError: one is no number, or out of range; the message gives its index.
     """
     try:
         numbers = np.asarray(values, dtype=np.float64)
@@ -67,10 +73,15 @@ def check_numbers(
 
 
 def check_count(name: str, value: object, low: int, high: int) -> int:
-    """``value`` as int, when it is a whole number from ``low`` to ``high``.
+    """Return ``value`` as int, if it is a whole number from ``low`` to ``high``.
+
+    Args:
+        name: what the number is, for the message.
+        value: what was given. 2.0 is no whole number, nor is True.
+        low, high: smallest and largest number that are allowed.
 
     Raises:
-        InputError: it is not; 2.0 is no whole number, nor is True.
+        InputError: it is no whole number, or out of range.
     """
     whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
     number: Any = value

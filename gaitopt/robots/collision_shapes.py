@@ -1,7 +1,9 @@
-"""The robot's collision shapes for planning around obstacles; lines stand for what is a mesh.
+"""Collision shapes of a robot for planners: beside obstacles, and against one another.
 
-Meshes are not read: a plan may come from somebody else. Where a part of a leg has no other shape it
-counts as a line between its joints, as thick as the foot; the body as a flat box between its hips.
+Beside obstacles (:func:`robot_shapes`) meshes are not read, because a plan may come from somebody
+else. A part of a leg without another shape counts as a line between its joints, as thick as the
+foot, and such a body as a flat box between its hips. Against one another
+(:class:`CollisionPairs`) only robots are checked whose shapes are all primitives.
 """
 
 from __future__ import annotations
@@ -16,17 +18,25 @@ from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.robots.quadruped import Quadruped
 
 THICKNESS = 0.02
-"""Radius of the lines that stand for meshes, where the foot is no ball [m]."""
+"""Radius of the lines that replace meshes, where the foot is no ball [m]. Chosen: about that of the
+feet and shanks of the robots at hand."""
+TOUCHING = 1e-4
+"""Distance below which two shapes count as touching [m]: that of the certificate."""
+EVERY = 4
+"""One of so many knots is looked at to find the pairs that come close."""
+CLOSE = 0.08
+"""Distance below which a pair is looked at at all knots [m]. Chosen: about twice what a foot moves
+in :data:`EVERY` knots of a walk of [Wang2020]."""
 
 
 class RobotShapes(NamedTuple):
-    """A robot's shapes.
+    """A robot's shapes beside obstacles.
 
     Attributes:
         geometry: Pinocchio's geometry model.
         names: of the shapes.
         owners: leg of each shape, ``""`` for the body.
-        stand_ins: names of those that stand for meshes.
+        stand_ins: names of the lines and the box that replace meshes.
     """
 
     geometry: Any
@@ -36,7 +46,7 @@ class RobotShapes(NamedTuple):
 
 
 def robot_shapes(robot: Quadruped) -> RobotShapes:
-    """Boxes, cylinders and balls of the URDF, and stand-ins for its meshes."""
+    """The boxes, cylinders and balls of the URDF, with lines and a box in place of its meshes."""
     import pinocchio as pin
 
     model = robot.model
@@ -58,7 +68,7 @@ def robot_shapes(robot: Quadruped) -> RobotShapes:
 
 
 def _without_meshes(urdf: str) -> tuple[str, set[str]]:
-    """The URDF without collision meshes, and the links that lost some."""
+    """The URDF's text without collision meshes, and the links that had some."""
     root, links = ElementTree.fromstring(urdf), set()
     for link in root.iter("link"):
         for shape in link.findall("collision"):
@@ -69,7 +79,7 @@ def _without_meshes(urdf: str) -> tuple[str, set[str]]:
 
 
 def _lines(robot: Quadruped) -> list[tuple[int, str, Any, Any]]:
-    """Joint, name, solid and place of the body's box and of a line for each part of each leg."""
+    """A box for the body and a line for each part of each leg: joint, name, solid and place."""
     import pinocchio as pin
     from pinocchio import coal
 
@@ -93,25 +103,22 @@ def _lines(robot: Quadruped) -> list[tuple[int, str, Any, Any]]:
 
 
 def _owner(model: Any, joint: int, legs: dict[int, str]) -> str:
-    """The leg that a joint belongs to, or hangs on; ``""`` for the body."""
+    """The leg that a joint belongs to, or is moved by; ``""`` for the body."""
     while joint > 1 and joint not in legs:
         joint = int(model.parents[joint])
     return legs.get(joint, "")
 
 
-_TOUCH = 1e-4
-_EVERY = 4
-_FAR = 0.08
-
-
 @dataclass(frozen=True, eq=False)
-class Shapes:
-    """The robot's collision shapes, when all are primitives.
+class CollisionPairs:
+    """Pairs of a robot's own shapes that must not touch.
+
+    These are shapes of different legs, and the trunk's with those of a leg beyond its first joint.
 
     Attributes:
         model, geometry: Pinocchio's.
         columns: of the legs' joints, :attr:`Quadruped.leg_joint_columns`.
-        neutral: a configuration with the base at the origin.
+        neutral: a configuration with the base at the origin ``(nq,)``.
     """
 
     model: Any
@@ -120,11 +127,8 @@ class Shapes:
     neutral: FloatArray
 
     @classmethod
-    def of(cls, robot: Quadruped) -> Shapes | None:
-        """The pairs of shapes on different legs, and of the trunk and a leg beyond its first joint.
-
-        ``None`` where shapes are meshes or missing.
-        """
+    def of(cls, robot: Quadruped) -> CollisionPairs | None:
+        """The pairs of a robot; ``None`` where shapes are meshes, or missing."""
         import pinocchio as pin
 
         if "<mesh" in robot.urdf:
@@ -144,7 +148,12 @@ class Shapes:
         return cls(model, geometry, robot.leg_joint_columns, neutral)
 
     def distances(self, joints: FloatArray, pairs: list[int] | None = None) -> FloatArray:
-        """Distances of pairs at joint angles ``(N, 12)``: ``(N, pairs)`` [m]."""
+        """Distances of pairs ``(N, k)`` [m].
+
+        Args:
+            joints: angles of the legs' joints ``(N, 12)`` [rad].
+            pairs: indices of ``k`` pairs; all by default.
+        """
         import pinocchio as pin
 
         chosen = range(len(self.geometry.collisionPairs)) if pairs is None else pairs
@@ -168,27 +177,33 @@ def _trunk_and_limb(geometry: Any, legs: list[int], i: int, j: int) -> bool:
 
 
 def _first_joint(model: Any, joint: int) -> int:
+    """The joint next to the body on the way from the body to ``joint``; 1 for the body itself."""
     while joint > 1 and model.parents[joint] > 1:
         joint = model.parents[joint]
     return int(joint)
 
 
-def close_pairs(shapes: Shapes, joints: FloatArray) -> list[int]:
-    """The pairs that come near one another at any of a few sampled knots."""
-    sampled = shapes.distances(joints[::_EVERY])
-    return [int(k) for k in np.flatnonzero(sampled.min(axis=0) < _FAR)]
+def close_pairs(shapes: CollisionPairs, joints: FloatArray) -> list[int]:
+    """Indices of the pairs that come close at any of some knots.
+
+    Args:
+        shapes: the pairs.
+        joints: angles of the legs' joints at all knots ``(N, 12)`` [rad].
+    """
+    sampled = shapes.distances(joints[::EVERY])
+    return [int(k) for k in np.flatnonzero(sampled.min(axis=0) < CLOSE)]
 
 
 def path_touches(robot: Quadruped, joints: FloatArray) -> bool:
-    """Whether links touch at any of many poses along a path; no, where shapes are meshes.
+    """Whether links touch at any pose of a path; false where shapes are meshes, or missing.
 
     Args:
-        robot: whose links.
+        robot: the robot.
         joints: angles in Pinocchio's order ``(N, nj)`` [rad], close to one another.
     """
-    shapes = Shapes.of(robot)
+    shapes = CollisionPairs.of(robot)
     if shapes is None:
         return False
     legs = joints[:, shapes.columns]
     pairs = close_pairs(shapes, legs)
-    return bool(pairs) and bool(shapes.distances(legs, pairs).min() < _TOUCH)
+    return bool(pairs) and bool(shapes.distances(legs, pairs).min() < TOUCHING)

@@ -1,7 +1,7 @@
-"""Finding the four legs in a model's kinematic tree, and reading off their constants.
+"""Finds the four legs in a model's kinematic tree, and reads their constants from it.
 
-Joint axes are read from the model at its zero configuration: a URDF's axis letters only tell how
-its frames are turned. Names are asked only where geometry leaves a choice.
+Joint axes are taken from the model at its zero configuration, because the axes in a URDF's text are
+given in frames that may be rotated. Names of joints count only where geometry leaves a choice.
 """
 
 from __future__ import annotations
@@ -18,9 +18,22 @@ from gaitopt.robots.leg import Leg, wrap_angle
 from gaitopt.robots.limits import position_limits, velocity_limits
 
 AXIS_TOLERANCE = 1e-6
-"""How far from parallel or perpendicular joint axes may be [rad], as given in a URDF's digits."""
+"""How far from parallel or perpendicular joint axes may be [rad]: URDFs give angles with six digits
+or more."""
+LEAST_SHARE = 0.74
+"""Least share of the squared pitch axes along the base's x or y, with which the robot faces along
+the other. With three of four legs along an axis it is at least 0.75, less rounding."""
+LEAST_LINK = 1e-4
+"""Shortest upper or lower leg [m]; shorter ones are taken for a mistake."""
+LEAST_ALIGNMENT = 0.9
+"""Least cosine of the angle between a leg's roll (or pitch) axis and the body's x (or y) axis: legs
+may be turned by up to 25 degrees."""
+LEAST_BEND = 0.1
+"""How far beyond the straight leg a knee's limits may reach on the other side, and the knee still
+counts as bending to one side only [rad]. Chosen: some URDFs leave a little."""
 
 FOOT_WORDS = ("foot", "toe", "contact", "sole")
+"""Words in the names of links that are feet."""
 
 
 @dataclass(frozen=True)
@@ -45,11 +58,11 @@ class Chain:
 
 
 def find_chains(model: Any) -> list[Chain]:
-    """All leg-like chains that hang on the free-flying body: two or three revolute joints each.
+    """The four chains of two or three revolute joints that are attached to the free-flying body.
 
     Raises:
-        RobotError: fewer or more than four such chains, with what was found; or a joint elsewhere
-            whose position is not one number, which no joint vector of the planners can hold.
+        RobotError: there are fewer or more than four such chains; or there is a joint elsewhere
+            whose position is not a single number.
     """
     data = model.createData()
     pin.framesForwardKinematics(model, data, pin.neutral(model))
@@ -95,7 +108,7 @@ def heading_axes(model: Any, chains: list[Chain]) -> FloatArray:
             f"{model.name}: joint {joint} turns about a vertical axis; legs must be "
             "roll-pitch-pitch or pitch-pitch"
         )
-    if share.max() < 0.74:  # with three legs of four along an axis it is at least 0.75
+    if share.max() < LEAST_SHARE:
         raise RobotError(
             f"{model.name}: the knees turn about axes between x and y of the base link "
             f"({chains[0].names[-1]} about {np.round(pitch[0], 4)}); turn the base link so that "
@@ -159,7 +172,7 @@ def read_leg(model: Any, name: str, chain: Chain, body: FloatArray, knee: float 
         links = np.diff(local, axis=0)
     lengths = np.hypot(links[:, 0], links[:, 2])
     angles = np.arctan2(-links[:, 0], -links[:, 2])
-    if lengths.min() < 1e-4:
+    if lengths.min() < LEAST_LINK:
         raise RobotError(
             f"{model.name}: leg {name} has a link of length {lengths.min():.2g} m between "
             f"{' and '.join((*chain.names[-2:], chain.foot))}; upper and lower leg need a length"
@@ -190,9 +203,9 @@ def read_leg(model: Any, name: str, chain: Chain, body: FloatArray, knee: float 
 
 
 def _serial(model: Any, first: int) -> list[int]:
-    """Joint ids from ``first`` to the tip; a branching chain is cut short by a mark it can't pass.
+    """Joint ids from ``first`` to the tip.
 
-    A branch makes the list longer than any leg, so that the chain is passed over.
+    A chain that branches gets more ids than a leg may have, so that it counts as no leg.
     """
     ids = [first]
     while len(model.children[ids[-1]]) == 1:
@@ -203,10 +216,12 @@ def _serial(model: Any, first: int) -> list[int]:
 
 
 def _is_hinge(joint: Any) -> bool:
+    """Whether a joint is revolute with one angle."""
     return bool(joint.nq == 1 and joint.nv == 1 and "JointModelR" in joint.shortname())
 
 
 def _read_chain(model: Any, data: Any, ids: list[int]) -> Chain:
+    """The chain of these joints at the zero configuration."""
     points, axes = [], []
     for i in ids:
         placement = data.oMi[i]
@@ -231,7 +246,7 @@ def _local_axis(joint: Any) -> FloatArray:
 
 
 def _foot_frame(model: Any, data: Any, last: int, knee: FloatArray) -> tuple[str, FloatArray]:
-    """The link on the last joint that lies farthest from it; a foot-like name breaks ties."""
+    """The link on the last joint that is farthest from it; of equal ones that named like a foot."""
     best: tuple[float, bool, int] | None = None
     for index, frame in enumerate(model.frames):
         if frame.parentJoint != last or frame.type != pin.FrameType.BODY:
@@ -251,7 +266,11 @@ def _foot_frame(model: Any, data: Any, last: int, knee: FloatArray) -> tuple[str
 def _leg_axes(
     model: Any, name: str, chain: Chain, axes: FloatArray
 ) -> tuple[FloatArray, tuple[float, ...]]:
-    """Leg frame ``(3, 3)`` and the joints' senses of turning in it; refuses what does not fit."""
+    """The leg frame ``(3, 3)``, and the signs of the joints' axes in it.
+
+    Raises:
+        RobotError: the axes are those of neither kind of leg.
+    """
     pitch = axes[-2] * np.sign(axes[-2, 1] or 1.0)
     listing = ", ".join(
         f"{n} about {np.round(a, 4)}" for n, a in zip(chain.names, axes, strict=True)
@@ -260,13 +279,16 @@ def _leg_axes(
         f"{model.name}: leg {name} is neither roll-pitch-pitch nor pitch-pitch ({listing}, in the "
         "body frame)"
     )
-    if abs(pitch[1]) < 0.9 or np.linalg.norm(np.cross(axes[-1], pitch)) > AXIS_TOLERANCE:
+    if (
+        abs(pitch[1]) < LEAST_ALIGNMENT
+        or np.linalg.norm(np.cross(axes[-1], pitch)) > AXIS_TOLERANCE
+    ):
         raise RobotError(f"{advice}; its last two axes must both point sideways and be parallel")
     if len(axes) == 3:
         roll = axes[0] * np.sign(axes[0, 0] or 1.0)
-        if abs(roll[0]) < 0.9 or abs(roll @ pitch) > AXIS_TOLERANCE:
+        if abs(roll[0]) < LEAST_ALIGNMENT or abs(roll @ pitch) > AXIS_TOLERANCE:
             raise RobotError(f"{advice}; its first axis must point forward, square to the others")
-        # Exactly square, whatever the URDF's digits, so that inverse undoes forward exactly.
+        # Exactly perpendicular, whatever the URDF's digits, so that the inverse is exact.
         roll = roll - (roll @ pitch) * pitch
     else:
         roll = np.cross(pitch, np.array([0.0, 0.0, 1.0]))
@@ -280,9 +302,22 @@ def _leg_axes(
 def _knee_side(
     model: Any, name: str, chain: Chain, bends: FloatArray, asked: float | None
 ) -> float:
-    """The side of the knee: what its range of ``bends`` ``(2,)`` leaves, or was asked for."""
+    """The side to which the knee points: +1 forward, -1 backward.
+
+    Args:
+        model, name, chain: of the leg.
+        bends: the knee's bend at its limits ``(2,)`` [rad].
+        asked: the side that was asked for, if any.
+
+    Raises:
+        InputError: the limits do not allow the side that was asked for.
+    """
     low, high = np.sort(bends)
-    only = 1.0 if low > -0.1 and high > 0.1 else -1.0 if high < 0.1 and low < -0.1 else None
+    only = None
+    if low > -LEAST_BEND and high > LEAST_BEND:
+        only = 1.0
+    elif high < LEAST_BEND and low < -LEAST_BEND:
+        only = -1.0
     if only is not None and asked not in (None, only):
         side = "forward" if only > 0 else "backward"
         raise InputError(

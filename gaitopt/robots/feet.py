@@ -1,4 +1,4 @@
-"""What a URDF says of the shape of its feet."""
+"""The balls that are a robot's feet, as its URDF has them."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from typing import Any
 
 
 def ball_radius(urdf: str, links: list[str]) -> float:
-    """Radius [m] of the smallest ball that the URDF fixes to each of the foot ``links``.
+    """Radius of the smallest ball among the collision shapes of the foot ``links`` [m].
 
-    0.0 when the links have no spherical collision shape (a mesh foot, or none).
+    It is 0 where a link has no ball, because its foot is a mesh or has no shape.
     """
     import yourdfpy
 
@@ -27,6 +27,7 @@ def ball_radius(urdf: str, links: list[str]) -> float:
 
 
 def _smallest_ball(link: Any) -> float:
+    """Radius of the smallest ball of a link [m]; infinite where it has none."""
     shapes = [] if link is None else link.collisions
     spheres = [c.geometry.sphere for c in shapes if c.geometry and c.geometry.sphere]
     return min((float(s.radius) for s in spheres), default=math.inf)

@@ -20,14 +20,18 @@ from gaitopt.robots.leg import Leg
 from gaitopt.robots.urdf_text import check_urdf
 
 CLOSED_FORM_TOLERANCE = 1e-9
-"""Largest disagreement allowed between closed form and Pinocchio when a robot is loaded [m]."""
+"""Largest disagreement allowed between closed form and Pinocchio when a robot is loaded [m]: both
+are rounded to about 1e-15 m, and a leg of another kind is off by millimetres."""
+STANDING_SHARE = 0.7
+"""Height of the hips of a standing robot as a share of its legs' reach. Chosen: it makes 0.40 m for
+wang2020, the height at which [Wang2020] walks."""
 
 _KNEES = {"forward": 1.0, "backward": -1.0}
 
 
 @dataclass(frozen=True, eq=False)
 class Quadruped:
-    """A robot as the planners see it.
+    """A four-legged robot, as planners and consumers of plans use it.
 
     Build one with :func:`gaitopt.load_robot`, or from URDF text with :meth:`from_urdf`.
 
@@ -38,8 +42,9 @@ class Quadruped:
         legs: the four legs by name, in the order of :data:`gaitopt.LEGS`.
         body_axes: axes of the body frame (x forward, y left, z up) as columns in the base
             frame ``(3, 3)``. Body and base share their origin.
-        centre: mean of the four hips in the body frame ``(3,)`` [m]: the "COG" that is planned.
-        knees: what was asked of :meth:`from_urdf`.
+        centre: middle of the four hips in the body frame ``(3,)`` [m]. It is the body centre, which
+            [Wang2020] calls COG.
+        knees: sides of the knees, as they were given to :meth:`from_urdf`.
         closed_form_error: largest distance between closed form and Pinocchio seen at load [m].
     """
 
@@ -79,7 +84,8 @@ class Quadruped:
         try:
             with silenced_stderr() as said:
                 model = pin.buildModelFromXML(urdf, pin.JointModelFreeFlyer())
-        except Exception as error:
+        except Exception as error:  # Pinocchio raises errors of several kinds
+            # Without the places in Pinocchio's own source text.
             words = re.sub(r" at line \d+ in \S+", "", " ".join(f"{error} {said()}".split()))[:300]
             raise RobotError(f"{label}: Pinocchio cannot read this URDF: {words}") from error
         if name:
@@ -189,12 +195,12 @@ class Quadruped:
 
     @property
     def standing_height(self) -> float:
-        """A comfortable height of the hips above the feet, in whole centimetres [m].
+        """Height of the hips above the feet of a standing robot, in whole centimetres [m].
 
-        Seven tenths of the legs' reach: 0.40 m for wang2020.
+        It is :data:`STANDING_SHARE` of the legs' reach: 0.40 m for wang2020.
         """
         reach = np.mean([leg.reach + leg.drop for leg in self.legs.values()])
-        return max(round(0.7 * float(reach), 2), 0.01)
+        return max(round(STANDING_SHARE * float(reach), 2), 0.01)
 
     def require_velocity_limits(self) -> None:
         """Refuse a robot with a leg's joint that has no velocity limit: nothing bounds its speed.
@@ -211,7 +217,10 @@ class Quadruped:
                     )
 
     def neutral_joints(self) -> FloatArray:
-        """Joint angles ``(nj,)`` [rad] of joints that no leg owns: zero, or nearest in limits."""
+        """Joint angles ``(nj,)`` [rad] nearest to zero within the limits.
+
+        Planners keep joints at them that belong to no leg.
+        """
         return np.asarray(np.clip(0.0, *self.position_limits))
 
 

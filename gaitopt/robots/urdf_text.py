@@ -1,7 +1,7 @@
-"""Faults of a URDF's text that its readers pass over or report poorly; found before they read it.
+"""Checks of a URDF's text, before Pinocchio reads it.
 
-A reader may take a mass of -1 kg, drop a mass that is no number, or take an upper limit below the
-lower one; each would end in a wrong plan much later.
+Readers of URDFs accept much that is wrong: a mass of -1 kg, a mass that is no number (they drop
+it), or an upper limit below the lower one. Each would end in a wrong plan much later.
 """
 
 from __future__ import annotations
@@ -14,13 +14,15 @@ from xml.etree import ElementTree
 from gaitopt.errors import RobotError
 
 LIMIT = 20_000_000
-"""Most characters of URDF that are read."""
+"""Most characters of a URDF that are read. The largest of example-robot-data has 70 000."""
+LARGEST_MASS = 1e9
+"""Mass from which on a link's mass is taken for a mistake [kg]."""
 
 _NEEDS_LIMITS = ("revolute", "prismatic")
 
 
 def check_urdf(urdf: str, label: str) -> None:
-    """Refuse a URDF that is no sound one.
+    """Refuse a URDF that is not valid.
 
     Args:
         urdf: the text.
@@ -29,7 +31,7 @@ def check_urdf(urdf: str, label: str) -> None:
     Raises:
         RobotError: the message names the link or joint, the attribute and its value.
     """
-    # Entities and document types have no place in a URDF, and are how XML attacks begin.
+    # A URDF needs no document type and no entities, and attacks by XML use them.
     if re.search(r"<!\s*(DOCTYPE|ENTITY)", urdf, flags=re.IGNORECASE):
         raise RobotError(
             f"{label}: the URDF declares a document type or entities, which are not read; "
@@ -54,6 +56,7 @@ def check_urdf(urdf: str, label: str) -> None:
 
 
 def _check_names(root: ElementTree.Element, kind: str, label: str) -> None:
+    """Refuse links or joints without a name, and two with the same name."""
     names = Counter(element.get("name") for element in root.findall(kind))
     for name, count in names.items():
         if not name:
@@ -63,9 +66,10 @@ def _check_names(root: ElementTree.Element, kind: str, label: str) -> None:
 
 
 def _check_link(link: ElementTree.Element, where: str) -> None:
+    """Refuse masses, inertias and sizes of shapes that are no sensible numbers."""
     for mass in link.iterfind("inertial/mass"):
         value = _number(mass, "value", where)
-        if not 0.0 <= value < 1e9:
+        if not 0.0 <= value < LARGEST_MASS:
             raise RobotError(f"{where}: a mass of {value:g} kg; it must be positive")
     for inertia in link.iterfind("inertial/inertia"):
         for name in inertia.keys():  # noqa: SIM118
@@ -82,6 +86,7 @@ def _check_link(link: ElementTree.Element, where: str) -> None:
 
 
 def _check_joint(joint: ElementTree.Element, where: str) -> None:
+    """Refuse limits that are missing, no numbers, or contradict one another."""
     limit = joint.find("limit")
     if limit is None:
         if joint.get("type") in _NEEDS_LIMITS:
@@ -98,6 +103,11 @@ def _check_joint(joint: ElementTree.Element, where: str) -> None:
 def _number(
     element: ElementTree.Element, name: str, where: str, missing: str | None = None
 ) -> float:
+    """The number in an attribute; ``missing`` stands for the text of one that is not there.
+
+    Raises:
+        RobotError: the attribute is missing, or no number.
+    """
     text = element.get(name, missing)
     value = math.nan if text is None else _finite(text, infinite=element.tag == "limit")
     if math.isnan(value):
@@ -107,7 +117,7 @@ def _number(
 
 
 def _finite(text: str, *, infinite: bool = False) -> float:
-    """The number in ``text``; NaN when it is none, or infinite where that is not allowed."""
+    """The number in ``text``; NaN where it is none, or infinite and that is not allowed."""
     try:
         value = float(text)
     except ValueError:
@@ -118,7 +128,7 @@ def _finite(text: str, *, infinite: bool = False) -> float:
 def with_velocity_limit(urdf: str, limit: float) -> str:
     """The URDF with this velocity limit [rad/s] on every joint that has limits.
 
-    Only the numbers of ``<limit velocity="...">`` change, so comments and order stay.
+    Only the numbers of ``<limit velocity="...">`` change; everything else stays as it is.
     """
     return re.sub(
         r"(<limit\b[^<>]*\bvelocity\s*=\s*)(\"[^\"]*\"|'[^']*')", rf'\g<1>"{float(limit)!r}"', urdf

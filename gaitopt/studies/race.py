@@ -186,7 +186,7 @@ def _run_row(robot: Quadruped, footholds: Footholds, name: str, rules: _Rules) -
     except Exception as error:
         if name == PAPER and isinstance(error, InputError):
             raise
-        # One row's fault, the program's included, must not end the race of the others.
+        # Errors of any kind: one row must not end the race of the others.
         return Lane(name, None, _reason(error), time.process_time() - began, None)
     taken = time.process_time() - began
     certificate, least, trouble = None, np.nan, ""
@@ -198,6 +198,7 @@ def _run_row(robot: Quadruped, footholds: Footholds, name: str, rules: _Rules) -
         if rules.bound:
             least = _bound(plan)
     except Exception as error:
+        # The plan is shown all the same, with the reason why it was not judged.
         trouble = _reason(error)
     return Lane(name, plan, trouble, taken, certificate, least)
 

@@ -18,7 +18,7 @@ from itertools import product
 from pathlib import Path
 from typing import Any, Literal
 
-from gaitopt.errors import GaitoptError, InfeasibleStepError, InputError, MissingPackageError
+from gaitopt.errors import InfeasibleStepError, InputError, MissingPackageError
 from gaitopt.files import StrPath, written_whole
 from gaitopt.plan.settings.crawl import Speed
 from gaitopt.studies.tables import appending, one_line
@@ -125,10 +125,8 @@ def run_walk(walk: Walk) -> Row:
         row = _walked(walk)
     except InfeasibleStepError as error:
         row = Row("refused", one_line(error))
-    except GaitoptError as error:
-        row = Row("error", f"{type(error).__name__}: {one_line(error)}")
     except Exception as error:
-        # One worker's fault must not end a study of thousands.
+        # Errors of any kind: one walk must not end a study of thousands.
         row = Row("error", f"{type(error).__name__}: {one_line(error)}")
     return Row(**{**asdict(row), "work_time": time.perf_counter() - begin})
 

@@ -17,7 +17,7 @@ from gaitopt.optimize.cog.solver import CogWorkspace, build_cog_problems, solve_
 from gaitopt.optimize.speed import knot_times
 from gaitopt.plan.settings.crawl import CrawlSettings
 from gaitopt.planners.phase_by_phase.swing_ways import swing_ways
-from gaitopt.robots.collision_shapes import Shapes
+from gaitopt.robots.collision_shapes import CollisionPairs
 from gaitopt.robots.leg import Leg
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.stability.support import triangle_half_planes
@@ -75,8 +75,8 @@ class StepPlanner:
         return CogWorkspace()
 
     @cached_property
-    def _shapes(self) -> Shapes | None:
-        return Shapes.of(self.robot)
+    def _shapes(self) -> CollisionPairs | None:
+        return CollisionPairs.of(self.robot)
 
     def standing(self, steps: Steps) -> BoolArray:
         """Whether three feet support an area and no leg stands across another ``(E,)``."""

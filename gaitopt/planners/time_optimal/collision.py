@@ -15,7 +15,7 @@ from gaitopt.conventions import FloatArray
 from gaitopt.optimize.route.layout import Rows
 from gaitopt.optimize.route.legs import JOINTS, POSE
 from gaitopt.optimize.route.problem import RouteProblem
-from gaitopt.robots.collision_shapes import Shapes, close_pairs
+from gaitopt.robots.collision_shapes import CollisionPairs, close_pairs
 
 APART = 2e-3
 """Distance that shapes of different legs keep at knots of the problem [m]."""
@@ -41,7 +41,7 @@ class Near(NamedTuple):
     pairs: list[int]
 
 
-def touching(shapes: Shapes, problem: RouteProblem, poses: FloatArray) -> Near | None:
+def touching(shapes: CollisionPairs, problem: RouteProblem, poses: FloatArray) -> Near | None:
     """How near close pairs come, when any comes closer than it may; knots and between them."""
     joints = problem.legs.joints(poses, problem.feet, problem.swing).reshape(-1, JOINTS)
     pairs = close_pairs(shapes, joints)
@@ -62,7 +62,7 @@ def touching(shapes: Shapes, problem: RouteProblem, poses: FloatArray) -> Near |
 
 
 def kept_apart(
-    shapes: Shapes,
+    shapes: CollisionPairs,
     problem: Kind,
     poses: FloatArray,
     found: FloatArray,

@@ -15,7 +15,7 @@ from gaitopt.planners.phase_by_phase.diagnosis import check_heights
 from gaitopt.planners.phase_by_phase.planner import plan_in_order
 from gaitopt.planners.phase_by_phase.steps import CrawlSteps, check_robot, check_stance, crawl_steps
 from gaitopt.planners.phase_by_phase.targets import optimise_cogs, start_place
-from gaitopt.robots.collision_shapes import Shapes
+from gaitopt.robots.collision_shapes import CollisionPairs
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.footholds import Footholds
 
@@ -36,7 +36,7 @@ class Route:
     settings: RouteSettings
     steps: CrawlSteps
     cogs: FloatArray
-    shapes: Shapes | None
+    shapes: CollisionPairs | None
 
     def part(self, first: int, last: int) -> CrawlSteps:
         """The steps from ``first`` up to, not including, ``last``."""
@@ -79,4 +79,4 @@ def prepared(robot: Quadruped, footholds: Footholds, settings: RouteSettings) ->
     solutions = optimise_cogs(robot, steps, paper, start)
     ends = [np.append(s.position, z) for s, z in zip(solutions, steps.heights, strict=True)]
     return Route(robot, footholds, settings, steps, np.vstack([start, *ends]),
-                 Shapes.of(robot))  # fmt: skip
+                 CollisionPairs.of(robot))  # fmt: skip

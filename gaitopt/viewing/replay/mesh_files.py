@@ -67,7 +67,7 @@ def _loaded(path: Path) -> Surface:
     try:
         mesh: Any = trimesh.load(path, force="mesh", skip_materials=True)
         vertices, faces = np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces)
-    except Exception as error:
+    except Exception as error:  # trimesh's readers raise errors of many kinds
         raise InputError(f"mesh {path.name} cannot be read: {error}") from error
     if not len(faces) or not np.isfinite(vertices).all():
         raise InputError(f"mesh {path.name} holds no triangles")

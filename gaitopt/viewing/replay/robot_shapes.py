@@ -58,7 +58,7 @@ def _described(robot: Quadruped) -> Any:
             load_collision_meshes=False,
             mesh_dir="",
         ).robot
-    except Exception as error:
+    except Exception as error:  # yourdfpy and lxml raise errors of many kinds
         raise RobotError(f"{robot.name}: the URDF's shapes cannot be read: {error}") from error
 
 
