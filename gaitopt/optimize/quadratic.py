@@ -29,8 +29,8 @@ class QuadraticSolver:
     """
 
     def __init__(self, variables: int, constraints: int) -> None:
-        # Measured on problems of two variables: 13 us a solution with the quick settings, 93 us with
-        # the slow ones, which also solve what the quick ones do not.
+        # Measured on problems of two variables: 13 us a solution with the quick settings, 93 us
+        # with the slow ones, which also solve what the quick ones do not.
         quick: dict[str, float] = {
             "default_mu_in": 1e-6,
             "default_rho": 1e-9,

@@ -20,7 +20,6 @@ from gaitopt.conventions import FloatArray
 from gaitopt.errors import InputError, SolverError
 from gaitopt.robots.leg import Leg
 
-
 RESIDUAL = 1e-9
 """Largest residual of an accepted solution, all unknowns being of order one."""
 ROUNDING = 1e-12

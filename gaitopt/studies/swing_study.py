@@ -23,9 +23,11 @@ from numpy.typing import ArrayLike
 
 from gaitopt.conventions import FloatArray, frozen
 from gaitopt.errors import MissingPackageError, SolverError
+from gaitopt.optimize.spline.clamped import checked_angles
 from gaitopt.optimize.spline.joint_spline import JointSpline, uniform_spline
+from gaitopt.optimize.spline.limits import JointLimits
 from gaitopt.optimize.spline.obstacle_swing import ObstacleSwing, solve_obstacle_swing
-from gaitopt.optimize.spline.problem import JointLimits, build_spline_problem, checked_angles
+from gaitopt.optimize.spline.problem import build_spline_problem
 from gaitopt.optimize.spline.solver import solve_spline
 from gaitopt.robots.catalog import load_robot
 from gaitopt.robots.leg import Leg

@@ -1,7 +1,7 @@
-"""A joint spline as a value: its curve, and how much of each limit it uses.
+"""A joint spline: its curve, and how much of each limit it uses.
 
-Everything that a :class:`JointSpline` says of itself is computed anew from its knots and intervals
-alone, whoever chose them: :func:`uniform_spline` by hand, or :mod:`gaitopt.optimize.spline.solver`.
+All properties of a :class:`JointSpline` are computed from its knots and intervals alone. These come
+from :func:`uniform_spline`, or from :mod:`gaitopt.optimize.spline.solver`.
 
 Source: [Shao2011], Section III.B.
 """
@@ -19,19 +19,19 @@ from scipy.interpolate import CubicSpline
 from gaitopt.conventions import FloatArray, TextEnum, frozen
 from gaitopt.errors import InputError
 from gaitopt.motion.path import jumps
-from gaitopt.optimize.spline.problem import (
+from gaitopt.optimize.spline.clamped import (
     ROUNDING_RESERVE,
-    JointLimits,
     checked_angles,
     clamped_spline,
     peaks,
     stretch_to_limits,
 )
+from gaitopt.optimize.spline.limits import JointLimits
 
 KINDS = ("velocity", "acceleration", "jerk")
 
 ACTIVE_SHARE = 0.999
-"""Share of its limit from which a bound is said to be active."""
+"""Share of a limit from which it counts as active."""
 
 
 class SplineStatus(TextEnum):
@@ -40,11 +40,11 @@ class SplineStatus(TextEnum):
     SOLVED = "solved"
     """They are the optimum of eq. (7)."""
     SCALED = "scaled"
-    """They were chosen, and stretched together until all bounds hold; solve for shorter ones."""
+    """They were given, and stretched by one factor until all limits are kept."""
 
 
 class ActiveBound(NamedTuple):
-    """A bound that is reached.
+    """A limit that is reached.
 
     Attributes:
         joint: its column.
@@ -61,15 +61,15 @@ class ActiveBound(NamedTuple):
 
 @dataclass(frozen=True)
 class SolverReport:
-    """What IPOPT said of the run that counts, and how its answer was found to be.
+    """IPOPT's report of the run that led to a spline, and the residuals of its solution.
 
     Attributes:
-        message: IPOPT's own verdict.
-        iterations: its iterations.
+        message: IPOPT's own status.
+        iterations: number of its iterations.
         seconds: time in it [s].
-        violation: largest share by which its answer broke a bound, before it was stretched.
+        violation: largest share by which its solution exceeded a limit, before it was stretched.
         stationarity: largest entry of the Lagrangian's gradient, the cost being of order one.
-        complementarity: largest product of a multiplier and the slack of its bound.
+        complementarity: largest product of a multiplier and the slack of its constraint.
     """
 
     message: str
@@ -87,7 +87,7 @@ class JointSpline:
     Attributes:
         angles: knots ``(n, nj)`` [rad].
         intervals: times between them ``(n - 1,)`` [s].
-        limits: bounds it is meant to keep on the whole curve.
+        limits: that it is meant to keep on the whole curve.
         status: where the intervals come from.
         report: the solver's report; ``None`` when none was asked.
     """
@@ -149,27 +149,28 @@ class JointSpline:
     def shares(self) -> FloatArray:
         """Largest velocity, acceleration, jerk on each interval over its limit ``(3, n - 1, nj)``.
 
-        Exact for the whole curve: the extremes of a cubic's derivatives in closed form.
+        Exact for the whole curve: the extremes of a cubic's derivatives have a closed form.
         """
         limits = np.stack([getattr(self.limits, kind) for kind in KINDS])
         return frozen(peaks(self.polynomial) / limits[:, None])
 
     @property
     def violation(self) -> float:
-        """Largest share by which a bound is broken anywhere; 0 when all hold."""
+        """Largest share by which a limit is exceeded anywhere; 0 when all are kept."""
         return max(float(self.shares.max()) - 1.0, 0.0)
 
     @property
     def jumps(self) -> FloatArray:
-        """Largest jump of angle, velocity and acceleration at inner knots, and velocity left over
-        at the end: ``(4,)`` [rad, rad/s, rad/s^2, rad/s]. Rounding, unless something is wrong.
+        """Largest jumps at inner knots of angle, velocity and acceleration, and final velocity.
+
+        ``(4,)`` [rad, rad/s, rad/s^2, rad/s]; of the size of rounding errors.
         """
         inner = [jumps(self.polynomial, k).max(initial=0.0) for k in range(3)]
-        left_over = np.abs(self.polynomial(self.duration, 1)).max()
-        return np.array([*inner, left_over])
+        final = np.abs(self.polynomial(self.duration, 1)).max()
+        return np.array([*inner, final])
 
     def active(self, share: float = ACTIVE_SHARE) -> tuple[ActiveBound, ...]:
-        """The bounds that are reached to at least ``share``, interval by interval."""
+        """The limits of which at least ``share`` is used, interval by interval."""
         kinds, intervals, joints = np.nonzero(self.shares >= share)
         found = [
             ActiveBound(int(j), int(i), KINDS[k], float(self.shares[k, i, j]))
@@ -178,7 +179,7 @@ class JointSpline:
         return tuple(sorted(found, key=lambda bound: (bound.interval, bound.joint)))
 
     def cost(self, time_weight: float, acceleration_weight: float) -> float:
-        """Eq. (7): weighted total time, and squared accelerations at all knots."""
+        """The objective of eq. (7): weighted sum of time and squared accelerations at all knots."""
         accelerations = self.evaluate(self.times, 2)
         return time_weight * self.duration + acceleration_weight * float((accelerations**2).sum())
 
@@ -188,10 +189,11 @@ class JointSpline:
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             root = np.sqrt(np.maximum(square**2 - 3.0 * cubic * slope, 0.0))
             big = -(square + np.copysign(root, square))
-            turns = np.nan_to_num(
+            # Zeros of the velocity, by the form of the quadratic formula without cancellation.
+            zeros = np.nan_to_num(
                 np.stack([big / (3.0 * cubic), slope / big]), posinf=0.0, neginf=0.0
             )
-        local = np.clip(turns, 0.0, self.intervals[:, None])
+        local = np.clip(zeros, 0.0, self.intervals[:, None])
         curve = self.coefficients
         values = ((curve[0] * local + curve[1]) * local + curve[2]) * local + curve[3]
         every = np.concatenate([values.reshape(-1, self.angles.shape[1]), self.angles])
@@ -207,12 +209,12 @@ class JointSpline:
 def uniform_spline(
     angles: ArrayLike, limits: JointLimits, intervals: ArrayLike | None = None
 ) -> JointSpline:
-    """The spline by hand: given intervals, all stretched until the tightest bound just holds.
+    """The spline with given proportions of intervals, as fast as the limits allow.
 
     Args:
         angles: knots ``(n, nj)`` [rad].
         limits: of the same joints.
-        intervals: proportions ``(n - 1,)``; all the same by default.
+        intervals: proportions ``(n - 1,)``; all equal by default.
 
     Raises:
         InputError: shapes do not fit, or a number has no sensible value.

@@ -1,7 +1,7 @@
-"""The fastest swing of one leg over an obstacle: a joint spline whose flown curve clears it.
+"""The fastest swing of one leg over an obstacle: a joint spline whose foot curve clears it.
 
-Source: [Shao2011], Section III: the path is in :mod:`gaitopt.swing.obstacle_paths`,
-the spline in :mod:`gaitopt.optimize.spline.solver`.
+Source: [Shao2011], Section III. The path is in :mod:`gaitopt.swing.obstacle_paths`, the spline in
+:mod:`gaitopt.optimize.spline.solver`.
 """
 
 from __future__ import annotations
@@ -15,21 +15,24 @@ from gaitopt.conventions import FloatArray, frozen
 from gaitopt.errors import InputError
 from gaitopt.motion.foot_curve import FootCurve
 from gaitopt.optimize.spline.joint_spline import JointSpline
-from gaitopt.optimize.spline.problem import JointLimits, build_spline_problem
+from gaitopt.optimize.spline.limits import JointLimits
+from gaitopt.optimize.spline.problem import build_spline_problem
 from gaitopt.optimize.spline.solver import solve_spline
 from gaitopt.robots.leg import Leg
 from gaitopt.swing.clearance import Clearance, clear_path
 from gaitopt.swing.obstacle_paths import PAPER_COUNT, ObstaclePath, Pattern, Section
 
 REACH_TOLERANCE = 1e-6
-"""By how much a waypoint may lie out of a leg's reach [m]."""
+"""By how much a waypoint may lie out of a leg's reach [m]: the foot misses it by as much."""
+LIMIT_TOLERANCE = 1e-9
+"""By how much an angle may exceed a position limit [rad], for rounding."""
 
 
 class ObstacleSwing(NamedTuple):
     """A swing over an obstacle.
 
     Attributes:
-        path: waypoints, and the path they were taken from.
+        path: the waypoints, and the path on which they lie.
         curve: what the foot flies; ``curve.joints`` is the joints' motion.
         clearance: of the curve from the obstacle with its margin.
     """
@@ -91,14 +94,14 @@ def solve_obstacle_swing(
 ) -> ObstacleSwing:
     """The fastest swing of a leg over an obstacle, the body standing still.
 
-    What the foot flies keeps ``margin`` from the obstacle at every instant, proven by
-    :func:`gaitopt.swing.clearance.clear_path`. The foot is a point: add the radius of a foot's
-    ball to the margin.
+    The foot's curve keeps ``margin`` from the obstacle at every instant, which
+    :func:`gaitopt.swing.clearance.clear_path` proves. The foot is a point here: add the radius of
+    the foot's ball to the margin.
 
     Args:
         leg: the leg that swings.
         start, end: where the foot frame lifts off and touches down ``(3,)`` [m].
-        obstacle: what is in the way.
+        obstacle: the obstacle in between.
         limits: of the leg's joints.
         position, rotation: of the body, as in :func:`swing_angles`.
         margin, pattern, count: as in :func:`gaitopt.swing.obstacle_paths.obstacle_path`.
@@ -127,11 +130,11 @@ def solve_obstacle_swing(
 
 
 def _check_positions(leg: Leg, low: FloatArray, high: FloatArray, what: str) -> None:
-    """Refuse angles beyond a leg's position limits."""
+    """Raise :class:`InputError` for angles beyond a leg's position limits."""
     least, most = leg.position_limits
     beyond = np.maximum(least - low, high - most).reshape(-1, len(leg.joints)).max(axis=0)
     joint = int(beyond.argmax())
-    if beyond[joint] > 1e-9:
+    if beyond[joint] > LIMIT_TOLERANCE:
         raise InputError(
             f"{what} takes joint {leg.joints[joint]} {np.degrees(beyond[joint]):.3g} degrees "
             "beyond its limits; move the body, or take a lower or shorter path"

@@ -1,14 +1,13 @@
 """The fastest joint spline through given knots within limits.
 
-IPOPT chooses the intervals; its answer is judged anew from knots and intervals alone
-(:mod:`gaitopt.optimize.spline.joint_spline`). The answer is stretched in time by the part in a
-million or less by which it breaks a bound, so that a solved spline breaks none.
+IPOPT [Waechter2006] chooses the intervals. Its solution is judged from knots and intervals alone
+(:mod:`gaitopt.optimize.spline.joint_spline`). It may exceed a limit by a part in a million, and is
+stretched in time by as much, so that a solved spline exceeds none.
 
-Other solvers were tried: Fatrop took a third of IPOPT's time, but on one of 60 random problems it
-did not come to an end; CasADi's sqpmethod did not converge with any of seven QP solvers.
+Other solvers were tried: fatrop [Vanroye2023] took a third of IPOPT's time, but did not end on one
+of 60 random problems; CasADi's sqpmethod did not converge with any of seven QP solvers.
 
-Source: [Shao2011], Section III.B; the problem is in
-:mod:`gaitopt.optimize.spline.problem`.
+Source: [Shao2011], Section III.B; the problem is in :mod:`gaitopt.optimize.spline.problem`.
 """
 
 from __future__ import annotations
@@ -22,46 +21,48 @@ import numpy as np
 
 from gaitopt.conventions import FloatArray
 from gaitopt.errors import InputError, UnsolvedSplineError
+from gaitopt.optimize.spline.clamped import ROUNDING_RESERVE, clamped_spline, stretch_to_limits
 from gaitopt.optimize.spline.joint_spline import (
     JointSpline,
     SolverReport,
     SplineStatus,
     uniform_spline,
 )
-from gaitopt.optimize.spline.problem import (
-    ROUNDING_RESERVE,
-    SplineProblem,
-    clamped_spline,
-    spline_formulation,
-    stretch_to_limits,
-)
+from gaitopt.optimize.spline.problem import SplineProblem, spline_formulation
 
 FEASIBILITY = 1e-6
-"""Largest share by which a solver's answer may break a bound before it is stretched."""
+"""Largest share by which a solution may exceed a limit before it is stretched."""
 OPTIMALITY = 1e-6
-"""Largest residual of the optimality conditions in an accepted answer, in shares of the cost."""
+"""Largest residual of the optimality conditions in an accepted solution, in shares of the cost.
+
+Both are a hundred times IPOPT's own tolerance.
+"""
 _ITERATIONS = 300
+"""Most iterations of IPOPT; 100 random problems with up to 13 knots took 26 at most."""
 _SECONDS = 10.0
+"""Longest time of one run of IPOPT [s]; these took 41 ms at most."""
+STARTS = (1, 2, 3, 4)
+"""Numbers of starts that may be asked for."""
 
 
 def solve_spline(problem: SplineProblem, starts: int = 2) -> JointSpline:
-    """The intervals that minimise eq. (7) with all bounds on the whole curve.
+    """The spline that minimises eq. (7) with all limits kept on the whole curve.
 
-    The problem is not convex. IPOPT runs from several starts and the best verified answer counts.
-    Of 355 problems with knots at random, one start found the best optimum known on 97.5 %, two on
-    98.6 %, three on 99.2 %; the paper's swing has shown only one optimum. Not for several threads
-    at a time: solvers are built once for each size, and kept.
+    The problem is not convex. IPOPT runs from several starts, and the best verified solution is
+    taken. Of 355 problems with random knots, one start found the best known optimum in 97.5 %, two
+    in 98.6 %, three in 99.2 %; for the paper's swing only one optimum has been found. The function
+    is not for several threads at a time: solvers are built once for each size, and kept.
 
     Args:
         problem: from :func:`gaitopt.optimize.spline.problem.build_spline_problem`.
-        starts: from how many starts, 1 to 4; more are tried when none of these leads to an optimum.
+        starts: from how many starts, 1 to 4; more are used when none of these leads to an optimum.
 
     Raises:
-        UnsolvedSplineError: a :class:`SolverError`; no answer's residuals are small enough. Its
-            ``spline`` is feasible, if slow.
-        InputError: ``starts`` is no such number.
+        UnsolvedSplineError: a :class:`SolverError`; no solution's residuals are small enough. Its
+            ``spline`` keeps all limits, but is slower.
+        InputError: ``starts`` is none of these numbers.
     """
-    if starts not in (1, 2, 3, 4):
+    if starts not in STARTS:
         raise InputError(f"starts must be 1, 2, 3 or 4, got {starts!r}")
     found: list[JointSpline] = []
     refused: UnsolvedSplineError | None = None
@@ -79,7 +80,9 @@ def solve_spline(problem: SplineProblem, starts: int = 2) -> JointSpline:
 
 
 def _starting_intervals(problem: SplineProblem) -> list[FloatArray]:
-    """All the same, fast and slow; in proportion to what each needs alone, very slow and fast."""
+    """Four choices: equal intervals, fast and slow; and intervals in proportion to the time that
+    each needs alone from rest to rest, very slow and fast.
+    """
     limits, steps = problem.limits, np.abs(np.diff(problem.angles, axis=0))
     alone = np.maximum(steps / limits.velocity, np.sqrt(steps / limits.acceleration))
     needed = np.maximum(alone, np.cbrt(steps / limits.jerk)).max(axis=1)
@@ -88,44 +91,44 @@ def _starting_intervals(problem: SplineProblem) -> list[FloatArray]:
 
 
 def _solved(problem: SplineProblem) -> JointSpline:
-    """One run of IPOPT, and its answer when that is verified."""
-    answer = _answer(problem)
-    intervals = answer.x[: len(problem.intervals)] * problem.unit
-    if not (np.isfinite(answer.x).all() and (intervals > 0.0).all()):
-        by_hand = uniform_spline(problem.angles, problem.limits)
-        raise UnsolvedSplineError(f"IPOPT found no spline ({answer.message})", by_hand)
+    """The spline of one run of IPOPT, when its solution is verified."""
+    found = _run_ipopt(problem)
+    intervals = found.x[: len(problem.intervals)] * problem.unit
+    if not (np.isfinite(found.x).all() and (intervals > 0.0).all()):
+        slower = uniform_spline(problem.angles, problem.limits)
+        raise UnsolvedSplineError(f"IPOPT found no spline ({found.message})", slower)
     factor = stretch_to_limits(clamped_spline(problem.angles, intervals), problem.limits)
     report = SolverReport(
-        answer.message, answer.iterations, answer.seconds, max(factor - 1.0, 0.0),
-        *_residuals(problem, answer),
+        found.message, found.iterations, found.seconds, max(factor - 1.0, 0.0),
+        *_residuals(problem, found),
     )  # fmt: skip
     optimality = max(report.stationarity, report.complementarity)
     if not (report.violation <= FEASIBILITY and optimality <= OPTIMALITY):
         raise UnsolvedSplineError(
             f"the spline through {len(problem.angles)} knots was not solved within "
-            f"{report.iterations} iterations of IPOPT ({report.message}): a bound is broken by "
-            f"{report.violation:.2g} of its limit, optimality by {optimality:.2g}; use more evenly "
-            "spaced knots, or this error's uniformly scaled spline",
+            f"{report.iterations} iterations of IPOPT ({report.message}): a limit is exceeded by "
+            f"{report.violation:.2g} of itself, the residual of optimality is {optimality:.2g}; "
+            "use more evenly spaced knots, or the slower spline in this error's .spline",
             uniform_spline(problem.angles, problem.limits),
         )
-    # Where only time counts, what room the answer left is used up too.
+    # Where only time counts, the spline is also made faster until the tightest limit is reached.
     if factor > 1.0 or problem.acceleration_weight == 0.0:
         intervals = intervals * factor * ROUNDING_RESERVE
     return JointSpline(problem.angles, intervals, problem.limits, SplineStatus.SOLVED, report)
 
 
-class _Answer(NamedTuple):
-    """IPOPT's answer: unknowns, multipliers of constraints and of bounds, and what it says."""
+class _IpoptSolution(NamedTuple):
+    """IPOPT's unknowns, multipliers of constraints and of bounds, and status."""
 
     x: FloatArray
-    row_duals: FloatArray
-    bound_duals: FloatArray
+    row_multipliers: FloatArray
+    bound_multipliers: FloatArray
     message: str
     iterations: int
     seconds: float
 
 
-def _answer(problem: SplineProblem) -> _Answer:
+def _run_ipopt(problem: SplineProblem) -> _IpoptSolution:
     form = problem.formulation
     call = _ipopt(form.knots, form.joints)
     low, high = problem.bounds
@@ -136,7 +139,7 @@ def _answer(problem: SplineProblem) -> _Answer:
     x, rows, bounds = (np.asarray(found[k]).ravel() for k in ("x", "lam_g", "lam_x"))
     said = call.stats()
     words = str(said["return_status"]).replace("_", " ")
-    return _Answer(x, rows, bounds, words, int(said["iter_count"]), seconds)
+    return _IpoptSolution(x, rows, bounds, words, int(said["iter_count"]), seconds)
 
 
 @lru_cache(maxsize=32)
@@ -154,17 +157,17 @@ def _ipopt(knots: int, joints: int) -> Any:
     return ca.nlpsol("spline", "ipopt", spline_formulation(knots, joints).nlp, more)
 
 
-def _residuals(problem: SplineProblem, answer: _Answer) -> tuple[float, float]:
-    """Stationarity and complementarity of IPOPT's answer, from exact derivatives."""
+def _residuals(problem: SplineProblem, found: _IpoptSolution) -> tuple[float, float]:
+    """Stationarity and complementarity of IPOPT's solution, from exact derivatives."""
     form, (low, high) = problem.formulation, problem.bounds
-    slope, rows = form.gradient(answer.x, problem.parameters, answer.row_duals)
+    gradient, rows = form.gradient(found.x, problem.parameters, found.row_multipliers)
     free = high > low
-    stationarity = np.abs(np.asarray(slope).ravel() + answer.bound_duals)[free].max()
-    # A multiplier is negative where a lower bound pushes, positive where an upper one does.
-    slack = np.where(answer.bound_duals < 0.0, answer.x - low, high - answer.x)
-    slack = np.where(answer.bound_duals == 0.0, 0.0, np.where(free, slack, 0.0))
+    stationarity = np.abs(np.asarray(gradient).ravel() + found.bound_multipliers)[free].max()
+    # A multiplier is negative where a lower bound is active, positive where an upper one is.
+    slack = np.where(found.bound_multipliers < 0.0, found.x - low, high - found.x)
+    slack = np.where(found.bound_multipliers == 0.0, 0.0, np.where(free, slack, 0.0))
     products = np.concatenate([
-        answer.bound_duals * slack,
-        (answer.row_duals * np.asarray(rows).ravel())[form.equalities :],
+        found.bound_multipliers * slack,
+        (found.row_multipliers * np.asarray(rows).ravel())[form.equalities :],
     ])  # fmt: skip
     return float(stationarity), float(np.abs(products).max())

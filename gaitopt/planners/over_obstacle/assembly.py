@@ -12,8 +12,8 @@ from gaitopt.motion.foot_curve import FootCurve, LegOfPath
 from gaitopt.motion.path import BASE_COLUMNS, MotionPath
 from gaitopt.motion.pieces import joined
 from gaitopt.optimize.posture.problem import BodyPose
+from gaitopt.optimize.spline.limits import JointLimits
 from gaitopt.optimize.spline.obstacle_swing import solve_obstacle_swing
-from gaitopt.optimize.spline.problem import JointLimits
 from gaitopt.plan.phase import Limit, Phase
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.record import StrideRecord
