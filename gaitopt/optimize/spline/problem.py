@@ -168,9 +168,7 @@ def build_spline_problem(
         if not (isinstance(weight, Real) and 0.0 <= weight < np.inf):
             raise InputError(f"{name} must be finite and not negative, got {weight!r}")
     if not time_weight > 0:
-        raise InputError(
-            "time_weight must be positive: with 0 a spline becomes better the longer it takes"
-        )
+        raise InputError("time_weight must be positive: with 0 slower splines are always better")
     intervals = np.ones(len(q) - 1)
     intervals *= stretch_to_limits(clamped_spline(q, intervals), limits) * ROUNDING_RESERVE
     return SplineProblem(
