@@ -20,6 +20,8 @@ PAPER_REACH = 0.57
 
 _CORNERS = {"LF": (1, 1), "LH": (-1, 1), "RH": (-1, -1), "RF": (1, -1)}
 _TRIES = 1000
+"""How often columns that overlap are drawn again. The paper's terrain needs a few draws; where
+there is too little space for all columns, some overlap in the end."""
 
 
 def s_columns(
@@ -36,17 +38,17 @@ def s_columns(
     body_width: float | None = None,
     diameter: float | None = None,
 ) -> Footholds:
-    """Random columns along an S-shaped route, one set for each leg.
+    """Random columns along an S-shaped route, one row for each leg.
 
-    A nominal stance, each foot below its hip, is carried along ``y = amplitude sin(2 pi x /
+    A nominal stance, each foot below its hip, moves along ``y = amplitude sin(2 pi x /
     wavelength)`` in equal steps; every column is then moved at random within a square. Columns that
-    would stand in one another are drawn again. The first column of each leg is where its foot
-    stands at the start, so there are ``4 (columns - 1)`` steps.
+    overlap are drawn again. The first column of each leg is where its foot stands at the start, so
+    there are ``4 (columns - 1)`` steps.
 
     Args:
         seed: of the random numbers; the same seed gives the same terrain.
-        robot: whose size the terrain has: lengths that are not given grow with the length of its
-            legs, and feet start below its hips. By default wang2020's.
+        robot: the terrain fits its size: lengths that are not given are in proportion to its legs,
+            and feet start below its hips. By default it fits wang2020.
         columns: columns a leg.
         forward: distance walked along x [m]; by default the paper's step of 1.5 m / 16, to scale,
             for each column after the first.
@@ -88,7 +90,10 @@ def s_columns(
 
 
 def _lengths(robot: Quadruped | None) -> tuple[float, dict[str, float]]:
-    """How many times wang2020's size, and the lengths of the terrain to that size [m]."""
+    """Size of a robot's legs in proportion to wang2020's, and the terrain's lengths for it [m].
+
+    The lengths for wang2020 are those of [Wang2020], or chosen (see :func:`s_columns`).
+    """
     scale, (length, width) = 1.0, (0.40, 0.30)
     if robot is not None:
         reach = float(np.mean([leg.reach for leg in robot.legs.values()]))
@@ -102,9 +107,10 @@ def _lengths(robot: Quadruped | None) -> tuple[float, dict[str, float]]:
 def _scatter(
     rng: np.random.Generator, spots: FloatArray, jitter: float, diameter: float
 ) -> FloatArray:
-    """A random place near each of ``spots`` ``(n, 2)``, ``diameter`` apart where there is room.
+    """A random place near each of ``spots (n, 2)`` [m], ``diameter`` apart where that is possible.
 
-    Both columns of a pair that would overlap are drawn again: the second alone may find no room.
+    Both columns of a pair that overlaps are drawn again, because the second alone may have no place
+    that is free.
     """
     from scipy.spatial import cKDTree
 
@@ -119,6 +125,11 @@ def _scatter(
 
 
 def _check(seed: int, **lengths: float) -> None:
+    """Refuse a seed that is no whole number, and lengths that are negative or not finite.
+
+    Raises:
+        InputError: names what is wrong.
+    """
     if not (isinstance(seed, (int, np.integer)) and seed >= 0):
         raise InputError(f"seed must be a whole number of at least 0, got {seed!r}")
     for name, value in lengths.items():

@@ -1,4 +1,4 @@
-"""Footholds: for each leg, the places where its foot stands, one after another."""
+"""Footholds: for each leg, the places where its foot stands, in the order of the walk."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ OPEN_GROUND_RADIUS = 0.02
 class Footholds:
     """Places of the foot frames in the world, the same number for every leg.
 
-    The first foothold of a leg is where its foot stands at the start; a walk over ``n`` footholds
-    a leg has ``4 (n - 1)`` steps. Where the foot is a ball (``robot.foot_radius``), the foot frame
-    is its centre and the ground lies that much lower: :meth:`raised` turns points on the ground
-    into footholds.
+    The first foothold of a leg is where its foot stands at the start. A walk over ``n`` footholds
+    of each leg has ``4 (n - 1)`` steps. Where the foot is a ball (``robot.foot_radius``), the foot
+    frame is its centre and the ground lies that much lower: :meth:`raised` turns points on the
+    ground into footholds.
 
     Args:
         points: for each of ``"LF" "LH" "RH" "RF"`` an array ``(n, 3)`` [m], ``n >= 1``.
@@ -75,7 +75,7 @@ class Footholds:
         return self.points[leg]
 
     def __len__(self) -> int:
-        """Number of footholds a leg."""
+        """Number of footholds of each leg."""
         return len(self.points[LEGS[0]])
 
     def __eq__(self, other: object) -> bool:

@@ -1,8 +1,9 @@
-"""Obstacles that stand across the way: prisms of round, rectangular or triangular section.
+"""Obstacles across the robot's way: prisms of round, rectangular or triangular section.
 
-A section is a convex polygon, its core, swollen by a radius. A board is a rectangle with radius 0,
-a log a single point with the log's radius; a safety margin only adds to the radius. So one formula
-measures distances to all of them, and an inflated obstacle is again one.
+A section is the set of all points within a certain radius of a convex polygon, its core. A board
+has a rectangle as core and the radius 0, a log a single point and the log's radius; a safety margin
+only adds to the radius. So one formula gives the distance from all of them, and an obstacle that is
+enlarged by a margin is again an obstacle.
 
 Source of the three sections: [Shao2011], Section III.A and Fig. 3.
 """
@@ -23,7 +24,9 @@ SHAPES = ("round", "rectangular", "triangular")
 DEFAULT_LENGTH = 1.5
 """Length across the way of the paper's board [m]."""
 FARTHEST = 1e6
-"""Positions beyond this are taken for a mistake [m]."""
+"""Positions and lengths beyond this are taken for a mistake [m]."""
+SMALLEST = 1e-6
+"""Lengths below this are taken for a mistake [m]."""
 
 Corners = tuple[tuple[float, float], ...]
 
@@ -41,7 +44,7 @@ class Obstacle:
         shape: ``"round"``, ``"rectangular"`` or ``"triangular"``.
         core: corners ``(x, z)`` of the section's core in the obstacle's frame, counter-clockwise
             with x to the right and z up [m]; one corner for a round section.
-        rounding: radius by which the core is swollen [m].
+        rounding: distance from the core up to which points belong to the section [m].
         length: extent along y, half of it to either side [m].
         position: ``(x, y, z)`` of the origin in the world; z is the ground's height [m].
         yaw: angle from the world's x to the obstacle's x [rad].
@@ -88,7 +91,7 @@ class Obstacle:
         return high - low
 
     def inflated(self, margin: float) -> Obstacle:
-        """The obstacle with all points within ``margin`` [m] of it.
+        """The obstacle enlarged by all points within ``margin`` [m] of it.
 
         The section is exact. The length grows by ``margin`` at each end, and the ends stay flat,
         so that beyond their edges a little more is covered.
@@ -141,9 +144,9 @@ class Obstacle:
         return np.asarray(self.distance(points) <= 0.0)
 
     def height_at(self, places: ArrayLike) -> FloatArray:
-        """Height of the surface above ``places (..., 2)`` or ``(..., 3)`` in the world [m].
+        """Height ``(...)`` of the surface at ``places (..., 2)`` or ``(..., 3)`` in the world [m].
 
-        Where the obstacle is not, the height of its origin, which is the ground's.
+        Beside the obstacle it is the ground's height, which is that of the obstacle's origin.
         """
         flat = np.asarray(places, dtype=np.float64)[..., :2]
         ground = np.broadcast_to(self.position[2], (*flat.shape[:-1], 1))
@@ -161,7 +164,7 @@ class Obstacle:
             top = np.where(over, np.maximum(top, corner_z + arc), top)
         for start, end in pairwise((*self.core, self.core[0])):
             run, rise = end[0] - start[0], end[1] - start[1]
-            if run >= 0.0:  # counter-clockwise: upper sides run to the left
+            if run >= 0.0:  # corners are counter-clockwise: upper sides lead to the left
                 continue
             size = float(np.hypot(run, rise))
             shift = self.rounding * np.array([rise, -run]) / size
@@ -173,8 +176,8 @@ class Obstacle:
     def outline(self, sides: int = 32) -> FloatArray:
         """A convex polygon ``(n, 2)`` around the section, counter-clockwise, as ``(x, z)`` [m].
 
-        Exact without rounding. Arcs are replaced by tangents, ``sides`` for a full turn, so that
-        the polygon contains the section.
+        Without rounding it is the section itself. Arcs are replaced by tangents, ``sides`` for a
+        full turn, so that the polygon contains the section.
 
         Raises:
             InputError: fewer than 3 sides.
@@ -187,6 +190,7 @@ class Obstacle:
         corners = np.array(self.core)
         steps = np.roll(corners, -1, axis=0) - corners if len(corners) > 1 else np.zeros((0, 2))
         normals += [float(np.arctan2(-dx, dz)) % (2.0 * np.pi) for dx, dz in steps]
+        # Normals of sides and of tangents may agree but for rounding.
         turns = np.unique(np.round(normals, 12))
         facing = np.column_stack([np.cos(turns), np.sin(turns)])
         reach = (facing @ corners.T).max(axis=1) + self.rounding
@@ -208,7 +212,8 @@ class Obstacle:
         faces = [
             np.column_stack([here, here + n, there]),
             np.column_stack([there, here + n, there + n]),
-            # Seen along +y, x to the right and z up turn counter-clockwise: the near end.
+            # Seen along +y, with x to the right and z up, the corners are counter-clockwise. The
+            # near end keeps this order.
             fan,
             fan[:, ::-1] + n,
         ]
@@ -222,7 +227,7 @@ def round_obstacle(
     position: tuple[float, float, float] = (0.0, 0.0, 0.0),
     yaw: float = 0.0,
 ) -> Obstacle:
-    """A log or pipe that lies on the ground.
+    """A log or pipe on the ground.
 
     Args:
         diameter: of the section [m].
@@ -244,7 +249,7 @@ def rectangular_obstacle(
     position: tuple[float, float, float] = (0.0, 0.0, 0.0),
     yaw: float = 0.0,
 ) -> Obstacle:
-    """A board or beam; the paper's is 0.11 m high, 0.04 m wide and 1.5 m long.
+    """A board or beam; that of [Shao2011] is 0.11 m high, 0.04 m wide and 1.5 m long.
 
     Args:
         height, width: of the section [m].
@@ -289,13 +294,14 @@ def triangular_obstacle(
 
 
 def _check(name: str, value: float, *, zero: bool = False) -> None:
-    """Refuse what is no length between a micrometre (or zero) and :data:`FARTHEST`."""
-    least = 0.0 if zero else 1e-6
+    """Refuse what is no length from :data:`SMALLEST` (or zero) to :data:`FARTHEST`."""
+    least = 0.0 if zero else SMALLEST
     if not (isinstance(value, Real) and least <= value < FARTHEST):
         raise InputError(f"{name} must be a finite length of at least {least:g} m, got {value!r}")
 
 
 def _triple(position: object) -> tuple[float, float, float]:
+    """The position as three plain numbers [m]."""
     place = np.asarray(position)
     number = np.issubdtype(place.dtype, np.floating) or np.issubdtype(place.dtype, np.integer)
     if not number or place.shape != (3,) or not (np.abs(place) < FARTHEST).all():
@@ -305,7 +311,11 @@ def _triple(position: object) -> tuple[float, float, float]:
 
 
 def _corners(shape: str, core: Corners) -> Corners:
-    """The core as plain numbers, when it is a convex polygon of the shape's kind."""
+    """The core as plain numbers.
+
+    Raises:
+        InputError: it is no convex polygon with the shape's number of corners.
+    """
     wanted = {"round": 1, "rectangular": 4, "triangular": 3}[shape]
     corners = np.asarray(core, dtype=np.float64)
     if corners.shape != (wanted, 2) or not (np.abs(corners) < FARTHEST).all():
@@ -322,7 +332,7 @@ def _corners(shape: str, core: Corners) -> Corners:
 
 
 def _meeting_points(facing: FloatArray, reach: FloatArray) -> FloatArray:
-    """Where each line ``facing_i . p = reach_i`` meets the next ``(n, 2)``."""
+    """Points ``(n, 2)`` in which each line ``facing_i . p = reach_i`` meets the next one."""
     after, reach_after = np.roll(facing, -1, axis=0), np.roll(reach, -1)
     turn = facing[:, 0] * after[:, 1] - facing[:, 1] * after[:, 0]
     x = (reach * after[:, 1] - reach_after * facing[:, 1]) / turn

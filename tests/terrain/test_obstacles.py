@@ -258,8 +258,9 @@ def test_many_points_at_once_are_the_points_one_by_one() -> None:
         both = obstacle.distance(points), obstacle.height_at(points), obstacle.contains(points)
         for i in range(3):
             for j in range(4):
-                assert both[0][i, j] == obstacle.distance(points[i, j])
-                assert both[1][i, j] == obstacle.height_at(points[i, j])
+                # Products of matrices may round the last bit otherwise than those of vectors.
+                assert both[0][i, j] == pytest.approx(obstacle.distance(points[i, j]), abs=1e-14)
+                assert both[1][i, j] == pytest.approx(obstacle.height_at(points[i, j]), abs=1e-14)
                 assert both[2][i, j] == obstacle.contains(points[i, j])
 
 
