@@ -1,0 +1,339 @@
+"""What a motion asks of the ground and the joints: the equations of motion over many samples.
+
+The equations of motion of a robot whose feet touch the ground are::
+
+    M(q) a + h(q, v) = S' tau + sum over the standing feet of J' f
+
+with Pinocchio's configuration ``q``, velocity ``v`` and acceleration ``a``; joint torques ``tau``,
+which ``S'`` puts below six zeros, for no motor moves the base; contact forces ``f`` in the world's
+axes; and Jacobians ``J`` of the contact points. The left side is computed by Pinocchio's inverse
+dynamics [Carpentier2019]. The first six rows are a wrench in the frame of the base, about its
+origin: only contact forces can make it. The other rows then give the torques.
+
+Along a path ``q(s)`` the left side is linear in the path's acceleration ``u = s''`` and squared
+speed ``x = s'^2``: it is ``A(s) u + B(s) x + g(s)`` [Pham2015]. That form is
+:class:`PathDynamics`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from gaitopt.conventions import LEGS, BoolArray, FloatArray
+from gaitopt.dynamics.contacts import unit_normals
+from gaitopt.errors import InputError
+from gaitopt.inputs import check_shape
+from gaitopt.robots.quadruped import Quadruped
+from gaitopt.robots.rotations import quaternion_to_matrix
+from gaitopt.robots.whole_body import configuration, feet_in_body
+from gaitopt.robots.whole_body_rates import base_twist, base_twist_rate
+
+
+class Motion(NamedTuple):
+    """A motion in Pinocchio's vectors.
+
+    Attributes:
+        q: configurations ``(N, nq)``: base position, quaternion x, y, z, w, joints.
+        v: velocities ``(N, nv)``: twist of the base in its own frame, joint velocities.
+        a: accelerations ``(N, nv)``: the time derivative of ``v``, number by number.
+    """
+
+    q: FloatArray
+    v: FloatArray
+    a: FloatArray
+
+
+def motion_of_path(
+    robot: Quadruped, values: ArrayLike, first: ArrayLike, second: ArrayLike
+) -> Motion:
+    """Pinocchio's vectors of the columns of a path.
+
+    The columns are x, y, z of the base in the world [m], its roll, pitch, yaw [rad], and the
+    joints [rad] in the order of :attr:`Quadruped.joint_names`.
+
+    Args:
+        robot: the robot.
+        values: ``(N, 6 + nj)``.
+        first: their first time derivative ``(N, 6 + nj)``.
+        second: their second time derivative ``(N, 6 + nj)``.
+
+    Raises:
+        InputError: shapes do not fit, or a number is not finite.
+    """
+    columns = 6 + len(robot.joint_names)
+    y, dy, ddy = (
+        _table(name, array, columns)
+        for name, array in (("values", values), ("first", first), ("second", second))
+    )
+    if not len(y) == len(dy) == len(ddy):
+        raise InputError(
+            f"values and derivatives must have one length: {len(y)}, {len(dy)}, {len(ddy)}"
+        )
+    rpy = y[:, 3:6]
+    twist = base_twist(rpy, dy[:, :3], dy[:, 3:6])
+    twist_rate = base_twist_rate(rpy, dy[:, :3], dy[:, 3:6], ddy[:, :3], ddy[:, 3:6])
+    return Motion(
+        q=configuration(robot, y[:, :3], rpy, y[:, 6:]),
+        v=np.concatenate([twist, dy[:, 6:]], axis=1),
+        a=np.concatenate([twist_rate, ddy[:, 6:]], axis=1),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class ContactGeometry:
+    """The four feet's contact points and their Jacobians; arrays are read-only.
+
+    Attributes:
+        points: contact points in the world ``(N, 4, 3)`` [m], one foot radius below the foot
+            frames along the normals.
+        normals: unit normals of the ground ``(N, 4, 3)``.
+        jacobians: of the contact points' velocities in the world, by ``v`` ``(N, 4, 3, nv)``. The
+            point belongs to the foot: it rolls with the ball.
+    """
+
+    points: FloatArray
+    normals: FloatArray
+    jacobians: FloatArray
+
+    def __post_init__(self) -> None:
+        for array in (self.points, self.normals, self.jacobians):
+            array.setflags(write=False)
+
+
+@dataclass(frozen=True, eq=False)
+class EquationsOfMotion:
+    """The equations of motion of ``N`` samples; arrays are read-only.
+
+    Attributes:
+        forces: ``M a + h``, the generalised forces that contact forces and torques must make
+            together ``(N, nv)``.
+        contacts: where the contact forces act.
+    """
+
+    forces: FloatArray
+    contacts: ContactGeometry
+
+    def __post_init__(self) -> None:
+        self.forces.setflags(write=False)
+
+    def __len__(self) -> int:
+        return len(self.forces)
+
+    @property
+    def base_forces(self) -> FloatArray:
+        """Wrench on the base that contact forces must make ``(N, 6)``: force [N], moment [N m].
+
+        Along the axes of the base, about its origin.
+        """
+        return self.forces[:, :6]
+
+    @property
+    def joint_forces(self) -> FloatArray:
+        """Torques of all joints were there no contact forces ``(N, nj)`` [N m]."""
+        return self.forces[:, 6:]
+
+    def residuals(self, contact_forces: FloatArray) -> FloatArray:
+        """What is left of the base's six equations ``(N, 6)``: force [N] and moment [N m].
+
+        Args:
+            contact_forces: ``(N, 4, 3)`` in the world's axes [N]; zero for feet in the air.
+        """
+        base = self.contacts.jacobians[..., :6]
+        return np.asarray(self.base_forces - np.einsum("nlkv,nlk->nv", base, contact_forces))
+
+    def torques(self, contact_forces: FloatArray) -> FloatArray:
+        """Joint torques ``(N, nj)`` [N m] that belong to contact forces.
+
+        Args:
+            contact_forces: as in :meth:`residuals`.
+        """
+        legs = self.contacts.jacobians[..., 6:]
+        return np.asarray(self.joint_forces - np.einsum("nlkv,nlk->nv", legs, contact_forces))
+
+
+@dataclass(frozen=True, eq=False)
+class PathDynamics:
+    """The equations of motion along a path ``q(s)``; arrays are read-only.
+
+    With ``u = s''`` and ``x = s'^2`` the generalised forces are
+    ``acceleration * u + speed * x + gravity``.
+
+    Attributes:
+        acceleration: ``A`` ``(N, nv)``.
+        speed: ``B`` ``(N, nv)``.
+        gravity: ``g`` ``(N, nv)``.
+        contacts: where the contact forces act.
+    """
+
+    acceleration: FloatArray
+    speed: FloatArray
+    gravity: FloatArray
+    contacts: ContactGeometry
+
+    def __post_init__(self) -> None:
+        for array in (self.acceleration, self.speed, self.gravity):
+            array.setflags(write=False)
+
+    def __len__(self) -> int:
+        return len(self.gravity)
+
+    def at(self, u: ArrayLike, x: ArrayLike) -> EquationsOfMotion:
+        """The equations of motion at path accelerations and squared path speeds.
+
+        Args:
+            u: ``s''`` ``(N,)``, or one for all.
+            x: ``s'^2`` ``(N,)``, or one for all.
+        """
+        acceleration, square = (
+            np.broadcast_to(np.asarray(value, np.float64), (len(self),))[:, None]
+            for value in (u, x)
+        )
+        forces = self.acceleration * acceleration + self.speed * square + self.gravity
+        return EquationsOfMotion(forces, self.contacts)
+
+
+def equations_of_motion(
+    robot: Quadruped, motion: Motion, normals: ArrayLike = (0.0, 0.0, 1.0)
+) -> EquationsOfMotion:
+    """The equations of motion of ``robot`` at every sample of ``motion``.
+
+    Args:
+        robot: the robot.
+        motion: in Pinocchio's vectors.
+        normals: of the ground below the feet, of any length, broadcast to ``(N, 4, 3)``.
+
+    Raises:
+        InputError: shapes do not fit, a number is not finite, or a normal has no direction.
+    """
+    q = _table("q", motion.q, robot.model.nq)
+    v = _table("v", motion.v, robot.model.nv, len(q))
+    a = _table("a", motion.a, robot.model.nv, len(q))
+    return EquationsOfMotion(_inverse_dynamics(robot, q, v, a), contact_geometry(robot, q, normals))
+
+
+def path_dynamics(
+    robot: Quadruped,
+    values: ArrayLike,
+    first: ArrayLike,
+    second: ArrayLike,
+    normals: ArrayLike = (0.0, 0.0, 1.0),
+) -> PathDynamics:
+    """The equations of motion along a path, linear in its acceleration and squared speed.
+
+    Args:
+        robot: the robot.
+        values: columns of the path ``(N, 6 + nj)``, as in :func:`motion_of_path`.
+        first: their first derivative by the path's parameter ``s``.
+        second: their second derivative by ``s``.
+        normals: as in :func:`equations_of_motion`.
+
+    Source: [Pham2015]; with three calls of inverse dynamics a sample.
+
+    Raises:
+        InputError: shapes do not fit, a number is not finite, or a normal has no direction.
+    """
+    q, slope, curvature = motion_of_path(robot, values, first, second)
+    rest = np.zeros_like(slope)
+    gravity = _inverse_dynamics(robot, q, rest, rest)
+    # Velocity and acceleration are v = slope s' and a = slope s'' + curvature s'^2. Inverse
+    # dynamics is gravity, plus what is linear in a, plus what is quadratic in v.
+    return PathDynamics(
+        acceleration=_inverse_dynamics(robot, q, rest, slope) - gravity,
+        speed=_inverse_dynamics(robot, q, slope, curvature) - gravity,
+        gravity=gravity,
+        contacts=contact_geometry(robot, q, normals),
+    )
+
+
+def contact_geometry(
+    robot: Quadruped, q: ArrayLike, normals: ArrayLike = (0.0, 0.0, 1.0)
+) -> ContactGeometry:
+    """Contact points of the four feet and their Jacobians.
+
+    Args:
+        robot: the robot.
+        q: Pinocchio's configurations ``(N, nq)``.
+        normals: as in :func:`equations_of_motion`.
+
+    Raises:
+        InputError: shapes do not fit, a number is not finite, or a normal has no direction.
+    """
+    places = _table("q", q, robot.model.nq)
+    shape = (len(places), len(LEGS), 3)
+    try:
+        up = np.array(np.broadcast_to(unit_normals(normals), shape))
+    except ValueError as error:
+        raise InputError(f"normals must fit {shape}, got {np.shape(normals)}: {error}") from error
+    to_world = quaternion_to_matrix(places[:, 3:7]) @ robot.body_axes
+    feet = feet_in_body(robot, places[:, 7:]) @ np.swapaxes(to_world, -1, -2)
+    points = places[:, None, :3] + feet - robot.foot_radius * up
+    spatial = _joint_jacobians(robot, places)
+    linear, angular = spatial[:, None, :3], spatial[:, None, 3:]
+    # Pinocchio's Jacobians give the velocity of the body's point at the world's origin.
+    jacobians = linear + _cross(angular, points[..., None])
+    jacobians *= _moved_by(robot)[:, None, :]
+    return ContactGeometry(points, up, jacobians)
+
+
+def _inverse_dynamics(robot: Quadruped, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
+    """Generalised forces ``(N, nv)`` by Pinocchio's RNEA."""
+    import pinocchio as pin
+
+    model, data = robot.model, robot.model.createData()
+    out = np.empty_like(v)
+    for i, sample in enumerate(zip(q, v, a, strict=True)):
+        out[i] = pin.rnea(model, data, *sample)
+    return out
+
+
+def _joint_jacobians(robot: Quadruped, q: FloatArray) -> FloatArray:
+    """Spatial velocities about the world's origin by ``v`` ``(N, 6, nv)``: linear, then angular.
+
+    Each column is the velocity of whatever this joint carries.
+    """
+    import pinocchio as pin
+
+    model, data = robot.model, robot.model.createData()
+    out = np.empty((len(q), 6, model.nv))
+    for i, sample in enumerate(q):
+        out[i] = pin.computeJointJacobians(model, data, sample)
+    return out
+
+
+def _moved_by(robot: Quadruped) -> BoolArray:
+    """Which columns of ``v`` move which foot ``(4, nv)``."""
+    model = robot.model
+    moved = np.zeros((len(LEGS), model.nv), dtype=np.bool_)
+    for row, leg in zip(moved, LEGS, strict=True):
+        joint = model.frames[model.getFrameId(robot.legs[leg].foot)].parentJoint
+        for above in model.supports[joint]:
+            if above:
+                start = model.joints[above].idx_v
+                row[start : start + model.joints[above].nv] = True
+    return moved
+
+
+def _cross(first: FloatArray, second: FloatArray) -> FloatArray:
+    """Cross product along the last axis but one."""
+    return np.cross(first, second, axisa=-2, axisb=-2, axisc=-2)
+
+
+def _table(name: str, array: ArrayLike, width: int, length: int | None = None) -> FloatArray:
+    """``array`` as finite numbers ``(N, width)``.
+
+    Raises:
+        InputError: it is not.
+    """
+    table = check_shape(name, array, width)
+    if table.ndim != 2 or (length is not None and len(table) != length):
+        rows = "N" if length is None else str(length)
+        raise InputError(f"{name} must be ({rows}, {width}), got {table.shape}")
+    if not np.isfinite(table).all():
+        raise InputError(
+            f"{name} must be finite; row {int(np.argwhere(~np.isfinite(table))[0, 0])} is not"
+        )
+    return table
