@@ -37,12 +37,13 @@ def wrap_angle(angle: Any, centre: Any = 0.0) -> Any:
 
 
 def roll_and_height(y: Any, z: Any, lateral: Any, *, clamp: bool = True) -> tuple[Any, Any]:
-    """Roll angle of a leg, and height ``zeta`` of its foot over the roll axis in its own plane.
+    """Roll angle of a leg, and height ``zeta`` of its foot over the roll axis in the leg's plane.
 
     Args:
         y, z: the foot in the leg frame [m].
         lateral: sideways offset ``d`` between hip and foot [m].
-        clamp: what a foot nearer to the roll axis than ``d`` gives: the height 0, or NaN.
+        clamp: a foot nearer to the roll axis than ``d`` cannot be reached: true gives the height 0
+            for it, false gives NaN.
 
     Returns:
         Roll angle [rad] and height [m], not above 0.
@@ -52,39 +53,40 @@ def roll_and_height(y: Any, z: Any, lateral: Any, *, clamp: bool = True) -> tupl
 
 
 def pitch_angles(
-    x: Any, down: Any, upper: Any, lower: Any, knee: Any, *, clamp: bool = True
+    x: Any, z: Any, upper: Any, lower: Any, knee: Any, *, clamp: bool = True
 ) -> tuple[Any, Any]:
-    """Angles of thigh and knee [rad] that put the foot at a place in the leg's own plane.
+    """Angles of thigh and knee [rad] that put the foot at a place in the leg's plane.
 
     Args:
-        x: how far the foot is ahead of the first pitch axis [m].
-        down: its height over that axis, negative for a foot below [m].
+        x, z: the foot from the first pitch axis, forward and up [m].
         upper, lower: lengths of upper and lower leg [m].
         knee: side to which the knee points, +1 forward or -1 backward.
-        clamp: what an unreachable place gives: the straight or folded leg towards it, or NaN.
+        clamp: for a place that cannot be reached, true gives the straight or folded leg that points
+            towards it, false gives NaN.
     """
-    square = x * x + down * down
+    square = x * x + z * z
     # The half-angle form keeps full precision near the straight leg, where arccos loses half.
     to_straight = _not_negative((upper + lower) ** 2 - square, clamp)
     to_folded = _not_negative(square - (upper - lower) ** 2, clamp)
     angle = 2.0 * knee * np.arctan2(np.sqrt(to_straight), np.sqrt(to_folded))
-    thigh = np.arctan2(-x, -down) - np.arctan2(lower * np.sin(angle), upper + lower * np.cos(angle))
+    thigh = np.arctan2(-x, -z) - np.arctan2(lower * np.sin(angle), upper + lower * np.cos(angle))
     return thigh, angle
 
 
 def _not_negative(value: Any, clamp: bool) -> Any:
+    """``value``, raised to 0 when that is wanted."""
     return np.maximum(value, 0.0) if clamp else value
 
 
 class PitchDerivatives(NamedTuple):
-    """How thigh and knee move the foot in the leg's own plane, x forward and z up [m/rad].
+    """Derivatives of the foot's place in the leg's plane by the pitch angles [m/rad].
 
-    Turning the thigh turns the whole leg, so these also tell where the foot is from the first pitch
-    axis: at ``x = -thigh_z``, ``z = thigh_x``.
+    The thigh's angle turns the whole leg about the first pitch axis. So the foot itself is at
+    ``x = -thigh_z``, ``z = thigh_x`` from that axis.
 
     Attributes:
-        thigh_x, thigh_z: derivative of the foot's place by the thigh's angle.
-        knee_x, knee_z: derivative by the knee's angle.
+        thigh_x, thigh_z: derivatives of x (forward) and z (up) by the thigh's angle.
+        knee_x, knee_z: derivatives by the knee's angle.
     """
 
     thigh_x: Any
@@ -94,13 +96,13 @@ class PitchDerivatives(NamedTuple):
 
     @classmethod
     def at(cls, thigh: Any, knee: Any, upper: Any, lower: Any) -> PitchDerivatives:
-        """At angles of thigh and knee [rad], with lengths of upper and lower leg [m]."""
+        """The derivatives at angles of thigh and knee [rad], for link lengths [m]."""
         shank = thigh + knee
         knee_x, knee_z = -lower * np.cos(shank), lower * np.sin(shank)
         return cls(knee_x - upper * np.cos(thigh), knee_z + upper * np.sin(thigh), knee_x, knee_z)
 
     def rates(self, thigh_rate: Any, knee_rate: Any) -> PitchDerivatives:
-        """Their derivatives over time, at given rates of both angles [rad/s]."""
+        """Time derivatives of these four, at given rates of both angles [rad/s]."""
         shank_rate = thigh_rate + knee_rate
         knee_x, knee_z = self.knee_z * shank_rate, -self.knee_x * shank_rate
         return PitchDerivatives(
@@ -182,8 +184,8 @@ class Leg:
         """Joint angles that put the foot at ``point``.
 
         The foot is taken below the roll axis and the knee on the leg's own :attr:`knee` side.
-        Where the point cannot be reached the straight (or fully folded) leg towards it is
-        returned: ask :meth:`shortfall` first when that matters.
+        For a point that cannot be reached, the straight or folded leg that points towards it is
+        returned; :meth:`shortfall` tells whether it can.
 
         Args:
             point: foot position in the body frame ``(..., 3)`` [m].
@@ -318,6 +320,7 @@ class Leg:
 
     @cached_property
     def _extent(self) -> tuple[float, float]:
+        """Least and greatest distance from first pitch axis to foot that the knee allows [m]."""
         low, high = self.position_limits[:, -1]
         centre = self._centres[-1]
         ends = self.signs[-1] * np.array([max(low, centre - np.pi), min(high, centre + np.pi)])
@@ -330,17 +333,20 @@ class Leg:
 
     @cached_property
     def _centres(self) -> tuple[float, ...]:
+        """Middle of each joint's limits [rad]; 0 for joints without."""
         low, high = self.position_limits
         bounded = np.isfinite(low) & np.isfinite(high)
         middle = (np.where(bounded, low, 0.0) + np.where(bounded, high, 0.0)) / 2.0
         return tuple(float(m) for m in middle)
 
     def _geometric(self, *q: Any) -> tuple[Any, Any, Any]:
+        """Angles of roll, thigh and knee of the leg's geometry, from joint angles [rad]."""
         angles = [sign * angle for sign, angle in zip(self.signs, q, strict=True)]
         roll = angles[0] if self.has_roll else angles[0] * 0.0
         return roll, angles[-2] + self.zeros[0], angles[-1] + self.zeros[1]
 
     def _in_leg_frame(self, x: Any, y: Any, z: Any) -> tuple[Any, Any, Any]:
+        """A point of the body frame in the leg frame [m]."""
         dx, dy, dz = x - self.hip[0], y - self.hip[1], z - self.hip[2]
         a = self.axes
         return (
@@ -350,4 +356,5 @@ class Leg:
         )
 
     def _row(self, i: int, px: Any, py: Any, pz: Any) -> Any:
+        """Component ``i`` in the body frame of a vector of the leg frame."""
         return self.axes[i, 0] * px + self.axes[i, 1] * py + self.axes[i, 2] * pz

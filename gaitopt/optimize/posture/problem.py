@@ -1,16 +1,18 @@
-"""The posture problem: where to hold the body over given feet, in all six of its freedoms.
+"""The posture problem: where to hold the body over given feet, with all six degrees of freedom.
 
-Unknown are the body's pose and the joints of every leg: for each foot that must be reached one set
-of angles. Knees bend to their own side only, so reach and joint limits are plain bounds on angles,
-and the closed chain is an equation without roots or cases. The least weighted motion from the pose
-before is sought, while the body centre stays inside the support polygon by a margin.
+The unknowns are the body's pose and, for each place that a foot must reach, the joint angles of its
+leg. Every knee has one side to which it points, so reach and joint limits are bounds on angles, and
+each closed chain is an equation without square roots or cases. The problem is to move the body as
+little as possible, in a weighted sense, from the pose before, while the body centre keeps a margin
+inside the support polygon.
 
-A leg without roll joint keeps its foot in the plane of its thigh and shank. With point feet that do
-not slide this leaves a body little freedom. Let the feet of a level robot stand ``2 w`` apart, as
-wide as its legs' planes are. A body that leans by ``phi`` needs them ``2 w / cos(phi)`` apart: each
-must slide by ``w (1 / cos(phi) - 1)``, 1 mm for frog1 at 5 degrees. Yaw turns the planes out of the
-feet in the first order, and so does a shift sideways. So x, z and pitch remain, unless feet may
-give a little (``foot_give``), as the paper's did: its Section V.B reports slippage and clearance.
+The foot of a leg without roll joint stays in the plane of thigh and shank. With point feet that do
+not slide this leaves a body little freedom. Let the feet of a level robot be ``2 w`` apart, as the
+planes of its legs are. A body with a roll angle of ``phi`` needs them ``2 w / cos(phi)`` apart:
+each must slide by ``w (1 / cos(phi) - 1)``, 1 mm for frog1 at 5 degrees. Yaw, and a shift sideways,
+move the planes away from the feet in proportion. So x, z and pitch remain, unless feet may be a
+little beside their planes (``plane_tolerance``), as the paper's were: its Section V.B reports that
+feet slip and that joints have play.
 
 Source: [Shao2011], Section IV, which describes the postures in words.
 """
@@ -35,13 +37,17 @@ from gaitopt.robots.whole_body import base_of_body
 from gaitopt.stability.support import support_half_planes
 
 FREEDOMS: Final[tuple[str, ...]] = ("x", "y", "z", "roll", "pitch", "yaw")
-"""A body's freedoms, in the order of a pose."""
+"""The body's degrees of freedom, in the order of a pose."""
 PLANES = 4
-"""Most sides of the support polygon."""
+"""Most sides of a support polygon: that of four feet."""
 LEVEL = 1e-9
-"""Roll below which a body counts as level [rad]."""
+"""Roll angle below which a body counts as level [rad], for rounding."""
 MARGIN_WEIGHT = 10.0
-"""Weight of the linear objective against the quadratic one, which keeps the answer unique."""
+"""Weight of the margin, which is linear, when the largest margin is asked for.
+
+The quadratic motion stays in the objective, so that the solution is unique. Chosen here: with 10
+it costs at most a twentieth of the weighted squared motion in margin.
+"""
 
 Objective = Literal["motion", "margin"]
 Reaching = tuple[str, FloatArray]
@@ -49,7 +55,7 @@ Reaching = tuple[str, FloatArray]
 
 @dataclass(frozen=True, eq=False)
 class BodyPose:
-    """Where the body is.
+    """Position and orientation of the body in the world.
 
     Attributes:
         centre: of the body, :attr:`Quadruped.centre`, in the world ``(3,)`` [m].
@@ -61,15 +67,7 @@ class BodyPose:
 
     def __post_init__(self) -> None:
         for name in ("centre", "rpy"):
-            try:
-                values = frozen(getattr(self, name))
-            except (TypeError, ValueError):
-                values = frozen([])
-            if values.shape != (3,) or not np.isfinite(values).all():
-                raise InputError(
-                    f"{name} must be three finite numbers, got {getattr(self, name)!r}"
-                )
-            object.__setattr__(self, name, values)
+            object.__setattr__(self, name, _three_numbers(name, getattr(self, name)))
 
     @property
     def axes(self) -> FloatArray:
@@ -96,18 +94,19 @@ class BodyPose:
 
 @dataclass(frozen=True, eq=False)
 class PostureFormulation:
-    """The symbolic problem of one robot, for legs that reach so many places; built once.
+    """The symbolic problem for one robot and a list of legs that reach places, built once.
 
     Unknowns: the pose (6), the margin (1), and for each place the angles of its leg. Parameters:
-    the pose before (6), weights (6), weight of the height, half-planes (4 x 3: normal, offset),
-    places (n x 3), and which objective.
+    the pose before (6), weights (6), the weight of the height, half-planes (4 x 3: normal, offset),
+    places (n x 3), and 1 when the largest margin is asked for, else 0.
 
     Attributes:
         reaching: the leg of each place.
         nlp: CasADi's ``x``, ``p``, ``f``, ``g``.
         rows: what each constraint is: ``"closed"`` and ``"plane"`` [m], ``"mean plane"`` [m],
             ``"margin"`` [m].
-        gradient: CasADi function ``(x, p, duals) -> (gradient of the Lagrangian, constraints)``.
+        gradient: CasADi function ``(x, p, multipliers) -> (gradient of the Lagrangian,
+            constraints)``.
     """
 
     reaching: tuple[str, ...]
@@ -118,7 +117,7 @@ class PostureFormulation:
 
 @dataclass(frozen=True, eq=False)
 class PostureProblem:
-    """One instance.
+    """The posture problem with numbers.
 
     Attributes:
         robot: the robot.
@@ -127,11 +126,11 @@ class PostureProblem:
         support: the legs that stand.
         reaching: legs and the places ``(3,)`` [m] that they must reach without moving the body.
         margin: least static stability margin [m].
-        reach_fraction: share of each leg's reach that is used.
-        foot_give: how far a foot may be beside the plane of a leg without roll [m].
-        free: the freedoms that may change.
-        weights: of the six freedoms in the objective, [1] and [m^2/rad^2].
-        height_weight: of a change of potential energy over weight, on top.
+        reach_fraction: share of each leg's reach that may be used.
+        plane_tolerance: how far a foot may be beside the plane of a leg without roll [m].
+        free: the degrees of freedom that may change.
+        weights: of squared changes of the six degrees of freedom, [1] and [m^2/rad^2].
+        height_weight: additional weight of a squared change of height [1].
         objective: ``"motion"``, or ``"margin"`` for the pose of the largest margin.
     """
 
@@ -142,7 +141,7 @@ class PostureProblem:
     reaching: tuple[Reaching, ...]
     margin: float
     reach_fraction: float
-    foot_give: float
+    plane_tolerance: float
     free: tuple[str, ...]
     weights: FloatArray
     height_weight: float
@@ -154,8 +153,8 @@ class PostureProblem:
         return posture_formulation(self.robot, tuple(leg for leg, _ in self.reaching))
 
     @property
-    def flat_legged(self) -> bool:
-        """Whether a leg has no roll joint."""
+    def has_planar_leg(self) -> bool:
+        """Whether a leg has no roll joint, and so keeps its foot in a plane of the body."""
         return not all(leg.has_roll for leg in self.robot.legs.values())
 
     def starting_at(self, start: BodyPose) -> PostureProblem:
@@ -176,31 +175,32 @@ def build_posture_problem(
     places: Sequence[ArrayLike] = (),
     margin: float = 0.02,
     reach_fraction: float = 1.0,
-    foot_give: float = 0.0,
+    plane_tolerance: float = 0.0,
     free: Sequence[str] = FREEDOMS,
     weights: ArrayLike | None = None,
     height_weight: float = 0.0,
     objective: Objective = "motion",
 ) -> PostureProblem:
-    """The problem of holding the body over given feet.
+    """Build the problem of holding the body over given feet.
 
     Args:
         robot: the robot.
         feet: where each foot is ``(3,)`` [m].
-        start: the pose before; motion is counted from it.
+        start: the pose before, from which motion is measured.
         swing: the leg that lifts off next; ``None`` for four feet that stand.
-        places: where the swinging leg must also reach from the same pose, its next foothold for
-            instance ``(n, 3)`` [m].
+        places: further places that the swinging leg must reach from the same pose, for instance
+            its next foothold ``(n, 3)`` [m].
         margin: least distance of the body centre's projection from the sides of the support
             polygon of the standing feet [m].
         reach_fraction: share of each leg's reach that may be used.
-        foot_give: how far a foot may be beside its leg's plane [m], for legs without roll.
+        plane_tolerance: how far a foot may be beside its leg's plane [m], for legs without roll
+            joint.
         free: which of ``"x" "y" "z" "roll" "pitch" "yaw"`` may change.
-        weights: of these six ``(6,)``; by default 1 for a metre, and for a radian as much as the
-            hips then move: the squared half length or width of the stance.
-        height_weight: weight of the change of the body's height, its potential energy over its
-            weight, on top of its motion.
-        objective: ``"motion"``, or ``"margin"``.
+        weights: of the squared changes of these six ``(6,)``; by default 1 for positions, and for
+            angles the squared distance of the hips from the axis: half the length or width of the
+            stance.
+        height_weight: additional weight of a squared change of the body's height.
+        objective: ``"motion"``, or ``"margin"`` for the largest margin.
 
     Raises:
         InputError: a name is unknown, a number out of range, or the feet support no area.
@@ -218,13 +218,13 @@ def build_posture_problem(
     if objective not in ("motion", "margin"):
         raise InputError(f"objective must be 'motion' or 'margin', got {objective!r}")
     reaching = [(leg, frozen(stands[i])) for i, leg in enumerate(LEGS)]
-    reaching += [(str(swing), _place(point)) for point in places]
+    reaching += [(str(swing), _three_numbers("a foot's place", point)) for point in places]
     return PostureProblem(
         robot=robot, start=start, feet=frozen(stands), support=support, reaching=tuple(reaching),
         margin=check_number("margin", margin, -10.0, 10.0),
         reach_fraction=check_number("reach_fraction", reach_fraction, 1e-3, 1.0),
-        foot_give=check_number("foot_give", foot_give, 0.0, 1.0), free=tuple(free),
-        weights=_weights(robot, weights),
+        plane_tolerance=check_number("plane_tolerance", plane_tolerance, 0.0, 1.0),
+        free=tuple(free), weights=_weights(robot, weights),
         height_weight=check_number("height_weight", height_weight, 0.0, 1e6), objective=objective,
     )  # fmt: skip
 
@@ -239,7 +239,7 @@ def posture_formulation(robot: Quadruped, reaching: tuple[str, ...]) -> PostureF
     angles = [ca.SX.sym(f"q{i}", len(robot.legs[leg].joints)) for i, leg in enumerate(reaching)]
     before, weights, height = ca.SX.sym("before", 6), ca.SX.sym("weights", 6), ca.SX.sym("height")
     planes, places = ca.SX.sym("planes", 3 * PLANES), ca.SX.sym("places", 3 * len(reaching))
-    widest = ca.SX.sym("widest")
+    for_margin = ca.SX.sym("for_margin")
     rows: list[Any] = []
     names: list[str] = []
     aside: list[Any] = []
@@ -249,29 +249,29 @@ def posture_formulation(robot: Quadruped, reaching: tuple[str, ...]) -> PostureF
         rows += [gap[0], gap[1], gap[2]]
         names += ["closed", "plane" if plane else "closed", "closed"]
         aside += [gap[1]] if plane else []
-    # One equation for all feet: which of its three freedoms closes it is chosen by bounds.
+    # One equation for all feet together; bounds decide whether it is in force.
     rows.append(sum(aside) / len(aside) if aside else ca.SX(0))
     names.append("mean plane")
     for k in range(PLANES):
         normal, offset = planes[3 * k : 3 * k + 2], planes[3 * k + 2]
-        # A side that is not there has the normal zero, and asks for nothing.
-        there = ca.sumsqr(normal)
-        rows.append(ca.dot(normal, pose[:2]) - offset - there * margin)
+        # A triangle has no fourth side: its normal is zero, and the row is not in force.
+        exists = ca.sumsqr(normal)
+        rows.append(ca.dot(normal, pose[:2]) - offset - exists * margin)
         names.append("margin")
     moved = pose - before
     cost = (ca.dot(weights, moved**2) + height * moved[2] ** 2) / 2.0
-    cost -= widest * MARGIN_WEIGHT * margin
+    cost -= for_margin * MARGIN_WEIGHT * margin
     x = ca.vertcat(pose, margin, *angles)
-    p = ca.vertcat(before, weights, height, planes, places, widest)
+    p = ca.vertcat(before, weights, height, planes, places, for_margin)
     g = ca.vertcat(*rows)
-    duals = ca.SX.sym("duals", len(rows))
-    slope = ca.gradient(cost + ca.dot(duals, g), x)
-    gradient = ca.Function("posture_gradient", [x, p, duals], [slope, g])
+    multipliers = ca.SX.sym("multipliers", len(rows))
+    lagrangian = cost + ca.dot(multipliers, g)
+    gradient = ca.Function("posture_gradient", [x, p, multipliers], [ca.gradient(lagrangian, x), g])
     return PostureFormulation(reaching, {"x": x, "p": p, "f": cost, "g": g}, tuple(names), gradient)
 
 
 def _gap(robot: Quadruped, leg: str, pose: Any, q: Any, place: Any) -> Any:
-    """The foot by its joints, less where it is, in the leg's frame (3) [m]."""
+    """Difference between the foot by its joints and its place, in the leg frame (3) [m]."""
     import casadi as ca
 
     one = robot.legs[leg]
@@ -288,7 +288,7 @@ def angle_bounds(
     """Least and greatest joint angles of a leg ``(nj,)`` [rad]: limits, knee side and reach."""
     one = robot.legs[leg]
     low, high = one.position_limits[0].copy(), one.position_limits[1].copy()
-    # The knee's angle at which the leg is as long as it may be; it folds further up to half a turn.
+    # The knee's angle is between that of the longest leg that is allowed, and half a turn.
     _, least = pitch_angles(0.0, -reach_fraction * one.reach, one.upper, one.lower, one.knee)
     ends = np.sort(one.signs[-1] * (np.array([least, one.knee * np.pi]) - one.zeros[1]))
     low[-1], high[-1] = max(low[-1], ends[0]), min(high[-1], ends[1])
@@ -299,20 +299,26 @@ def _feet(feet: Mapping[str, ArrayLike]) -> FloatArray:
     missing = [leg for leg in LEGS if leg not in feet]
     if missing or len(feet) != len(LEGS):
         raise InputError(f"feet need exactly {', '.join(LEGS)}, got {', '.join(map(str, feet))}")
-    return np.array([_place(feet[leg]) for leg in LEGS])
+    return np.array([_three_numbers("a foot's place", feet[leg]) for leg in LEGS])
 
 
-def _place(point: ArrayLike) -> FloatArray:
+def _three_numbers(name: str, given: ArrayLike) -> FloatArray:
+    """``given`` as a read-only array ``(3,)``.
+
+    Raises:
+        InputError: it is not three finite numbers.
+    """
     try:
-        values = frozen(point)
+        values = frozen(given)
     except (TypeError, ValueError):
         values = frozen([])
     if values.shape != (3,) or not np.isfinite(values).all():
-        raise InputError(f"a foot's place must be three finite numbers, got {point!r}")
+        raise InputError(f"{name} must be three finite numbers, got {given!r}")
     return values
 
 
 def _weights(robot: Quadruped, weights: ArrayLike | None) -> FloatArray:
+    """Six checked weights, or the default ones."""
     if weights is None:
         length, width = (size / 2.0 for size in robot.stance_size)
         return frozen([1.0, 1.0, 1.0, width**2, length**2, length**2 + width**2])

@@ -1,8 +1,8 @@
-"""Solutions of the posture problem, with residuals computed anew; and the cycle of six states.
+"""Solutions of the posture problem with their residuals, and the cycle of six states.
 
-IPOPT with exact second derivatives finds the pose. Whether it is one is judged afresh, from the
-pose alone: joints by the legs' closed form, margins by the support polygon, and the plane of every
-leg without roll.
+IPOPT [Waechter2006] with exact second derivatives finds the pose. Its residuals are then computed
+from the pose alone: joints by the legs' closed form, the margin by the support polygon, and the
+distance of feet from the planes of legs without roll joint.
 
 Source: [Shao2011], Section IV, eq. (11) and Fig. 5.
 """
@@ -37,27 +37,31 @@ from gaitopt.stability.margins import static_stability_margin
 from gaitopt.stability.support import support_half_planes
 
 FEASIBILITY = 1e-7
-"""Largest violation of a constraint in an accepted answer [m, rad]."""
+"""Largest violation of a constraint in an accepted solution [m, rad]: a thousand times IPOPT's
+tolerance, and far below the accuracy of a real robot."""
 OPTIMALITY = 1e-6
-"""Largest entry of the Lagrangian's gradient in an accepted answer."""
-RESERVE = 1e-8
-"""By how much margins are asked for in excess, so that rounding does not break them [m]."""
-_WIDEST = 100.0
+"""Largest entry of the Lagrangian's gradient in an accepted solution, a thousand times IPOPT's
+tolerance."""
+MARGIN_RESERVE = 1e-8
+"""By how much more margin IPOPT is asked for, so that rounding does not break it [m]."""
+_LARGEST_MARGIN = 100.0
+"""Bound of the margin where the largest one is asked for [m]: no robot stands so wide."""
 _ITERATIONS = 100
+"""Most iterations of IPOPT."""
 
 
 @dataclass(frozen=True)
 class PostureResiduals:
-    """By how much an answer breaks its constraints, computed from its pose alone.
+    """By how much a solution violates its constraints, computed from its pose alone.
 
     Attributes:
         margin: missing stability margin [m].
         reach: how far a place is out of the used share of a leg's reach [m].
-        plane: how far a foot is beside the plane of its leg, beyond what it may give [m].
+        plane: how far a foot is beside the plane of its leg, beyond the tolerance [m].
         joints: how far a joint is beyond its limits [rad].
         stationarity: largest entry of the Lagrangian's gradient where variables are free.
-        message: IPOPT's own verdict, which counts for nothing.
-        iterations: IPOPT's.
+        message: IPOPT's own status, which is not used.
+        iterations: number of IPOPT's iterations.
     """
 
     margin: float
@@ -70,7 +74,7 @@ class PostureResiduals:
 
     @property
     def violation(self) -> float:
-        """The largest of the first four."""
+        """The largest violation of a constraint [m, rad]: the largest of the first four."""
         return max(self.margin, self.reach, self.plane, self.joints)
 
 
@@ -88,13 +92,13 @@ class PostureStatus(TextEnum):
 
 @dataclass(frozen=True, eq=False)
 class PostureSolution:
-    """A posture.
+    """The solution of a posture problem.
 
     Attributes:
-        problem: what was asked.
-        pose: the answer.
+        problem: the problem.
+        pose: the pose that was found.
         status: whether all residuals are within tolerance.
-        residuals: how one knows.
+        residuals: violations of the constraints, and of optimality.
     """
 
     problem: PostureProblem
@@ -116,19 +120,20 @@ class PostureSolution:
     def energy_margin(self) -> float:
         """Energy that tips the robot over the nearest side of its support [J] (NESM).
 
-        The weight times the height by which the body centre must rise to get above the side, turned
-        about it: :func:`gaitopt.stability.energy.energy_stability_margin`.
+        It is the weight times the height by which the body centre must rise to be above the side
+        about which the robot turns: :func:`gaitopt.stability.energy.energy_stability_margin`.
         """
         robot = self.problem.robot
         return float(energy_stability_margin(self._standing, self.pose.centre, robot.mass))
 
     @property
     def diagonal_energy(self) -> float:
-        """Eq. (11): ``m g dh`` over the diagonal beside the leg that swings [J].
+        """Energy ``m g dh`` of eq. (11) for the diagonal beside the leg that swings [J].
 
-        Turned about the diagonal (Fig. 4) the body centre is highest right above it, and has
-        dropped by ``dh`` to where it is. Falling towards the lifted leg has to undo that drop.
-        Negative on the diagonal's wrong side; NaN when no leg swings.
+        When the robot turns about the diagonal (Fig. 4), its body centre is highest right above it:
+        ``dh`` higher than it is now. A fall towards the lifted leg must pass that height. The value
+        is negative when the body centre is on the diagonal's wrong side, and NaN when no leg
+        swings.
         """
         return self.problem.robot.mass * GRAVITY * self._drop
 
@@ -171,7 +176,7 @@ class PostureSolution:
 
 
 def solve_posture(problem: PostureProblem) -> PostureSolution:
-    """The posture, and how one knows that it is the right one.
+    """Solve a posture problem by IPOPT, and judge the solution by its residuals.
 
     An answer that is not solved broke a constraint: its residuals say which. IPOPT
     searches locally, from the pose before.
@@ -217,14 +222,15 @@ def posture_cycle(
     Args:
         robot: the robot.
         feet: where each foot is at the start ``(3,)`` [m].
-        stride: of each leg [m].
+        stride: length of each leg's step [m].
         start: pose of the start state.
         sequence: order of the legs.
-        recover: whether the recovery state is asked for.
-        asked: for :func:`build_posture_problem`: margin, reach_fraction, foot_give, free, weights.
+        recover: whether the recovery state is computed, too.
+        asked: keyword arguments of :func:`build_posture_problem`: margin, reach_fraction,
+            plane_tolerance, free, weights.
 
     Raises:
-        InputError: a value is out of range, or the sequence is none of four legs.
+        InputError: a value is out of range, or the sequence does not name every leg once.
     """
     if sorted(sequence) != sorted(LEGS):
         raise InputError(f"sequence must name the four legs once each, got {tuple(sequence)!r}")
@@ -276,20 +282,20 @@ def _ipopt(robot: Quadruped, reaching: tuple[str, ...]) -> Any:
 
 
 def _bounds(problem: PostureProblem) -> tuple[FloatArray, FloatArray]:
-    """Bounds of all unknowns: freedoms that are locked, the margin, and angles."""
+    """Bounds of all unknowns: the pose, the margin, and joint angles."""
     before = problem.start.numbers
-    open_ = np.array([name in problem.free for name in FREEDOMS])
-    if problem.flat_legged and problem.foot_give == 0.0:
-        # y and x stay open: the mean plane's equation ties them to each other.
-        open_[[3, 5]] = False
+    free = np.array([name in problem.free for name in FREEDOMS])
+    if problem.has_planar_leg and problem.plane_tolerance == 0.0:
+        # Roll and yaw are fixed; x and y stay free, coupled by the equation of the mean plane.
+        free[[3, 5]] = False
         if abs(before[3]) > LEVEL:
-            # The planes of a leaning body turn when it pitches.
-            open_[4] = False
-    low = [np.where(open_, -np.inf, before)]
-    high = [np.where(open_, np.inf, before)]
-    asked = problem.margin + RESERVE
-    most = _WIDEST if problem.objective == "margin" else asked
-    low.append(np.array([-_WIDEST if problem.objective == "margin" else asked]))
+            # With a roll angle, pitch turns the planes of the legs, too.
+            free[4] = False
+    low = [np.where(free, -np.inf, before)]
+    high = [np.where(free, np.inf, before)]
+    asked = problem.margin + MARGIN_RESERVE
+    most = _LARGEST_MARGIN if problem.objective == "margin" else asked
+    low.append(np.array([-_LARGEST_MARGIN if problem.objective == "margin" else asked]))
     high.append(np.array([most]))
     for leg, _ in problem.reaching:
         least, greatest = angle_bounds(problem.robot, leg, problem.reach_fraction)
@@ -300,16 +306,18 @@ def _bounds(problem: PostureProblem) -> tuple[FloatArray, FloatArray]:
 
 def _row_bounds(problem: PostureProblem) -> tuple[FloatArray, FloatArray]:
     """Bounds of all constraints."""
-    give = problem.foot_give if problem.foot_give > 0.0 else np.inf
-    tied = 0.0 if problem.flat_legged and problem.foot_give == 0.0 else np.inf
-    most = {"closed": 0.0, "plane": give, "mean plane": tied, "margin": np.inf}
-    least = {"closed": 0.0, "plane": -give, "mean plane": -tied, "margin": 0.0}
+    # Without a tolerance roll and yaw are fixed, and all planes ask for the same shift sideways.
+    # Their equations are equal then, so the mean stands for all.
+    each = problem.plane_tolerance if problem.plane_tolerance > 0.0 else np.inf
+    mean = 0.0 if problem.has_planar_leg and problem.plane_tolerance == 0.0 else np.inf
+    most = {"closed": 0.0, "plane": each, "mean plane": mean, "margin": np.inf}
+    least = {"closed": 0.0, "plane": -each, "mean plane": -mean, "margin": 0.0}
     rows = problem.formulation.rows
     return np.array([least[r] for r in rows]), np.array([most[r] for r in rows])
 
 
 def _start(problem: PostureProblem, low: FloatArray, high: FloatArray) -> FloatArray:
-    """The pose before, with joints by the closed form, moved within their bounds."""
+    """Unknowns from which IPOPT starts: the pose before, with joint angles within their bounds."""
     robot = problem.robot
     angles = [
         robot.legs[leg].inverse(problem.start.in_body(robot, place))
@@ -333,15 +341,15 @@ def _parameters(problem: PostureProblem) -> FloatArray:
 def _judged(
     problem: PostureProblem, pose: BodyPose, stationarity: float, message: str, iterations: int
 ) -> PostureResiduals:
-    """Residuals from the pose alone."""
+    """The residuals of a pose."""
     robot = problem.robot
     standing = problem.feet[[LEGS.index(leg) for leg in problem.support]]
     margin = float(static_stability_margin(standing, pose.centre))
     short, beyond = 0.0, 0.0
     for name, place in problem.reaching:
         leg, local = robot.legs[name], pose.in_body(robot, place)
-        stretch = float(np.sqrt(leg.straightness(*local)))
-        short = max(short, stretch - problem.reach_fraction * leg.reach, leg.least_reach - stretch)
+        length = float(np.sqrt(leg.straightness(*local)))
+        short = max(short, length - problem.reach_fraction * leg.reach, leg.least_reach - length)
         angles = leg.inverse(local)
         low, high = leg.position_limits
         beyond = max(beyond, float(np.maximum(low - angles, angles - high).max()))
@@ -350,7 +358,7 @@ def _judged(
     return PostureResiduals(
         margin=max(asked - margin, 0.0),
         reach=max(short, 0.0),
-        plane=max(float(gaps) - problem.foot_give, 0.0),
+        plane=max(float(gaps) - problem.plane_tolerance, 0.0),
         joints=max(beyond, 0.0),
         stationarity=stationarity,
         message=message,
