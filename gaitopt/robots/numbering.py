@@ -1,7 +1,7 @@
-"""The papers' numbers for the legs, and arrays in their orders.
+"""The papers' numbers of the legs, and arrays in their orders.
 
-Inside gaitopt a leg has its name. Numbers are for reading the papers and what was written after
-them.
+Inside gaitopt legs have names. Numbers are for comparison with the papers and with code that
+follows them.
 """
 
 from __future__ import annotations

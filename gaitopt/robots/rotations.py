@@ -102,14 +102,14 @@ def matrix_to_rpy(matrix: ArrayLike) -> FloatArray:
     """Roll, pitch and yaw ``(..., 3)`` [rad] of rotation matrices ``(..., 3, 3)``.
 
     Roll and yaw lie within half a turn, pitch within a quarter. At a pitch of exactly a quarter
-    turn only one combination of roll and yaw counts: roll is then 0. Over time the angles may
-    jump by whole turns; ``numpy.unwrap`` joins them.
+    turn only one combination of roll and yaw has an effect, and roll is set to 0. Over time the
+    angles may jump by whole turns, which ``numpy.unwrap`` removes.
     """
     m = np.asarray(matrix, np.float64)
     roll = np.arctan2(m[..., 2, 1], m[..., 2, 2])
     pitch = np.arctan2(-m[..., 2, 0], np.hypot(m[..., 2, 1], m[..., 2, 2]))
-    # Yaw follows from roll, not on its own: near a pitch of a quarter turn each alone is noise,
-    # but together they still make the matrix.
+    # Yaw is computed from roll: near a pitch of a quarter turn each alone is ill-conditioned, but
+    # together they still give the matrix.
     sine, cosine = np.sin(roll), np.cos(roll)
     yaw = np.arctan2(
         sine * m[..., 0, 2] - cosine * m[..., 0, 1], cosine * m[..., 1, 1] - sine * m[..., 1, 2]

@@ -38,7 +38,7 @@ the axes of HFE and KFE. So its R_{B,Li} is no identity, as it says, but this ma
 """
 
 REACH_TOLERANCE: Final = 1e-9
-"""A foot that is no farther than this out of reach counts as reached [m]."""
+"""A foot that is out of reach by no more than this counts as reached [m], for rounding."""
 
 
 class Configuration(NamedTuple):
@@ -59,7 +59,7 @@ class Configuration(NamedTuple):
 
 
 def homogeneous(position: ArrayLike, rpy: ArrayLike) -> FloatArray:
-    """Transforms ``T_{W,B}`` ``(..., 4, 4)`` from the frame at ``position``, turned by ``rpy``.
+    """Transforms ``T_{W,B}`` ``(..., 4, 4)`` to the world from a frame with this pose.
 
     Args:
         position: ``(..., 3)`` [m].
@@ -72,7 +72,7 @@ def homogeneous(position: ArrayLike, rpy: ArrayLike) -> FloatArray:
 
 
 def inverse_homogeneous(transform: ArrayLike) -> FloatArray:
-    """Inverses ``(..., 4, 4)`` of rigid transforms, by transposing their rotation.
+    """Inverses ``(..., 4, 4)`` of rigid transforms; the rotation's is its transpose.
 
     Source: [XiLing], Module C, Section 1.4.
     """
@@ -154,7 +154,7 @@ def base_of_body(robot: Quadruped, centre: ArrayLike, axes: ArrayLike) -> FloatA
 def feet_from_joints(
     robot: Quadruped, position: ArrayLike, rpy: ArrayLike, joints: ArrayLike
 ) -> FloatArray:
-    """Where the feet are in the world ``(..., 4, 3)`` [m], in the order of :data:`gaitopt.LEGS`.
+    """Places of the feet in the world ``(..., 4, 3)`` [m], in the order of :data:`gaitopt.LEGS`.
 
     Args:
         robot: the robot.
@@ -203,22 +203,22 @@ def joints_from_feet(
     *,
     on_unreachable: Literal["raise", "mask"] = "raise",
 ) -> FloatArray | tuple[FloatArray, BoolArray]:
-    """Joint angles that put all feet where they are asked to be, below a given body.
+    """Joint angles that put all feet at given places, for a given pose of the base.
 
     Knees are on their own side and feet below the roll axes (:meth:`Leg.inverse`); joints that no
-    leg owns are neutral. Reach counts the links and the knees' limits; other joints' limits are
-    not judged. The foot of a pitch-pitch leg must lie in the leg's plane.
+    leg owns are neutral. Reach depends on the links and the knees' limits; limits of other joints
+    are not checked. The foot of a pitch-pitch leg must lie in the leg's plane.
 
     Args:
         robot: the robot.
         position: the base's position in the world ``(..., 3)`` [m].
         rpy: its roll, pitch and yaw ``(..., 3)`` [rad].
         feet: foot frames in the world ``(..., 4, 3)`` [m], in the order of :data:`gaitopt.LEGS`.
-        on_unreachable: ``"raise"``, or ``"mask"``: say which feet are reached.
+        on_unreachable: ``"raise"`` an error, or return a ``"mask"`` of the feet that are reached.
 
     Returns:
         ``(..., nj)`` [rad], in the order of :attr:`Quadruped.joint_names`; with ``"mask"`` also
-        ``(..., 4)``, true where the foot is reached. Where it is not, the leg points towards it,
+        ``(..., 4)``, true where the foot is reached. Elsewhere the leg points towards its foot,
         straight or folded. Source: [XiLing], Module C, Section 2.
 
     Raises:
@@ -233,7 +233,7 @@ def joints_from_feet(
     reached = np.empty(wanted.shape[:-1], dtype=np.bool_)
     for i, name in enumerate(LEGS):
         leg, points = robot.legs[name], wanted[..., i, :]
-        # An unknown place is not reached either.
+        # A comparison with NaN is false: a place that is not finite is not reached.
         reached[..., i] = leg.shortfall(points) <= REACH_TOLERANCE
         if on_unreachable == "raise" and not reached[..., i].all():
             raise InputError(_out_of_reach(robot, leg, points, reached[..., i]))
@@ -241,7 +241,7 @@ def joints_from_feet(
     return joints if on_unreachable == "raise" else (joints, reached)
 
 
-# --- within -----------------------------------------------------------------------------------
+# --- shared -----------------------------------------------------------------------------------
 
 
 def joints_from_feet_in_body(robot: Quadruped, feet: FloatArray) -> FloatArray:
@@ -265,7 +265,7 @@ def feet_in_body(robot: Quadruped, joints: FloatArray) -> FloatArray:
 
 
 def _out_of_reach(robot: Quadruped, leg: Leg, points: FloatArray, reached: BoolArray) -> str:
-    """What to say of the first foot ``points (..., 3)`` in the body frame that is not reached."""
+    """Message for the first foot that is not reached, of ``points (..., 3)`` in the body frame."""
     sample = tuple(int(k) for k in np.argwhere(~reached)[0])
     point = points[sample]
     if not np.isfinite(point).all():
@@ -286,11 +286,12 @@ def _out_of_reach(robot: Quadruped, leg: Leg, points: FloatArray, reached: BoolA
 
 
 def at_sample(sample: tuple[int, ...]) -> str:
-    """Which sample a message is about."""
+    """Text that names a sample; empty for the only one."""
     return f" at sample {', '.join(map(str, sample))}" if sample else ""
 
 
 def _transform(rotation: FloatArray, position: FloatArray) -> FloatArray:
+    """Homogeneous transforms ``(..., 4, 4)``."""
     lead = np.broadcast_shapes(rotation.shape[:-2], position.shape[:-1])
     out = np.zeros((*lead, 4, 4))
     out[..., :3, :3], out[..., :3, 3], out[..., 3, 3] = rotation, position, 1.0
@@ -298,7 +299,7 @@ def _transform(rotation: FloatArray, position: FloatArray) -> FloatArray:
 
 
 def turned_back(rotation: FloatArray, vectors: FloatArray) -> FloatArray:
-    """``vectors (..., 3)`` by the inverse of ``rotation (..., 3, 3)``."""
+    """``vectors (..., 3)`` turned by the inverse of ``rotation (..., 3, 3)``."""
     return np.asarray(np.einsum("...ij,...i->...j", rotation, vectors))
 
 

@@ -23,7 +23,10 @@ from gaitopt.robots.rotations import (
 from gaitopt.robots.whole_body import at_sample, feet_in_body, joined, turned_back
 
 SINGULAR: Final = 1e-9
-"""A leg is singular below this share of its Jacobian's largest determinant."""
+"""Share of its Jacobian's largest determinant below which a leg counts as singular.
+
+Joint velocities are then about 1e9 times those in the best posture, or more.
+"""
 
 
 def base_twist(rpy: ArrayLike, position_rates: ArrayLike, rpy_rates: ArrayLike) -> FloatArray:
@@ -58,11 +61,11 @@ def base_twist_rate(
     """
     twist = base_twist(rpy, position_rates, rpy_rates)
     rotation = rpy_to_matrix(rpy)
-    pull = turned_back(rotation, check_shape("position_accelerations", position_accelerations, 3))
+    linear = turned_back(rotation, check_shape("position_accelerations", position_accelerations, 3))
     accelerations = check_shape("rpy_accelerations", rpy_accelerations, 3)
     angular = rpy_accelerations_to_angular(rpy, rpy_rates, accelerations)
-    # The axes turn below the velocity, so its components change also when it does not.
-    return joined(pull - np.cross(twist[..., 3:], twist[..., :3]), angular)
+    # The axes turn, so the components of a constant velocity change, too.
+    return joined(linear - np.cross(twist[..., 3:], twist[..., :3]), angular)
 
 
 def joint_rates(
@@ -74,17 +77,18 @@ def joint_rates(
     *,
     on_singular: Literal["raise", "nan"] = "raise",
 ) -> FloatArray:
-    """Joint velocities of given motions of the body and the feet.
+    """Joint velocities for given velocities of base and feet.
 
     Args:
         robot: the robot.
         rpy: roll, pitch and yaw of the base ``(..., 3)`` [rad].
         joints: ``(..., nj)`` [rad], in the order of :attr:`Quadruped.joint_names`.
         twist: velocity of the base in its own frame ``(..., 6)``, see :func:`base_twist`.
-        foot_velocities: in the world ``(..., 4, 3)`` [m/s]. Of a pitch-pitch leg's foot only the
-            part in the leg's plane is followed.
-        on_singular: what to do where a leg is straight or folded, or a foot on its roll axis, so
-            that no finite rate moves it: ``"raise"``, or ``"nan"`` for that leg's joints.
+        foot_velocities: in the world ``(..., 4, 3)`` [m/s]. A pitch-pitch leg's foot follows only
+            the component in the leg's plane.
+        on_singular: a leg is singular where it is straight or folded, or its foot is on the roll
+            axis: no finite joint velocity moves the foot in some direction. ``"raise"`` an error,
+            or return ``"nan"`` for that leg's joints.
 
     Returns:
         ``(..., nj)`` [rad/s]; 0 for joints that no leg owns.
@@ -111,7 +115,7 @@ def joint_accelerations(
     *,
     on_singular: Literal["raise", "nan"] = "raise",
 ) -> FloatArray:
-    """Joint accelerations of given motions of the body and the feet.
+    """Joint accelerations for given motions of base and feet.
 
     Args:
         robot: the robot.
@@ -132,26 +136,28 @@ def joint_accelerations(
     motion, change = _body_motion(robot, rpy, twist), _body_motion(robot, rpy, twist_rate)
     angles = check_shape("joints", joints, len(robot.joint_names))
     speeds = check_shape("rates", rates, len(robot.joint_names))
-    pulls = check_shape("foot_accelerations", foot_accelerations, 4, 3) @ motion.to_world
-    relative, turning = [], []
+    wanted = check_shape("foot_accelerations", foot_accelerations, 4, 3) @ motion.to_world
+    # Velocity of each foot relative to the body, and its acceleration at constant joint rates.
+    relative, curving = [], []
     for name in LEGS:
         leg, columns = robot.legs[name], list(robot.leg_columns[name])
         q, dq = angles[..., columns], speeds[..., columns]
         relative.append(np.einsum("...ij,...j->...i", leg.jacobian(q), dq))
-        turning.append(np.einsum("...ij,...j->...i", leg.jacobian_rate(q, dq), dq))
+        curving.append(np.einsum("...ij,...j->...i", leg.jacobian_rate(q, dq), dq))
     spin, feet = motion.angular[..., None, :], feet_in_body(robot, angles)
+    # What feet have at constant joint rates: the origin's acceleration, and the turning body's.
     frame = change.linear + np.cross(motion.angular, motion.linear)
     carried = (
         frame[..., None, :]
         + np.cross(change.angular[..., None, :], feet)
         + np.cross(spin, np.cross(spin, feet) + 2.0 * np.stack(relative, axis=-2))
-        + np.stack(turning, axis=-2)
+        + np.stack(curving, axis=-2)
     )
-    return _solved(robot, angles, pulls - carried, on_singular)
+    return _solved(robot, angles, wanted - carried, on_singular)
 
 
 class _BodyMotion(NamedTuple):
-    """Body axes in the world ``(..., 3, 3)``, and a twist along them, each ``(..., 3)``."""
+    """Body axes in the world ``(..., 3, 3)``, and a twist in these axes, ``(..., 3)`` each."""
 
     to_world: FloatArray
     linear: FloatArray
@@ -159,6 +165,7 @@ class _BodyMotion(NamedTuple):
 
 
 def _body_motion(robot: Quadruped, rpy: ArrayLike, twist: ArrayLike) -> _BodyMotion:
+    """A twist in the base's axes, turned into the body's."""
     values = check_shape("twist", twist, 6)
     to_world = rpy_to_matrix(check_shape("rpy", rpy, 3)) @ robot.body_axes
     axes = robot.body_axes
@@ -168,14 +175,14 @@ def _body_motion(robot: Quadruped, rpy: ArrayLike, twist: ArrayLike) -> _BodyMot
 def _solved(
     robot: Quadruped, joints: FloatArray, wanted: FloatArray, on_singular: str
 ) -> FloatArray:
-    """Joint vectors ``(..., nj)`` whose Jacobians make ``wanted (..., 4, 3)`` in the body frame."""
+    """Joint vectors ``(..., nj)`` that the legs' Jacobians map to ``wanted (..., 4, 3)``."""
     if on_singular not in ("raise", "nan"):
         raise InputError(f"on_singular must be 'raise' or 'nan', got {on_singular!r}")
     lead = np.broadcast_shapes(joints.shape[:-1], wanted.shape[:-2])
     found = np.zeros((*lead, joints.shape[-1]))
     for i, name in enumerate(LEGS):
         leg, columns = robot.legs[name], list(robot.leg_columns[name])
-        # Two joints move the foot within the leg's plane; three need no such choice.
+        # Two joints move the foot in the leg's plane only; three joints in all directions.
         axes = leg.axes if leg.has_roll else leg.axes[:, [0, 2]]
         matrix = axes.T @ leg.jacobian(joints[..., columns])
         largest = leg.upper * leg.lower * (leg.upper + leg.lower if leg.has_roll else 1.0)
@@ -190,6 +197,7 @@ def _solved(
 
 
 def _singular(robot: Quadruped, leg: Leg, regular: BoolArray) -> str:
+    """Message for the first sample in which a leg is singular."""
     sample = tuple(int(k) for k in np.argwhere(~regular)[0])
     return (
         f"{robot.name}: no finite joint velocity moves foot {leg.name} in all directions"
