@@ -1,4 +1,4 @@
-"""Any set of standing feet: the hull they span, and how far inside it a point lies."""
+"""Support polygons of any set of standing feet, and the margin of a point in them."""
 
 from __future__ import annotations
 
@@ -13,13 +13,14 @@ from gaitopt.stability.margins import static_stability_margin
 def support_margin(feet: ArrayLike, contacts: ArrayLike, point: ArrayLike) -> FloatArray:
     """Signed distance of ``point`` from the border of the standing feet's convex hull.
 
-    One definition for any number of feet. Inside it is the distance from the nearest side, the
-    static stability margin; outside it is minus the distance from the hull. Two feet span a
-    segment and one foot a point: both have no inside, so the margin is never positive.
+    Inside the hull it is the distance from the nearest side, which is the static stability margin;
+    outside it is minus the distance from the hull. It is defined for any number of feet: the hull
+    of two feet is a segment and that of one foot a point, which have no inside, so that the margin
+    is never positive.
 
     Args:
-        feet: all feet ``(..., m, 2)`` or ``(..., m, 3)`` [m]; those that fly may be anything.
-        contacts: which of them stand ``(..., m)``, of truth values.
+        feet: all feet ``(..., m, 2)`` or ``(..., m, 3)`` [m]; those in the air may be anywhere.
+        contacts: which of them stand ``(..., m)``, as truth values.
         point: the ZMP, or the COM ``(..., 2)`` or ``(..., 3)`` [m]; leading axes are broadcast.
 
     Returns:
@@ -37,8 +38,8 @@ def support_margin(feet: ArrayLike, contacts: ArrayLike, point: ArrayLike) -> Fl
     first, second = np.triu_indices(corners.shape[-2])
     along = corners[..., second, :] - corners[..., first, :]
     square = (along**2).sum(axis=-1)
-    # Every join of two feet lies in the hull and its sides are among them: from outside the
-    # nearest of them is as far as the hull.
+    # Segments between two feet lie in the hull, and the hull's sides are among them. So a point
+    # outside is as far from the nearest segment as from the hull.
     share = (away[..., first, :] * along).sum(axis=-1) / np.where(square > 0, square, 1.0)
     gap = away[..., first, :] - np.clip(share, 0.0, 1.0)[..., None] * along
     outside = np.hypot(gap[..., 0], gap[..., 1]).min(axis=-1)
@@ -46,28 +47,29 @@ def support_margin(feet: ArrayLike, contacts: ArrayLike, point: ArrayLike) -> Fl
 
 
 def in_flight(contacts: ArrayLike) -> BoolArray:
-    """Where no foot stands ``(...)``: there a ZMP and a margin are not defined.
+    """Whether no foot stands ``(...)``: then ZMP and margin are not defined.
 
     Trots with a duty factor below 0.5 have such phases ([XiLing], Module D,
     Section 2.3).
 
     Args:
-        contacts: which feet stand ``(..., m)``, of truth values.
+        contacts: which feet stand ``(..., m)``, as truth values.
     """
     return np.asarray(~_truth_values(contacts).any(axis=-1))
 
 
 def standing_feet(feet: ArrayLike, contacts: ArrayLike | None) -> FloatArray:
-    """``feet`` with those that fly moved onto one that stands, which leaves the hull as it is.
+    """``feet`` with those in the air moved to the place of one that stands.
 
-    So one array holds samples with different sets of standing feet, and no loop runs over them.
+    The convex hull of all is then that of the standing feet, so samples with different sets of
+    standing feet fit into one array.
 
     Args:
         feet: ``(..., m, 2)`` or ``(..., m, 3)`` [m].
-        contacts: which of them stand ``(..., m)``, of truth values; all, when ``None``.
+        contacts: which of them stand ``(..., m)``, as truth values; all by default.
 
     Returns:
-        ``(..., m, 2)`` or ``(..., m, 3)`` [m]; NaN in flight.
+        ``(..., m, 2)`` or ``(..., m, 3)`` [m]; NaN where no foot stands.
 
     Raises:
         InputError: shapes that do not fit, or contacts that are not truth values.
@@ -94,7 +96,7 @@ def of_width(name: str, values: ArrayLike, *widths: int) -> FloatArray:
     """``values`` as an array whose last axis has one of these ``widths``.
 
     Raises:
-        InputError: it has not.
+        InputError: the last axis has another width, or there is none.
     """
     array = np.asarray(values, np.float64)
     if array.ndim == 0 or array.shape[-1] not in widths:

@@ -1,9 +1,9 @@
 """The energy stability margin: how much energy tips the robot over a side of its support.
 
-Each side of the support polygon is an axis through two feet. Tipping over it turns the COG about
-that axis, up to its highest place and down on the other side. The height by which the COG must
-rise times the weight is the energy that a push must supply ([Messuri1985]; the height alone is the
-normalised margin, [Hirose1998]). Unlike the static margin it takes account of the height of the
+Each side of the support polygon is an axis through two feet. Tipping over a side turns the COG
+about its axis, up to the highest place and down on the other side. The height by which the COG must
+rise, times the weight, is the energy that a push must supply ([Messuri1985]; the height alone is
+the normalised margin, [Hirose1998]). Unlike the static margin it takes account of the height of the
 COG, and of feet at different heights.
 
 With ``d`` the COG's horizontal distance from the side's vertical plane, ``b`` its distance from
@@ -39,7 +39,7 @@ def energy_stability_margin(
         feet: ``(..., m, 3)`` [m], ``m >= 1``, in any order.
         cog: COG positions ``(..., 3)`` [m]; leading axes are broadcast.
         mass: the robot's mass ``(...)`` [kg].
-        contacts: which of the feet stand ``(..., m)``, of truth values; all, when ``None``.
+        contacts: which of the feet stand ``(..., m)``, as truth values; all by default.
         gravity: [m/s^2].
 
     Returns:
@@ -58,16 +58,17 @@ def normalised_energy_stability_margin(
 ) -> FloatArray:
     """The least height by which the COG must rise to tip over a side of the support (NESM).
 
-    The sides are those of the convex hull of the feet's horizontal projection, each turned about
-    in space, from foot to foot. Outside a side the robot tips without any push: the height counts
-    negative there, as what is missing to bring the COG back over the side. Supports without an
-    inside follow the same rule: over two feet, or a row of feet, the margin is minus the height
-    to which the COG must be lifted to balance above their line, and over one foot above the foot.
+    The sides are those of the convex hull of the feet's horizontal projection; the axis of each
+    leads from foot to foot in space. Where the COG is outside a side, the robot tips without any
+    push: the margin is then minus the height by which the COG must be raised to bring it back over
+    the side. The same holds for supports without an inside: over two feet, or feet in one line, the
+    margin is minus the height by which the COG must be raised to balance above the line; over one
+    foot it is the same above the foot.
 
     Args:
         feet: ``(..., m, 3)`` [m], ``m >= 1``, in any order and at any heights.
         cog: COG positions ``(..., 3)`` [m]; leading axes are broadcast.
-        contacts: which of the feet stand ``(..., m)``, of truth values; all, when ``None``.
+        contacts: which of the feet stand ``(..., m)``, as truth values; all by default.
 
     Returns:
         ``(...)`` [m]: positive inside, zero above a side, negative outside; NaN where no foot
@@ -82,7 +83,7 @@ def normalised_energy_stability_margin(
             f"tipping needs heights: feet (..., m, 3) and cog (..., 3), got {corners.shape} and "
             f"{centre.shape}"
         )
-    if corners.shape[-2] == 1:  # no pair: a second foot in the same place changes nothing
+    if corners.shape[-2] == 1:  # a second foot in the same place makes a pair
         corners = np.repeat(corners, 2, axis=-2)
     away = centre[..., None, :] - corners
     rises, is_side = _rises(corners, away)
@@ -93,7 +94,15 @@ def normalised_energy_stability_margin(
 
 
 def _rises(corners: FloatArray, away: FloatArray) -> tuple[FloatArray, np.ndarray]:
-    """Signed rise over the line of every ordered pair of feet, and which of them are sides."""
+    """Signed rise of the COG over the line of every ordered pair of feet, and which are sides.
+
+    Args:
+        corners: feet ``(..., m, 3)`` [m].
+        away: the COG as seen from each foot ``(..., m, 3)`` [m].
+
+    Returns:
+        ``(..., m (m - 1))`` [m], and truth values of the same shape.
+    """
     flat = corners[..., :2] - corners[..., :1, :2]
     normals, _, is_side = pair_lines(flat)
     first, second = np.nonzero(~np.eye(corners.shape[-2], dtype=bool))
@@ -110,7 +119,10 @@ def _rises(corners: FloatArray, away: FloatArray) -> tuple[FloatArray, np.ndarra
 
 
 def _drop(radius: FloatArray, height: FloatArray, distance: FloatArray) -> FloatArray:
-    """``radius - height`` of a right triangle, exact also where the two are nearly the same."""
+    """``radius - height`` [m] of a right triangle whose third side is ``distance``.
+
+    It keeps its digits also where radius and height are nearly the same.
+    """
     upper = radius + np.abs(height)
     small = distance**2 / np.where(upper > 0, upper, 1.0)
     return np.where(height > 0, small, upper)

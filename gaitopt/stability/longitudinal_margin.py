@@ -1,7 +1,7 @@
-"""The longitudinal stability margin: how far ahead and behind the support reaches.
+"""The longitudinal stability margin: how far the support reaches ahead of the COG and behind it.
 
-It looks along the direction of motion only, where a walking body is pushed most: a robot may have
-a large longitudinal margin and yet stand on the side of its support polygon.
+Only the direction of motion counts, in which a walking body accelerates most. A robot may have a
+large longitudinal margin and still have its COG near a side of the support polygon.
 """
 
 from __future__ import annotations
@@ -14,7 +14,8 @@ from gaitopt.errors import InputError
 from gaitopt.stability.contacts import standing_feet
 
 ON_LINE = 1e-12
-"""A foot that is this near the COG's line of motion lies on it [m]."""
+"""A foot that is this near to the COG's line of motion lies on it [m]: rounding of places some
+metres away from the origin, with a margin."""
 
 
 def longitudinal_stability_margin(
@@ -28,9 +29,9 @@ def longitudinal_stability_margin(
     Conventions are those of :func:`longitudinal_margins`, which also explains the arguments.
 
     Returns:
-        ``(...)`` [m]: positive between the edges; negative ahead of the front or behind the rear
-        edge, by the distance that the COG must go back or forward to reach the support; ``-inf``
-        where no such way reaches it; NaN where no foot stands. Source: [McGhee1968].
+        ``(...)`` [m]: positive between the edges; ahead of the front edge or behind the rear edge
+        it is minus the distance that the COG must go to reach the support; ``-inf`` where the
+        support is nowhere on its line; NaN where no foot stands. Source: [McGhee1968].
     """
     front, rear = longitudinal_margins(feet, cog, heading, contacts)
     return np.minimum(front, rear)
@@ -44,16 +45,16 @@ def longitudinal_margins(
 ) -> tuple[FloatArray, FloatArray]:
     """Distances from the COG's projection to the support's front and rear edge.
 
-    The line through the COG along the heading cuts the convex hull of the standing feet in an
-    interval. Two feet span a segment: the line mostly meets it in one point, and one of the two
-    distances is minus the other; a segment that lies along the line has both its ends as edges,
-    as the thinnest of polygons would. A foot alone is a point.
+    The line through the COG along the heading meets the convex hull of the standing feet in an
+    interval, whose ends are the edges. The hull of two feet is a segment: in general the line meets
+    it in one point, and one of the two distances is minus the other; where the segment lies on the
+    line, its ends are the edges. The hull of one foot is a point.
 
     Args:
         feet: ``(..., m, 2)`` or ``(..., m, 3)`` [m], ``m >= 1``, in any order.
         cog: COG positions ``(..., 2)`` or ``(..., 3)`` [m]; leading axes are broadcast.
         heading: direction of motion as an angle about z from world x ``(...)`` [rad].
-        contacts: which of the feet stand ``(..., m)``, of truth values; all, when ``None``.
+        contacts: which of the feet stand ``(..., m)``, as truth values; all by default.
 
     Returns:
         Two arrays ``(...)`` [m], judged on the horizontal projection: front, positive when the
@@ -73,7 +74,8 @@ def longitudinal_margins(
     ahead = np.cos(angle) * away[..., 0] + np.sin(angle) * away[..., 1]
     left = np.cos(angle) * away[..., 1] - np.sin(angle) * away[..., 0]
     first, second = np.nonzero(~np.eye(corners.shape[-2], dtype=bool))
-    # The hull's ends on the line are feet on it, or joins of a foot left with a foot right of it.
+    # The hull's ends on the line are feet on it, or points on segments that lead from a foot on its
+    # left to a foot on its right.
     across = (left[..., first] > ON_LINE) & (left[..., second] < -ON_LINE)
     width = np.where(across, left[..., first] - left[..., second], 1.0)
     share = left[..., first] / width

@@ -1,4 +1,4 @@
-"""How far from tipping over a standing robot is."""
+"""The static stability margin."""
 
 from __future__ import annotations
 
@@ -32,6 +32,6 @@ def static_stability_margin(feet: ArrayLike, cog: ArrayLike) -> FloatArray:
     normals, offsets, is_side = pair_lines(corners - origin)
     distances = (normals * (places - origin)).sum(axis=-1) - offsets
     nearest = np.where(is_side, distances, np.inf).min(axis=-1)
-    # Feet all in one point have no side at all: the COG is its distance away from it.
+    # Feet that are all in one point have no side: the margin is minus the COG's distance from it.
     apart = np.linalg.norm(places - corners, axis=-1).max(axis=-1)
     return np.asarray(np.where(is_side.any(axis=-1), nearest, -apart))

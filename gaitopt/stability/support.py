@@ -1,4 +1,4 @@
-"""Support polygons, as half-planes whose normals point inward, on the horizontal projection."""
+"""Support polygons on the horizontal projection, as half-planes whose normals point inward."""
 
 from __future__ import annotations
 
@@ -8,6 +8,16 @@ import numpy as np
 
 from gaitopt.conventions import FloatArray
 from gaitopt.errors import InputError
+
+ROUNDING = 1e-12
+"""Distance by which a foot, or a corner, may lie outside a side by rounding [m]: distances are
+computed from differences of places, so that they are rounded to about 1e-16 of the stance."""
+PARALLEL = 1e-9
+"""Sine of the angle between two sides below which they count as parallel. The feet of a robot that
+are this near to one line support nothing: their polygon is thinner than a micrometre."""
+SAME_CORNER = 1e-9
+"""Corners this near to one another are the same [m]: what rounding makes of three lines through one
+point."""
 
 
 class HalfPlanes(NamedTuple):
@@ -27,8 +37,8 @@ class HalfPlanes(NamedTuple):
 def support_half_planes(corners: FloatArray) -> HalfPlanes:
     """Half-planes of the convex polygon over three or more feet.
 
-    Written from the polygon's orientation, so that no case of eqs. (4)-(7) of
-    [Wang2020] needs the usual arrangement of the feet (``docs/papers.md``, errata).
+    The sides follow from the polygon's orientation. Eqs. (4)-(7) of [Wang2020] distinguish cases
+    that hold for the usual arrangement of the feet only (``docs/papers.md``, errata).
 
     Args:
         corners: feet ``(m, 2)`` or ``(m, 3)`` [m], ``m >= 3``, in any order; only x and y count.
@@ -61,7 +71,7 @@ def triangle_half_planes(corners: FloatArray) -> tuple[FloatArray, FloatArray]:
     along = np.roll(corners, -1, axis=-2) - corners
     area = along[..., 0, 0] * along[..., 1, 1] - along[..., 0, 1] * along[..., 1, 0]
     length = np.hypot(along[..., 0], along[..., 1])
-    flat = np.abs(area) <= 1e-9 * length.max(axis=-1) ** 2
+    flat = np.abs(area) <= PARALLEL * length.max(axis=-1) ** 2
     turn = np.where(flat, np.nan, np.sign(area))[..., None]
     with np.errstate(invalid="ignore", divide="ignore"):
         normals = np.stack([-along[..., 1], along[..., 0]], axis=-1) * (turn / length)[..., None]
@@ -84,10 +94,11 @@ def pair_lines(feet: FloatArray) -> tuple[FloatArray, FloatArray, np.ndarray]:
     with np.errstate(invalid="ignore", divide="ignore"):
         normals = np.stack([-along[..., 1], along[..., 0]], axis=-1) / length[..., None]
     offsets = np.einsum("...ij,...ij->...i", normals, feet[..., first, :])
-    # From differences: heights above the line stay exact far from the origin.
+    # Heights above the lines are computed from differences, so that they keep their digits far from
+    # the origin.
     apart = feet[..., None, :, :] - feet[..., first, None, :]
     heights = np.einsum("...ij,...ikj->...ik", normals, apart)
-    return normals, offsets, (heights >= -1e-12).all(axis=-1)
+    return normals, offsets, (heights >= -ROUNDING).all(axis=-1)
 
 
 def shrunken_polygon(corners: FloatArray, margin: float) -> FloatArray:
@@ -108,9 +119,9 @@ def shrunken_polygon(corners: FloatArray, margin: float) -> FloatArray:
     for i in range(len(offsets)):
         for j in range(i + 1, len(offsets)):
             pair = normals[[i, j]]
-            if abs(np.linalg.det(pair)) > 1e-12:
+            if abs(np.linalg.det(pair)) > ROUNDING:
                 point = np.linalg.solve(pair, offsets[[i, j]])
-                if (normals @ point >= offsets - 1e-12).all():
+                if (normals @ point >= offsets - ROUNDING).all():
                     found.append(point)
     if not found:
         return np.empty((0, 2))
@@ -120,11 +131,13 @@ def shrunken_polygon(corners: FloatArray, margin: float) -> FloatArray:
 
 
 def _distinct(points: FloatArray) -> FloatArray:
-    """``points`` ``(k, 2)`` without repetitions, such as where three sides meet."""
+    """``points (k, 2)`` without repetitions, which occur where three sides meet."""
     apart = np.linalg.norm(points[:, None] - points, axis=-1)
-    return np.asarray(points[~np.tril(apart < 1e-9, -1).any(axis=1)])
+    return np.asarray(points[~np.tril(apart < SAME_CORNER, -1).any(axis=1)])
 
 
 def _spans_area(normals: FloatArray) -> bool:
-    """Whether the sides' normals are not all along one line."""
-    return bool(np.abs(normals[:, 0] * normals[0, 1] - normals[:, 1] * normals[0, 0]).max() > 1e-9)
+    """Whether not all of the sides are parallel."""
+    return bool(
+        np.abs(normals[:, 0] * normals[0, 1] - normals[:, 1] * normals[0, 0]).max() > PARALLEL
+    )

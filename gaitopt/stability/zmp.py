@@ -1,9 +1,9 @@
 """The zero moment point.
 
-The zero moment point (ZMP) is where the resultant of the ground's forces meets the ground: there
-it has no horizontal moment. Feet that only push can make no resultant outside the convex hull of
-their places, so a motion that asks for one tips the robot. Source: [XiLing],
-"Stability and Gait Control", Section 3; [Vukobratovic2004].
+The zero moment point (ZMP) is the point of the ground about which the ground's forces have no
+horizontal moment. Feet can only push, so this point cannot lie outside the convex hull of their
+places; a motion whose ZMP would lie outside tips the robot. Source: [XiLing], "Stability and Gait
+Control", Section 3; [Vukobratovic2004].
 """
 
 from __future__ import annotations
@@ -17,7 +17,8 @@ from gaitopt.conventions import GRAVITY, FloatArray
 from gaitopt.stability.contacts import of_width
 
 LEAST_LOAD: Final = 1e-9
-"""Share of the weight below which the ground counts as carrying nothing."""
+"""Share of the weight below which the ground counts as carrying nothing: a billionth is rounding,
+and puts the ZMP at a billion times the usual distance."""
 
 
 def cart_table_zmp(
@@ -43,8 +44,9 @@ def cart_table_zmp(
     Raises:
         InputError: an array has another shape.
     """
-    place, pull = of_width("com", com, 3), of_width("acceleration", acceleration, 2, 3)
-    return _under_load(place, pull, ground_height, np.asarray(gravity))
+    place = of_width("com", com, 3)
+    return _zmp(place, of_width("acceleration", acceleration, 2, 3), ground_height,
+                np.asarray(gravity))  # fmt: skip
 
 
 def point_mass_zmp(
@@ -63,23 +65,31 @@ def point_mass_zmp(
         gravity: [m/s^2].
 
     Returns:
-        ``(..., 2)`` [m]; NaN where the mass falls freely or faster, for the ground cannot pull.
+        ``(..., 2)`` [m]; NaN where the mass falls freely or faster, because the ground cannot pull
+        it down.
 
     Raises:
         InputError: an array has another shape.
     """
-    place, pull = of_width("com", com, 3), of_width("acceleration", acceleration, 3)
-    load = gravity + pull[..., 2]
+    place, change = of_width("com", com, 3), of_width("acceleration", acceleration, 3)
+    load = gravity + change[..., 2]
     load = np.where(load > LEAST_LOAD * gravity, load, np.nan)
-    return _under_load(place, pull, ground_height, load)
+    return _zmp(place, change, ground_height, load)
 
 
-def _under_load(
-    place: FloatArray, pull: FloatArray, ground_height: ArrayLike, load: FloatArray
+def _zmp(
+    place: FloatArray, acceleration: FloatArray, ground_height: ArrayLike, load: FloatArray
 ) -> FloatArray:
-    """ZMP of a point mass whose weight and upward acceleration make ``load`` per mass [m/s^2]."""
+    """ZMP of a point mass ``(..., 2)`` [m].
+
+    Args:
+        place: of the mass ``(..., 3)`` [m].
+        acceleration: of the mass ``(..., 2)`` or ``(..., 3)`` [m/s^2].
+        ground_height: height of the ground ``(...)`` [m].
+        load: vertical force on the ground per mass ``(...)`` [m/s^2].
+    """
     height = place[..., 2] - np.asarray(ground_height, np.float64)
-    return np.asarray(place[..., :2] - (height / load)[..., None] * pull[..., :2])
+    return np.asarray(place[..., :2] - (height / load)[..., None] * acceleration[..., :2])
 
 
 def ground_wrench(model: Any, q: ArrayLike, v: ArrayLike, a: ArrayLike) -> FloatArray:
@@ -92,8 +102,8 @@ def ground_wrench(model: Any, q: ArrayLike, v: ArrayLike, a: ArrayLike) -> Float
         a: accelerations ``(..., nv)``, Pinocchio's: the time derivative of ``v``.
 
     Returns:
-        ``(..., 6)``: force [N], and moment [Nm] about the base's origin, both along the world's
-        axes. All bodies' weight and inertia count. Pinocchio is called sample by sample.
+        ``(..., 6)``: force [N], and moment [N m] about the base's origin, both along the world's
+        axes, for the weight and inertia of all bodies. Pinocchio is called once for each sample.
 
     Raises:
         InputError: an array does not fit the model.
@@ -108,7 +118,7 @@ def ground_wrench(model: Any, q: ArrayLike, v: ArrayLike, a: ArrayLike) -> Float
     data = model.createData()
     found = np.empty((len(rows[0]), 2, 3))
     for i, sample in enumerate(zip(*rows, strict=True)):
-        # What no joint carries, the ground must: the free-flying base's own force.
+        # No joint exerts the force on the free-flying base, so the ground must.
         wrench = pin.rnea(model, data, *sample)[:6]
         found[i] = wrench.reshape(2, 3) @ data.liMi[1].rotation.T
     return found.reshape(*lead, 6)
