@@ -17,7 +17,7 @@ import numpy as np
 from gaitopt.conventions import LEGS, FloatArray, Progress, rotation_z
 from gaitopt.plan.settings.crawl import CrawlSettings
 from gaitopt.planners.free_order.steps import StepPlanner, Steps
-from gaitopt.planners.phase_by_phase.targets import start_of
+from gaitopt.planners.phase_by_phase.targets import start_for_any_order
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.footholds import Footholds
 
@@ -79,7 +79,7 @@ def find_order(
     Raises:
         InfeasibleStepError: the body cannot stand over the first footholds.
     """
-    start = start_of(robot, footholds, settings)
+    start = start_for_any_order(robot, footholds, settings)
     points = footholds.array @ rotation_z(settings.heading)
     planner = planner_of(robot, footholds, settings)
     states = 0

@@ -16,7 +16,7 @@ from gaitopt.conventions import LEGS, OTHER_LEGS, BoolArray, FloatArray
 from gaitopt.optimize.cog.solver import CogWorkspace, build_cog_problems, solve_cog
 from gaitopt.optimize.speed import knot_times
 from gaitopt.plan.settings.crawl import CrawlSettings
-from gaitopt.planners.phase_by_phase.swing_ways import swing_ways
+from gaitopt.planners.phase_by_phase.swing_polylines import swing_polylines
 from gaitopt.robots.collision_shapes import CollisionPairs
 from gaitopt.robots.leg import Leg
 from gaitopt.robots.quadruped import Quadruped
@@ -134,7 +134,7 @@ class StepPlanner:
     def _ways(self, steps: Steps) -> FloatArray:
         """Points of the swings ``(E, n, 3)``, dense at the ends of their edges."""
         s = self.settings
-        ways = swing_ways(s.swing, *steps.ends, s.swing_height)
+        ways = swing_polylines(s.swing, *steps.ends, s.swing_height)
         each = max(SWING_INTERVALS // max(ways.shape[1] - 1, 1), 1)
         share = (1.0 - np.cos(np.pi * np.arange(each) / each)) / 2.0
         inner = ways[:, :-1, None] + np.diff(ways, axis=1)[:, :, None] * share[:, None]

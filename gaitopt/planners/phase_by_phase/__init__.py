@@ -1,1 +1,1 @@
-"""The walk planned phase by phase."""
+"""A walk that is planned one phase after the other, as in [Wang2020]."""

@@ -1,8 +1,6 @@
-"""Why a step is impossible, and what would help."""
+"""Errors that say why a step is impossible, and what would make it possible."""
 
 from __future__ import annotations
-
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -10,18 +8,25 @@ from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.errors import InfeasibleStepError, SolverError
 from gaitopt.optimize.cog.solver import CogSolution, build_cog_problem, solve_cog
 from gaitopt.plan.settings.crawl import CrawlSettings
+from gaitopt.planners.phase_by_phase.steps import CrawlSteps
 from gaitopt.robots.leg import Leg
 from gaitopt.robots.quadruped import Quadruped
 
-if TYPE_CHECKING:
-    from gaitopt.planners.phase_by_phase.steps import CrawlSteps
+RESERVE = 1e-7
+"""By how much the largest margin must exceed the one that is asked for, so that a step counts as
+possible [m]. Chosen here: the area that is left is then wider than the solver's tolerances."""
+UNLIMITED_REACH = 100.0
+"""Reach fraction with which no leg limits anything: legs a hundred times as long."""
+DIGITS = 1e4
+"""Numbers that an error proposes are rounded to 1 / DIGITS, to the safe side [1/m, 1]."""
 
 
 def check_heights(robot: Quadruped, steps: CrawlSteps, settings: CrawlSettings) -> None:
-    """Refuse a body height from which a leg does not even reach straight down.
+    """Check that every leg reaches a foot straight below its hip.
 
     Raises:
-        InfeasibleStepError: names the leg and the step, and the height that would do.
+        InfeasibleStepError: the body is too high for it. Names the leg, the step, and the largest
+            height that is possible.
     """
     feet_z = np.concatenate([steps.feet[..., 2], steps.feet[:1, :, 2]])
     heights = np.append(steps.heights, steps.start_height)[: len(steps.feet)]
@@ -48,27 +53,35 @@ def check_heights(robot: Quadruped, steps: CrawlSteps, settings: CrawlSettings) 
 def explain_step(
     robot: Quadruped, steps: CrawlSteps, settings: CrawlSettings, step: int, place: FloatArray
 ) -> InfeasibleStepError | SolverError:
-    """The error for a step whose COG problem has no verified solution."""
+    """The error for a step whose COG problem has no verified solution.
+
+    Args:
+        robot, steps, settings: the walk.
+        step: index of the step.
+        place: body centre before the step ``(2,)`` [m], in the heading frame.
+
+    Returns:
+        An InfeasibleStepError with the largest margin and the smallest reach fraction that allow
+        the step; a SolverError if the step is possible after all.
+    """
     leg = steps.legs[step]
     best = _solve(robot, steps, settings, step, place, "margin")
     least = _solve(robot, steps, settings, step, place, "reach")
-    # A margin that is met only just counts as one that is not: the solver needs some room.
-    feasible = best.solved and best.value > settings.stability_margin + 1e-7
-    if feasible:
+    if best.solved and best.value > settings.stability_margin + RESERVE:
         return SolverError(
             f"step {step} ({leg}): the COG problem has a solution (margin {best.value:.4g} m) but "
             f"was not solved to tolerance; please report this, with the plan's inputs"
         )
     where = f"step {step} ({leg} onto its foothold at {np.round(steps.targets[step], 4).tolist()})"
-    widest = _incircle(robot, steps, settings, step, place)
+    inscribed = _inscribed_radius(robot, steps, settings, step, place)
     triangle = "-".join(other for other in LEGS if other != leg)
     margin = settings.stability_margin
     largest = best.value if best.solved else None
     needed = least.value if least.solved else None
-    if widest is not None and widest < margin:
+    if inscribed is not None and inscribed < margin:
         message = (
             f"{where}: a margin of {margin:.4g} m is larger than the inscribed circle of the "
-            f"support triangle {triangle}, {widest:.4g} m"
+            f"support triangle {triangle}, {inscribed:.4g} m"
         )
         conflicts: tuple[str, ...] = tuple(n for n in best.active if n.startswith("margin"))
     elif largest is None:
@@ -81,7 +94,7 @@ def explain_step(
         )
         conflicts = best.active
     return InfeasibleStepError(
-        f"{message}; {_way_out(settings, largest, needed)}",
+        f"{message}; {_remedies(settings, largest, needed)}",
         step=step, leg=leg, conflicts=conflicts, margin=margin, largest_margin=largest,
         reach_fraction=settings.reach_fraction, needed_reach_fraction=needed,
     )  # fmt: skip
@@ -90,13 +103,18 @@ def explain_step(
 def explain_start(
     robot: Quadruped, steps: CrawlSteps, settings: CrawlSettings, wanted: FloatArray
 ) -> InfeasibleStepError:
-    """The error for an initial stance that no place of the body reaches."""
+    """The error for a first stance that the legs do not reach from any place of the body.
+
+    Args:
+        robot, steps, settings: the walk.
+        wanted: where the body centre was to start ``(2,)`` [m], in the heading frame.
+    """
     feet = dict(zip(LEGS, steps.feet[0], strict=True))
     least = solve_cog(build_cog_problem(robot, feet, steps.start_height, wanted, objective="reach"))
     needed = least.value if least.solved else None
     return InfeasibleStepError(
         "the first footholds lie too far apart: no place of the body lets all four legs reach "
-        f"them; {_way_out(settings, None, needed)}",
+        f"them; {_remedies(settings, None, needed)}",
         step=-1, leg=_first_leg(least.active), conflicts=least.active,
         margin=settings.stability_margin, reach_fraction=settings.reach_fraction,
         needed_reach_fraction=needed,
@@ -109,7 +127,7 @@ def _first_leg(conflicts: tuple[str, ...]) -> str:
 
 
 def _needed_straight_down(leg: Leg, drop: float) -> float:
-    """Reach fraction with which a foot ``drop`` [m] below its hip is just in reach."""
+    """Reach fraction that a leg needs for a foot ``drop`` [m] straight below its hip."""
     return (float(np.sqrt(drop**2 - leg.lateral**2)) - leg.drop) / leg.reach
 
 
@@ -122,6 +140,7 @@ def _solve(
     objective: str,
     reach_fraction: float | None = None,
 ) -> CogSolution:
+    """The solution of one step's COG problem from ``place (2,)``, with another objective."""
     problem = build_cog_problem(
         robot, dict(zip(LEGS, steps.feet[step], strict=True)), float(steps.heights[step]), place,
         swing=steps.legs[step], foothold=steps.targets[step],
@@ -132,28 +151,32 @@ def _solve(
     return solve_cog(problem)
 
 
-def _incircle(
+def _inscribed_radius(
     robot: Quadruped, steps: CrawlSteps, settings: CrawlSettings, step: int, place: FloatArray
 ) -> float | None:
-    """Radius of the support triangle's inscribed circle: the margin with legs of any length."""
-    free = _solve(robot, steps, settings, step, place, "margin", reach_fraction=100.0)
-    return free.value if free.solved else None
+    """Radius of the support triangle's inscribed circle [m]: the largest margin with any legs."""
+    largest = _solve(robot, steps, settings, step, place, "margin", UNLIMITED_REACH)
+    return largest.value if largest.solved else None
 
 
-def _way_out(settings: CrawlSettings, largest: float | None, needed: float | None) -> str:
+def _remedies(settings: CrawlSettings, largest: float | None, needed: float | None) -> str:
+    """What the user can change, in words.
+
+    Args:
+        settings: of the walk.
+        largest: the largest margin that is possible with these legs [m], if any is.
+        needed: the smallest reach fraction that is possible with this margin, if any is.
+    """
     options = []
     if largest is not None and largest > 0:
-        options.append(f"stability_margin up to {_floor(largest):.4f} m works here")
+        # Rounded down, so that a margin of this size is possible.
+        margin = float(np.floor(largest * DIGITS) / DIGITS)
+        options.append(f"stability_margin up to {margin:.4f} m works here")
     if needed is not None:
-        # Rounded up, so that what is advised works.
-        needed = float(np.ceil(needed * 1e4) / 1e4)
+        # Rounded up, so that a reach of this size suffices.
+        needed = float(np.ceil(needed * DIGITS) / DIGITS)
         text = f"with this margin the legs need reach_fraction {needed:.4f}"
         if needed > 1.0:
             text += " (more than straight legs have; try a lower body_height)"
         options.append(f"{text}, now {settings.reach_fraction:.4g}")
     return "; ".join(options) or "no margin and no reach helps: move the foothold"
-
-
-def _floor(value: float) -> float:
-    """``value`` rounded down to 0.1 mm, so that what is advised works."""
-    return float(np.floor(value * 1e4) / 1e4)

@@ -1,8 +1,6 @@
-"""The eight phases of each crawl cycle, with what limits them ([Wang2020], Fig. 4)."""
+"""The phases of a crawl, with what limits each of them: eight a cycle ([Wang2020], Fig. 4)."""
 
 from __future__ import annotations
-
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -10,11 +8,9 @@ from gaitopt.conventions import LEGS, OTHER_LEGS, FloatArray, rotation_z
 from gaitopt.optimize.cog.solver import CogSolution
 from gaitopt.plan.phase import CogEvidence, Limit, Phase
 from gaitopt.plan.settings.crawl import CrawlSettings
+from gaitopt.planners.phase_by_phase.steps import CrawlSteps
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.stability.margins import static_stability_margin
-
-if TYPE_CHECKING:
-    from gaitopt.planners.phase_by_phase.steps import CrawlSteps
 
 
 def crawl_phases(
@@ -30,20 +26,21 @@ def crawl_phases(
     """A stance and a swing phase for every step.
 
     Args:
-        robot, settings, steps: what is walked.
+        robot, settings, steps: the walk.
         cogs: body centre before and after each stance phase ``(S + 1, 3)`` [m], heading frame.
-        solutions: where they come from.
+        solutions: of the COG problems, one for each step.
         times: times of all knots ``(K,)`` [s].
         ends: index of each phase's last knot, after the first knot's ``(2 S + 1,)``.
-        slowest: joint that sets the time of each interval, -1 for the speed asked for.
+        slowest: joint that sets the time of each interval, -1 for the speed that was asked for
+            ``(K - 1,)``.
     """
     if not steps.legs:
         return ()
     count = len(steps.legs)
-    ends_of_move = np.stack([cogs[:-1], cogs[1:]])
-    standing = static_stability_margin(steps.feet, ends_of_move).min(axis=0)
+    ends_of_shift = np.stack([cogs[:-1], cogs[1:]])
+    stance_margins = static_stability_margin(steps.feet, ends_of_shift).min(axis=0)
     triangles = np.take_along_axis(steps.feet, OTHER_LEGS[steps.indices][..., None], axis=1)
-    swinging = static_stability_margin(triangles, cogs[1:])
+    swing_margins = static_stability_margin(triangles, cogs[1:])
     to_world = rotation_z(settings.heading).T
     lifted = steps.feet[np.arange(count), steps.indices] @ to_world
     landed, centres = steps.targets @ to_world, cogs @ to_world
@@ -51,26 +48,28 @@ def crawl_phases(
     phases = []
     for s, (leg, solution) in enumerate(zip(steps.legs, solutions, strict=True)):
         a, b, c = (float(times[ends[2 * s + k]]) for k in range(3))
-        held = tuple(_held(name, solution.duals[name]) for name in solution.active)
+        active = tuple(_limit_of(name, solution.duals[name]) for name in solution.active)
         phases.append(
             Phase("stance", leg, s, a, b - a, centres[s], centres[s + 1], LEGS, lifted[s],
-                  lifted[s], float(standing[s]), held + limits[2 * s],
+                  lifted[s], float(stance_margins[s]), active + limits[2 * s],
                   _evidence(settings, solution))
         )  # fmt: skip
         support = tuple(other for other in LEGS if other != leg)
         phases.append(
             Phase("swing", leg, s, b, c - b, centres[s + 1], centres[s + 1], support, lifted[s],
-                  landed[s], float(swinging[s]), limits[2 * s + 1])
+                  landed[s], float(swing_margins[s]), limits[2 * s + 1])
         )  # fmt: skip
     return tuple(phases)
 
 
-def _held(constraint: str, dual: float) -> Limit:
+def _limit_of(constraint: str, multiplier: float) -> Limit:
+    """A constraint of the COG problem, such as ``"reach LH"``, as a limit of a phase."""
     kind, name = constraint.split(" ", 1)
-    return Limit(kind, name, dual)
+    return Limit(kind, name, multiplier)
 
 
 def _evidence(settings: CrawlSettings, solution: CogSolution) -> CogEvidence:
+    """The residuals of a COG target, as a phase stores them."""
     return CogEvidence(
         str(solution.status), settings.objective, solution.duals, solution.primal,
         solution.stationarity, solution.complementarity, solution.error_bound,
@@ -85,15 +84,19 @@ def _speed_limits(
     ends: np.ndarray,
     slowest: np.ndarray,
 ) -> list[tuple[Limit, ...]]:
-    """For each phase the joints (or the speed) at their limit, with the times."""
+    """For each phase the joints (or the given speed) that set its time, with the times of each.
+
+    The limit that holds for the longest time comes first. Arguments are those of
+    :func:`crawl_phases`.
+    """
     changes = np.flatnonzero(np.diff(slowest)) + 1
     cuts = np.union1d(changes, ends)
     found: list[dict[int, list[tuple[float, float]]]] = [{} for _ in ends[1:]]
     owners = np.searchsorted(ends, cuts[:-1], side="right") - 1
-    joints, moments = slowest[cuts[:-1]].tolist(), times[cuts].tolist()
+    joints, instants = slowest[cuts[:-1]].tolist(), times[cuts].tolist()
     for i, phase in enumerate(owners.tolist()):
-        if moments[i + 1] > moments[i]:
-            found[phase].setdefault(joints[i], []).append((moments[i], moments[i + 1]))
+        if instants[i + 1] > instants[i]:
+            found[phase].setdefault(joints[i], []).append((instants[i], instants[i + 1]))
     out = []
     for spans, a, b in zip(found, times[ends[:-1]], times[ends[1:]], strict=True):
         limits = [

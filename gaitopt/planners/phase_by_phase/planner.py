@@ -1,6 +1,6 @@
-"""The walk planned phase by phase, in a given order of legs ([Wang2020]).
+"""The walk of [Wang2020], planned one phase after the other in a given order of legs.
 
-Planned in a frame that is turned to the walk's heading.
+It is planned in the heading frame: the world turned so that the walk's heading is along x.
 """
 
 from __future__ import annotations
@@ -20,8 +20,11 @@ from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.footholds import Footholds
 
 HEIGHTS = (14, 15, 16, 17, 13, 12, 11)
-"""Body heights that are tried, in fourteenths of the standing height, which is 0.7 of the reach:
-up to 0.85 of the reach first, since high legs need less of their joints' ranges, then lower ones.
+"""Body heights that are tried one after the other, in fourteenths of the height in the settings.
+
+That height is 0.7 of the reach by default, so these are 0.7 to 0.85 of the reach, then 0.65 to
+0.55. Higher ones come first, because straighter legs use less of their joints' ranges. Chosen here:
+with them every robot that ships, or that example-robot-data has, walks ``s_columns(robot=robot)``.
 """
 
 
@@ -32,7 +35,19 @@ def plan_in_order(
     *,
     progress: Progress | None = None,
 ) -> Plan:
-    """The walk with the settings' order of legs; errors as for :func:`gaitopt.plan_crawl`."""
+    """Plan the walk in the settings' order of legs, at the settings' body height.
+
+    Args:
+        robot: with a roll joint on each leg.
+        footholds: in the world.
+        settings: complete; ``sequence`` is not ``"free"``.
+        progress: called with (steps done, steps in all).
+
+    Raises:
+        InputError: legs cross in the first stance.
+        InfeasibleStepError: a step is impossible.
+        SolverError: a solution failed the check of its residuals.
+    """
     settings = replace(settings, sequence=settings.order)
     steps = crawl_steps(footholds, settings)
     check_stance(steps)
@@ -49,10 +64,14 @@ def plan_at_fitting_height(
     *,
     progress: Progress | None = None,
 ) -> Plan:
-    """The walk at the first of a few body heights at which it is possible.
+    """Plan the walk at the first of a few body heights at which it is possible.
+
+    Arguments are those of :func:`plan_in_order`.
 
     Raises:
-        InfeasibleStepError: it is possible at none of them; that of the settings' own height.
+        InfeasibleStepError: it is possible at none of them; the error is that of the settings' own
+            height.
+        InputError, SolverError: as for :func:`plan_in_order`.
     """
     first: InfeasibleStepError | None = None
     for height in _heights(settings.body_height):
@@ -69,7 +88,10 @@ def plan_at_fitting_height(
 def with_fitting_height(
     robot: Quadruped, footholds: Footholds, settings: CrawlSettings
 ) -> CrawlSettings:
-    """The settings with the body height of :func:`plan_at_fitting_height`; unchanged if none is."""
+    """The settings with the body height that :func:`plan_at_fitting_height` finds.
+
+    They are unchanged where the walk is possible at none of the heights.
+    """
     try:
         plan = plan_at_fitting_height(robot, footholds, settings)
     except InfeasibleStepError:
@@ -77,9 +99,8 @@ def with_fitting_height(
     return replace(settings, body_height=plan.settings.body_height)
 
 
-def _heights(standing: float) -> Iterator[float]:
-    """The heights to try, in whole centimetres but for the first [m]."""
-    for share in HEIGHTS:
-        yield (
-            standing if share == HEIGHTS[0] else max(round(standing * share / HEIGHTS[0], 2), 0.01)
-        )
+def _heights(first: float) -> Iterator[float]:
+    """The body heights to try [m]: ``first`` itself, then others in whole centimetres."""
+    yield first
+    for share in HEIGHTS[1:]:
+        yield max(round(first * share / HEIGHTS[0], 2), 0.01)

@@ -1,4 +1,4 @@
-"""The steps of a walk, before anything is optimised."""
+"""The steps of a walk: which leg swings when, from where to where. Nothing is optimised here."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from gaitopt.terrain.footholds import Footholds
 
 @dataclass(frozen=True, eq=False)
 class CrawlSteps:
-    """The steps of a walk, before anything is optimised; in the heading frame.
+    """The steps of a walk, in the heading frame.
 
     Attributes:
         legs: the leg that swings at each step ``(S,)``.
@@ -35,15 +35,19 @@ class CrawlSteps:
 
     @cached_property
     def indices(self) -> np.ndarray:
-        """Position of each step's leg in :data:`gaitopt.LEGS`."""
+        """Index of each step's leg in :data:`gaitopt.LEGS` ``(S,)``."""
         return np.array([leg_index(leg) for leg in self.legs], dtype=int)
 
 
 def check_walk(planner: str, robot: object, footholds: object) -> None:
-    """Refuse what is neither a robot nor footholds.
+    """Check that a planner got a robot and footholds.
+
+    Args:
+        planner: name of the planner, for the message.
+        robot, footholds: what it was given.
 
     Raises:
-        InputError: names what was given.
+        InputError: one of them is something else; names their types.
     """
     if not isinstance(robot, Quadruped) or not isinstance(footholds, Footholds):
         raise InputError(
@@ -53,10 +57,10 @@ def check_walk(planner: str, robot: object, footholds: object) -> None:
 
 
 def check_robot(robot: Quadruped) -> None:
-    """Refuse a robot whose legs cannot move sideways, or have no usable speed limits.
+    """Check that a robot can crawl: all legs have roll joints, all joints velocity limits.
 
     Raises:
-        InputError: names the leg or joint.
+        InputError: a leg or joint has none; names it.
     """
     for name, leg in robot.legs.items():
         if not leg.has_roll:
@@ -68,10 +72,10 @@ def check_robot(robot: Quadruped) -> None:
 
 
 def check_stance(steps: CrawlSteps) -> None:
-    """Refuse a first stance in which legs cross.
+    """Check that legs do not cross in the first stance.
 
     Raises:
-        InputError: names both legs; they may be swapped, or the heading forgotten.
+        InputError: two do. Names both; they may be swapped, or the heading forgotten.
     """
     first = dict(zip(LEGS, steps.feet[0], strict=True))
     for axis, side, pairs in (
@@ -82,12 +86,20 @@ def check_stance(steps: CrawlSteps) -> None:
             if not first[one][axis] > first[other][axis]:
                 raise InputError(
                     f"the first foothold of {one} is not {side} that of {other}, seen in the "
-                    "direction of walking; are legs swapped, or is heading to be set?"
+                    "direction of walking; swap the footholds of these legs, or set heading"
                 )
 
 
 def crawl_steps(footholds: Footholds, settings: CrawlSettings) -> CrawlSteps:
-    """Lay out all steps: who swings, from which feet, onto what, below which body height."""
+    """All steps of a walk: which leg swings onto which foothold, and how high the body is.
+
+    Args:
+        footholds: in the world.
+        settings: order of legs, heading and body height.
+
+    Raises:
+        InputError: the order of legs does not fit the number of footholds.
+    """
     points = footholds.array @ rotation_z(settings.heading)
     order = swing_order(settings.order, len(footholds))
     feet = np.empty((len(order) + 1, len(LEGS), 3))

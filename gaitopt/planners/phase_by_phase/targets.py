@@ -1,4 +1,4 @@
-"""Where the body centre goes before each step."""
+"""The COG targets: where the body centre goes before each swing ([Wang2020], Section III)."""
 
 from __future__ import annotations
 
@@ -23,9 +23,23 @@ from gaitopt.planners.phase_by_phase.steps import CrawlSteps, check_stance, craw
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.footholds import Footholds
 
+ROUNDING = 1e-9
+"""Largest violation of a margin or a reach that counts as none [m]: what
+:data:`gaitopt.optimize.cog.solver.PRIMAL_TOLERANCE` allows."""
 
-def start_of(robot: Quadruped, footholds: Footholds, settings: CrawlSettings) -> FloatArray:
-    """Body centre at the start of a walk ``(3,)`` [m], in the heading frame."""
+
+def start_for_any_order(
+    robot: Quadruped, footholds: Footholds, settings: CrawlSettings
+) -> FloatArray:
+    """Body centre at the start of a walk whose order of legs is not known yet ``(3,)`` [m].
+
+    It is in the heading frame.
+
+    Raises:
+        InputError: legs cross in the first stance.
+        InfeasibleStepError: the legs do not reach the first footholds.
+    """
+    # The start does not depend on the order: any will do.
     steps = crawl_steps(footholds, replace(settings, sequence=WANG_SEQUENCE))
     check_stance(steps)
     return start_place(robot, steps, settings)
@@ -38,10 +52,16 @@ def optimise_cogs(
     start: FloatArray,
     progress: Progress | None = None,
 ) -> list[CogSolution]:
-    """The COG target of every step, each starting from the one before.
+    """The COG target of every step, each beginning at the target of the step before.
+
+    Args:
+        robot, steps, settings: the walk.
+        start: body centre at the start ``(3,)`` [m], in the heading frame.
+        progress: called with (steps done, steps in all).
 
     Raises:
-        InfeasibleStepError: no COG position allows a step.
+        InfeasibleStepError: no place of the body centre allows a step.
+        SolverError: there is one, and the solver did not find it to its tolerance.
     """
     problems = step_problems(robot, steps, settings, settings.objective)
     workspace = CogWorkspace()
@@ -49,8 +69,8 @@ def optimise_cogs(
     place = start[:2]
     for s, problem in enumerate(problems):
         solution = solve_cog(problem.starting_at(place), workspace)
-        low = solution.margin < settings.stability_margin - 1e-9
-        if not solution.solved or low:
+        too_small = solution.margin < settings.stability_margin - ROUNDING
+        if not solution.solved or too_small:
             raise explain_step(robot, steps, settings, s, place)
         solutions.append(solution)
         place = solution.position
@@ -62,7 +82,10 @@ def optimise_cogs(
 def step_problems(
     robot: Quadruped, steps: CrawlSteps, settings: CrawlSettings, objective: str
 ) -> list[CogProblem]:
-    """The COG problems of all steps (without their starts)."""
+    """The COG problems of all steps, each beginning in the middle of its feet.
+
+    ``objective`` is ``"distance"``, ``"margin"`` or ``"reach"``, as in :mod:`gaitopt.optimize.cog`.
+    """
     if not steps.legs:
         return []
     return build_cog_problems(
@@ -75,6 +98,9 @@ def step_problems(
 def start_place(robot: Quadruped, steps: CrawlSteps, settings: CrawlSettings) -> FloatArray:
     """Body centre at the start ``(3,)`` [m], in the heading frame.
 
+    It is ``settings.cog_start``, or else the place nearest to the middle of the feet from which all
+    legs reach them.
+
     Raises:
         InfeasibleStepError: the legs do not reach the first footholds from there.
     """
@@ -86,7 +112,7 @@ def start_place(robot: Quadruped, steps: CrawlSteps, settings: CrawlSettings) ->
     problem = build_cog_problem(
         robot, feet, steps.start_height, wanted, reach_fraction=settings.reach_fraction
     )
-    if cog_start is not None and problem.constraint_values(wanted).min() < -1e-9:
+    if cog_start is not None and problem.constraint_values(wanted).min() < -ROUNDING:
         worst = int(problem.constraint_values(wanted).argmin())
         raise InfeasibleStepError(
             f"the body cannot start at {list(cog_start)}: {problem.names[worst]} is exceeded; "
