@@ -17,9 +17,9 @@ from gaitopt.interior_point.solver import minimise
 from gaitopt.optimize.route.problem import RouteProblem
 from gaitopt.plan.settings.freedoms import VARIANTS
 from gaitopt.plan.settings.time_optimal import RouteSettings
-from gaitopt.planners.time_optimal.build import problem_of
+from gaitopt.planners.time_optimal.build import build_route
 from gaitopt.planners.time_optimal.planner import plan_route
-from gaitopt.planners.time_optimal.walk import prepared
+from gaitopt.planners.time_optimal.walk import prepare_route
 
 MOST_GROWTH = 1.2
 """Largest power of the steps that still counts as linear: iterations differ from walk to walk."""
@@ -72,8 +72,10 @@ def _horizon(rounds: int) -> list[Result]:
 
 def _rivals(steps: int, rounds: int) -> list[Result]:
     """The same problem by our solver, IPOPT and fatrop."""
-    route = prepared(walks.robot(), walks.terrain(steps), RouteSettings(free=VARIANTS["swing"]))
-    problem = problem_of(route, 0, steps)
+    route = prepare_route(
+        walks.robot(), walks.terrain(steps), RouteSettings(free=VARIANTS["swing"])
+    )
+    problem = build_route(route.window(0, steps))[1]
     start = problem.first_guess()
     ours = timed(lambda: minimise(problem, start, tolerance=1e-4), rounds, 0)
     found = minimise(problem, start, tolerance=1e-4)

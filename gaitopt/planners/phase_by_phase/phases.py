@@ -1,6 +1,11 @@
-"""The phases of a crawl, with what limits each of them: eight a cycle ([Wang2020], Fig. 4)."""
+"""The phases of a walk in steps, a stance phase and a swing for each, and what limits them.
+
+[Wang2020], Fig. 4: the eight phases of each cycle of a crawl.
+"""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -23,7 +28,7 @@ def crawl_phases(
     ends: np.ndarray,
     slowest: np.ndarray,
 ) -> tuple[Phase, ...]:
-    """A stance and a swing phase for every step.
+    """The phases of a walk planned phase by phase.
 
     Args:
         robot, settings, steps: the walk.
@@ -36,30 +41,101 @@ def crawl_phases(
     """
     if not steps.legs:
         return ()
-    count = len(steps.legs)
     ends_of_shift = np.stack([cogs[:-1], cogs[1:]])
     stance_margins = static_stability_margin(steps.feet, ends_of_shift).min(axis=0)
     triangles = np.take_along_axis(steps.feet, OTHER_LEGS[steps.indices][..., None], axis=1)
     swing_margins = static_stability_margin(triangles, cogs[1:])
-    to_world = rotation_z(settings.heading).T
-    lifted = steps.feet[np.arange(count), steps.indices] @ to_world
-    landed, centres = steps.targets @ to_world, cogs @ to_world
-    limits = _speed_limits(robot, settings, times, ends, slowest)
-    phases = []
-    for s, (leg, solution) in enumerate(zip(steps.legs, solutions, strict=True)):
-        a, b, c = (float(times[ends[2 * s + k]]) for k in range(3))
+    limits = speed_limits(robot, times, ends, slowest, f"{settings.speed} m/s")
+    for s, solution in enumerate(solutions):
         active = tuple(_limit_of(name, solution.duals[name]) for name in solution.active)
-        phases.append(
-            Phase("stance", leg, s, a, b - a, centres[s], centres[s + 1], LEGS, lifted[s],
-                  lifted[s], float(stance_margins[s]), active + limits[2 * s],
-                  _evidence(settings, solution))
-        )  # fmt: skip
+        limits[2 * s] = active + limits[2 * s]
+    # The body stands still during swings.
+    centres = np.concatenate([cogs[:1], np.repeat(cogs[1:], 2, axis=0)])
+    return step_phases(
+        steps, settings.heading, times[ends], centres @ rotation_z(settings.heading).T,
+        np.stack([stance_margins, swing_margins], axis=1).ravel(), limits,
+        [_evidence(settings, solution) for solution in solutions],
+    )  # fmt: skip
+
+
+def step_phases(
+    steps: CrawlSteps,
+    heading: float,
+    times: FloatArray,
+    centres: FloatArray,
+    margins: FloatArray,
+    limits: Sequence[tuple[Limit, ...]] | None = None,
+    evidence: Sequence[CogEvidence] | None = None,
+) -> tuple[Phase, ...]:
+    """A stance phase and a swing for every step.
+
+    Args:
+        steps: the steps, in the heading frame.
+        heading: of the walk [rad].
+        times: the begin of the first phase, then the end of every phase ``(2 S + 1,)`` [s].
+        centres: body centre at these times in the world ``(2 S + 1, 3)`` [m].
+        margins: least stability margin of each phase ``(2 S,)`` [m].
+        limits: what holds each phase back ``(2 S)``; by default nothing is told.
+        evidence: of the body centre's target at the end of each stance phase ``(S)``, if any.
+    """
+    to_world = rotation_z(heading).T
+    lifted = steps.feet[np.arange(len(steps.legs)), steps.indices] @ to_world
+    landed = steps.targets @ to_world
+    instants, limits = times.tolist(), limits or [()] * len(margins)
+    phases = []
+    for s, leg in enumerate(steps.legs):
+        a, b, c = instants[2 * s : 2 * s + 3]
+        before, at_lift_off, after = centres[2 * s : 2 * s + 3]
+        stance, swing = 2 * s, 2 * s + 1
         support = tuple(other for other in LEGS if other != leg)
         phases.append(
-            Phase("swing", leg, s, b, c - b, centres[s + 1], centres[s + 1], support, lifted[s],
-                  landed[s], float(swing_margins[s]), limits[2 * s + 1])
+            Phase("stance", leg, s, a, b - a, before, at_lift_off, LEGS, lifted[s], lifted[s],
+                  float(margins[stance]), limits[stance], evidence[s] if evidence else None)
+        )  # fmt: skip
+        phases.append(
+            Phase("swing", leg, s, b, c - b, at_lift_off, after, support, lifted[s], landed[s],
+                  float(margins[swing]), limits[swing])
         )  # fmt: skip
     return tuple(phases)
+
+
+def speed_limits(
+    robot: Quadruped, times: FloatArray, ends: np.ndarray, slowest: np.ndarray, speed: str = ""
+) -> list[tuple[Limit, ...]]:
+    """For each phase the joints (or the given speed) that set its time, with the times of each.
+
+    Args:
+        robot: whose joints.
+        times: times of all knots ``(K,)`` [s].
+        ends: index of each phase's last knot, after the first knot's ``(P + 1,)``.
+        slowest: joint that sets the time of each interval ``(K - 1,)``; -1 for the speed that was
+            asked for.
+        speed: how to name this speed.
+
+    Returns:
+        For each phase its limits; the one that holds for the longest time comes first.
+    """
+    changes = np.flatnonzero(np.diff(slowest)) + 1
+    cuts = np.union1d(changes, ends)
+    found: list[dict[int, list[tuple[float, float]]]] = [{} for _ in ends[1:]]
+    owners = np.searchsorted(ends, cuts[:-1], side="right") - 1
+    joints, instants = slowest[cuts[:-1]].tolist(), times[cuts].tolist()
+    for i, phase in enumerate(owners.tolist()):
+        if instants[i + 1] > instants[i]:
+            found[phase].setdefault(joints[i], []).append((instants[i], instants[i + 1]))
+    out = []
+    for spans, a, b in zip(found, times[ends[:-1]], times[ends[1:]], strict=True):
+        limits = [
+            Limit(
+                "speed" if j < 0 else "joint velocity",
+                speed if j < 0 else robot.joint_names[j],
+                sum(e - s for s, e in pieces) / float(b - a),
+                tuple(pieces),
+            )
+            for j, pieces in spans.items()
+        ]
+        out.append(tuple(sorted(limits, key=lambda limit: -limit.value)))
+    return out
 
 
 def _limit_of(constraint: str, multiplier: float) -> Limit:
@@ -75,38 +151,3 @@ def _evidence(settings: CrawlSettings, solution: CogSolution) -> CogEvidence:
         solution.stationarity, solution.complementarity, solution.error_bound,
         solution.iterations,
     )  # fmt: skip
-
-
-def _speed_limits(
-    robot: Quadruped,
-    settings: CrawlSettings,
-    times: FloatArray,
-    ends: np.ndarray,
-    slowest: np.ndarray,
-) -> list[tuple[Limit, ...]]:
-    """For each phase the joints (or the given speed) that set its time, with the times of each.
-
-    The limit that holds for the longest time comes first. Arguments are those of
-    :func:`crawl_phases`.
-    """
-    changes = np.flatnonzero(np.diff(slowest)) + 1
-    cuts = np.union1d(changes, ends)
-    found: list[dict[int, list[tuple[float, float]]]] = [{} for _ in ends[1:]]
-    owners = np.searchsorted(ends, cuts[:-1], side="right") - 1
-    joints, instants = slowest[cuts[:-1]].tolist(), times[cuts].tolist()
-    for i, phase in enumerate(owners.tolist()):
-        if instants[i + 1] > instants[i]:
-            found[phase].setdefault(joints[i], []).append((instants[i], instants[i + 1]))
-    out = []
-    for spans, a, b in zip(found, times[ends[:-1]], times[ends[1:]], strict=True):
-        limits = [
-            Limit(
-                "speed" if j < 0 else "joint velocity",
-                f"{settings.speed} m/s" if j < 0 else robot.joint_names[j],
-                sum(e - s for s, e in pieces) / float(b - a),
-                tuple(pieces),
-            )
-            for j, pieces in spans.items()
-        ]
-        out.append(tuple(sorted(limits, key=lambda limit: -limit.value)))
-    return out

@@ -1,7 +1,7 @@
-"""Keeps the legs of a time-optimal route apart: distances, and cuts that restore them.
+"""Keeps the legs of a time-optimal walk apart: distances of their shapes, and rows that bound them.
 
-Legs come close only at a few knots. There the distance of two shapes is linearised about the last
-solution, and joins the problem as a row; a few rounds of solving and looking again are enough.
+Legs come close to each other at few knots. There the distance of two shapes is linearised about the
+last solution and becomes a row of the problem, which is solved again. A few rounds are enough.
 """
 
 from __future__ import annotations
@@ -17,74 +17,94 @@ from gaitopt.optimize.route.legs import JOINTS, POSE
 from gaitopt.optimize.route.problem import RouteProblem
 from gaitopt.robots.collision_shapes import CollisionPairs, close_pairs
 
-APART = 2e-3
-"""Distance that shapes of different legs keep at knots of the problem [m]."""
-NEAR = 6e-3
-"""Distance below which a knot gets a row [m]."""
+LEAST_DISTANCE = 2e-3
+"""Distance that rows ask shapes of different legs to keep at knots and between them [m]."""
+ACCEPTED_SHARE = 0.5
+"""Share of this distance with which a walk is accepted: rows are linearised, so they miss a little.
+"""
+ROW_DISTANCE = 6e-3
+"""A pair of shapes that comes closer than this at a knot, or beside it, gets a row there [m]."""
+DIFFERENCE_STEP = 1e-5
+"""Change of a joint angle for central differences of distances [rad]."""
+PLACES_BETWEEN = 3
+"""Places between two knots at which distances are measured."""
 Kind = TypeVar("Kind", bound=RouteProblem)
-_STEP = 1e-5
-_LOOKS = 3
-"""Places between two knots at which shapes are looked at."""
 
 
-class Near(NamedTuple):
-    """How near the shapes of close pairs come.
+class ClosePairs(NamedTuple):
+    """Pairs of shapes that come close to each other, and how close.
 
     Attributes:
-        found: at every knot ``(K, pairs)`` [m].
-        dip: how much nearer they come in the intervals beside each knot ``(K, pairs)`` [m].
-        pairs: which pairs.
+        pairs: numbers of the pairs.
+        at_knots: distance of each pair at every knot ``(K, pairs)`` [m].
+        closer_beside: by how much each pair is closer on the intervals beside a knot than at
+            either end of them ``(K, pairs)`` [m].
     """
 
-    found: FloatArray
-    dip: FloatArray
     pairs: list[int]
+    at_knots: FloatArray
+    closer_beside: FloatArray
+
+    @property
+    def least(self) -> FloatArray:
+        """Least distance at a knot and beside it, as rows at this knot see it ``(K, pairs)``."""
+        return self.at_knots - self.closer_beside
 
 
-def touching(shapes: CollisionPairs, problem: RouteProblem, poses: FloatArray) -> Near | None:
-    """How near close pairs come, when any comes closer than it may; knots and between them."""
+def touching_pairs(
+    shapes: CollisionPairs, problem: RouteProblem, poses: FloatArray
+) -> ClosePairs | None:
+    """The pairs that come close; ``None`` where all shapes keep their distance.
+
+    Args:
+        shapes: of the robot.
+        problem: whose feet stand where it says.
+        poses: at all knots ``(K, 9)``.
+    """
     joints = problem.legs.joints(poses, problem.feet, problem.swing).reshape(-1, JOINTS)
     pairs = close_pairs(shapes, joints)
     if not pairs:
         return None
-    found = shapes.distances(joints, pairs)
-    share = np.arange(1, _LOOKS + 1)[:, None, None] / (_LOOKS + 1.0)
+    at_knots = shapes.distances(joints, pairs)
+    share = np.arange(1, PLACES_BETWEEN + 1)[:, None, None] / (PLACES_BETWEEN + 1.0)
     inner = joints[:-1] + np.diff(joints, axis=0) * share
     between = shapes.distances(inner.reshape(-1, JOINTS), pairs)
-    between = between.reshape(_LOOKS, -1, len(pairs)).min(axis=0)
-    if min(found.min(), between.min()) >= 0.5 * APART:
+    between = between.reshape(PLACES_BETWEEN, -1, len(pairs)).min(axis=0)
+    if min(at_knots.min(), between.min()) >= ACCEPTED_SHARE * LEAST_DISTANCE:
         return None
-    sag = np.maximum(np.minimum(found[1:], found[:-1]) - between, 0.0)
-    dip = np.zeros_like(found)
-    dip[:-1] = sag
-    dip[1:] = np.maximum(dip[1:], sag)
-    return Near(found, dip, pairs)
+    closer = np.maximum(np.minimum(at_knots[1:], at_knots[:-1]) - between, 0.0)
+    closer_beside = np.zeros_like(at_knots)
+    closer_beside[:-1] = closer
+    closer_beside[1:] = np.maximum(closer_beside[1:], closer)
+    return ClosePairs(pairs, at_knots, closer_beside)
 
 
-def kept_apart(
-    shapes: CollisionPairs,
-    problem: Kind,
-    poses: FloatArray,
-    found: FloatArray,
-    dip: FloatArray,
-    pairs: list[int],
+def with_distance_rows(
+    shapes: CollisionPairs, problem: Kind, poses: FloatArray, close: ClosePairs
 ) -> Kind:
-    """The problem with rows that hold close shapes apart, linearised about ``poses``.
+    """The problem with rows that keep close shapes apart, linearised about ``poses``.
 
     Args:
-        shapes, problem, poses: of the robot, the walk, and the last solution.
-        found, dip, pairs: what :func:`touching` gave.
+        shapes: of the robot.
+        problem: the walk's.
+        poses: of its last solution ``(K, 9)``.
+        close: from :func:`touching_pairs` at these poses.
     """
     kinematics = problem.legs.kinematics(poses, problem.feet, problem.swing)
     joints = kinematics.joints.reshape(-1, JOINTS)
-    slopes = kinematics.joints_by_pose()
-    near = [(k, pair) for k, pair in np.argwhere(found - dip < NEAR).tolist() if k > 0]
+    joints_by_pose = kinematics.joints_by_pose()
+    # At the first knot nothing can be chosen.
+    near = [(k, n) for k, n in np.argwhere(close.least < ROW_DISTANCE).tolist() if k > 0]
     linear, offset = np.zeros((len(near), POSE)), np.zeros(len(near))
-    for i, (k, pair) in enumerate(near):
-        moved = joints[k] + _STEP * np.concatenate([np.eye(JOINTS), -np.eye(JOINTS)])
-        ahead, behind = shapes.distances(moved, [pairs[pair]])[:, 0].reshape(2, JOINTS)
-        linear[i] = (ahead - behind) / (2.0 * _STEP) @ slopes[k]
-        offset[i] = found[k, pair] - dip[k, pair] - APART - linear[i] @ poses[k]
+    changes = DIFFERENCE_STEP * np.concatenate([np.eye(JOINTS), -np.eye(JOINTS)])
+    for i, (k, n) in enumerate(near):
+        found = shapes.distances(joints[k] + changes, [close.pairs[n]])[:, 0]
+        ahead, behind = found.reshape(2, JOINTS)
+        linear[i] = (ahead - behind) / (2.0 * DIFFERENCE_STEP) @ joints_by_pose[k]
+        offset[i] = (
+            close.at_knots[k, n] - close.closer_beside[k, n] - LEAST_DISTANCE
+            - linear[i] @ poses[k]
+        )  # fmt: skip
     knot = np.array([k for k, _ in near], dtype=int)
     added = Rows(knot, linear, np.zeros_like(linear), offset)
     return replace(problem, rows=Rows.joined([problem.rows, added]))

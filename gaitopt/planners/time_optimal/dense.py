@@ -10,31 +10,44 @@ from gaitopt.conventions import FloatArray
 from gaitopt.motion.path import MotionPath
 
 SLIP_TOLERANCE = 1e-5
-"""Most that a standing foot may wander between two dense knots [m]."""
+"""Largest distance of a standing foot from its foothold, measured in the middle between dense
+knots [m]; chosen here: a hundredth of a millimetre is far below what any robot or terrain model is
+accurate to."""
+RESERVE_KEPT = 0.5
+"""Share of the settings' reserves of margin and clearance that the motion between knots keeps.
+
+Chosen here: rows at knots ask for the margin (or the clearance) and the whole reserve. A motion is
+accepted that keeps half of the reserve, so that rounds come to an end; half of it is still far more
+than rounding.
+"""
 
 
-class Dense(NamedTuple):
-    """A route on a dense grid.
+class DensePath(NamedTuple):
+    """A walk on so dense a grid of knots that standing feet hardly slip between them.
 
     Attributes:
-        body: base position and roll, pitch, yaw ``(N, 6)`` in the world.
-        centre: body centre in the heading frame ``(N, 3)`` [m].
+        base: position and roll, pitch, yaw of the robot's base in the world ``(N, 6)``.
+        body_centre: in the heading frame ``(N, 3)`` [m].
         joints: in the robot's order ``(N, nj)`` [rad].
         times: of all dense knots ``(N,)`` [s].
-        slowest: the joint that sets each dense interval's time ``(N - 1,)``.
-        knots: the dense knot of every knot of the problem ``(K,)``.
+        slowest_joint: the joint whose velocity limit sets the time of each dense interval
+            ``(N - 1,)``.
+        at_knots: index of the dense knot that is each knot of the problem ``(K,)``.
     """
 
-    body: FloatArray
-    centre: FloatArray
+    base: FloatArray
+    body_centre: FloatArray
     joints: FloatArray
     times: FloatArray
-    slowest: np.ndarray
-    knots: np.ndarray
+    slowest_joint: np.ndarray
+    at_knots: np.ndarray
 
+    @property
+    def values(self) -> FloatArray:
+        """Base and joints, as the columns of a path ``(N, 6 + nj)``."""
+        return np.concatenate([self.base, self.joints], axis=1)
 
-def motion_path(dense: Dense) -> MotionPath:
-    """The polyline in joint space; parts in which nothing moves are left out."""
-    kept = np.concatenate([[True], np.diff(dense.times) > 0.0])
-    values = np.concatenate([dense.body, dense.joints], axis=1)
-    return MotionPath.polyline(dense.times[kept], values[kept])
+    def motion_path(self) -> MotionPath:
+        """The path that is straight between the dense knots; intervals of no time are left out."""
+        kept = np.concatenate([[True], np.diff(self.times) > 0.0])
+        return MotionPath.polyline(self.times[kept], self.values[kept])

@@ -1,4 +1,4 @@
-"""Why a time-optimal route was not found, and the error that says so."""
+"""Why a time-optimal walk was not found, and the error that says so."""
 
 from __future__ import annotations
 
@@ -9,13 +9,14 @@ import numpy as np
 from gaitopt.errors import RouteError
 from gaitopt.interior_point.solver import Solution
 from gaitopt.optimize.route.problem import RouteProblem
+from gaitopt.plan.plan import Plan
 from gaitopt.planners.time_optimal.walk import Route
 
 
 class Reason(Enum):
-    """Why a solution of the problem gives no walk; the value tells what to do.
+    """Why a solved problem gives no walk; the value says what to do.
 
-    The problem looks at its knots only; all of these are found out between them.
+    The inequalities of a problem hold at its knots. These reasons are found between them.
     """
 
     LIMITS_BETWEEN_KNOTS = (
@@ -37,40 +38,53 @@ class Reason(Enum):
         return self.value
 
 
-def failed(
+def route_error(
     route: Route,
     solution: Solution[RouteProblem],
-    first: int,
     reason: Reason | None = None,
-    worst: np.ndarray | None = None,
+    worst_knots: np.ndarray | None = None,
 ) -> RouteError:
-    """The error of a route that was not found.
+    """The error that says that no walk was found, with the walk planned phase by phase.
 
     Args:
-        route: what was to be walked.
-        solution: of the problem, which may be solved and still give no walk.
-        first: the first step of the problem.
+        route: the walk, or the window of its steps, that was to be planned.
+        solution: of its problem; it may be solved and still give no walk.
         reason: why the solution gives no walk; by default the solver's status says it.
-        worst: the knots to blame; by default those with the worst residuals.
+        worst_knots: the knots to blame; by default those with the largest residuals.
     """
     problem = solution.problem
-    each = route.settings.stance_knots + route.settings.swing_knots
-    worst = problem.largest_knots(solution.lagrangian_gradient()) if worst is None else worst
-    steps = tuple(sorted({first + max(int(k) - 1, 0) // each for k in worst}))
+    if worst_knots is None:
+        worst_knots = problem.largest_knots(solution.lagrangian_gradient())
+    # The last knot of a step is also where the next one begins: it counts as the former's.
+    within = {max(int(k) - 1, 0) // route.intervals for k in worst_knots}
+    steps = tuple(sorted(route.first_step + step for step in within))
+    last = route.first_step + (problem.knots - 1) // route.intervals - 1
     plan = route.phase_by_phase()
-    offer = f" ({plan.duration:.1f} s) is in .plan" if plan else " failed, too"
-    if plan and route.settings.true_com:
+    return RouteError(
+        f"no time-optimal route over steps {route.first_step} to {last} was found: "
+        f"{reason or solution.status}. After {solution.iterations} iterations the largest "
+        f"residuals are at steps {', '.join(map(str, steps))}: gradient "
+        f"{solution.stationarity():.2g}, violation {solution.violation():.2g}. Free less, or take "
+        f"the walk planned phase by phase, which{_offer(route, plan)}",
+        steps, plan, _report(solution),
+    )  # fmt: skip
+
+
+def _offer(route: Route, plan: Plan | None) -> str:
+    """What the error's message says of the walk planned phase by phase."""
+    if plan is None:
+        return " failed, too"
+    offer = f" ({plan.duration:.1f} s) is in .plan"
+    if route.settings.true_com:
         offer += " (its margin is that of the body centre)"
-    report = "\n".join(
-        f"{i:4d} barrier {r.barrier:.1e} time {r.objective * problem.time_unit:.4f} s "
+    return offer
+
+
+def _report(solution: Solution[RouteProblem]) -> str:
+    """The solver's iterations, one line each."""
+    unit = solution.problem.time_unit
+    return "\n".join(
+        f"{i:4d} barrier {r.barrier:.1e} time {r.objective * unit:.4f} s "
         f"gradient {r.stationarity:.1e} residual {r.residual:.1e} damping {r.damping:.1e}"
         for i, r in enumerate(solution.history)
     )
-    return RouteError(
-        f"no time-optimal route over steps {first} to {first + (problem.knots - 1) // each - 1} "
-        f"was found: {reason or solution.status}. After {solution.iterations} iterations the "
-        f"largest residuals are at steps {', '.join(map(str, steps))}: gradient "
-        f"{solution.stationarity():.2g}, violation {solution.violation():.2g}. Free less, or take "
-        "the walk planned phase by phase, which" + offer,
-        steps, plan, report,
-    )  # fmt: skip

@@ -1,4 +1,4 @@
-"""The flights of the feet, and the rows that bound their height."""
+"""The flights of the feet, and the rows of a problem that bound their height."""
 
 from __future__ import annotations
 
@@ -11,42 +11,46 @@ from gaitopt.optimize.route.layout import Rows
 from gaitopt.optimize.route.legs import FOOT, POSE
 from gaitopt.planners.time_optimal.knots import RouteKnots
 
-KEPT = 0.5
-"""Share of the rows' reserve that a motion keeps at least."""
+FOOT_HEIGHT = FOOT.start + 2
+"""Column of a pose that holds the height of the flying foot."""
 
 
 class Flights(NamedTuple):
-    """The flights of a motion.
+    """Flights of feet.
 
     Attributes:
-        lift, land: knots at which the feet lift off and land ``(S,)``.
-        ends: the two footholds ``(S, 2, 3)`` [m].
+        lift_off, touchdown: knots at which the feet lift off and touch down ``(S,)``.
+        footholds: the two footholds of each flight ``(S, 2, 3)`` [m].
     """
 
-    lift: np.ndarray
-    land: np.ndarray
-    ends: FloatArray
+    lift_off: np.ndarray
+    touchdown: np.ndarray
+    footholds: FloatArray
 
     @classmethod
-    def of(cls, knots: RouteKnots, skip: int) -> Flights:
-        """Those that begin at knot ``skip`` or later."""
-        pairs = knots.ends[1:].reshape(-1, 2)
-        pairs = pairs[pairs[:, 0] >= skip]
+    def of(cls, knots: RouteKnots, first_knot: int = 0) -> Flights:
+        """The flights that begin at ``first_knot`` or later."""
+        pairs = knots.flights
+        pairs = pairs[pairs[:, 0] >= first_knot]
         leg = knots.leg[pairs[:, 0]]
         return cls(pairs[:, 0], pairs[:, 1], knots.feet[pairs, leg[:, None]])
 
     @property
-    def top(self) -> FloatArray:
-        """Height of the higher foothold ``(S,)`` [m]."""
-        return np.asarray(self.ends[..., 2].max(axis=1))
+    def higher_foothold(self) -> FloatArray:
+        """Height of the higher one of the two footholds ``(S,)`` [m]."""
+        return np.asarray(self.footholds[..., 2].max(axis=1))
 
 
-def apexes(lift: np.ndarray, swing_knots: int) -> tuple[np.ndarray, np.ndarray]:
-    """The two knots between whose control points a smooth flight is highest."""
-    return lift + swing_knots // 2, lift + swing_knots // 2 + 1
+def smooth_apex_knots(lift_off: np.ndarray, swing_intervals: int) -> tuple[np.ndarray, np.ndarray]:
+    """The two knots in the middle of a flight whose control points both keep the swing height.
+
+    A quadratic B-spline does not pass through its control points, but it passes through the middle
+    between two of them: so the flight of a smooth walk has its apex there.
+    """
+    return lift_off + swing_intervals // 2, lift_off + swing_intervals // 2 + 1
 
 
 def height_rows(rows: Rows) -> np.ndarray:
-    """The rows that look at the flying foot's height alone, by their numbers."""
-    alone = np.arange(POSE) == FOOT.start + 2
-    return np.flatnonzero(((rows.linear == alone) & (rows.square == 0.0)).all(axis=1))
+    """Numbers of the rows that bound the height of the flying foot and nothing else."""
+    only_height = np.arange(POSE) == FOOT_HEIGHT
+    return np.flatnonzero(((rows.linear == only_height) & (rows.square == 0.0)).all(axis=1))

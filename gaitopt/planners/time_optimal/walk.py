@@ -1,8 +1,8 @@
-"""What a time-optimal route walks, the per-phase walk that shows the way, and how it fails."""
+"""A walk that is planned as one optimisation problem, and what is known of it before."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -22,13 +22,16 @@ from gaitopt.terrain.footholds import Footholds
 
 @dataclass(frozen=True, eq=False)
 class Route:
-    """What is to be walked, and the per-phase walk that shows the way.
+    """A walk that is planned as one problem: the whole walk, or a window of its steps.
 
     Attributes:
-        robot, footholds, settings: of the walk.
-        steps: its steps, in the heading frame.
-        cogs: body centre before and after each stance phase of the per-phase walk ``(S + 1, 3)``.
-        shapes: of the legs, to be kept apart; ``None`` where they are meshes.
+        robot, footholds, settings: of the whole walk.
+        steps: the steps to plan, in the heading frame.
+        cogs: body centre before and after the stance phase of each of them ``(S + 1, 3)`` [m], of
+            the walk that is planned phase by phase.
+        shapes: collision shapes of the legs, which must not touch each other; ``None`` where the
+            robot's shapes are meshes, which planners do not look at.
+        first_step: index of the first of these steps in the whole walk.
     """
 
     robot: Quadruped
@@ -37,17 +40,30 @@ class Route:
     steps: CrawlSteps
     cogs: FloatArray
     shapes: CollisionPairs | None
+    first_step: int = 0
 
-    def part(self, first: int, last: int) -> CrawlSteps:
-        """The steps from ``first`` up to, not including, ``last``."""
-        s = self.steps
-        return CrawlSteps(
-            s.legs[first:last], s.feet[first:last], s.targets[first:last], s.heights[first:last],
-            s.start_height,
-        )  # fmt: skip
+    @property
+    def count(self) -> int:
+        """Number of steps."""
+        return len(self.steps.legs)
+
+    @property
+    def intervals(self) -> int:
+        """Intervals of each step."""
+        return self.settings.stance_knots + self.settings.swing_knots
+
+    def window(self, first: int, last: int) -> Route:
+        """The steps from ``first`` up to, not including, ``last``, counted within this route."""
+        s, inside = self.steps, slice(first, last)
+        steps = CrawlSteps(
+            s.legs[inside], s.feet[inside], s.targets[inside], s.heights[inside], s.start_height
+        )
+        return replace(
+            self, steps=steps, cogs=self.cogs[first : last + 1], first_step=self.first_step + first
+        )
 
     def phase_by_phase(self) -> Plan | None:
-        """The plan phase by phase over the same footholds; ``None`` where there is none."""
+        """The plan of [Wang2020] over all footholds; ``None`` where it is not possible."""
         try:
             return plan_in_order(self.robot, self.footholds, crawl_settings(self.settings))
         except GaitoptError:
@@ -55,7 +71,7 @@ class Route:
 
 
 def crawl_settings(settings: RouteSettings) -> CrawlSettings:
-    """Settings of the walk phase by phase over the same footholds."""
+    """Settings of the same walk planned phase by phase."""
     return CrawlSettings(
         stability_margin=settings.stability_margin, body_height=settings.body_height,
         swing_height=settings.swing_height, sequence=settings.order,
@@ -64,19 +80,20 @@ def crawl_settings(settings: RouteSettings) -> CrawlSettings:
     )  # fmt: skip
 
 
-def prepared(robot: Quadruped, footholds: Footholds, settings: RouteSettings) -> Route:
-    """Steps and COG targets of the per-phase walk.
+def prepare_route(robot: Quadruped, footholds: Footholds, settings: RouteSettings) -> Route:
+    """The whole walk, with the targets of the body centre of the walk planned phase by phase.
 
     Raises:
-        InfeasibleStepError: a step is impossible.
+        InputError: the robot's legs cannot move sideways, or they cross at the start.
+        InfeasibleStepError: the walk planned phase by phase is not possible.
     """
-    paper = crawl_settings(settings)
+    crawl = crawl_settings(settings)
     check_robot(robot)
-    steps = crawl_steps(footholds, paper)
+    steps = crawl_steps(footholds, crawl)
     check_stance(steps)
-    check_heights(robot, steps, paper)
-    start = start_place(robot, steps, paper)
-    solutions = optimise_cogs(robot, steps, paper, start)
-    ends = [np.append(s.position, z) for s, z in zip(solutions, steps.heights, strict=True)]
-    return Route(robot, footholds, settings, steps, np.vstack([start, *ends]),
-                 CollisionPairs.of(robot))  # fmt: skip
+    check_heights(robot, steps, crawl)
+    start = start_place(robot, steps, crawl)
+    targets = optimise_cogs(robot, steps, crawl, start)
+    ends = [np.append(t.position, z) for t, z in zip(targets, steps.heights, strict=True)]
+    cogs = np.vstack([start, *ends])
+    return Route(robot, footholds, settings, steps, cogs, CollisionPairs.of(robot))

@@ -19,8 +19,8 @@ from gaitopt.optimize.route.dynamic_problem import DynamicRouteProblem
 from gaitopt.optimize.route.problem import RouteProblem
 from gaitopt.plan.settings.freedoms import VARIANTS
 from gaitopt.plan.settings.time_optimal import RouteSettings
-from gaitopt.planners.time_optimal.build import problem_of
-from gaitopt.planners.time_optimal.walk import prepared
+from gaitopt.planners.time_optimal.build import build_route
+from gaitopt.planners.time_optimal.walk import prepare_route
 
 Array = NDArray[np.float64]
 
@@ -28,9 +28,11 @@ Array = NDArray[np.float64]
 def small_problem(robot: Quadruped, row: str, steps: int = 4, **settings: Any) -> RouteProblem:
     """The first ``steps`` of a random terrain."""
     chosen = RouteSettings(free=VARIANTS[row], **settings)
-    route = prepared(robot, gaitopt.s_columns(2, columns=3), chosen)
+    route = prepare_route(robot, gaitopt.s_columns(2, columns=3), chosen)
     # With all position limits, not only those that are near.
-    return replace(problem_of(route, 0, steps), used_limits=np.ones((2, 12), dtype=np.bool_))
+    return replace(
+        build_route(route.window(0, steps))[1], used_limits=np.ones((2, 12), dtype=np.bool_)
+    )
 
 
 def with_accelerations(problem: RouteProblem, moving: bool = False) -> DynamicRouteProblem:

@@ -15,12 +15,12 @@ from gaitopt.plan.com_margin import com_margin, true_com
 from gaitopt.plan.settings.by_name import settings_from_dict
 from gaitopt.plan.settings.freedoms import VARIANTS
 from gaitopt.plan.settings.time_optimal import RouteSettings
-from gaitopt.planners.time_optimal.balance import dense_com, raised, shortfall
+from gaitopt.planners.time_optimal.balance import dense_com, margin_shortfall, with_raised_com_rows
 from gaitopt.planners.time_optimal.bound import route_bound
 from gaitopt.planners.time_optimal.build import build_route
 from gaitopt.planners.time_optimal.planner import plan_route
 from gaitopt.planners.time_optimal.straight.densify import densify
-from gaitopt.planners.time_optimal.walk import prepared
+from gaitopt.planners.time_optimal.walk import prepare_route
 from gaitopt.robots.whole_body import configuration
 
 STATIC_ROWS = [row for row in VARIANTS if row != "dynamic"]
@@ -94,29 +94,29 @@ def test_dense_com_and_shortfall_are_pinocchio_s(wang: Quadruped) -> None:
     turn = gaitopt.conventions.rotation_z(0.4)
     straight = gaitopt.s_columns(5, columns=3)
     footholds = Footholds({leg: straight[leg] @ turn.T for leg in LEGS}, straight.radius)
-    route = prepared(wang, footholds, settings, None)
-    knots, problem = build_route(wang, route.steps, settings, route.cogs, footholds.landing_radius)
+    route = prepare_route(wang, footholds, settings)
+    knots, problem = build_route(route)
     dense = densify(wang, settings, knots, problem.legs, problem.poses)
-    q = configuration(wang, dense.body[:, :3], dense.body[:, 3:], dense.joints)
+    q = configuration(wang, dense.base[:, :3], dense.base[:, 3:], dense.joints)
     points = true_com(wang, q) @ turn
     assert dense_com(wang, settings, dense) == pytest.approx(points, abs=1e-12)
-    short = shortfall(wang, settings, knots, dense)
-    k = int(np.flatnonzero(knots.swings)[3])
+    short = margin_shortfall(wang, settings, knots, dense)
+    k = int(np.flatnonzero(knots.is_swing)[3])
     support = [i for i in range(4) if i != knots.leg[k]]
-    part = points[dense.knots[k] : dense.knots[k + 1] + 1]
+    part = points[dense.at_knots[k] : dense.at_knots[k + 1] + 1]
     margin = gaitopt.static_stability_margin(knots.feet[k, support], part).min()
     assert short[k].max() == pytest.approx(0.03 + 1e-5 - margin, abs=1e-12)
 
 
 def test_only_rows_beside_a_shortfall_are_raised(wang: Quadruped, short: Footholds) -> None:
     settings = RouteSettings(free=VARIANTS["swing"], com="model")
-    route = prepared(wang, short, settings, None)
-    knots, problem = build_route(wang, route.steps, settings, route.cogs, short.landing_radius)
+    route = prepare_route(wang, short, settings)
+    knots, problem = build_route(route)
     assert problem.com is not None
     lacking = -np.ones((len(knots.step), 12))
-    k = int(np.flatnonzero(knots.swings)[3])
+    k = int(np.flatnonzero(knots.is_swing)[3])
     lacking[k, 1] = 1e-3
-    more = raised(problem.com, knots, lacking).offset - problem.com.offset
+    more = with_raised_com_rows(problem.com, knots, lacking).offset - problem.com.offset
     assert sorted(problem.com.knot[more > 0]) == [k, k + 1]
     assert more[more > 0] == pytest.approx(1.1e-3, abs=1e-5)
 
@@ -124,8 +124,8 @@ def test_only_rows_beside_a_shortfall_are_raised(wang: Quadruped, short: Foothol
 def test_the_first_pose_is_where_the_robot_stands(wang: Quadruped, short: Footholds) -> None:
     """No row asks anything of the first knot, and all of the others are asked."""
     settings = RouteSettings(free=VARIANTS["swing"], com="model")
-    route = prepared(wang, short, settings, None)
-    _, problem = build_route(wang, route.steps, settings, route.cogs, short.landing_radius)
+    route = prepare_route(wang, short, settings)
+    _, problem = build_route(route)
     assert problem.com is not None
     assert set(problem.com.knot) == set(range(1, problem.knots))
 

@@ -1,9 +1,12 @@
-"""What a smooth motion asks of joints and ground between its knots, and how a problem learns of it.
+"""What a smooth motion asks of joints and ground between its knots, and stricter rows for it.
 
-The problem sees knots. The motion through its solution is measured, and what joints and ZMP ask for
-beyond what the problem saw is taken off the room that its rows have; then it is solved again. So
-rows are neither too tight nor too loose. After a few rounds rooms are only made tighter, and only
-where there is still too little. A last small stretch of time takes what is left.
+Joints follow from the control points by inverse kinematics, which is not linear. So between knots a
+joint may need more velocity or acceleration than its row sees at the knots, and the ZMP may be
+elsewhere. Therefore the motion through a solution is measured. In the first rounds the limit in
+each row is what is allowed, minus what the motion asks for beyond the value that the row sees: some
+rows become stricter, others less strict. In later rounds limits are only tightened, and only where
+the motion still asks for too much, so that solutions converge. What is left is removed by
+stretching the motion in time a little.
 """
 
 from __future__ import annotations
@@ -13,124 +16,147 @@ from dataclasses import replace
 import numpy as np
 
 from gaitopt.conventions import FloatArray
+from gaitopt.motion.retiming import needed_stretch
 from gaitopt.optimize.route.dynamic_layout import interval_times
 from gaitopt.optimize.route.dynamic_problem import DynamicRouteProblem
-from gaitopt.optimize.route.legs import JOINTS
-from gaitopt.planners.time_optimal.smooth.motion import RouteMotion
+from gaitopt.optimize.route.legs import BODY, JOINTS
+from gaitopt.planners.time_optimal.smooth.motion import SplineMotion
+from gaitopt.planners.time_optimal.smooth.window import SmoothWindow
 from gaitopt.stability.zmp import point_mass_zmp
 
-SPARE = 1e-3
+JOINT_RESERVE = 1e-3
 """Share of the joints' limits that is kept in reserve."""
-ZMP_SPARE = 3e-5
-"""The same for the ZMP's margin [m]."""
+ZMP_RESERVE = 3e-5
+"""Length that is added to the margin of the ZMP in reserve [m]."""
+TIGHTENING_RESERVES = 2.0
+"""How many reserves are kept where limits are only tightened."""
 MOST_STRETCH = 1.005
 """Most that time is stretched in the end."""
-HASTE = 1.5
-"""How many times what is too much is taken off the room, once rooms are tightened only."""
-_LEAST_SHARE, _MOST_SHARE = -0.75, 1.75
-"""Range of rooms in shares of the limits: where the map to joints is curved, a steady body
-accelerates them, and what knots see must even slow them down."""
+LIMIT_OVERCORRECTION = 1.5
+"""How many times what is too much is taken off a limit, once limits are only tightened."""
+LEAST_LIMIT_SHARE, MOST_LIMIT_SHARE = -0.75, 1.75
+"""Range of the limits in rows, as shares of the joints' limits.
+
+They may be negative: where the map from poses to joints is curved, a joint accelerates although
+the body moves evenly, and the values that the row sees must make up for it.
+"""
 
 
-def corrected(
-    problem: DynamicRouteProblem, motion: RouteMotion, skip: int, limit: float, reserve: FloatArray
+def with_corrected_limits(
+    problem: DynamicRouteProblem, window: SmoothWindow, motion: SplineMotion
 ) -> DynamicRouteProblem:
-    """The problem with the room that leaves the motion through its solution within its limits.
+    """The problem with limits in its rows by which this motion would just keep all limits.
 
     Args:
         problem: whose solution gave the motion.
-        motion: the solution's, with so many knots before it as ``skip`` says.
-        skip: spans of the motion that are not the problem's.
-        limit: of joint accelerations [rad/s^2].
-        reserve: how many spares to keep at each of the problem's knots ``(K,)``.
+        window: what is planned.
+        motion: the window's, through the solution.
     """
-    rooms = []
-    limits = _reserved(problem, limit, reserve)
-    for (most, wanted), asked, seen in zip(limits, motion.asked, _seen(motion), strict=True):
-        extra = (asked - np.stack([seen, -seen]))[:, skip:]
-        rooms.append(np.clip(wanted - extra, _LEAST_SHARE * most, _MOST_SHARE * most))
+    first, demand = window.first_knot, motion.joint_demand
+    seen = _demand_in_rows(motion)
+    limits = []
+    for (full, usable), asked, at_knots in zip(
+        _usable_limits(problem, window, window.reserves), demand, seen, strict=True
+    ):
+        beyond = (asked - np.stack([at_knots, -at_knots]))[:, first:]
+        limits.append(np.clip(usable - beyond, LEAST_LIMIT_SHARE * full, MOST_LIMIT_SHARE * full))
     zmp = problem.zmp
     if len(zmp.knot):
-        at = zmp.knot + skip
-        # What the problem sees is the body centre's control point, with the span's acceleration.
-        centre, pull = motion.poses[at, :3], 2.0 * motion.pieces[0, at, :3]
-        seen = (zmp.normal * point_mass_zmp(centre, pull, zmp.ground)).sum(axis=1)
-        wander = seen - _least_along(problem, motion, skip)
-        zmp = zmp._replace(offset=zmp.least + ZMP_SPARE * reserve[zmp.knot] + wander)
+        knot = zmp.knot + first
+        # A row sees the control point of the body centre, with the acceleration of its span.
+        centre, acceleration = motion.poses[knot, BODY], 2.0 * motion.parabolas[0, knot, BODY]
+        at_knot = (zmp.normal * point_mass_zmp(centre, acceleration, zmp.ground)).sum(axis=1)
+        beyond = at_knot - _least_along_normals(problem, window, motion)
+        reserve = ZMP_RESERVE * window.reserves[zmp.knot]
+        zmp = zmp._replace(offset=zmp.least + reserve + beyond)
     return replace(
-        problem, interval_velocity_limits=rooms[0], acceleration_limits=rooms[1], zmp=zmp
+        problem, interval_velocity_limits=limits[0], acceleration_limits=limits[1], zmp=zmp
     )
 
 
-def tightened(
-    problem: DynamicRouteProblem, motion: RouteMotion, skip: int, limit: float, reserve: FloatArray
+def with_tightened_limits(
+    problem: DynamicRouteProblem, window: SmoothWindow, motion: SplineMotion
 ) -> DynamicRouteProblem:
-    """The problem with less room only where the motion through its solution asks for too much.
+    """The problem with stricter limits in its rows only where the motion asks for too much.
 
-    Corrections move the solution, which asks for other corrections. These leave most rows as they
-    are, so the solution settles. Arguments as for :func:`corrected`.
+    Corrections move the solution, which then needs other corrections. Here most rows stay as they
+    are, so that solutions converge. Arguments as for :func:`with_corrected_limits`.
     """
-    rooms = []
-    limits, old = (
-        _reserved(problem, limit, 2.0 * reserve),
+    reserves = TIGHTENING_RESERVES * window.reserves
+    limits = []
+    for (full, usable), asked, old in zip(
+        _usable_limits(problem, window, reserves),
+        motion.joint_demand,
         (problem.interval_velocity_limits, problem.acceleration_limits),
-    )
-    for (most, wanted), asked, room in zip(limits, motion.asked, old, strict=True):
-        over = np.maximum(asked[:, skip:] - wanted, 0.0)
-        rooms.append(np.maximum(room - HASTE * over, _LEAST_SHARE * most))
+        strict=True,
+    ):
+        excess = np.maximum(asked[:, window.first_knot :] - usable, 0.0)
+        limits.append(np.maximum(old - LIMIT_OVERCORRECTION * excess, LEAST_LIMIT_SHARE * full))
     zmp = problem.zmp
     if len(zmp.knot):
-        short = (
-            zmp.least + 2.0 * ZMP_SPARE * reserve[zmp.knot] - _least_along(problem, motion, skip)
-        )
-        zmp = zmp._replace(offset=zmp.offset + HASTE * np.maximum(short, 0.0))
+        wanted = zmp.least + TIGHTENING_RESERVES * ZMP_RESERVE * window.reserves[zmp.knot]
+        missing = np.maximum(wanted - _least_along_normals(problem, window, motion), 0.0)
+        zmp = zmp._replace(offset=zmp.offset + LIMIT_OVERCORRECTION * missing)
     return replace(
-        problem, interval_velocity_limits=rooms[0], acceleration_limits=rooms[1], zmp=zmp
+        problem, interval_velocity_limits=limits[0], acceleration_limits=limits[1], zmp=zmp
     )
 
 
-def _reserved(
-    problem: DynamicRouteProblem, limit: float, reserve: FloatArray
+def _usable_limits(
+    problem: DynamicRouteProblem, window: SmoothWindow, reserves: FloatArray
 ) -> list[tuple[FloatArray, FloatArray]]:
-    """Limits of velocities and accelerations ``(12,)``, and what of them may be used.
+    """Limits of velocities and of accelerations, and what of them may be used.
 
-    The latter between each two knots and at each, ``(K - 1, 12)`` and ``(K, 12)``.
+    Args:
+        problem, window: what is planned.
+        reserves: how many reserves to keep at each knot ``(K,)``.
+
+    Returns:
+        For velocities ``(12,)`` and ``(K - 1, 12)``, for accelerations ``(12,)`` and ``(K, 12)``.
     """
-    most = np.full(JOINTS, limit)
-    between = np.maximum(reserve[1:], reserve[:-1])
+    velocity, acceleration = problem.velocity_limits, np.full(JOINTS, window.acceleration_limit)
+    between = np.maximum(reserves[1:], reserves[:-1])
     return [
-        (problem.velocity_limits, (1.0 - SPARE * between[:, None]) * problem.velocity_limits),
-        (most, (1.0 - SPARE * reserve[:, None]) * most),
+        (velocity, (1.0 - JOINT_RESERVE * between[:, None]) * velocity),
+        (acceleration, (1.0 - JOINT_RESERVE * reserves[:, None]) * acceleration),
     ]
 
 
-def _seen(motion: RouteMotion) -> tuple[FloatArray, FloatArray]:
-    """Joint velocities ``(K - 1, 12)`` and accelerations ``(K, 12)`` as the problem sees them."""
+def _demand_in_rows(motion: SplineMotion) -> tuple[FloatArray, FloatArray]:
+    """Joint velocities ``(K - 1, 12)`` and accelerations ``(K, 12)`` as rows of the problem see.
+
+    They follow from differences of the joint angles in the poses at knots.
+    """
     knots = motion.knots
-    joints = motion.legs.joints(motion.poses, knots.feet, knots.flying).reshape(-1, JOINTS)
+    joints = motion.legs.joints(motion.poses, knots.feet, knots.in_air).reshape(-1, JOINTS)
     velocity = np.diff(joints, axis=0) / interval_times(motion.spans[:-1])[:, None]
     rest = np.zeros((1, JOINTS))
-    jumps = np.diff(np.concatenate([rest, velocity, rest]), axis=0)
-    return velocity, jumps / motion.spans[:, None]
+    changes = np.diff(np.concatenate([rest, velocity, rest]), axis=0)
+    return velocity, changes / motion.spans[:, None]
 
 
-def _least_along(problem: DynamicRouteProblem, motion: RouteMotion, skip: int) -> FloatArray:
-    """How far within their spans the ZMP is along the rows' normals, at least ``(M,)`` [m].
+def _least_along_normals(
+    problem: DynamicRouteProblem, window: SmoothWindow, motion: SplineMotion
+) -> FloatArray:
+    """Least ``normal . zmp`` on the span of each of the ZMP's rows ``(M,)`` [m].
 
-    The motion may yet be stretched a little, which moves its ZMP.
+    As the motion is now, and with all the stretch that it may get: this moves the ZMP.
     """
-    zmp = problem.zmp
-    found = [
-        np.einsum("mi,msi->ms", zmp.normal, m.zero_moment_points()[zmp.knot + skip]).min(axis=1)
-        for m in (motion, motion.slower(MOST_STRETCH))
-    ]
-    return np.asarray(np.minimum(*found))
+    zmp, knot = problem.zmp, problem.zmp.knot + window.first_knot
+    now, stretched = (
+        np.einsum("mi,msi->ms", zmp.normal, one.zero_moment_points()[knot]).min(axis=1)
+        for one in (motion, motion.slower(MOST_STRETCH))
+    )
+    return np.asarray(np.minimum(now, stretched))
 
 
-def stretch_needed(motion: RouteMotion, skip: int, rates: FloatArray, limit: float) -> float:
-    """How much longer the motion must take for all joints to keep their limits, as sampled.
+def sampled_stretch(window: SmoothWindow, motion: SplineMotion) -> float:
+    """Factor by which the motion's time must grow so that joints keep their limits at samples.
 
-    Below 1 where there is room.
+    Below 1 where the motion may be faster.
     """
-    use, bends = (part[:, skip:] for part in motion.asked)
-    return float(max((use / rates).max(), np.sqrt(bends.max() / limit)))
+    velocities, accelerations = motion.joint_demand.since(window.first_knot)
+    return needed_stretch(
+        (velocities / window.problem.velocity_limits).max(),
+        accelerations.max() / window.acceleration_limit,
+    )

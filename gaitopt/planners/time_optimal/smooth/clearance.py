@@ -1,107 +1,117 @@
-"""How high feet on a smooth motion fly outside their columns, and rows that keep them there.
+"""How high feet fly on a smooth motion, and rows of height that keep them high enough.
 
-A flying foot is a quadratic B-spline whose control points keep the clearance, but for those on the
-ground. On the second span of a flight, and on the last but one, the spline cuts the corner between
-ground and air; there the first and last knots in the air are raised until the foot is high enough
-where it leaves the columns' radius.
+The path of a flying foot is a quadratic B-spline. Its control points in the air keep the clearance,
+those at lift-off and touchdown are on the ground. So on the second span of a flight, and on the
+last but one, the spline cuts the corner between ground and air. There the first and the last
+control point in the air are raised until the foot is high enough where it is not above a column.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gaitopt.conventions import FloatArray
 from gaitopt.optimize.route.dynamic_problem import DynamicRouteProblem
 from gaitopt.optimize.route.legs import FOOT
-from gaitopt.plan.settings.time_optimal import RouteSettings
-from gaitopt.planners.time_optimal.flights import KEPT, Flights, apexes, height_rows
-from gaitopt.planners.time_optimal.smooth.motion import RouteMotion
+from gaitopt.planners.time_optimal.dense import RESERVE_KEPT
+from gaitopt.planners.time_optimal.flights import (
+    FOOT_HEIGHT,
+    Flights,
+    height_rows,
+    smooth_apex_knots,
+)
+from gaitopt.planners.time_optimal.smooth.between import LIMIT_OVERCORRECTION
+from gaitopt.planners.time_optimal.smooth.motion import SplineMotion
+from gaitopt.planners.time_optimal.smooth.window import SmoothWindow
 
-if TYPE_CHECKING:
-    pass
-
-PARTS = 64
-"""Parts of a span, on each of which a foot's parabola is bounded."""
+PIECES_PER_SPAN = 64
+"""Pieces of a span on each of which a foot's parabola is bounded by its chord."""
 
 
-def heights(motion: RouteMotion, skip: int, radius: float) -> FloatArray:
-    """Lower bound of the foot's height over its higher foothold, outside both columns ``(K,)`` [m].
+def lowest_heights(motion: SplineMotion, radius: float, first_knot: int = 0) -> FloatArray:
+    """Lower bound of a flying foot's height above its higher foothold on each span ``(K,)`` [m].
 
-    The least on each span; infinite on spans of no flight, and where the foot is nowhere outside.
+    Where the foot is above one of its two columns its height does not count. Infinite on spans on
+    which no foot flies, or the foot is above a column all the time.
 
     Args:
         motion: the motion.
-        skip: flights that begin before this knot are not looked at.
         radius: how far from a foothold a foot stands on it [m] (``Footholds.landing_radius``).
+        first_knot: flights that begin before this knot are left out.
     """
-    flights = Flights.of(motion.knots, skip)
-    count = flights.land - flights.lift + 1
-    owner = np.repeat(np.arange(len(count)), count)
-    span = flights.lift[owner] + np.arange(len(owner)) - (np.cumsum(count) - count)[owner]
+    flights = Flights.of(motion.knots, first_knot)
+    count = flights.touchdown - flights.lift_off + 1
+    flight = np.repeat(np.arange(len(count)), count)
+    number = np.arange(len(flight)) - (np.cumsum(count) - count)[flight]
+    span = flights.lift_off[flight] + number
     out = np.full(len(motion.spans), np.inf)
     if not len(span):
         return out
-    bend, speed, start = motion.pieces[:, span, FOOT][:, :, None]
-    step = motion.spans[span] / PARTS
-    t = (step[:, None] * np.arange(PARTS + 1))[..., None]
-    foot = (bend * t + speed) * t + start
-    # A parabola leaves its chord by a quarter of its leading coefficient times the step squared.
-    bow = bend[:, 0] * step[:, None] ** 2 / 4.0
-    away = foot[:, :, None, :2] - flights.ends[owner][:, None, :, :2]
-    distance = np.linalg.norm(away, axis=3)
-    # Discs are convex: a chord between two places inside stays inside.
-    reach = np.maximum(distance[:, 1:], distance[:, :-1]).min(axis=2)
-    outside = reach + np.linalg.norm(bow[:, :2], axis=1)[:, None] > radius
-    low = np.minimum(foot[:, 1:, 2], foot[:, :-1, 2]) - np.maximum(bow[:, 2:], 0.0)
-    out[span] = np.where(outside, low, np.inf).min(axis=1) - flights.top[owner]
+    a, b, c = motion.parabolas[:, span, FOOT][:, :, None]
+    piece = motion.spans[span] / PIECES_PER_SPAN
+    t = (piece[:, None] * np.arange(PIECES_PER_SPAN + 1))[..., None]
+    foot = (a * t + b) * t + c
+    # A parabola is at most a quarter of its first coefficient times the piece's time squared away
+    # from the chord of a piece.
+    from_chord = a[:, 0] * piece[:, None] ** 2 / 4.0
+    from_axes = foot[:, :, None, :2] - flights.footholds[flight][:, None, :, :2]
+    distance = np.linalg.norm(from_axes, axis=3)
+    # A disc is convex: a chord between two places in it lies in it.
+    farthest = np.maximum(distance[:, 1:], distance[:, :-1]).min(axis=2)
+    outside = farthest + np.linalg.norm(from_chord[:, :2], axis=1)[:, None] > radius
+    low = np.minimum(foot[:, 1:, 2], foot[:, :-1, 2]) - np.maximum(from_chord[:, 2:], 0.0)
+    lowest = np.where(outside, low, np.inf).min(axis=1)
+    out[span] = lowest - flights.higher_foothold[flight]
     return out
 
 
-def kept(motion: RouteMotion, skip: int, settings: RouteSettings, radius: float) -> bool:
-    """Whether all flights keep the clearance; arguments as for :func:`heights`."""
-    wanted = settings.clearance + KEPT * settings.clearance_reserve
-    return bool(heights(motion, skip, radius).min() >= wanted)
+def clearance_is_kept(window: SmoothWindow, motion: SplineMotion) -> bool:
+    """Whether all flights of a motion keep the clearance, and half of its reserve."""
+    settings, radius = window.route.settings, window.route.footholds.landing_radius
+    wanted = settings.clearance + RESERVE_KEPT * settings.clearance_reserve
+    return bool(lowest_heights(motion, radius, window.first_knot).min() >= wanted)
 
 
-def raised(
+def with_raised_heights(
     problem: DynamicRouteProblem,
-    motion: RouteMotion,
-    skip: int,
-    settings: RouteSettings,
-    radius: float,
-    haste: float | None = None,
+    window: SmoothWindow,
+    motion: SplineMotion,
+    *,
+    only_upward: bool,
 ) -> DynamicRouteProblem:
-    """The problem with rows of height that make up for the corners that the motion cuts.
+    """The problem with other heights in the rows of the first and last knots in the air.
 
     Args:
         problem: whose solution gave the motion.
-        motion: the solution's, with so many knots before it as ``skip`` says.
-        skip: spans of the motion that are not the problem's.
-        settings, radius: of the walk; the columns' radius [m].
-        haste: rows are raised only, by so many times what is missing; by default they are lowered
-            again, too, where there is more than enough.
+        window: what is planned.
+        motion: the window's, through the solution.
+        only_upward: raise rows only, by more than what is missing; else rows are also lowered
+            where there is more than enough.
     """
-    found, flights = heights(motion, skip, radius), Flights.of(motion.knots, skip)
+    settings, first_knot = window.route.settings, window.first_knot
+    found = lowest_heights(motion, window.route.footholds.landing_radius, first_knot)
+    flights = Flights.of(motion.knots, first_knot)
     wanted = settings.clearance + settings.clearance_reserve
     offset = problem.rows.offset.copy()
-    for air, ground in ((flights.lift + 1, flights.lift), (flights.land - 1, flights.land)):
-        least = np.minimum(found[air], found[ground])
-        short = np.full(motion.knots.feet.shape[0], -np.inf)
-        # Where the foot is nowhere outside the columns, nothing is missing.
-        short[air] = np.where(np.isfinite(least), wanted - least, -np.inf)
-        floor = np.full(len(short), -np.inf)
-        floor[air] = flights.top + wanted
-        apex = np.isin(air, np.concatenate(apexes(flights.lift, settings.swing_knots)))
-        floor[air[apex]] = flights.top[apex] + max(settings.swing_height, wanted)
+    apexes = np.concatenate(smooth_apex_knots(flights.lift_off, settings.swing_knots))
+    for in_air, on_ground in (
+        (flights.lift_off + 1, flights.lift_off),
+        (flights.touchdown - 1, flights.touchdown),
+    ):
+        # Rows of these knots, and the flight of each.
         rows = height_rows(problem.rows)
-        rows = rows[np.isin(problem.rows.knot[rows] + skip, air)]
-        at = problem.rows.knot[rows] + skip
-        if haste is None:
-            asked = np.maximum(floor[at], motion.poses[at, 8] + short[at])
-        else:
-            asked = haste * np.maximum(short[at], 0.0) - offset[rows]
-        offset[rows] = -asked
+        rows = rows[np.isin(problem.rows.knot[rows] + first_knot, in_air)]
+        knot = problem.rows.knot[rows] + first_knot
+        flight = np.searchsorted(in_air, knot)
+        lowest = np.minimum(found[in_air], found[on_ground])[flight]
+        # Where the foot is above a column all the time nothing is missing.
+        missing = np.where(np.isfinite(lowest), wanted - lowest, -np.inf)
+        if only_upward:
+            offset[rows] = -(LIMIT_OVERCORRECTION * np.maximum(missing, 0.0) - offset[rows])
+            continue
+        least = np.where(np.isin(knot, apexes), max(settings.swing_height, wanted), wanted)
+        least = flights.higher_foothold[flight] + least
+        offset[rows] = -np.maximum(least, motion.poses[knot, FOOT_HEIGHT] + missing)
     return replace(problem, rows=problem.rows._replace(offset=offset))

@@ -1,228 +1,229 @@
-"""Rounds of a smooth motion: solve, look between the knots, correct, and solve again."""
+"""Rounds of a smooth walk: solve, measure the motion between knots, change rows, solve again."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
-
-import numpy as np
 
 from gaitopt.conventions import FloatArray
 from gaitopt.interior_point.solver import VIOLATION, Solution, minimise
 from gaitopt.motion.path import MotionPath
 from gaitopt.motion.retiming import legs_needed_stretch
 from gaitopt.optimize.route.dynamic_problem import DynamicRouteProblem
-from gaitopt.planners.time_optimal.collision import kept_apart, touching
-from gaitopt.planners.time_optimal.failure import Reason, failed
-from gaitopt.planners.time_optimal.knots import RouteKnots
-from gaitopt.planners.time_optimal.smooth import clearance as clearance
+from gaitopt.planners.time_optimal.collision import touching_pairs, with_distance_rows
+from gaitopt.planners.time_optimal.failure import Reason, route_error
 from gaitopt.planners.time_optimal.smooth.between import (
-    HASTE,
     MOST_STRETCH,
-    corrected,
-    stretch_needed,
-    tightened,
+    sampled_stretch,
+    with_corrected_limits,
+    with_tightened_limits,
 )
-from gaitopt.planners.time_optimal.smooth.build import first_margin
-from gaitopt.planners.time_optimal.smooth.motion import RouteMotion
-from gaitopt.planners.time_optimal.walk import Route
-from gaitopt.stability.margins import static_stability_margin
+from gaitopt.planners.time_optimal.smooth.clearance import clearance_is_kept, with_raised_heights
+from gaitopt.planners.time_optimal.smooth.motion import SplineMotion
+from gaitopt.planners.time_optimal.smooth.window import SmoothWindow
 
-ROUNDS = 12
-"""Most rounds of correcting what a smooth motion asks for between knots."""
+MOST_SMOOTH_ROUNDS = 12
+"""Most rounds."""
 TOLERANCES = (3e-2, 1e-2, 2e-3)
-"""Of the solver in the first rounds; the last of them in all others, and for what is kept."""
-CORRECTIONS = 3
-"""Rounds that correct all rows; those after them only tighten."""
+"""Tolerances of the solver in the first rounds; in all later rounds it is the last of them. Only
+motions from rounds with the last one are kept."""
+CORRECTING_ROUNDS = 3
+"""Rounds that correct all limits in rows; those after them only tighten limits."""
 ENOUGH = 1.001
-"""Stretch of time below which no further round is worth its time."""
-AT_NEXT = 8.0
-"""Spares of the limits that are kept where the next window begins, so that it has a choice."""
-COLD, WARM = 0.1, 0.01
-"""First barrier parameters, as shares of that from a poor guess."""
-LAST_STRETCH = 1.5
-"""Most that time is stretched where no round gives a motion that needs hardly any."""
-NEARLY = 1e-3
-"""Gradient with which a solution is good enough where there is no better one."""
-_HAIR = 1e-4
+"""A motion that needs no more stretch than this ends the rounds."""
+COLD_BARRIER_SHARE, WARM_BARRIER_SHARE = 0.1, 0.01
+"""First barrier parameters without multipliers, and from the last solution with its multipliers, as
+shares of that from a poor first guess."""
+LAST_RESORT_STRETCH = 1.5
+"""Most that time is stretched where no round gives a motion that needs less."""
+NEARLY_STATIONARY = 1e-3
+"""Largest gradient of the Lagrangian with which an answer is used although it is not solved."""
+SPLINE_STRETCH_RESERVE = 1e-4
+"""Share of time that is added where a motion is stretched, so that its new path keeps its limits,
+too: its polynomials are fitted anew."""
+
+DynamicSolution = Solution[DynamicRouteProblem]
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
-    """A stretch of the route that is planned in one go.
+class FoundMotion:
+    """A motion that keeps all limits.
 
     Attributes:
-        problem: its problem.
-        knots: its knots, and those before it that its motion depends on.
-        poses, spans: of the latter ``(n, 9)`` and ``(n,)`` [s]; none at the route's beginning.
-        guess: spans of the first guess ``(K - 1,)`` [s].
-        next: the problem's knot at which another part will begin, if any.
+        motion, path: the motion, and the path through it.
+        solutions: those that it comes from, window by window.
     """
 
-    problem: DynamicRouteProblem
-    knots: RouteKnots
-    poses: FloatArray
-    spans: FloatArray
-    guess: FloatArray
-    next: int | None = None
-
-    @property
-    def reserve(self) -> FloatArray:
-        """How many spares of the limits to keep at each of the problem's knots ``(K,)``.
-
-        What comes in from here has no choice but to keep the limits.
-        """
-        out = np.ones(self.problem.knots)
-        if self.next is not None:
-            out[self.next - 1 : self.next + 2] = AT_NEXT
-        return out
-
-    @property
-    def whole(self) -> bool:
-        """Whether it is all of the route: nothing comes in, and nothing goes on."""
-        return self.skip == 0 and self.next is None
-
-    @property
-    def skip(self) -> int:
-        """Knots before the problem's first."""
-        return len(self.spans)
-
-    def motion(self, route: Route, x: FloatArray) -> RouteMotion:
-        """The motion of a solution."""
-        poses, times = self.problem.unpack(x)
-        return RouteMotion(
-            route.robot, route.settings.heading, self.problem.legs, self.knots,
-            np.concatenate([self.poses, poses]),
-            np.concatenate([self.spans, times, times[-1:]]),
-        )  # fmt: skip
-
-
-@dataclass(frozen=True, eq=False)
-class Found:
-    """A motion that keeps all limits, with the solutions that it came from, part by part."""
-
-    motion: RouteMotion
+    motion: SplineMotion
     path: MotionPath
-    solutions: tuple[Solution[DynamicRouteProblem], ...]
+    solutions: tuple[DynamicSolution, ...]
 
 
-class _Tried(NamedTuple):
-    """A motion that needs more time to keep all limits."""
-
-    motion: RouteMotion
-    solution: Solution[DynamicRouteProblem]
-
-
-def best_motion(
-    route: Route, part: Part, first: int, iterations: int
-) -> tuple[Found, list[Solution[DynamicRouteProblem]]]:
-    """The fastest motion that keeps all limits, and all solutions on the way there.
+def best_motion(window: SmoothWindow) -> tuple[FoundMotion, list[DynamicSolution]]:
+    """The fastest motion of all rounds that keeps all limits, and the solutions of all rounds.
 
     Raises:
-        RouteError: there is none.
+        RouteError: no round gives one.
+        SolverError: standing feet cannot be kept on their footholds between knots.
     """
-    problem = part.problem
-    cold = problem.pack(problem.poses, part.guess)
-    start, multipliers = cold, None
-    best: Found | None = None
-    spare: tuple[float, _Tried] | None = None
-    solutions: list[Solution[DynamicRouteProblem]] = []
-    for n in range(ROUNDS):
+    guess = _Start(window.problem.pack(window.problem.poses, window.guessed_spans))
+    problem, start, found = window.problem, guess, _Candidates(window)
+    solutions: list[DynamicSolution] = []
+    for n in range(MOST_SMOOTH_ROUNDS):
         tolerance = TOLERANCES[min(n, len(TOLERANCES) - 1)]
-        barrier = (COLD if multipliers is None else WARM) * problem.first_barrier
-        solution = minimise(problem, start, tolerance=tolerance, barrier=barrier,
-                            iteration_limit=iterations, multipliers=multipliers,
-                            reduce_curvature=True)  # fmt: skip
+        solution = _solve(window, problem, start, tolerance)
         solutions.append(solution)
-        if not solution.solved and not (best is None and multipliers is None and _nearly(solution)):
-            if start is cold:
+        nearly = start.multipliers is None and found.best is None and _is_nearly_solved(solution)
+        if not (solution.solved or nearly):
+            if start is guess:
                 break
-            start, multipliers = cold, None
+            start = guess
             continue
-        motion = part.motion(route, solution.x)
-        apart = _moved_apart(route, solution)
-        if tolerance == TOLERANCES[-1] and apart is None:
-            kept, stretch = kept_motion(route, part, motion)
-            usable = part.whole and clearance.kept(
-                motion, part.skip, route.settings, route.footholds.landing_radius
-            )
-            if usable and (spare is None or stretch * motion.times[-1] < spare[0]):
-                spare = stretch * float(motion.times[-1]), _Tried(motion, solution)
-            if kept is not None and (best is None or kept[0].times[-1] < best.motion.times[-1]):
-                best = Found(*kept, (solution,))
-            if kept is not None and stretch <= ENOUGH:
-                break
-        improved = corrected if n < CORRECTIONS else tightened
-        problem = improved(apart or problem, motion, part.skip, _limit(route), part.reserve)
-        problem = clearance.raised(
-            problem, motion, part.skip, route.settings, route.footholds.landing_radius,
-            HASTE if improved is tightened else None,
-        )  # fmt: skip
-        start, multipliers = solution.x, solution.multipliers if apart is None else None
-    if best is None and spare is not None:
-        kept, _ = kept_motion(route, part, spare[1].motion, LAST_STRETCH)
-        best = None if kept is None else Found(*kept, (spare[1].solution,))
+        motion = window.motion(solution.x)
+        apart = _with_legs_apart(window, solution)
+        if tolerance == TOLERANCES[-1] and apart is None and found.add(solution, motion):
+            break
+        start = _Start(solution.x, solution.multipliers if apart is None else None)
+        problem = _with_stricter_rows(apart or problem, window, motion, n >= CORRECTING_ROUNDS)
+    best = found.best or found.stretched()
     if best is None:
         reason = Reason.LIMITS_BETWEEN_KNOTS if solution.solved else None
-        raise failed(route, solution, first, reason)
+        raise route_error(window.route, solution, reason)
     return best, solutions
 
 
-def _nearly(solution: Solution[DynamicRouteProblem]) -> bool:
-    """Whether a solution keeps its limits and is the best to within a little, if not enough."""
-    return solution.violation() <= VIOLATION and solution.stationarity() <= NEARLY
+class _Start(NamedTuple):
+    """Where the solver begins: unknowns, and multipliers where they are known."""
+
+    x: FloatArray
+    multipliers: FloatArray | None = None
 
 
-def _limit(route: Route) -> float:
-    """Limit of joint accelerations [rad/s^2]."""
-    return float(route.settings.acceleration_limit or np.inf)
+def _solve(
+    window: SmoothWindow, problem: DynamicRouteProblem, start: _Start, tolerance: float
+) -> DynamicSolution:
+    """Solve the problem of a round."""
+    share = COLD_BARRIER_SHARE if start.multipliers is None else WARM_BARRIER_SHARE
+    return minimise(problem, start.x, tolerance=tolerance, barrier=share * problem.first_barrier,
+                    iteration_limit=window.route.settings.iterations,
+                    multipliers=start.multipliers, reduce_curvature=True)  # fmt: skip
 
 
-def _moved_apart(
-    route: Route, solution: Solution[DynamicRouteProblem]
-) -> DynamicRouteProblem | None:
-    """The problem with rows that keep legs apart where a solution lets them touch; else none."""
-    if route.shapes is None:
+def _is_nearly_solved(solution: DynamicSolution) -> bool:
+    """Whether an answer keeps its inequalities and is nearly stationary."""
+    return solution.violation() <= VIOLATION and solution.stationarity() <= NEARLY_STATIONARY
+
+
+def _with_legs_apart(window: SmoothWindow, solution: DynamicSolution) -> DynamicRouteProblem | None:
+    """The problem with rows that keep legs apart; ``None`` where no legs touch."""
+    shapes, problem = window.route.shapes, solution.problem
+    if shapes is None:
         return None
-    problem = solution.problem
     poses = problem.unpack(solution.x)[0]
-    found = touching(route.shapes, problem, poses)
-    return None if found is None else kept_apart(route.shapes, problem, poses, *found)
+    close = touching_pairs(shapes, problem, poses)
+    return None if close is None else with_distance_rows(shapes, problem, poses, close)
 
 
-def asked_margins(route: Route, motion: RouteMotion, skip: int) -> FloatArray:
-    """The margin that every span of the motion after the first ``skip`` is to keep [m]."""
-    out = np.full(len(motion.spans) - skip, route.settings.stability_margin)
-    if skip == 0 and len(out):
-        room = static_stability_margin(motion.knots.feet[:1], motion.poses[:1, :2])
-        out[: motion.knots.ends[1]] = first_margin(room, route.settings.stability_margin)
-    return out
+def _with_stricter_rows(
+    problem: DynamicRouteProblem, window: SmoothWindow, motion: SplineMotion, only_tighten: bool
+) -> DynamicRouteProblem:
+    """The problem of the next round, by what the motion through the last solution asks for.
 
-
-def kept_motion(
-    route: Route, part: Part, motion: RouteMotion, most: float = MOST_STRETCH
-) -> tuple[tuple[RouteMotion, MotionPath] | None, float]:
-    """A motion whose path keeps the joints' limits, when it keeps margin and clearance, too.
-
-    Also how much it had to be stretched for the former, ``most`` at the most; it keeps the latter
-    even then.
+    Args:
+        problem: of the last round, perhaps with new rows that keep legs apart.
+        window: what is planned.
+        motion: through the last solution.
+        only_tighten: never make a row less strict.
     """
-    dynamic, skip = not route.settings.static, part.skip
-    asked = asked_margins(route, motion, skip)
-    rates, limit = part.problem.velocity_limits, _limit(route)
-    stretch = stretch_needed(motion, skip, rates, limit)
-    radius = route.footholds.landing_radius
-    if stretch > most or not clearance.kept(motion, skip, route.settings, radius):
-        return None, stretch
-    # Stretching moves the ZMP along a line, and margins are concave: both ends are enough.
-    for one in (motion, motion.slower(most)):
-        if (one.margins(dynamic)[skip:] < asked).any():
-            return None, stretch
+    change = with_tightened_limits if only_tighten else with_corrected_limits
+    return with_raised_heights(
+        change(problem, window, motion), window, motion, only_upward=only_tighten
+    )
+
+
+@dataclass
+class _Candidates:
+    """The best motions of the rounds so far.
+
+    Attributes:
+        window: what is planned.
+        best: the fastest motion that keeps all limits, if any.
+        fallback: for a whole walk, the motion and solution that would be fastest if it was
+            stretched as much as its joints need, with this time [s].
+    """
+
+    window: SmoothWindow
+    best: FoundMotion | None = field(default=None, init=False)
+    fallback: tuple[float, SplineMotion, DynamicSolution] | None = field(default=None, init=False)
+
+    def add(self, solution: DynamicSolution, motion: SplineMotion) -> bool:
+        """Look at the motion of a round; tells whether further rounds are not worth their time."""
+        judged = judge(self.window, motion)
+        duration = judged.stretch * float(motion.times[-1])
+        usable = self.window.is_whole and clearance_is_kept(self.window, motion)
+        if usable and (self.fallback is None or duration < self.fallback[0]):
+            self.fallback = duration, motion, solution
+        if judged.kept is None:
+            return False
+        kept, path = judged.kept
+        if self.best is None or kept.times[-1] < self.best.motion.times[-1]:
+            self.best = FoundMotion(kept, path, (solution,))
+        return judged.stretch <= ENOUGH
+
+    def stretched(self) -> FoundMotion | None:
+        """The fallback, stretched as much as it needs; ``None`` where it then loses its margin."""
+        if self.fallback is None:
+            return None
+        _, motion, solution = self.fallback
+        kept = judge(self.window, motion, LAST_RESORT_STRETCH).kept
+        return None if kept is None else FoundMotion(*kept, (solution,))
+
+
+class Judgement(NamedTuple):
+    """Whether a motion keeps all limits.
+
+    Attributes:
+        kept: the motion, stretched as its joints need it, and its path; ``None`` where it needs too
+            much stretch, or loses its margin or clearance.
+        stretch: how much stretch the joints need.
+    """
+
+    kept: tuple[SplineMotion, MotionPath] | None
+    stretch: float
+
+
+def judge(
+    window: SmoothWindow, motion: SplineMotion, most_stretch: float = MOST_STRETCH
+) -> Judgement:
+    """Whether a motion keeps the limits of all joints at every instant, its margin and clearance.
+
+    Args:
+        window: what is planned.
+        motion: one of its motions.
+        most_stretch: factor by which the motion may be stretched at the most; it keeps the margin
+            with and without this factor.
+
+    Raises:
+        SolverError: feet that stand leave their footholds.
+    """
+    first = window.first_knot
+    stretch = sampled_stretch(window, motion)
+    if stretch > most_stretch or not clearance_is_kept(window, motion):
+        return Judgement(None, stretch)
+    # The ZMP of a stretched motion lies on the line between that of the motion itself and the body
+    # centre, and a margin is a concave function of the point: so both ends are enough.
+    wanted, dynamic = window.wanted_margins(motion), window.route.settings.free.dynamic
+    for one in (motion, motion.slower(most_stretch)):
+        if (one.margins(dynamic)[first:] < wanted).any():
+            return Judgement(None, stretch)
     path = motion.path()
-    stretch = legs_needed_stretch(route.robot, path, float(motion.times[skip]), rates, limit)
-    if stretch > most:
-        return None, stretch
+    stretch = legs_needed_stretch(
+        window.route.robot, path, float(motion.times[first]), window.problem.velocity_limits,
+        window.acceleration_limit,
+    )  # fmt: skip
+    if stretch > most_stretch:
+        return Judgement(None, stretch)
     if stretch > 1.0:
-        motion = motion.slower(stretch * (1.0 + _HAIR))
+        motion = motion.slower(stretch * (1.0 + SPLINE_STRETCH_RESERVE))
         path = motion.path()
-    return (motion, path), stretch
+    return Judgement((motion, path), stretch)

@@ -1,182 +1,210 @@
-"""Time-optimal routes without acceleration limits: all steps in one solution, or in windows.
+"""Solves the problem of a straight walk: all steps at once, or in windows.
 
-After a solution legs are moved apart where they touch, and the true centre of mass gets more room
-where it loses its margin between knots; then it is solved again, from where it was.
+A solution keeps its inequalities at knots. Then legs may still touch each other, and between knots
+the true centre of mass may lose its margin, and feet their clearance. So solutions come in rounds:
+solve, measure, add or raise rows where something is missing, and solve again from the last answer.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import NamedTuple
 
 import numpy as np
 
 from gaitopt.conventions import FloatArray, Progress
 from gaitopt.interior_point.solver import Solution, minimise
-from gaitopt.planners.time_optimal.balance import raised, shortfall
-from gaitopt.planners.time_optimal.build import knots_of, problem_of
-from gaitopt.planners.time_optimal.collision import kept_apart, touching
-from gaitopt.planners.time_optimal.failure import failed
+from gaitopt.optimize.route.legs import POSE
+from gaitopt.optimize.route.problem import RouteProblem
+from gaitopt.planners.time_optimal.balance import margin_shortfall, with_raised_com_rows
+from gaitopt.planners.time_optimal.build import build_route
+from gaitopt.planners.time_optimal.collision import touching_pairs, with_distance_rows
+from gaitopt.planners.time_optimal.failure import route_error
 from gaitopt.planners.time_optimal.knots import RouteKnots
-from gaitopt.planners.time_optimal.straight.clearance import dense_heights, narrowed
+from gaitopt.planners.time_optimal.straight.clearance import (
+    FlightHeights,
+    clearance_is_kept,
+    flight_heights,
+    with_stricter_clearance,
+)
 from gaitopt.planners.time_optimal.straight.densify import densify
 from gaitopt.planners.time_optimal.walk import Route
 
-if TYPE_CHECKING:
-    from gaitopt.optimize.route.problem import RouteProblem
+MOST_STEPS_AT_ONCE = 1024
+"""A longer walk is first planned in windows, which give a first guess for the whole walk."""
+GUESS_WINDOW = 16
+"""Steps of these windows; half of each is kept."""
+WARM_BARRIER_SHARE = 1e-2
+"""First barrier parameter from the last solution, as a share of that from a poor first guess."""
+DISTANCE_ROUNDS = 6
+"""Rounds in which legs may get new rows that keep them apart."""
+MOST_STRAIGHT_ROUNDS = 12
+"""Most rounds."""
 
-DIRECT_STEPS = 1024
-"""Longer routes are first planned in overlapping windows, and then as a whole."""
-WINDOW = 16
-"""Steps of such a window."""
-NEAR = 1e-2
-"""First barrier parameter from a good guess, as a share of that from a poor one."""
-ROUNDS = 6
-"""Most rounds of moving legs apart."""
-BETWEEN_ROUNDS = 12
-"""Most rounds of keeping margin and clearance between knots, too."""
+Solutions = list[Solution[RouteProblem]]
 
 
-def planned_whole(
-    route: Route, iterations: int, progress: Progress | None = None
-) -> tuple[FloatArray, list[Solution[RouteProblem]]]:
-    """Poses at all knots ``(K, 9)``, all steps at once, and all solutions on the way there.
+def solve_whole(
+    route: Route, knots: RouteKnots, problem: RouteProblem, progress: Progress | None = None
+) -> tuple[FloatArray, Solutions]:
+    """Solve for all steps at once.
+
+    Where this fails, and for very long walks, windows give a first guess.
 
     Args:
-        route: what is walked.
-        iterations: most Newton steps of each solution.
-        progress: called with (steps done, steps in all), where windows have to show the way.
+        route: the walk.
+        knots, problem: from :func:`gaitopt.planners.time_optimal.build.build_route`.
+        progress: called with (steps done, steps in all), where windows are needed.
+
+    Returns:
+        Poses at all knots ``(K, 9)``, and all solutions; the poses are those of the last one.
 
     Raises:
         RouteError: no convergence.
     """
-    count = len(route.steps.legs)
-    problem, knots = problem_of(route, 0, count), knots_of(route, 0, count)
-    solutions: list[Solution[RouteProblem]] = []
-    if count <= DIRECT_STEPS:
-        solutions = _solved(route, problem, knots, None, iterations)
+    solutions: Solutions = []
+    if route.count <= MOST_STEPS_AT_ONCE:
+        solutions = _solve_in_rounds(route, problem, knots)
     if not solutions or not solutions[-1].solved:
-        poses, windows = planned_in_windows(
-            route, WINDOW, WINDOW // 2, iterations, progress, partial=True
+        guess, of_windows = solve_in_windows(
+            route, GUESS_WINDOW, GUESS_WINDOW // 2, progress, as_guess=True
         )
-        solutions += [*windows, *_solved(route, problem, knots, poses, iterations)]
+        solutions += [*of_windows, *_solve_in_rounds(route, problem, knots, guess)]
     if not solutions[-1].solved:
-        raise failed(route, solutions[-1], 0)
+        raise route_error(route, solutions[-1])
     return problem.unpack(solutions[-1].x)[0], solutions
 
 
-def _solved(
-    route: Route,
-    problem: RouteProblem,
-    knots: RouteKnots | None,
-    guess: FloatArray | None,
-    iterations: int,
-) -> list[Solution[RouteProblem]]:
-    """Solutions of the problem, each with more rows than the one before.
-
-    In the last one legs keep apart, the true COM its margin, and flying feet their clearance.
-
-    Args:
-        route, problem: what is walked, and the steps that are solved.
-        knots: of these steps; ``None`` to keep margin and clearance at knots only.
-        guess: poses from which to begin, near the optimum; the problem's own by default.
-        iterations: most Newton steps of each solution.
-    """
-
-    def again(changed: RouteProblem, poses: FloatArray) -> Solution[RouteProblem]:
-        return minimise(changed, changed.unknowns_near(poses), barrier=NEAR * changed.first_barrier,
-                        iteration_limit=iterations)  # fmt: skip
-
-    if guess is None:
-        solutions = [minimise(problem, problem.first_guess(), barrier=problem.first_barrier,
-                              iteration_limit=iterations)]  # fmt: skip
-    else:
-        solutions = [again(problem, guess)]
-    apart = problem
-    for attempt in range(BETWEEN_ROUNDS):
-        if not solutions[-1].solved:
-            break
-        poses = problem.unpack(solutions[-1].x)[0]
-        found = None
-        if route.shapes is not None and attempt < ROUNDS:
-            found = touching(route.shapes, problem, poses)
-        safer = None if knots is None else _safer(route, apart, knots, poses)
-        if found is None and safer is None:
-            break
-        if safer is not None:
-            problem, apart = safer(problem), safer(apart)
-        if route.shapes is not None and found is not None:
-            apart = kept_apart(route.shapes, problem, poses, *found)
-        solutions.append(again(apart, poses))
-    return solutions
-
-
-def _safer(
-    route: Route, problem: RouteProblem, knots: RouteKnots, poses: FloatArray
-) -> Callable[[RouteProblem], RouteProblem] | None:
-    """What asks more of the true COM and of flying feet, where they lose margin or clearance.
-
-    Between knots, that is. ``None`` where they keep them.
-    """
-    settings, free = route.settings, route.settings.free.swing
-    if problem.com is None and not free:
-        return None
-    dense = densify(route.robot, settings, knots, problem.legs, poses)
-    com, seen = problem.com, dense_heights(route, knots, dense) if free else None
-    if com is not None:
-        short = shortfall(route.robot, settings, knots, dense)
-        com = raised(com, knots, short) if short.max() > 0.0 else None
-    if com is None and (seen is None or narrowed(problem.rows, knots, seen, settings) is None):
-        return None
-
-    def changed(one: RouteProblem) -> RouteProblem:
-        rows = None if seen is None else narrowed(one.rows, knots, seen, settings)
-        return replace(one, com=com or one.com, rows=rows or one.rows)
-
-    return changed
-
-
-def planned_in_windows(
+def solve_in_windows(
     route: Route,
     length: int,
     kept: int,
-    iterations: int,
     progress: Progress | None = None,
     *,
-    partial: bool = False,
-) -> tuple[FloatArray, list[Solution[RouteProblem]]]:
-    """Poses at all knots ``(K, 9)``, planned in windows that move along, and all solutions.
+    as_guess: bool = False,
+) -> tuple[FloatArray, Solutions]:
+    """Solve for some steps at a time: each window begins where the kept part of the last one ends.
 
     Args:
-        route: what is walked.
+        route: the walk.
         length, kept: steps of a window, and how many of them are kept.
-        iterations: most Newton steps of each solution.
         progress: called with (steps done, steps in all) before every window but the first.
-        partial: take what was found even where a window did not converge, as a first guess.
+        as_guess: whether the poses are only to be a first guess. Then nothing is measured between
+            knots, and a window's poses are taken even where it did not converge.
+
+    Returns:
+        Poses at all knots ``(K, 9)``, and the solutions of all windows.
 
     Raises:
         RouteError: a window did not converge.
     """
-    count, each = len(route.steps.legs), route.settings.stance_knots + route.settings.swing_knots
-    poses = np.zeros((count * each + 1, 9))
-    solutions: list[Solution[RouteProblem]] = []
-    first, here = 0, None
-    while first < count:
+    each = route.intervals
+    poses = np.zeros((route.count * each + 1, POSE))
+    solutions: Solutions = []
+    first = 0
+    while first < route.count:
         if first and progress is not None:
-            progress(first, count)
-        last = min(first + length, count)
-        problem = problem_of(route, first, last)
-        if here is not None:
-            problem = problem.with_start(here)
-        # A first guess need not hold between knots.
-        knots = None if partial else knots_of(route, first, last)
-        solutions += _solved(route, problem, knots, None, iterations)
-        solution = solutions[-1]
-        if not solution.solved and not partial:
-            raise failed(route, solution, first)
-        found = problem.unpack(solution.x)[0]
-        step = last - first if last == count else kept
-        poses[first * each : (first + step) * each + 1] = found[: step * each + 1]
-        here, first = found[step * each], first + step
+            progress(first, route.count)
+        last = min(first + length, route.count)
+        window = route.window(first, last)
+        knots, problem = build_route(window)
+        if first:
+            problem = problem.with_start(poses[first * each])
+        solutions += _solve_in_rounds(window, problem, None if as_guess else knots)
+        if not solutions[-1].solved and not as_guess:
+            raise route_error(window, solutions[-1])
+        found = problem.unpack(solutions[-1].x)[0]
+        steps = last - first if last == route.count else kept
+        poses[first * each : (first + steps) * each + 1] = found[: steps * each + 1]
+        first += steps
     return poses, solutions
+
+
+def _solve_in_rounds(
+    route: Route,
+    problem: RouteProblem,
+    knots: RouteKnots | None,
+    guess: FloatArray | None = None,
+) -> Solutions:
+    """Solutions of the problem, each with stricter rows than the one before.
+
+    In the last one legs keep apart, the true centre of mass keeps its margin, and flying feet keep
+    their clearance; or it is not solved, or it is that of the last round.
+
+    Args:
+        route: the walk, or a window of it.
+        problem: its problem.
+        knots: its knots; ``None`` to measure nothing between knots but distances of legs.
+        guess: poses near the optimum, from which to begin; by default the problem's own guess.
+    """
+    solutions = [_solve(route, problem, guess)]
+    with_distances = problem
+    for n in range(MOST_STRAIGHT_ROUNDS):
+        if not solutions[-1].solved:
+            break
+        poses = problem.unpack(solutions[-1].x)[0]
+        close = missing = None
+        if route.shapes is not None and n < DISTANCE_ROUNDS:
+            close = touching_pairs(route.shapes, problem, poses)
+        if knots is not None:
+            missing = _measure(route, problem, knots, poses)
+        if close is None and missing is None:
+            break
+        if knots is not None and missing is not None:
+            problem = _stricter(route, problem, knots, missing)
+            with_distances = _stricter(route, with_distances, knots, missing)
+        if route.shapes is not None and close is not None:
+            # Distances are linearised anew: rows from the rounds before are left out.
+            with_distances = with_distance_rows(route.shapes, problem, poses, close)
+        solutions.append(_solve(route, with_distances, poses))
+    return solutions
+
+
+def _solve(route: Route, problem: RouteProblem, guess: FloatArray | None) -> Solution[RouteProblem]:
+    """Solve from poses near the optimum, or from the problem's own first guess."""
+    limit, barrier = route.settings.iterations, problem.first_barrier
+    if guess is None:
+        return minimise(problem, problem.first_guess(), barrier=barrier, iteration_limit=limit)
+    start = problem.unknowns_near(guess)
+    return minimise(problem, start, barrier=WARM_BARRIER_SHARE * barrier, iteration_limit=limit)
+
+
+class _Missing(NamedTuple):
+    """What a motion lacks between knots; ``None`` where nothing is missing.
+
+    Attributes:
+        margin: of the true centre of mass, from :func:`margin_shortfall`.
+        heights: of flying feet, from :func:`flight_heights`.
+    """
+
+    margin: FloatArray | None
+    heights: FlightHeights | None
+
+
+def _measure(
+    route: Route, problem: RouteProblem, knots: RouteKnots, poses: FloatArray
+) -> _Missing | None:
+    """What the motion through poses lacks between knots; ``None`` where it lacks nothing."""
+    settings, margin, heights = route.settings, None, None
+    if problem.com is None and not settings.free.swing:
+        return None
+    dense = densify(route.robot, settings, knots, problem.legs, poses)
+    if problem.com is not None:
+        margin = margin_shortfall(route.robot, settings, knots, dense)
+        margin = margin if margin.max() > 0.0 else None
+    if settings.free.swing:
+        heights = flight_heights(route, knots, dense)
+        heights = None if clearance_is_kept(heights, settings) else heights
+    return None if margin is None and heights is None else _Missing(margin, heights)
+
+
+def _stricter(
+    route: Route, problem: RouteProblem, knots: RouteKnots, missing: _Missing
+) -> RouteProblem:
+    """The problem with rows that ask for what is missing."""
+    com, rows = problem.com, problem.rows
+    if com is not None and missing.margin is not None:
+        com = with_raised_com_rows(com, knots, missing.margin)
+    if missing.heights is not None:
+        rows = with_stricter_clearance(rows, knots, missing.heights, route.settings)
+    return replace(problem, com=com, rows=rows)

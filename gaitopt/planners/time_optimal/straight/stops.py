@@ -1,9 +1,9 @@
-"""Box swings with bounded joint accelerations: along every straight line from rest to rest.
+"""Walks with box swings and bounded joint accelerations: straight lines from rest to rest.
 
-A box has corners, and no bounded acceleration turns a corner without a stop. So the walk is cut
-where body or foot change direction, and each line is run through as fast as the joints' limits
-of velocity and acceleration let it, by :func:`gaitopt.motion.retiming.time_optimal_parametrisation`
-(TOPP-RA's method [Pham2018]).
+A box has corners, and with bounded accelerations a foot can turn at a corner only if it stops
+there. So the walk is cut wherever body or foot change direction, and each straight line is followed
+as fast as the joints' limits of velocity and acceleration allow, by
+:func:`gaitopt.motion.retiming.time_optimal_parametrisation` (the method of TOPP-RA [Pham2018]).
 """
 
 from __future__ import annotations
@@ -22,17 +22,26 @@ from gaitopt.motion.retiming import (
     legs_needed_stretch,
     time_optimal_parametrisation,
 )
-from gaitopt.optimize.route.legs import BODY, FOOT, StackedLegs
-from gaitopt.planners.time_optimal.dense import Dense
+from gaitopt.optimize.route.legs import BODY, FOOT, JOINTS, StackedLegs
+from gaitopt.planners.time_optimal.dense import DensePath
 from gaitopt.planners.time_optimal.foothold_motion import Contacts, FootholdMotion
 from gaitopt.planners.time_optimal.knots import RouteKnots
 from gaitopt.robots.quadruped import Quadruped
 
-PARTS = 24
-"""Parts of a line; on each the second derivative of the place along the line is constant."""
-_SAME_WAY = 1e-6
-_STEP = 1e-3
-_HAIR = 1e-6
+PIECES_PER_LINE = 24
+"""Pieces of a line, on each of which the acceleration along the line is constant."""
+GRID = (1.0 - np.cos(np.pi * np.arange(PIECES_PER_LINE + 1) / PIECES_PER_LINE)) / 2.0
+"""Places along a line at which pieces begin and end, as shares of it: dense at its ends, where the
+speed grows as the square root of the distance."""
+GRID.setflags(write=False)
+SAME_DIRECTION = 1e-6
+"""Largest difference of unit directions of two lines that count as one straight line."""
+LEAST_MOTION = 1e-9
+"""An interval on which poses change by less is left out [m or rad]."""
+SHARE_STEP = 1e-3
+"""Step of finite differences by the share of a line."""
+STOPS_STRETCH_RESERVE = 1e-6
+"""Share of time that is added where a motion is stretched, so that rounding exceeds no limit."""
 
 
 class Lines(NamedTuple):
@@ -40,51 +49,55 @@ class Lines(NamedTuple):
 
     Attributes:
         begin, end: poses ``(L, 9)``.
-        owner: an interval of the problem that lies on each line ``(L,)``.
-        after: lines before each knot of the problem ``(K,)``.
+        interval: the first interval of the problem that lies on each line ``(L,)``.
+        before_knot: how many lines lie before each knot of the problem ``(K,)``.
     """
 
     begin: FloatArray
     end: FloatArray
-    owner: np.ndarray
-    after: np.ndarray
+    interval: np.ndarray
+    before_knot: np.ndarray
 
 
 def straight_lines(knots: RouteKnots, poses: FloatArray) -> Lines:
-    """The lines of a route: intervals that go on in the same direction are one."""
-    feet = np.where(knots.flying[..., None] > 0, poses[:, None, FOOT], knots.feet)
-    rows = np.arange(len(knots.leg))
+    """The lines of a walk: neighbouring intervals of a phase with the same direction are one.
+
+    Args:
+        knots: of the walk.
+        poses: at all knots ``(K, 9)``.
+    """
+    feet = knots.feet_at_knots(poses[:, FOOT])
+    interval = np.arange(len(knots.leg))
     begin, end = poses[:-1].copy(), poses[1:].copy()
-    begin[:, FOOT], end[:, FOOT] = feet[rows, knots.leg], feet[rows + 1, knots.leg]
-    # In stance the foot is the same at both ends, also at the last one, where the leg may change.
-    end[~knots.swings, FOOT] = begin[~knots.swings, FOOT]
-    way = end - begin
-    size = np.linalg.norm(way, axis=1)
-    moves = np.flatnonzero(size > 1e-9)
-    way = way[moves] / size[moves, None]
-    phase = 2 * knots.step[moves] + knots.swings[moves]
-    goes_on = (np.abs(np.diff(way, axis=0)).max(axis=1, initial=0.0) < _SAME_WAY) & (
-        np.diff(phase) == 0
-    )
+    begin[:, FOOT], end[:, FOOT] = feet[interval, knots.leg], feet[interval + 1, knots.leg]
+    # In a stance phase the foot stays. Rounding must not make it move.
+    end[~knots.is_swing, FOOT] = begin[~knots.is_swing, FOOT]
+    change = end - begin
+    length = np.linalg.norm(change, axis=1)
+    moves = np.flatnonzero(length > LEAST_MOTION)
+    direction = change[moves] / length[moves, None]
+    phase = 2 * knots.step[moves] + knots.is_swing[moves]
+    turn = np.abs(np.diff(direction, axis=0)).max(axis=1, initial=0.0)
+    goes_on = (turn < SAME_DIRECTION) & (np.diff(phase) == 0)
     first = moves[np.concatenate([[True], ~goes_on])]
     last = moves[np.concatenate([~goes_on, [True]])]
-    after = np.searchsorted(last, np.arange(len(poses)))
-    return Lines(begin[first], end[last], first, after)
+    return Lines(begin[first], end[last], first, np.searchsorted(last, np.arange(len(poses))))
 
 
 @dataclass(frozen=True, eq=False)
 class StoppingMotion(FootholdMotion):
-    """A walk along straight lines, with a stop at the end of each.
+    """A walk along straight lines, with a stop at the end of each; its pieces are those of lines.
 
     Attributes:
         robot, heading, legs, knots: of the walk.
         lines: what is followed.
-        squares: squared speeds of the share of every line ``(PARTS + 1, L)`` [1/s^2].
-        stretch: how many times as long everything takes.
+        squared_speeds: squares of the speed at which the share of every line grows, at the places
+            of :data:`GRID` ``(PIECES_PER_LINE + 1, L)`` [1/s^2].
+        stretch: factor by which all times are longer.
     """
 
     lines: Lines
-    squares: FloatArray
+    squared_speeds: FloatArray
     stretch: float = 1.0
 
     @classmethod
@@ -92,80 +105,89 @@ class StoppingMotion(FootholdMotion):
         cls, robot: Quadruped, heading: float, legs: StackedLegs, knots: RouteKnots,
         poses: FloatArray, limit: float,
     ) -> StoppingMotion:  # fmt: skip
-        """The fastest one through given poses ``(K, 9)``, as seen at :data:`PARTS` places."""
+        """The fastest motion through poses ``(K, 9)``, with limits kept at the places of the grid.
+
+        Args:
+            robot, heading, legs, knots: of the walk.
+            poses: at all knots ``(K, 9)``.
+            limit: of joint accelerations [rad/s^2].
+        """
         lines = straight_lines(knots, poses)
-        motion = cls(robot, heading, legs, knots, lines, np.zeros((PARTS + 1, len(lines.owner))))
-        line = np.tile(np.arange(len(lines.owner)), PARTS + 1)
-        share = np.repeat(GRID, len(lines.owner))
+        count = len(lines.interval)
+        motion = cls(robot, heading, legs, knots, lines, np.zeros((PIECES_PER_LINE + 1, count)))
+        line, share = np.tile(np.arange(count), PIECES_PER_LINE + 1), np.repeat(GRID, count)
         first, second = (
-            d.reshape(PARTS + 1, -1, 12)
-            for d in time_derivatives(lambda s: motion.joints(line, s), share, _STEP)
+            d.reshape(PIECES_PER_LINE + 1, count, JOINTS)
+            for d in time_derivatives(lambda s: motion.joints_along(line, s), share, SHARE_STEP)
         )
-        squares = time_optimal_parametrisation(
+        squared_speeds = time_optimal_parametrisation(
             first, second, GRID, legs.velocity_limits.ravel(), limit
         )
-        return replace(motion, squares=squares)
+        return replace(motion, squared_speeds=squared_speeds)
 
     @cached_property
     def times(self) -> FloatArray:
-        """Times of all places, line by line ``(L PARTS + 1,)`` [s]."""
-        taken = interval_times(self.squares, GRID)
+        """Times at all places of the grid, line by line ``(L PIECES_PER_LINE + 1,)`` [s]."""
+        taken = interval_times(self.squared_speeds, GRID)
         return self.stretch * np.concatenate([[0.0], np.cumsum(taken.T.ravel())])
 
-    def pose(self, line: np.ndarray, share: FloatArray) -> FloatArray:
-        """Poses at shares of lines ``(N, 9)``."""
-        part = share[:, None]
-        return np.asarray(self.lines.begin[line] * (1.0 - part) + self.lines.end[line] * part)
-
-    def joints(self, line: np.ndarray, share: FloatArray) -> FloatArray:
-        """Joint angles leg by leg ``(N, 12)`` [rad]."""
-        return self.angles(self.pose(line, share), self._standing(line))
-
-    def share(self, times: FloatArray, part: np.ndarray) -> FloatArray:
-        """Share of the line at times ``(N,)``, by the law of given parts."""
-        line, i = np.divmod(part, PARTS)
-        x, step = self.squares[i, line], np.diff(GRID)[i]
-        acceleration = (self.squares[i + 1, line] - x) / (2.0 * step)
-        t = (times - self.times[part]) / self.stretch
-        return np.asarray(GRID[i] + (np.sqrt(x) + acceleration * t / 2.0) * t)
-
     def poses_at(self, times: FloatArray, piece: np.ndarray) -> FloatArray:
-        """Poses by the law of given parts ``(N, 9)``."""
-        return self.pose(piece // PARTS, self.share(times, piece))
+        """Poses ``(N, 9)`` by the formulae of the given pieces."""
+        return self._poses_along(piece // PIECES_PER_LINE, self._shares_at(times, piece))
 
     def contacts(self, piece: np.ndarray) -> Contacts:
-        """Which feet stand on given parts."""
-        return self._standing(piece // PARTS)
+        """Which feet stand during the given pieces."""
+        return self._contacts_on(piece // PIECES_PER_LINE)
 
-    def _standing(self, line: np.ndarray) -> Contacts:
-        owner = self.lines.owner[line]
-        return Contacts(owner, self.knots.swings[owner], self.knots.leg[owner])
+    def joints_along(self, line: np.ndarray, share: FloatArray) -> FloatArray:
+        """Joint angles leg by leg ``(N, 12)`` [rad] at shares of lines."""
+        return self.joints_of(self._poses_along(line, share), self._contacts_on(line))
 
-    def dense(self) -> Dense:
-        """The motion at all places, for the phases of a plan."""
-        parts = np.append(np.arange(len(self.times) - 1), len(self.times) - 2)
-        values = self.values(self.times, parts)
-        share = self.share(self.times, parts)
-        centre = self.pose(parts // PARTS, share)[:, BODY]
+    def dense_path(self) -> DensePath:
+        """The motion at all places of the grid, for the phases of a plan.
+
+        No single joint sets the time of a piece: ``slowest_joint`` says nothing.
+        """
+        pieces = np.append(np.arange(len(self.times) - 1), len(self.times) - 2)
+        values = self.values_at(self.times, pieces)
+        centre = self.poses_at(self.times, pieces)[:, BODY]
         slowest = np.zeros(len(self.times) - 1, dtype=int)
-        return Dense(values[:, :6], centre, values[:, 6:], self.times, slowest,
-                     PARTS * self.lines.after)  # fmt: skip
+        return DensePath(values[:, :6], centre, values[:, 6:], self.times, slowest,
+                         PIECES_PER_LINE * self.lines.before_knot)  # fmt: skip
 
+    def _poses_along(self, line: np.ndarray, share: FloatArray) -> FloatArray:
+        """Poses ``(N, 9)`` at shares of lines."""
+        s = share[:, None]
+        return np.asarray(self.lines.begin[line] * (1.0 - s) + self.lines.end[line] * s)
 
-GRID = (1.0 - np.cos(np.pi * np.arange(PARTS + 1) / PARTS)) / 2.0
-"""Places along a line, dense at its ends."""
+    def _shares_at(self, times: FloatArray, piece: np.ndarray) -> FloatArray:
+        """Share of its line at each time ``(N,)``, with the constant acceleration of its piece."""
+        line, i = np.divmod(piece, PIECES_PER_LINE)
+        square, length = self.squared_speeds[i, line], np.diff(GRID)[i]
+        acceleration = (self.squared_speeds[i + 1, line] - square) / (2.0 * length)
+        t = (times - self.times[piece]) / self.stretch
+        return np.asarray(GRID[i] + (np.sqrt(square) + acceleration * t / 2.0) * t)
+
+    def _contacts_on(self, line: np.ndarray) -> Contacts:
+        """Which feet stand on lines."""
+        interval = self.lines.interval[line]
+        return Contacts(interval, self.knots.flying_on_intervals.at(interval))
 
 
 def stopping_path(motion: StoppingMotion, limit: float) -> tuple[StoppingMotion, MotionPath]:
-    """The motion's path, in so much more time as its joints need between places.
+    """The motion and its path, stretched so that joints keep their limits at every instant.
+
+    Args:
+        motion: which keeps its limits at the places of its grid.
+        limit: of joint accelerations [rad/s^2].
 
     Raises:
-        SolverError: standing feet do not stay in place.
+        SolverError: feet that stand leave their footholds.
     """
     path = motion.path()
-    limits = motion.legs.velocity_limits.ravel()
-    stretch = legs_needed_stretch(motion.robot, path, 0.0, limits, limit, 1)
+    velocity_limits = motion.legs.velocity_limits.ravel()
+    stretch = legs_needed_stretch(motion.robot, path, 0.0, velocity_limits, limit, 1)
     if stretch > 1.0:
-        motion = replace(motion, stretch=stretch * (1.0 + _HAIR))
+        motion = replace(motion, stretch=stretch * (1.0 + STOPS_STRETCH_RESERVE))
         path = motion.path()
     return motion, path

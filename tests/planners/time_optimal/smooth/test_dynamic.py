@@ -8,16 +8,14 @@ import pytest
 import gaitopt
 from gaitopt import LEGS, Footholds, InputError, Plan, Quadruped
 from gaitopt.conventions import GRAVITY
-from gaitopt.motion.bounds import _largest
 from gaitopt.optimize.route.legs import StackedLegs
 from gaitopt.plan.com_margin import margins_over
 from gaitopt.plan.settings.freedoms import VARIANTS
 from gaitopt.plan.settings.time_optimal import RouteSettings
-from gaitopt.planners.time_optimal.build import knots_of
-from gaitopt.planners.time_optimal.knots import part_of
+from gaitopt.planners.time_optimal.build import build_route
 from gaitopt.planners.time_optimal.planner import plan_route
-from gaitopt.planners.time_optimal.smooth.motion import RouteMotion, _parabolas
-from gaitopt.planners.time_optimal.walk import prepared
+from gaitopt.planners.time_optimal.smooth.motion import SplineMotion, spline_parabolas
+from gaitopt.planners.time_optimal.walk import prepare_route
 from gaitopt.stability.zmp import point_mass_zmp
 from gaitopt.terrain.columns import s_columns
 
@@ -98,7 +96,7 @@ def test_a_b_spline_has_its_known_derivatives() -> None:
     """Uniform spans: the curve's ends, middles and second differences are those of textbooks."""
     points = np.array([[0.0], [0.0], [1.0], [3.0], [3.0]])
     spans = np.full(5, 0.5)
-    bend, slope, start = _parabolas(points, spans)[:, :, 0]
+    bend, slope, start = spline_parabolas(points, spans)[:, :, 0]
     assert start[2] == pytest.approx(0.5)
     assert slope[2] == pytest.approx(2.0)
     assert 2 * bend[2] == pytest.approx((3.0 - 2.0 + 0.0) / 0.25)
@@ -178,31 +176,18 @@ def test_robots_with_fast_joints_walk_dynamically(name: str) -> None:
     assert ((ahead - 2 * here + behind) / step**2).min() > -0.85 * GRAVITY
 
 
-def test_bounds_on_a_path_hold_and_are_close(dynamic: Plan) -> None:
-    """The largest velocity and acceleration of a quintic, against dense samples of it."""
-    path = dynamic.path
-    powers, lengths = path.coefficients[::-1], np.diff(path.times)
-    for order in (1, 2):
-        bound = _largest(powers, lengths, order)
-        share = np.linspace(0.0, 1.0, 101)
-        times = path.times[:-1, None] + lengths[:, None] * share * (1 - 1e-12)
-        seen = np.abs(path.evaluate(times.ravel(), order)).reshape(*times.shape, -1).max(axis=1)
-        assert (bound >= seen * (1 - 1e-9) - 1e-9).all()
-        assert bound.max() < 1.005 * seen.max()
-
-
 def test_parts_of_a_motion_know_who_flies(wang: Quadruped, short: Footholds) -> None:
     """Cut anywhere within or between swings, every span has the leg of the whole."""
     settings = RouteSettings(free=VARIANTS["swing"], stance_knots=3)
-    knots = knots_of(prepared(wang, short, settings, None), 0, 8)
+    knots, _ = build_route(prepare_route(wang, short, settings))
 
-    def motion(first: int, last: int) -> RouteMotion:
+    def motion(first: int, last: int) -> SplineMotion:
         count = last - first + 1
-        return RouteMotion(wang, 0.0, StackedLegs.of(wang), part_of(knots, first, last),
+        return SplineMotion(wang, 0.0, StackedLegs.of(wang), knots.between(first, last),
                            np.zeros((count, 9)), np.ones(count))  # fmt: skip
 
-    flies, leg = motion(0, 88).flying
+    flies, leg = motion(0, 88).knots.flying_on_spans
     for first, last in ((0, 44), (9, 33), (11, 55), (20, 66), (31, 88)):
-        mine, mine_leg = motion(first, last).flying
+        mine, mine_leg = motion(first, last).knots.flying_on_spans
         assert np.array_equal(mine, flies[first : last + 1])
         assert np.array_equal(mine_leg[mine], leg[first : last + 1][mine])

@@ -9,10 +9,10 @@ import gaitopt
 from gaitopt import Footholds, Quadruped
 from gaitopt.plan.settings.freedoms import VARIANTS
 from gaitopt.plan.settings.time_optimal import RouteSettings
-from gaitopt.planners.time_optimal.build import knots_of, problem_of
+from gaitopt.planners.time_optimal.build import build_route
 from gaitopt.planners.time_optimal.planner import plan_route
 from gaitopt.planners.time_optimal.straight.stops import GRID, straight_lines
-from gaitopt.planners.time_optimal.walk import prepared
+from gaitopt.planners.time_optimal.walk import prepare_route
 
 
 @pytest.fixture(scope="module")
@@ -23,15 +23,15 @@ def short() -> Footholds:
 
 def test_lines_end_where_directions_change(wang: Quadruped, short: Footholds) -> None:
     """A still body and a box: three lines of the foot for every step, and one of the body's."""
-    route = prepared(wang, short, RouteSettings(free=VARIANTS["route"], stance_knots=2))
-    poses = problem_of(route, 0, 8).poses
-    knots = knots_of(route, 0, 8)
+    route = prepare_route(wang, short, RouteSettings(free=VARIANTS["route"], stance_knots=2))
+    knots, problem = build_route(route)
+    poses = problem.poses
     lines = straight_lines(knots, poses)
     # The body may stay where it is.
-    moves = np.abs(np.diff(poses[knots.ends[::2], :2], axis=0)).max(axis=1) > 1e-9
+    moves = np.abs(np.diff(poses[knots.phase_ends[::2], :2], axis=0)).max(axis=1) > 1e-9
     counts = np.column_stack([moves, np.full(8, 3)]).ravel()
     assert moves.any()
-    assert np.array_equal(lines.after[knots.ends], [0, *np.cumsum(counts)])
+    assert np.array_equal(lines.before_knot[knots.phase_ends], [0, *np.cumsum(counts)])
 
 
 @pytest.mark.parametrize("row", ["route", "overlap"])

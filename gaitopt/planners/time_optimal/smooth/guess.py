@@ -1,0 +1,40 @@
+"""The first guess of a smooth walk: the same walk without acceleration limits, roughly solved."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from gaitopt.conventions import FloatArray
+from gaitopt.interior_point.solver import minimise
+from gaitopt.planners.time_optimal.build import build_route
+from gaitopt.planners.time_optimal.walk import Route
+
+ROUGH = 0.1
+"""Tolerance with which the walk without acceleration limits is solved."""
+LONGER = 2.0
+"""Factor by which spans of the first guess are longer than times without acceleration limits."""
+LONGER_BY = 0.1
+"""What is added to them, in units of the problem's time: some of these times are zero."""
+
+
+def rough_guess(
+    route: Route, time_unit: float, start: FloatArray | None = None
+) -> tuple[FloatArray, FloatArray]:
+    """Poses ``(K, 9)`` and spans ``(K - 1,)`` [s] near those of a smooth walk.
+
+    Where the walk without acceleration limits cannot be solved, the poses are its own first guess.
+
+    Args:
+        route: the walk, or a window of it.
+        time_unit: of the smooth problem [s].
+        start: pose at the first knot ``(9,)``; by default where the robot stands.
+    """
+    free = replace(route.settings.free, dynamic=False)
+    settings = replace(route.settings, free=free, acceleration_limit=None)
+    _, problem = build_route(replace(route, settings=settings))
+    if start is not None:
+        problem = problem.with_start(start)
+    solution = minimise(problem, problem.first_guess(), tolerance=ROUGH,
+                        barrier=problem.first_barrier)  # fmt: skip
+    poses = problem.unpack(solution.x)[0] if solution.solved else problem.poses
+    return poses, LONGER * problem.least_times(poses) + LONGER_BY * time_unit
