@@ -1,4 +1,4 @@
-"""The crawl: one leg swings at a time, and before each swing the body moves on four feet."""
+"""The crawl: one leg swings at a time, and before each swing the body moves over four feet."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ CRAWL_SEQUENCES: Final[tuple[tuple[str, ...], ...]] = tuple(
 
 
 def check_sequence(sequence: Iterable[str]) -> tuple[str, ...]:
-    """``sequence`` as a tuple, when it names each leg once.
+    """``sequence`` as a tuple, if it names each leg once.
 
     Raises:
         InputError: a leg is missing, unknown or named twice.
@@ -39,7 +39,7 @@ def check_sequence(sequence: Iterable[str]) -> tuple[str, ...]:
 
 
 def check_order(sequence: Iterable[str]) -> tuple[str, ...]:
-    """``sequence`` as a tuple, when it is a cycle of four legs or the order of a whole walk.
+    """``sequence`` as a tuple, if it is a cycle of four legs or the order of a whole walk.
 
     Raises:
         InputError: a leg is missing or unknown, or steps more often than another.
@@ -61,7 +61,7 @@ def swing_order(sequence: Iterable[str], footholds: int) -> list[tuple[str, int]
 
     Args:
         sequence: order of the legs in a cycle, or of all steps of the walk.
-        footholds: footholds a leg, the first being the start.
+        footholds: footholds of each leg, the first of which is where its foot stands at the start.
 
     Raises:
         InputError: the sequence is that of a walk with another number of steps.

@@ -1,9 +1,9 @@
-"""The gaits that have names, as schedules.
+"""Gaits with names, as schedules.
 
-In a gait of evenly spaced steps each leg touches down a quarter of a cycle after the leg before
-it. In the gaits of the wave (:func:`wave`) the legs of a side follow each other by the duty
-factor, which leads from the trot over the critical walk to the crawls with the largest
-longitudinal stability margins that there are.
+In a gait of evenly spaced steps each leg touches down a quarter of a cycle after the leg before it.
+In a wave gait (:func:`wave`) the front leg of each side lifts off when the hind leg touches down.
+Depending on the duty factor a wave is the trot, the critical walk, or the crawl with the largest
+longitudinal stability margin.
 """
 
 from __future__ import annotations
@@ -25,9 +25,10 @@ CRITICAL: Final = 0.75
 def walk(cycle_time: float, duty_factor: float = CRITICAL) -> GaitSchedule:
     """The walk: legs swing one by one in the order LF, RH, RF, LH, evenly spaced.
 
-    The duty factor 0.75 is its critical form, the fastest: a leg lifts off when the one before it
-    touches down, so that three feet stand at every instant. Above it there are times on four feet
-    between the swings. LF touches down at the cycle's start, so that RH is the first to swing.
+    With the duty factor 0.75, the critical walk, a leg lifts off when the one before it touches
+    down, so that three feet stand at every instant; no faster walk does. With a larger one there
+    are times on four feet between the swings. LF touches down at the cycle's start, so that RH is
+    the first to swing.
 
     Source: [Wang2024], Section 2, Figs. 1-3.
 
@@ -65,10 +66,9 @@ def crawl(
 def trot(cycle_time: float, duty_factor: float = 0.5) -> GaitSchedule:
     """The trot: the diagonal pairs LF, RH and RF, LH step in turn.
 
-    At the duty factor 0.5, the critical form, one pair lifts off when the other touches down.
-    [XiLing] recommends 0.3 to 0.5; below 0.5 there are times of flight
-    (``has_flight``), in which there is no support polygon and no ZMP. Above 0.5 there are times on
-    four feet.
+    With the duty factor 0.5, the critical trot, one pair lifts off when the other touches down.
+    [XiLing] recommends 0.3 to 0.5. Below 0.5 there are times of flight (``has_flight``), in which
+    there is no support polygon and no ZMP. Above 0.5 there are times on four feet.
 
     Source: [XiLing], eqs. (32)-(38) and the first (43);
     [Wang2024], Section 3, Figs. 4 and 5.
@@ -87,12 +87,12 @@ def bound(cycle_time: float, duty_factor: float = 0.5) -> GaitSchedule:
 
 
 def quasi_static(cycle_time: float, duty_factor: float = 0.625) -> GaitSchedule:
-    """The gaits between trot and walk: two feet stand at times, three at others.
+    """The gaits between trot and walk: sometimes two feet stand, sometimes three.
 
-    The paper gives no offsets. Ours are those of :func:`wave`, which go over without a jump from
-    the trot (duty factor 0.5) to the critical walk (0.75): LF 0, RF 0.5, and the hind legs RH and
-    LH later than in the trot by the duty factor less a half. Three feet stand for the share
-    4 duty_factor - 2 of the cycle, and a diagonal pair for the rest.
+    The paper gives no offsets. Those used here are those of :func:`wave`, which change continuously
+    from the trot (duty factor 0.5) to the critical walk (0.75): LF 0, RF 0.5, and the hind legs RH
+    and LH later than in the trot by the duty factor minus 0.5. Three feet stand for the share
+    ``4 duty_factor - 2`` of the cycle, and a diagonal pair for the rest.
 
     Source: [Wang2024], Section 4.
 
@@ -139,7 +139,7 @@ GAITS: Final[Mapping[str, Callable[..., GaitSchedule]]] = MappingProxyType(
 
 
 def gait(name: str, cycle_time: float, duty_factor: float | None = None) -> GaitSchedule:
-    """The gait of that name, by default with its own duty factor.
+    """The gait of that name, with its own duty factor by default.
 
     Raises:
         InputError: there is no gait of that name, or it does not go with the duty factor.

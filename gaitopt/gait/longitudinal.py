@@ -1,11 +1,11 @@
-"""Which order of the legs is the most stable one: the longitudinal stability margin of gaits.
+"""The longitudinal stability margin of gaits, which shows what order of the legs is most stable.
 
 The body moves forward at constant speed along its middle line, its centre over that line. The
 hips are the corners of a rectangle. Each foot stands, in the middle of its stance, below its hip,
 so that in the body's frame it moves from half a stroke before the hip to half a stroke behind it;
-the stroke is the duty factor times the stride. The longitudinal margin is the way, along the
-middle line, from the centre to the nearer border of the support polygon. The width of the track
-does not matter to it.
+the stroke is the duty factor times the stride. The longitudinal margin is the distance, along the
+middle line, from the centre to the nearer border of the support polygon. It does not depend on the
+distance between left and right feet.
 
 Source: [McGhee1968], in which the order LF, RH, RF, LH (``WANG_SEQUENCE``) is best.
 """
@@ -25,7 +25,9 @@ from gaitopt.gait.schedule import SNAP, GaitSchedule
 from gaitopt.inputs import check_number
 
 LEFT: Final = np.array([leg[0] == "L" for leg in LEGS])
+"""Which legs are on the left side ``(4,)``."""
 FRONT: Final = np.array([leg[1] == "F" for leg in LEGS])
+"""Which legs are in front ``(4,)``."""
 
 
 def longitudinal_margin(schedule: GaitSchedule, stride: float, length: float) -> float:
@@ -74,10 +76,10 @@ def margin_over_duty(
 
 
 def wave_margin_over_duty(duties: ArrayLike, stride: float, length: float) -> FloatArray:
-    """The longitudinal margins of the wave for duty factors.
+    """The longitudinal margins of the wave, for several duty factors.
 
-    They are ``stride * (duty - 3/4)`` for a length of at least the stride: twice what the same
-    order has evenly spaced, and the largest that any gait with these duty factors has. For
+    For a length of at least the stride they are ``stride * (duty - 3/4)``: twice those of evenly
+    spaced steps in the same order, and the largest of all gaits with these duty factors. For
     shorter bodies they are at most ``(length - stride * (duty - 1/2)) / 2``.
 
     Args:
@@ -102,11 +104,11 @@ def _duties(duties: ArrayLike) -> list[float]:
 
 
 def _margins(gaits: Sequence[GaitSchedule], stride: float, length: float) -> FloatArray:
-    """Smallest margins of ``G`` gaits ``(G,)``.
+    """Smallest margins of ``G`` gaits ``(G,)`` [m].
 
-    Between two changes of support all feet that stand move back together, so that both borders
-    move linearly. The margin, the smaller of two linear functions, is smallest at an end of the
-    interval. So it is evaluated at both ends of each, with the feet that stand within.
+    Between two changes of support all standing feet move back together, so that both borders of
+    the support move linearly. The margin is the smaller of two linear functions, and so it is least
+    at an end of the interval: it is evaluated at both ends, with the feet that stand in between.
     """
     stride = check_number("stride", stride, 0.0, 1e6, "m")
     length = check_number("length", length, 1e-6, 1e6, "m")
@@ -130,10 +132,14 @@ def _margins(gaits: Sequence[GaitSchedule], stride: float, length: float) -> Flo
 
 
 def _border(feet: FloatArray, stands: BoolArray) -> FloatArray:
-    """Where the polygon's foremost point on the middle line is, by feet ``(..., 4)``: ``(...)``.
+    """Place ``(...)`` [m] of the support polygon's foremost point on the middle line.
 
     The middle line lies halfway between the sides, so that the point is the middle between the
-    foremost feet of both sides; ``-inf`` when a side has none.
+    foremost feet of both sides; ``-inf`` where a side has none.
+
+    Args:
+        feet: places of the feet along the middle line ``(..., 4)`` [m].
+        stands: which of them stand ``(..., 4)``.
     """
     foremost = [np.where(stands & side, feet, -np.inf).max(axis=-1) for side in (LEFT, ~LEFT)]
     return np.asarray((foremost[0] + foremost[1]) / 2.0)

@@ -1,8 +1,8 @@
-"""Gait schedules: which foot stands when, over a cycle that repeats for ever.
+"""Gait schedules: which feet stand at which time, over a cycle that repeats without end.
 
-Every leg stands for the same share of the cycle, its duty factor, and touches down at a share of
-the cycle of its own, its phase offset. Touchdowns and lift-offs that lie within :data:`SNAP` of
-each other, or of the cycle's start, are one instant: no support lasts for a rounding error.
+Every leg stands for the same share of the cycle, the duty factor, and touches down at its own share
+of the cycle, its phase offset. Touchdowns and lift-offs within :data:`SNAP` of each other, or of
+the cycle's start, are the same instant, so that no support lasts only for a rounding error.
 """
 
 from __future__ import annotations
@@ -21,13 +21,17 @@ from gaitopt.errors import InputError
 from gaitopt.inputs import check_number
 
 SNAP: Final = 1e-9
-"""Shares of a cycle that differ by this or less are one instant."""
+"""Shares of a cycle that differ by this or less are the same instant. Sums of shares are rounded to
+about 1e-16, and times of long walks to 1e-11 of a cycle."""
 SHORTEST: Final = 1e-6
-"""Least share of the cycle that a leg stands, and that it swings."""
+"""Least share of the cycle for which a leg stands, and for which it swings: far above
+:data:`SNAP`, so that both last."""
 MOST_CYCLES: Final = 100_000
-"""Most cycles that :meth:`GaitSchedule.intervals` lists."""
+"""Most cycles that :meth:`GaitSchedule.intervals` lists: about a day of walking."""
 OWN: Final = "own"
-"""Name of a gait that has no other."""
+"""Name of a gait that has no other name."""
+CYCLE_TIMES: Final = (1e-3, 1e5)
+"""Shortest and longest cycle [s]; others are taken for a mistake."""
 
 
 @dataclass(frozen=True)
@@ -35,8 +39,8 @@ class SupportInterval:
     """A time in which the same feet stand.
 
     Attributes:
-        start: its start, which belongs to it [s].
-        end: its end, which does not [s].
+        start: its start, which is part of it [s].
+        end: its end, which is not [s].
         support: the legs that stand, in the order of :data:`gaitopt.LEGS`.
     """
 
@@ -52,19 +56,19 @@ class SupportInterval:
 
 @dataclass(frozen=True)
 class GaitSchedule:
-    """Which foot stands when, over a cycle that repeats for ever.
+    """Which feet stand at which time, over a cycle that repeats without end.
 
-    A leg stands from its touchdown until its lift-off: at the touchdown it stands, at the lift-off
-    it does not. With the offsets of the trot and half a cycle of stance, LF and RH stand in the
-    first half of the cycle. Source: [XiLing], Module D, eqs. (28)-(38).
+    A leg stands from its touchdown, inclusive, to its lift-off, exclusive. In a trot with a duty
+    factor of 0.5 LF and RH stand in the first half of the cycle. Source: [XiLing], Module D,
+    eqs. (28)-(38).
 
     Args:
         cycle_time: duration of a cycle [s].
         duty_factor: share of the cycle for which each leg stands, eq. (30).
         phase_offsets: for each leg the share of the cycle in [0, 1) at which it touches down,
-            eq. (31). They are kept as given, but for a whole cycle, which is 0; the instants are
-            :attr:`touchdowns`.
-        name: what the gait is called.
+            eq. (31). They are stored as given, save that a whole cycle becomes 0; the instants with
+            rounding removed are :attr:`touchdowns`.
+        name: of the gait.
 
     Raises:
         InputError: a number is out of range, or a leg is missing or unknown.
@@ -76,7 +80,7 @@ class GaitSchedule:
     name: str = OWN
 
     def __post_init__(self) -> None:
-        time = check_number("cycle_time", self.cycle_time, 1e-3, 1e5, "s")
+        time = check_number("cycle_time", self.cycle_time, *CYCLE_TIMES, "s")
         duty = check_number("duty_factor", self.duty_factor, SHORTEST, 1.0 - SHORTEST)
         offsets = _checked_offsets(self.phase_offsets)
         if not (isinstance(self.name, str) and self.name):
@@ -106,7 +110,7 @@ class GaitSchedule:
 
     @property
     def steps(self) -> int:
-        """Steps in a cycle: how many different instants of lift-off there are, n_s of eq. (29)."""
+        """Steps in a cycle: the number of different instants of lift-off, n_s of eq. (29)."""
         return len(self.order)
 
     @property
@@ -122,7 +126,8 @@ class GaitSchedule:
     def touchdowns(self) -> Mapping[str, float]:
         """Share of the cycle in [0, 1) at which each leg touches down.
 
-        It is the phase offset, to within a few :data:`SNAP`: instants that coincide are equal.
+        It is the phase offset to within a few :data:`SNAP`, so that instants that coincide are
+        equal.
         """
         return self._instants[0]
 
@@ -143,10 +148,10 @@ class GaitSchedule:
 
     @cached_property
     def order(self) -> tuple[tuple[str, ...], ...]:
-        """The legs in the order of their lift-offs, from the cycle's start; ties together.
+        """The legs in the order of their lift-offs from the cycle's start.
 
-        A lift-off at the very start of the cycle is the first. Legs of a tie are in the order of
-        :data:`gaitopt.LEGS`.
+        Legs that lift off together stand in one tuple, in the order of :data:`gaitopt.LEGS`. A
+        lift-off at the very start of the cycle is the first.
         """
         lifts = self.liftoffs
         return tuple(
@@ -163,7 +168,7 @@ class GaitSchedule:
     def _patterns(self) -> BoolArray:
         """Which legs stand from each edge to the next ``(K, 4)``."""
         touch, lift = (_by_leg(shares) for shares in (self.touchdowns, self.liftoffs))
-        # Instants are equal to the last bit, or well apart.
+        # Instants are either equal to the last bit, or more than SNAP apart.
         standing = (self.edges[:, None] - touch) % 1.0 < (lift - touch) % 1.0
         standing.setflags(write=False)
         return standing
@@ -175,20 +180,20 @@ class GaitSchedule:
 
     @property
     def has_flight(self) -> bool:
-        """Whether there are times at which no foot stands; there is no ZMP then."""
+        """Whether there are times at which no foot stands, and so there is no ZMP."""
         return self.least_support == 0
 
     def phase(self, t: ArrayLike) -> FloatArray:
         """The share of the cycle in [0, 1) that has passed at times ``(...)`` [s]: ``(...)``.
 
-        The cycle repeats before t = 0 as well. A phase within :data:`SNAP` of a whole cycle is 0.
+        Cycles repeat before t = 0 as well. A phase within :data:`SNAP` of a whole cycle is 0.
 
         Raises:
             InputError: a time is not finite.
         """
         times = np.asarray(t, dtype=np.float64)
         if not np.isfinite(times).all():
-            raise InputError("times must be finite; leave out those that are not")
+            raise InputError("times must be finite")
         return wrapped(times / self.cycle_time)
 
     def leg_phases(self, t: ArrayLike) -> FloatArray:
@@ -202,8 +207,8 @@ class GaitSchedule:
     def support(self, t: ArrayLike) -> BoolArray:
         """Which feet stand at times ``(...)`` [s]: ``(..., 4)``, S(t) of eq. (36).
 
-        A time that lies within :data:`SNAP` of a cycle before a touchdown or lift-off counts as
-        that instant.
+        A time less than :data:`SNAP` of a cycle before a touchdown or lift-off counts as that
+        instant.
         """
         found = np.searchsorted(self.edges, self.phase(t) + SNAP, side="right") - 1
         return self._patterns[found]
@@ -211,7 +216,7 @@ class GaitSchedule:
     def intervals(self, duration: float) -> tuple[SupportInterval, ...]:
         """The maximal intervals of constant support from t = 0 to ``duration`` [s], in order.
 
-        They join without gaps. None is shorter than :data:`SNAP` of a cycle.
+        Each begins where the one before ends. None is shorter than :data:`SNAP` of a cycle.
 
         Raises:
             InputError: the duration is not positive, or of more than :data:`MOST_CYCLES` cycles.
@@ -237,8 +242,8 @@ class GaitSchedule:
     def with_duty_factor(self, duty_factor: float, name: str = OWN) -> GaitSchedule:
         """The same touchdowns with longer or shorter stances.
 
-        The order of the touchdowns and that of the lift-offs stay, each as a cycle. The gait's
-        name does not, for it may not be that gait any more.
+        The cyclic order of the touchdowns stays the same, and so does that of the lift-offs. The
+        name is another, because it may be another gait.
         """
         return GaitSchedule(self.cycle_time, duty_factor, self.phase_offsets, name)
 
@@ -268,7 +273,7 @@ class GaitSchedule:
 
 
 def wrapped(shares: ArrayLike) -> FloatArray:
-    """``shares`` of a cycle without whole cycles, in [0, 1); 0 within :data:`SNAP` of those."""
+    """``shares`` without whole cycles, in [0, 1); 0 where they are within :data:`SNAP` of one."""
     rest = np.mod(np.asarray(shares, dtype=np.float64), 1.0)
     return np.where((rest <= SNAP) | (rest >= 1.0 - SNAP), 0.0, rest)
 
@@ -278,11 +283,14 @@ def _by_leg(shares: Mapping[str, float]) -> FloatArray:
 
 
 def _joined(touches: Iterable[float], lifts: Iterable[float]) -> dict[float, float]:
-    """For each share the instant that it belongs to.
+    """For each share of the cycle the instant that it belongs to.
 
-    Shares that follow each other within :data:`SNAP` are one instant: the cycle's start, where
-    they reach it, or else the first touchdown among them, or else the first of them. A limit on
-    the distance from that one would part shares that differ by a rounding error.
+    Shares that follow one another within :data:`SNAP` are the same instant. It is the cycle's
+    start, where that is among them; else the first touchdown among them, or else the first of them.
+    (A limit on their distance from that one would separate shares that differ by rounding.)
+
+    Args:
+        touches, lifts: shares of the cycle of the touchdowns and the lift-offs.
     """
     touching = set(touches)
     shares = sorted({*touching, *lifts, 0.0, 1.0})
@@ -305,7 +313,7 @@ def _checked_offsets(offsets: object) -> dict[str, float]:
     found = {}
     for leg in LEGS:
         share = check_number(f"phase_offsets[{leg!r}]", offsets[leg], -1e6, 1e6)
-        # (-1e-17) % 1.0 is 1.0: who takes the remainder himself can come to a whole cycle.
+        # A caller's own remainder may be a whole cycle: (-1e-17) % 1.0 is 1.0.
         if not -SNAP <= share <= 1.0 + SNAP:
             raise InputError(
                 f"phase_offsets[{leg!r}] must be in [0, 1), got {share:g}; without whole cycles "

@@ -1,7 +1,7 @@
-"""The gait state machine: what each leg does now, by the clock and by its contact.
+"""The gait state machine: what each leg does, by the clock and by its contact with the ground.
 
-Every leg goes round INITIAL, then LIFT_OFF, SWING, TOUCHDOWN, STANCE, LIFT_OFF and so on; it can
-only ever move on to the next state. A planner needs no machine: :func:`swing_events` lists the
+Every leg starts in INITIAL and then repeats LIFT_OFF, SWING, TOUCHDOWN and STANCE. From each state
+it can change only to the next one. A planner needs no machine: :func:`swing_events` lists the
 swings of a whole walk.
 """
 
@@ -16,18 +16,21 @@ from typing import Final
 
 from gaitopt.conventions import LEGS
 from gaitopt.errors import InputError
-from gaitopt.gait.schedule import GaitSchedule, wrapped
+from gaitopt.gait.schedule import CYCLE_TIMES, GaitSchedule, wrapped
 from gaitopt.gait.step_timing import GaitClock, Moment, check_cycles, first_swings
 from gaitopt.gait.step_timing import SwingEvent as SwingEvent
 from gaitopt.gait.step_timing import swing_events as swing_events
 from gaitopt.inputs import check_number
 
 LONGEST_ADVANCE: Final = 1000
-"""Most cycles in one advance of a walk without end."""
+"""Most cycles in one call of :meth:`GaitStateMachine.advance` on a walk without end, so that a
+wrong time does not make it run for hours."""
+LONGEST_TIME: Final = 1e12
+"""Latest time of a walk with an end [s]."""
 
 
 class LegState(Enum):
-    """What a leg does. Source: [XiLing], Module E, Section 5.1."""
+    """State of a leg. Source: [XiLing], Module E, Section 5.1."""
 
     INITIAL = "initial"
     """It stands, and has not swung yet."""
@@ -62,16 +65,16 @@ _FOLLOWING: Final = {
 
 @dataclass(frozen=True)
 class LegEvent:
-    """A leg that has gone over to its next state.
+    """A leg's change to its next state.
 
     Attributes:
-        time: when [s]. Exact by the clock; a contact that comes early or late has the time of the
-            advance that saw it.
+        time: of the change [s]: that of the clock, or, for a contact that comes early or late, that
+            of the call of :meth:`GaitStateMachine.advance` which was told of it.
         leg: the leg.
         step: number of its swing, from 0.
-        state: the state that it went over to.
-        delay: how much later than planned it touched down [s]; negative when early, 0 for the
-            other states.
+        state: the new state.
+        delay: how much later than planned it touched down [s]; negative if early, 0 for the other
+            states.
     """
 
     time: float
@@ -82,16 +85,16 @@ class LegEvent:
 
 
 class GaitStateMachine:
-    """The states of four legs on a walk, advanced in time.
+    """The states of four legs during a walk.
 
-    Without contacts every leg follows the clock. With measured contacts a swinging foot that
-    finds ground early touches down early. A foot that has found none at its planned touchdown
-    stays in its swing, and the clock of the gait stands still until it has: no other leg lifts
-    off meanwhile, and what comes later is put off by as much. Feet that were waited for longer
-    than ``patience`` are :attr:`overdue`; what to do about them is the caller's business.
+    Without contacts every leg follows the clock. With measured contacts a swinging foot that meets
+    the ground early touches down early. A foot that has not met it at its planned touchdown stays
+    in its swing, and the clock of the gait stands still until it has: no other leg lifts off in the
+    meantime, and everything later is delayed by the same time. Feet that are late by more than
+    ``longest_wait`` are :attr:`overdue`; the caller decides what to do about them.
 
-    LIFT_OFF and TOUCHDOWN last for ``transition_time``, but a LIFT_OFF not beyond the planned
-    touchdown, and a TOUCHDOWN not beyond the next lift-off.
+    LIFT_OFF and TOUCHDOWN last for ``transition_time``; but a LIFT_OFF ends at the planned
+    touchdown at the latest, and a TOUCHDOWN at the next lift-off.
 
     Source: [XiLing], Module E, Sections 5.1 and 5.2.
 
@@ -99,11 +102,11 @@ class GaitStateMachine:
         schedule: the gait.
         cycles: swings of each leg, after which all stand; by default without end.
         first: the leg that lifts off first, see :func:`swing_events`.
-        transition_time: how long LIFT_OFF and TOUCHDOWN last [s]; by default until the advance
-            after the one that came to them, so that each is seen once.
-        patience: how long a late foot may be waited for before it is overdue [s].
-        earliest_contact: share of the planned swing before which contact does not count, for the
-            foot has hardly left the ground.
+        transition_time: how long LIFT_OFF and TOUCHDOWN last [s]; by default until the next call of
+            :meth:`advance`, so that each is seen once.
+        longest_wait: how late a foot may be before it is overdue [s].
+        earliest_contact: share of the planned swing before which a contact does not count, because
+            the foot has hardly left the ground.
 
     Raises:
         InputError: a number is out of range, or there is no such leg.
@@ -116,17 +119,17 @@ class GaitStateMachine:
         *,
         first: str | None = None,
         transition_time: float | None = None,
-        patience: float = 0.5,
+        longest_wait: float = 0.5,
         earliest_contact: float = 0.5,
     ) -> None:
         self.schedule = schedule
         self.cycles = None if cycles is None else check_cycles(cycles)
-        self.patience = check_number("patience", patience, 0.0, 1e5, "s")
+        self.longest_wait = check_number("longest_wait", longest_wait, 0.0, CYCLE_TIMES[1], "s")
         self.earliest_contact = check_number("earliest_contact", earliest_contact, 0.0, 1.0)
         self.transition_time = (
             None
             if transition_time is None
-            else check_number("transition_time", transition_time, 0.0, 1e5, "s")
+            else check_number("transition_time", transition_time, 0.0, CYCLE_TIMES[1], "s")
         )
         self._first = first_swings(schedule, first)
         self._start = schedule.liftoffs[min(LEGS, key=lambda leg: self._first[leg][0])]
@@ -140,12 +143,12 @@ class GaitStateMachine:
 
     @property
     def time(self) -> float:
-        """The time that the machine was advanced to [s]."""
+        """The present time [s]."""
         return self._time
 
     @property
     def cycles_passed(self) -> float:
-        """Cycles since the start: the normalised phase, the sum of all dt / T."""
+        """Cycles since the start: the sum of ``dt / T`` over time, T the cycle time."""
         return self._clock.cycles_at(self._time)
 
     @property
@@ -160,7 +163,7 @@ class GaitStateMachine:
 
     @property
     def states(self) -> Mapping[str, LegState]:
-        """What each leg does."""
+        """The state of each leg."""
         return MappingProxyType(dict(self._state))
 
     @property
@@ -170,25 +173,25 @@ class GaitStateMachine:
 
     @property
     def late(self) -> tuple[str, ...]:
-        """The legs that should stand but have found no ground: the clock stands still for them."""
+        """The legs that should stand but have not met the ground, so that the clock stands still."""
         return tuple(leg for leg in LEGS if leg in self._late)
 
     @property
     def overdue(self) -> tuple[str, ...]:
-        """The late legs, once they have been late for longer than ``patience``."""
+        """The late legs, once the clock has stood still for longer than ``longest_wait``."""
         since = self._clock.halted
-        return self.late if since is not None and self._time - since > self.patience else ()
+        return self.late if since is not None and self._time - since > self.longest_wait else ()
 
     @property
     def finished(self) -> bool:
-        """Whether all legs have made all of their swings, and stand."""
+        """Whether all legs have done all of their swings, and stand."""
         return all(n == self.cycles for n in self._swings.values()) and len(self.support) == 4
 
     @property
     def duration(self) -> float:
-        """When the last foot is planned to touch down [s]; infinite for a walk without end.
+        """Planned time of the last touchdown [s]; infinite for a walk without end.
 
-        It moves when the cycle time changes and when the clock has stood still.
+        It changes with the cycle time, and when the clock has stood still.
         """
         if self.cycles is None:
             return inf
@@ -198,30 +201,36 @@ class GaitStateMachine:
         return self._clock.time_of(last.later(self.cycles - 1))
 
     def set_cycle_time(self, cycle_time: float) -> None:
-        """Give the cycles from the next one on another duration [s]; the phase does not jump.
+        """Change the duration of the cycles from the next one on [s]; the phase does not jump.
 
-        A cycle begins whenever :attr:`cycles_passed` is whole; one that begins right now counts.
+        A cycle begins whenever :attr:`cycles_passed` is a whole number; one that begins at the
+        present time is changed, too.
 
         Raises:
             InputError: it is out of range.
         """
-        self._clock.change(self._time, check_number("cycle_time", cycle_time, 1e-3, 1e5, "s"))
+        self._clock.change(self._time, check_number("cycle_time", cycle_time, *CYCLE_TIMES, "s"))
 
     def advance(
         self, time: float, contacts: Mapping[str, bool] | None = None
     ) -> tuple[LegEvent, ...]:
-        """Go on to ``time`` [s], and say which legs went over to other states, in order of time.
+        """Go on to ``time`` [s].
 
         Args:
-            time: not before the present time; a walk without end goes on by
-                :data:`LONGEST_ADVANCE` cycles at most.
-            contacts: whether each foot touches the ground at ``time``, where it is measured.
-                Without it feet touch down as planned, and those that are late do so now.
+            time: not before the present time; on a walk without end at most
+                :data:`LONGEST_ADVANCE` cycles later.
+            contacts: whether each foot touches the ground at ``time``, if that is measured. Without
+                it feet touch down as planned, and those that are late do so now.
+
+        Returns:
+            The changes of state in the meantime, in order of time.
 
         Raises:
             InputError: the time is out of range, or contacts do not name each leg.
         """
-        most = self._time + self.cycle_time * LONGEST_ADVANCE if self.cycles is None else 1e12
+        most = (
+            self._time + self.cycle_time * LONGEST_ADVANCE if self.cycles is None else LONGEST_TIME
+        )
         time = check_number("time", time, self._time, most, "s")
         touching = None if contacts is None else _checked_contacts(contacts)
         for leg in LEGS:
@@ -237,7 +246,10 @@ class GaitStateMachine:
     def _run(
         self, time: float, touching: Mapping[str, bool] | None, events: list[LegEvent]
     ) -> None:
-        """All that is due by the clock until ``time``, feet that come down before others rise."""
+        """Make all changes of state that are due by the clock until ``time``.
+
+        Of changes at the same instant, touchdowns come before lift-offs.
+        """
         while True:
             leg = min(LEGS, key=lambda leg: (self._due(leg), self._state[leg].stands))
             due = self._due(leg)
@@ -252,7 +264,7 @@ class GaitStateMachine:
     def _land(
         self, time: float, touching: Mapping[str, bool] | None, events: list[LegEvent]
     ) -> None:
-        """The feet that touch the ground at ``time``, early or late."""
+        """Make the touchdowns, early or late, of feet that touch the ground at ``time``."""
         for leg in LEGS:
             late = leg in self._late
             touches = late if touching is None else touching[leg]
@@ -264,7 +276,7 @@ class GaitStateMachine:
             self._clock.resume(time)
 
     def _due(self, leg: str) -> float:
-        """When a leg goes over to its next state, by the clock [s]."""
+        """Time of a leg's next change of state by the clock [s]."""
         state = self._state[leg]
         if state is LegState.SWING:
             return inf if leg in self._late else self._next_touch(leg)
@@ -275,29 +287,29 @@ class GaitStateMachine:
         return self._next_lift(leg)
 
     def _next_lift(self, leg: str) -> float:
-        """A leg's next lift-off by the clock, never when that stands still there [s]."""
+        """Time of a leg's next lift-off by the clock [s]; infinite if the clock stops before."""
         if self._swings[leg] == self.cycles:
             return inf
         time = self._clock.time_of(self._first[leg][0].later(self._swings[leg]))
         return time if self._clock.halted is None or time < self._clock.halted else inf
 
     def _next_touch(self, leg: str) -> float:
-        """The touchdown of a leg's swing by the clock, never when that stands still before [s]."""
+        """Time of the touchdown of a leg's swing by the clock [s]; infinite if it stops before."""
         time = self._clock.time_of(self._touch(leg))
         return time if self._clock.halted is None or time <= self._clock.halted else inf
 
     def _touch(self, leg: str) -> Moment:
-        """The planned touchdown of the swing that a leg is in."""
+        """The planned touchdown of a leg's present swing."""
         return self._first[leg][1].later(self._swings[leg] - 1)
 
     def _swung(self, leg: str, time: float) -> float:
-        """The share of its planned swing that a leg has been through at ``time``."""
+        """The share of its planned swing that a leg has done at ``time``."""
         lift = self._first[leg][0].later(self._swings[leg] - 1).cycles
         return (self._clock.cycles_at(time) - lift) / (self._touch(leg).cycles - lift)
 
     def _move_on(self, leg: str, time: float, events: list[LegEvent]) -> None:
-        """The one way in which a state changes."""
-        # A resumed clock can be a rounding error ahead of the time at which it was resumed.
+        """Change a leg's state to the next one, and add the event."""
+        # By rounding, a clock that goes on can be ahead of the time at which it was told to.
         time = self._latest = max(time, self._latest)
         state = self._state[leg] = self._state[leg].following
         delay = 0.0

@@ -1,6 +1,6 @@
-"""When steps take place: the clock of a walk, its swings, and its pace by the stability margin.
+"""Times of steps: the clock of a walk, its swings, and step times by the stability margin.
 
-A walk starts and ends on four feet. It starts with a lift-off: a leg that would be in the air at
+A walk starts and ends on four feet. It starts with a lift-off; a leg that would be in the air at
 that instant of the schedule stands until its own next lift-off. Cycles are counted from the start.
 """
 
@@ -18,11 +18,15 @@ from numpy.typing import ArrayLike
 
 from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.errors import InputError
-from gaitopt.gait.schedule import SNAP, GaitSchedule, wrapped
+from gaitopt.gait.schedule import CYCLE_TIMES, SNAP, GaitSchedule, wrapped
 from gaitopt.inputs import check_count, check_number
 
 MOST_CYCLES: Final = 100_000
-"""Most swings of a leg in a walk."""
+"""Most swings of a leg in a walk: about a day of walking."""
+SHORTEST_SHARE: Final = 0.5
+"""Shortest step as a share of the nominal one, by default. Chosen."""
+LONGEST_SHARE: Final = 2.0
+"""Longest step as a share of the nominal one, by default. Chosen."""
 
 
 @dataclass(frozen=True)
@@ -59,31 +63,31 @@ class Moment(NamedTuple):
 
 
 class GaitClock:
-    """Cycles against time: cycles of settable durations, and halts between.
+    """A clock that counts the cycles of a walk. Durations of cycles may change, and it may stop.
 
     Args:
-        cycle_times: duration of the first cycles [s]; the last one is that of all further cycles.
+        cycle_times: durations of the first cycles [s]; all further ones last as long as the last.
     """
 
     def __init__(self, cycle_times: Sequence[float]) -> None:
         self._pieces: list[tuple[int, float, float]] = []
         """First cycle of a piece, its start [s], and the duration of its cycles [s]."""
         self.halted: float | None = None
-        """Since when the clock stands still [s]; ``None`` while it runs."""
+        """The time since which the clock stands still [s]; ``None`` while it runs."""
         start = 0.0
         for cycle, time in enumerate(cycle_times):
-            period = check_number(f"cycle_times[{cycle}]", time, 1e-3, 1e5, "s")
+            period = check_number(f"cycle_times[{cycle}]", time, *CYCLE_TIMES, "s")
             self._pieces.append((cycle, start, period))
             start += period
 
     def time_of(self, moment: Moment) -> float:
-        """When the clock comes to a moment, if it does not halt (again) before [s]."""
+        """The time at which the clock reaches a moment, if it does not stop before [s]."""
         after = bisect_right(self._pieces, moment.cycle, key=itemgetter(0))
         first, start, period = self._pieces[max(after - 1, 0)]
         return start + (moment.cycle - first) * period + moment.share * period
 
     def cycles_at(self, time: float) -> float:
-        """How many cycles have passed at a time [s]; those of a halted clock do not grow."""
+        """The number of cycles that have passed at a time [s]; it is constant while it stops."""
         first, start, period = self._piece_at(time)
         return first + (min(time, inf if self.halted is None else self.halted) - start) / period
 
@@ -99,7 +103,7 @@ class GaitClock:
         self._pieces = [*before[-1:], (cycle, start, period)]
 
     def resume(self, time: float) -> None:
-        """Let a halted clock go on from a time [s]."""
+        """Let a stopped clock go on from a time [s]."""
         if self.halted is not None:
             lost = time - self.halted
             self._pieces = [(first, start + lost, period) for first, start, period in self._pieces]
@@ -136,10 +140,11 @@ def first_swings(
 
 
 def cycles_spanned(schedule: GaitSchedule, cycles: int, *, first: str | None = None) -> int:
-    """In how many cycles a walk of ``cycles`` swings of each leg takes place, the last in part.
+    """The number of cycles in which each leg swings ``cycles`` times; the last may be incomplete.
 
     Raises:
-        InputError: ``cycles`` is no whole number from 0 to :data:`MOST_CYCLES`, or no such leg.
+        InputError: ``cycles`` is no whole number from 0 to :data:`MOST_CYCLES`, or there is no such
+            leg.
     """
     swings, count = first_swings(schedule, first), check_cycles(cycles)
     last = max(touch for _, touch in swings.values()).later(count - 1)
@@ -156,7 +161,7 @@ def swing_events(
     """The swings of a walk in which each leg swings ``cycles`` times, in the order of lift-offs.
 
     The walk starts at time 0 with the first lift-off, and ends with the last touchdown. Instants
-    that are the same in the schedule are the same to the last bit.
+    that coincide in the schedule are equal to the last bit.
 
     Args:
         schedule: the gait.
@@ -168,7 +173,8 @@ def swing_events(
             the first of ``schedule.order``.
 
     Raises:
-        InputError: a number is out of range, there are too few cycle times, or no such leg.
+        InputError: a number is out of range, there are too few cycle times, or there is no such
+            leg.
     """
     count, needed = check_cycles(cycles), cycles_spanned(schedule, cycles, first=first)
     times = [schedule.cycle_time] if cycle_times is None else [*cycle_times]
@@ -197,13 +203,13 @@ def adapted_step_time(
 ) -> FloatArray:
     """Duration of a step, adapted to the static stability margin.
 
-    ``nominal * (1 + gain * (nominal_margin - margin))``, kept between ``least`` and ``most``: a
-    margin below the nominal one makes the step longer, one above it makes it shorter. Without
-    bounds a large margin would make the time zero or negative. The cycle time of a gait is this
-    times the steps in a cycle (``GaitSchedule.steps``), eq. (29) of the same paper.
+    It is ``nominal * (1 + gain * (nominal_margin - margin))``, kept between ``least`` and ``most``:
+    a margin below the nominal one makes the step longer, a larger one makes it shorter. Without
+    these bounds a large margin would make the time zero or negative. The cycle time of a gait is
+    the step time multiplied by the steps in a cycle (``GaitSchedule.steps``), eq. (29) of [XiLing].
 
-    The paper gives the gain as 0.1 to 0.5 and no unit. It multiplies a length, so that it has the
-    unit 1/m; at 0.5 / m a centimetre of margin changes the time by 0.5 percent.
+    [XiLing] gives the gain as 0.1 to 0.5 without a unit. It multiplies a length, so that its unit
+    is 1/m; with 0.5/m a centimetre of margin changes the time by 0.5 per cent.
 
     Source: [XiLing], "Stability and Gait Control", Section 4.
 
@@ -225,8 +231,10 @@ def adapted_step_time(
     nominal = check_number("nominal", nominal, 1e-6, 1e6, "s")
     wanted = check_number("nominal_margin", nominal_margin, -1e6, 1e6, "m")
     gain = check_number("gain", gain, 0.0, 1e6, "1/m")
-    low = 0.5 * nominal if least is None else check_number("least", least, 1e-9, 1e6, "s")
-    high = 2.0 * nominal if most is None else check_number("most", most, 1e-9, 1e6, "s")
+    low = (
+        SHORTEST_SHARE * nominal if least is None else check_number("least", least, 1e-9, 1e6, "s")
+    )
+    high = LONGEST_SHARE * nominal if most is None else check_number("most", most, 1e-9, 1e6, "s")
     if not low <= nominal <= high:
         raise InputError(
             f"the nominal step time must lie between least and most, got {low:g} s <= "
@@ -235,15 +243,15 @@ def adapted_step_time(
     margins = np.asarray(margin, dtype=np.float64)
     if np.isnan(margins).any():
         raise InputError("margin must not be NaN; give -inf where no feet support the robot")
-    # A gain of zero times an infinite margin is no change, not NaN.
+    # A gain of zero changes nothing; times an infinite margin it would be NaN.
     change = gain * (wanted - margins) if gain > 0.0 else np.zeros_like(margins)
     return np.asarray(np.clip(nominal * (1.0 + change), low, high))
 
 
 def check_cycles(cycles: object) -> int:
-    """``cycles`` as int, when it is a whole number from 0 to :data:`MOST_CYCLES`.
+    """``cycles`` as int, if it is a whole number from 0 to :data:`MOST_CYCLES`.
 
     Raises:
-        InputError: it is not.
+        InputError: it is no such number.
     """
     return check_count("cycles", cycles, 0, MOST_CYCLES)

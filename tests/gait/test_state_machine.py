@@ -221,7 +221,7 @@ def test_planned_contact_is_at_the_planned_time() -> None:
 
 
 def test_late_foot_keeps_the_others_on_the_ground_and_puts_off_the_rest() -> None:
-    machine = GaitStateMachine(trot(1.0), 2, patience=0.25)
+    machine = GaitStateMachine(trot(1.0), 2, longest_wait=0.25)
     for t in (0.4, 0.49):
         machine.advance(t, touching("LF", "RH"))
     events = list(machine.advance(0.51, touching("LF", "RH", "LH")))
@@ -241,7 +241,7 @@ def test_late_foot_keeps_the_others_on_the_ground_and_puts_off_the_rest() -> Non
 
 
 def test_foot_that_is_late_for_longer_than_the_patience_is_overdue() -> None:
-    machine = GaitStateMachine(trot(1.0), 2, patience=0.25)
+    machine = GaitStateMachine(trot(1.0), 2, longest_wait=0.25)
     machine.advance(0.4, touching("LF", "RH"))
     machine.advance(0.74, touching("LF", "RH", "LH"))
     assert machine.late == ("RF",) and machine.overdue == ()
@@ -367,7 +367,7 @@ def test_time_does_not_go_back_and_takes_no_leaps_without_end() -> None:
         ({"cycles": -1}, "cycles must be a whole number from 0 to 100000, got -1"),
         ({"first": "FL"}, "first must be one of LF, LH, RH, RF, got 'FL'"),
         ({"transition_time": -0.1}, "transition_time must be a number .* s, got -0.1"),
-        ({"patience": float("nan")}, "patience must be a number .* s, got nan"),
+        ({"longest_wait": float("nan")}, "longest_wait must be a number .* s, got nan"),
         ({"earliest_contact": 1.5}, "earliest_contact must be a number from 0 to 1, got 1.5"),
     ],
 )
