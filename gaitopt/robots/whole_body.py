@@ -227,9 +227,7 @@ def joints_from_feet(
     """
     if on_unreachable not in ("raise", "mask"):
         raise InputError(f"on_unreachable must be 'raise' or 'mask', got {on_unreachable!r}")
-    place, angles = check_shape("position", position, 3), check_shape("rpy", rpy, 3)
-    to_world = rpy_to_matrix(angles) @ robot.body_axes
-    wanted = (check_shape("feet", feet, 4, 3) - place[..., None, :]) @ to_world
+    wanted = into_body(robot, position, rpy, feet)
     reached = np.empty(wanted.shape[:-1], dtype=np.bool_)
     for i, name in enumerate(LEGS):
         leg, points = robot.legs[name], wanted[..., i, :]
@@ -242,6 +240,24 @@ def joints_from_feet(
 
 
 # --- shared -----------------------------------------------------------------------------------
+
+
+def into_body(
+    robot: Quadruped, position: ArrayLike, rpy: ArrayLike, feet: ArrayLike
+) -> FloatArray:
+    """Feet in the world ``(..., 4, 3)`` in the body frame ``(..., 4, 3)`` [m].
+
+    Args:
+        robot: the robot.
+        position, rpy: the base's pose in the world ``(..., 3)`` [m], [rad].
+        feet: ``(..., 4, 3)`` [m].
+
+    Raises:
+        InputError: an array has another shape.
+    """
+    place, angles = check_shape("position", position, 3), check_shape("rpy", rpy, 3)
+    to_world = rpy_to_matrix(angles) @ robot.body_axes
+    return np.asarray((check_shape("feet", feet, 4, 3) - place[..., None, :]) @ to_world)
 
 
 def joints_from_feet_in_body(robot: Quadruped, feet: FloatArray) -> FloatArray:

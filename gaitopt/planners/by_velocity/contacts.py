@@ -1,4 +1,4 @@
-"""Which foot stands where when, by the swings of a gait."""
+"""Which feet stand at a time, and where, by the swings of a gait."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from gaitopt.terrain.footholds import Footholds
 
 
 def flights_at(events: Sequence[SwingEvent], times: FloatArray) -> np.ndarray:
-    """The swing that each foot is in at ``times (N,)``: ``(N, 4)``, an index into ``events``.
+    """Index of the swing in which each foot is at ``times (N,)``: ``(N, 4)``.
 
-    It is -1 for a foot that stands, as it does at lift-off and at touch-down.
+    It is -1 for a foot that stands; feet stand at the very instants of lift-off and touch-down.
 
     Args:
-        events: swings; those of one leg follow each other.
+        events: the swings; those of one leg are in order of time.
         times: [s].
     """
     found = np.full((len(times), len(LEGS)), -1)
@@ -39,7 +39,7 @@ def contacts_at(events: Sequence[SwingEvent], times: FloatArray) -> BoolArray:
 
 
 def stances_at(footholds: Footholds, events: Sequence[SwingEvent], times: FloatArray) -> FloatArray:
-    """Footholds of all feet at ``times (N,)``: ``(N, 4, 3)`` [m], the last of those that fly."""
+    """Footholds of all feet at ``times (N,)``: ``(N, 4, 3)`` [m]; flying feet's last ones."""
     places = np.empty((len(times), len(LEGS), 3))
     for i, leg in enumerate(LEGS):
         lands = [e.touch_down for e in events if e.leg == leg]

@@ -1,4 +1,4 @@
-"""What a gait asks of joints and legs, against what they can; and what to do about too much."""
+"""Limits of joints and legs that a gait exceeds, and the largest velocity that keeps them."""
 
 from __future__ import annotations
 
@@ -11,26 +11,29 @@ import numpy as np
 from gaitopt.conventions import LEGS, BoolArray, FloatArray
 from gaitopt.errors import GaitoptError, InfeasibleSpeedError
 from gaitopt.motion.bounds import derivative_range, largest_sizes
-from gaitopt.motion.path import MotionPath
+from gaitopt.motion.path import BASE_COLUMNS, MotionPath
 from gaitopt.plan.settings.by_velocity import GaitSettings
 from gaitopt.planners.by_velocity.motion import GaitMotion
-from gaitopt.robots.rotations import rpy_to_matrix
-from gaitopt.robots.whole_body import REACH_TOLERANCE
+from gaitopt.robots.whole_body import REACH_TOLERANCE, into_body
 
 HALVINGS = 10
 """Bisections for the fastest velocity: it is found to a thousandth of the command."""
 LONGER_CYCLES = (1.5, 2.0, 3.0, 5.0, 8.0, 12.0, 20.0)
-"""Multiples of the cycle time that are tried where velocity alone does not help."""
+"""Multiples of the cycle time that are tried where no velocity works; chosen here."""
+VELOCITY_JUMP = 1e-6
+"""Jump of a joint velocity at a knot that counts as none, for rounding [rad/s]."""
+POSITION_TOLERANCE = 1e-9
+"""By how much a joint may be beyond a position limit, for rounding [rad]."""
 
 
 class Violation(NamedTuple):
     """A limit that a motion exceeds.
 
     Attributes:
-        limit: what it is, ``"velocity LF_KFE"`` for instance.
-        use: how much of it is needed, above 1; infinite where a ratio makes no sense.
-        time: when it is worst [s].
-        words: the numbers.
+        limit: its kind and joint or leg, ``"velocity LF_KFE"`` for instance.
+        use: share of the limit that is needed, above 1; infinite where a share makes no sense.
+        time: when the violation is largest [s].
+        words: a sentence with the numbers.
     """
 
     limit: str
@@ -39,8 +42,8 @@ class Violation(NamedTuple):
     words: str
 
 
-class Stretch(NamedTuple):
-    """How far the legs are stretched.
+class LegLengths(NamedTuple):
+    """How long the legs are at samples of a motion.
 
     Attributes:
         times: ``(N,)`` [s].
@@ -53,51 +56,59 @@ class Stretch(NamedTuple):
     reached: BoolArray
 
 
-def stretch_of(motion: GaitMotion, times: FloatArray) -> Stretch:
-    """How far a motion stretches the legs at ``times (N,)`` [s]."""
+def leg_lengths(motion: GaitMotion, times: FloatArray) -> LegLengths:
+    """Lengths of the legs of a motion at ``times (N,)`` [s]."""
     robot = motion.robot
     base, feet = motion.base(times)[0], motion.feet(times)[0]
-    local = (feet - base[:, None, :3]) @ (rpy_to_matrix(base[:, 3:]) @ robot.body_axes)
+    local = into_body(robot, base[:, :3], base[:, 3:], feet)
     lengths, reached = np.empty(feet.shape[:2]), np.empty(feet.shape[:2], dtype=np.bool_)
     for i, name in enumerate(LEGS):
         leg, points = robot.legs[name], local[:, i]
         lengths[:, i] = np.sqrt(leg.straightness(*points.T))
         reached[:, i] = leg.shortfall(points) <= REACH_TOLERANCE
-    return Stretch(times, lengths, reached)
+    return LegLengths(times, lengths, reached)
 
 
 def find_violations(
-    motion: GaitMotion, stretch: Stretch, path: MotionPath | None, settings: GaitSettings
+    motion: GaitMotion, lengths: LegLengths, path: MotionPath | None, settings: GaitSettings
 ) -> list[Violation]:
-    """All limits that are exceeded, reach first, then the worst first."""
-    reach = _reach(motion, stretch, settings)
+    """All limits that a motion exceeds, the largest share first.
+
+    Args:
+        motion: the gait.
+        lengths: of its legs, at samples. Where a leg is too long, nothing else is looked at.
+        path: of the motion; ``None`` where a foot is out of reach.
+        settings: with the limits.
+    """
+    reach = _reach(motion, lengths, settings)
     if path is None or reach:
         return reach
     robot = motion.robot
     found = _positions(motion, path)
     limits = robot.velocity_limits
-    found += _rates(path, 1, limits, robot.joint_names, "velocity", "rad/s")
+    found += _derivatives(path, 1, limits, robot.joint_names, "velocity", "rad/s")
     if settings.acceleration_limit is not None:
         most = np.full(len(robot.joint_names), settings.acceleration_limit)
-        found += _rates(path, 2, most, robot.joint_names, "acceleration", "rad/s^2")
-        jumps = path.jumps(1)[:, 6:]
-        if jumps.size and jumps.max() > 1e-6:
+        found += _derivatives(path, 2, most, robot.joint_names, "acceleration", "rad/s^2")
+        jumps = path.jumps(1)[:, BASE_COLUMNS:]
+        if jumps.size and jumps.max() > VELOCITY_JUMP:
             knot, joint = np.unravel_index(int(jumps.argmax()), jumps.shape)
             found.append(
                 Violation(
                     f"acceleration {robot.joint_names[joint]}", np.inf,
                     float(path.times[knot + 1]),
-                    f"joint {robot.joint_names[joint]} would jump by {jumps.max():.3g} rad/s, as "
-                    f"feet do that follow the {settings.swing!r} swing: take 'polynomial'",
+                    f"the velocity of joint {robot.joint_names[joint]} would jump by "
+                    f"{jumps.max():.3g} rad/s, as that of a foot on the {settings.swing!r} swing "
+                    "curve does: take 'polynomial'",
                 )
             )  # fmt: skip
     return sorted(found, key=lambda v: -v.use)
 
 
-def _reach(motion: GaitMotion, stretch: Stretch, settings: GaitSettings) -> list[Violation]:
-    """Feet that are further away than the reach fraction allows."""
+def _reach(motion: GaitMotion, legs: LegLengths, settings: GaitSettings) -> list[Violation]:
+    """Legs that are longer than the reach fraction allows, or do not reach their feet."""
     found = []
-    for name, lengths, reached in zip(LEGS, stretch.lengths.T, stretch.reached.T, strict=True):
+    for name, lengths, reached in zip(LEGS, legs.lengths.T, legs.reached.T, strict=True):
         leg = motion.robot.legs[name]
         allowed = settings.reach_fraction * leg.reach
         bad = (lengths > allowed + REACH_TOLERANCE) | ~reached
@@ -105,7 +116,7 @@ def _reach(motion: GaitMotion, stretch: Stretch, settings: GaitSettings) -> list
             k = int(np.where(bad, lengths, -np.inf).argmax())
             found.append(
                 Violation(
-                    f"reach {name}", np.inf, float(stretch.times[k]),
+                    f"reach {name}", np.inf, float(legs.times[k]),
                     f"the foot of {name} would be {lengths[k]:.4g} m from the hip's pitch axis, or "
                     f"beside its leg's plane; the leg allows {leg.least_reach:.4g} to "
                     f"{allowed:.4g} m",
@@ -115,28 +126,31 @@ def _reach(motion: GaitMotion, stretch: Stretch, settings: GaitSettings) -> list
 
 
 def _positions(motion: GaitMotion, path: MotionPath) -> list[Violation]:
+    """Joints that leave their position limits."""
     low, high = motion.robot.position_limits
     least, most = derivative_range(path, 0)
-    over = np.maximum(low - least[:, 6:], most[:, 6:] - high)
+    least, most = least[:, BASE_COLUMNS:], most[:, BASE_COLUMNS:]
+    over = np.maximum(low - least, most - high)
     found = []
-    for joint in np.flatnonzero(over.max(axis=0) > 1e-9).tolist():
+    for joint in np.flatnonzero(over.max(axis=0) > POSITION_TOLERANCE).tolist():
         k = int(over[:, joint].argmax())
         name = motion.robot.joint_names[joint]
         found.append(
             Violation(
                 f"position {name}", np.inf, float(path.times[k]),
-                f"joint {name} would turn to between {least[k, 6 + joint]:.4f} and "
-                f"{most[k, 6 + joint]:.4f} rad, and its limits are {low[joint]:.4f} to "
+                f"joint {name} would turn to between {least[k, joint]:.4f} and "
+                f"{most[k, joint]:.4f} rad, and its limits are {low[joint]:.4f} to "
                 f"{high[joint]:.4f} rad",
             )
         )  # fmt: skip
     return found
 
 
-def _rates(
+def _derivatives(
     path: MotionPath, order: int, limits: FloatArray, names: tuple[str, ...], what: str, unit: str
 ) -> list[Violation]:
-    size = largest_sizes(path, order)[:, 6:]
+    """Joints whose derivative of some order exceeds its limit."""
+    size = largest_sizes(path, order)[:, BASE_COLUMNS:]
     use = size / limits
     found = []
     for joint in np.flatnonzero(use.max(axis=0) > 1.0).tolist():
@@ -154,12 +168,12 @@ def _rates(
 def explain(
     settings: GaitSettings, violations: list[Violation], works: Callable[[GaitSettings], bool]
 ) -> InfeasibleSpeedError:
-    """The error for a motion with these violations, with what would work instead.
+    """The error for a motion that exceeds limits, with a velocity or cycle time that works instead.
 
     Args:
-        settings: what was asked for.
-        violations: of it, the worst first.
-        works: whether other settings do.
+        settings: of the motion.
+        violations: of its limits, the largest share first.
+        works: tells whether a motion with other settings keeps all limits.
     """
     worst = violations[0]
     fastest = _fastest(settings, works)
@@ -195,7 +209,7 @@ def scaled(settings: GaitSettings, share: float) -> GaitSettings:
 
 
 def _fastest(settings: GaitSettings, works: Callable[[GaitSettings], bool]) -> float | None:
-    """The largest share of the velocity that works, rounded down; ``None`` when not even 0 does."""
+    """The largest share of the velocity that works, rounded down; ``None`` when 0 does not."""
 
     def good(share: float) -> bool:
         try:
@@ -213,7 +227,7 @@ def _fastest(settings: GaitSettings, works: Callable[[GaitSettings], bool]) -> f
 
 
 def _longer_cycle(settings: GaitSettings, works: Callable[[GaitSettings], bool]) -> float | None:
-    """A cycle time with which stepping on the spot works; the first of a few that are tried."""
+    """The first cycle time of a few with which stepping on the spot works; ``None`` for none."""
     for factor in LONGER_CYCLES:
         cycle = settings.schedule.cycle_time * factor
         longer = replace(

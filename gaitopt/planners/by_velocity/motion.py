@@ -1,4 +1,4 @@
-"""Body and feet of a gait as functions of time, and the joints that follow from them."""
+"""Body and feet of a gait as functions of time."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ import numpy as np
 from gaitopt.conventions import FloatArray
 from gaitopt.gait.step_timing import SwingEvent
 from gaitopt.motion.body_and_feet import body_and_feet_path
-from gaitopt.motion.path import MotionPath
-from gaitopt.motion.pieces import States
+from gaitopt.motion.path import BASE_COLUMNS, MotionPath
+from gaitopt.motion.pieces import ROUNDING, States
 from gaitopt.planners.by_velocity.body_route import BodyRoute
 from gaitopt.planners.by_velocity.contacts import flights_at, stances_at
 from gaitopt.robots.quadruped import Quadruped
@@ -22,17 +22,17 @@ from gaitopt.terrain.footholds import Footholds
 
 @dataclass(frozen=True, eq=False)
 class GaitMotion:
-    """A gait's motion, before it is put into joints.
+    """The motion of a gait's body and feet.
 
     Attributes:
-        robot: who walks.
-        route: the nominal way of the body's centre.
-        sway: the centre's own path, two columns x and y, where it is not the route.
+        robot: the robot.
+        route: the nominal route of the body's centre.
+        sway: the centre's own path, with columns x and y; ``None`` where it follows the route.
         height: of the body's centre [m].
         footholds: where the feet stand.
         events: all swings, in the order of lift-offs.
         swing: name of the swing curve.
-        swing_height: [m].
+        swing_height: how far a foot rises [m].
         duration: of the whole motion [s].
     """
 
@@ -58,34 +58,40 @@ class GaitMotion:
         return swing_curve(self.swing, ends[:, 0], ends[:, 1], self.swing_height, lasting)
 
     def centre(self, times: FloatArray) -> States:
-        """Place, velocity and acceleration of the body's centre ``(N, 2)`` in the world."""
+        """Positions, velocities and accelerations of the body's centre ``(N, 2)`` in the world."""
         if self.sway is None:
             return self.route.motion(times)
-        values = tuple(self.sway.evaluate(times, k) for k in range(3))
-        return values[0], values[1], values[2]
+        place, velocity, acceleration = (self.sway.evaluate(times, k) for k in range(3))
+        return place, velocity, acceleration
 
     def base(self, times: FloatArray) -> States:
-        """x, y, z, roll, pitch, yaw of the base ``(N, 6)`` and two derivatives."""
-        place, speed, change = self.centre(times)
-        yaw, turn, spin = self.route.yaw(times)
+        """x, y, z, roll, pitch, yaw of the base ``(N, 6)`` and two derivatives.
+
+        The body is level.
+        """
+        place, velocity, acceleration = self.centre(times)
+        yaw, yaw_rate, yaw_acceleration = self.route.yaw(times)
         c, s = np.cos(yaw), np.sin(yaw)
         x, y, z = self.robot.centre.tolist()
+        # From the base's origin to the body's centre, and the same turned left by a quarter turn.
         arm = np.stack([c * x - s * y, s * x + c * y], axis=-1)
         across = np.stack([-arm[:, 1], arm[:, 0]], axis=-1)
-        out = [np.zeros((len(times), 6)) for _ in range(3)]
+        out = [np.zeros((len(times), BASE_COLUMNS)) for _ in range(3)]
         out[0][:, :2] = place - arm
-        out[1][:, :2] = speed - across * turn[:, None]
-        out[2][:, :2] = change - across * spin[:, None] + arm * (turn**2)[:, None]
+        out[1][:, :2] = velocity - across * yaw_rate[:, None]
+        out[2][:, :2] = (
+            acceleration - across * yaw_acceleration[:, None] + arm * (yaw_rate**2)[:, None]
+        )
         out[0][:, 2] = self.height - z
         ahead = self.robot.body_axes[:, 0]
         out[0][:, 5] = yaw - float(np.arctan2(ahead[1], ahead[0]))
-        out[1][:, 5], out[2][:, 5] = turn, spin
+        out[1][:, 5], out[2][:, 5] = yaw_rate, yaw_acceleration
         return out[0], out[1], out[2]
 
     def feet(self, times: FloatArray) -> States:
-        """Feet in the world ``(N, 4, 3)`` and two derivatives, a flying foot by its curve."""
+        """Feet in the world ``(N, 4, 3)`` and two derivatives."""
         place = stances_at(self.footholds, self.events, times)
-        speed, change = np.zeros_like(place), np.zeros_like(place)
+        velocity, acceleration = np.zeros_like(place), np.zeros_like(place)
         flights = flights_at(self.events, times)
         rows, legs = np.nonzero(flights >= 0)
         if self.curves is not None and rows.size:
@@ -96,9 +102,9 @@ class GaitMotion:
                 self.curves.duration[which],
             )  # fmt: skip
             place[rows, legs] = flown.position(since)
-            speed[rows, legs] = flown.velocity(since)
-            change[rows, legs] = flown.acceleration(since)
-        return place, speed, change
+            velocity[rows, legs] = flown.velocity(since)
+            acceleration[rows, legs] = flown.acceleration(since)
+        return place, velocity, acceleration
 
     def path(self, knots: FloatArray, tolerance: float) -> MotionPath:
         """The motion as a path; see :func:`gaitopt.motion.body_and_feet.body_and_feet_path`.
@@ -114,7 +120,11 @@ class GaitMotion:
         return body_and_feet_path(self.robot, knots, self.base, self.feet, tolerance)
 
     def knots(self, longest: float) -> FloatArray:
-        """Times ``(K + 1,)`` between which it is analytic, at most ``longest`` [s] apart."""
+        """Times ``(K + 1,)`` between which the motion is analytic, at most ``longest`` [s] apart.
+
+        Args:
+            longest: longest interval of the result [s].
+        """
         ends = [0.0, self.duration, *self.route.breaks]
         if self.curves is not None:
             lifts = np.array([e.lift_off for e in self.events])
@@ -126,12 +136,22 @@ class GaitMotion:
         return refined(np.clip(ends, 0.0, self.duration), longest)
 
 
+SAME_INSTANT = 1e-7
+"""Two instants that are no farther apart are one [s], for rounding: derivatives over a shorter
+interval would be noise."""
+
+
 def refined(times: FloatArray, longest: float) -> FloatArray:
-    """``times`` without doubles, and more in between, so that none are ``longest`` [s] apart."""
+    """``times`` in order, without equal ones, with more between them, at most ``longest`` apart.
+
+    Args:
+        times: instants in any order ``(N,)`` [s].
+        longest: longest interval of the result [s].
+    """
     ordered = np.sort(times)
-    kept = ordered[np.concatenate([[True], np.diff(ordered) > 1e-7])]
+    kept = ordered[np.concatenate([[True], np.diff(ordered) > SAME_INSTANT])]
     kept[-1] = ordered[-1]
-    counts = np.maximum(np.ceil(np.diff(kept) / longest - 1e-9).astype(int), 1)
+    counts = np.maximum(np.ceil(np.diff(kept) / longest - ROUNDING).astype(int), 1)
     pieces = [np.linspace(a, b, n, endpoint=False)
               for a, b, n in zip(kept[:-1], kept[1:], counts, strict=True)]  # fmt: skip
     return np.concatenate([*pieces, kept[-1:]])

@@ -1,4 +1,4 @@
-"""The phases of a gait: stretches of constant support, with their margins."""
+"""The phases of a gait: intervals of time in which the same feet stand, with their margins."""
 
 from __future__ import annotations
 
@@ -14,7 +14,9 @@ from gaitopt.stability.contacts import support_margin
 from gaitopt.stability.zmp import cart_table_zmp
 
 SAMPLES = 65
-"""Samples a phase for its margins, both ends included."""
+"""Samples of each phase for its margins, both ends included; chosen here."""
+BESIDE = 1e-9
+"""How far beside a knot of the sway the ZMP is taken, on either side [s]: it may have a corner."""
 
 
 def gait_phases(motion: GaitMotion, path: MotionPath) -> tuple[tuple[Phase, ...], GaitRecord]:
@@ -26,16 +28,16 @@ def gait_phases(motion: GaitMotion, path: MotionPath) -> tuple[tuple[Phase, ...]
     flat = times.ravel()
     contacts = np.repeat(standing, SAMPLES, axis=0)
     feet = motion.feet(flat)[0]
-    place, _, change = motion.centre(flat)
+    place, _, acceleration = motion.centre(flat)
     height = motion.height + motion.robot.foot_radius
     static = support_margin(feet, contacts, place).reshape(times.shape)
-    moving = support_margin(feet, contacts, _zmp(place, change, height)).reshape(times.shape)
+    moving = support_margin(feet, contacts, _zmp(place, acceleration, height)).reshape(times.shape)
     lasting = np.diff(edges)
     flight = ~standing.any(axis=1)
     worst = float(np.nanmin(moving)) if not flight.all() else float("-inf")
     if motion.sway is not None:
-        # The ZMP of a cubic spline has its corners at the spline's own knots.
-        for side in (-1e-9, 1e-9):
+        # The ZMP of a cubic spline has corners at the spline's knots.
+        for side in (-BESIDE, BESIDE):
             knots = np.clip(motion.sway.times + side, 0.0, motion.duration)
             worst = float(np.fmin(worst, smallest_zmp_margin(motion, knots)))
     record = GaitRecord(
@@ -48,24 +50,25 @@ def gait_phases(motion: GaitMotion, path: MotionPath) -> tuple[tuple[Phase, ...]
 
 
 def smallest_zmp_margin(motion: GaitMotion, times: FloatArray) -> float:
-    """Smallest margin of the centre's ZMP at ``times (N,)`` [m]; NaN where no foot stands."""
+    """Smallest margin of the ZMP at ``times (N,)`` [m]; NaN when no foot stands at any of them."""
     standing = contacts_at(motion.events, times)
-    place, _, change = motion.centre(times)
-    zmp = _zmp(place, change, motion.height + motion.robot.foot_radius)
+    place, _, acceleration = motion.centre(times)
+    zmp = _zmp(place, acceleration, motion.height + motion.robot.foot_radius)
     margins = support_margin(motion.feet(times)[0], standing, zmp)
     return float(np.nanmin(margins)) if standing.any() else float("nan")
 
 
-def _zmp(place: FloatArray, change: FloatArray, height: float) -> FloatArray:
-    return cart_table_zmp(np.column_stack([place, np.full(len(place), height)]), change)
+def _zmp(place: FloatArray, acceleration: FloatArray, height: float) -> FloatArray:
+    """ZMP ``(N, 2)`` [m] of the body's centre, a point mass at a constant height."""
+    return cart_table_zmp(np.column_stack([place, np.full(len(place), height)]), acceleration)
 
 
 def _edges(motion: GaitMotion, path: MotionPath) -> FloatArray:
-    """Instants at which the support changes, as knots of the path ``(P + 1,)``."""
+    """Knots of the path at which the support changes ``(P + 1,)`` [s]."""
     wanted = np.array(
         [0.0, motion.duration, *(t for e in motion.events for t in (e.lift_off, e.touch_down))]
     )
-    # Lift-offs and touch-downs that are the same instant may differ in their last bits.
+    # The nearest knot of each: equal instants may differ in their last bits.
     later = np.clip(np.searchsorted(path.times, wanted), 1, len(path.times) - 1)
     nearer = wanted - path.times[later - 1] <= path.times[later] - wanted
     return np.asarray(path.times[np.unique(later - nearer)])
@@ -74,12 +77,14 @@ def _edges(motion: GaitMotion, path: MotionPath) -> FloatArray:
 def _phases(
     motion: GaitMotion, edges: FloatArray, flights: np.ndarray, margins: FloatArray
 ) -> tuple[Phase, ...]:
-    """The phases between ``edges``; each belongs to the first swing that is on, or to the next one.
+    """The phases between ``edges``.
+
+    A phase belongs to the first of the swings during it, or to the next swing when all feet stand.
 
     Args:
         motion: the gait.
         edges: ends of the phases ``(P + 1,)`` [s].
-        flights: the swing that each foot is in ``(P, 4)``, or -1.
+        flights: index of the swing in which each foot is ``(P, 4)``, or -1.
         margins: static margins ``(P,)`` [m].
     """
     centres = np.column_stack([motion.centre(edges)[0], np.full(len(edges), motion.height)])
@@ -100,7 +105,7 @@ def _phases(
 
 
 def _owner(motion: GaitMotion, index: int, flying: bool) -> tuple[str, FloatArray, FloatArray]:
-    """The leg of a swing, and where its foot is at both ends of the phase that belongs to it."""
+    """The leg of a swing, and its foot's places at both ends of a phase that belongs to it."""
     if index == len(motion.events):
         last = motion.footholds[LEGS[0]][-1]
         return "", last, last

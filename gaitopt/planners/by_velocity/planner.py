@@ -16,7 +16,7 @@ from gaitopt.plan.plan import Plan
 from gaitopt.plan.settings.by_velocity import GaitSettings
 from gaitopt.plan.settings.keywords import chosen_settings, takes_settings
 from gaitopt.planners.by_velocity.body_route import BodyRoute
-from gaitopt.planners.by_velocity.limits import Stretch, explain, find_violations, stretch_of
+from gaitopt.planners.by_velocity.limits import LegLengths, explain, find_violations, leg_lengths
 from gaitopt.planners.by_velocity.motion import GaitMotion
 from gaitopt.planners.by_velocity.phases import gait_phases, smallest_zmp_margin
 from gaitopt.planners.by_velocity.sway import sway_path
@@ -86,13 +86,13 @@ def plan_gait(
 def _planned(robot: Quadruped, settings: GaitSettings, progress: Progress | None) -> Plan:
     """The plan of complete settings."""
     stages = 3 if settings.adapt else 2
-    motion, stretch, path = _attempt(robot, settings)
+    motion, lengths, path = _attempt(robot, settings)
     if progress is not None:
         progress(1, stages)
     if settings.adapt and path is not None:
         settings = replace(settings, cycle_times=_adapted(motion, settings))
-        motion, stretch, path = _attempt(robot, settings)
-    violations = find_violations(motion, stretch, path, settings)
+        motion, lengths, path = _attempt(robot, settings)
+    violations = find_violations(motion, lengths, path, settings)
     if violations or path is None:
         raise explain(settings, violations, lambda other: _works(robot, other))
     phases, record = gait_phases(motion, path)
@@ -103,22 +103,22 @@ def _planned(robot: Quadruped, settings: GaitSettings, progress: Progress | None
 
 def _attempt(
     robot: Quadruped, settings: GaitSettings
-) -> tuple[GaitMotion, Stretch, MotionPath | None]:
+) -> tuple[GaitMotion, LegLengths, MotionPath | None]:
     """The motion, how far its legs are stretched, and its path unless a foot is out of reach."""
     motion = _motion(robot, settings)
     knots = motion.knots(settings.schedule.swing_time / KNOTS_A_SWING)
-    stretch = stretch_of(motion, knots)
-    if not stretch.reached.all():
-        return motion, stretch, None
+    lengths = leg_lengths(motion, knots)
+    if not lengths.reached.all():
+        return motion, lengths, None
     try:
-        return motion, stretch, motion.path(knots, STANCE_ERROR)
+        return motion, lengths, motion.path(knots, STANCE_ERROR)
     except InputError:
         # A path is looked at between its knots, too, where a leg may fall just short.
         longest = settings.schedule.swing_time / (KNOTS_A_SWING * FINER)
-        stretch = stretch_of(motion, motion.knots(longest))
-        if stretch.reached.all():
+        lengths = leg_lengths(motion, motion.knots(longest))
+        if lengths.reached.all():
             raise
-        return motion, stretch, None
+        return motion, lengths, None
 
 
 def _motion(robot: Quadruped, settings: GaitSettings) -> GaitMotion:
@@ -168,8 +168,8 @@ def _footholds(
 
 
 def _works(robot: Quadruped, settings: GaitSettings) -> bool:
-    motion, stretch, path = _attempt(robot, settings)
-    return path is not None and not find_violations(motion, stretch, path, settings)
+    motion, lengths, path = _attempt(robot, settings)
+    return path is not None and not find_violations(motion, lengths, path, settings)
 
 
 def _adapted(motion: GaitMotion, settings: GaitSettings) -> tuple[float, ...]:

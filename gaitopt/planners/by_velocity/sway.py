@@ -1,4 +1,4 @@
-"""The sway of a gait: which polygons hold when, and the body's path that suits their ZMP."""
+"""The sway of a gait: the support polygons over time, and the body's path for them."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from gaitopt.stability.support import support_half_planes
 from gaitopt.terrain.footholds import Footholds
 
 PIECES = 12
-"""Pieces of the body's spline in a cycle."""
+"""Pieces of the body's spline in a cycle, at least: its accelerations must follow the swings."""
 
 
 def sway_path(
@@ -31,16 +31,16 @@ def sway_path(
     largest_offset: float,
     target: float,
 ) -> MotionPath:
-    """A path of the body's centre (columns x and y) whose ZMP is deep in the support polygons.
+    """A path of the body's centre, with columns x and y, whose ZMP keeps a margin of stability.
 
     Args:
-        route: the nominal way.
-        footholds, events: what the feet do.
+        route: the nominal route.
+        footholds, events: where feet stand, and their swings.
         duration: of the whole motion [s].
         height: of the centre above the ground [m].
         cycle_time: [s].
         largest_offset: how far from the route the body may go along x and y [m].
-        target: margin beyond which nothing is gained [m].
+        target: margin above which a larger one has no value [m].
 
     Raises:
         SolverError: the body cannot stay near enough to its route.
@@ -60,13 +60,14 @@ def sway_path(
 def support_sides(feet: FloatArray) -> FloatArray:
     """Sides ``(m, 3)`` of the convex hull of standing ``feet``: inward normal and offset.
 
-    Two feet have the segment between them: its two faces and its two ends. One foot has a square
-    of no size. Without feet there are no sides.
+    The hull of two feet is a segment, given by two sides along it and two at its ends. That of one
+    foot is a point, given by four sides through it. Without feet there are no sides.
     """
     if len(feet) >= 3:
         try:
             planes = support_half_planes(feet)
         except InputError:
+            # The feet are on one line: the two that are farthest apart.
             apart = np.linalg.norm(feet[:, None] - feet[None], axis=2)
             feet = feet[list(np.unravel_index(int(apart.argmax()), apart.shape))]
         else:
