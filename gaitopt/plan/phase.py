@@ -41,10 +41,10 @@ class CogEvidence:
     Attributes:
         status: ``"solved"`` when all residuals are within tolerance.
         objective: ``"distance"`` or ``"margin"``.
-        duals: multiplier of each constraint by name.
+        multipliers: multiplier of each constraint by name.
         primal: largest violation of a constraint [m].
         stationarity: largest entry of the Lagrangian's gradient.
-        complementarity: sum of dual times slack.
+        complementarity: sum of multipliers times slacks.
         error_bound: bound on the distance from the true optimum (``"distance"``), or on the
             margin's distance from the largest (``"margin"``) [m].
         iterations: QPs solved.
@@ -52,7 +52,7 @@ class CogEvidence:
 
     status: str
     objective: str
-    duals: Mapping[str, float]
+    multipliers: Mapping[str, float]
     primal: float
     stationarity: float
     complementarity: float
@@ -60,10 +60,11 @@ class CogEvidence:
     iterations: int
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "duals", MappingProxyType(dict(self.duals)))
+        object.__setattr__(self, "multipliers", MappingProxyType(dict(self.multipliers)))
 
     def __reduce__(self) -> tuple[object, ...]:
-        return (type(self), tuple(dict(v) if k == "duals" else v for k, v in vars(self).items()))
+        values = {**vars(self), "multipliers": dict(self.multipliers)}
+        return (type(self), tuple(values.values()))
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,7 +189,7 @@ def _phase_to_dict(phase: Phase) -> dict[str, Any]:
         out[key] = out[key].tolist()
     out["limited_by"] = [[x.kind, x.name, x.value, x.spans] for x in phase.limited_by]
     if phase.evidence is not None:
-        out["evidence"] = {**vars(phase.evidence), "duals": dict(phase.evidence.duals)}
+        out["evidence"] = {**vars(phase.evidence), "multipliers": dict(phase.evidence.multipliers)}
     return out
 
 

@@ -1,1 +1,1 @@
-"""Where the body centre goes before each swing."""
+"""The COG problem of [Wang2020]: where the body centre goes before each swing."""

@@ -1,9 +1,10 @@
-"""The COG problem of [Wang2020], eq. (10): its formulation, and its instances.
+"""The COG problem of [Wang2020], eq. (10): where the body centre goes before a leg swings.
 
-Area A is the support triangle shrunken by the stability margin (three half-planes), Area B the
-places from which four feet and the next foothold are within the legs' reach (five discs, or ovals
-where a leg's pitch axis lies below its roll axis). The paper writes their union, which must be
-their intersection. Three objectives share the constraints:
+The body centre must be in two areas. Area A is the support triangle shrunken by the stability
+margin (three half-planes). Area B holds the places from which the legs reach four feet and the
+next foothold (five discs; ovals where a leg's pitch axis lies below its roll axis). The paper
+prints the union of both; it must be their intersection (``docs/papers.md``). Three objectives
+share these constraints:
 
 * ``"distance"``: the nearest point of the area (the paper's method);
 * ``"margin"``: the point of the largest stability margin (the SSM baseline);
@@ -30,21 +31,23 @@ from gaitopt.stability.support import triangle_half_planes
 Objective = Literal["distance", "margin", "reach"]
 
 LINEAR_WEIGHT = 10.0
-"""Weight of the linear objectives against the proximal term that keeps the Hessian of order one."""
+"""Weight of the linear objectives ``"margin"`` and ``"reach"`` against a proximal term
+``|step|^2 / 2``, which makes the Hessian of each QP positive definite. Chosen here: the heavier
+the objective, the larger the steps, and multipliers of order ten are still well scaled."""
 
 
 @dataclass(frozen=True, eq=False)
 class CogFormulation:
-    """The symbolic problem of one robot, swing leg and objective, built once.
+    """The symbolic problem of one robot, swing leg and objective.
 
     Attributes:
-        objective: which objective.
+        objective: ``"distance"``, ``"margin"`` or ``"reach"``.
         swing: the leg that swings next; ``None`` for standing on four feet (no triangle).
         reaching: the leg of each reach constraint.
         width: upper bound on the width of the area within the legs' reach [m].
-        expressions: CasADi function ``(w, parameters) -> (cost, constraints)``, to look at.
-        derivatives: CasADi function ``(w, parameters, duals) -> (gradient, hessian, constraints,
-            jacobian)`` that the solver calls.
+        expressions: CasADi function ``(w, parameters) -> (cost, constraints)``, for inspection.
+        derivatives: CasADi function ``(w, parameters, multipliers) -> (gradient, hessian,
+            constraints, jacobian)`` that the solver calls.
     """
 
     objective: str
@@ -76,10 +79,11 @@ def build_cog_formulation(
 ) -> CogFormulation:
     """Write eqs. (1)-(10) in CasADi for one robot, swing leg and objective.
 
-    Unknowns ``w``: the body centre's x and y in a frame turned to the walk's heading, then for
-    ``"margin"`` the margin and for ``"reach"`` the squared reach fraction. Parameters: start (2),
-    half-planes (3 x 3: normal, offset), margin, reach fraction, feet (n x 3, height counted from
-    the body centre). All constraints read ``>= 0`` and are in metres.
+    The unknowns ``w`` are the body centre's x and y in a frame turned to the walk's heading; a
+    third one is the margin for ``"margin"``, and the squared reach fraction for ``"reach"``. The
+    parameters are the start (2 numbers), the half-planes (3 x 3: normal, offset), the margin, the
+    reach fraction, and the feet (n x 3, with heights relative to the body centre). Every constraint
+    has the form ``g(w) >= 0``, with ``g`` in metres.
     """
     import casadi as ca
 
@@ -88,6 +92,34 @@ def build_cog_formulation(
     planes = 0 if swing is None else 3
     w = ca.SX.sym("w", 2 if objective == "distance" else 3)
     prm = ca.SX.sym("parameters", 2 + 3 * planes + 2 + 3 * len(reaching))
+    cost = {
+        "distance": ca.sumsqr(w[:2] - prm[:2]) / 2.0,
+        "margin": -LINEAR_WEIGHT * w[-1],
+        "reach": LINEAR_WEIGHT * w[-1],
+    }[objective]
+    rows = _rows(robot, objective, reaching, planes, w, prm)
+    g = ca.vertcat(*rows)
+    multipliers = ca.SX.sym("multipliers", len(rows))
+    hessian, _ = ca.hessian(cost - ca.dot(multipliers, g), w)
+    outputs = [ca.gradient(cost, w), hessian, g, ca.jacobian(g, w)]
+    names = ["gradient", "hessian", "constraints", "jacobian"]
+    return CogFormulation(
+        objective=objective,
+        swing=swing,
+        reaching=reaching,
+        width=2.0 * max(float(np.hypot(x.reach, x.lateral)) for x in robot.legs.values()),
+        expressions=ca.Function("cog", [w, prm], [cost, g], ["w", "p"], ["cost", "g"]),
+        derivatives=ca.Function(
+            "cog_derivatives", [w, prm, multipliers], [ca.densify(o) for o in outputs],
+            ["w", "p", "multipliers"], names,
+        ),
+    )  # fmt: skip
+
+
+def _rows(
+    robot: Quadruped, objective: str, reaching: tuple[str, ...], planes: int, w: Any, prm: Any
+) -> list[Any]:
+    """The constraints as CasADi expressions: ``planes`` half-planes, then the legs' reach."""
     margin = w[2] if objective == "margin" else prm[2 + 3 * planes]
     square = w[2] if objective == "reach" else prm[3 + 3 * planes] ** 2
     feet = prm[4 + 3 * planes :]
@@ -99,39 +131,21 @@ def build_cog_formulation(
         x, y = feet[3 * i] - w[0] + robot.centre[0], feet[3 * i + 1] - w[1] + robot.centre[1]
         distance2 = robot.legs[leg].straightness(x, y, feet[3 * i + 2] + robot.centre[2])
         reach = robot.legs[leg].reach
+        # Divided by 2 reach, the row has the unit metre and a gradient of length 1 at most.
         rows.append((square * reach**2 - distance2) / (2.0 * reach))
-    cost = {
-        "distance": ca.sumsqr(w[:2] - prm[:2]) / 2.0,
-        "margin": -LINEAR_WEIGHT * w[-1],
-        "reach": LINEAR_WEIGHT * w[-1],
-    }[objective]
-    g = ca.vertcat(*rows)
-    duals = ca.SX.sym("duals", len(rows))
-    hessian, _ = ca.hessian(cost - ca.dot(duals, g), w)
-    outputs = [ca.gradient(cost, w), hessian, g, ca.jacobian(g, w)]
-    names = ["gradient", "hessian", "constraints", "jacobian"]
-    return CogFormulation(
-        objective=objective,
-        swing=swing,
-        reaching=reaching,
-        width=2.0 * max(float(np.hypot(x.reach, x.lateral)) for x in robot.legs.values()),
-        expressions=ca.Function("cog", [w, prm], [cost, g], ["w", "p"], ["cost", "g"]),
-        derivatives=ca.Function(
-            "cog_derivatives", [w, prm, duals], [ca.densify(o) for o in outputs],
-            ["w", "p", "duals"], names,
-        ),
-    )  # fmt: skip
+    return rows
 
 
 @dataclass(frozen=True, eq=False)
 class CogProblem:
-    """One instance of the problem: numbers for a formulation's parameters.
+    """The COG problem of one step: a formulation with values of its parameters.
 
     Attributes:
         formulation: the symbolic problem.
-        parameters: values of the formulation's parameters, counted from ``origin``; the first two
+        parameters: values of the formulation's parameters, relative to ``origin``; the first two
             are the start.
-        origin: middle of the feet ``(2,)`` [m]: near it coordinates keep their precision.
+        origin: middle of the feet ``(2,)`` [m]. Coordinates relative to it are small, so that they
+            are precise.
         names: a name for each constraint, such as ``"margin LF-RH"`` and ``"reach LH"``.
         stability_margin: ``S0`` [m].
         reach_fraction: share of the legs' reach that may be used.
@@ -146,17 +160,20 @@ class CogProblem:
 
     @property
     def start(self) -> FloatArray:
-        """Where the COG is now ``(2,)`` [m]."""
+        """Where the COG is before the step ``(2,)`` [m]."""
         return self.parameters[:2] + self.origin
 
     def starting_at(self, start: FloatArray) -> CogProblem:
-        """The same problem with the COG elsewhere at first."""
+        """The same problem with the COG at ``start (2,)`` [m] before the step."""
         parameters = self.parameters.copy()
         parameters[:2] = start - self.origin
         return replace(self, parameters=parameters)
 
     def constraint_values(self, place: ArrayLike) -> FloatArray:
-        """Slack of every constraint at a COG position ``(2,)`` [m], at the asked-for margin."""
+        """Slack of every constraint ``(m,)`` [m] at a COG position ``(2,)`` [m].
+
+        Margin and reach fraction are those that were asked for, with every objective.
+        """
         w = np.zeros(self.formulation.variables)
         w[:2] = np.asarray(place) - self.origin
         if self.formulation.objective == "margin":
@@ -178,13 +195,13 @@ def build_cog_problem(
     reach_fraction: float = 1.0,
     objective: Objective = "distance",
 ) -> CogProblem:
-    """Put one step's numbers into the problem of eq. (10).
+    """The COG problem of one step, eq. (10).
 
     Args:
-        robot: the robot; its body axes are along the world's.
+        robot: the robot; its body axes are parallel to the world's.
         feet: where the four feet stand, ``(3,)`` each [m].
         height: height of the body centre [m].
-        start: where the COG is now ``(2,)`` [m].
+        start: where the COG is before the step ``(2,)`` [m].
         swing: the leg that swings next; ``None`` asks for a place to stand on four feet.
         foothold: where it will touch down ``(3,)`` [m].
         stability_margin: ``S0`` [m].
@@ -196,7 +213,7 @@ def build_cog_problem(
             ``foothold`` are not given together.
     """
     if (swing is None) != (foothold is None):
-        raise InputError("swing and foothold go together: name both, or neither")
+        raise InputError("swing and foothold go together: give both, or neither")
     stance = np.array([[feet[leg] for leg in LEGS]], dtype=np.float64)
     target = None if foothold is None else np.array([foothold], dtype=np.float64)
     (problem,) = build_cog_problems(
@@ -217,7 +234,7 @@ def build_cog_problems(
     reach_fraction: float,
     objective: Objective,
 ) -> list[CogProblem]:
-    """The problems of many steps at once, each starting in the middle of its feet.
+    """The COG problems of many steps, each beginning in the middle of its feet.
 
     Args:
         feet: where the feet stand before each step ``(S, 4, 3)`` [m].
@@ -236,17 +253,7 @@ def build_cog_problems(
     feet = feet - shift[:, None]
     places = feet
     if footholds is not None:
-        standing = np.array([[i for i, leg in enumerate(LEGS) if leg != s] for s in swings])
-        corners = np.take_along_axis(feet[..., :2], standing[..., None], axis=1)
-        normals, offsets = triangle_half_planes(corners)
-        flat = np.flatnonzero(np.isnan(offsets).any(axis=1))
-        if flat.size:
-            raise InputError(
-                f"step {flat[0]} ({swings[flat[0]]}): the three feet that stand, at "
-                f"{np.round(corners[flat[0]] + origins[flat[0]], 4).tolist()}, are in one line and "
-                "support no area"
-            )
-        blocks.append(np.concatenate([normals, offsets[..., None]], axis=2).reshape(count, 9))
+        blocks.append(_half_planes(feet[..., :2], swings, origins))
         places = np.concatenate([feet, (footholds - shift)[:, None]], axis=1)
     below = places - np.array([0.0, 0.0, 1.0]) * heights[:, None, None]
     blocks.append(np.tile([stability_margin, reach_fraction], (count, 1)))
@@ -254,15 +261,35 @@ def build_cog_problems(
     parameters = np.concatenate(blocks, axis=1)
     return [
         CogProblem(
-            build_cog_formulation(robot, swing, objective), row, _constraint_names(swing), origin,
-            stability_margin, reach_fraction,
+            build_cog_formulation(robot, swing, objective), values, _constraint_names(swing),
+            origin, stability_margin, reach_fraction,
         )
-        for swing, row, origin in zip(swings, parameters, origins, strict=True)
+        for swing, values, origin in zip(swings, parameters, origins, strict=True)
     ]  # fmt: skip
+
+
+def _half_planes(feet: FloatArray, swings: Sequence[str | None], origins: FloatArray) -> FloatArray:
+    """Normals and offsets of the support triangles' sides ``(S, 9)``, relative to ``origins``.
+
+    Raises:
+        InputError: the feet of a triangle stand in one line.
+    """
+    standing = np.array([[i for i, leg in enumerate(LEGS) if leg != s] for s in swings])
+    corners = np.take_along_axis(feet, standing[..., None], axis=1)
+    normals, offsets = triangle_half_planes(corners)
+    flat = np.flatnonzero(np.isnan(offsets).any(axis=1))
+    if flat.size:
+        raise InputError(
+            f"step {flat[0]} ({swings[flat[0]]}): the three feet that stand, at "
+            f"{np.round(corners[flat[0]] + origins[flat[0]], 4).tolist()}, are in one line and "
+            "support no area; move one of them"
+        )
+    return np.concatenate([normals, offsets[..., None]], axis=2).reshape(len(feet), 9)
 
 
 @lru_cache(maxsize=8)
 def _constraint_names(swing: str | None) -> tuple[str, ...]:
+    """Names of the constraints before this leg swings; ``None`` for standing on four feet."""
     reach = tuple(f"reach {leg}" for leg in LEGS)
     if swing is None:
         return reach

@@ -1,7 +1,8 @@
-"""Solving the COG problem: where to put the COG before a leg swings.
+"""Solve the COG problem: where to put the COG before a leg swings.
 
-Sequential QPs in ProxQP. Every constraint is convex, so each linearisation contains the feasible
-set, and the answer carries a proven bound on its distance from the true optimum.
+The method is sequential quadratic programming, with ProxQP for each QP. The feasible set is convex,
+so that every linearisation of the constraints contains it. The solution carries a proven bound on
+its distance from the true optimum (derived in ``docs/theory.md``).
 """
 
 from __future__ import annotations
@@ -34,56 +35,72 @@ __all__ = [
 ]
 
 PRIMAL_TOLERANCE = 1e-9
-"""Largest violation of a constraint in an accepted solution [m]."""
+"""Largest violation of a constraint in an accepted solution [m]. Chosen here: a hundred times the
+accuracy of the QP solver, and far below what a robot can measure."""
 ERROR_TOLERANCE = 1e-6
-"""Largest bound on the distance from the true optimum in an accepted solution [m]."""
-ACTIVE_DUAL = 1e-6
-"""Multiplier above which a constraint is said to be active."""
-_ITERATIONS = 40
-_EMPTY = 1e-7
-_CONVERGED = 1e-10
-_STEP = 1e-9
-_POLISHED = 1e-14
+"""Largest bound on the distance from the true optimum in an accepted solution [m]. Chosen here: a
+micrometre, far below what a robot can measure."""
+ACTIVE_MULTIPLIER = 1e-6
+"""Multiplier above which a constraint is said to be active. Chosen here: multipliers of active
+constraints have the size of the distance that the body moves [m], and those of others that of the
+QP solver's accuracy, 1e-11."""
+MOST_ITERATIONS = 40
+"""Most QPs for one problem. Measured: random problems, 9000 of them, took 20 at most."""
+EMPTY_VIOLATION = 1e-7
+"""Violation from which the linearised constraints have no solution [m]. Where they have one, the
+QP solver's result violates them by about 1e-9 m at most."""
+CONVERGED = 1e-10
+"""Residual at which iterations end: ten times the accuracy of the QP solver."""
+LAST_STEP = 1e-9
+"""Length of a Newton step after which iterations end [m]. Newton's method converges quadratically,
+so that the next step would be smaller than rounding."""
+REFINED_GAP = 1e-14
+"""Gap below which a solution is not refined [m^2]: rounding in the sum of multipliers times
+slacks."""
+LARGEST_CORRECTION = 1e-6
+"""A refinement that moves the COG by more than this is rejected [m]: other constraints would be
+active. The same size as :data:`ERROR_TOLERANCE`, which it is meant to correct."""
 
 
 class CogStatus(TextEnum):
-    """How :func:`solve_cog` ended."""
+    """The result of :func:`solve_cog`."""
 
     SOLVED = "solved"
     """The residuals are within tolerance."""
     NOT_VERIFIED = (
-        "no feasible optimum was verified; usually there is none: lessen the stability margin, or "
-        "take another body height or nearer footholds"
+        "no solution was verified; usually there is none: reduce the stability margin, or take "
+        "another body height or nearer footholds"
     )
     """The residuals are too large."""
 
 
 @dataclass(frozen=True, eq=False)
 class CogSolution:
-    """A COG position, and how one knows that it is the right one.
+    """A COG position with the residuals that show that it is optimal.
 
     Attributes:
         position: ``(2,)`` [m].
         distance: from the start [m].
         value: optimum of the objective: distance [m], margin [m] or reach fraction.
         margin: stability margin there [m]; ``inf`` when no leg is to swing.
-        duals: multiplier of each constraint by name, scaled to the objective.
-        active: names of the constraints that hold the optimum where it is.
+        multipliers: multiplier of each constraint by name, scaled to the objective.
+        active: names of the active constraints, which determine the optimum.
         status: whether the residuals below are within tolerance.
         primal: largest violation of a constraint [m].
         stationarity: largest entry of the Lagrangian's gradient.
-        complementarity: sum of dual times slack.
-        error_bound: bound on the distance from the true optimum [m] (``"distance"``), or on the
-            objective's distance from its optimum (the others). Proven for a feasible answer; a
-            violation, of 1e-9 m at most, enters to first order through the multipliers.
-        iterations: QPs solved.
+        complementarity: sum of multipliers times slacks.
+        error_bound: for ``"distance"`` a bound on the distance from the true optimum [m], for the
+            others on the difference between the objective and its optimum. It is proven where no
+            constraint is violated. A violation, of 1e-9 m at most, is taken into account to first
+            order, by the multipliers.
+        iterations: number of QPs that were solved.
     """
 
     position: FloatArray
     distance: float
     value: float
     margin: float
-    duals: Mapping[str, float]
+    multipliers: Mapping[str, float]
     active: tuple[str, ...]
     status: CogStatus
     primal: float
@@ -99,10 +116,13 @@ class CogSolution:
 
 
 class _State(NamedTuple):
-    """A point with its multipliers, and the residuals of the optimality conditions there."""
+    """The unknowns ``w`` and multipliers, and the residuals of the optimality conditions there.
+
+    ``gap`` bounds what the objective can still gain: the sum of multipliers times slacks.
+    """
 
     w: FloatArray
-    duals: FloatArray
+    multipliers: FloatArray
     gradient: FloatArray
     hessian: FloatArray
     slack: FloatArray
@@ -113,19 +133,19 @@ class _State(NamedTuple):
 
     @property
     def converged(self) -> bool:
-        """Whether the residuals are at the QP solver's own accuracy."""
-        return max(self.primal, self.stationarity, self.gap) < _CONVERGED
+        """Whether the residuals are as small as the QP solver can make them."""
+        return max(self.primal, self.stationarity, self.gap) < CONVERGED
 
 
 def solve_cog(problem: CogProblem, workspace: CogWorkspace | None = None) -> CogSolution:
-    """Solve the COG problem by sequential QPs.
+    """Solve the COG problem by sequential quadratic programming.
 
     Args:
         problem: from :func:`build_cog_problem`.
-        workspace: solver memory to reuse; made anew by default.
+        workspace: memory of the solver to reuse; a new one by default.
 
     Returns:
-        The solution. Look at its ``status``: there may be no feasible optimum.
+        The solution. Its ``status`` says whether it was verified: the problem may be infeasible.
 
     Raises:
         SolverError: the problem holds NaN or infinite numbers.
@@ -141,44 +161,44 @@ def solve_cog(problem: CogProblem, workspace: CogWorkspace | None = None) -> Cog
         w[2] = problem.stability_margin if form.objective == "margin" else 1.0
     state = _evaluate(call, problem, w, np.zeros(form.constraints))
     iterations = 0
-    while iterations < _ITERATIONS:
+    while iterations < MOST_ITERATIONS:
         iterations += 1
         hessian = state.hessian if form.objective == "distance" else state.hessian + np.eye(len(w))
-        step, duals = solver.solve(hessian, state.gradient, state.jacobian, -state.slack)
-        # Each linearisation contains the feasible set: where one is empty, so is the set.
-        empty = not (state.jacobian @ step + state.slack).min() > -_EMPTY
-        state = _evaluate(call, problem, state.w + step, duals)
-        # Newton's method: after a step this small the next one is below rounding.
-        if empty or state.converged or np.abs(step).max() < _STEP:
+        step, multipliers = solver.solve(hessian, state.gradient, state.jacobian, -state.slack)
+        # Each linearisation contains the feasible set: where one is empty, the set is empty, too.
+        empty = not (state.jacobian @ step + state.slack).min() > -EMPTY_VIOLATION
+        state = _evaluate(call, problem, state.w + step, multipliers)
+        if empty or state.converged or np.abs(step).max() < LAST_STEP:
             break
-    return _judge(problem, _polished(call, problem, state), iterations)
+    return _verified(problem, _refined(call, problem, state), iterations)
 
 
 class CogWorkspace:
-    """Buffers of CasADi functions and ProxQP memory, reused from step to step by one thread."""
+    """Memory of CasADi and ProxQP that is reused from problem to problem, by one thread."""
 
     def __init__(self) -> None:
         self._solvers: dict[tuple[int, int], QuadraticSolver] = {}
         self._calls: dict[CogFormulation, _Buffered] = {}
 
     def solver(self, variables: int, constraints: int) -> QuadraticSolver:
-        """The QP memory for this size."""
+        """The QP solver for problems of this size."""
         key = variables, constraints
         if key not in self._solvers:
             self._solvers[key] = QuadraticSolver(*key)
         return self._solvers[key]
 
     def call(self, formulation: CogFormulation) -> _Buffered:
-        """The formulation's derivatives as a function of NumPy arrays, without copies."""
+        """The formulation's derivatives as a function of NumPy arrays."""
         if formulation not in self._calls:
             self._calls[formulation] = _Buffered(formulation.derivatives)
         return self._calls[formulation]
 
 
 class _Buffered:
-    """A CasADi function on NumPy memory: 1 us a call where the ordinary call costs 60.
+    """A CasADi function that reads and writes NumPy memory directly.
 
-    The arrays that a call returns are overwritten by the next call.
+    A call takes 1 us, an ordinary call of CasADi 60 us. The arrays that a call returns are
+    overwritten by the next call.
     """
 
     def __init__(self, function: Any) -> None:
@@ -201,28 +221,32 @@ class _Buffered:
         return self._outputs
 
 
-def _evaluate(call: _Buffered, problem: CogProblem, w: FloatArray, duals: FloatArray) -> _State:
-    gradient, hessian, slack, jacobian = call(w, problem.parameters, duals)
-    residual = gradient - duals @ jacobian
+def _evaluate(
+    call: _Buffered, problem: CogProblem, w: FloatArray, multipliers: FloatArray
+) -> _State:
+    """Derivatives and residuals at the unknowns ``w`` with these multipliers."""
+    gradient, hessian, slack, jacobian = call(w, problem.parameters, multipliers)
+    residual = gradient - multipliers @ jacobian
     primal = max(0.0, -float(slack.min()))
     return _State(
-        w, duals, gradient, hessian, slack, jacobian,
+        w, multipliers, gradient, hessian, slack, jacobian,
         primal=primal,
         stationarity=max(map(abs, residual.tolist())),
         # A violation shifts the optimum's value by the multipliers times its size.
-        gap=float(duals @ np.abs(slack)) + float(duals.sum()) * primal,
+        gap=float(multipliers @ np.abs(slack)) + float(multipliers.sum()) * primal,
     )  # fmt: skip
 
 
-def _polished(call: _Buffered, problem: CogProblem, state: _State) -> _State:
+def _refined(call: _Buffered, problem: CogProblem, state: _State) -> _State:
     """One Newton step on the optimality conditions of the active constraints.
 
-    ProxQP may stop at 1e-11, and a slack of that size still allows 1e-6 m of doubt about the
-    optimum; the step takes it to rounding. It is kept only if the active constraints stay the same.
+    ProxQP may stop at residuals of 1e-11, with which the bound on the distance from the optimum is
+    still of the order of 1e-6 m. This step reduces them to rounding. It is rejected if other
+    constraints become active.
     """
-    active = np.flatnonzero(state.duals > ACTIVE_DUAL)
+    active = np.flatnonzero(state.multipliers > ACTIVE_MULTIPLIER)
     count, size = len(active), len(state.w)
-    if not count or state.gap < _POLISHED:
+    if not count or state.gap < REFINED_GAP:
         return state
     normals = state.jacobian[active]
     system = np.zeros((size + count, size + count))
@@ -231,7 +255,7 @@ def _polished(call: _Buffered, problem: CogProblem, state: _State) -> _State:
     system[size:, :size] = normals
     wanted = np.concatenate([-state.gradient, -state.slack[active]])
     try:
-        # More active constraints than unknowns meet in one point: the multipliers are not unique.
+        # With more active constraints than unknowns, the multipliers are not unique.
         step = (
             np.linalg.solve(system, wanted)
             if count <= size
@@ -239,23 +263,23 @@ def _polished(call: _Buffered, problem: CogProblem, state: _State) -> _State:
         )
     except np.linalg.LinAlgError:
         return state
-    if np.abs(step[:size]).max() > 1e-6 or step[size:].min() < 0.0:
+    if np.abs(step[:size]).max() > LARGEST_CORRECTION or step[size:].min() < 0.0:
         return state
-    duals = np.zeros_like(state.duals)
-    duals[active] = step[size:]
-    return _evaluate(call, problem, state.w + step[:size], duals)
+    multipliers = np.zeros_like(state.multipliers)
+    multipliers[active] = step[size:]
+    return _evaluate(call, problem, state.w + step[:size], multipliers)
 
 
-def _judge(problem: CogProblem, state: _State, iterations: int) -> CogSolution:
-    """The answer with a bound on its distance from the optimum."""
+def _verified(problem: CogProblem, state: _State, iterations: int) -> CogSolution:
+    """The solution with a bound on its distance from the optimum, and its status."""
     form, w = problem.formulation, state.w
     weight = 1.0 if form.objective == "distance" else LINEAR_WEIGHT
     slope, gap = state.stationarity / weight, state.gap / weight
     if form.objective == "distance":
-        # f - duals.g is 1-strongly convex: r^2 / 2 <= gap + |slope| r for the distance r.
+        # The Lagrangian is 1-strongly convex: r^2 / 2 <= gap + |slope| r for the distance r.
         bound = float(2.0**0.5 * slope + (2.0 * slope**2 + 2.0 * gap) ** 0.5)
     else:
-        # A linear objective: its shortfall is at most the gap plus slope times the region's width.
+        # Linear objectives differ from the optimum by at most the gap plus slope times width.
         bound = gap + slope * form.width * max(1.0, problem.reach_fraction)
     solved = state.primal <= PRIMAL_TOLERANCE and bound <= ERROR_TOLERANCE
     position = w[:2] + problem.origin
@@ -263,14 +287,18 @@ def _judge(problem: CogProblem, state: _State, iterations: int) -> CogSolution:
     distance = float(np.hypot(*(w[:2] - problem.parameters[:2]).tolist()))
     value = {"distance": distance, "margin": float(w[-1]),
              "reach": max(float(w[-1]), 0.0) ** 0.5}[form.objective]  # fmt: skip
-    duals = (state.duals / weight).tolist()
+    multipliers = (state.multipliers / weight).tolist()
     return CogSolution(
         position=position,
         distance=distance,
         value=value,
         margin=_margin(problem, w),
-        duals=dict(zip(problem.names, duals, strict=True)),
-        active=tuple(n for n, d in zip(problem.names, duals, strict=True) if d > ACTIVE_DUAL),
+        multipliers=dict(zip(problem.names, multipliers, strict=True)),
+        active=tuple(
+            name
+            for name, multiplier in zip(problem.names, multipliers, strict=True)
+            if multiplier > ACTIVE_MULTIPLIER
+        ),
         status=CogStatus.SOLVED if solved else CogStatus.NOT_VERIFIED,
         primal=state.primal,
         stationarity=slope,
@@ -281,7 +309,7 @@ def _judge(problem: CogProblem, state: _State, iterations: int) -> CogSolution:
 
 
 def _margin(problem: CogProblem, w: FloatArray) -> float:
-    """Stability margin at the unknowns ``w`` [m], from the half-planes alone."""
+    """Stability margin at the unknowns ``w`` [m]; ``inf`` where no leg is to swing."""
     if not problem.formulation.planes:
         return float("inf")
     x, y = w[:2].tolist()
@@ -290,10 +318,14 @@ def _margin(problem: CogProblem, w: FloatArray) -> float:
 
 
 def require_solved(solution: CogSolution, what: str) -> CogSolution:
-    """``solution`` itself when it is verified.
+    """Return ``solution``, if it is verified.
+
+    Args:
+        solution: of a COG problem.
+        what: name of the problem, for the message.
 
     Raises:
-        SolverError: its residuals are too large; the message holds them.
+        SolverError: its residuals are too large; the message contains them.
     """
     if not solution.solved:
         raise SolverError(

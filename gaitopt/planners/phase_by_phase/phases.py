@@ -47,7 +47,7 @@ def crawl_phases(
     swing_margins = static_stability_margin(triangles, cogs[1:])
     limits = speed_limits(robot, times, ends, slowest, f"{settings.speed} m/s")
     for s, solution in enumerate(solutions):
-        active = tuple(_limit_of(name, solution.duals[name]) for name in solution.active)
+        active = tuple(_limit_of(name, solution.multipliers[name]) for name in solution.active)
         limits[2 * s] = active + limits[2 * s]
     # The body stands still during swings.
     centres = np.concatenate([cogs[:1], np.repeat(cogs[1:], 2, axis=0)])
@@ -147,7 +147,7 @@ def _limit_of(constraint: str, multiplier: float) -> Limit:
 def _evidence(settings: CrawlSettings, solution: CogSolution) -> CogEvidence:
     """The residuals of a COG target, as a phase stores them."""
     return CogEvidence(
-        str(solution.status), settings.objective, solution.duals, solution.primal,
+        str(solution.status), settings.objective, solution.multipliers, solution.primal,
         solution.stationarity, solution.complementarity, solution.error_bound,
         solution.iterations,
     )  # fmt: skip

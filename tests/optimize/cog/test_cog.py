@@ -156,10 +156,10 @@ def test_by_hand_the_nearest_point_of_a_side(wang: Quadruped) -> None:
     assert solution.distance == pytest.approx(0.03, abs=1e-12)
     assert solution.active == ("margin LH-RF",)
     # The cost is d^2 / 2, so the multiplier of the margin is d itself.
-    assert solution.duals["margin LH-RF"] == pytest.approx(0.03, abs=1e-9)
+    assert solution.multipliers["margin LH-RF"] == pytest.approx(0.03, abs=1e-9)
 
 
-def test_duals_are_the_derivative_of_the_cost(wang: Quadruped) -> None:
+def test_multipliers_are_the_derivatives_of_the_cost(wang: Quadruped) -> None:
     rng = np.random.default_rng(5)
     checked = 0
     while checked < 20:
@@ -175,7 +175,7 @@ def test_duals_are_the_derivative_of_the_cost(wang: Quadruped) -> None:
             moved.append(solve_cog(build_cog_problem(wang, **{**step, "stability_margin": margin})))
         slope = (moved[0].distance ** 2 - moved[1].distance ** 2) / 2 / (2 * delta)
         if moved[0].active == moved[1].active:
-            assert slope == pytest.approx(sum(base.duals[n] for n in sides), rel=1e-3)
+            assert slope == pytest.approx(sum(base.multipliers[n] for n in sides), rel=1e-3)
             checked += 1
 
 
@@ -295,8 +295,8 @@ def test_a_problem_can_be_looked_at_without_solving_it(wang: Quadruped) -> None:
     assert sorted(values) == pytest.approx(sorted(by_hand), abs=1e-12)
 
 
-def test_an_infeasible_step_is_given_up_at_the_first_empty_linearisation(wang: Quadruped) -> None:
-    # Left alone, ProxQP works on an infeasible problem for tens of seconds.
+def test_an_infeasible_step_ends_at_the_first_empty_linearisation(wang: Quadruped) -> None:
+    # Without this, ProxQP works on an infeasible problem for tens of seconds.
     step = {**random_step(np.random.default_rng(4), wang, 0.02), "stability_margin": 0.3}
     solution = solve_cog(build_cog_problem(wang, **step))
     assert (solution.solved, solution.iterations) == (False, 1)
@@ -329,28 +329,30 @@ def test_an_unverified_solution_is_never_passed_on(wang: Quadruped) -> None:
         require_solved(solution, "step 7")
 
 
-def test_a_solver_that_lies_is_caught(wang: Quadruped, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Planted fault: the QP solver reports a point 1 mm off, as if all were well."""
+def test_a_wrong_result_of_the_qp_solver_is_noticed(
+    wang: Quadruped, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Planted fault: the QP solver returns a point that is 1 mm off."""
     step = random_step(np.random.default_rng(4), wang, 0.03)
-    honest = QuadraticSolver.solve
+    right = QuadraticSolver.solve
 
-    def lying(self: QuadraticSolver, *problem: Array) -> tuple[Array, Array]:
-        x, duals = honest(self, *problem)
-        return x + 1e-3, duals
+    def wrong(self: QuadraticSolver, *problem: Array) -> tuple[Array, Array]:
+        x, multipliers = right(self, *problem)
+        return x + 1e-3, multipliers
 
     problem: CogProblem = build_cog_problem(wang, **step)
     assert solve_cog(problem).solved
-    monkeypatch.setattr(QuadraticSolver, "solve", lying)
+    monkeypatch.setattr(QuadraticSolver, "solve", wrong)
     solution: CogSolution = solve_cog(problem)
     assert not solution.solved
 
 
-def test_hard_quadratic_problem_needs_the_patient_settings() -> None:
+def test_a_hard_quadratic_problem_is_solved_by_the_slow_settings() -> None:
     """Two almost opposite constraints, on which ProxQP's quick settings stop short."""
     jacobian = np.array([[-0.60103857, 0.79922001], [0.15371442, -0.11184047]])
     low = np.array([0.0, 5.92199540e-05])
     hessian, gradient = 3.5918 * np.eye(2), np.array([0.07634271, 0.05077555])
     corner = np.linalg.solve(jacobian, low)
-    x, duals = QuadraticSolver(2, 2).solve(hessian, gradient, jacobian, low)
+    x, multipliers = QuadraticSolver(2, 2).solve(hessian, gradient, jacobian, low)
     assert x == pytest.approx(corner, abs=1e-9)
-    assert hessian @ x + gradient == pytest.approx(duals @ jacobian, abs=1e-9)
+    assert hessian @ x + gradient == pytest.approx(multipliers @ jacobian, abs=1e-9)

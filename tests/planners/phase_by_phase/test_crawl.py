@@ -211,7 +211,7 @@ def test_every_target_carries_its_evidence(plan: Plan) -> None:
         assert evidence is not None and evidence.status == "solved"
         assert evidence.primal <= 1e-9 and evidence.error_bound <= 1e-6
         held = {f"{x.kind} {x.name}" for x in phase.limited_by if x.kind in ("margin", "reach")}
-        assert held == {name for name, dual in evidence.duals.items() if dual > 1e-6}
+        assert held == {name for name, value in evidence.multipliers.items() if value > 1e-6}
 
 
 def test_limits_tell_which_joint_holds_the_phase_back_and_when(plan: Plan) -> None:
