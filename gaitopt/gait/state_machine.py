@@ -173,7 +173,7 @@ class GaitStateMachine:
 
     @property
     def late(self) -> tuple[str, ...]:
-        """The legs that should stand but have not met the ground, so that the clock stands still."""
+        """The legs that should stand but have not met the ground; the clock stands still."""
         return tuple(leg for leg in LEGS if leg in self._late)
 
     @property
