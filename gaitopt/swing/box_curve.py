@@ -1,4 +1,4 @@
-"""The box swing in time: straight up, straight across, straight down, at rest at the corners."""
+"""The box swing over time: straight up, straight across, straight down, at rest at the corners."""
 
 from __future__ import annotations
 
@@ -10,17 +10,18 @@ from gaitopt.conventions import FloatArray
 from gaitopt.swing.box import box_corners
 from gaitopt.swing.curve import SwingCurve, smooth_step
 
-_NO_EDGE = 1e-100  # share of the duration below which an edge counts as a point
+_NO_EDGE = 1e-100
+"""Share of the duration below which an edge counts as a point, so that none divides by zero."""
 
 
 class BoxSwing(SwingCurve):
     """The box of :func:`gaitopt.swing.box.box_corners` with a smooth stop at each corner.
 
     Along each edge the foot moves by ``10 s^3 - 15 s^4 + 6 s^5``: velocity and acceleration are
-    zero at both ends and at the two corners between. Edges take times in proportion to the
-    square roots of their lengths, which makes the largest acceleration the same on each.
+    zero at both ends and at the two corners in between. The times of the edges are in proportion to
+    the square roots of their lengths, so that the largest acceleration is the same on each.
 
-    Source: [Wang2020], Section II.E and Fig. 5, for the path; the timing is ours.
+    Source: [Wang2020], Section II.E and Fig. 5, for the path; the timing is gaitopt's own.
     """
 
     smoothness: ClassVar[int] = 2
@@ -30,8 +31,8 @@ class BoxSwing(SwingCurve):
     def breaks(self) -> FloatArray:
         """Shares of the duration ``(..., 2)`` at which the foot is at the box's upper corners.
 
-        They fall together where the foot steps on the spot, and with an end of the swing where
-        it does not rise or sink there. A foot that stands still has thirds.
+        They coincide where the foot steps on the spot; one coincides with an end of the swing where
+        the foot does not rise or sink there. For a foot that stands still they are thirds.
         """
         return self._times()[1][..., 1:3]
 
@@ -47,7 +48,7 @@ class BoxSwing(SwingCurve):
 
     @property
     def length(self) -> FloatArray:
-        """Length ``(...)`` of the foot's way [m], exact."""
+        """Length ``(...)`` of the foot's path [m], exact."""
         return np.asarray(self._lengths().sum(axis=-1))
 
     def _corners(self) -> FloatArray:
@@ -76,7 +77,7 @@ class BoxSwing(SwingCurve):
         rate = np.divide(1.0, taken, out=np.zeros_like(taken), where=taken > _NO_EDGE)
         passed = (share - _pick(times[..., None], edge)[..., 0]) * rate
         left = (_pick(times[..., None], edge + 1)[..., 0] - share) * rate
-        # Measured from the nearer corner, so that the foot meets each corner to the last bit.
+        # Places are measured from the nearer corner, so that the corners are exact.
         first = passed < 0.5
         corners = self._corners()
         near = _pick(corners, np.where(first, edge, edge + 1))

@@ -71,6 +71,6 @@ PATTERNS: Final[dict[str, Pattern]] = {
     "trapezoid path": "trapezoid",
     "parabola path": "parabola",
 }
-"""Ways over an obstacle, of [Shao2011], Fig. 3, as swings."""
+"""Paths over an obstacle of [Shao2011], Fig. 3, as swings of a crawl."""
 SWINGS: Final = (*SWING_CURVES, *PATTERNS)
-"""Every swing that a crawl can fly."""
+"""Names of all swings of a crawl."""

@@ -1,4 +1,4 @@
-"""The common form of all swing curves: where a foot is in its flight, how fast, how far."""
+"""The common interface of all swing curves: place, velocity, acceleration and jerk of a foot."""
 
 from __future__ import annotations
 
@@ -15,17 +15,20 @@ from gaitopt.errors import InputError
 from gaitopt.inputs import check_numbers
 
 FARTHEST = 1e6
-"""Largest coordinate of an end of a swing [m]: beyond lies a mistake."""
+"""Coordinates of an end of a swing beyond this are taken for a mistake [m]."""
 
 HIGHEST = 100.0
-"""Largest swing height [m]."""
+"""Swing heights above this are taken for a mistake [m]."""
 
 DURATIONS = (1e-6, 1e6)
-"""Shortest and longest swing [s]."""
+"""Shortest and longest swing [s]; others are taken for a mistake."""
 
-_SPEED_SAMPLES = 4096  # a half swing: errors of peak_speed below 1e-6, see there
-_LENGTH_NODES = 64  # a piece: errors of length below 1e-6, measured
-_AT_ONCE = 1024  # swings whose speeds are held in memory together
+_SPEED_SAMPLES = 4096
+"""Samples of the speed in half a swing: errors of ``peak_speed`` are below 1e-6, as shown there."""
+_LENGTH_NODES = 64
+"""Nodes of the quadrature on each piece: errors of ``length`` are below 1e-6, as measured."""
+_AT_ONCE = 1024
+"""Swings whose speeds are in memory together: some 30 MB of samples."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,15 +36,15 @@ class SwingCurve(ABC):
     """The flight of a foot from ``start`` to ``end``, for one swing or for many at once.
 
     The fields are broadcast against one another and stored in their common shape. The foot's
-    highest point lies exactly ``height`` above the higher end. Every curve is its own mirror
-    image: played backwards it is the curve from ``end`` to ``start``. A swing on one spot
-    (``start == end``) and one without height are curves too.
+    highest point is exactly ``height`` above the higher end. Every curve is symmetric in time: in
+    reverse it is the curve from ``end`` to ``start``. A swing on one spot (``start == end``) and
+    one without height are possible.
 
     Class attributes, which hold for ends of any heights:
 
-    - ``smoothness``: how many times the curve is continuously differentiable in flight.
-    - ``rest_order``: how many derivatives are zero at lift-off and touch-down. 0: the foot still
-      moves there; 1: its velocity is zero; 2: its acceleration too.
+    - ``smoothness``: how many derivatives are continuous in flight.
+    - ``rest_order``: how many derivatives are zero at lift-off and touch-down. 0: the foot moves
+      there; 1: its velocity is zero; 2: its acceleration, too.
 
     Attributes:
         start: where the feet lift off ``(..., 3)`` [m].
@@ -87,8 +90,8 @@ class SwingCurve(ABC):
 
         Args:
             t: time since lift-off [s], broadcast against the swings: times ``(N, 1)`` and swings
-                ``(M,)`` give ``(N, M, 3)``. Times outside the swing are moved to its ends, for
-                derivatives too; NaN gives NaN. Where a derivative jumps it is that of one side.
+                ``(M,)`` give ``(N, M, 3)``. Times outside the swing count as its ends, also for
+                derivatives; NaN gives NaN. Where a derivative jumps it is that of one side.
 
         Raises:
             InputError: ``t`` cannot be broadcast against the swings.
@@ -115,9 +118,9 @@ class SwingCurve(ABC):
     @property
     @abstractmethod
     def breaks(self) -> FloatArray:
-        """Shares of the duration ``(..., k)`` at which a derivative may jump, ascending.
+        """Shares of the duration ``(..., k)`` at which a derivative may jump, increasing.
 
-        The curve is analytic between them: a planner puts knots there.
+        The curve is analytic between them, so that a planner puts knots there.
         """
 
     @property
@@ -128,7 +131,7 @@ class SwingCurve(ABC):
     @property
     @abstractmethod
     def length(self) -> FloatArray:
-        """Length ``(...)`` of the foot's way [m]."""
+        """Length ``(...)`` of the foot's path [m]."""
 
     @abstractmethod
     def _shape(self, share: FloatArray, order: int) -> FloatArray:
@@ -148,18 +151,18 @@ class SwingCurve(ABC):
 
 
 class ArchCurve(SwingCurve):
-    """A curve of two laws: progress along the step, and lift above the ground.
+    """A curve that consists of a progress along the step and a lift above the ground.
 
-    With ``w`` the share of the duration that has passed since lift-off, or is left until
-    touch-down, whichever is less; ``near`` that end of the swing, and ``far`` the other::
+    Let ``w`` be the share of the duration since lift-off or until touch-down, whichever is less;
+    let ``near`` be this end of the swing, and ``far`` the other::
 
         x, y = near + (far - near) progress(w)
         z    = near + height lift(w) + max(far - near, 0) smooth_step(2 w)
 
-    Between ends of one height the last term is zero, and the curve is the plain one of its two
-    laws. Otherwise it takes the foot to the height of the higher end in the half of the swing
-    that lies at the lower end. So in the other half the foot is never below the higher end, the
-    apex stays in the middle of the swing, and velocity and acceleration are continuous there.
+    Between ends of the same height the last term is zero. Otherwise it raises the foot to the
+    height of the higher end, in the half of the swing at the lower end. So in the other half the
+    foot is never below the higher end, the highest point stays in the middle of the swing, and
+    velocity and acceleration are continuous there.
     """
 
     @property
@@ -170,14 +173,14 @@ class ArchCurve(SwingCurve):
 
     @property
     def peak_speed(self) -> FloatArray:
-        """The foot's largest speed ``(...)`` [m/s], never too large, at most 1e-6 of it too small.
+        """The foot's largest speed ``(...)`` [m/s]; it is at most 1e-6 of it too small.
 
-        Exact where the foot is fastest at an end, in the middle or at a break. Elsewhere it is
-        the largest of samples that lie ``d = duration / 8192`` apart. From the fastest instant to
-        the nearest sample the velocity's component along the peak's direction falls by at most
-        ``J d^2 / 8`` with J the largest jerk. J is at most the sum of the jerks of three laws, each
-        no more than ``128 / duration^2`` times its law's largest speed, and no law is faster
-        than the foot: in all ``3 * 128 / 8 / 8192^2 = 7.2e-7`` of the peak.
+        It is exact where the foot is fastest at an end, in the middle or at a break. Elsewhere it
+        is the largest of samples that are ``d = duration / 8192`` apart. From the fastest instant
+        to the nearest sample the velocity's component along the direction of the largest one falls
+        by at most ``J d^2 / 8``, with J the largest jerk. J is at most the sum of the jerks of the
+        three terms, each no more than ``128 / duration^2`` times its term's largest speed, and no
+        term is faster than the foot: in all ``3 * 128 / 8 / 8192^2 = 7.2e-7`` of the largest speed.
         """
         grid = np.linspace(0.0, 0.5, _SPEED_SAMPLES + 1)
         shares = np.union1d(grid, self._half_breaks())
@@ -191,11 +194,11 @@ class ArchCurve(SwingCurve):
 
     @property
     def length(self) -> FloatArray:
-        """Length ``(...)`` of the foot's way [m], to 1e-6 of it.
+        """Length ``(...)`` of the foot's path [m], with an error below 1e-6 of it.
 
-        By Gauss-Legendre quadrature with 64 nodes on each analytic piece. Against quadrature on
-        meshes refined towards the ends, steps and heights from 1 um to 10 m, the largest error
-        seen was 6e-8.
+        It is computed by Gauss-Legendre quadrature with 64 nodes on each analytic piece. Compared
+        with quadrature on meshes that are refined towards the ends, for steps and heights from 1 um
+        to 10 m, the largest error was 6e-8.
         """
         x, weights = _legendre_rule()
         cuts = np.unique([0.0, *self._half_breaks(), 0.5])[:, None]
@@ -210,14 +213,14 @@ class ArchCurve(SwingCurve):
 
     @abstractmethod
     def _progress(self, w: FloatArray, order: int) -> FloatArray:
-        """Derivative of the way's share, 0 at the near end and 1/2 at ``w = 1/2``."""
+        """Derivative of the share of the step done: 0 at the near end, 1/2 in the middle."""
 
     @abstractmethod
     def _lift(self, w: FloatArray, order: int) -> FloatArray:
-        """Derivative of the height's share, 0 at the near end and 1 at ``w = 1/2``."""
+        """Derivative of the share of the height: 0 at the near end, 1 in the middle."""
 
     def _half_breaks(self) -> tuple[float, ...]:
-        """Breaks of the laws in the first half, the middle excepted."""
+        """Breaks of progress and lift in the first half, without the middle."""
         return ()
 
     def _reach(self) -> FloatArray:
@@ -244,9 +247,9 @@ class ArchCurve(SwingCurve):
 
 
 def smooth_step(share: FloatArray, order: int = 0) -> FloatArray:
-    """The way from 0 to 1 in a time of 1, velocity and acceleration zero at both ends.
+    """The quintic from 0 to 1 whose velocity and acceleration are zero at both ends.
 
-    ``10 s^3 - 15 s^4 + 6 s^5``, or its derivative of the given ``order``, 0 to 3.
+    It is ``10 s^3 - 15 s^4 + 6 s^5`` with ``s = share``, or its derivative of ``order`` 0 to 3.
     """
     s, r = share, 1.0 - share
     return (

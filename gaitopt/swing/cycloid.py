@@ -1,4 +1,4 @@
-"""The cycloid: starts and lands at rest."""
+"""The cycloid swing, which starts and lands at rest."""
 
 from __future__ import annotations
 
@@ -30,9 +30,10 @@ class CycloidSwing(ArchCurve):
     def peak_speed(self) -> FloatArray:
         """The foot's largest speed ``(...)`` [m/s].
 
-        Exact between ends of one height. With L the step's length, h the height, T the duration:
-        ``2 L / T``, in the middle of the swing; or ``(pi h)^2 / sqrt((pi h)^2 - L^2) / T`` where
-        that swing is tall, ``pi h > sqrt(2) L``. Otherwise as for every
+        It is exact between ends of the same height. With L the step's length, h the height and T
+        the duration it is ``2 L / T``, in the middle of the swing; or
+        ``(pi h)^2 / sqrt((pi h)^2 - L^2) / T`` for a tall swing, ``pi h > sqrt(2) L``. Otherwise it
+        is that of every
         :class:`~gaitopt.swing.curve.ArchCurve`.
         """
         reach, climb = self._reach(), np.pi * self.height

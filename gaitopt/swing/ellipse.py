@@ -1,4 +1,4 @@
-"""The half-ellipse: what eq. (40) of [XiLing] names, not what it prints."""
+"""The half-ellipse swing: what [XiLing] calls its eq. (40), which is printed as a sine arch."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from gaitopt.swing.sine_arch import half_sine
 
 
 class HalfEllipseSwing(ArchCurve):
-    """Progress ``(1 - cos(pi s)) / 2``, lift ``sin(pi s)``, with ``s = t / duration``.
+    """Progress ``(1 - cos(pi s)) / 2`` and lift ``sin(pi s)``, with ``s = t / duration``.
 
-    Between ends of one height the path is half an ellipse, its semi-axes half the step and the
-    height. The foot leaves the ground and meets it upright, at ``pi height / duration``. Its
-    acceleration at the ends is ``pi^2 / 2`` times the step over the square of the duration,
-    forward at lift-off and backward at touch-down, and zero upwards.
+    Between ends of the same height the path is half an ellipse, whose semi-axes are half the step
+    and the height. The foot's velocity is vertical at both ends, ``pi height / duration``. Its
+    acceleration there is horizontal, ``pi^2 / 2`` times the step over the square of the duration,
+    forward at lift-off and backward at touch-down.
 
     Source: [XiLing], eq. (40), corrected: as printed it is a sine arch
     (:class:`gaitopt.swing.sine_arch.SineArchSwing`).

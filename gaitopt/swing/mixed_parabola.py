@@ -1,10 +1,11 @@
-"""Corners of the mixed parabola: the tautest way over a convex section, with parabolas for corners.
+"""Corners of the mixed parabola: the shortest path over a convex section, with parabolic corners.
 
-Everything happens in the plane of a section: ``(x, z)`` [m], the foot going from left to right, the
-section a convex polygon (its core) swollen by a radius. A thread from the start over the section to
-the end is straight but for arcs around corners of the core. Each arc becomes a parabola with the
-same end tangents. Its curvature at its ends is ``cos(turn / 2)**2 / radius``, less than the arc's,
-and its middle lies farther out: so it stays outside the arc, and the path outside the section.
+Coordinates are those of the plane of a section, ``(x, z)`` [m], and the foot goes from left to
+right. The section is the set of all points within a radius of a convex polygon, its core. The
+shortest path from the start over the section to the end consists of straight lines and of arcs
+around corners of the core. Each arc is replaced by a parabola with the same tangents at its ends.
+The parabola's curvature at its ends is ``cos(turn / 2)**2 / radius``, less than the arc's, and its
+middle is farther out. So the parabola is outside the arc, and the path outside the section.
 
 Source: [Shao2011], Section III.A and Fig. 3 (d)-(f), which names the shape ("mixed
 parabola", three waypoints a corner) and gives no formula.
@@ -20,21 +21,23 @@ import numpy as np
 
 from gaitopt.conventions import FloatArray
 
-WIDEST_TURN = np.pi / 2.0
-"""Arcs that turn more are cut into several parabolas: one would rise far above its arc."""
+LARGEST_TURN = np.pi / 2.0
+"""Arcs that turn by more are divided into several parabolas: a single one would be far outside."""
 LEAST_TURN = np.radians(8.0)
-"""Corners that turn less stay sharp and get a single waypoint: three would nearly coincide."""
+"""Corners that turn by less stay sharp and get a single waypoint, because three would nearly
+coincide. Chosen: the corner is then 0.25 % of its radius outside the arc."""
 
 _SAME_ANGLE = 1e-9
+"""Difference of angles that counts as rounding [rad]."""
 
 
 class Corner(NamedTuple):
     """A corner of a path in the plane of the section.
 
     Attributes:
-        before: where the straight way before it ends ``(2,)`` [m].
-        tip: where the straight ways before and after it would meet ``(2,)`` [m].
-        after: where the straight way after it begins ``(2,)`` [m].
+        before: where the straight line before it ends ``(2,)`` [m].
+        tip: where the straight lines before and after it would meet ``(2,)`` [m].
+        after: where the straight line after it begins ``(2,)`` [m].
     """
 
     before: FloatArray
@@ -45,15 +48,15 @@ class Corner(NamedTuple):
 def parabola_corners(
     start: FloatArray, end: FloatArray, core: FloatArray, radius: float
 ) -> list[Corner]:
-    """Corners of the taut path; the parabola of a corner has its three points as control points.
+    """Corners of the shortest path. The three points of each are the parabola's control points.
 
     Args:
         start, end: ``(2,)`` [m], outside the section, to its left and to its right.
         core: corners of the section's core ``(k, 2)`` [m].
-        radius: by which the core is swollen [m].
+        radius: distance from the core up to which points belong to the section [m].
 
     Returns:
-        Corners from left to right; none where the straight way is free.
+        Corners from left to right; none where the straight line is free.
     """
     points = [*core, end]
     sizes = [radius] * len(core) + [0.0]
@@ -70,7 +73,7 @@ def parabola_corners(
 
 
 def tangent_angle(here: FloatArray, size: float, there: FloatArray, other: float) -> float:
-    """Direction [rad] of the line that leaves two discs on its right and touches both.
+    """Direction [rad] of the line that touches two discs, both on its right.
 
     Args:
         here, there: their centres ``(2,)`` [m].
@@ -95,9 +98,9 @@ def _next_tangent(
         if distance == 0.0:
             continue
         turn = (heading - tangent_angle(here, size, there, other)) % (2.0 * np.pi)
-        if turn > 2.0 * np.pi - _SAME_ANGLE:  # straight on, but for rounding
+        if turn > 2.0 * np.pi - _SAME_ANGLE:  # straight on, save for rounding
             turn = 0.0
-        # Of points in one line the end comes first, then the farthest.
+        # Of points in one direction the path's end counts first, then the farthest.
         rank = np.inf if i == len(points) - 1 else distance
         found.append((turn, -rank, i))
     least = min(turn for turn, _, _ in found)
@@ -110,11 +113,11 @@ def _next_tangent(
 def _arc_corners(
     centre: FloatArray, radius: float, arriving: float, leaving: float
 ) -> list[Corner]:
-    """The arc around ``centre`` as one corner or more."""
+    """The corners that replace the arc around ``centre`` between two directions [rad]."""
     turn = arriving - leaving
     if turn < _SAME_ANGLE:
         return []
-    parts = max(int(np.ceil(turn / WIDEST_TURN - _SAME_ANGLE)), 1)
+    parts = max(int(np.ceil(turn / LARGEST_TURN - _SAME_ANGLE)), 1)
     ends = np.linspace(arriving, leaving, parts + 1)
     out = radius / np.cos(turn / parts / 2.0)
     corners = []

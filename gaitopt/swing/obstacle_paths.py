@@ -1,9 +1,9 @@
 """Paths of a foot over an obstacle: waypoints in three patterns.
 
-The patterns go over a convex section swollen by a safety margin: ``"box"``, ``"trapezoid"`` and
-``"parabola"`` (the paper's mixed parabola). The path itself clears the section by construction. A
-leg flies another curve, through the path's waypoints only: what that clears is proven in
-:mod:`gaitopt.swing.clearance`.
+The patterns ``"box"``, ``"trapezoid"`` and ``"parabola"`` (the mixed parabola of [Shao2011]) lead
+over a convex section that is enlarged by a safety margin. The path itself clears the section by
+construction. A leg flies another curve, which has only the waypoints in common with the path; what
+that clears is computed in :mod:`gaitopt.swing.clearance`.
 
 Source: [Shao2011], Section III.A and Fig. 3.
 """
@@ -25,10 +25,12 @@ from gaitopt.swing.trapezoid_path import box_path_corners, trapezoid_corners
 Pattern = Literal["box", "trapezoid", "parabola"]
 PATTERNS: Final[tuple[Pattern, ...]] = get_args(Pattern)
 PAPER_COUNT = 13
-"""Waypoints of the paper's path."""
+"""Waypoints of the path of [Shao2011]."""
 MOST_WAYPOINTS = 1000
-# A tangent from a point on an arc is only known to the root of rounding.
+"""Most waypoints of a path; more are taken for a mistake."""
 _SAME = 1e-8
+"""Difference of places that counts as rounding [m]: a tangent from a point on an arc is known to
+the square root of rounding."""
 
 
 class Section(Protocol):
@@ -40,10 +42,10 @@ class Section(Protocol):
 
     @property
     def rounding(self) -> float:
-        """Radius by which the core is swollen [m]."""
+        """Distance from the core up to which points belong to the section [m]."""
 
     def inflated(self, margin: float) -> Section:
-        """The obstacle swollen by ``margin`` [m]."""
+        """The obstacle enlarged by ``margin`` [m] on all sides."""
 
     def to_local(self, points: ArrayLike) -> FloatArray:
         """World points ``(..., 3)`` in the obstacle's frame [m]."""
@@ -63,8 +65,9 @@ class ObstaclePath:
         pattern: ``"box"``, ``"trapezoid"`` or ``"parabola"``.
         margin: distance from the obstacle that the path keeps [m].
         waypoints: ``(n, 3)`` in the world [m]; the first and last are the path's ends.
-        controls: control points of the pieces that make the path ``(P, 3, 3)`` [m]: each is the
-            parabola ``(1 - s)^2 a + 2 s (1 - s) b + s^2 c``; on straight pieces b is the middle.
+        controls: control points a, b, c of the pieces that make the path ``(P, 3, 3)`` [m]: each
+            piece is the parabola ``(1 - s)^2 a + 2 s (1 - s) b + s^2 c``; on straight pieces b is
+            the middle.
     """
 
     pattern: str
@@ -102,16 +105,16 @@ def obstacle_path(
     pattern: Pattern = "parabola",
     count: int = PAPER_COUNT,
 ) -> ObstaclePath:
-    """Waypoints over an obstacle, in the upright plane through both ends.
+    """Waypoints over an obstacle, in the vertical plane through both ends.
 
-    Three waypoints are at each corner, the rest evenly on the straight pieces. The foot is a point
-    here: for a ball its radius belongs to ``margin``.
+    Three waypoints are at each corner, and the rest are spread over the straight pieces. The foot
+    counts as a point: the radius of a ball is to be added to ``margin``.
 
     Args:
         start: where the foot lifts off ``(3,)`` [m].
         end: where it touches down ``(3,)`` [m], on the obstacle's other side.
-        obstacle: what is in the way, taken as endlessly long.
-        margin: distance to keep from it [m]; must be positive, for it rounds the corners.
+        obstacle: what is in the way; its ends are ignored, as if it were infinitely long.
+        margin: distance to keep from it [m]; it must be positive, because it rounds the corners.
         pattern: ``"box"``, ``"trapezoid"`` or ``"parabola"``.
         count: number of waypoints with both ends.
 
@@ -128,7 +131,7 @@ def obstacle_path(
         ) from None
     corners = shape(plane.start, plane.end, plane.core, plane.radius)
     stops, pieces = _laid_out(plane, corners, rounded=pattern == "parabola")
-    # Without a straight piece there is no place for more.
+    # Without a straight piece there is no place for more waypoints.
     most = MOST_WAYPOINTS if any(open_ for _, open_ in stops) else len(stops)
     if not (isinstance(count, (int, np.integer)) and len(stops) <= count <= most):
         raise InputError(
@@ -148,15 +151,15 @@ def path_lengths(
     start: ArrayLike, end: ArrayLike, obstacle: Section, margin: float
 ) -> dict[Pattern, float]:
     """Length of each pattern's path between the same ends [m]; errors as :func:`obstacle_path`."""
-    enough = 40  # the number of waypoints does not change the path
+    enough = 40  # the number of waypoints does not change the path, and no path needs more
     return {
         pattern: obstacle_path(start, end, obstacle, margin, pattern=pattern, count=enough).length
         for pattern in PATTERNS
     }
 
 
-def path_room(start: ArrayLike, end: ArrayLike, obstacle: Section, margin: float) -> float:
-    """By how much a path's margin may grow before one of its ends stands in it [m].
+def path_space(start: ArrayLike, end: ArrayLike, obstacle: Section, margin: float) -> float:
+    """How much larger a path's margin can be until one of its ends is in it [m].
 
     Args:
         start, end, obstacle, margin: as in :func:`obstacle_path`.
@@ -164,11 +167,20 @@ def path_room(start: ArrayLike, end: ArrayLike, obstacle: Section, margin: float
     Raises:
         InputError: a number is not finite, or an end stands within the margin already.
     """
-    return _Plane.between(start, end, obstacle, margin).room
+    return _Plane.between(start, end, obstacle, margin).space
 
 
 class _Plane(NamedTuple):
-    """The upright plane of a swing over an obstacle, seen so that the foot goes to the right."""
+    """The vertical plane of a swing over an obstacle, seen so that the foot goes to the right.
+
+    Attributes:
+        obstacle: what is in the way.
+        sense: 1 where the foot goes along the obstacle's x axis, else -1.
+        start, end: of the swing in the plane ``(2,)`` [m].
+        side: places of both ends along the obstacle [m].
+        core: corners of the section's core in the plane ``(k, 2)`` [m].
+        radius: distance from the core that the path keeps [m].
+    """
 
     obstacle: Section
     sense: float
@@ -180,7 +192,11 @@ class _Plane(NamedTuple):
 
     @classmethod
     def between(cls, start: ArrayLike, end: ArrayLike, obstacle: Section, margin: float) -> _Plane:
-        """The plane of a swing, when both ends are beside the obstacle and its margin."""
+        """The plane of a swing.
+
+        Raises:
+            InputError: a number is not finite, or an end is not beside the obstacle and its margin.
+        """
         try:
             ends = np.array([start, end], dtype=np.float64)
         except (TypeError, ValueError):
@@ -198,18 +214,18 @@ class _Plane(NamedTuple):
         side = float(local[0, 1]), float(local[1, 1])
         radius = obstacle.rounding + margin
         plane = cls(obstacle, sense, flat[0], flat[1], side, core, radius)
-        if plane.room < -_SAME:
+        if plane.space < -_SAME:
             raise InputError(
                 f"start and end are {core[:, 0].min() - flat[0, 0]:.4g} and "
                 f"{flat[1, 0] - core[:, 0].max():.4g} m beside the obstacle's core, and need "
                 f"{radius:.4g} m (its rounding and the margin) each, on opposite sides of it; "
-                "stand farther away or lessen the margin"
+                "stand farther away or reduce the margin"
             )
         return plane
 
     @property
-    def room(self) -> float:
-        """By how much the margin may grow before an end stands in it [m]."""
+    def space(self) -> float:
+        """How much larger the margin can be until an end is in it [m]."""
         before = self.core[:, 0].min() - self.start[0]
         after = self.end[0] - self.core[:, 0].max()
         return float(min(before, after)) - self.radius
@@ -225,7 +241,11 @@ class _Plane(NamedTuple):
 def _laid_out(
     plane: _Plane, corners: list[Corner], *, rounded: bool
 ) -> tuple[list[tuple[FloatArray, bool]], FloatArray]:
-    """Stops, each with whether the way to it is straight and long; and the pieces ``(P, 3, 2)``."""
+    """The waypoints that every path has, and the pieces of the path ``(P, 3, 2)``.
+
+    Returns:
+        Waypoints, each with whether further waypoints may lie on the piece before it; and pieces.
+    """
     stops: list[tuple[FloatArray, bool]] = [(plane.start, False)]
     pieces: list[FloatArray] = []
 
@@ -245,14 +265,17 @@ def _laid_out(
             straight_to(corner.tip, open_=False)
             straight_to(corner.after, open_=False)
     straight_to(plane.end, open_=True)
-    # Where the first or last straight piece was too short to keep, the corner is at the end.
+    # Where the first or last straight piece is too short to keep, the corner moves to the end.
     stops[-1] = (plane.end, stops[-1][1])
     pieces[0][0], pieces[-1][2] = plane.start, plane.end
     return stops, np.array(pieces)
 
 
 def _filled(stops: list[tuple[FloatArray, bool]], count: int) -> FloatArray:
-    """``count`` waypoints ``(count, 2)``: the stops, and more on the straight ways between."""
+    """``count`` waypoints ``(count, 2)``: the ``stops``, and more on straight pieces between them.
+
+    Each further waypoint goes to the piece on which they are farthest apart.
+    """
     places = np.array([p for p, _ in stops])
     lengths = np.linalg.norm(np.diff(places, axis=0), axis=1)
     lengths[[not open_ for _, open_ in stops[1:]]] = 0.0
@@ -261,7 +284,8 @@ def _filled(stops: list[tuple[FloatArray, bool]], count: int) -> FloatArray:
         spacing = lengths / (added + 1)
         widest = np.flatnonzero(spacing > spacing.max() - _SAME)
         if len(widest) > left:
-            # One for both flanks of a symmetric path belongs in the middle of it.
+            # Where a single waypoint is left for two equal pieces, a symmetric path gets it on the
+            # next longest piece, which is in its middle.
             rest = np.delete(spacing, widest)
             other = np.flatnonzero(spacing == rest.max(initial=0.0))
             widest = (other if rest.max(initial=0.0) > 0.0 else widest)[:1]

@@ -1,4 +1,4 @@
-"""The polynomial swing: starts and lands without velocity and without acceleration."""
+"""The polynomial swing, which starts and lands without velocity and acceleration."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from gaitopt.swing.curve import ArchCurve, smooth_step
 
 
 class PolynomialSwing(ArchCurve):
-    """A quintic along the step, and a quintic each for the way up and the way down.
+    """A quintic along the step, a quintic upwards, and another one downwards.
 
-    Velocity and acceleration are zero at both ends, upwards too. The progress is
-    ``10 s^3 - 15 s^4 + 6 s^5`` with ``s = t / duration``. The lift is
-    ``(20 u^3 - 25 u^4 + 8 u^5) / 3``, ``u = 2 s`` up to the apex and ``u = 2 - 2 s`` after it: the
-    one quintic that starts so, ends at 1 with zero velocity and jerk, and so meets its mirror
-    image with four continuous derivatives. Between ends of different heights two are.
+    Velocity and acceleration are zero at both ends. The progress is ``10 s^3 - 15 s^4 + 6 s^5``
+    with ``s = t / duration``. The lift is ``(20 u^3 - 25 u^4 + 8 u^5) / 3``, with ``u = 2 s`` up to
+    the highest point and ``u = 2 - 2 s`` after it. This is the quintic that starts at 0 with zero
+    velocity and acceleration and ends at 1 with zero velocity and jerk; so four derivatives are
+    continuous at the highest point. Between ends of different heights two derivatives are.
     """
 
     smoothness: ClassVar[int] = 2

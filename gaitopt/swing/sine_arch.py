@@ -1,4 +1,4 @@
-"""The sine arch: constant speed forward, half a sine upward."""
+"""The sine arch swing: constant speed forward, half a sine upward."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ def half_sine(w: FloatArray, order: int) -> FloatArray:
 
 
 class SineArchSwing(ArchCurve):
-    """Progress ``s``, lift ``sin(pi s)``, with ``s = t / duration``.
+    """Progress ``s`` and lift ``sin(pi s)``, with ``s = t / duration``.
 
-    At both ends the foot moves at the step's length over the duration sideways, and at
-    ``pi height / duration`` upwards at lift-off, downwards at touch-down: it lands with a blow.
-    Its acceleration there is zero.
+    At both ends the foot's horizontal speed is the step's length over the duration, and its
+    vertical speed is ``pi height / duration``, so that it hits the ground. Its acceleration there
+    is zero.
 
-    Source: [XiLing], eqs. (40) and (41), which call it half-elliptical. It is not:
+    Source: [XiLing], eqs. (40) and (41), which call it half-elliptical, which it is not:
     see :class:`gaitopt.swing.ellipse.HalfEllipseSwing`.
     """
 

@@ -1,7 +1,7 @@
-"""Where a swinging foot is to land, from the measured and the commanded velocity.
+"""Where a swinging foot is to land, from the measured and the commanded velocity of the body.
 
-Both rules work in the plane, in axes that turn with the body, from an origin on the body: places
-are relative to the body as it will be when the foot lands, velocities are the body's over ground.
+Both rules use horizontal coordinates with the body's axes and an origin on the body. Places are
+relative to the body at the time of the touch-down; velocities are the body's over the ground.
 """
 
 from __future__ import annotations
@@ -20,14 +20,15 @@ def velocity_touchdown(
     stance_time: ArrayLike,
     gain: ArrayLike,
 ) -> FloatArray:
-    """Landing points around the neutral point, moved outwards by the error of the velocity.
+    """Landing points at the neutral point, displaced in proportion to the error of the velocity.
 
-    ``nominal + velocity stance_time / 2 + gain (velocity - commanded)``. Half the way that the
-    body makes during the stance lies ahead of the nominal place: at constant velocity the foot
-    is as long before it as behind it. A body that is too fast steps farther, and is slowed down.
+    ``nominal + velocity stance_time / 2 + gain (velocity - commanded)``. The second term is half of
+    how far the body moves during the stance: at constant velocity the foot is in front of its
+    nominal place as long as behind it. A body that is too fast steps farther, which slows it down.
 
     Args:
-        nominal: place of each foot under a standing body ``(..., 2)`` [m], as below its hip.
+        nominal: place of each foot under a standing body ``(..., 2)`` [m], for instance below its
+            hip.
         velocity: measured velocity of the body ``(2,)`` or ``(..., 2)`` [m/s].
         commanded: velocity that is wanted ``(2,)`` or ``(..., 2)`` [m/s].
         stance_time: how long the foot will stand [s]: ``(1 - mu) Ts`` with the paper's share mu
@@ -35,9 +36,9 @@ def velocity_touchdown(
         gain: ``(K_bx, K_by)`` [s], or one number for both.
 
     Returns:
-        ``(..., 2)`` [m]. Source: [Wang2024], eqs. (15), (16), corrected: printed is
-        half the way during the swing ``mu Ts``, which is right only where both last equally
-        long; and no nominal place.
+        ``(..., 2)`` [m]. Source: [Wang2024], eqs. (15), (16), corrected: the printed second term
+        has the time of the swing ``mu Ts``, which is right only where both last equally long; and
+        there is no nominal place.
 
     Raises:
         InputError: a shape is wrong, a value is not finite, or a stance time is negative.
@@ -61,13 +62,14 @@ def com_touchdown(
     position_gain: ArrayLike,
     velocity_gain: ArrayLike,
 ) -> FloatArray:
-    """Landing points drawn towards the centre of mass, and moved along the velocity.
+    """Landing points displaced towards the centre of mass, and along the velocity.
 
-    The closed form of an equation with the landing point on both sides,
-    ``p = position_gain (com - p) + velocity_gain velocity + nominal``, is
+    The equation of the source has the landing point on both sides,
+    ``p = position_gain (com - p) + velocity_gain velocity + nominal``. Its solution is
     ``p = (nominal + velocity_gain velocity + position_gain com) / (1 + position_gain)``.
-    So ``position_gain`` weighs the centre of mass against the nominal place: 0 ignores it, 1
-    lands half-way. Any gain above 0 also narrows the stance of a robot that stands still.
+    So ``position_gain`` weighs the centre of mass against the nominal place: with 0 it does not
+    count, with 1 the foot lands half-way. Any gain above 0 also narrows the stance of a robot at
+    rest.
 
     Args:
         nominal: place of each foot relative to the body's centre ``(..., 2)`` [m].
@@ -87,14 +89,14 @@ def com_touchdown(
         _pairs(name, value)
         for name, value in (("nominal", nominal), ("com", com), ("velocity", velocity))
     )
-    pull, push = _gains("position_gain", position_gain), _gains("velocity_gain", velocity_gain)
-    if (pull == -1.0).any():
+    k_p, k_v = _gains("position_gain", position_gain), _gains("velocity_gain", velocity_gain)
+    if (k_p == -1.0).any():
         raise InputError(
             "position_gain must not be -1: the landing point drops out of its own equation; "
             "take 0 or more"
         )
     _go_together(place, centre, speed)
-    return np.asarray((place + push * speed + pull * centre) / (1.0 + pull))
+    return np.asarray((place + k_v * speed + k_p * centre) / (1.0 + k_p))
 
 
 def _numbers(name: str, value: ArrayLike) -> FloatArray:

@@ -1,4 +1,4 @@
-"""The trapezoidal swing: speeds up, keeps its speed, slows down; half a sine upward."""
+"""The trapezoidal swing: a trapezoidal velocity forward, half a sine upward."""
 
 from __future__ import annotations
 
@@ -12,27 +12,31 @@ from gaitopt.errors import InputError
 from gaitopt.swing.curve import ArchCurve
 from gaitopt.swing.sine_arch import half_sine
 
+LEAST_RAMP = 1e-3
+"""Smallest ramp: shorter ones are jumps of the velocity for any robot."""
+
 
 @dataclass(frozen=True, eq=False)
 class TrapezoidSwing(ArchCurve):
-    """Progress with a trapezoidal velocity, lift ``sin(pi s)``, with ``s = t / duration``.
+    """Progress with a trapezoidal velocity and lift ``sin(pi s)``, with ``s = t / duration``.
 
-    With L the step's length, T the duration and r the ramp: forward the foot starts and lands at
-    rest, with accelerations of ``L / (r (1 - r) T^2)`` forward and backward; in between it keeps
-    ``L / ((1 - r) T)``. Upwards it leaves and meets the ground at ``pi height / T`` without
-    acceleration. Its acceleration jumps at the two ends of the plateau.
+    Let L be the step's length, T the duration and r the ramp. The foot starts and lands with zero
+    horizontal velocity. It accelerates and brakes with ``L / (r (1 - r) T^2)``, and in between its
+    horizontal velocity is ``L / ((1 - r) T)``. Its vertical speed at both ends is
+    ``pi height / T``, its vertical acceleration zero. The acceleration jumps where the horizontal
+    velocity becomes constant, and where it stops being so.
 
-    Source: [XiLing], Module C, 4.2. The printed h(t) holds the height that the
-    printed position multiplies it by once more, and takes its sine of pi t: here t is the share of
-    the duration, and the height counts once.
+    Source: [XiLing], Module C, 4.2, corrected: the printed h(t) contains the height, by which the
+    printed position multiplies it once more; and its sine is that of ``pi t``, where t must be the
+    share of the duration.
 
     Attributes:
-        ramp: share of the duration in which the foot speeds up, and in which it slows down,
-            above 0 and at most 1/2. By default 1/3, which keeps the mean square of the forward
-            acceleration least.
+        ramp: share of the duration in which the foot accelerates, and in which it brakes, above 0
+            and at most 1/2. With 1/3, the default, the mean square of the forward acceleration is
+            least.
 
     Raises:
-        InputError: the ramp is out of range; else as every swing curve.
+        InputError: the ramp is out of range, or another field is not valid.
     """
 
     ramp: float = 1.0 / 3.0
@@ -46,7 +50,7 @@ class TrapezoidSwing(ArchCurve):
             ramp = float(self.ramp)
         except (TypeError, ValueError):
             ramp = np.nan
-        if not 1e-3 <= ramp <= 0.5:
+        if not LEAST_RAMP <= ramp <= 0.5:
             raise InputError(
                 f"ramp must be a share of the duration from 0.001 to 0.5, got {self.ramp!r}"
             )

@@ -1,11 +1,11 @@
-"""Corners of the box and of the trapezoid over a convex section: the straight-sided patterns.
+"""Corners of the box and of the trapezoid over a convex section, whose sides are straight.
 
-In the plane of the section, ``(x, z)`` [m], the foot going from left to right. The trapezoid's
-sides are the steepest lines that the section demands, its top is level with the section's; the box
-has upright sides. Every side is a line that the whole section lies beneath, so both clear it.
+Coordinates are those of the plane of the section, ``(x, z)`` [m], and the foot goes from left to
+right. The trapezoid's sides are tangents of the section, and its top is as high as the section's;
+the box has vertical sides. The whole section is below each of these lines, so both clear it.
 
-Source: [Shao2011], Section III.A and Fig. 3 (a)-(c) for the box; the trapezoid is
-named there.
+Source: [Shao2011], Section III.A and Fig. 3 (a)-(c) for the box. The paper names the trapezoid and
+does not show it.
 """
 
 from __future__ import annotations
@@ -16,18 +16,19 @@ from gaitopt.conventions import FloatArray
 from gaitopt.swing.mixed_parabola import Corner, tangent_angle
 
 _SAME = 1e-9
+"""Differences of places [m] and of angles [rad] that count as rounding."""
 
 
 def box_path_corners(
     start: FloatArray, end: FloatArray, core: FloatArray, radius: float
 ) -> list[Corner]:
-    """Corners of the box: up to the section's top, or to the higher end, across, and down.
+    """Corners of the box: up to the section's top or to the higher end, across, and down.
 
     Args:
         start, end: ``(2,)`` [m], to the left and to the right of the section.
         core: corners of the section's core ``(k, 2)`` [m].
-        radius: by which the core is swollen [m]; also sets how far from a corner its outer two
-            waypoints are.
+        radius: distance from the core up to which points belong to the section [m]. It also sets
+            how far from a corner its outer two waypoints are.
     """
     top = max(core[:, 1].max() + radius, start[1], end[1])
     above = np.array([[start[0], top], [end[0], top]])
@@ -48,9 +49,9 @@ def trapezoid_corners(
 def _on_top(
     foot: FloatArray, other: FloatArray, core: FloatArray, radius: float, top: float
 ) -> FloatArray:
-    """Where the steepest tangent from ``foot`` to the section, on its right, comes to the top."""
+    """Where the steepest tangent from ``foot`` to the section on its right reaches the top [m]."""
     steepest = max(tangent_angle(foot, 0.0, corner, radius) for corner in core)
-    # An end that stands above the section must be reached from below, not passed.
+    # Where the other end is above the section, the line must not pass below it.
     steepest = max(steepest, tangent_angle(foot, 0.0, other, 0.0))
     if top - foot[1] < _SAME:
         return foot
@@ -58,7 +59,10 @@ def _on_top(
 
 
 def _corners(vertices: list[FloatArray], radius: float) -> list[Corner]:
-    """The inner vertices of a polyline as corners, with ``radius * tan(turn / 2)`` to each side."""
+    """The inner vertices of a polyline as corners that extend ``radius * tan(turn / 2)`` each way.
+
+    Vertices that coincide count once.
+    """
     kept = [vertices[0]]
     for vertex in vertices[1:]:
         if np.hypot(*(vertex - kept[-1])) > _SAME:

@@ -347,7 +347,7 @@ def test_flight_that_cannot_clear_is_an_error_with_its_depth() -> None:
         clear_path(straight, START + up, END + up, BOARD, MARGIN)
     assert str(caught.value).startswith(
         "the curve flown over the obstacle comes up to 0.05 m into its margin of 0.03 m at 0.5 s, "
-        "after 8 rounds"
+        "after 8 attempts"
     )
 
 
