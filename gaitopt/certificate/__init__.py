@@ -1,1 +1,1 @@
-"""Whether a plan is right: consumers of plans that judge."""
+"""Certificates: checks of plans at every instant."""

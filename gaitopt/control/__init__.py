@@ -1,1 +1,1 @@
-"""Following a plan on a robot that can fall: controllers, usable without a simulator."""
+"""Controllers that follow a plan, usable with and without a simulator."""

@@ -1,1 +1,1 @@
-"""Plans for other programs."""
+"""Plans as files for other programs."""

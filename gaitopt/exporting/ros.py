@@ -1,4 +1,4 @@
-"""Motions for a robot's joint controllers, in the shape of ROS's messages."""
+"""A plan's motion for a robot's joint controllers, in the format of ROS's messages."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from gaitopt.plan.plan import Plan
 
 
 def export_ros(plan: Plan, path: StrPath, dt: float | None = None) -> None:
-    """Write the joints' motion as YAML in the shape of ``trajectory_msgs/JointTrajectory``.
+    """Write the joints' motion as YAML in the format of ``trajectory_msgs/JointTrajectory``.
 
-    ``joint_names`` and ``points`` with ``positions`` [rad], ``velocities`` [rad/s] and
-    ``time_from_start`` (``sec``, ``nanosec``). A controller that joins the points by straight
-    lines follows a plan's own knots exactly, but for the rounding of times to nanoseconds.
+    It holds ``joint_names``, and ``points`` with ``positions`` [rad], ``velocities`` [rad/s] and
+    ``time_from_start`` (``sec``, ``nanosec``). A controller that interpolates linearly follows the
+    knots of a path of degree one exactly, save that times are rounded to nanoseconds.
 
     Args:
         plan: the plan.
-        path: the file, written whole or not at all.
-        dt: time between points [s]; by default the plan's own knots. A coarse ``dt`` cuts the
-            corners of the feet's paths.
+        path: the file; it is complete, or not there at all.
+        dt: time between points [s]; by default points are the plan's own knots. With a large
+            ``dt`` the feet's paths lose their corners.
 
     Raises:
         InputError: ``dt`` is no positive time, or the file cannot be written.
@@ -45,4 +45,5 @@ def export_ros(plan: Plan, path: StrPath, dt: float | None = None) -> None:
 
 
 def _flow(values: FloatArray) -> str:
+    """Numbers as a YAML list in one line."""
     return "[" + ", ".join(f"{value:.12g}" for value in values) + "]"

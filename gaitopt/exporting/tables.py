@@ -1,4 +1,4 @@
-"""Motions as tables."""
+"""A plan's motion as a table."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _TWIST = ("base_vx", "base_vy", "base_vz", "base_wx", "base_wy", "base_wz")
 
 
 def export_csv(plan: Plan, path: StrPath, dt: float | None = None) -> None:
-    """Write the sampled motion as CSV, one line a sample, with a header of names.
+    """Write the sampled motion as CSV: a header of names, then one line for each sample.
 
     Columns: ``t`` [s]; base position [m] and quaternion (xyzw); each joint's angle [rad] under its
     name; base twist in the base's frame [m/s, rad/s]; each joint's velocity [rad/s] as
@@ -23,9 +23,9 @@ def export_csv(plan: Plan, path: StrPath, dt: float | None = None) -> None:
 
     Args:
         plan: the plan.
-        path: the file, written whole or not at all.
-        dt: time between samples [s]; by default the plan's own knots, between which joints move in
-            straight lines, so that nothing is lost.
+        path: the file; it is complete, or not there at all.
+        dt: time between samples [s]; by default samples are the plan's own knots. Between them the
+            joints of a path of degree one move linearly, so that nothing is lost.
 
     Raises:
         InputError: ``dt`` is no positive time, or the file cannot be written.

@@ -1,1 +1,1 @@
-"""In which order legs move."""
+"""Orders and times in which legs swing: crawls, gaits, schedules, the gait state machine."""

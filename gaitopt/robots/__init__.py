@@ -1,1 +1,1 @@
-"""What walks: robots, their legs, and where they come from."""
+"""Robots: their legs, kinematics, joint limits and collision shapes, and where they come from."""

@@ -1,1 +1,1 @@
-"""Plans walked in physics (MuJoCo)."""
+"""Simulation of plans in MuJoCo."""

@@ -1,1 +1,1 @@
-"""Support polygons and margins."""
+"""Support polygons, stability margins and the ZMP."""

@@ -1,1 +1,1 @@
-"""How a foot flies, one file a shape."""
+"""Swing curves: how a foot flies over time, and its paths over obstacles."""

@@ -1,1 +1,1 @@
-"""What is walked on: footholds and test terrains."""
+"""What robots walk on: footholds, test terrains and obstacles."""
