@@ -1,4 +1,4 @@
-"""From postures and footholds to a timed plan over an obstacle."""
+"""The timed plan of a walk over an obstacle, from its postures and footholds."""
 
 from __future__ import annotations
 
@@ -32,18 +32,20 @@ from gaitopt.stability.energy import energy_stability_margin
 from gaitopt.stability.margins import static_stability_margin
 from gaitopt.swing.clearance import least_clearance
 
-BUSY = 0.999
-"""Share of its limit from which a joint is said to hold a phase back."""
+ACTIVE_SHARE = 0.999
+"""Share of its limit from which a joint counts as one that limits a phase."""
+CENTRE_SAMPLES = 9
+"""Samples of a piece at which the margin of the body centre is taken; chosen here."""
 _KINDS = {1: "joint velocity", 2: "joint acceleration", 3: "joint jerk"}
 
 
 class Piece(NamedTuple):
-    """A stretch of the motion: a move of the body, or a swing.
+    """A part of the motion: a move of the body, or a swing.
 
     Attributes:
-        number: of the step it belongs to; the number of steps for the last move.
+        number: index of the step to which it belongs; the number of steps for the last move.
         leg: the leg that flies, ``""`` for a move.
-        path: body and joints; ``None`` for a move that is none.
+        path: body and joints; ``None`` for a move between equal poses.
         start, end: the body's poses.
         feet: where the feet are before it ``(4, 3)`` [m].
     """
@@ -57,7 +59,7 @@ class Piece(NamedTuple):
 
 
 def pieces_of(route: StrideRoute, progress: Progress | None = None) -> list[Piece]:
-    """All moves and swings of a walk, timed.
+    """All moves and swings of a walk, with their timing.
 
     Raises:
         SolverError: a swing was not solved.
@@ -82,6 +84,7 @@ def pieces_of(route: StrideRoute, progress: Progress | None = None) -> list[Piec
 
 
 def _swing(route: StrideRoute, step: Step, limits: StrideLimits) -> MotionPath:
+    """The timed swing of a step."""
     robot, settings = route.robot, route.settings
     if not step.over:
         return open_ground_swing(
@@ -99,9 +102,9 @@ def _swing(route: StrideRoute, step: Step, limits: StrideLimits) -> MotionPath:
 
 
 def foot_margin(route: StrideRoute, pieces: list[Piece]) -> float:
-    """Distance that no foot's ball falls short of on its way over the obstacle [m].
+    """Distance from the obstacle that the balls of the feet keep in all swings over it [m].
 
-    Proven on the curves that are finally flown.
+    Proven for every instant, on the final paths.
     """
     robot, least = route.robot, np.inf
     for piece in pieces:
@@ -115,7 +118,7 @@ def foot_margin(route: StrideRoute, pieces: list[Piece]) -> float:
 
 
 def plan_of(route: StrideRoute, pieces: list[Piece], record: StrideRecord) -> Plan:
-    """The plan of timed pieces."""
+    """The plan made of timed pieces."""
     limits = leg_limits(route.robot, route.settings.accelerations, route.settings.jerks)
     paths = [piece.path for piece in pieces if piece.path is not None]
     path = joined(paths) if paths else still_path(route)
@@ -137,7 +140,7 @@ def still_path(route: StrideRoute) -> MotionPath:
 
 
 def energy_margin(route: StrideRoute) -> float:
-    """Least energy that tips the robot over while a foot flies [J] (NESM of the body centre)."""
+    """Least energy that tips the robot over in any swing [J], by the NESM of the body centre."""
     feet = np.array([s.feet for s in route.steps])
     contacts = np.array([[leg != s.leg for leg in LEGS] for s in route.steps])
     centres = np.array([s.pose.centre for s in route.steps])
@@ -164,10 +167,10 @@ def _phase(
 
 
 def _centres(robot: Quadruped, piece: Piece) -> FloatArray:
-    """Places of the body centre during a piece ``(n, 3)`` [m]."""
+    """Places of the body centre at samples of a piece ``(n, 3)`` [m]."""
     if piece.path is None:
         return np.array([piece.start.centre, piece.end.centre])
-    base = piece.path.evaluate(np.linspace(0.0, piece.path.duration, 9))[:, :6]
+    base = piece.path.evaluate(np.linspace(0.0, piece.path.duration, CENTRE_SAMPLES))[:, :6]
     turned = rpy_to_matrix(base[:, 3:]) @ robot.body_axes
     return np.asarray(base[:, :3] + turned @ robot.centre)
 
@@ -175,17 +178,17 @@ def _centres(robot: Quadruped, piece: Piece) -> FloatArray:
 def _limited_by(
     robot: Quadruped, piece: Piece, start: float, limits: StrideLimits
 ) -> tuple[Limit, ...]:
-    """Joints at a limit, with the times and the share of the piece."""
+    """Joints that reach a limit during a piece, with the times and their share of the piece."""
     if piece.path is None:
         return ()
     times = piece.path.times
     found = []
     for order, bound in enumerate((limits.velocity, limits.acceleration, limits.jerk), start=1):
-        busy = largest_sizes(piece.path, order)[:, BASE_COLUMNS:] >= BUSY * bound
-        for joint in np.flatnonzero(busy.any(axis=0)).tolist():
+        active = largest_sizes(piece.path, order)[:, BASE_COLUMNS:] >= ACTIVE_SHARE * bound
+        for joint in np.flatnonzero(active.any(axis=0)).tolist():
             spans = tuple(
                 (start + float(times[k]), start + float(times[k + 1]))
-                for k in np.flatnonzero(busy[:, joint])
+                for k in np.flatnonzero(active[:, joint])
             )
             share = sum(b - a for a, b in spans) / piece.path.duration
             found.append(Limit(_KINDS[order], robot.joint_names[joint], share, spans))

@@ -1,4 +1,4 @@
-"""How near any part of the robot comes to an obstacle, by Pinocchio's collision shapes."""
+"""Distances between all parts of the robot and an obstacle, by Pinocchio's collision shapes."""
 
 from __future__ import annotations
 
@@ -13,22 +13,23 @@ from gaitopt.motion.bounds import largest_sizes
 from gaitopt.motion.path import BASE_COLUMNS, MotionPath
 from gaitopt.robots.collision_shapes import robot_shapes
 from gaitopt.robots.quadruped import Quadruped
-from gaitopt.robots.rotations import rpy_to_quaternion
+from gaitopt.robots.whole_body import configuration
 from gaitopt.terrain.obstacles import Obstacle
 
 LEAST_STEP = 1e-3
-"""Way of the fastest part between two looks where the robot is nearest to the obstacle [m]."""
-MOST_LOOKS = 1_000_000
+"""Least motion of the fastest part between two configurations that are checked [m]; chosen here."""
+MOST_CHECKED = 1_000_000
+"""Most configurations that are checked; a longer motion is refused."""
 
 
 class Nearest(NamedTuple):
-    """The nearest part of a robot.
+    """The part of a robot that is nearest to an obstacle.
 
     Attributes:
         distance: from the obstacle [m].
         leg: the leg that it belongs to, ``""`` for the body.
         shape: its name.
-        place: which configuration, or look.
+        place: index of the configuration.
     """
 
     distance: float
@@ -41,16 +42,16 @@ class Approach(NamedTuple):
     """How near a motion comes to an obstacle.
 
     Attributes:
-        seen: the nearest part that was looked at.
-        proven: no part is nearer at any instant [m].
+        seen: the nearest part in all configurations that were checked.
+        proven: distance that no part falls short of at any instant [m].
         time: of ``seen`` [s].
-        looks: how many configurations were looked at.
+        checked: how many configurations were checked.
     """
 
     seen: Nearest
     proven: float
     time: float
-    looks: int
+    checked: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,10 +60,10 @@ class Surroundings:
 
     Attributes:
         robot: the robot.
-        geometry: Pinocchio's geometry with a pair of every shape and the obstacle.
+        geometry: Pinocchio's geometry with a pair of each shape and the obstacle.
         names: name of each pair's shape.
         owners: leg of each pair's shape, ``""`` for the body.
-        stand_ins: names of shapes that stand for meshes.
+        stand_ins: names of the shapes that replace meshes.
         reach: bound on the distance of any point of the robot from the base's origin [m].
         lever: bound on the distance of any point of a leg from any of the leg's hinges [m].
     """
@@ -77,7 +78,7 @@ class Surroundings:
 
     @classmethod
     def of(cls, robot: Quadruped, obstacle: Obstacle) -> Surroundings:
-        """Read the shapes, and put the obstacle beside them."""
+        """The shapes of a robot, paired with an obstacle."""
         import pinocchio as pin
 
         shapes = robot_shapes(robot)
@@ -93,13 +94,13 @@ class Surroundings:
         )  # fmt: skip
 
     def distances(self, values: FloatArray) -> FloatArray:
-        """Distance of every shape at path values ``(N, 6 + nj)``: ``(N, shapes)`` [m]."""
+        """Distances of all shapes at path values ``(N, 6 + nj)``: ``(N, shapes)`` [m]."""
         import pinocchio as pin
 
         model = self.robot.model
         data, placed = model.createData(), self.geometry.createData()
-        q = np.concatenate(
-            [values[:, :3], rpy_to_quaternion(values[:, 3:6]), values[:, 6:]], axis=1
+        q = configuration(
+            self.robot, values[:, :3], values[:, 3:BASE_COLUMNS], values[:, BASE_COLUMNS:]
         )
         out = np.empty((len(q), len(self.names)))
         for row, one in zip(out, q, strict=True):
@@ -115,41 +116,42 @@ class Surroundings:
         return Nearest(float(found[k, shape]), self.owners[shape], self.names[shape], int(k))
 
     def along(self, path: MotionPath, wanted: float) -> Approach:
-        """How near a motion comes, at every instant.
+        """How near a motion comes to the obstacle at any instant, by conservative advancement.
 
-        No part is faster than a bound from the rates of body and joints. So after a look nothing
-        can be nearer than ``wanted`` before the robot has moved by what was left of the distance;
-        where nothing is left, by :data:`LEAST_STEP`.
+        The velocities of body and joints bound the speed of every part [Mirtich1996]. So when the
+        distance exceeds ``wanted`` by some length, no part can be nearer than ``wanted`` before the
+        fastest has moved by that length: there the next configuration is checked, or after
+        :data:`LEAST_STEP` where that is longer.
 
         Args:
             path: body and joints over time.
             wanted: the distance that is to be kept [m].
 
         Raises:
-            InputError: that takes more than a million looks.
+            InputError: more than :data:`MOST_CHECKED` configurations would have to be checked.
         """
         times, way = _travelled(path, self.speeds(path))
-        seen, proven, when, looks = Nearest(np.inf, "", "", 0), np.inf, 0.0, 0
+        seen, proven, when, checked = Nearest(np.inf, "", "", 0), np.inf, 0.0, 0
         at = 0.0
         while True:
             now = float(np.interp(at, way, times)) if way[-1] > 0.0 else 0.0
-            look = self.nearest(path.evaluate([now]))
-            if look.distance < seen.distance:
-                seen, when = look._replace(place=looks), now
-            looks += 1
-            free = max(look.distance - wanted, LEAST_STEP)
-            # Until the next look no part comes nearer by more than it moves.
-            proven = min(proven, max(look.distance - free, wanted) if free > LEAST_STEP
-                         else look.distance - min(free, way[-1] - at))  # fmt: skip
-            if at >= way[-1] or looks > MOST_LOOKS:
+            here = self.nearest(path.evaluate([now]))
+            if here.distance < seen.distance:
+                seen, when = here._replace(place=checked), now
+            checked += 1
+            step = max(here.distance - wanted, LEAST_STEP)
+            # Until the next configuration no part comes nearer by more than it moves.
+            proven = min(proven, max(here.distance - step, wanted) if step > LEAST_STEP
+                         else here.distance - min(step, way[-1] - at))  # fmt: skip
+            if at >= way[-1] or checked > MOST_CHECKED:
                 break
-            at = min(at + free, float(way[-1]))
-        if looks > MOST_LOOKS:
+            at = min(at + step, float(way[-1]))
+        if checked > MOST_CHECKED:
             raise InputError(f"a motion of {way[-1]:.4g} m near an obstacle is too long to check")
-        return Approach(seen, float(proven), when, looks)
+        return Approach(seen, float(proven), when, checked)
 
     def speeds(self, path: MotionPath) -> FloatArray:
-        """Bound on the speed of any part on each piece of the path ``(K - 1,)`` [m/s]."""
+        """Bound on the speed of any part on each segment of a path ``(K - 1,)`` [m/s]."""
         rates = largest_sizes(path)
         base = np.linalg.norm(rates[:, :3], axis=1)
         turning = rates[:, 3:6].sum(axis=1) * self.reach
@@ -159,16 +161,21 @@ class Surroundings:
 
 
 def _travelled(path: MotionPath, speeds: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Times of all knots, and bounds on the way up to each [m]."""
+    """Times of all knots ``(K,)``, and a bound on the distance moved up to each ``(K,)`` [m]."""
     way = np.concatenate([[0.0], np.cumsum(speeds * np.diff(path.times))])
     return np.asarray(path.times), way
 
 
 def _span(robot: Quadruped, solid: Any, depth: int) -> float:
-    """Bound on the distance of a shape's points from the hinge that is ``depth`` joints out [m].
+    """Bound on the distance of a shape's points from the base, or from the hinges of its leg [m].
 
-    From the base's origin for a depth of 1, from the first hinge of its branch for 2; along the
-    way, so from any hinge farther out it is no more.
+    The bound is a sum of distances between successive hinges, so it holds for hinges farther out,
+    too.
+
+    Args:
+        robot: the robot.
+        solid: the shape.
+        depth: 1 for the distance from the base's origin, 2 from the first hinge of the leg.
     """
     model, joint = robot.model, int(solid.parentJoint)
     if joint < depth:
@@ -183,11 +190,11 @@ def _span(robot: Quadruped, solid: Any, depth: int) -> float:
 
 
 SIDES = 64
-"""Tangents that stand for a full turn of a rounded obstacle."""
+"""Tangents for a full turn of a round obstacle: the hull's corners are 0.12 % outside it."""
 
 
 def obstacle_solid(obstacle: Obstacle) -> Any:
-    """The obstacle as a convex solid of coal's; a round one with a hull just outside it."""
+    """The obstacle as a convex solid of coal; the hull of a round one is just outside it."""
     from pinocchio import coal
 
     vertices, faces = obstacle.mesh(SIDES)

@@ -1,9 +1,9 @@
-"""Where the feet stand on the way over an obstacle.
+"""Footholds of a walk over an obstacle.
 
 The robot walks straight across. In every cycle each leg makes one step of the same length, so that
-after each cycle the feet stand square again. Two cycles stride over the obstacle: one takes the
-front feet over it, a later one the hind feet. They begin and end beside it, as far away as gaps
-say; all other steps share the ways in between.
+the feet stand square again after each cycle. In two of the cycles feet stride over the obstacle:
+the front feet in one, the hind feet in a later one. These two begin and end at given gaps between
+feet and obstacle; the steps of all other cycles share the distances between them.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class Gaps(NamedTuple):
     hind_after: float
 
     def widened(self, leg: str, *, after: bool, by: float) -> Gaps:
-        """With more room on one side of the obstacle for a leg's pair."""
+        """The gaps with one of them larger: that of a leg's pair of feet, on one side."""
         name = f"{'front' if leg in FRONT else 'hind'}_{'after' if after else 'before'}"
         return self._replace(**{name: getattr(self, name) + by})
 
@@ -60,20 +60,20 @@ class Layout(NamedTuple):
         return len(self.centres) - 1
 
     def strides_over(self, leg: str, cycle: int) -> bool:
-        """Whether a leg's step in a cycle leads over the obstacle."""
+        """Whether a leg steps over the obstacle in a cycle."""
         return cycle == (self.front if leg in FRONT else self.hind)
 
 
 def lay_out(robot: Quadruped, obstacle: Obstacle, gaps: Gaps, approach: int, leave: int) -> Layout:
-    """The cycles of a walk.
+    """The cycles of a walk over an obstacle.
 
-    Between the two striding cycles steps are as long as the longer of these at most; before and
-    after them just as long.
+    Steps between the two striding cycles are at most as long as the longer of these; steps before
+    and after them are just as long.
 
     Args:
         robot: the robot.
-        obstacle: what is in the way.
-        gaps: how far beside it feet stand.
+        obstacle: the obstacle.
+        gaps: between it and the feet beside it.
         approach, leave: cycles before the first stride over it, and after the last.
     """
     half = robot.stance_size[0] / 2.0
@@ -83,7 +83,7 @@ def lay_out(robot: Quadruped, obstacle: Obstacle, gaps: Gaps, approach: int, lea
     third = low - gaps.hind_before + half
     fourth = high + gaps.hind_after + half
     step = max(second - first, fourth - third)
-    # A robot too short to stand over the obstacle has no way between; its feet would cross.
+    # A robot that is too short to stand over the obstacle has no cycle between.
     between = max(int(np.ceil((third - second) / step - 1e-9)), 0)
     middle = np.linspace(second, third, between + 1)
     before = first - step * np.arange(approach, 0, -1)
@@ -93,18 +93,21 @@ def lay_out(robot: Quadruped, obstacle: Obstacle, gaps: Gaps, approach: int, lea
 
 
 def stands_over(robot: Quadruped, obstacle: Obstacle, gaps: Gaps) -> float:
-    """Room left on the ground when the robot stands over the obstacle; negative: too short [m]."""
+    """Length by which the robot is longer than it must be to stand over the obstacle [m].
+
+    Negative when it is too short: front feet behind the obstacle, hind feet before it.
+    """
     return robot.stance_size[0] - obstacle.width - gaps.front_after - gaps.hind_before
 
 
-def first_gaps(settings: StrideSettings, robot: Quadruped, room: float) -> Gaps:
-    """The least gaps with some ``room`` [m]: the margin, and the radius of the feet's balls."""
-    least = settings.margin + robot.foot_radius + room
+def first_gaps(settings: StrideSettings, robot: Quadruped, reserve: float) -> Gaps:
+    """The least gaps: the margin, the radius of the feet's balls, and a ``reserve`` [m]."""
+    least = settings.margin + robot.foot_radius + reserve
     return Gaps(least, least, least, least)
 
 
 def footholds(robot: Quadruped, obstacle: Obstacle, layout: Layout) -> Footholds:
-    """All footholds in the world: places of the balls' centres, one radius above the ground."""
+    """All footholds in the world [m]: centres of the feet's balls, one radius above the ground."""
     points = {}
     for name in LEGS:
         leg = robot.legs[name]

@@ -22,13 +22,14 @@ from gaitopt.motion.pieces import States, cut, joined, quintic_hermite, stretche
 from gaitopt.motion.retiming import needed_stretch
 from gaitopt.optimize.posture.problem import BodyPose
 from gaitopt.optimize.spline.joint_spline import JointSpline
+from gaitopt.robots.leg import wrap_angle
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.whole_body import joints_from_feet
 from gaitopt.swing.curve import SwingCurve, smooth_step
 from gaitopt.swing.polynomial import PolynomialSwing
 
 STANCE_ERROR = 1e-6
-"""Most that a foot departs from where it should be, between the path's knots [m]."""
+"""Largest distance of a foot from its place between the path's knots [m]; chosen here."""
 PARTS = 8
 """Intervals of a motion at first; they are halved where feet depart too far from their places."""
 SPLINE_PARTS = 4
@@ -41,6 +42,8 @@ END_LENGTHS = 40
 """Lengths of a changed end that are tried, from 1 to :data:`LONGEST_END` times the piece's."""
 ROUNDING_RESERVE = 1.0 + 1e-10
 """Factor on stretched times, so that rounding breaks no limit."""
+SAME_POSE = 1e-9
+"""Difference between two poses that counts as none, for rounding [m, rad]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +53,7 @@ class StrideLimits:
     Attributes:
         velocity: [rad/s].
         acceleration: [rad/s^2].
-        jerk: [rad/s^3]; infinite for no bound.
+        jerk: [rad/s^3]; infinite for no limit.
     """
 
     velocity: FloatArray
@@ -67,14 +70,14 @@ class StrideLimits:
 
 @dataclass(frozen=True, eq=False)
 class PieceMotion:
-    """Body and feet within one second: the body moves, or one foot flies.
+    """A motion of one second, from rest to rest: the body moves, or one foot flies.
 
     Attributes:
         robot: the robot.
         start, end: the base's x, y, z, roll, pitch, yaw ``(6,)``.
         feet: where the feet stand ``(4, 3)`` [m].
-        leg: the leg that flies, if any.
-        curve: its flight within one second.
+        leg: the leg that flies; ``None`` when the body moves.
+        curve: the flight of its foot.
     """
 
     robot: Quadruped
@@ -85,7 +88,7 @@ class PieceMotion:
     curve: SwingCurve | None = None
 
     def base(self, times: FloatArray) -> States:
-        """The base ``(N, 6)`` and two derivatives: a straight line in all six numbers."""
+        """The base ``(N, 6)`` and two derivatives: a straight line in all six coordinates."""
         way = self.end - self.start
         out = [smooth_step(times, k)[:, None] * way for k in range(3)]
         return self.start + out[0], out[1], out[2]
@@ -93,15 +96,15 @@ class PieceMotion:
     def feet_at(self, times: FloatArray) -> States:
         """Feet ``(N, 4, 3)`` and two derivatives."""
         place = np.broadcast_to(self.feet, (len(times), 4, 3)).copy()
-        speed, change = np.zeros_like(place), np.zeros_like(place)
+        velocity, acceleration = np.zeros_like(place), np.zeros_like(place)
         if self.leg is not None and self.curve is not None:
             i, curve = leg_index(self.leg), self.curve
-            place[:, i], speed[:, i] = curve.position(times), curve.velocity(times)
-            change[:, i] = curve.acceleration(times)
-        return place, speed, change
+            place[:, i], velocity[:, i] = curve.position(times), curve.velocity(times)
+            acceleration[:, i] = curve.acceleration(times)
+        return place, velocity, acceleration
 
     def path(self, limits: StrideLimits) -> MotionPath:
-        """The fastest such motion within the limits."""
+        """The motion stretched in time until it just keeps all limits."""
         knots = np.linspace(0.0, 1.0, PARTS + 1)
         path = body_and_feet_path(self.robot, knots, self.base, self.feet_at, STANCE_ERROR)
         return stretched(path, limits.needed_stretch(path) * ROUNDING_RESERVE)
@@ -110,10 +113,11 @@ class PieceMotion:
 def body_move(
     robot: Quadruped, start: BodyPose, end: BodyPose, feet: FloatArray, limits: StrideLimits
 ) -> MotionPath | None:
-    """The body's move on four feet; ``None`` when it stays where it is."""
+    """The body's move on four feet; ``None`` when both poses are the same."""
     a, b = start.base(robot), end.base(robot)
-    b[3:] = a[3:] + (b[3:] - a[3:] + np.pi) % (2.0 * np.pi) - np.pi
-    if np.abs(b - a).max() < 1e-9:
+    # The shorter way round.
+    b[3:] = wrap_angle(b[3:], a[3:])
+    if np.abs(b - a).max() < SAME_POSE:
         return None
     return PieceMotion(robot, a, b, feet).path(limits)
 
@@ -127,7 +131,7 @@ def open_ground_swing(
     height: float,
     limits: StrideLimits,
 ) -> MotionPath:
-    """A foot's swing over open ground, the body standing still."""
+    """A foot's swing over open ground, while the body stands still."""
     base = pose.base(robot)
     curve = PolynomialSwing(feet[leg_index(leg)], target, height, 1.0)  # type: ignore[arg-type]
     return PieceMotion(robot, base, base, feet, leg, curve).path(limits)
@@ -141,10 +145,10 @@ def spline_swing(
     spline: JointSpline,
     limits: StrideLimits,
 ) -> MotionPath:
-    """A swing whose leg follows a joint spline, the body standing still.
+    """A swing whose leg follows a joint spline, while the body stands still.
 
-    The spline's own peaks are exact, those of a path are bounds on its segments. So segments are
-    cut, and the swing takes about a part in 1e5 longer.
+    A path's limits are judged by bounds on its segments, which are a little above the largest
+    values. So segments are cut, and the swing takes about 1e-5 longer than the spline.
     """
     base = pose.base(robot)
     still = joints_from_feet(robot, base[:3], base[3:], feet)

@@ -1,4 +1,4 @@
-"""Footholds and postures of a walk over an obstacle, before anything is timed."""
+"""Footholds and postures of a walk over an obstacle, without its timing."""
 
 from __future__ import annotations
 
@@ -19,22 +19,25 @@ from gaitopt.terrain.footholds import Footholds
 from gaitopt.terrain.obstacles import Obstacle
 
 REACH_RESERVE = 0.999
-"""Share of the reach that postures use, so that curves between waypoints stay within it."""
-STILL = 1e-6
-"""A posture as near to the one before as this is that one [m, rad]."""
+"""Share of the allowed reach that postures use, so that curves between waypoints stay within it."""
+SAME_POSE = 1e-6
+"""Difference between successive poses that counts as none [m, rad]: the body then does not move."""
+SAME_HEIGHT = 1e-6
+"""Waypoints no farther than this below the highest one are on top of a path [m]."""
 SWING_SAMPLES = 9
+"""Samples of a swing over open ground, which is looked at as a parabola."""
 
 
 class Step(NamedTuple):
     """One leg's step.
 
     Attributes:
-        leg: which.
-        cycle: of the walk, from 0.
-        over: whether it leads over the obstacle.
+        leg: the leg that steps.
+        cycle: index of the cycle in the walk, from 0.
+        over: whether the step leads over the obstacle.
         feet: where the feet are before it ``(4, 3)`` [m].
         target: where the foot touches down ``(3,)`` [m].
-        pose: of the body during it.
+        pose: of the body during the step.
     """
 
     leg: str
@@ -53,13 +56,14 @@ class Step(NamedTuple):
 
 
 class Demand(NamedTuple):
-    """What rounds have found to be needed.
+    """What a walk must keep, as the rounds of the search have found so far.
 
     Attributes:
         gaps: between the obstacle and the feet beside it.
-        lift: how much higher than needed for the foot alone strides go over it [m].
-        margin: stability margin that postures are asked for [m].
-        foot: what feet keep from the obstacle on top of their margin [m].
+        lift: additional height of paths over the obstacle, for the clearance of the leg above the
+            foot [m].
+        margin: stability margin of postures [m].
+        foot: additional distance of feet from the obstacle, on top of the margin that is set [m].
     """
 
     gaps: Gaps
@@ -68,7 +72,14 @@ class Demand(NamedTuple):
     foot: float = 0.0
 
     def widened(self, leg: str, across: float, extent: tuple[float, float], by: float) -> Demand:
-        """With more room for a leg whose foot is at ``across`` an obstacle of some ``extent``."""
+        """The demand with a larger distance between one leg and the obstacle.
+
+        Args:
+            leg: the leg.
+            across: x of its foot in the obstacle's frame [m].
+            extent: least and greatest x of the obstacle [m].
+            by: how much larger [m]. A foot above the obstacle is lifted, one beside it set away.
+        """
         if extent[0] < across < extent[1]:
             return self._replace(lift=self.lift + by)
         return self._replace(gaps=self.gaps.widened(leg, after=across >= extent[1], by=by))
@@ -76,13 +87,13 @@ class Demand(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class StrideRoute:
-    """A walk before timing.
+    """A walk over an obstacle, without its timing.
 
     Attributes:
         robot: the robot.
-        obstacle: what is in the way.
-        settings: what was asked.
-        demand: gaps, lift and margin that it needs.
+        obstacle: the obstacle.
+        settings: of the walk.
+        demand: gaps, lift and margin that it keeps.
         layout: its cycles.
         footholds: in the world.
         start, end: poses before the first and after the last step.
@@ -101,7 +112,7 @@ class StrideRoute:
 
     @property
     def raised(self) -> Obstacle:
-        """The obstacle that paths go over: lifted, where they have to go higher."""
+        """The obstacle over which paths are laid: higher by the demanded lift."""
         x, y, z = self.obstacle.position
         return replace(self.obstacle, position=(x, y, z + self.demand.lift))
 
@@ -111,7 +122,7 @@ class StrideRoute:
         return self.settings.margin + self.demand.foot + self.robot.foot_radius
 
     def waypoints(self, step: Step) -> FloatArray:
-        """Places of the foot on its way ``(n, 3)`` [m]."""
+        """Places of the foot during a step ``(n, 3)`` [m]."""
         start = step.feet[leg_index(step.leg)]
         if step.over:
             path = obstacle_path(
@@ -128,16 +139,16 @@ class StrideRoute:
 def make_route(
     robot: Quadruped, obstacle: Obstacle, settings: StrideSettings, demand: Demand
 ) -> StrideRoute:
-    """Footholds and postures of a demand.
+    """Footholds and postures of a walk that keeps a demand.
 
     Raises:
         StrideFault: a posture is impossible.
     """
     if stands_over(robot, obstacle, demand.gaps) < 0.0:
         raise StrideFault(
-            f"{robot.name} stands {robot.stance_size[0]:.4g} m long, and beside an obstacle "
-            f"{obstacle.width:.4g} m wide its feet need {demand.gaps.front_after:.3g} and "
-            f"{demand.gaps.hind_before:.3g} m between them and it",
+            f"the stance of {robot.name} is {robot.stance_size[0]:.4g} m long; to stand over an "
+            f"obstacle {obstacle.width:.4g} m wide its feet need gaps of "
+            f"{demand.gaps.front_after:.3g} m and {demand.gaps.hind_before:.3g} m beside it",
             cause="short",
         )
     layout = lay_out(robot, obstacle, demand.gaps, settings.approach, settings.leave)
@@ -153,28 +164,32 @@ def make_route(
             target = places[leg][cycle + 1]
             step = Step(leg, cycle, layout.strides_over(leg, cycle), feet.copy(), target, pose)
             steps.append(
-                step._replace(pose=_or_still(pose, _posture(route, step, len(steps)).pose))
+                step._replace(pose=_unless_same(pose, _posture(route, step, len(steps)).pose))
             )
             feet, pose = step.landed, steps[-1].pose
-    last = _settled(route, feet, pose)
+    last = _recovery_pose(route, feet, pose)
     return replace(route, steps=tuple(steps), end=last)
 
 
 def _square_pose(
     robot: Quadruped, obstacle: Obstacle, settings: StrideSettings, centre: float
 ) -> BodyPose:
-    """The body level above four square feet."""
+    """The pose of a level body above the middle of a square stance."""
     local = np.array([centre, 0.0, robot.foot_radius + settings.body_height])
     return BodyPose(obstacle.to_world(local), np.array([0.0, 0.0, obstacle.yaw]))
 
 
 def _posture(route: StrideRoute, step: Step, number: int) -> PostureSolution:
-    """The nearest posture from which a step is possible; the step's own pose is the one before."""
+    """The nearest posture from which a step is possible.
+
+    The step's own pose is the one before. Besides its target the foot must reach both ends of the
+    top of its path.
+    """
     settings, robot = route.settings, route.robot
     places = [step.target]
     if step.over:
         way = route.waypoints(step)
-        top = np.flatnonzero(way[:, 2] > way[:, 2].max() - 1e-6)
+        top = np.flatnonzero(way[:, 2] > way[:, 2].max() - SAME_HEIGHT)
         places += [way[top[0]], way[top[-1]]]
     problem = build_posture_problem(
         robot, dict(zip(LEGS, step.feet, strict=True)), step.pose, swing=step.leg, places=places,
@@ -191,8 +206,8 @@ def _posture(route: StrideRoute, step: Step, number: int) -> PostureSolution:
     return found
 
 
-def _settled(route: StrideRoute, feet: FloatArray, before: BodyPose) -> BodyPose:
-    """The recovery state: level above the last square of feet."""
+def _recovery_pose(route: StrideRoute, feet: FloatArray, before: BodyPose) -> BodyPose:
+    """The pose after the last step: level above the feet, or the pose before when that fails."""
     found = solve_posture(
         build_posture_problem(
             route.robot,
@@ -202,9 +217,9 @@ def _settled(route: StrideRoute, feet: FloatArray, before: BodyPose) -> BodyPose
             margin=route.demand.margin,
         )
     )
-    return _or_still(before, found.pose) if found.solved else before
+    return _unless_same(before, found.pose) if found.solved else before
 
 
-def _or_still(before: BodyPose, found: BodyPose) -> BodyPose:
-    """The pose before, when the one that was found is hardly another."""
-    return before if np.abs(found.numbers - before.numbers).max() < STILL else found
+def _unless_same(before: BodyPose, found: BodyPose) -> BodyPose:
+    """The pose that was found, or the one before when they are the same but for rounding."""
+    return before if np.abs(found.numbers - before.numbers).max() < SAME_POSE else found

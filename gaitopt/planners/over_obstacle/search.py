@@ -1,9 +1,9 @@
-"""The search for a walk that comes nowhere too near to an obstacle.
+"""The search for a walk of which no part comes too near to an obstacle.
 
-First guesses put the feet as near to the obstacle as the margin allows. Where a part of the robot
-would then come too near to it, that foot is set farther away, or the foot that flies goes higher;
-where the true centre of mass would leave the support, postures take a larger margin. All that is
-bounded: what does not come to rest after so many rounds is refused.
+The first round puts the feet as near to the obstacle as the margin allows. Where a part of the
+robot comes too near to the obstacle, the next round sets that part's foot farther away, or lets a
+flying foot go higher; where the true centre of mass has too little margin, postures get a larger
+one. The number of rounds is limited.
 """
 
 from __future__ import annotations
@@ -17,23 +17,29 @@ from gaitopt.planners.over_obstacle.clearance import Surroundings
 from gaitopt.planners.over_obstacle.layout import first_gaps
 from gaitopt.planners.over_obstacle.route import Demand, StrideRoute, make_route
 from gaitopt.robots.quadruped import Quadruped
-from gaitopt.robots.rotations import rpy_to_quaternion
-from gaitopt.robots.whole_body import feet_from_joints, joints_from_feet
+from gaitopt.robots.whole_body import configuration, feet_from_joints, joints_from_feet
 from gaitopt.stability.margins import static_stability_margin
 from gaitopt.terrain.obstacles import Obstacle
 
-ROOM = 0.015
-"""Room beyond the margin at first, in which a flown path may be laid farther out [m]."""
-RESERVE = 2e-3
-"""What the first look asks for on top of clearance, since it looks at few samples [m]."""
+GAP_RESERVE = 0.015
+"""By how much the first gaps exceed the margin [m], so that a path may be laid farther out."""
+CLEARANCE_RESERVE = 2e-3
+"""Additional clearance at the samples of the search [m], which are few."""
 MARGIN_RESERVE = 2e-6
-FARTHER = 1.3
-"""How much farther a foot is set away than its leg is too near, at first: a leg that leans more
-gains less."""
+"""Additional stability margin [m], so that timing and rounding do not break the one that is set."""
+GAIN = 1.3
+"""Factor on the missing clearance by which a foot is set away in the first round: a leg that is
+more inclined gains less clearance than its foot gains distance."""
+GAIN_GROWTH = 0.3
+"""By how much this factor grows from round to round."""
+LEAST_CHANGE = 1e-3
+"""Added to every change of a demand [m], so that rounds make progress."""
 BODY_RESERVE = 3e-3
 """Least margin of the true centre of mass at the samples [m]."""
 ROUNDS = 12
+"""Most rounds; chosen here."""
 MOVE_SAMPLES = 5
+"""Samples of each move of the body."""
 
 
 def find_route(
@@ -43,49 +49,49 @@ def find_route(
     around: Surroundings,
     demand: Demand | None = None,
 ) -> StrideRoute:
-    """A walk that comes nowhere too near to the obstacle, at the places that are looked at.
+    """A walk that keeps its clearance at all samples.
 
     Args:
         robot: the robot.
-        obstacle: what is in the way.
-        settings: what was asked.
+        obstacle: the obstacle.
+        settings: of the walk.
         around: the robot's shapes and the obstacle.
-        demand: to start with; the least one by default.
+        demand: of the first round; the least one by default.
 
     Raises:
-        StrideFault: there is none, or none was found within so many rounds.
+        StrideFault: a posture is impossible, or no walk was found within :data:`ROUNDS`.
     """
     wanted = demand or first_demand(robot, obstacle, settings)
     for k in range(ROUNDS):
         route = make_route(robot, obstacle, settings, wanted)
-        values, owners = looks(route)
-        wider = widened(route, around, values, FARTHER + 0.3 * k)
+        values, owners = sample(route)
+        wider = widened(route, around, values, GAIN + GAIN_GROWTH * k)
         if wider != wanted:
             wanted = wider
             continue
         short = BODY_RESERVE - body_margin(route, values, owners)
         if short <= 0.0:
             return route
-        wanted = wanted._replace(margin=wanted.margin + short + 1e-3)
+        wanted = wanted._replace(margin=wanted.margin + short + LEAST_CHANGE)
     raise StrideFault(
         f"footholds beside the obstacle were not found within {ROUNDS} rounds", cause="obstacle"
     )
 
 
 def first_demand(robot: Quadruped, obstacle: Obstacle, settings: StrideSettings) -> Demand:
-    """The least that can do: the feet at the margin, and the foot alone over the obstacle."""
+    """The least demand: feet at the margin, and paths over the obstacle without a lift for legs."""
     missing = settings.swing_height - obstacle.height - settings.margin
     return Demand(
-        first_gaps(settings, robot, ROOM), max(missing, 0.0),
+        first_gaps(settings, robot, GAP_RESERVE), max(missing, 0.0),
         settings.stability_margin + MARGIN_RESERVE,
     )  # fmt: skip
 
 
-def looks(route: StrideRoute) -> tuple[FloatArray, np.ndarray]:
-    """Path values ``(N, 6 + nj)`` at samples of all moves and swings, and each one's step ``(N,)``.
+def sample(route: StrideRoute) -> tuple[FloatArray, np.ndarray]:
+    """Path values ``(N, 6 + nj)`` at samples of all moves and swings, and their steps ``(N,)``.
 
-    Steps are counted from 0; samples of the body's move before a step are told apart by
-    ``-1 - step``.
+    A sample of a swing has the index of its step, from 0; a sample of the body's move before that
+    step has ``-1 - step``.
 
     Raises:
         StrideFault: a foot is out of reach somewhere.
@@ -119,24 +125,24 @@ def looks(route: StrideRoute) -> tuple[FloatArray, np.ndarray]:
 
 
 def widened(
-    route: StrideRoute, around: Surroundings, values: FloatArray, gain: float = FARTHER
+    route: StrideRoute, around: Surroundings, values: FloatArray, gain: float = GAIN
 ) -> Demand:
-    """The demand that gives more room to all legs that come too near; the same when none does.
+    """The demand with larger distances for all legs that come too near; the same when none does.
 
-    A foot that stands beside the obstacle is blamed for its leg, and set farther away; a foot
-    above it goes higher.
+    Where any part of a leg is too near, its foot is set farther away from the obstacle, or lifted
+    when it is above it.
 
     Args:
-        route: the walk as it is.
+        route: the walk.
         around: the robot's shapes and the obstacle.
-        values: of the path, to look at ``(N, 6 + nj)``.
-        gain: how much more room is given than is missing.
+        values: columns of a path at samples ``(N, 6 + nj)``.
+        gain: factor on the missing clearance.
 
     Raises:
-        StrideFault: it is the body, whose room is its height.
+        StrideFault: the body comes too near, which only another body height can change.
     """
     found = around.distances(values)
-    wanted = route.settings.clearance + RESERVE
+    wanted = route.settings.clearance + CLEARANCE_RESERVE
     demand = route.demand
     low, high = route.obstacle.extent
     for owner in sorted(set(around.owners)):
@@ -154,18 +160,18 @@ def widened(
         across = route.obstacle.to_local(feet)[:, 0]
         for side in (across <= low, across >= high, (across > low) & (across < high)):
             if side.any():
-                by = gain * float(wanted - mine[near][side].min()) + 1e-3
+                by = gain * float(wanted - mine[near][side].min()) + LEAST_CHANGE
                 demand = demand.widened(owner, float(across[side][0]), (low, high), by)
     return demand
 
 
 def body_margin(route: StrideRoute, values: FloatArray, owners: np.ndarray) -> float:
-    """Least margin of the true centre of mass at the samples [m]."""
+    """Least static margin of the true centre of mass at samples of :func:`sample` [m]."""
     import pinocchio as pin
 
     model = route.robot.model
     data = model.createData()
-    q = np.concatenate([values[:, :3], rpy_to_quaternion(values[:, 3:6]), values[:, 6:]], axis=1)
+    q = configuration(route.robot, values[:, :3], values[:, 3:6], values[:, 6:])
     centres = np.array([pin.centerOfMass(model, data, one).copy() for one in q])
     least = np.inf
     for k, step in enumerate(route.steps):
