@@ -53,6 +53,10 @@ class Pieces:
                 shifted[k] = shifted[k] + shift * shifted[k - 1]
         return Pieces(self.starts[owner] + place * step, step, np.array(shifted))
 
+    def chosen(self, which: np.ndarray) -> Pieces:
+        """Some of the pieces, by a mask or their numbers."""
+        return Pieces(self.starts[which], self.lengths[which], self.coefficients[:, which])
+
     def values(self) -> tuple[FloatArray, FloatArray]:
         """Values at the start and the end of every piece ``(P, n)``."""
         return self.at_ends(0)

@@ -66,7 +66,7 @@ def trace(plan: Plan) -> Motion:
     feet = [foot_chain(plan, leg) for leg in LEGS]
     centre = Chain((), (), float(np.linalg.norm(plan.robot.centre)))
     pieces = Pieces.of(plan.path)
-    phase, standing = _owners(plan, pieces)
+    phase, standing = owners(plan, pieces)
     aim = np.where(standing, STANDING_DEVIATION, FLYING_DEVIATION)
     counts = np.ceil(np.sqrt((_deviations(feet, pieces) / aim).max(axis=1))).astype(int)
     counts = np.clip(counts, 1, min(MOST_CUTS, max(MOST_PIECES // len(counts), 1)))
@@ -108,7 +108,7 @@ def configurations(values: FloatArray) -> FloatArray:
     return np.concatenate([values[:, :3], turn, values[:, 6:]], axis=1)
 
 
-def _owners(plan: Plan, pieces: Pieces) -> tuple[np.ndarray, BoolArray]:
+def owners(plan: Plan, pieces: Pieces) -> tuple[np.ndarray, BoolArray]:
     """Index of each piece's phase ``(P,)``, and which feet stand during it ``(P, 4)``."""
     middle = pieces.starts + pieces.lengths / 2.0
     if not plan.phases:

@@ -1,0 +1,223 @@
+"""The check of forces: contact forces and joint torques that make the motion, at every instant.
+
+At the samples forces are looked for by a linear program, and judged afresh. Between two samples
+they are taken to change linearly. Friction pyramids and least normal forces are convex, so they
+hold in between where they hold at both ends. The equations of motion then are off by at most an
+eighth of a bound on their second derivative times the squared time between samples. Forces that
+make up for this exist and are bounded; what they may use is taken off what the limits leave.
+Torques deviate from their chords likewise.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gaitopt.certificate.check import Check, column_name, judged, phase_name, unchecked
+from gaitopt.certificate.derivative_bounds import LinkBounds, product
+from gaitopt.certificate.enclosure import Pieces, acceleration_bound, chord_deviation
+from gaitopt.certificate.force_margins import Stance
+from gaitopt.certificate.force_samples import ForceSamples, chain_model, sample_forces
+from gaitopt.certificate.trace import foot_chain, owners
+from gaitopt.conventions import GRAVITY, LEGS, BoolArray, FloatArray
+from gaitopt.dynamics.contacts import ForceLimits
+from gaitopt.plan.plan import Plan
+
+NAME = "contact forces"
+JUMP = 1e-6
+"""Largest jump of a velocity at a knot that counts as rounding [m/s, rad/s]: otherwise it is a
+force without bound."""
+AIM = 1e-3
+"""Share of the weight that the bound between samples aims for: a twentieth of the usual reserve."""
+MOST_CUTS = 64
+"""Most parts that a piece is cut into; the bound falls with their square."""
+MOST_PIECES = 60_000
+"""Most pieces in all. Each takes about 0.3 ms."""
+UNBALANCED = 1e-3
+"""Share of the weight up to which a wrench that the standing feet cannot make counts as none: of
+two point feet the moment about their line, of feet in flight everything."""
+
+
+def contact_forces(plan: Plan, limits: ForceLimits) -> Check:
+    """Forces exist at every instant that keep the limits.
+
+    The worst value is the least that any limit leaves [N]: of a friction pyramid's side, of a
+    normal force over its least one, or of a joint's torque over the reach of a leg.
+    """
+    robot = plan.robot
+    if not robot.mass > 0.0:
+        return unchecked(NAME, "N", f"{robot.name} has no mass")
+    jumps = plan.path.jumps(1)
+    if jumps.size and not jumps.max() <= JUMP:
+        knot, column = np.unravel_index(int(jumps.argmax()), jumps.shape)
+        what = f"the velocity of {column_name(plan, int(column))} jumps by {jumps.max():.2g}"
+        return judged(NAME, float("-inf"), 0.0, "N", ">=", when=plan.path.times[knot + 1],
+                      where=what)  # fmt: skip
+    left, bound, where, starts, phases = _least_left(plan, limits)
+    worst = int(left.argmin())
+    return judged(
+        NAME, float(left[worst]), 0.0, "N", ">=", bound=float(bound[worst]), when=starts[worst],
+        where=f"{where[worst]}, {phase_name(plan, int(phases[worst]))}",
+    )  # fmt: skip
+
+
+def _least_left(
+    plan: Plan, limits: ForceLimits
+) -> tuple[FloatArray, FloatArray, list[str], FloatArray, np.ndarray]:
+    """Of every piece the least that a limit leaves, the bound in it, whose limit; start; phase."""
+    pieces = Pieces.of(plan.path)
+    counts = _cuts(plan, pieces)
+    pieces = pieces.cut(counts)
+    phase, standing = owners(plan, pieces)
+    ends = [sample_forces(plan.robot, *(pieces.at_ends(k)[end] for k in (0, 1, 2)))
+            for end in (0, 1)]  # fmt: skip
+    left, bound = np.empty(len(phase)), np.empty(len(phase))
+    where = [""] * len(phase)
+    for p in np.unique(phase):
+        mine = np.flatnonzero(phase == p)
+        judge = _PhaseJudge.of(plan, limits, pieces, mine, standing[mine[0]], ends)
+        each, taken, names = judge.left()
+        tightest = each.argmin(axis=1)
+        rows = np.arange(len(mine))
+        left[mine], bound[mine] = each[rows, tightest], taken[rows, tightest]
+        for i, column in zip(mine.tolist(), tightest.tolist(), strict=True):
+            where[i] = names[column]
+    return left, bound, where, pieces.starts, phase
+
+
+def _cuts(plan: Plan, pieces: Pieces) -> np.ndarray:
+    """How many parts each piece is cut into, so that the bound between samples is small."""
+    bounds = LinkBounds.of(chain_model(plan.robot), pieces)
+    links = range(1, bounds.model.njoints)
+    second = np.sum([bounds.inertial_force(j)[2] for j in links], axis=0)
+    aim = AIM * plan.robot.mass * GRAVITY
+    counts = np.ceil(np.sqrt(chord_deviation(second, pieces.lengths) / aim)).astype(int)
+    return np.asarray(np.clip(counts, 1, min(MOST_CUTS, max(MOST_PIECES // len(counts), 1))))
+
+
+@dataclass(frozen=True, eq=False)
+class _PhaseJudge:
+    """The pieces of one phase, with samples at both ends of each.
+
+    Attributes:
+        plan: the plan.
+        pieces: those of the phase.
+        stance: its standing feet.
+        ends: samples at the starts and the ends.
+        slip: how far each standing foot is from its contact point at most ``(P, k)`` [m].
+    """
+
+    plan: Plan
+    pieces: Pieces
+    stance: Stance
+    ends: tuple[ForceSamples, ForceSamples]
+    slip: FloatArray
+
+    @classmethod
+    def of(
+        cls, plan: Plan, limits: ForceLimits, pieces: Pieces, mine: np.ndarray,
+        standing: BoolArray, ends: list[ForceSamples],
+    ) -> _PhaseJudge:  # fmt: skip
+        """Those of the pieces ``mine``."""
+        pieces = pieces.chosen(mine)
+        both = (ends[0].chosen(mine), ends[1].chosen(mine))
+        feet = np.flatnonzero(standing)
+        places = np.stack([end.feet[:, feet] for end in both])
+        middle = (places.min(axis=(0, 1)) + places.max(axis=(0, 1))) / 2.0
+        rates, accelerations = pieces.largest(1), pieces.largest(2)
+        bulge = np.stack([
+            chord_deviation(acceleration_bound(foot_chain(plan, LEGS[i]), rates, accelerations),
+                            pieces.lengths) for i in feet
+        ], axis=1) if len(feet) else np.zeros((len(mine), 0))  # fmt: skip
+        slip = np.linalg.norm(places - middle, axis=3).max(axis=0) + bulge
+        points = middle - np.array([0.0, 0.0, plan.robot.foot_radius])
+        return cls(plan, pieces, Stance(plan.robot, limits, feet, points), both, slip)
+
+    def left(self) -> tuple[FloatArray, FloatArray, list[str]]:
+        """What each limit leaves on every piece, how much of it the bounds took, and its name."""
+        stance = self.stance
+        at_ends, forces, unbalanced = [], [], []
+        for end in self.ends:
+            force, torques, rest = self._forces(end)
+            forces.append(force)
+            unbalanced.append(rest)
+            at_ends.append(stance.left(force, torques))
+        taken, rest = self._taken(np.stack(forces))
+        over = UNBALANCED * stance.weight - np.maximum(*unbalanced) - rest
+        if stance.makes_any_wrench:
+            over = np.full_like(over, np.inf)
+        each = np.concatenate([np.minimum(*at_ends) - taken, over[:, None]], axis=1)
+        both = np.concatenate([taken, rest[:, None]], axis=1)
+        return each, both, [*stance.names, "a wrench that the standing feet cannot make"]
+
+    def _forces(self, end: ForceSamples) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Contact forces, joint torques, and what the feet cannot make as a force, at samples."""
+        stance = self.stance
+        moment = end.moment + np.cross(end.base - stance.centre, end.force)
+        wrench = np.concatenate([end.force, moment], axis=1)
+        jacobians = end.jacobians[:, stance.feet]
+        forces = stance.best_forces(wrench, end.torques, jacobians)
+        torques = end.torques - np.einsum("nkdj,nkd->nj", jacobians, forces)
+        rest = wrench - forces.reshape(len(forces), -1) @ stance.grasp.T
+        size = np.linalg.norm(rest[:, :3], axis=1) + np.linalg.norm(rest[:, 3:], axis=1) / (
+            stance.reach
+        )
+        return forces, torques, size
+
+    def _taken(self, forces: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """What the time between samples takes off each limit ``(P, r)``, and off the balance [N].
+
+        Args:
+            forces: at both ends ``(2, P, k, 3)`` [N].
+        """
+        stance, lengths = self.stance, self.pieces.lengths
+        bounds = LinkBounds.of(chain_model(self.plan.robot), self.pieces)
+        off = np.linalg.norm(self.ends[0].base - stance.centre, axis=1)
+        base = bounds.base.copy()
+        base[0] += off
+        model, links = bounds.model, range(1, bounds.model.njoints)
+        force = chord_deviation(np.sum([bounds.inertial_force(j)[2] for j in links], 0), lengths)
+        moments = [
+            bounds.inertial_moment(j, base + bounds.lever(j, 1, model.inertias[j].lever))[2]
+            for j in links
+        ]
+        moment = chord_deviation(np.sum(moments, axis=0), lengths)
+        sizes = np.linalg.norm(forces, axis=3).max(axis=0)
+        moment = moment + (sizes * self.slip).sum(axis=1)
+        more = stance.correction(force, moment)
+        torques = self._torque_deviations(bounds, forces, more) / stance.reach
+        sides = len(stance.friction_rows)
+        unbalanced = force + moment / stance.reach if len(stance.feet) < 3 else np.zeros_like(force)
+        return np.concatenate([np.repeat(more, sides, axis=1), more, torques], axis=1), unbalanced
+
+    def _torque_deviations(
+        self, bounds: LinkBounds, forces: FloatArray, more: FloatArray
+    ) -> FloatArray:
+        """How far each joint's torque leaves its chord ``(P, nj)`` [N m].
+
+        With forces that may be ``more (P, k)`` than those that change linearly [N].
+        """
+        robot, lengths, model = self.plan.robot, self.pieces.lengths, bounds.model
+        out = np.zeros((len(lengths), len(robot.joint_names)))
+        for column, name in enumerate(robot.joint_names):
+            joint = model.getJointId(name)
+            moment = np.sum([
+                bounds.inertial_moment(i, bounds.lever(i, joint, model.inertias[i].lever))
+                for i in bounds.carried(joint)
+            ], axis=0)  # fmt: skip
+            extra = np.zeros_like(lengths)
+            for k, foot in enumerate(self.stance.feet.tolist()):
+                if name not in robot.legs[LEGS[foot]].joints:
+                    continue
+                frame = model.frames[model.getFrameId(robot.legs[LEGS[foot]].foot)]
+                arm = bounds.lever(frame.parentJoint, joint, frame.placement.translation)
+                arm[0] += robot.foot_radius
+                size = np.linalg.norm(forces[:, :, k], axis=2).max(axis=0)
+                slope = np.linalg.norm(forces[1, :, k] - forces[0, :, k], axis=1) / lengths
+                series = np.stack([size, slope, np.zeros_like(size)])
+                moment = moment + product(arm, series)
+                extra += arm[0] * more[:, k]
+            axis = bounds.rotations[joint]
+            out[:, column] = chord_deviation(product(axis, moment)[2], lengths) + extra
+        return out

@@ -1,0 +1,177 @@
+"""The check of forces: bounds that hold, forces that exist, and planted faults that are found."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from numpy.typing import NDArray
+
+import gaitopt
+from gaitopt import Plan, Quadruped
+from gaitopt.certificate.check import Verdict
+from gaitopt.certificate.derivative_bounds import LinkBounds
+from gaitopt.certificate.enclosure import Pieces
+from gaitopt.certificate.force_samples import chain_model, sample_forces
+from gaitopt.certificate.forces import contact_forces
+from gaitopt.dynamics.contacts import ForceLimits
+from gaitopt.dynamics.whole_body import equations_of_motion, motion_of_path
+from gaitopt.motion.path import MotionPath
+from gaitopt.robots.rotations import rpy_to_matrix
+
+Array = NDArray[np.float64]
+LIMITS = ForceLimits()
+
+
+@pytest.fixture(scope="module")
+def slow(wang: Quadruped) -> Plan:
+    """A walk with gentle accelerations: static forces make almost all of it."""
+    footholds = gaitopt.s_columns(0, columns=2)
+    return gaitopt.plan_crawl(
+        wang, footholds, objective="time", free="route", acceleration_limit=2.0
+    )
+
+
+def random_piece(robot: Quadruped, length: float = 0.2, degree: int = 5) -> Pieces:
+    """One piece of a random motion."""
+    rng = np.random.default_rng(4)
+    size = 6 + len(robot.joint_names)
+    scale = np.array([3.0**k for k in range(degree, -1, -1)])[:, None, None]
+    coefficients = 0.1 * rng.normal(size=(degree + 1, 1, size)) * scale
+    return Pieces(np.zeros(1), np.array([length]), coefficients)
+
+
+def along(pieces: Pieces, times: Array, derivative: int = 0) -> Array:
+    path = MotionPath(np.array([0.0, pieces.lengths[0]]), pieces.coefficients)
+    return path.evaluate(times, derivative)
+
+
+@pytest.mark.parametrize("name", ["wang2020", "a1", "anymal_c"])
+def test_no_link_moves_by_more_than_its_bounds(name: str) -> None:
+    """Second derivatives of every link's inertial force, by differences, stay below the bound."""
+    robot = gaitopt.load_robot(name)
+    pieces, model = random_piece(robot), chain_model(robot)
+    bounds, data, h = LinkBounds.of(model, pieces), model.createData(), 1e-3
+    times = np.linspace(h, pieces.lengths[0] - h, 25)
+    order = [0, 1, 2, 5, 4, 3, *range(6, model.nv)]
+
+    def force(t: Array) -> Array:
+        """Inertial force of every link ``(N, njoints, 3)``."""
+        out = np.zeros((len(t), model.njoints, 3))
+        rows = [along(pieces, t, k)[:, order] for k in (0, 1, 2)]
+        for i, (q, v, a) in enumerate(zip(*rows, strict=True)):
+            pin.forwardKinematics(model, data, q, v, a)
+            for j in range(1, model.njoints):
+                # The classical acceleration of the link's centre of mass.
+                lever, turn = model.inertias[j].lever, data.oMi[j].rotation
+                spin, twist = data.v[j].angular, data.a[j]
+                linear = twist.linear + np.cross(twist.angular, lever)
+                linear += np.cross(spin, data.v[j].linear + np.cross(spin, lever))
+                out[i, j] = model.inertias[j].mass * (turn @ linear + [0.0, 0.0, 9.81])
+        return out
+
+    second = (force(times + h) - 2.0 * force(times) + force(times - h)) / h**2
+    seen = np.linalg.norm(second, axis=2).max(axis=0)
+    for j in range(1, model.njoints):
+        assert seen[j] <= bounds.inertial_force(j)[2, 0] * (1.0 + 1e-3) + 1e-3
+    # Nor are the bounds empty words: some link comes within a factor of fifty.
+    limit = np.array([bounds.inertial_force(j)[2, 0] for j in range(1, model.njoints)])
+    assert (seen[1:] / limit).max() > 0.02
+
+
+@pytest.mark.parametrize("name", ["wang2020-fast", "a1", "anymal_c"])
+def test_samples_are_the_robot_s_own_dynamics(name: str) -> None:
+    """The other model's torques and wrench are those of a free-flying base."""
+    robot = gaitopt.load_robot(name)
+    plan = gaitopt.plan_gait(
+        robot, gaitopt.trot(0.5), velocity=(0.1, 0.05), yaw_rate=0.3, duration=0.3
+    )
+    times = np.linspace(0.1, plan.duration - 0.1, 7)
+    rows = [plan.path.evaluate(times, k) for k in (0, 1, 2)]
+    found = sample_forces(robot, *rows)
+    whole = equations_of_motion(robot, motion_of_path(robot, *rows)).forces
+    turn = rpy_to_matrix(rows[0][:, 3:6])
+    assert np.einsum("nij,nj->ni", turn, whole[:, :3]) == pytest.approx(found.force, abs=1e-9)
+    assert np.einsum("nij,nj->ni", turn, whole[:, 3:6]) == pytest.approx(found.moment, abs=1e-9)
+    assert whole[:, 6:] == pytest.approx(found.torques, abs=1e-9)
+    assert found.feet == pytest.approx(plan.at(times).feet, abs=1e-9)
+
+
+def test_a_gentle_walk_has_forces_at_every_instant(slow: Plan) -> None:
+    check = contact_forces(slow, LIMITS)
+    assert check.status is Verdict.OK and 0.0 < check.worst < 0.1 * slow.robot.mass * 9.81
+
+
+def test_a_polyline_in_joint_space_has_none(short_plan: Plan) -> None:
+    check = contact_forces(short_plan, LIMITS)
+    assert check.status is Verdict.VIOLATED and "jumps by" in check.where
+
+
+def test_a_little_less_friction_than_is_needed_is_found(slow: Plan) -> None:
+    """What is left at the ends of a bisection differs by one per cent of friction."""
+    low, high = 1e-3, LIMITS.friction
+    while high > 1.01 * low:
+        middle = np.sqrt(low * high)
+        good = contact_forces(slow, replace(LIMITS, friction=middle)).status is Verdict.OK
+        low, high = (low, middle) if good else (middle, high)
+    check = contact_forces(slow, replace(LIMITS, friction=low))
+    assert check.status is Verdict.VIOLATED and check.where.startswith("friction")
+
+
+def test_one_per_cent_less_torque_than_is_needed_is_found(slow: Plan) -> None:
+    low, high = 1e-3, LIMITS.torque_share
+    while high > 1.01 * low:
+        middle = np.sqrt(low * high)
+        good = contact_forces(slow, replace(LIMITS, torque_share=middle)).status is Verdict.OK
+        low, high = (low, middle) if good else (middle, high)
+    check = contact_forces(slow, replace(LIMITS, torque_share=low))
+    # Forces that spare the torques may be held back by friction as much.
+    assert check.status is Verdict.VIOLATED and check.where.startswith(("torque", "friction"))
+
+
+def test_a_reserve_that_no_foot_can_keep_is_found(slow: Plan) -> None:
+    check = contact_forces(slow, replace(LIMITS, reserve=0.3))
+    assert check.status is Verdict.VIOLATED and check.where.startswith("normal force")
+
+
+def test_a_jerk_of_five_milliseconds_between_samples_is_found(slow: Plan) -> None:
+    """A joint shakes by a tenth of a millimetre's worth of angle: none of the knots show it."""
+    path, length = slow.path, 5e-3
+    piece = int(np.argmax(np.diff(path.times)))
+    start = path.times[piece] + 0.3 * (path.times[piece + 1] - path.times[piece])
+    joint = 6 + slow.robot.leg_columns["LF"][2]
+    check = contact_forces(replace(slow, path=shaken(path, start, length, joint, 1e-3)), LIMITS)
+    assert check.status is Verdict.VIOLATED
+    assert start - 1e-2 <= check.when <= start + length + 1e-2
+
+
+def shaken(path: MotionPath, start: float, length: float, column: int, size: float) -> MotionPath:
+    """The path with a smooth bump of one column, ``size`` high, that lasts for ``length``."""
+    from numpy.polynomial import polynomial as P
+
+    edges = np.unique(np.concatenate([path.times, [start, start + length]]))
+    degree = max(path.degree, 6)
+    out = np.zeros((degree + 1, len(edges) - 1, path.coefficients.shape[2]))
+    for i, t in enumerate(edges[:-1]):
+        k = int(path.segment(t + 1e-12))
+        for c in range(out.shape[2]):
+            powers = path.coefficients[::-1, k, c]
+            moved = np.zeros(1)
+            for power in powers[::-1]:
+                moved = P.polyadd(P.polymul(moved, [t - path.times[k], 1.0]), [power])
+            if c == column and start - 1e-12 <= t < start + length - 1e-12:
+                share = [0.0, 1.0 / length]
+                bump = P.polymul(P.polypow(share, 3), P.polypow([1.0, -1.0 / length], 3))
+                moved = P.polyadd(moved, 64.0 * size * bump)
+            out[degree - len(moved) + 1 :, i, c] = moved[::-1]
+    return MotionPath(edges, out)
+
+
+def test_a_robot_without_mass_is_not_judged(slow: Plan) -> None:
+    weightless = gaitopt.Quadruped.from_urdf(
+        slow.robot.urdf.replace('mass value="', 'mass value="0.0" was="'), "weightless"
+    )
+    check = contact_forces(replace(slow, robot=weightless), LIMITS)
+    assert check.status is Verdict.UNCHECKED and "no mass" in check.note
