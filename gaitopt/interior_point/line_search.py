@@ -28,15 +28,17 @@ paper, where IPOPT's option is 1e-8."""
 _SUFFICIENT_PROGRESS = 1e-5
 """Share of the violation by which it, or the barrier function, must fall [gamma_theta, gamma_phi];
 both as in the paper, where IPOPT's option gamma_phi is 1e-8."""
-_SLOPE_EXPONENT, _VIOLATION_EXPONENT = 2.3, 1.1
-"""Where the promised fall to the first power is larger than the violation to the second one, the
-barrier function must fall [s_phi, s_theta]. Here the fall is that of the whole step, so the first
-power is taken of the step's length, too; in the paper it is not."""
+_FALL_EXPONENT, _VIOLATION_EXPONENT = 2.3, 1.1
+"""Exponents of the switching condition [s_phi, s_theta]: the barrier function must fall where
+``fall ** s_phi > violation ** s_theta``. In the paper the step's length stands outside the power;
+here ``fall`` is what the slope promises over the step, its length included."""
 _MULTIPLIER_RANGE = 1e10
-"""Factor by which a multiplier may differ from mu over its slack [kappa_sigma]."""
+"""Factor by which a multiplier may differ from mu over its slack [kappa_sigma]; as in the paper
+and in IPOPT."""
 _ROUNDING = 1e-10
 """Differences of the barrier function that are no more than this share of it count as rounding.
-IPOPT takes ten times the machine's precision; ours adds up logarithms of 10^5 slacks."""
+IPOPT takes ten times the machine's precision. Here the logarithms of up to 10^5 slacks are added
+up; walks of 16 steps are the same with 1e-15."""
 _MOST_HALVINGS = 40
 """Halvings before the search gives up: a step of 1e-12 of the whole changes nothing any more."""
 _LONG_STEP, _SHORT_STEP = 0.5, 0.1
@@ -63,7 +65,7 @@ class _Trial(NamedTuple):
     violation: float
 
 
-class _Search(NamedTuple):
+class _Reference(NamedTuple):
     """What trial points are compared with.
 
     Attributes:
@@ -80,7 +82,7 @@ class _Search(NamedTuple):
         if not self.slope < 0.0:
             return False
         fall = -self.slope * length
-        return bool(fall**_SLOPE_EXPONENT > self.violation**_VIOLATION_EXPONENT)
+        return bool(fall**_FALL_EXPONENT > self.violation**_VIOLATION_EXPONENT)
 
     def accepts(self, iterate: Iterate, trial: _Trial | None, length: float) -> bool:
         """Whether a trial point is good enough."""
@@ -116,28 +118,28 @@ def advance(problem: Problem, iterate: Iterate, newton: NewtonSystem, residual: 
     step = newton.step(residual)
     if step is None:
         return False
-    search = _search(problem, iterate, step, residual)
+    reference = _reference(problem, iterate, step, residual)
     length = _longest(problem, iterate, step)
     for attempt in range(_MOST_HALVINGS):
         trial = _trial(problem, iterate, step, length)
-        accepted = search.accepts(iterate, trial, length)
+        accepted = reference.accepts(iterate, trial, length)
         if trial is not None and not accepted and attempt == 0:
             corrected = _second_order_correction(problem, iterate, newton, residual, step, length)
-            if corrected is not None and search.accepts(iterate, corrected[1], length):
+            if corrected is not None and reference.accepts(iterate, corrected[1], length):
                 step, trial, accepted = *corrected, True
         if trial is not None and accepted:
-            _take(iterate, search, step, trial, length)
+            _take(iterate, reference, step, trial, length)
             return True
         length *= 0.5
     return False
 
 
-def _search(problem: Problem, iterate: Iterate, step: Step, residual: FloatArray) -> _Search:
+def _reference(problem: Problem, iterate: Iterate, step: Step, residual: FloatArray) -> _Reference:
     """The merit of the iterate, and its derivative along the step."""
     slope = float(objective_gradient(problem, iterate.x) @ step.x)
     slope -= iterate.barrier * float((step.slack / iterate.slack).sum())
     here = _barrier_function(problem, iterate.barrier, iterate.x, iterate.slack)
-    return _Search(here, float(np.abs(residual).sum()), slope)
+    return _Reference(here, float(np.abs(residual).sum()), slope)
 
 
 def _longest(problem: Problem, iterate: Iterate, step: Step) -> float:
@@ -183,12 +185,14 @@ def _second_order_correction(
     return None if trial is None else (corrected, trial)
 
 
-def _take(iterate: Iterate, search: _Search, step: Step, trial: _Trial, length: float) -> None:
+def _take(
+    iterate: Iterate, reference: _Reference, step: Step, trial: _Trial, length: float
+) -> None:
     """Move the iterate to a trial point, and remember what was seen on the way."""
-    if not search.must_decrease(length):
-        lost = _SUFFICIENT_PROGRESS * search.violation
+    if not reference.must_decrease(length):
+        lost = _SUFFICIENT_PROGRESS * reference.violation
         iterate.filter.append(
-            (search.barrier_function - lost, (1.0 - _SUFFICIENT_PROGRESS) * search.violation)
+            (reference.barrier_function - lost, (1.0 - _SUFFICIENT_PROGRESS) * reference.violation)
         )
     share = _fraction_to_boundary(iterate.multipliers, step.multipliers)
     multipliers = iterate.multipliers + share * step.multipliers

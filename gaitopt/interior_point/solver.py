@@ -26,16 +26,18 @@ from gaitopt.interior_point.problem import Linearisation, Problem, objective, ob
 from gaitopt.interior_point.status import Status
 
 ITERATION_LIMIT = 300
-"""Most Newton steps, by default: routes of 512 steps take fewer than 100. IPOPT allows 3000."""
+"""Most Newton steps, by default. Walks of 512 steps took at most 76 where joint accelerations are
+free, and of 12 steps up to 300 where they are limited and joints fast. IPOPT allows 3000."""
 VIOLATION = 1e-6
 """Most that a solution may violate an inequality that cannot be restored, in its own unit (for
 routes: a micrometre or a microradian)."""
 _LEAST_SLACK = 1e-3
-"""Slacks begin with at least this much, as far as a millimetre or a milliradian from their bound
-(IPOPT: ``bound_push``, 1e-2)."""
+"""Slacks begin with at least this much (IPOPT: ``bound_push``, 1e-2). Six walks of 16 steps with
+acceleration limits took 624 iterations with 1e-3, 845 with 1e-2, and 706 with 1e-4."""
 _MULTIPLIER_START = 100.0
-"""Factor by which multipliers that are given may differ at first from mu over their slack: so far
-from the central path Newton's method still comes back in a few steps."""
+"""Factor by which multipliers that are given may differ at first from mu over their slack. Three
+walks of 16 steps, row ``dynamic``, took 298 iterations with it, 295 with 1e6, and 374 with 1, by
+which such multipliers are ignored."""
 _VIOLATION_GROWTH = 10.0
 """The violation may grow to so many times that of the start, or to 1 (IPOPT: ``theta_max_fact``,
 1e4: ours starts near to feasible)."""
@@ -148,7 +150,9 @@ def minimise(
         multipliers: those of a similar problem, to begin with ``(m,)``.
         reduce_curvature: where the inequalities' curvature makes the Newton matrix indefinite, take
             less of it (down to none: sequential linear programming), rather than damp the step.
-            That is better where many inequalities are strongly curved.
+            That is better where many inequalities are strongly curved: of nine walks in the row
+            ``dynamic`` on wang2020-fast, anymal_c and a1 six were found so, and none with damping.
+            On wang2020 it saves 7 % of the iterations.
 
     Returns:
         The solution; its status tells whether it is one.

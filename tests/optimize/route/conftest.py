@@ -1,15 +1,23 @@
-"""Random poses of a walk, for the tests of the route's kinematics."""
+"""Random poses, and small problems of time-optimal walks."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+import gaitopt
 from gaitopt import Quadruped
 from gaitopt.optimize.route.legs import FOOT
+from gaitopt.optimize.route.problem import RouteProblem
+from gaitopt.plan.settings.freedoms import VARIANTS
+from gaitopt.plan.settings.time_optimal import RouteSettings
+from gaitopt.planners.time_optimal.build import build_route
+from gaitopt.planners.time_optimal.walk import prepare_route
 
 Array = NDArray[np.float64]
 
@@ -38,3 +46,17 @@ def poses_near_standing(
 def random_poses() -> Callable[..., tuple[Array, Array, Array]]:
     """:func:`poses_near_standing`."""
     return poses_near_standing
+
+
+def small_walk(robot: Quadruped, variant: str, steps: int = 4, **settings: Any) -> RouteProblem:
+    """The problem of the first ``steps`` of a random terrain, with all joint position limits."""
+    chosen = RouteSettings(free=VARIANTS[variant], **settings)
+    route = prepare_route(robot, gaitopt.s_columns(2, columns=3), chosen)
+    _, problem = build_route(route.window(0, steps))
+    return replace(problem, used_limits=np.ones((2, 12), dtype=np.bool_))
+
+
+@pytest.fixture(scope="session")
+def small_problem() -> Callable[..., RouteProblem]:
+    """:func:`small_walk`."""
+    return small_walk

@@ -1,4 +1,4 @@
-"""The banded interior-point method, judged by dense algebra and by IPOPT."""
+"""Problems of time-optimal walks, judged by differences, by dense matrices, and by IPOPT."""
 
 from __future__ import annotations
 
@@ -10,29 +10,14 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-import gaitopt
 from gaitopt import LEGS, Quadruped
 from gaitopt.interior_point.solver import minimise
 from gaitopt.interior_point.status import Status
 from gaitopt.optimize.route.dynamic_layout import Entry, ZmpRows
 from gaitopt.optimize.route.dynamic_problem import DynamicRouteProblem
 from gaitopt.optimize.route.problem import RouteProblem
-from gaitopt.plan.settings.freedoms import VARIANTS
-from gaitopt.plan.settings.time_optimal import RouteSettings
-from gaitopt.planners.time_optimal.build import build_route
-from gaitopt.planners.time_optimal.walk import prepare_route
 
 Array = NDArray[np.float64]
-
-
-def small_problem(robot: Quadruped, row: str, steps: int = 4, **settings: Any) -> RouteProblem:
-    """The first ``steps`` of a random terrain."""
-    chosen = RouteSettings(free=VARIANTS[row], **settings)
-    route = prepare_route(robot, gaitopt.s_columns(2, columns=3), chosen)
-    # With all position limits, not only those that are near.
-    return replace(
-        build_route(route.window(0, steps))[1], used_limits=np.ones((2, 12), dtype=np.bool_)
-    )
 
 
 def with_accelerations(problem: RouteProblem, moving: bool = False) -> DynamicRouteProblem:
@@ -51,15 +36,14 @@ def with_accelerations(problem: RouteProblem, moving: bool = False) -> DynamicRo
 
 
 @pytest.mark.parametrize("com", ["body", "model"])
-@pytest.mark.parametrize("unit", [1.0, 0.3])
 @pytest.mark.parametrize("kind", ["fast", "smooth", "moving"])
-@pytest.mark.parametrize("row", ["route", "overlap", "swing", "height", "posture"])
+@pytest.mark.parametrize("variant", ["route", "overlap", "swing", "height", "posture"])
 def test_derivatives_are_those_of_differences(
-    wang: Quadruped, row: str, kind: str, unit: float, com: str
+    wang: Quadruped, small_problem: Any, variant: str, kind: str, com: str
 ) -> None:
     """Jacobian, its transpose, and the banded matrix, column by column."""
-    problem = small_problem(wang, row, 2, swing_knots=5, stance_knots=2, com=com)
-    problem = replace(problem, time_unit=unit)
+    problem = small_problem(wang, variant, 2, swing_knots=5, stance_knots=2, com=com)
+    problem = replace(problem, time_unit=0.3)
     problem = problem if kind == "fast" else with_accelerations(problem, kind == "moving")
     rng = np.random.default_rng(0)
     x = problem.first_guess()
@@ -79,13 +63,13 @@ def test_derivatives_are_those_of_differences(
     bands = here.newton_matrix(weights, np.zeros(m))
     exact = np.array([here.jacobian_times(e) for e in np.eye(n)]).T
     assert dense(bands) == pytest.approx(exact.T @ (weights[:, None] * exact), abs=1e-9)
-    bowed = dense(here.newton_matrix(np.zeros(m), weights))
+    curved = dense(here.newton_matrix(np.zeros(m), weights))
     for i in rng.choice(n, 12, replace=False):
         ends = [
             problem.linearise(x + s * step * np.eye(n)[i]).jacobian_transpose_times(weights)
             for s in (1, -1)
         ]
-        assert -bowed[i] == pytest.approx((ends[0] - ends[1]) / (2 * step), abs=1e-5)
+        assert -curved[i] == pytest.approx((ends[0] - ends[1]) / (2 * step), abs=1e-5)
 
 
 def dense(bands: Array) -> Array:
@@ -98,10 +82,10 @@ def dense(bands: Array) -> Array:
     return out
 
 
-@pytest.mark.parametrize("row", ["swing", "height"])
-def test_the_optimum_is_ipopt_s(wang: Quadruped, row: str) -> None:
+@pytest.mark.parametrize("variant", ["swing", "height"])
+def test_the_optimum_is_ipopt_s(wang: Quadruped, small_problem: Any, variant: str) -> None:
     """An independent model in CasADi, from which IPOPT can gain nothing more."""
-    problem = small_problem(wang, row)
+    problem = small_problem(wang, variant)
     ours = minimise(problem, problem.first_guess(), tolerance=1e-5)
     assert ours.solved
     assert ours.violation() <= 1e-6
@@ -145,14 +129,14 @@ def ipopt_optimum(robot: Quadruped, problem: RouteProblem, start: Array) -> floa
     return float(found["f"])
 
 
-def test_a_stuck_solver_says_so(wang: Quadruped) -> None:
+def test_the_iteration_limit_is_reported(wang: Quadruped, small_problem: Any) -> None:
     problem = small_problem(wang, "swing")
     solution = minimise(problem, problem.first_guess(), iteration_limit=3)
     assert solution.status is Status.ITERATION_LIMIT
     assert solution.iterations == 3
 
 
-def test_residuals_are_those_of_the_answer(wang: Quadruped) -> None:
+def test_residuals_are_those_of_the_answer(wang: Quadruped, small_problem: Any) -> None:
     """Worked out here by hand from the solution's unknowns and multipliers."""
     problem = small_problem(wang, "swing")
     solution = minimise(problem, problem.first_guess())
