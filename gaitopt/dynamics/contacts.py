@@ -86,6 +86,11 @@ class ForceLimits:
             touches it with its edges, so it keeps :attr:`friction_share` of the friction in the
             worst direction: 71 % with 4 sides, 92 % with 8.
         torque_line: how the torque falls with the speed of a joint; not at all when ``None``.
+        balance_tolerance: what may be left of the six equations of the base, as a share of the
+            weight and of the weight times half the stance. On three feet or more only rounding
+            is. Two point feet make no moment about the line that joins them, so a motion on two
+            feet must not ask for any: 1e-3 would allow the ZMP to be 1/1000 of half the stance
+            beside that line.
 
     Raises:
         InputError: a number is outside its range.
@@ -97,6 +102,7 @@ class ForceLimits:
     torque_share: float = 0.9
     sides: int = 4
     torque_line: TorqueLine | None = None
+    balance_tolerance: float = 1e-6
 
     def __post_init__(self) -> None:
         check_number("friction", self.friction, 0.001, 10.0)
@@ -106,6 +112,8 @@ class ForceLimits:
             check_number("reserve_on_four", self.reserve_on_four, 0.0, 0.25)
         check_number("torque_share", self.torque_share, 0.001, 1.0)
         check_count("sides", self.sides, 3, MOST_SIDES)
+        # Rounding alone leaves 1e-13; a tenth of half the stance is no longer a small error.
+        check_number("balance_tolerance", self.balance_tolerance, 1e-12, 0.1)
         if self.torque_line is not None and not isinstance(self.torque_line, TorqueLine):
             raise InputError(f"torque_line must be a TorqueLine or None, got {self.torque_line!r}")
 

@@ -1,0 +1,310 @@
+"""Contact forces for a motion: smoothest, with least torque, or with the largest reserve.
+
+The motion fixes what the ground must do as a whole, the six equations of the base. On three feet or
+more many forces do that. Those that are chosen keep to friction pyramids, least normal forces and
+torque limits, and minimise an objective: small quadratic or linear programs, one a sample, of at
+most seven unknowns. Where the limits contradict each other, the forces exceed them as little as
+possible, so that one sees which limit is in the way.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from gaitopt.conventions import BoolArray, FloatArray, TextEnum
+from gaitopt.dynamics.contact_forces import ContactForces, judged
+from gaitopt.dynamics.contacts import ForceLimits, torque_bounds
+from gaitopt.dynamics.force_space import (
+    ForceProblem,
+    ForceRows,
+    ForceSpace,
+    force_rows,
+    force_spaces,
+)
+from gaitopt.dynamics.small_programs import (
+    NO_BOUND,
+    ROW_TOLERANCE,
+    solve_linear,
+    solve_quadratic,
+)
+from gaitopt.dynamics.whole_body import Motion, equations_of_motion
+from gaitopt.errors import InputError, SolverError
+from gaitopt.inputs import check_numbers
+from gaitopt.robots.quadruped import Quadruped
+
+FORCE_WEIGHT: Final = 1e-4
+"""Weight of the squared forces, in units of the weight, against the squared shares of the torques.
+It makes forces of least torque unique also where a straight leg carries any force without torque,
+and raises the sum of the squared shares by 1e-4 at most."""
+
+HELD: Final = 1e-4
+"""Multiplier from which on a limit counts as being in the way: a limit with a smaller one could be
+lifted, and what is exceeded would shrink by less than 1e-4 of the weight, or of a torque limit, for
+each of these units by which it is lifted."""
+
+
+class ForceObjective(TextEnum):
+    """Which of all possible forces are chosen."""
+
+    SMOOTHEST = "smoothest"
+    """The forces of least norm. They are unique and, while the same feet stand, continuous in
+    time, and they load all feet alike as far as the motion allows."""
+    LEAST_TORQUE = "least torque"
+    """Least sum of the squared torques, as shares of their limits. Joints without a known limit do
+    not count."""
+    LARGEST_RESERVE = "largest reserve"
+    """Largest normal force on the foot that presses least."""
+
+
+def build_force_problem(
+    robot: Quadruped,
+    motion: Motion,
+    standing: ArrayLike,
+    limits: ForceLimits | None = None,
+    *,
+    normals: ArrayLike = (0.0, 0.0, 1.0),
+    times: ArrayLike | None = None,
+) -> ForceProblem:
+    """The contact forces that are looked for, at every sample of a motion.
+
+    Args:
+        robot: the robot.
+        motion: in Pinocchio's vectors, ``N`` samples.
+        standing: which feet stand, as truth values ``(N, 4)``, legs in the order of
+            :data:`gaitopt.LEGS`.
+        limits: what is asked of forces and torques.
+        normals: of the ground below the feet, of any length, broadcast to ``(N, 4, 3)``.
+        times: of the samples ``(N,)`` [s], for the report; 0, 1, 2, ... by default.
+
+    Raises:
+        InputError: shapes do not fit, a number is not finite, or a normal has no direction.
+    """
+    equations = equations_of_motion(robot, motion, normals)
+    count = len(equations)
+    flags = np.array(standing)
+    if flags.dtype != np.bool_ or flags.shape != (count, 4):
+        raise InputError(
+            f"standing must be truth values ({count}, 4), got {flags.dtype} {flags.shape}"
+        )
+    asked = limits or ForceLimits()
+    low, high = torque_bounds(robot, asked, np.asarray(motion.v)[:, 6:])
+    moments = check_numbers("times", np.arange(count) if times is None else times, -1e12, 1e12, "s")
+    if moments.shape != (count,):
+        raise InputError(f"times must be ({count},), got {moments.shape}")
+    return ForceProblem(
+        robot=robot,
+        equations=equations,
+        standing=flags,
+        limits=asked,
+        torque_low=low,
+        torque_high=high,
+        times=np.array(moments),
+        weight=robot.mass * float(np.linalg.norm(robot.model.gravity.linear)),
+        length=robot.stance_size[0] / 2.0,
+    )
+
+
+def solve_forces(
+    problem: ForceProblem, objective: ForceObjective | str = ForceObjective.SMOOTHEST
+) -> ContactForces:
+    """Contact forces that make the motion and keep all limits, as far as there are any.
+
+    Args:
+        problem: from :func:`build_force_problem`.
+        objective: which of all forces.
+
+    Returns:
+        Forces, torques and residuals. Instants without forces are no error: their status says
+        which limit is in the way.
+
+    Raises:
+        InputError: the objective is unknown.
+        SolverError: no solver found forces for a sample, feasible or not.
+    """
+    solve = _SOLVERS[_objective(objective)]
+    forces = np.zeros((len(problem), 4, 3))
+    conflicts = np.zeros((len(problem), 8 + len(problem.robot.joint_names)), dtype=np.bool_)
+    for space in force_spaces(problem):
+        count, _, size = space.directions.shape
+        found = _Coordinates(np.zeros((count, size)))
+        # Where the forces are unique there is nothing to choose.
+        if size:
+            rows = force_rows(problem, space)
+            found = solve(problem, space, rows)
+            for i, multipliers in found.conflicts:
+                held = rows.constraints[np.abs(multipliers[: len(rows.normal)]) > HELD]
+                conflicts[space.samples[i], rows.columns[held]] = True
+        forces[np.ix_(space.samples, space.feet)] = problem.weight * space.forces(found.z)
+    return judged(problem, forces, conflicts)
+
+
+class _Coordinates(NamedTuple):
+    """Coordinates ``z (n, d)`` of the forces of a group.
+
+    ``conflicts`` are the samples whose limits contradict each other, with multipliers of their
+    rows that prove it.
+    """
+
+    z: FloatArray
+    conflicts: Sequence[tuple[int, FloatArray]] = ()
+
+
+def _objective(objective: ForceObjective | str) -> ForceObjective:
+    try:
+        return ForceObjective(objective)
+    except ValueError:
+        known = ", ".join(repr(str(member)) for member in ForceObjective)
+        raise InputError(f"objective {objective!r} is unknown; there are {known}") from None
+
+
+def _smoothest(problem: ForceProblem, space: ForceSpace, rows: ForceRows) -> _Coordinates:
+    """Coordinates of the forces of least norm ``(n, d)``."""
+    count, _, size = rows.matrix.shape
+    # The directions are orthonormal, and square to the particular forces of least norm.
+    hessian = np.repeat(np.eye(size)[None], count, axis=0)
+    return _quadratic(problem, space, rows, hessian, np.zeros((count, size)))
+
+
+def _least_torque(problem: ForceProblem, space: ForceSpace, rows: ForceRows) -> _Coordinates:
+    """Coordinates of the forces of least torque ``(n, d)``."""
+    by_torque = np.swapaxes(rows.torque_matrix, 1, 2)
+    hessian = by_torque @ rows.torque_matrix + FORCE_WEIGHT * np.eye(by_torque.shape[1])
+    gradient = (by_torque @ rows.torque_offset[..., None])[..., 0]
+    return _quadratic(problem, space, rows, hessian, gradient)
+
+
+def _quadratic(
+    problem: ForceProblem,
+    space: ForceSpace,
+    rows: ForceRows,
+    hessian: FloatArray,
+    gradient: FloatArray,
+) -> _Coordinates:
+    """Minimisers of ``z H z / 2 + g z`` over the rows, sample by sample ``(n, d)``."""
+    z = np.asarray(-np.linalg.solve(hessian, gradient[..., None])[..., 0])
+    without = []
+    # Where the minimum over all forces keeps the limits, it is that over those that keep them.
+    for i in np.flatnonzero(~_kept(rows, z)).tolist():
+        found = solve_quadratic(hessian[i], gradient[i], rows.matrix[i], rows.low[i], rows.high[i])
+        if found is None:
+            without.append(i)
+        else:
+            z[i] = found
+    least = _least_excess(problem, space, rows, without)
+    z[without] = least.z
+    return _Coordinates(z, [(i, least.multipliers[k]) for k, i in enumerate(without)])
+
+
+def _largest_reserve(problem: ForceProblem, space: ForceSpace, rows: ForceRows) -> _Coordinates:
+    """Coordinates of the forces of largest reserve ``(n, d)``."""
+    count, length, size = rows.matrix.shape
+    # One more unknown, what all feet have above the least normal force, and one more row, so that
+    # it is bounded where feet that press against each other could press without end.
+    matrix = np.zeros((count, length + 1, size + 1))
+    matrix[:, :-1, :-1] = rows.matrix
+    matrix[:, np.append(rows.normal, False), -1] = -1.0
+    matrix[:, -1, -1] = 1.0
+    low = np.pad(rows.low, ((0, 0), (0, 1)), constant_values=-NO_BOUND)
+    high = np.pad(rows.high, ((0, 0), (0, 1)), constant_values=1.0)
+    costs = np.append(np.zeros(size), -1.0)
+    z, without, conflicts = np.empty((count, size)), [], []
+    for i in range(count):
+        found = solve_linear(costs, matrix[i], low[i], high[i])
+        if found is None:
+            without.append(i)
+            continue
+        z[i] = found.point[:-1]
+        if found.point[-1] < -ROW_TOLERANCE:
+            conflicts.append((i, found.multipliers))
+    least = _least_excess(problem, space, rows, without)
+    z[without] = least.z
+    for k, i in enumerate(without):
+        # A program that is feasible, and was not solved, is one for another solver.
+        if least.excess[k] <= ROW_TOLERANCE:
+            found = solve_linear(costs, matrix[i], low[i], high[i], by_highs=True)
+            z[i] = z[i] if found is None else found.point[:-1]
+        else:
+            conflicts.append((i, least.multipliers[k]))
+    return _Coordinates(z, conflicts)
+
+
+def _kept(rows: ForceRows, z: FloatArray) -> BoolArray:
+    """Which samples keep all their rows ``(n,)``."""
+    values = (rows.matrix @ z[..., None])[..., 0]
+    kept = (values >= rows.low - ROW_TOLERANCE) & (values <= rows.high + ROW_TOLERANCE)
+    return np.asarray(kept.all(axis=1))
+
+
+class _LeastExcess(NamedTuple):
+    """Forces that exceed the limits least, for ``c`` samples of a group.
+
+    ``z (c, d)`` are their coordinates, ``excess (c,)`` the sums of what is exceeded, and
+    ``multipliers (c, ...)`` those of the rows of the group, and of further rows behind them.
+    """
+
+    z: FloatArray
+    excess: FloatArray
+    multipliers: FloatArray
+
+
+def _least_excess(
+    problem: ForceProblem, space: ForceSpace, rows: ForceRows, chosen: list[int]
+) -> _LeastExcess:
+    """Forces that exceed the limits least.
+
+    What is least is the sum over the constraints of how far each is exceeded, as a share of the
+    weight or of the joint's torque limit. Then few constraints are exceeded at all.
+
+    Args:
+        problem, space, rows: what is asked of the group.
+        chosen: samples of the group.
+
+    Raises:
+        SolverError: no solver found them.
+    """
+    _, length, size = rows.matrix.shape
+    count = len(rows.columns)
+    belongs = (rows.constraints[:, None] == np.arange(count)).astype(np.float64)
+    # An upper limit and a lower one of the same row are exceeded in opposite directions.
+    above = np.flatnonzero(~(rows.high >= NO_BOUND).all(axis=0))
+    matrix = np.zeros((len(chosen), length + len(above) + count, size + count))
+    matrix[:, :-count, :size] = np.concatenate([rows.matrix, rows.matrix[:, above]], axis=1)[chosen]
+    matrix[:, :-count, size:] = np.concatenate([belongs, -belongs[above]])
+    matrix[:, -count:, size:] = np.eye(count)
+    low, high = np.full(matrix.shape[:2], -NO_BOUND), np.full(matrix.shape[:2], NO_BOUND)
+    low[:, :length] = rows.low[chosen]
+    low[:, -count:] = 0.0
+    high[:, length:-count] = rows.high[chosen][:, above]
+    costs = np.repeat([0.0, 1.0], [size, count])
+    points = np.empty((len(chosen), size + count))
+    multipliers = np.empty(matrix.shape[:2])
+    for k, i in enumerate(chosen):
+        found = solve_linear(costs, matrix[k], low[k], high[k])
+        if found is None:
+            found = solve_linear(costs, matrix[k], low[k], high[k], by_highs=True)
+        if found is None:
+            raise SolverError(_nothing_found(problem, int(space.samples[i])))
+        points[k], multipliers[k] = found
+    multipliers[:, above] += multipliers[:, length:-count]
+    return _LeastExcess(points[:, :size], points[:, size:].sum(axis=1), multipliers)
+
+
+def _nothing_found(problem: ForceProblem, sample: int) -> str:
+    return (
+        f"{problem.robot.name}: no contact forces were found at {problem.times[sample]:.6g} s "
+        f"(sample {sample}), not even ones that exceed limits; are masses and limits of a sensible "
+        "size?"
+    )
+
+
+_SOLVERS: Final[
+    dict[ForceObjective, Callable[[ForceProblem, ForceSpace, ForceRows], _Coordinates]]
+] = {
+    ForceObjective.SMOOTHEST: _smoothest,
+    ForceObjective.LEAST_TORQUE: _least_torque,
+    ForceObjective.LARGEST_RESERVE: _largest_reserve,
+}

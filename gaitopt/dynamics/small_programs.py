@@ -1,0 +1,155 @@
+"""Quadratic and linear programs of a few unknowns, by the active-set method DAQP [Arnstrom2022].
+
+No status of a solver is believed. A solution of a quadratic program counts if it keeps all rows,
+and one of a linear program if multipliers prove it. HiGHS [Huangfu2018] is there for linear
+programs that DAQP did not solve.
+"""
+
+from __future__ import annotations
+
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from gaitopt.conventions import FloatArray
+
+NO_BOUND: Final = 1e30
+"""What DAQP takes for infinity."""
+
+SOLVER_TOLERANCE: Final = 1e-9
+"""Violation of a row that DAQP may leave. Rows are of order one. Its default of 1e-6 is larger than
+:data:`ROW_TOLERANCE`."""
+
+ROW_TOLERANCE: Final = 1e-8
+"""Violation of a row that counts as rounding: ten times :data:`SOLVER_TOLERANCE`."""
+
+PROOF_TOLERANCE: Final = 1e-6
+"""Error of the multipliers' equation, and of a multiplier times its slack, up to which a linear
+program counts as solved. Objectives are shares of the weight or of a torque limit."""
+
+LINEAR_WEIGHT: Final = 1e-7
+"""Weight of the squared unknowns in a linear program. It makes the solution unique: of all
+solutions the one of least norm. Unknowns are of order one, so it moves the objective by about this
+much at most; in general it does not move it at all."""
+
+
+class LinearSolution(NamedTuple):
+    """A minimiser of a linear program.
+
+    Attributes:
+        point: the minimiser ``(n,)``.
+        multipliers: of the rows ``(m,)``: positive at their upper limit, negative at their lower
+            one, and zero where a row holds nothing back.
+    """
+
+    point: FloatArray
+    multipliers: FloatArray
+
+
+def solve_quadratic(
+    hessian: FloatArray,
+    gradient: FloatArray,
+    rows: FloatArray,
+    low: FloatArray,
+    high: FloatArray,
+) -> FloatArray | None:
+    """Minimise ``x H x / 2 + g x`` over ``low <= A x <= high``.
+
+    Args:
+        hessian: ``H (n, n)``, positive definite and of order one.
+        gradient: ``g (n,)``.
+        rows: ``A (m, n)``, of order one.
+        low: ``(m,)``, at least ``-NO_BOUND``.
+        high: ``(m,)``, at most ``NO_BOUND``.
+
+    Returns:
+        The minimiser ``(n,)``; ``None`` when no point was found that keeps all rows.
+    """
+    point, _ = _daqp(hessian, gradient, rows, low, high)
+    values = rows @ point
+    # A comparison with NaN is false.
+    kept = (values >= low - ROW_TOLERANCE) & (values <= high + ROW_TOLERANCE)
+    return point if kept.all() else None
+
+
+def solve_linear(
+    costs: FloatArray,
+    rows: FloatArray,
+    low: FloatArray,
+    high: FloatArray,
+    *,
+    by_highs: bool = False,
+) -> LinearSolution | None:
+    """Minimise ``c x`` over ``low <= A x <= high``.
+
+    Args:
+        costs: ``c (n,)``.
+        rows, low, high: as in :func:`solve_quadratic`.
+        by_highs: solve by HiGHS instead of DAQP: 50 times as slow, and more robust.
+
+    Returns:
+        A minimiser; ``None`` when there is none, or none was proven to be one.
+    """
+    if by_highs:
+        return _highs(costs, rows, low, high)
+    weight = LINEAR_WEIGHT * np.eye(len(costs))
+    point, multipliers = _daqp(weight, costs, rows, low, high)
+    gradient = costs + LINEAR_WEIGHT * point
+    if not _proven(gradient, rows, low, high, point, multipliers):
+        return None
+    return LinearSolution(point, multipliers)
+
+
+def _daqp(
+    hessian: FloatArray, gradient: FloatArray, rows: FloatArray, low: FloatArray, high: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """DAQP's last point ``(n,)`` and its multipliers ``(m,)``: positive at ``high``."""
+    import daqp
+
+    point, _, _, report = daqp.solve(
+        hessian, gradient, rows, high, low, np.zeros(len(rows), dtype=np.int32),
+        primal_tol=SOLVER_TOLERANCE,
+    )  # fmt: skip
+    return np.asarray(point), np.asarray(report["lam"])
+
+
+def _proven(
+    gradient: FloatArray,
+    rows: FloatArray,
+    low: FloatArray,
+    high: FloatArray,
+    point: FloatArray,
+    multipliers: FloatArray,
+) -> bool:
+    """Whether the multipliers prove that ``point`` is a minimiser."""
+    values = rows @ point
+    above, below = high - values, values - low
+    slack = np.where(multipliers > 0.0, above, below)
+    held = np.abs(multipliers) * slack
+    return bool(
+        min(above.min(), below.min()) >= -ROW_TOLERANCE
+        and np.abs(gradient + rows.T @ multipliers).max() <= PROOF_TOLERANCE
+        and np.abs(held[multipliers != 0.0]).max(initial=0.0) <= PROOF_TOLERANCE
+    )
+
+
+def _highs(
+    costs: FloatArray, rows: FloatArray, low: FloatArray, high: FloatArray
+) -> LinearSolution | None:
+    from scipy.optimize import linprog
+
+    upper, lower = np.flatnonzero(high < NO_BOUND), np.flatnonzero(low > -NO_BOUND)
+    found = linprog(
+        costs,
+        A_ub=np.vstack([rows[upper], -rows[lower]]),
+        b_ub=np.concatenate([high[upper], -low[lower]]),
+        bounds=(None, None),
+        method="highs",
+    )
+    if found.status != 0:
+        return None
+    multipliers = np.zeros(len(rows))
+    # HiGHS gives how the minimum changes with a limit, which is not positive.
+    np.add.at(multipliers, upper, -found.ineqlin.marginals[: len(upper)])
+    np.add.at(multipliers, lower, found.ineqlin.marginals[len(upper) :])
+    return LinearSolution(np.asarray(found.x), multipliers)
