@@ -1,4 +1,4 @@
-"""Joint splines of a swing, ours beside the paper's times: [Shao2011], Fig. 6."""
+"""The joint spline of a swing and one with the paper's intervals: [Shao2011], Fig. 6."""
 
 from __future__ import annotations
 
@@ -20,10 +20,11 @@ OURS, THEIRS = "#1b4f8f", "#b45309"
 
 
 def plot_splines(comparison: SplineComparison) -> Figure:
-    """Positions, velocities, accelerations and jerks of both joints over time.
+    """Plot angles, velocities, accelerations and jerks of both joints over time.
 
-    The paper publishes its twelve intervals and not its thirteen waypoints. So its times are drawn
-    on our knots, as they stand: what they exceed there says nothing of the paper's own curve.
+    The paper gives its twelve intervals, but not its thirteen waypoints. So the spline with its
+    intervals passes through our knots here: where that exceeds a limit, the paper's own curve need
+    not.
 
     Args:
         comparison: from :func:`gaitopt.studies.swing_study.compare_splines`.
@@ -54,7 +55,7 @@ def plot_splines(comparison: SplineComparison) -> Figure:
 def _draw(
     ax: Axes, spline: JointSpline, joint: int, order: int, colour: str, style: str, label: str
 ) -> None:
-    """One joint's curve; a jerk is constant between knots, and a step at them."""
+    """Draw one derivative of one joint; the jerk is constant between knots and jumps at them."""
     if order == 3:
         jerks = np.degrees(6.0 * spline.coefficients[0, :, joint])
         ax.stairs(jerks, spline.times, color=colour, linestyle=style, label=label, baseline=None)
@@ -67,6 +68,7 @@ def _draw(
 
 
 def _limits(ax: Axes, joint: int, order: int) -> None:
+    """Draw the limits of one derivative of one joint."""
     if not order:
         return
     bound = (PAPER_LIMITS.velocity, PAPER_LIMITS.acceleration, PAPER_LIMITS.jerk)[order - 1]
