@@ -128,22 +128,17 @@ def _reach(motion: GaitMotion, legs: LegLengths, settings: GaitSettings) -> list
 def _positions(motion: GaitMotion, path: MotionPath) -> list[Violation]:
     """Joints that leave their position limits."""
     low, high = motion.robot.position_limits
-    least, most = derivative_range(path, 0)
-    least, most = least[:, BASE_COLUMNS:], most[:, BASE_COLUMNS:]
-    over = np.maximum(low - least, most - high)
-    found = []
-    for joint in np.flatnonzero(over.max(axis=0) > POSITION_TOLERANCE).tolist():
-        k = int(over[:, joint].argmax())
-        name = motion.robot.joint_names[joint]
-        found.append(
-            Violation(
-                f"position {name}", np.inf, float(path.times[k]),
-                f"joint {name} would turn to between {least[k, joint]:.4f} and "
-                f"{most[k, joint]:.4f} rad, and its limits are {low[joint]:.4f} to "
-                f"{high[joint]:.4f} rad",
-            )
-        )  # fmt: skip
-    return found
+    least, most = (bound[:, BASE_COLUMNS:] for bound in derivative_range(path))
+    over, names = np.maximum(low - least, most - high), motion.robot.joint_names
+    return [
+        Violation(
+            f"position {names[joint]}", np.inf, float(path.times[k]),
+            f"joint {names[joint]} would turn to between {least[k, joint]:.4f} and "
+            f"{most[k, joint]:.4f} rad, and its limits are {low[joint]:.4f} to "
+            f"{high[joint]:.4f} rad",
+        )
+        for joint, k in _worst(over, POSITION_TOLERANCE)
+    ]  # fmt: skip
 
 
 def _derivatives(
@@ -152,17 +147,20 @@ def _derivatives(
     """Joints whose derivative of some order exceeds its limit."""
     size = largest_sizes(path, order)[:, BASE_COLUMNS:]
     use = size / limits
-    found = []
-    for joint in np.flatnonzero(use.max(axis=0) > 1.0).tolist():
-        k = int(use[:, joint].argmax())
-        found.append(
-            Violation(
-                f"{what} {names[joint]}", float(use[k, joint]), float(path.times[k]),
-                f"joint {names[joint]} would need {size[k, joint]:.4g} {unit}, and its limit is "
-                f"{limits[joint]:.4g} {unit}",
-            )
-        )  # fmt: skip
-    return found
+    return [
+        Violation(
+            f"{what} {names[joint]}", float(use[k, joint]), float(path.times[k]),
+            f"joint {names[joint]} would need {size[k, joint]:.4g} {unit}, and its limit is "
+            f"{limits[joint]:.4g} {unit}",
+        )
+        for joint, k in _worst(use, 1.0)
+    ]  # fmt: skip
+
+
+def _worst(use: FloatArray, most: float) -> list[tuple[int, int]]:
+    """Joints that exceed ``most`` in ``use (K - 1, nj)``, each with its worst segment."""
+    joints = np.flatnonzero(use.max(axis=0) > most).tolist()
+    return [(joint, int(use[:, joint].argmax())) for joint in joints]
 
 
 def explain(
