@@ -1,4 +1,7 @@
-"""``plan_gait``: walk, trot and all other gaits by velocity, from standing to standing."""
+"""``plan_gait``: plan walk, trot and other gaits by velocity, from standing to standing.
+
+Sources: [Wang2024], [XiLing].
+"""
 
 from __future__ import annotations
 
@@ -23,11 +26,24 @@ from gaitopt.planners.by_velocity.sway import sway_path
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.footholds import Footholds
 
-STANCE_ERROR = 1e-6
-"""Most that a foot departs from where it should be, between the path's knots [m]."""
-KNOTS_A_SWING = 10
-FINER = 16
-"""Into how many parts a knot's interval is cut where a leg falls short between knots."""
+FOOT_TOLERANCE = 1e-6
+"""Largest distance between a foot and its place, between the path's knots [m]. Chosen here: a
+micrometre, far below what a robot can measure."""
+INTERVALS_A_SWING = 10
+"""Intervals between knots during a swing, at least. Chosen here: the path gets more where
+:data:`FOOT_TOLERANCE` asks for them."""
+PARTS = 16
+"""Parts of each interval in which a leg is looked for that is too short only between knots. Chosen
+here: the instant of the largest length is then found to a 160th of a swing."""
+LARGEST_SWAY = 0.4
+"""How far the body may leave its route, as a share of the stance's shorter side. Chosen here: at
+0.5 it would be above the feet of one side."""
+SWAY_MARGIN = 0.15
+"""Margin of the ZMP beyond which a larger one has no value, as a share of the stance's shorter
+side. Chosen here: half of the largest margin over three feet of a square stance, 0.29."""
+MARGIN_SAMPLES = 101
+"""Instants of a cycle at which its ZMP margin is computed. Chosen here: a hundredth of a cycle
+apart, several in each phase."""
 
 
 @takes_settings(GaitSettings, distance=float, duration=float, ramp=float)
@@ -41,32 +57,33 @@ def plan_gait(
 ) -> Plan:
     """Plan a gait at a commanded velocity on level ground.
 
-    The robot starts standing with its feet below its hips, gets to speed, walks, slows down, and
-    stops on four feet. Standing feet are fixed in the world. Each foothold lies where the foot
-    will be at its nominal place under the body in the middle of its stance: half the stance's
-    time times the velocity ahead ([Wang2024], eqs. (15) and (16) as corrected in
-    ``docs/papers.md``).
+    The robot starts standing with its feet below its hips, accelerates, walks at the commanded
+    velocity, slows down, and stops on four feet. Standing feet are fixed in the world. Each
+    foothold is the foot's nominal place under the body in the middle of its stance. So the foot
+    touches down ahead of that place by half the stance time times the velocity ([Wang2024],
+    eqs. (15) and (16), as corrected in ``docs/papers.md``).
 
     Args:
         robot: from :func:`gaitopt.load_robot`.
         schedule: the gait, :func:`gaitopt.trot` for instance.
-        settings: all settings as one object, of this schedule. By default they fit the robot.
+        settings: all settings as one object, with the same schedule. By default they fit the
+            robot.
         progress: called with (stages done, stages in all).
         options: single settings by name: the fields of :class:`gaitopt.GaitSettings`, and
-            ``distance`` or ``duration`` at full speed, and ``ramp``, which
-            :meth:`gaitopt.GaitSettings.for_robot` describes. ``velocity`` is forward and sideways
-            in the body's own axes, or the forward one alone [m/s].
+            ``distance`` [m] or ``duration`` [s] at full speed, and ``ramp`` [s]; see
+            :meth:`gaitopt.GaitSettings.for_robot`. ``velocity`` is forward and sideways in the
+            body's axes, or a forward velocity alone [m/s].
 
     Returns:
-        The plan. Its record holds ``zmp_margin``, the smallest margin of the ZMP of the body's
-        centre while any foot stands [m] (minus the distance from the support line for a trot), and
-        ``flight``, the share of the time without a foot on the ground, where there is no ZMP.
+        The plan. Its record holds ``zmp_margin``, the smallest margin of the body centre's ZMP
+        while any foot stands [m] (for a trot: minus the distance from the support line), and
+        ``flight``, the share of the time in which no foot stands, and there is no ZMP.
 
     Raises:
         InputError: a setting is unknown or out of range, or neither distance nor duration is given.
-        InfeasibleSpeedError: a joint or a leg's reach does not allow it; offers the fastest
-            velocity that works.
-        SolverError: the sway was not solved.
+        InfeasibleSpeedError: a joint or a leg's reach does not allow the velocity; names the
+            fastest one that is possible.
+        SolverError: no sway of the body was found.
     """
     if not isinstance(robot, Quadruped) or not isinstance(schedule, GaitSchedule):
         raise InputError(
@@ -75,8 +92,8 @@ def plan_gait(
         )
     if isinstance(settings, GaitSettings) and settings.schedule != schedule:
         raise InputError(
-            f"settings are of the schedule {settings.schedule.name!r}, and {schedule.name!r} is to "
-            "be planned: give the same schedule twice"
+            f"settings have the schedule {settings.schedule.name!r}, and the schedule to plan is "
+            f"{schedule.name!r}: give the same schedule twice"
         )
     if settings is None:
         options["schedule"] = schedule
@@ -84,17 +101,17 @@ def plan_gait(
 
 
 def _planned(robot: Quadruped, settings: GaitSettings, progress: Progress | None) -> Plan:
-    """The plan of complete settings."""
+    """Plan a gait with complete settings; errors are those of :func:`plan_gait`."""
     stages = 3 if settings.adapt else 2
     motion, lengths, path = _attempt(robot, settings)
     if progress is not None:
         progress(1, stages)
     if settings.adapt and path is not None:
-        settings = replace(settings, cycle_times=_adapted(motion, settings))
+        settings = replace(settings, cycle_times=_adapted_times(motion, settings))
         motion, lengths, path = _attempt(robot, settings)
     violations = find_violations(motion, lengths, path, settings)
     if violations or path is None:
-        raise explain(settings, violations, lambda other: _works(robot, other))
+        raise explain(settings, violations, lambda other: _is_possible(robot, other))
     phases, record = gait_phases(motion, path)
     if progress is not None:
         progress(stages, stages)
@@ -104,17 +121,17 @@ def _planned(robot: Quadruped, settings: GaitSettings, progress: Progress | None
 def _attempt(
     robot: Quadruped, settings: GaitSettings
 ) -> tuple[GaitMotion, LegLengths, MotionPath | None]:
-    """The motion, how far its legs are stretched, and its path unless a foot is out of reach."""
+    """A gait's motion, the lengths of its legs, and its path: ``None`` where legs are too short."""
     motion = _motion(robot, settings)
-    knots = motion.knots(settings.schedule.swing_time / KNOTS_A_SWING)
+    knots = motion.knots(settings.schedule.swing_time / INTERVALS_A_SWING)
     lengths = leg_lengths(motion, knots)
     if not lengths.reached.all():
         return motion, lengths, None
     try:
-        return motion, lengths, motion.path(knots, STANCE_ERROR)
+        return motion, lengths, motion.path(knots, FOOT_TOLERANCE)
     except InputError:
-        # A path is looked at between its knots, too, where a leg may fall just short.
-        longest = settings.schedule.swing_time / (KNOTS_A_SWING * FINER)
+        # The path is computed between these knots, too, where a leg may be a little too short.
+        longest = settings.schedule.swing_time / (INTERVALS_A_SWING * PARTS)
         lengths = leg_lengths(motion, motion.knots(longest))
         if lengths.reached.all():
             raise
@@ -122,6 +139,7 @@ def _attempt(
 
 
 def _motion(robot: Quadruped, settings: GaitSettings) -> GaitMotion:
+    """Swings, footholds, route and sway of a gait; nothing is checked against limits."""
     events = tuple(
         SwingEvent(e.leg, e.step, e.lift_off + settings.lead, e.touch_down + settings.lead)
         for e in swing_events(settings.schedule, settings.cycles, settings.cycle_times)
@@ -134,12 +152,11 @@ def _motion(robot: Quadruped, settings: GaitSettings) -> GaitMotion:
     footholds = _footholds(robot, settings, events, route)
     sway = None
     if settings.sway:
-        # The deepest point of a triangle of feet is about a quarter of the stance inside.
-        narrow = min(robot.stance_size)
+        width = min(robot.stance_size)
         sway = sway_path(
             route, footholds, events, end + settings.lead,
             settings.body_height + robot.foot_radius, settings.schedule.cycle_time,
-            0.4 * narrow, 0.15 * narrow,
+            LARGEST_SWAY * width, SWAY_MARGIN * width,
         )  # fmt: skip
     return GaitMotion(
         robot, route, sway, settings.body_height, footholds, events, settings.swing,
@@ -150,12 +167,12 @@ def _motion(robot: Quadruped, settings: GaitSettings) -> GaitMotion:
 def _footholds(
     robot: Quadruped, settings: GaitSettings, events: tuple[SwingEvent, ...], route: BodyRoute
 ) -> Footholds:
-    """Where each foot stands: under its hip in the middle of the stance, and at both ends."""
+    """Footholds below the hips: in the middle of each stance, and at both ends of the walk."""
     points = {}
     for name in LEGS:
         leg = robot.legs[name]
         mine = [e for e in events if e.leg == name]
-        # The last stance has no end: the robot comes to rest square above its feet.
+        # The last stance has no end: the robot stops with its feet below its hips.
         lifts = [e.lift_off for e in mine[1:]]
         middles = [(a.touch_down + b) / 2.0 for a, b in zip(mine, lifts, strict=False)]
         times = np.array([0.0, *middles, route.end][: len(mine) + 1])
@@ -167,19 +184,24 @@ def _footholds(
     return Footholds(points)
 
 
-def _works(robot: Quadruped, settings: GaitSettings) -> bool:
+def _is_possible(robot: Quadruped, settings: GaitSettings) -> bool:
+    """Whether a gait keeps all limits."""
     motion, lengths, path = _attempt(robot, settings)
     return path is not None and not find_violations(motion, lengths, path, settings)
 
 
-def _adapted(motion: GaitMotion, settings: GaitSettings) -> tuple[float, ...]:
-    """Time of each cycle, adapted to the margin that it has at the nominal pace."""
+def _adapted_times(motion: GaitMotion, settings: GaitSettings) -> tuple[float, ...]:
+    """Times of all cycles [s], adapted to the ZMP margins of a motion with the nominal time.
+
+    Source: [XiLing], "Stability and Gait Control", Section 4. Cycles in which no foot stands, so
+    that they have no margin, count as average.
+    """
     count = max(cycles_spanned(settings.schedule, settings.cycles), 1)
     nominal = settings.schedule.cycle_time
     margins = []
     for k in range(count):
         start = settings.lead + k * nominal
-        times = np.linspace(start, min(start + nominal, motion.duration), 101)
+        times = np.linspace(start, min(start + nominal, motion.duration), MARGIN_SAMPLES)
         margins.append(smallest_zmp_margin(motion, times))
     known = [m for m in margins if np.isfinite(m)]
     mean = float(np.mean(known)) if known else 0.0

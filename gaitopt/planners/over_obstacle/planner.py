@@ -1,8 +1,8 @@
-"""``plan_stride``: up to an obstacle, over it with one leg after another, and on.
+"""``plan_stride``: plan a walk up to an obstacle, over it with one leg after another, and on.
 
-Source: [Shao2011]. The body moves on four feet to where the posture optimisation puts
-it (Section IV), then one foot flies while the body stands still: over the obstacle by the fastest
-joint spline (Section III), over open ground by a plain swing.
+Source: [Shao2011]. Before each swing the body moves on four feet to the pose that the posture
+optimisation finds (Section IV). Then one foot swings while the body stands still: over the obstacle
+along the fastest joint spline (Section III), over open ground along a simple swing curve.
 """
 
 from __future__ import annotations
@@ -36,10 +36,22 @@ from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.obstacles import Obstacle
 
 ROUNDS = 6
+"""How often a walk is timed, each time with larger distances from the obstacle. Measured: four
+walks of three robots needed one. Each further round adds at least what was missing."""
 FOOT_TOLERANCE = 2e-5
-"""What the proof of the feet's margin may fall short by [m]: it is so fine."""
-HALVINGS = 5
-"""Bisections for the largest obstacle: it is found to a thirtieth of the one asked for."""
+"""By how much the proven margin of the feet may be below the one that is asked for [m]: the
+precision of that proof."""
+RESERVE = 1e-3
+"""Distance that is asked for beyond what is missing [m]. Chosen here: a millimetre, so that the
+next round does not end just below the limit again."""
+SAMPLES = 41
+"""Instants of each move and swing at which distances are measured, to find which leg is too near.
+Chosen here: a fortieth of a swing apart; what they miss, the next round finds."""
+BISECTIONS = 5
+"""Bisections for the largest possible obstacle: it is found to a 32nd of the given one."""
+SAFE_SHARES = (1.0, 0.95, 0.9)
+"""Shares of the obstacle for which footholds and postures exist that are then planned in full.
+Chosen here: swings may need a little more distance than postures alone."""
 
 
 @takes_settings(StrideSettings)
@@ -51,59 +63,67 @@ def plan_stride(
     progress: Progress | None = None,
     **options: Any,
 ) -> Plan:
-    """Plan a statically stable walk over an obstacle that lies across the way.
+    """Plan a statically stable walk over an obstacle.
 
     The robot walks along the obstacle's x axis on the level ground that the obstacle stands on, and
     begins in front of it. The planner chooses the footholds: each pair of feet strides over the
-    obstacle in one cycle, from as near before it to as near behind it as no part of the robot comes
-    within ``clearance`` of it. That is checked with the URDF's collision shapes at every instant;
-    where these are meshes, lines along the legs stand for them.
+    obstacle in one cycle, and stands before and behind it as near as ``clearance`` allows. The
+    distance of all parts of the robot from the obstacle is checked at every instant with the
+    collision shapes of the URDF; where these are meshes, lines along the legs replace them.
 
     Args:
         robot: from :func:`gaitopt.load_robot`; legs with or without roll joint.
         obstacle: from :func:`gaitopt.rectangular_obstacle`, for instance.
-        settings: all settings as one object; its heading and obstacles become this obstacle's. By
-            default they fit the robot, and the body is as high as the highest of a few heights,
-            from 0.9 to 0.7 of the legs' reach, with which it works.
+        settings: all settings as one object; heading and obstacles in it are replaced by those of
+            this obstacle. By default they fit the robot, and the body height is the largest of a
+            few heights, from 0.9 to 0.7 of the legs' reach, at which the walk is possible.
         progress: called with (steps done, steps in all).
         options: single settings by name: the fields of :class:`gaitopt.StrideSettings`;
             ``acceleration_limit`` and ``jerk_limit`` may be one number, or one for each joint of
             a leg from body to foot.
 
     Returns:
-        The plan. Its record holds ``clearance``, the distance that no part of the robot falls
-        short of [m]; ``foot_margin``, the same of the feet's balls on their way over it [m];
-        ``energy_margin``, the least energy that tips the robot while a foot flies
-        [J]; and the gaps between the obstacle and the feet beside it [m].
+        The plan. Its record holds ``clearance``, the least distance of any part of the robot from
+        the obstacle [m]; ``foot_margin``, that of the balls of the feet during their swings over it
+        [m]; ``energy_margin``, the least energy that tips the robot during a swing [J]; and the
+        distances between the obstacle and the feet that stand beside it [m].
 
     Raises:
         InputError: a setting is unknown or out of range, or a joint has no velocity limit.
-        InfeasibleStepError: no such walk was found; says how large an obstacle would do.
+        InfeasibleStepError: no such walk was found; names the largest obstacle that is possible.
     """
-    _check(robot, obstacle)
+    _check_kinds(robot, obstacle)
     this = {"heading": obstacle.yaw, "obstacles": (obstacle,)}
     taken = sorted(this.keys() & options.keys())
     if taken:
         raise InputError(f"plan_stride takes {taken[0]} from the obstacle; leave it out")
     chosen = chosen_settings(StrideSettings, robot, settings, {**options, **this})
-    tries = [chosen]
+    candidates = [chosen]
     if settings is None and options.get("body_height") is None:
         reach = float(np.mean([leg.reach for leg in robot.legs.values()]))
-        tries = [replace(chosen, body_height=share * reach) for share in BODY_HEIGHTS]
-    return _planned(robot, obstacle, tries, progress)
+        candidates = [replace(chosen, body_height=share * reach) for share in BODY_HEIGHTS]
+    return _first_plan(robot, obstacle, candidates, progress)
 
 
-def _planned(
-    robot: Quadruped, obstacle: Obstacle, tries: list[StrideSettings], progress: Progress | None
+def _first_plan(
+    robot: Quadruped,
+    obstacle: Obstacle,
+    candidates: list[StrideSettings],
+    progress: Progress | None,
 ) -> Plan:
+    """The plan with the first of some settings with which one is found.
+
+    Raises:
+        InfeasibleStepError: none is; the error is that of the first settings.
+    """
     around = Surroundings.of(robot, obstacle)
     faults: list[StrideFault] = []
-    for settings in tries:
+    for settings in candidates:
         try:
             return _attempt(robot, obstacle, settings, around, progress)
         except StrideFault as fault:
             faults.append(fault)
-    raise _refusal(robot, obstacle, tries, faults[0])
+    raise _infeasible(robot, obstacle, candidates, faults[0])
 
 
 def _attempt(
@@ -113,7 +133,7 @@ def _attempt(
     around: Surroundings,
     progress: Progress | None,
 ) -> Plan:
-    """A plan that is clear of the obstacle at every instant.
+    """A plan with one body height that is clear of the obstacle at every instant.
 
     Raises:
         StrideFault: none was found.
@@ -124,13 +144,13 @@ def _attempt(
         try:
             pieces = pieces_of(route, progress)
         except (InputError, SolverError) as error:
-            # Another height of the body may do, or a smaller obstacle.
+            # The walk may be possible at another height of the body, or over a smaller obstacle.
             raise StrideFault(str(error), cause="swing") from error
         path = joined([piece.path for piece in pieces if piece.path is not None])
         closest = around.along(path, settings.clearance)
         foot = foot_margin(route, pieces)
         if closest.proven < settings.clearance:
-            demand = _roomier(route, around, pieces, closest)
+            demand = _with_more_distance(route, around, pieces, closest)
         elif foot < settings.margin - FOOT_TOLERANCE:
             more = settings.margin - foot + FOOT_TOLERANCE
             gaps = Gaps(*(gap + more for gap in route.demand.gaps))
@@ -138,31 +158,38 @@ def _attempt(
         else:
             return plan_of(route, pieces, _record(route, around, closest, foot))
     raise StrideFault(
-        f"leg {closest.seen.leg or 'none, the body'} comes within {closest.proven:.4g} m of the "
-        f"obstacle after {ROUNDS} rounds",
+        f"{f'leg {closest.seen.leg}' if closest.seen.leg else 'the body'} comes within "
+        f"{closest.proven:.4g} m of the obstacle after {ROUNDS} rounds",
         closest.seen.leg, cause="obstacle",
     )  # fmt: skip
 
 
-def _roomier(
+def _with_more_distance(
     route: StrideRoute, around: Surroundings, pieces: list[Piece], closest: Approach
 ) -> Demand:
-    """More room where timed motions come too near, by the samples of each piece."""
+    """Larger distances for the legs that come too near to the obstacle.
+
+    Args:
+        route, around: the walk, and the robot's shapes with the obstacle.
+        pieces: its timed moves and swings.
+        closest: how near they come.
+    """
     samples = [
-        piece.path.evaluate(np.linspace(0.0, piece.path.duration, 41))
+        piece.path.evaluate(np.linspace(0.0, piece.path.duration, SAMPLES))
         for piece in pieces if piece.path is not None
     ]  # fmt: skip
     demand = widened(route, around, np.concatenate(samples))
     if demand != route.demand:
         return demand
-    # Between the samples: a little more everywhere.
-    more = route.settings.clearance - closest.proven + 1e-3
+    # No leg is too near at the samples, so it is between them: a larger distance for all legs.
+    more = route.settings.clearance - closest.proven + RESERVE
     return demand._replace(gaps=Gaps(*(gap + more for gap in demand.gaps)), lift=demand.lift + more)
 
 
 def _record(
     route: StrideRoute, around: Surroundings, closest: Approach, foot: float
 ) -> StrideRecord:
+    """What the plan's record holds; ``foot`` is the proven margin of the feet [m]."""
     gaps = {f"gap_{name}": float(gap) for name, gap in route.demand.gaps._asdict().items()}
     return StrideRecord(
         stability="static margin of the body centre, on the horizontal projection",
@@ -175,28 +202,26 @@ def _record(
     )
 
 
-# --- refusals ---------------------------------------------------------------------------------
+# --- errors -----------------------------------------------------------------------------------
 
 
-def _refusal(
-    robot: Quadruped, obstacle: Obstacle, tries: list[StrideSettings], fault: StrideFault
+def _infeasible(
+    robot: Quadruped, obstacle: Obstacle, candidates: list[StrideSettings], fault: StrideFault
 ) -> InfeasibleStepError:
-    """The error that tells the largest obstacle that would do."""
-    # The strides alone decide, and every second height of the body is near enough to the others.
-    few = [replace(settings, approach=0, leave=0) for settings in tries[::2]]
-    lower = _largest(robot, few, lambda share: scaled(obstacle, height=share))
-    narrower = None
-    if lower is None:
-        narrower = _largest(robot, few, lambda share: scaled(obstacle, width=share))
-    best = lower or narrower
+    """The error for an obstacle that is too large, with the largest one that is possible."""
+    # Cycles without obstacle do not matter here, and every second body height is precise enough.
+    few = [replace(settings, approach=0, leave=0) for settings in candidates[::2]]
+    best = _largest(robot, few, lambda share: scaled(obstacle, height=share))
+    if best is None:
+        best = _largest(robot, few, lambda share: scaled(obstacle, width=share))
     if best is not None:
-        way = (
-            f"; with these settings it gets over one {best.height:.3g} m high and "
+        remedy = (
+            f"with these settings it gets over one {best.height:.3g} m high and "
             f"{best.width:.3g} m wide"
         )
     else:
-        way = (
-            "; neither a lower nor a narrower one will do: lessen margin, stability_margin or "
+        remedy = (
+            "neither a lower nor a narrower one is possible: reduce margin, stability_margin or "
             "clearance, or give another body_height"
         )
     largest = None
@@ -204,37 +229,48 @@ def _refusal(
         found = solve_posture(fault.posture.problem.largest_margin())
         largest = found.margin if found.solved else None
     return InfeasibleStepError(
-        f"{robot.name} does not get over this obstacle: {fault}{way}",
+        f"{robot.name} does not get over this obstacle: {fault}; {remedy}",
         step=fault.step, leg=fault.leg, conflicts=(fault.cause,),
-        margin=tries[0].stability_margin, largest_margin=largest,
-        reach_fraction=tries[0].reach_fraction,
+        margin=candidates[0].stability_margin, largest_margin=largest,
+        reach_fraction=candidates[0].reach_fraction,
     )  # fmt: skip
 
 
 def _largest(
-    robot: Quadruped, tries: list[StrideSettings], sized: Callable[[float], Obstacle]
+    robot: Quadruped, candidates: list[StrideSettings], sized: Callable[[float], Obstacle]
 ) -> Obstacle | None:
-    """The largest obstacle that works, by bisection over its share of the one asked for.
+    """The largest possible obstacle, by bisection.
 
-    Postures and footholds decide; what they allow is then planned in full, and made smaller when
-    that fails. ``None`` when a 32nd does not do.
+    The bisection asks for footholds and postures only. The largest obstacle that has them is then
+    planned in full, and made a little smaller where that fails.
+
+    Args:
+        robot, candidates: the robot, and settings to try.
+        sized: gives the obstacle for a share, from 0 to 1, of its size.
+
+    Returns:
+        The obstacle; ``None`` where even a 32nd of it is too large.
     """
     low, high = 0.0, 1.0
-    for _ in range(HALVINGS):
+    for _ in range(BISECTIONS):
         middle = (low + high) / 2.0
-        low, high = (middle, high) if _works(robot, sized(middle), tries) else (low, middle)
-    for share in (low, 0.95 * low, 0.9 * low):
-        if share and _works(robot, sized(share), tries, in_full=True):
-            return sized(share)
+        if _is_possible(robot, sized(middle), candidates):
+            low = middle
+        else:
+            high = middle
+    for share in SAFE_SHARES:
+        size = share * low
+        if size and _is_possible(robot, sized(size), candidates, in_full=True):
+            return sized(size)
     return None
 
 
-def _works(
-    robot: Quadruped, obstacle: Obstacle, tries: list[StrideSettings], *, in_full: bool = False
+def _is_possible(
+    robot: Quadruped, obstacle: Obstacle, candidates: list[StrideSettings], *, in_full: bool = False
 ) -> bool:
-    """Whether postures and footholds are found at any of the heights, or a plan in full."""
+    """Whether any of the settings gives footholds and postures, or, ``in_full``, a plan."""
     around = Surroundings.of(robot, obstacle)
-    for settings in tries:
+    for settings in candidates:
         asked = replace(settings, obstacles=(obstacle,))
         try:
             if in_full:
@@ -247,10 +283,15 @@ def _works(
     return False
 
 
-# --- what is asked ----------------------------------------------------------------------------
+# --- arguments --------------------------------------------------------------------------------
 
 
-def _check(robot: object, obstacle: object) -> None:
+def _check_kinds(robot: object, obstacle: object) -> None:
+    """Check that ``plan_stride`` got a robot with velocity limits and an obstacle.
+
+    Raises:
+        InputError: one of them is something else.
+    """
     if not isinstance(robot, Quadruped) or not isinstance(obstacle, Obstacle):
         raise InputError(
             "plan_stride takes a Quadruped (from load_robot) and an Obstacle (rectangular_obstacle("
@@ -260,7 +301,10 @@ def _check(robot: object, obstacle: object) -> None:
 
 
 def scaled(obstacle: Obstacle, height: float = 1.0, width: float = 1.0) -> Obstacle:
-    """The obstacle with its section scaled; a round one by ``height`` in both directions."""
+    """The obstacle with its section scaled by two factors; a round one by ``height`` alone.
+
+    An obstacle whose section would be too small is returned unchanged.
+    """
     if obstacle.shape == "round":
         width = height
     core = tuple((x * width, z * height) for x, z in obstacle.core)
