@@ -8,8 +8,21 @@ from math import isnan
 
 from rich.table import Table
 
-from gaitopt.certificate.check import Check, Verdict
+from gaitopt.certificate.check import FORCES, Check, Verdict
+from gaitopt.conventions import TextEnum
 from gaitopt.errors import CertificateError, UnknownNameError
+
+
+class Outcome(TextEnum):
+    """The verdict on a whole plan."""
+
+    CERTIFIED = "certified"
+    """Every check was made and holds at every instant, that of contact forces included."""
+    KINEMATICS_ONLY = "kinematics only"
+    """Nothing that the plan promises is violated. But contact forces were not checked, or do not
+    exist at every instant, or another check was not made: nothing is said of what physics does."""
+    VIOLATED = "violated"
+    """Something that the plan promises does not hold."""
 
 
 @dataclass(frozen=True)
@@ -30,13 +43,22 @@ class Certificate:
 
     @property
     def ok(self) -> bool:
-        """Whether nothing is violated. What is unchecked is listed in :meth:`report`."""
+        """Whether nothing that the plan promises is violated; see :attr:`outcome` for more."""
         return not any(self.violations)
 
     @property
+    def outcome(self) -> Outcome:
+        """The verdict on the plan. What is unchecked can never be certified."""
+        if not self.ok:
+            return Outcome.VIOLATED
+        made = all(c.status is Verdict.OK for c in self.checks)
+        forces = any(c.name == FORCES for c in self.checks)
+        return Outcome.CERTIFIED if made and forces else Outcome.KINEMATICS_ONLY
+
+    @property
     def violations(self) -> tuple[Check, ...]:
-        """The checks that failed."""
-        return tuple(c for c in self.checks if c.status is Verdict.VIOLATED)
+        """The checks of promises that failed."""
+        return tuple(c for c in self.checks if c.status is Verdict.VIOLATED and c.promised)
 
     def __iter__(self) -> Iterator[Check]:
         return iter(self.checks)
@@ -57,7 +79,7 @@ class Certificate:
         """
         if not self.ok:
             listed = "; ".join(str(check) for check in self.violations)
-            raise CertificateError(f"{self.robot}: the plan is not certified: {listed}", self)
+            raise CertificateError(f"{self.robot}: the plan is wrong: {listed}", self)
         return self
 
     def table(self) -> Table:
@@ -65,8 +87,7 @@ class Certificate:
         from rich.markup import escape
         from rich.table import Table
 
-        verdict = "certified" if self.ok else "NOT certified"
-        table = Table(title=f"{self.robot}: {verdict} for every instant",
+        table = Table(title=f"{self.robot}: {self.outcome}, judged at every instant",
                       caption=f"{self.samples} configurations by Pinocchio, bounds in between; "
                       f"URDF {self.sha256[:12]}")  # fmt: skip
         for header in ("check", "verdict", "worst", "limit", "bound used", "when [s]", "where"):
@@ -75,15 +96,17 @@ class Certificate:
             if c.status is Verdict.UNCHECKED:
                 table.add_row(c.name, str(c.status), "", "", "", "", c.note)
                 continue
+            status = str(c.status) if c.promised else f"{c.status} (not promised)"
             table.add_row(
-                c.name, str(c.status), f"{c.worst:.6g} {c.unit}", f"{c.sense} {c.limit:.6g}",
+                c.name, status, f"{c.worst:.6g} {c.unit}", f"{c.sense} {c.limit:.6g}",
                 f"{c.bound:.2g}", "" if isnan(c.when) else f"{c.when:.3f}", c.where or c.note,
             )  # fmt: skip
         return table
 
     def report(self) -> str:
         """The report as plain text, a line a check."""
-        verdict = "certified" if self.ok else "NOT certified"
-        return "\n".join([f"{self.robot}: {verdict}", *(f"  {check}" for check in self.checks)])
+        return "\n".join(
+            [f"{self.robot}: {self.outcome}", *(f"  {check}" for check in self.checks)]
+        )
 
     __str__ = report

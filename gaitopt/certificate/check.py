@@ -10,6 +10,9 @@ import numpy as np
 from gaitopt.conventions import FloatArray, TextEnum
 from gaitopt.plan.plan import Plan
 
+FORCES = "contact forces"
+"""Name of the check without which no plan is certified."""
+
 
 class Verdict(TextEnum):
     """What a check found. Members equal their texts: ``check.status == "ok"``."""
@@ -38,6 +41,8 @@ class Check:
         when: time of the worst value [s]; ``nan`` where no single time is to blame.
         where: the leg, joint, phase or pair that it belongs to.
         note: what a reader should know.
+        promised: whether the plan promises what is checked. What is not promised may be exceeded
+            without making the plan wrong, but then the plan is not certified.
     """
 
     name: str
@@ -50,13 +55,15 @@ class Check:
     when: float = nan
     where: str = ""
     note: str = ""
+    promised: bool = True
 
     def __str__(self) -> str:
         if self.status is Verdict.UNCHECKED:
             return f"{self.name}: {self.status} ({self.note})"
         place = "" if isnan(self.when) else f" at {self.when:.4f} s"
+        status = self.status if self.promised else f"{self.status} (not promised)"
         return (
-            f"{self.name}: {self.status}, {self.worst:.6g} {self.sense} {self.limit:.6g} "
+            f"{self.name}: {status}, {self.worst:.6g} {self.sense} {self.limit:.6g} "
             f"{self.unit}{place}{f' ({self.where})' if self.where else ''}"
         )
 

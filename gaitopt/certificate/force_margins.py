@@ -156,9 +156,10 @@ class Stance:
         high = np.full(rows.shape[1], NO_BOUND)
         out = plain.copy()
         for i in range(count):
-            found = solve_linear(costs, rows[i], low[i] / self.weight, high)
+            program = (costs, rows[i], low[i] / self.weight, high)
+            found = solve_linear(*program) or solve_linear(*program, by_highs=True)
             if found is not None:
-                out[i] += self.weight * (self.directions @ found[:-1])
+                out[i] += self.weight * (self.directions @ found.point[:-1])
         return np.asarray(out.reshape(count, feet, 3))
 
     def _rows(

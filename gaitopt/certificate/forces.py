@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gaitopt.certificate.check import Check, column_name, judged, phase_name, unchecked
+from gaitopt.certificate.check import FORCES, Check, column_name, judged, phase_name, unchecked
 from gaitopt.certificate.derivative_bounds import LinkBounds, product
 from gaitopt.certificate.enclosure import Pieces, acceleration_bound, chord_deviation
 from gaitopt.certificate.force_margins import Stance
@@ -24,7 +24,6 @@ from gaitopt.conventions import GRAVITY, LEGS, BoolArray, FloatArray
 from gaitopt.dynamics.contacts import ForceLimits
 from gaitopt.plan.plan import Plan
 
-NAME = "contact forces"
 JUMP = 1e-6
 """Largest jump of a velocity at a knot that counts as rounding [m/s, rad/s]: otherwise it is a
 force without bound."""
@@ -47,17 +46,17 @@ def contact_forces(plan: Plan, limits: ForceLimits) -> Check:
     """
     robot = plan.robot
     if not robot.mass > 0.0:
-        return unchecked(NAME, "N", f"{robot.name} has no mass")
+        return unchecked(FORCES, "N", f"{robot.name} has no mass")
     jumps = plan.path.jumps(1)
     if jumps.size and not jumps.max() <= JUMP:
         knot, column = np.unravel_index(int(jumps.argmax()), jumps.shape)
         what = f"the velocity of {column_name(plan, int(column))} jumps by {jumps.max():.2g}"
-        return judged(NAME, float("-inf"), 0.0, "N", ">=", when=plan.path.times[knot + 1],
+        return judged(FORCES, float("-inf"), 0.0, "N", ">=", when=plan.path.times[knot + 1],
                       where=what)  # fmt: skip
     left, bound, where, starts, phases = _least_left(plan, limits)
     worst = int(left.argmin())
     return judged(
-        NAME, float(left[worst]), 0.0, "N", ">=", bound=float(bound[worst]), when=starts[worst],
+        FORCES, float(left[worst]), 0.0, "N", ">=", bound=float(bound[worst]), when=starts[worst],
         where=f"{where[worst]}, {phase_name(plan, int(phases[worst]))}",
     )  # fmt: skip
 
@@ -214,7 +213,9 @@ class _PhaseJudge:
                 arm = bounds.lever(frame.parentJoint, joint, frame.placement.translation)
                 arm[0] += robot.foot_radius
                 size = np.linalg.norm(forces[:, :, k], axis=2).max(axis=0)
-                slope = np.linalg.norm(forces[1, :, k] - forces[0, :, k], axis=1) / lengths
+                change = np.linalg.norm(forces[1, :, k] - forces[0, :, k], axis=1)
+                # A robot that only stands has one piece, of no length.
+                slope = np.divide(change, lengths, out=np.zeros_like(change), where=lengths > 0.0)
                 series = np.stack([size, slope, np.zeros_like(size)])
                 moment = moment + product(arm, series)
                 extra += arm[0] * more[:, k]

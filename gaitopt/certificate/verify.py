@@ -9,23 +9,36 @@ stance, in which pairs of shapes that touch are left out of the check of self-co
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from gaitopt.certificate import balance, clearance, contacts, joints, obstacles, self_collision
 from gaitopt.certificate.certificate import Certificate
-from gaitopt.certificate.check import Check, unchecked
+from gaitopt.certificate.check import FORCES, Check, unchecked
+from gaitopt.certificate.forces import contact_forces
 from gaitopt.certificate.trace import trace
+from gaitopt.dynamics.contacts import ForceLimits
 from gaitopt.errors import RobotError
 from gaitopt.plan.plan import Plan
 from gaitopt.robots.catalog import OWN_ROBOTS, VARIANTS, load_robot
 from gaitopt.robots.quadruped import Quadruped
 
 
-def verify(plan: Plan, robot: Quadruped | None = None, *, collisions: bool = True) -> Certificate:
+def verify(
+    plan: Plan,
+    robot: Quadruped | None = None,
+    *,
+    collisions: bool = True,
+    forces: ForceLimits | None = None,
+) -> Certificate:
     """Judge a plan at every instant.
 
     Args:
         plan: any planner's plan.
         robot: the robot it is to run on; the plan's own by default.
         collisions: whether to look for self-collisions, which takes most of the time.
+        forces: limits within which contact forces and joint torques must exist at every instant;
+            ``None`` leaves them unchecked, and then no plan is certified. No planner promises
+            forces yet: where they do not exist, the outcome is ``"kinematics only"``.
 
     Returns:
         The certificate. A violated check is no error: see :meth:`Certificate.raise_for_violations`.
@@ -56,6 +69,9 @@ def verify(plan: Plan, robot: Quadruped | None = None, *, collisions: bool = Tru
         self_collision.self_collision(plan)
         if collisions
         else unchecked(self_collision.NAME, "m", "not asked for", self_collision.CONTACT),
+        unchecked(FORCES, "N", "not asked for", 0.0)
+        if forces is None
+        else replace(contact_forces(plan, forces), promised=False),
     ]
     judged = tuple(check for check in found if check is not None)
     return Certificate(plan.robot.name, plan.robot.sha256, judged, len(motion.phase) + 1)

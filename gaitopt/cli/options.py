@@ -110,6 +110,10 @@ CollisionsOption = Annotated[
     bool,
     typer.Option(help="Look for self-collisions, which takes most of a certificate's time."),
 ]
+ForcesOption = Annotated[
+    bool, typer.Option(help="Look for contact forces and joint torques that make the motion.")
+]
+FrictionOption = Annotated[float, typer.Option(help="Friction between feet and ground.", min=0.01)]
 JobsOption = Annotated[int, typer.Option(help="Processes for many terrains; -1 for one a core.")]
 OutOption = Annotated[Path, typer.Option(help="Folder for the results.", metavar="DIR")]
 PlanArgument = Annotated[Path, typer.Argument(help="A plan file (.npz).", metavar="PLAN")]

@@ -10,6 +10,8 @@ from rich.markup import escape
 
 from gaitopt.cli.options import (
     CollisionsOption,
+    ForcesOption,
+    FrictionOption,
     PlanArgument,
 )
 from gaitopt.cli.support import (
@@ -44,14 +46,23 @@ def replay(
 def verify(
     plan: PlanArgument,
     collisions: CollisionsOption = True,
+    forces: ForcesOption = True,
+    friction: FrictionOption = 0.6,
 ) -> None:
-    """Certify a plan for every instant; exit code 0 when it is, 1 when it is not."""
-    from gaitopt.certificate.verify import verify as certify
+    """Judge a plan at every instant.
 
-    certificate = certify(open_plan(plan), collisions=collisions)
+    Exit code 0 when it is certified, forces included; 3 when only its kinematics hold; 1 when
+    something that it promises is violated.
+    """
+    from gaitopt.certificate.certificate import Outcome
+    from gaitopt.certificate.verify import verify as certify
+    from gaitopt.dynamics.contacts import ForceLimits
+
+    limits = ForceLimits(friction=friction) if forces else None
+    certificate = certify(open_plan(plan), collisions=collisions, forces=limits)
     terminal().print(certificate.table())
-    if not certificate.ok:
-        raise typer.Exit(1)
+    codes = {Outcome.CERTIFIED: 0, Outcome.VIOLATED: 1, Outcome.KINEMATICS_ONLY: 3}
+    raise typer.Exit(codes[certificate.outcome])
 
 
 def simulate(

@@ -4,20 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from rich.markup import escape
 from rich.table import Table
 
+from gaitopt.certificate.certificate import Certificate, Outcome
 from gaitopt.conventions import FloatArray
 from gaitopt.errors import UnknownNameError
 from gaitopt.plan.plan import Plan
 from gaitopt.studies.tables import as_text, one_line
 from gaitopt.terrain.footholds import Footholds
-
-if TYPE_CHECKING:
-    from gaitopt.certificate.certificate import Certificate
 
 SSM, PAPER = "SSM baseline", "the paper"
 """Names of the two rows that are planned phase by phase."""
@@ -41,7 +38,8 @@ class Finish:
         margin: smallest margin of what the row is held to [m]: of the body centre, or of the ZMP
             where ``dynamic``.
         dynamic: whether the plan is balanced by its ZMP.
-        verdict: ``"certified"``, ``"violated"``, ``"unchecked"``, or ``"failed"`` without a plan.
+        verdict: the certificate's outcome (``"certified"``, ``"kinematics only"`` or
+            ``"violated"``), ``"unchecked"``, or ``"failed"`` without a plan.
         message: what is violated, or why there is no plan, in one line.
     """
 
@@ -84,7 +82,7 @@ class Lane:
             return Finish(seed, self.name, solve_time=self.solve_time, message=self.error)
         verdict, message = "unchecked", self.error
         if self.certificate is not None:
-            verdict = "certified" if self.certificate.ok else "violated"
+            verdict = str(self.certificate.outcome)
             message = one_line("; ".join(map(str, self.certificate.violations)))
         margin, dynamic = _margin(self.plan)
         return Finish(seed, self.name, self.plan.duration, self.plan.mean_speed, self.bound,
@@ -194,6 +192,8 @@ def _margin(plan: Plan) -> tuple[float, bool]:
     return (zmp if dynamic and zmp is not None else plan.margin), dynamic
 
 
+KEPT = (str(Outcome.CERTIFIED), str(Outcome.KINEMATICS_ONLY))
+"""Outcomes in which nothing is violated."""
 MOST_REASONS = 5
 """Reasons of failures and violations that are told below the table."""
 
@@ -230,7 +230,7 @@ def _columns(standings: Standings) -> dict[str, list[str]]:
         "gap [%]": [_median(100.0 * s.gaps(row), 1, False) for row in rows],
         "planning [s]": [_median(s.values(row, "solve_time"), 2, False) for row in rows],
         "margin [mm]": [_smallest_margin(s, row) for row in rows],
-        "certificate": [_verdict(s, row) for row in rows],
+        "checks hold": [_verdict(s, row) for row in rows],
     }
 
 
@@ -261,11 +261,11 @@ def _smallest_margin(standings: Standings, row: str) -> str:
 
 
 def _verdict(standings: Standings, row: str) -> str:
-    """The certificate in one word, or how many plans of how many terrains are certified."""
+    """The certificate's outcome, or of how many terrains' plans the checks hold."""
     verdicts = [finish.verdict for finish in standings.of(row)]
     if len(verdicts) == 1 or set(verdicts) == {"unchecked"}:
         return verdicts[0]
-    return f"{verdicts.count('certified')} of {len(verdicts)}"
+    return f"{sum(verdict in KEPT for verdict in verdicts)} of {len(verdicts)}"
 
 
 def _caption(standings: Standings) -> str:

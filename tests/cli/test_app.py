@@ -12,7 +12,7 @@ import pytest
 from typer.testing import CliRunner
 
 import gaitopt
-from gaitopt import GaitoptError, Plan
+from gaitopt import GaitoptError, Plan, Quadruped
 from gaitopt.cli.app import app
 
 runner = CliRunner()
@@ -206,9 +206,19 @@ def test_verify_is_an_exit_code_and_a_report(short_plan: Plan, tmp_path: Path) -
     settings = dataclasses.replace(short_plan.settings, stability_margin=0.03)
     dataclasses.replace(short_plan, settings=settings).save(bad)
     passed, failed = (runner.invoke(app, ["verify", str(path)]) for path in (good, bad))
-    assert passed.exit_code == 0 and "certified for every instant" in passed.output
-    assert failed.exit_code == 1 and "NOT certified" in failed.output
+    assert passed.exit_code == 3 and "kinematics only" in passed.output
+    assert failed.exit_code == 1 and "violated" in failed.output
     assert "margin of the body centre" in failed.output
+
+
+def test_a_walk_that_has_forces_is_certified(wang: Quadruped, tmp_path: Path) -> None:
+    plan = gaitopt.plan_crawl(wang, gaitopt.s_columns(0, columns=2), objective="time",
+                              free="route", acceleration_limit=2.0)  # fmt: skip
+    plan.save(tmp_path / "plan.npz")
+    result = runner.invoke(app, ["verify", str(tmp_path / "plan.npz")])
+    assert result.exit_code == 0 and "wang2020: certified" in result.output
+    slippery = runner.invoke(app, ["verify", str(tmp_path / "plan.npz"), "--friction", "0.02"])
+    assert slippery.exit_code == 3 and "not promised" in " ".join(slippery.output.split())
 
 
 @pytest.mark.parametrize(

@@ -31,7 +31,7 @@ def test_a_race_prints_its_table_and_writes_replay_picture_and_plans(tmp_path: P
     out = tmp_path / "out"
     result = run("--columns", "3", "--rows", "ssm,swing,posture", "--out", str(out))
     assert result.exit_code == 0, result.output
-    for words in ("SSM baseline", "the paper", "swing", "posture", "× the paper", "certified",
+    for words in ("SSM baseline", "the paper", "swing", "posture", "× the paper", "kinematics only",
                   "race.html", "race.png", "4 plans"):  # fmt: skip
         assert words in result.output
     assert {path.name for path in out.iterdir()} == {
