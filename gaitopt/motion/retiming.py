@@ -57,7 +57,7 @@ def legs_needed_stretch(
 
     Args:
         robot, path: the robot and its path.
-        since: segments that end before are not looked at [s].
+        since: segments that end before this time are left out [s].
         velocity_limits: of the legs' joints ``(12,)``, in the order of
             :attr:`Quadruped.leg_joint_columns` [rad/s].
         acceleration_limit: of all these joints [rad/s^2].

@@ -178,8 +178,8 @@ class PostureSolution:
 def solve_posture(problem: PostureProblem) -> PostureSolution:
     """Solve a posture problem by IPOPT, and judge the solution by its residuals.
 
-    An answer that is not solved broke a constraint: its residuals say which. IPOPT
-    searches locally, from the pose before.
+    Without a solution the pose violates a constraint, and its residuals show which. IPOPT finds a
+    local minimum near the pose before.
     """
     form = problem.formulation
     call = _ipopt(problem.robot, form.reaching)

@@ -76,7 +76,7 @@ def find_violations(
 
     Args:
         motion: the gait.
-        lengths: of its legs, at samples. Where a leg is too long, nothing else is looked at.
+        lengths: of its legs, at samples. Where a leg is too long, no other limit is checked.
         path: of the motion; ``None`` where a foot is out of reach.
         settings: with the limits.
     """

@@ -25,7 +25,7 @@ SAME_POSE = 1e-6
 SAME_HEIGHT = 1e-6
 """Waypoints no farther than this below the highest one are on top of a path [m]."""
 SWING_SAMPLES = 9
-"""Samples of a swing over open ground, which is looked at as a parabola."""
+"""Samples of a swing over open ground, for which a parabola stands in the search; chosen here."""
 
 
 class Step(NamedTuple):
