@@ -32,12 +32,12 @@ VIOLATION = 1e-6
 """Most that a solution may violate an inequality that cannot be restored, in its own unit (for
 routes: a micrometre or a microradian)."""
 _LEAST_SLACK = 1e-3
-"""Slacks begin with at least this much (IPOPT: ``bound_push``, 1e-2). Six walks of 16 steps with
-acceleration limits took 624 iterations with 1e-3, 845 with 1e-2, and 706 with 1e-4."""
+"""Slacks begin with at least this much (IPOPT: ``bound_push``, 1e-2). Six time-optimal walks of 16
+steps with acceleration limits took 624 iterations with 1e-3, 845 with 1e-2, and 706 with 1e-4."""
 _MULTIPLIER_START = 100.0
 """Factor by which multipliers that are given may differ at first from mu over their slack. Three
-walks of 16 steps, row ``dynamic``, took 298 iterations with it, 295 with 1e6, and 374 with 1, by
-which such multipliers are ignored."""
+time-optimal walks of 16 steps, variant ``dynamic``, took 298 iterations with it, 295 with 1e6, and
+374 with 1, by which given multipliers are ignored."""
 _VIOLATION_GROWTH = 10.0
 """The violation may grow to so many times that of the start, or to 1 (IPOPT: ``theta_max_fact``,
 1e4: ours starts near to feasible)."""
@@ -59,14 +59,14 @@ class Iteration(NamedTuple):
 
     Attributes:
         barrier: barrier parameter.
-        objective: linear part of the objective.
+        linear_objective: linear part of the objective.
         stationarity: largest entry of the Lagrangian's gradient.
         residual: largest difference of an inequality's value and its slack.
         damping: what was added to the Newton matrix's diagonal in the iteration before.
     """
 
     barrier: float
-    objective: float
+    linear_objective: float
     stationarity: float
     residual: float
     damping: float
@@ -150,8 +150,8 @@ def minimise(
         multipliers: those of a similar problem, to begin with ``(m,)``.
         reduce_curvature: where the inequalities' curvature makes the Newton matrix indefinite, take
             less of it (down to none: sequential linear programming), rather than damp the step.
-            That is better where many inequalities are strongly curved: of nine walks in the row
-            ``dynamic`` on wang2020-fast, anymal_c and a1 six were found so, and none with damping.
+            That is better where many inequalities are strongly curved: of nine walks, variant
+            ``dynamic``, on wang2020-fast, anymal_c and a1 six were found so, and none with damping.
             On wang2020 it saves 7 % of the iterations.
 
     Returns:

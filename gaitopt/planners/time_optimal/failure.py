@@ -84,7 +84,7 @@ def _report(solution: Solution[RouteProblem]) -> str:
     """The solver's iterations, one line each."""
     unit = solution.problem.time_unit
     return "\n".join(
-        f"{i:4d} barrier {r.barrier:.1e} time {r.objective * unit:.4f} s "
+        f"{i:4d} barrier {r.barrier:.1e} time {r.linear_objective * unit:.4f} s "
         f"gradient {r.stationarity:.1e} residual {r.residual:.1e} damping {r.damping:.1e}"
         for i, r in enumerate(solution.history)
     )
