@@ -12,12 +12,12 @@ from gaitopt.conventions import FloatArray
 from gaitopt.errors import SolverError
 
 DAMPING = 1e-9
-"""Weight of the squared coordinates, which makes a quadratic program for daqp of the linear one.
+"""Weight of the squared coordinates, which makes a quadratic program for DAQP of the linear one.
 With coordinates and multipliers of order one it moves no vertex: of 300 random programs all agreed
 with HiGHS to 2e-15 with weights of 1e-8 and 1e-10. With 1e-12 some were wrong by 6e-6."""
 
 SOLVER_TOLERANCE = 1e-10
-"""Violation of an inequality that daqp accepts."""
+"""Violation of an inequality that DAQP accepts."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -29,12 +29,12 @@ LEAST_TOLERANCE: Final = 1e-5
 """Smallest tolerance of a projection [m]: ten times :data:`ACCEPTED_GAP`."""
 
 ACCEPTED_GAP: Final = 1e-6
-"""Largest distance of a solver's point from its outer side [m] up to which it is taken. By daqp it
+"""Largest distance of a solver's point from its outer side [m] up to which it is taken. By DAQP it
 is about 1e-8, the product of its damping with the radius of the polytope."""
 
 ACCEPTED_VIOLATION: Final = 1e-7
 """Largest violation of an inequality by a solver's point up to which it is taken, and then removed
-by :func:`feasible_points`. By daqp it is at most 1e-10, by HiGHS 1e-7."""
+by :func:`feasible_points`. By DAQP it is at most 1e-10, by HiGHS 1e-7."""
 
 EMPTY_SLACK: Final = 1e-9
 """A polytope whose inequalities cannot all be kept by this much, and in which neither solver found
@@ -108,7 +108,7 @@ def project(polytope: Polytope, tolerance: float) -> Projection | None:
             :data:`LEAST_TOLERANCE`.
 
     Raises:
-        SolverError: neither daqp nor HiGHS solved the linear programs.
+        SolverError: neither DAQP nor HiGHS solved the linear programs.
     """
     for solver in (Daqp(polytope), Highs(polytope)):
         projection = _projected(polytope, solver, tolerance)
@@ -116,7 +116,7 @@ def project(polytope: Polytope, tolerance: float) -> Projection | None:
             return projection
         if largest_slack(polytope) < EMPTY_SLACK:
             return None
-    raise SolverError("neither daqp nor HiGHS solved the linear programs of a region")
+    raise SolverError("neither DAQP nor HiGHS solved the linear programs of a region")
 
 
 def feasible_points(polytope: Polytope, points: FloatArray) -> FloatArray:

@@ -65,7 +65,7 @@ class FeasibleRegion:
         residual: largest error of the equations of rest at a vertex: of force, as a share of the
             weight, and of torque, divided by the weight [m].
         violation: largest violation of a limit at a vertex, as a share of the weight or of the
-            joint's torque limit; not above 0 when all hold.
+            joint's torque limit; 0 or less, but for rounding, when all hold.
         posture: x, y, z [m], roll, pitch, yaw [rad] of the base for which torque limits hold
             ``(6,)``; ``None`` without torque limits.
         posture_com: horizontal place of the COM in this posture ``(2,)`` [m], or ``None``.
