@@ -11,6 +11,7 @@ Torques deviate from their chords likewise.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -31,6 +32,10 @@ AIM = 1e-3
 """Share of the weight that the bound between samples aims for: a twentieth of the usual reserve."""
 MOST_CUTS = 64
 """Most parts that a piece is cut into; the bound falls with their square."""
+REFINEMENT = 8
+"""Most parts that a piece is cut into again where its bound is too weak."""
+MOST_REFINEMENTS = 4
+"""Most times that this is done: the bound then is 8**8 times as small."""
 MOST_PIECES = 60_000
 """Most pieces in all. Each takes about 0.3 ms."""
 UNBALANCED = 1e-3
@@ -61,13 +66,56 @@ def contact_forces(plan: Plan, limits: ForceLimits) -> Check:
     )  # fmt: skip
 
 
-def _least_left(
-    plan: Plan, limits: ForceLimits
-) -> tuple[FloatArray, FloatArray, list[str], FloatArray, np.ndarray]:
-    """Of every piece the least that a limit leaves, the bound in it, whose limit; start; phase."""
+class _Judged(NamedTuple):
+    """Judged pieces.
+
+    Attributes:
+        left: the least that a limit leaves on each piece ``(P,)`` [N].
+        bound: how much of it the time between samples took ``(P,)`` [N].
+        where: whose limit.
+        starts: of the pieces ``(P,)`` [s].
+        phases: of the pieces ``(P,)``.
+    """
+
+    left: FloatArray
+    bound: FloatArray
+    where: list[str]
+    starts: FloatArray
+    phases: np.ndarray
+
+
+def _least_left(plan: Plan, limits: ForceLimits) -> _Judged:
+    """Judge every piece; those whose bound is too weak are cut and judged again."""
     pieces = Pieces.of(plan.path)
-    counts = _cuts(plan, pieces)
-    pieces = pieces.cut(counts)
+    pieces = pieces.cut(_cuts(plan, pieces))
+    kept: list[_Judged] = []
+    for again in range(MOST_REFINEMENTS + 1):
+        judged_pieces = _judge_pieces(plan, limits, pieces)
+        left, bound = judged_pieces.left, judged_pieces.bound
+        weak = (left < 0.0) & (left + bound >= 0.0)
+        if again == MOST_REFINEMENTS or not weak.any():
+            kept.append(judged_pieces)
+            break
+        kept.append(_some(judged_pieces, np.flatnonzero(~weak)))
+        # What is over falls with the square of the length.
+        parts = np.ceil(np.sqrt(bound[weak] / np.maximum(bound[weak] + left[weak], 1e-9)))
+        pieces = pieces.chosen(weak).cut(np.clip(parts, 2, REFINEMENT).astype(int))
+    return _Judged(
+        np.concatenate([k.left for k in kept]), np.concatenate([k.bound for k in kept]),
+        [name for k in kept for name in k.where], np.concatenate([k.starts for k in kept]),
+        np.concatenate([k.phases for k in kept]),
+    )  # fmt: skip
+
+
+def _some(judged_pieces: _Judged, which: np.ndarray) -> _Judged:
+    """Some of the judged pieces."""
+    left, bound, where, starts, phases = judged_pieces
+    return _Judged(left[which], bound[which], [where[i] for i in which.tolist()], starts[which],
+                   phases[which])  # fmt: skip
+
+
+def _judge_pieces(plan: Plan, limits: ForceLimits, pieces: Pieces) -> _Judged:
+    """Of every piece the least that a limit leaves, with samples at both of its ends."""
     phase, standing = owners(plan, pieces)
     ends = [sample_forces(plan.robot, *(pieces.at_ends(k)[end] for k in (0, 1, 2)))
             for end in (0, 1)]  # fmt: skip
@@ -82,7 +130,7 @@ def _least_left(
         left[mine], bound[mine] = each[rows, tightest], taken[rows, tightest]
         for i, column in zip(mine.tolist(), tightest.tolist(), strict=True):
             where[i] = names[column]
-    return left, bound, where, pieces.starts, phase
+    return _Judged(left, bound, where, pieces.starts, phase)
 
 
 def _cuts(plan: Plan, pieces: Pieces) -> np.ndarray:

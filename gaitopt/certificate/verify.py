@@ -37,8 +37,8 @@ def verify(
         robot: the robot it is to run on; the plan's own by default.
         collisions: whether to look for self-collisions, which takes most of the time.
         forces: limits within which contact forces and joint torques must exist at every instant;
-            ``None`` leaves them unchecked, and then no plan is certified. No planner promises
-            forces yet: where they do not exist, the outcome is ``"kinematics only"``.
+            those that the plan promises by default. A plan that promises none is not certified
+            without them, and where forces do not exist its outcome is ``"kinematics only"``.
 
     Returns:
         The certificate. A violated check is no error: see :meth:`Certificate.raise_for_violations`.
@@ -69,12 +69,19 @@ def verify(
         self_collision.self_collision(plan)
         if collisions
         else unchecked(self_collision.NAME, "m", "not asked for", self_collision.CONTACT),
-        unchecked(FORCES, "N", "not asked for", 0.0)
-        if forces is None
-        else replace(contact_forces(plan, forces), promised=False),
+        *_checks_of_forces(plan, forces),
     ]
     judged = tuple(check for check in found if check is not None)
     return Certificate(plan.robot.name, plan.robot.sha256, judged, len(motion.phase) + 1)
+
+
+def _checks_of_forces(plan: Plan, asked: ForceLimits | None) -> list[Check]:
+    """The check of what the plan promises, and of what is asked beyond it."""
+    promised = plan.settings.promised_forces
+    found = [] if promised is None else [contact_forces(plan, promised)]
+    if asked is not None and asked != promised:
+        found.append(replace(contact_forces(plan, asked), promised=False))
+    return found or [unchecked(FORCES, "N", "not asked for", 0.0)]
 
 
 def _refuse_other_robot(plan: Plan, robot: Quadruped | None) -> None:

@@ -8,8 +8,9 @@ any number of samples.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -116,6 +117,21 @@ class ForceLimits:
         check_number("balance_tolerance", self.balance_tolerance, 1e-12, 0.1)
         if self.torque_line is not None and not isinstance(self.torque_line, TorqueLine):
             raise InputError(f"torque_line must be a TorqueLine or None, got {self.torque_line!r}")
+
+    @classmethod
+    def from_dict(cls, stored: Mapping[str, Any]) -> ForceLimits:
+        """Limits from plain values, as a plan file stores them.
+
+        Raises:
+            InputError: a field is unknown, or a value is out of range.
+        """
+        values = dict(stored)
+        try:
+            if isinstance(values.get("torque_line"), Mapping):
+                values["torque_line"] = TorqueLine(**values["torque_line"])
+            return cls(**values)
+        except TypeError as error:
+            raise InputError(f"these are no force limits: {error}") from error
 
     @property
     def friction_share(self) -> float:

@@ -8,12 +8,13 @@ arguments of the planner. The bare defaults are the numbers of the papers' robot
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import asdict, dataclass, fields, is_dataclass
 from difflib import get_close_matches
 from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 
+from gaitopt.dynamics.contacts import ForceLimits
 from gaitopt.errors import InputError
 from gaitopt.inputs import check_number
 from gaitopt.robots.quadruped import Quadruped
@@ -112,6 +113,11 @@ class PlanSettings:
         return False
 
     @property
+    def promised_forces(self) -> ForceLimits | None:
+        """Limits within which forces and torques are promised to make the motion; or ``None``."""
+        return None
+
+    @property
     def zmp_margin(self) -> float | None:
         """Margin that the ZMP of the body's centre was asked to keep [m]; ``None`` for none.
 
@@ -173,6 +179,8 @@ def _plain(value: Any) -> Any:
         return _plain(value.to_dict())
     if isinstance(value, (tuple, list)):
         return [_plain(v) for v in value]
+    if is_dataclass(value) and not isinstance(value, type):
+        return _plain(asdict(value))
     if isinstance(value, Mapping):
         return {str(k): _plain(v) for k, v in value.items()}
     return value

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
+from gaitopt.dynamics.contacts import ForceLimits
 from gaitopt.errors import InputError
 from gaitopt.inputs import check_count
 from gaitopt.plan.settings.base import MARGIN_SHARE, check_names, one_of, set_number
@@ -43,6 +45,10 @@ class RouteSettings(FootholdSettings):
         com: what keeps the stability margin: ``"body"``, the body's centre, as in [Wang2020];
             ``"model"``, the true centre of mass of the whole robot with its legs. With ``"model"``
             neither a dynamic walk nor an acceleration limit is planned.
+        forces: limits within which contact forces and joint torques must make the motion at every
+            instant; ``None`` promises nothing of forces. With them the walk is straight: the swing
+            curve is not free, and body and foot stop wherever they change direction. ``com`` then
+            is ``"model"`` by default.
         horizon: plan in windows of this many steps, as a robot would that knows no more of its way,
             and keep the first half of each; ``None`` for all steps at once.
         iterations: most Newton steps of each solution.
@@ -66,6 +72,7 @@ class RouteSettings(FootholdSettings):
     margin_reserve: float = 2e-5
     clearance_reserve: float = 5e-4
     com: str = "body"
+    forces: ForceLimits | None = None
     horizon: int | None = None
     iterations: int = 300
 
@@ -81,6 +88,15 @@ class RouteSettings(FootholdSettings):
         counts += [] if self.horizon is None else [("horizon", 2, MOST_STEPS)]
         for name, least, most in counts:
             object.__setattr__(self, name, check_count(name, getattr(self, name), least, most))
+        if isinstance(self.forces, Mapping):
+            object.__setattr__(self, "forces", ForceLimits.from_dict(self.forces))
+        if not isinstance(self.forces, (ForceLimits, type(None))):
+            raise InputError(f"forces must be ForceLimits or None, got {self.forces!r}")
+        if self.forces is not None and self.free.swing:
+            raise InputError(
+                "forces are planned for box swings only: take free='route' or 'overlap', or leave "
+                "forces out"
+            )
         if self.acceleration_limit is None and not self.static:
             raise InputError("free: a dynamic walk needs an acceleration_limit")
         if self.smooth and self.free.swing and not self.free.overlap:
@@ -88,7 +104,7 @@ class RouteSettings(FootholdSettings):
                 "acceleration_limit with a free 'swing' needs 'overlap' to be free, too: the "
                 "swing's spline moves with the body's"
             )
-        if self.true_com and self.smooth:
+        if self.true_com and self.smooth and self.free.swing:
             raise InputError(
                 "com='model' keeps static stability at the joints' velocity limits only: leave "
                 "'dynamic' and acceleration_limit out, or take com='body'"
@@ -104,12 +120,16 @@ class RouteSettings(FootholdSettings):
         check_names(cls, options)
         free = Freedoms.of(options.get("free") or VARIANTS["swing"])
         limit = _acceleration(robot, free, options.get("acceleration_limit"))
-        stops, smooth = (limit is not None and free.swing is curved for curved in (False, True))
+        bounded = limit is not None or options.get("forces") is not None
+        stops, smooth = (bounded and free.swing is curved for curved in (False, True))
         knots = {
             "stance_knots": 1 if stops else 3 if smooth else 4 if free.posture else 2,
             "swing_knots": 8 if free.swing else 6 if stops else 12,
         }
         kept = {k: v for k, v in options.items() if not (v is None and k in knots)}
+        if options.get("forces") is not None and options.get("com") is None:
+            # Forces act at the true centre of mass, wherever the body's centre is.
+            kept["com"] = "model"
         return super().for_robot(robot, **{**knots, **kept, "free": free,
                                            "acceleration_limit": limit})  # fmt: skip
 
@@ -133,6 +153,16 @@ class RouteSettings(FootholdSettings):
     def zmp_margin(self) -> float | None:
         """The stability margin, of a dynamic walk."""
         return None if self.static else self.stability_margin
+
+    @property
+    def promised_forces(self) -> ForceLimits | None:
+        """Limits within which forces and torques are promised to make the motion."""
+        return self.forces
+
+    @property
+    def stops(self) -> bool:
+        """Whether body and foot stop wherever they change direction."""
+        return (self.smooth or self.forces is not None) and not self.free.swing
 
     @property
     def smooth(self) -> bool:

@@ -86,13 +86,16 @@ class FootholdMotion(ABC):
 
     def values_at(self, times: FloatArray, piece: np.ndarray) -> FloatArray:
         """Columns of a path ``(N, 6 + nj)`` by the formulae of the given pieces."""
-        poses = self.poses_at(times, piece)
-        out = np.empty((len(times), BASE_COLUMNS + len(self.robot.joint_names)))
+        return self.values_of(self.poses_at(times, piece), self.contacts(piece))
+
+    def values_of(self, poses: FloatArray, contacts: Contacts) -> FloatArray:
+        """Columns of a path ``(N, 6 + nj)`` in poses ``(N, 9)``."""
+        out = np.empty((len(poses), BASE_COLUMNS + len(self.robot.joint_names)))
         out[:, :BASE_COLUMNS] = base_poses(
             self.robot, self.heading, poses[:, BODY], poses[:, ORIENTATION]
         )
         out[:, BASE_COLUMNS:] = self.robot.neutral_joints()
-        joints = self.joints_of(poses, self.contacts(piece))
+        joints = self.joints_of(poses, contacts)
         out[:, BASE_COLUMNS + self.robot.leg_joint_columns] = joints
         return out
 

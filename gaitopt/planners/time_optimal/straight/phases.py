@@ -33,7 +33,7 @@ def straight_phases(route: Route, knots: RouteKnots, dense: DensePath) -> tuple[
             feet = feet[OTHER_LEGS[steps.indices[step]]]
         margins[phase] = static_stability_margin(feet, point[a : b + 1]).min()
     limits: list[tuple[Limit, ...]] | None = None
-    if settings.acceleration_limit is None:
+    if not settings.stops:
         # With stops no single joint sets the time of a phase.
         limits = speed_limits(route.robot, dense.times, ends, dense.slowest_joint)
     centres = dense.body_centre @ rotation_z(settings.heading).T
