@@ -21,12 +21,8 @@ from gaitopt.control.tracking import RobotState, TrackingController, rotation_of
 from gaitopt.conventions import LEGS
 from gaitopt.plan.plan import Plan
 from gaitopt.simulation.model import SimModel, build_sim_model, import_mujoco, to_mujoco
-from gaitopt.simulation.result import (
-    SimulationRecord,
-    SimulationResult,
-    SimulationStatus,
-    report,
-)
+from gaitopt.simulation.report import SimulationRecord, report
+from gaitopt.simulation.result import SimulationResult, SimulationStatus
 from gaitopt.simulation.servos import Servos
 from gaitopt.simulation.settings import SimulationSettings
 

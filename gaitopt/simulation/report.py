@@ -1,0 +1,191 @@
+"""Computes the result of a simulation from what was recorded during it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gaitopt.control.gains import ControlGains
+from gaitopt.conventions import LEGS, BoolArray, FloatArray
+from gaitopt.plan.com_margin import margins_over, true_com
+from gaitopt.plan.plan import Plan, Trajectory
+from gaitopt.robots.rotations import quaternion_to_matrix
+from gaitopt.simulation.result import (
+    MissedFoothold,
+    MissReason,
+    SimulationResult,
+    SimulationStatus,
+)
+from gaitopt.simulation.settings import SimulationSettings
+
+BEFORE_LIFT_OFF = 0.06
+"""How long before its planned lift-off a foot may already rise [s]. Chosen: the controller's
+reference is averaged over 40 ms, and the record has a sample every 20 ms."""
+
+
+@dataclass(frozen=True, eq=False)
+class SimulationRecord:
+    """What was recorded during a simulation, at ``N`` samples.
+
+    Attributes:
+        t: ``(N,)`` [s].
+        clock: the plan's time ``(N,)`` [s], which stands still while the controller waits.
+        q, v: Pinocchio's configurations ``(N, nq)`` and velocities ``(N, nv)``.
+        touching: which feet touch anything ``(N, 4)``.
+        beneath: id of the shape under each foot ``(N, 4)``, -1 for none.
+        peak_torques, peak_rates, energy, status, wall_time, cpu_time: see
+            :class:`SimulationResult`.
+    """
+
+    t: FloatArray
+    clock: FloatArray
+    q: FloatArray
+    v: FloatArray
+    touching: BoolArray
+    beneath: np.ndarray
+    peak_torques: FloatArray
+    peak_rates: FloatArray
+    energy: float
+    status: SimulationStatus
+    wall_time: float
+    cpu_time: float
+
+
+def report(
+    plan: Plan,
+    record: SimulationRecord,
+    columns: np.ndarray,
+    gains: ControlGains,
+    settings: SimulationSettings,
+) -> SimulationResult:
+    """The result that a record amounts to.
+
+    Args:
+        plan: what was simulated.
+        record: what was recorded.
+        columns: ids of the shapes under the footholds ``(4, n)``.
+        gains, settings: of the simulation.
+    """
+    robot, t = plan.robot, record.t
+    planned = plan.at(np.clip(record.clock, 0.0, plan.duration))
+    base, to_world = record.q[:, :3], quaternion_to_matrix(record.q[:, 3:7]) @ robot.body_axes
+    inside = np.stack([robot.legs[leg].forward(record.q[:, 7:][:, list(robot.leg_columns[leg])])
+                       for leg in LEGS], axis=1)  # fmt: skip
+    feet = base[:, None, :] + np.einsum("nij,nlj->nli", to_world, inside)
+    landings = _landings(plan, record, feet, columns, settings)
+    errors = np.array([e for e, _ in landings])
+    missed = tuple(m for _, m in landings if m is not None)
+    motion = Trajectory(
+        t=t,
+        q=record.q,
+        v=record.v,
+        contacts=record.touching,
+        cog=base + to_world @ robot.centre,
+        feet=feet,
+        legs=LEGS,
+        joint_names=robot.joint_names,
+    )
+    margin = margins_over(replace(motion, contacts=planned.contacts), true_com(robot, record.q))
+    done = errors[np.isfinite(errors)]
+    return SimulationResult(
+        status=record.status,
+        end=float(t[-1]),
+        waited=float(t[-1] - record.clock[-1]),
+        steps_done=len(done),
+        steps=len(errors),
+        missed=missed,
+        landing_error=float(done.max(initial=0.0)),
+        landing_errors=errors,
+        tilt=float(_tilt(record.q[:, 3:7], planned.q[:, 3:7]).max()),
+        body_error=float(np.linalg.norm(record.q[:, :3] - planned.q[:, :3], axis=1).max()),
+        com_margin=margin,
+        smallest_margin=float(np.nanmin(margin)) if np.isfinite(margin).any() else float("nan"),
+        slip=_slip(plan, record.clock, feet, settings),
+        peak_torques=record.peak_torques,
+        peak_rates=record.peak_rates,
+        torque_use=float((record.peak_torques / robot.effort_limits).max(initial=0.0)),
+        rate_use=float((record.peak_rates / robot.velocity_limits).max(initial=0.0)),
+        servo_tolerance=settings.servo_tolerance,
+        energy=record.energy,
+        wall_time=record.wall_time,
+        cpu_time=record.cpu_time,
+        simulated_time=float(t[-1]),
+        motion=motion,
+        gains=gains,
+        settings=settings,
+    )
+
+
+def stances(plan: Plan) -> list[tuple[int, str, float, float, FloatArray]]:
+    """Every time that a foot stands after a swing, by step.
+
+    Returns:
+        Tuples of step, leg, touch-down [s], next lift-off [s] and foothold ``(3,)`` [m].
+    """
+    found = []
+    for i, swing in enumerate(plan.swings):
+        later = (s.start for s in plan.swings[i + 1 :] if s.leg == swing.leg)
+        found.append((swing.step, swing.leg, swing.end, next(later, np.inf), swing.foot_end))
+    return found
+
+
+def _landings(
+    plan: Plan,
+    record: SimulationRecord,
+    feet: FloatArray,
+    columns: np.ndarray,
+    settings: SimulationSettings,
+) -> list[tuple[float, MissedFoothold | None]]:
+    """For each step the landing error [m], NaN where it was not done, and whether it missed."""
+    counts = dict.fromkeys(LEGS, 0)
+    radius = plan.footholds.landing_radius
+    out: list[tuple[float, MissedFoothold | None]] = []
+    for step, leg, start, end, foothold in stances(plan):
+        column = LEGS.index(leg)
+        counts[leg] += 1
+        mine = columns[column, min(counts[leg], columns.shape[1] - 1)]
+        first = int(np.searchsorted(record.clock, start))
+        settled = int(np.searchsorted(record.clock, min(start + settings.landing_time, end - 1e-6)))
+        last = int(np.searchsorted(record.clock, end - BEFORE_LIFT_OFF)) - 1
+        if first >= len(record.clock):
+            out.append((np.nan, None))
+            continue
+        settled = min(settled, len(record.clock) - 1)
+        last = min(max(last, settled), len(record.clock) - 1)
+        off = np.linalg.norm(feet[:, column, :2] - foothold[:2], axis=1)
+        beneath = record.beneath[first : settled + 1, column]
+        reason: MissReason | None = None
+        if (beneath < 0).all():
+            reason = MissReason.NO_CONTACT
+        elif off[settled] > radius or not (beneath == mine).any():
+            reason = MissReason.BESIDE
+        elif off[last] > radius or (record.beneath[last - 2 : last + 1, column] != mine).all():
+            reason = MissReason.LEFT
+        distance = float(off[last] if reason is MissReason.LEFT else off[settled])
+        out.append((float(off[settled]),
+                    MissedFoothold(step, leg, distance, reason) if reason else None))  # fmt: skip
+    return out
+
+
+def _slip(plan: Plan, times: FloatArray, feet: FloatArray, settings: SimulationSettings) -> float:
+    """Largest horizontal distance of a standing foot from where it landed [m]."""
+    worst = 0.0
+    starts = [
+        (0, leg, 0.0, next((s.start for s in plan.swings if s.leg == leg), np.inf), None)
+        for leg in LEGS
+    ]
+    for _, leg, start, end, _ in [*starts, *stances(plan)]:
+        a, b = np.searchsorted(times, [start + settings.landing_time, end - BEFORE_LIFT_OFF])
+        places = feet[a:b, LEGS.index(leg), :2]
+        if len(places):
+            worst = max(worst, float(np.linalg.norm(places - places[0], axis=1).max()))
+    return worst
+
+
+def _tilt(quaternions: FloatArray, others: FloatArray) -> FloatArray:
+    """Angles ``(N,)`` [rad] between orientations, given as unit quaternions ``(N, 4)``."""
+    # A quaternion and its opposite are the same orientation.
+    flip = np.sign(np.einsum("ni,ni->n", quaternions, others))[:, None]
+    half = np.linalg.norm(quaternions - np.where(flip < 0, -1.0, 1.0) * others, axis=1) / 2.0
+    return np.asarray(4.0 * np.arcsin(np.clip(half, 0.0, 1.0)))
