@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from gaitopt.certificate.check import Verdict as Verdict
     from gaitopt.certificate.verify import verify as verify
     from gaitopt.conventions import LEGS as LEGS
+    from gaitopt.dynamics.contact_forces import ContactForces as ContactForces
+    from gaitopt.dynamics.contacts import ForceLimits as ForceLimits
     from gaitopt.errors import CertificateError as CertificateError
     from gaitopt.errors import FootholdsError as FootholdsError
     from gaitopt.errors import GaitoptError as GaitoptError
@@ -59,6 +61,7 @@ if TYPE_CHECKING:
     from gaitopt.optimize.spline.joint_spline import JointSpline as JointSpline
     from gaitopt.optimize.spline.solver import solve_spline as solve_spline
     from gaitopt.plan.com_margin import com_margin as com_margin
+    from gaitopt.plan.contact_forces import contact_forces as contact_forces
     from gaitopt.plan.phase import Phase as Phase
     from gaitopt.plan.phase import Swing as Swing
     from gaitopt.plan.plan import Plan as Plan
@@ -120,6 +123,8 @@ _HOMES = {
     "certificate.check": "Check Verdict",
     "certificate.verify": "verify",
     "conventions": "LEGS",
+    "dynamics.contact_forces": "ContactForces",
+    "dynamics.contacts": "ForceLimits",
     "errors": (
         "CertificateError FootholdsError GaitoptError InfeasibleSpeedError InfeasibleStepError "
         "InputError MissingPackageError PlanFileError RobotError RouteError SolverError "
@@ -139,6 +144,7 @@ _HOMES = {
     "optimize.spline.joint_spline": "JointSpline",
     "optimize.spline.solver": "solve_spline",
     "plan.com_margin": "com_margin",
+    "plan.contact_forces": "contact_forces",
     "plan.phase": "Phase Swing",
     "plan.plan": "Plan Trajectory load_plan",
     "plan.record": "CrawlRecord GaitRecord PlanRecord RouteRecord StrideRecord",

@@ -9,92 +9,22 @@ from typing import Final
 
 import numpy as np
 
-from gaitopt.conventions import LEGS, BoolArray, FloatArray, TextEnum
-from gaitopt.dynamics.contacts import ForceLimits, effort_limits, pyramid_rows
-from gaitopt.dynamics.force_space import ForceProblem
+from gaitopt.conventions import LEGS, BoolArray, FloatArray
+from gaitopt.dynamics.contacts import ForceLimits
+from gaitopt.dynamics.force_status import (
+    FORCE_TOLERANCE,
+    ForceResiduals,
+    ForceStatus,
+    ForceViolation,
+)
 
-FORCE_TOLERANCE: Final = 1e-7
-"""Violation of a limit that counts as rounding, as a share of the weight or of the torque limit:
-ten times what the solver may leave."""
-
-
-class ForceStatus(TextEnum):
-    """Whether an instant of a motion has contact forces; the text tells what to do."""
-
-    FEASIBLE = "feasible"
-    """The forces make the motion and keep all limits."""
-    FRICTION = (
-        "friction: a foot would slip; accelerate less, or count on more friction, or on a pyramid "
-        "with more sides"
-    )
-    """Forces that make the motion leave a friction pyramid."""
-    NORMAL_FORCE = (
-        "normal force: the ground would have to pull at a foot, or the foot keeps less than its "
-        "reserve; move slower, move the centre of mass further inside the support, or lessen the "
-        "reserve"
-    )
-    """Forces that make the motion press too little on a foot."""
-    TORQUE = (
-        "torque: a joint would need more torque than it has; move slower, take another posture or "
-        "a lighter load, or use a larger share of the torque limits"
-    )
-    """Forces that make the motion need too much of a joint."""
-    BALANCE = (
-        "balance: no forces on the standing feet make this motion; two feet make no moment about "
-        "the line that joins them, and no foot makes no force at all: move the body so that the "
-        "moment vanishes, or keep more feet on the ground"
-    )
-    """The base's six equations have no solution."""
-
-
-@dataclass(frozen=True)
-class ForceViolation:
-    """A limit that the forces of one instant do not keep.
-
-    Attributes:
-        sample: index of the instant.
-        time: of the instant [s].
-        kind: the limit's kind.
-        name: the leg, the joint, or the standing legs.
-        amount: how far the limit is exceeded, in :attr:`unit`.
-        unit: ``"N"`` or ``"N m"``.
-        share: the same as a share of the weight, of the weight times half the stance, or of the
-            joint's torque limit.
-    """
-
-    sample: int
-    time: float
-    kind: ForceStatus
-    name: str
-    amount: float
-    unit: str
-    share: float
-
-    def __str__(self) -> str:
-        kind = self.kind.name.lower().replace("_", " ")
-        return (
-            f"{kind} of {self.name} at {self.time:.3f} s: exceeded by {self.amount:.3g} "
-            f"{self.unit} ({100.0 * self.share:.3g} %)"
-        )
-
-
-@dataclass(frozen=True, eq=False)
-class ForceResiduals:
-    """What is left of the equations of motion, and how far limits are exceeded; 0 where kept.
-
-    Attributes:
-        force: of the base's three force equations ``(N,)`` [N].
-        moment: of the base's three moment equations ``(N,)`` [N m].
-        friction: horizontal force outside the friction pyramid ``(N, 4)`` [N].
-        normal_force: missing normal force ``(N, 4)`` [N].
-        torque: torque beyond the share of its limit that may be used ``(N, nj)`` [N m].
-    """
-
-    force: FloatArray
-    moment: FloatArray
-    friction: FloatArray
-    normal_force: FloatArray
-    torque: FloatArray
+_KINDS: Final = (
+    ForceStatus.FRICTION,
+    ForceStatus.NORMAL_FORCE,
+    ForceStatus.TORQUE,
+    ForceStatus.BALANCE,
+)
+"""In the order of the columns of :attr:`ContactForces.excess`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -268,84 +198,3 @@ class ContactForces:
                 yield ForceViolation(
                     sample, time, ForceStatus.BALANCE, name, amount, unit, amount / scale
                 )
-
-
-_KINDS: Final = (
-    ForceStatus.FRICTION,
-    ForceStatus.NORMAL_FORCE,
-    ForceStatus.TORQUE,
-    ForceStatus.BALANCE,
-)
-
-
-def judged(problem: ForceProblem, forces: FloatArray, conflicts: BoolArray) -> ContactForces:
-    """Contact forces with the torques that belong to them and all residuals.
-
-    Args:
-        problem: the problem.
-        forces: ``(N, 4, 3)`` in the world's axes [N].
-        conflicts: which limits were found to be in the way ``(N, 8 + nj)``; those that the forces
-            exceed are added.
-    """
-    standing, limits = problem.standing, problem.limits
-    normals = problem.equations.contacts.normals
-    pressing = np.einsum("nfi,nfi->nf", normals, forces)
-    sliding = np.linalg.norm(forces - pressing[..., None] * normals, axis=2)
-    friction = -(pyramid_rows(limits, normals) @ forces[..., None])[..., 0].min(axis=2)
-    least = problem.weight * limits.least_normal_shares(standing)
-    left = problem.equations.residuals(forces)
-    torques = problem.equations.torques(forces)
-    beyond = np.maximum(problem.torque_low - torques, torques - problem.torque_high)
-    residuals = ForceResiduals(
-        force=np.linalg.norm(left[:, :3], axis=1),
-        moment=np.linalg.norm(left[:, 3:], axis=1),
-        friction=np.where(standing, np.maximum(friction, 0.0), 0.0),
-        normal_force=np.where(standing, np.maximum(least - pressing, 0.0), 0.0),
-        torque=np.maximum(beyond, 0.0),
-    )
-    return ContactForces(
-        times=problem.times,
-        forces=forces,
-        torques=torques,
-        standing=standing,
-        reserve=np.where(standing, pressing / problem.weight, np.inf).min(axis=1),
-        friction_use=np.where(standing, _cone_use(sliding, limits.friction * pressing), 0.0),
-        torque_use=_torque_use(problem, torques),
-        residuals=residuals,
-        conflict_table=conflicts | _exceeded(problem, residuals),
-        limits=limits,
-        joint_names=problem.robot.joint_names,
-        unlimited=effort_limits(problem.robot).unknown,
-        weight=problem.weight,
-        length=problem.length,
-    )
-
-
-def _exceeded(problem: ForceProblem, residuals: ForceResiduals) -> BoolArray:
-    """Which limits the forces exceed by more than rounding ``(N, 8 + nj)``."""
-    largest = np.maximum(-problem.torque_low, problem.torque_high)
-    return np.concatenate(
-        [
-            residuals.friction > FORCE_TOLERANCE * problem.weight,
-            residuals.normal_force > FORCE_TOLERANCE * problem.weight,
-            residuals.torque > FORCE_TOLERANCE * largest,
-        ],
-        axis=1,
-    )
-
-
-def _cone_use(sliding: FloatArray, holding: FloatArray) -> FloatArray:
-    """Tangential force as a share of the largest one; ``inf`` where a foot does not press."""
-    pressed = holding > 0.0
-    return np.where(pressed, sliding / np.where(pressed, holding, 1.0), np.inf)
-
-
-def _torque_use(problem: ForceProblem, torques: FloatArray) -> FloatArray:
-    """Torques as shares of what the joints have ``(N, nj)``; NaN without a known limit."""
-    bound = np.where(torques >= 0.0, problem.torque_high, -problem.torque_low)
-    full = bound / problem.limits.torque_share
-    known = np.isfinite(full)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        use = np.abs(torques) / full
-    # No torque at a speed at which the motor has none is no use at all.
-    return np.where(known, np.where(torques == 0.0, 0.0, use), np.nan)

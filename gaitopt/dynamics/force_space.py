@@ -30,6 +30,8 @@ class ForceProblem:
 
     Build one with :func:`gaitopt.dynamics.forces.build_force_problem`.
 
+    Arrays are read-only.
+
     Attributes:
         robot: the robot.
         equations: the equations of motion.
@@ -51,6 +53,10 @@ class ForceProblem:
     times: FloatArray
     weight: float
     length: float
+
+    def __post_init__(self) -> None:
+        for array in (self.standing, self.torque_low, self.torque_high, self.times):
+            array.setflags(write=False)
 
     def __len__(self) -> int:
         return len(self.standing)

@@ -16,8 +16,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gaitopt.conventions import BoolArray, FloatArray, TextEnum
-from gaitopt.dynamics.contact_forces import ContactForces, judged
+from gaitopt.dynamics.contact_forces import ContactForces
 from gaitopt.dynamics.contacts import ForceLimits, torque_bounds
+from gaitopt.dynamics.force_residuals import judged
 from gaitopt.dynamics.force_space import (
     ForceProblem,
     ForceRows,
@@ -25,6 +26,7 @@ from gaitopt.dynamics.force_space import (
     force_rows,
     force_spaces,
 )
+from gaitopt.dynamics.least_excess import least_excess
 from gaitopt.dynamics.small_programs import (
     NO_BOUND,
     ROW_TOLERANCE,
@@ -32,7 +34,7 @@ from gaitopt.dynamics.small_programs import (
     solve_quadratic,
 )
 from gaitopt.dynamics.whole_body import Motion, equations_of_motion
-from gaitopt.errors import InputError, SolverError
+from gaitopt.errors import InputError
 from gaitopt.inputs import check_numbers
 from gaitopt.robots.quadruped import Quadruped
 
@@ -194,7 +196,7 @@ def _quadratic(
             without.append(i)
         else:
             z[i] = found
-    least = _least_excess(problem, space, rows, without)
+    least = least_excess(problem, space, rows, without)
     z[without] = least.z
     return _Coordinates(z, [(i, least.multipliers[k]) for k, i in enumerate(without)])
 
@@ -220,7 +222,7 @@ def _largest_reserve(problem: ForceProblem, space: ForceSpace, rows: ForceRows) 
         z[i] = found.point[:-1]
         if found.point[-1] < -ROW_TOLERANCE:
             conflicts.append((i, found.multipliers))
-    least = _least_excess(problem, space, rows, without)
+    least = least_excess(problem, space, rows, without)
     z[without] = least.z
     for k, i in enumerate(without):
         # A program that is feasible, and was not solved, is one for another solver.
@@ -237,68 +239,6 @@ def _kept(rows: ForceRows, z: FloatArray) -> BoolArray:
     values = (rows.matrix @ z[..., None])[..., 0]
     kept = (values >= rows.low - ROW_TOLERANCE) & (values <= rows.high + ROW_TOLERANCE)
     return np.asarray(kept.all(axis=1))
-
-
-class _LeastExcess(NamedTuple):
-    """Forces that exceed the limits least, for ``c`` samples of a group.
-
-    ``z (c, d)`` are their coordinates, ``excess (c,)`` the sums of what is exceeded, and
-    ``multipliers (c, ...)`` those of the rows of the group, and of further rows behind them.
-    """
-
-    z: FloatArray
-    excess: FloatArray
-    multipliers: FloatArray
-
-
-def _least_excess(
-    problem: ForceProblem, space: ForceSpace, rows: ForceRows, chosen: list[int]
-) -> _LeastExcess:
-    """Forces that exceed the limits least.
-
-    What is least is the sum over the constraints of how far each is exceeded, as a share of the
-    weight or of the joint's torque limit. Then few constraints are exceeded at all.
-
-    Args:
-        problem, space, rows: what is asked of the group.
-        chosen: samples of the group.
-
-    Raises:
-        SolverError: no solver found them.
-    """
-    _, length, size = rows.matrix.shape
-    count = len(rows.columns)
-    belongs = (rows.constraints[:, None] == np.arange(count)).astype(np.float64)
-    # An upper limit and a lower one of the same row are exceeded in opposite directions.
-    above = np.flatnonzero(~(rows.high >= NO_BOUND).all(axis=0))
-    matrix = np.zeros((len(chosen), length + len(above) + count, size + count))
-    matrix[:, :-count, :size] = np.concatenate([rows.matrix, rows.matrix[:, above]], axis=1)[chosen]
-    matrix[:, :-count, size:] = np.concatenate([belongs, -belongs[above]])
-    matrix[:, -count:, size:] = np.eye(count)
-    low, high = np.full(matrix.shape[:2], -NO_BOUND), np.full(matrix.shape[:2], NO_BOUND)
-    low[:, :length] = rows.low[chosen]
-    low[:, -count:] = 0.0
-    high[:, length:-count] = rows.high[chosen][:, above]
-    costs = np.repeat([0.0, 1.0], [size, count])
-    points = np.empty((len(chosen), size + count))
-    multipliers = np.empty(matrix.shape[:2])
-    for k, i in enumerate(chosen):
-        found = solve_linear(costs, matrix[k], low[k], high[k])
-        if found is None:
-            found = solve_linear(costs, matrix[k], low[k], high[k], by_highs=True)
-        if found is None:
-            raise SolverError(_nothing_found(problem, int(space.samples[i])))
-        points[k], multipliers[k] = found
-    multipliers[:, above] += multipliers[:, length:-count]
-    return _LeastExcess(points[:, :size], points[:, size:].sum(axis=1), multipliers)
-
-
-def _nothing_found(problem: ForceProblem, sample: int) -> str:
-    return (
-        f"{problem.robot.name}: no contact forces were found at {problem.times[sample]:.6g} s "
-        f"(sample {sample}), not even ones that exceed limits; are masses and limits of a sensible "
-        "size?"
-    )
 
 
 _SOLVERS: Final[

@@ -11,7 +11,7 @@ dynamics [Carpentier2019]. The first six rows are a wrench in the frame of the b
 origin: only contact forces can make it. The other rows then give the torques.
 
 Along a path ``q(s)`` the left side is linear in the path's acceleration ``u = s''`` and squared
-speed ``x = s'^2``: it is ``A(s) u + B(s) x + g(s)`` [Pham2015]. That form is
+speed ``x = s'^2``: it is ``A(s) u + B(s) x + g(s)`` [Hauser2014]. That form is
 :class:`PathDynamics`.
 """
 
@@ -231,7 +231,7 @@ def path_dynamics(
         second: their second derivative by ``s``.
         normals: as in :func:`equations_of_motion`.
 
-    Source: [Pham2015]; with three calls of inverse dynamics a sample.
+    Source: [Hauser2014]; with three calls of inverse dynamics a sample.
 
     Raises:
         InputError: shapes do not fit, a number is not finite, or a normal has no direction.

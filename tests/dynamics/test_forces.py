@@ -14,9 +14,10 @@ from stances import Stance, centre_of_mass, largest_reserve, level_feet, referen
 
 import gaitopt
 from gaitopt import LEGS, Quadruped
-from gaitopt.dynamics.contact_forces import ContactForces, ForceStatus
+from gaitopt.dynamics.contact_forces import ContactForces
 from gaitopt.dynamics.contacts import ForceLimits
 from gaitopt.dynamics.force_space import ForceProblem, force_rows, force_spaces
+from gaitopt.dynamics.force_status import ForceStatus
 from gaitopt.dynamics.forces import ForceObjective, build_force_problem, solve_forces
 from gaitopt.errors import InputError
 from gaitopt.stability.zmp import whole_body_zmp
