@@ -24,9 +24,9 @@ TRUE_COM = "the margin is promised of the true COM"
 def margin_of_cog(plan: Plan, motion: Motion) -> Check:
     """While a foot flies, the body centre keeps the stability margin that was asked for."""
     if not plan.settings.static:
-        return unchecked("margin of the body centre", "m", DYNAMIC)
+        return unchecked("margin of the body centre", "m", DYNAMIC, needed=False)
     if plan.settings.true_com:
-        return unchecked("margin of the body centre", "m", TRUE_COM)
+        return unchecked("margin of the body centre", "m", TRUE_COM, needed=False)
     margins = _margins(motion, motion.cog, motion.cog_deviation, -np.inf)
     flying = np.asarray(~motion.standing.all(axis=1))
     short = np.where(flying, margins - plan.settings.stability_margin, margins)
@@ -44,7 +44,7 @@ def margin_of_com(plan: Plan, motion: Motion) -> Check:
     every instant after the first stance phase, which begins wherever the robot stands.
     """
     if not plan.settings.static:
-        return unchecked("margin of the true COM", "m", DYNAMIC)
+        return unchecked("margin of the true COM", "m", DYNAMIC, needed=False)
     margins = _margins(motion, motion.com, motion.com_deviation, -np.inf)
     promised = plan.settings.stability_margin - SHORT if plan.settings.true_com else 0.0
     asked = np.where(motion.phase > 0, promised, 0.0)

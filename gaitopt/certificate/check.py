@@ -80,9 +80,14 @@ SHORT = 1e-6
 thousand times the tolerance of the planners' solvers, and a thousandth of what a robot can keep."""
 
 
-def unchecked(name: str, unit: str, note: str, limit: float = nan) -> Check:
-    """A check that was not made; ``note`` says why."""
-    return Check(name, Verdict.UNCHECKED, nan, limit, unit, note=note)
+def unchecked(name: str, unit: str, note: str, limit: float = nan, *, needed: bool = True) -> Check:
+    """A check that was not made; ``note`` says why.
+
+    Args:
+        name, unit, note, limit: as in :class:`Check`.
+        needed: whether a plan can only be certified with it.
+    """
+    return Check(name, Verdict.UNCHECKED, nan, limit, unit, note=note, promised=needed)
 
 
 def judged(

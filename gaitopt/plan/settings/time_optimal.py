@@ -118,16 +118,17 @@ class RouteSettings(FootholdSettings):
         velocity limit in :data:`RAMP`; knots are as many as the kind of walk needs.
         """
         check_names(cls, options)
-        free = Freedoms.of(options.get("free") or VARIANTS["swing"])
+        forces = options.get("forces") is not None
+        free = Freedoms.of(options.get("free") or VARIANTS["route" if forces else "swing"])
         limit = _acceleration(robot, free, options.get("acceleration_limit"))
-        bounded = limit is not None or options.get("forces") is not None
+        bounded = limit is not None or forces
         stops, smooth = (bounded and free.swing is curved for curved in (False, True))
         knots = {
             "stance_knots": 1 if stops else 3 if smooth else 4 if free.posture else 2,
             "swing_knots": 8 if free.swing else 6 if stops else 12,
         }
         kept = {k: v for k, v in options.items() if not (v is None and k in knots)}
-        if options.get("forces") is not None and options.get("com") is None:
+        if forces and options.get("com") is None:
             # Forces act at the true centre of mass, wherever the body's centre is.
             kept["com"] = "model"
         return super().for_robot(robot, **{**knots, **kept, "free": free,

@@ -1,0 +1,127 @@
+"""The fastest timing that forces allow: feasible at every place, and no faster one is."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import gaitopt
+from gaitopt import ForceLimits, Quadruped
+from gaitopt.dynamics.force_timing import ForceTiming, TimingLimits, fastest_with_forces
+from gaitopt.dynamics.small_programs import NO_BOUND, solve_linear
+from gaitopt.dynamics.whole_body import PathDynamics, path_dynamics
+from gaitopt.robots.whole_body import joints_from_feet
+
+Array = NDArray[np.float64]
+GRID = (1.0 - np.cos(np.pi * np.arange(13) / 12)) / 2.0
+STANDING = np.ones((1, 4), dtype=np.bool_)
+
+
+class Move(NamedTuple):
+    """The body moves straight ahead on four feet."""
+
+    robot: Quadruped
+    dynamics: PathDynamics
+    timing: TimingLimits
+
+
+def move(name: str, distance: float, top: float = np.inf) -> Move:
+    """A move of the body by ``distance`` along x, in its own share as the parameter."""
+    robot = gaitopt.load_robot(name)
+    length, width = robot.stance_size
+    corners = np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]])
+    feet = np.column_stack([corners * [length / 2, width / 2], np.zeros(4)])
+    h = 1e-3
+
+    def values(s: Array) -> Array:
+        base = np.zeros((len(s), 6))
+        base[:, 0] = distance * (s - 0.5) - robot.centre[0]
+        base[:, 1], base[:, 2] = -robot.centre[1], robot.standing_height - robot.centre[2]
+        feet_at = np.broadcast_to(feet, (len(s), 4, 3))
+        joints = joints_from_feet(robot, base[:, :3], base[:, 3:], feet_at)
+        return np.concatenate([base, joints], axis=1)
+
+    far = [values(GRID + k * h) for k in (-1, 0, 1)]
+    first, second = (far[2] - far[0]) / (2 * h), (far[2] - 2 * far[1] + far[0]) / h**2
+    dynamics = path_dynamics(robot, far[1], first, second)
+    squares = np.full((len(GRID), 1), top)
+    squares[[0, -1]] = 0.0
+    return Move(robot, dynamics, TimingLimits(squares, first[:, None, 6:], second[:, None, 6:]))
+
+
+def found(given: Move, limits: ForceLimits) -> ForceTiming:
+    return fastest_with_forces(given.robot, given.dynamics, STANDING, GRID, limits, given.timing)
+
+
+def duration(timing: ForceTiming) -> float:
+    speeds = np.sqrt(timing.squares[:, 0])
+    return float((2.0 * np.diff(GRID) / (speeds[1:] + speeds[:-1])).sum())
+
+
+def has_forces(given: Move, limits: ForceLimits, i: int, u: float, x: float) -> bool:
+    """Whether forces exist at a place, by another program: all twelve forces are unknowns."""
+    robot, dynamics = given.robot, given.dynamics
+    weight = robot.mass * 9.81
+    total = dynamics.acceleration[i] * u + dynamics.speed[i] * x + dynamics.gravity[i]
+    jacobians = dynamics.contacts.jacobians[i].reshape(12, -1)
+    base = jacobians[:, :6].T
+    side = limits.friction * np.cos(np.pi / 4)
+    pyramid = np.array([[1, 0, side], [-1, 0, side], [0, 1, side], [0, -1, side]])
+    rows = [base, np.kron(np.eye(4), pyramid), np.kron(np.eye(4), [[0.0, 0.0, 1.0]])]
+    low = [total[:6] / weight, np.zeros(16), np.full(4, limits.reserve / 2.0)]
+    high = [total[:6] / weight, np.full(20, NO_BOUND)]
+    effort = limits.torque_share * robot.model.effortLimit[6:]
+    rows.append(-jacobians[:, 6:].T * weight / effort[:, None])
+    low.append(-1.0 - total[6:] / effort)
+    high.append(1.0 - total[6:] / effort)
+    matrix = np.concatenate(rows)
+    program = (np.zeros(12), matrix, np.concatenate(low) - 1e-7, np.concatenate(high) + 1e-7)
+    return solve_linear(*program, by_highs=True) is not None
+
+
+@pytest.mark.parametrize("name", ["a1", "anymal_c", "wang2020"])
+def test_forces_exist_at_both_ends_of_every_interval(name: str) -> None:
+    given, limits = move(name, 0.08), ForceLimits()
+    squares = found(given, limits).squares[:, 0]
+    assert squares[0] == squares[-1] == 0.0 and (squares[1:-1] > 0.0).all()
+    for i, step in enumerate(np.diff(GRID).tolist()):
+        u = (squares[i + 1] - squares[i]) / (2.0 * step)
+        assert has_forces(given, limits, i, u, squares[i])
+        assert has_forces(given, limits, i + 1, u, squares[i + 1])
+
+
+@pytest.mark.parametrize("name", ["a1", "anymal_c"])
+def test_no_interval_could_gain_five_per_cent_more(name: str) -> None:
+    """Up to the largest speed the greatest acceleration is used, then the greatest braking."""
+    given, limits = move(name, 0.08), ForceLimits()
+    squares = found(given, limits).squares[:, 0]
+    for i, step in enumerate(np.diff(GRID).tolist()):
+        u = (squares[i + 1] - squares[i]) / (2.0 * step)
+        more = [has_forces(given, limits, k, 1.05 * u, x) for k, x in
+                ((i, squares[i]), (i + 1, squares[i] + 2.1 * step * u))]  # fmt: skip
+        assert not all(more) or i == int(squares.argmax()) - 1
+
+
+def test_twice_the_way_takes_about_the_square_root_of_two_times_as_long() -> None:
+    """With a nearly constant greatest acceleration, from rest to rest."""
+    limits = ForceLimits()
+    times = [duration(found(move("a1", d), limits)) for d in (0.02, 0.04)]
+    assert times[1] / times[0] == pytest.approx(np.sqrt(2.0), rel=0.05)
+
+
+def test_less_friction_is_slower_and_none_is_no_rest() -> None:
+    given = move("anymal_c", 0.06)
+    times = [duration(found(given, ForceLimits(friction=mu))) for mu in (1.0, 0.6, 0.3)]
+    assert times == sorted(times)
+    without = found(given, ForceLimits(friction=1e-3, torque_share=0.3))
+    assert without.stuck.all() and (without.places >= 0).all()
+
+
+def test_joint_velocities_hold_a_move_back() -> None:
+    fast, slow = move("a1", 0.05), move("a1", 0.05, top=0.5)
+    limits = ForceLimits()
+    assert found(slow, limits).squares.max() == pytest.approx(0.5, rel=1e-6)
+    assert duration(found(slow, limits)) > 1.5 * duration(found(fast, limits))
