@@ -60,10 +60,9 @@ def sample_forces(
     model = chain_model(robot)
     data = model.createData()
     frames = [model.getFrameId(robot.legs[leg].foot) for leg in LEGS]
-    offset = np.array([0.0, 0.0, -robot.foot_radius])
     count, joints = len(values), len(robot.joint_names)
     forces = np.empty((count, 6 + joints))
-    feet, jacobians = np.empty((count, 4, 3)), np.empty((count, 4, 3, joints))
+    feet, whole = np.empty((count, 4, 3)), np.empty((count, 4, 6, joints))
     for i in range(count):
         q, v, a = (_chain(part[i]) for part in (values, rates, accelerations))
         forces[i] = pin.rnea(model, data, q, v, a)
@@ -71,9 +70,12 @@ def sample_forces(
         pin.updateFramePlacements(model, data)
         for k, frame in enumerate(frames):
             feet[i, k] = data.oMf[frame].translation
-            whole = pin.getFrameJacobian(model, data, frame, pin.LOCAL_WORLD_ALIGNED)[:, 6:]
-            # The contact lies below the ball's centre, and turns with the foot.
-            jacobians[i, k] = whole[:3] + np.cross(whole[3:].T, offset).T
+            jacobian = pin.getFrameJacobian(model, data, frame, pin.LOCAL_WORLD_ALIGNED)
+            whole[i, k] = jacobian[:, 6:]
+    # The contact lies below the ball's centre, and turns with the foot: v + w x (0, 0, -r).
+    jacobians = whole[:, :, :3].copy()
+    jacobians[:, :, 0] -= robot.foot_radius * whole[:, :, 4]
+    jacobians[:, :, 1] += robot.foot_radius * whole[:, :, 3]
     return ForceSamples(
         forces[:, :3], _moments(values, forces[:, 3:6]), values[:, :3], forces[:, 6:], feet,
         jacobians,

@@ -66,9 +66,7 @@ def test_the_promise_survives_the_plan_s_file(walk: Plan, tmp_path: Path) -> Non
 
 def test_where_the_robot_cannot_even_rest_the_limits_in_the_way_are_named(walk: Plan) -> None:
     weak = replace(LIMITS, torque_share=0.02)
-    with pytest.raises(
-        gaitopt.InfeasibleStepError, match="not even at rest: .*torque LF_HFE"
-    ) as caught:
+    with pytest.raises(gaitopt.InfeasibleStepError, match=r"at rest: .*torque LF_HFE") as caught:
         gaitopt.plan_crawl(walk.robot, walk.footholds, forces=weak)
     assert caught.value.step == 0 and "torque" in " ".join(caught.value.conflicts)
 
