@@ -91,7 +91,9 @@ def test_samples_are_the_robot_s_own_dynamics(name: str) -> None:
     times = np.linspace(0.1, plan.duration - 0.1, 7)
     rows = [plan.path.evaluate(times, k) for k in (0, 1, 2)]
     found = sample_forces(robot, *rows)
-    whole = equations_of_motion(robot, motion_of_path(robot, *rows)).forces
+    equations = equations_of_motion(robot, motion_of_path(robot, *rows))
+    whole = equations.forces
+    assert equations.contacts.jacobians[..., 6:] == pytest.approx(found.jacobians, abs=1e-9)
     turn = rpy_to_matrix(rows[0][:, 3:6])
     assert np.einsum("nij,nj->ni", turn, whole[:, :3]) == pytest.approx(found.force, abs=1e-9)
     assert np.einsum("nij,nj->ni", turn, whole[:, 3:6]) == pytest.approx(found.moment, abs=1e-9)

