@@ -1,8 +1,8 @@
 """Walks with forces on all robots: how fast, certified or not, and what physics makes of them.
 
-``python -m benchmarks.forces --seeds 3 [--robots go2,a1] [--sweep]`` prints a table. With ``--sweep``
-it also looks for the fastest walk of a fixed speed, planned phase by phase without forces, that
-passes in physics: what could be had before.
+``python -m benchmarks.forces --seeds 3 [--robots go2,a1] [--sweep]`` prints a table. With
+``--sweep`` it also looks for the fastest walk of a fixed speed, planned phase by phase without
+forces, that passes in physics: what could be had before.
 """
 
 from __future__ import annotations

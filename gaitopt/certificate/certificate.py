@@ -18,9 +18,12 @@ class Outcome(TextEnum):
 
     CERTIFIED = "certified"
     """Every check was made and holds at every instant, that of contact forces included."""
+    INCOMPLETE = "not all checked"
+    """All checks that were made hold, that of contact forces included. But another one that is
+    needed could not be made: its note says why."""
     KINEMATICS_ONLY = "kinematics only"
     """Nothing that the plan promises is violated. But contact forces were not checked, or do not
-    exist at every instant, or another check was not made: nothing is said of what physics does."""
+    exist at every instant: nothing is said of what physics does."""
     VIOLATED = "violated"
     """Something that the plan promises does not hold."""
 
@@ -51,12 +54,11 @@ class Certificate:
         """The verdict on the plan. What is unchecked can never be certified."""
         if not self.ok:
             return Outcome.VIOLATED
-        made = all(
-            c.status is Verdict.OK or (c.status is Verdict.UNCHECKED and not c.promised)
-            for c in self.checks
-        )
-        forces = any(c.name == FORCES for c in self.checks)
-        return Outcome.CERTIFIED if made and forces else Outcome.KINEMATICS_ONLY
+        forces = [c.status is Verdict.OK for c in self.checks if c.name == FORCES]
+        if not forces or not all(forces):
+            return Outcome.KINEMATICS_ONLY
+        missing = any(c.status is Verdict.UNCHECKED and c.promised for c in self.checks)
+        return Outcome.INCOMPLETE if missing else Outcome.CERTIFIED
 
     @property
     def violations(self) -> tuple[Check, ...]:

@@ -1,6 +1,6 @@
-"""The command line: all commands of ``gaitopt``, and how their mistakes end.
+"""The command line: all commands of ``gaitopt``, and how errors are reported.
 
-Mistakes of the user's end in one line and exit code 2, without a traceback.
+An error that the user can correct is printed as one line without a traceback; the exit code is 2.
 """
 
 from __future__ import annotations
@@ -45,24 +45,29 @@ app.command()(robot)
 
 
 def main() -> None:
-    """Entry point: run a command; the user's mistakes end in one line and exit code 2."""
+    """Run the command that ``sys.argv`` names, and exit.
+
+    The exit code is that of the command; 2 after an error that the user can correct; 130 after
+    Ctrl-C.
+    """
     try:
         code = app(standalone_mode=False)
     except (KeyboardInterrupt, typer.Abort):
         print("gaitopt: stopped", file=sys.stderr)
         sys.exit(130)
     except Exception as error:
-        # Typer carries a click of its own, whose errors are known by this method.
-        words = getattr(error, "format_message", None)
-        if words is None and not isinstance(error, GaitoptError):
+        # Errors of Typer's own copy of click have no public class. They have this method.
+        click_message = getattr(error, "format_message", None)
+        if click_message is None and not isinstance(error, GaitoptError):
             raise
-        text = str(error) if words is None else words()
+        text = str(error) if click_message is None else click_message()
         print(f"gaitopt: {' '.join(text.split())}", file=sys.stderr)
         sys.exit(2)
     sys.exit(code if isinstance(code, int) else 0)
 
 
 def _show_version(wanted: bool) -> None:
+    """Print the version and exit, if the option was given."""
     if wanted:
         from gaitopt import __version__
 

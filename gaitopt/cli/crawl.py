@@ -14,6 +14,7 @@ from gaitopt.cli.options import (
     FollowOption,
     FootholdsOption,
     FreeOption,
+    FrictionOption,
     HeadingOption,
     HeightOption,
     HorizonOption,
@@ -21,6 +22,7 @@ from gaitopt.cli.options import (
     Objective,
     ObjectiveOption,
     OutOption,
+    PlanForcesOption,
     ReachOption,
     RobotOption,
     SeedOption,
@@ -35,6 +37,7 @@ from gaitopt.cli.support import (
     make_folder,
     parse_speed,
     plan_options,
+    print_files,
     progress_bar,
     random_terrain,
     summarise,
@@ -60,9 +63,12 @@ def walk(
     com: ComOption = Com.body,
     acceleration_limit: AccelerationOption = None,
     horizon: HorizonOption = None,
+    forces: PlanForcesOption = False,
+    friction: FrictionOption = 0.6,
     out: OutOption = Path("out"),
 ) -> None:
     """Plan a walk, compare it with the paper's baselines, and write plan, replay and figures."""
+    from gaitopt.dynamics.contacts import ForceLimits
     from gaitopt.plan.com_margin import com_margin
     from gaitopt.planners.crawl import plan_crawl
     from gaitopt.studies.compare import compare as run_comparison
@@ -74,13 +80,19 @@ def walk(
         stability_margin, body_height, swing_height, sequence, reach_fraction, heading,
         follow_terrain,
     )  # fmt: skip
+    if forces:
+        # With forces the margin is that of the true centre of mass, unless asked otherwise.
+        objective, held = Objective.time, None if com is Com.body else com.value
+    else:
+        held = com.value
+    limits = ForceLimits(friction=friction) if forces else None
     with progress_bar("planning") as tick:
         plan = plan_crawl(
             model, places, objective=objective.value, speed=parse_speed(speed), free=free,
-            com=com.value, acceleration_limit=acceleration_limit, horizon=horizon, progress=tick,
-            **options,
+            com=held, acceleration_limit=acceleration_limit, horizon=horizon, forces=limits,
+            progress=tick, **options,
         )  # fmt: skip
-    # The baselines walk at the same height and in the same order of legs.
+    # The baselines walk at the same body height and in the same order of legs.
     found = plan.settings.to_dict()
     options |= {name: found[name] for name in ("body_height", "sequence")}
     with progress_bar("comparing with the baselines") as tick:
@@ -102,11 +114,11 @@ def walk(
     paper = comparison.plans.get("proposed")
     if objective is Objective.time and paper is not None and plan.duration:
         console.print(f"{paper.duration / plan.duration:.2f} times as fast as the paper's method")
-    console.print(f"[bold]{escape(str(out / 'walk.html'))}[/]  the replay: open it in a browser")
-    console.print(
-        f"[bold]{escape(str(out / 'plan.npz'))}[/]   the plan: gaitopt.load_plan, gaitopt export"
-    )
-    console.print(f"[bold]{escape(str(out / 'figures'))}[/]    {len(figures)} figures")
+    print_files({
+        out / "walk.html": "the replay: open it in a browser",
+        out / "plan.npz": "the plan: gaitopt.load_plan, gaitopt export",
+        out / "figures": f"{len(figures)} figures",
+    })  # fmt: skip
 
 
 def compare(
@@ -122,7 +134,7 @@ def compare(
     heading: HeadingOption = 0.0,
     follow_terrain: FollowOption = False,
 ) -> None:
-    """Print Table II: the paper's method, the largest margin, and fixed speeds."""
+    """Print Table II of the paper: its method beside the largest margin and fixed speeds."""
     from gaitopt.studies.compare import compare as run_comparison
 
     if footholds is not None and seeds > 1:

@@ -10,7 +10,7 @@ import typer
 from rich.markup import escape
 
 from gaitopt.cli.options import OutOption, RobotOption
-from gaitopt.cli.support import make_folder, progress_bar, terminal
+from gaitopt.cli.support import file_name, make_folder, print_files, progress_bar, terminal
 from gaitopt.errors import InputError
 from gaitopt.plan.record import GaitRecord
 
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from gaitopt.plan.plan import Plan
 
 FAST = "wang2020-fast"
+"""The default robot: the paper's 17 deg/s are too slow for these gaits."""
 
 ForwardOption = Annotated[
     float, typer.Option("--speed", help="Forward speed, in m/s.", rich_help_panel="Motion")
@@ -30,8 +31,8 @@ YawOption = Annotated[
 ]
 DistanceOption = Annotated[
     float | None,
-    typer.Option(help="Way at full speed, in metres; getting to speed and slowing down come on "
-                 "top.", rich_help_panel="Motion"),
+    typer.Option(help="Distance at full speed, in metres; acceleration and slowing down come in "
+                 "addition.", rich_help_panel="Motion"),
 ]  # fmt: skip
 DurationOption = Annotated[
     float | None,
@@ -53,16 +54,16 @@ SwingOption = Annotated[
 ]  # fmt: skip
 SwayOption = Annotated[
     bool | None,
-    typer.Option("--sway/--straight", help="Move the body sideways for the sake of its balance, "
-                 "or not; by default where a foot stands for more than half of the cycle.",
+    typer.Option("--sway/--straight", help="Move the body sideways to keep its balance, or not; "
+                 "by default it sways where a foot stands for more than half of the cycle.",
                  rich_help_panel="Gait", show_default=False),
 ]  # fmt: skip
-LowOption = Annotated[
+HeightOption = Annotated[
     float | None,
     typer.Option("--body-height", help="Height of the hips, in metres; 0.7 of the leg's reach by "
                  "default.", rich_help_panel="Gait", show_default=False),
 ]  # fmt: skip
-LiftOption = Annotated[
+SwingHeightOption = Annotated[
     float | None,
     typer.Option("--swing-height", help="How far feet rise, in metres; 0.15 of the body's height "
                  "by default.", rich_help_panel="Gait", show_default=False),
@@ -86,8 +87,8 @@ def trot(
     duty: DutyOption = None,
     swing: SwingOption = "cycloid",
     sway: SwayOption = None,
-    body_height: LowOption = None,
-    swing_height: LiftOption = None,
+    body_height: HeightOption = None,
+    swing_height: SwingHeightOption = None,
     out: OutOption = Path("out"),
 ) -> None:
     """Trot at a speed, as in [Wang2024], and write plan, replay and figures."""
@@ -113,8 +114,8 @@ def gait(
     duty: DutyOption = None,
     swing: SwingOption = "polynomial",
     sway: SwayOption = None,
-    body_height: LowOption = None,
-    swing_height: LiftOption = None,
+    body_height: HeightOption = None,
+    swing_height: SwingHeightOption = None,
     out: OutOption = Path("out"),
 ) -> None:  # fmt: skip
     """Plan any gait at a commanded velocity, and write plan, replay and figures."""
@@ -142,32 +143,29 @@ def gait(
 
 
 def _write(plan: Plan, name: str, out: Path) -> None:
-    """Plan file, replay and figures of a gait, in a folder."""
+    """Write plan file, replay and figures of a gait into a folder, and print what was written."""
     from gaitopt.viewing.figures.gait_figures import save_gait_figures
     from gaitopt.viewing.replay.replay import replay
 
+    page = out / f"{file_name(name)}.html"
     make_folder(out)
     with progress_bar("writing plan, replay and figures") as tick:
         plan.save(out / "plan.npz")
         tick(1, 3)
-        replay(plan, out / f"{_file_name(name)}.html")
+        replay(plan, page)
         tick(2, 3)
         figures = save_gait_figures(plan, out / "figures")
         tick(3, 3)
-    console = terminal()
-    console.print(escape(describe(plan)))
-    page = out / f"{_file_name(name)}.html"
-    console.print(f"[bold]{escape(str(page))}[/]  the replay: open it in a browser")
-    console.print(f"[bold]{escape(str(out / 'plan.npz'))}[/]  the plan: gaitopt verify, simulate")
-    console.print(f"[bold]{escape(str(out / 'figures'))}[/]  {len(figures)} figures")
-
-
-def _file_name(name: str) -> str:
-    return "".join(c if c.isalnum() else "-" for c in name).strip("-").lower()
+    terminal().print(escape(describe(plan)))
+    print_files({
+        page: "the replay: open it in a browser",
+        out / "plan.npz": "the plan: gaitopt verify, simulate",
+        out / "figures": f"{len(figures)} figures",
+    })  # fmt: skip
 
 
 def describe(plan: Plan) -> str:
-    """A gait in one sentence."""
+    """Describe the plan of a gait in one sentence."""
     record = plan.record
     flight = record.flight or 0.0 if isinstance(record, GaitRecord) else 0.0
     margin = nan if record.zmp_margin is None else record.zmp_margin

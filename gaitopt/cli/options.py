@@ -18,7 +18,7 @@ class Objective(str, Enum):
 
 
 class Com(str, Enum):
-    """What keeps the stability margin."""
+    """What keeps the stability margin: the body's centre, or the whole model's centre of mass."""
 
     body = "body"
     model = "model"
@@ -46,8 +46,8 @@ SeedsOption = Annotated[
 ]  # fmt: skip
 ObjectiveOption = Annotated[
     Objective,
-    typer.Option(help="Move the COG as little as possible, or to the largest stability margin; "
-                 "or optimise all steps at once for the least time.",
+    typer.Option(help="Move the COG as little as possible (distance), or to the largest stability "
+                 "margin (margin), or optimise all steps together for the least time (time).",
                  rich_help_panel="How"),
 ]  # fmt: skip
 SpeedOption = Annotated[
@@ -57,18 +57,20 @@ SpeedOption = Annotated[
 ]  # fmt: skip
 MarginOption = Annotated[
     float | None,
-    typer.Option(help="Stability margin S0, in metres; 0.02 for wang2020, else to scale.",
+    typer.Option(help="Stability margin S0, in metres; 0.02 for wang2020, in proportion to the "
+                 "robot's size for others.",
                  rich_help_panel="How", show_default=False),
 ]  # fmt: skip
 HeightOption = Annotated[
     float | None,
     typer.Option(help="Height of the hips above the footholds, in metres; 0.40 for wang2020, "
-                 "else 0.7 of the leg's reach.", rich_help_panel="How", show_default=False),
+                 "0.7 of the leg's reach for others.", rich_help_panel="How", show_default=False),
 ]  # fmt: skip
 SwingHeightOption = Annotated[
     float | None,
     typer.Option(help="How far feet rise above the higher end of a swing, in metres; 0.07 for "
-                 "wang2020, else to scale.", rich_help_panel="How", show_default=False),
+                 "wang2020, in proportion to the robot's size for others.",
+                 rich_help_panel="How", show_default=False),
 ]  # fmt: skip
 SequenceOption = Annotated[
     str,
@@ -76,20 +78,23 @@ SequenceOption = Annotated[
                  rich_help_panel="How"),
 ]  # fmt: skip
 ReachOption = Annotated[
-    float, typer.Option(help="Share of the legs' reach to use, up to 1.", rich_help_panel="How")
+    float,
+    typer.Option(help="Share of the legs' reach that is used, up to 1.", rich_help_panel="How"),
 ]
 HeadingOption = Annotated[
     float, typer.Option(help="Direction the body faces, in radians from x.", rich_help_panel="How")
 ]
 FollowOption = Annotated[
     bool,
-    typer.Option("--follow-terrain", help="Keep the body's height above the feet, not constant.",
+    typer.Option("--follow-terrain", help="Keep the body at its height above the feet, and not "
+                 "above the mean of all footholds.",
                  rich_help_panel="How"),
 ]  # fmt: skip
 FreeOption = Annotated[
     str | None,
-    typer.Option(help="With the objective time, what is free: route, overlap, swing (default), "
-                 "height, posture or dynamic.", rich_help_panel="How", show_default=False),
+    typer.Option(help="With the objective time, what is optimised: route, overlap, swing "
+                 "(default), height, posture or dynamic.",
+                 rich_help_panel="How", show_default=False),
 ]  # fmt: skip
 ComOption = Annotated[
     Com,
@@ -103,17 +108,24 @@ AccelerationOption = Annotated[
 ]  # fmt: skip
 HorizonOption = Annotated[
     int | None,
-    typer.Option(help="With the objective time, plan only so many steps ahead, as a robot would.",
+    typer.Option(help="With the objective time, plan only so many steps ahead at a time.",
                  rich_help_panel="How", show_default=False),
 ]  # fmt: skip
 CollisionsOption = Annotated[
     bool,
-    typer.Option(help="Look for self-collisions, which takes most of a certificate's time."),
+    typer.Option(help="Check for self-collisions, which takes most of a certificate's time."),
 ]
 ForcesOption = Annotated[
     bool, typer.Option(help="Look for contact forces and joint torques that make the motion.")
 ]
+PlanForcesOption = Annotated[
+    bool,
+    typer.Option("--forces", help="Plan with contact forces and joint torques: a walk that is "
+                 "certified with them, at the pace that they allow.", rich_help_panel="How"),
+]  # fmt: skip
 FrictionOption = Annotated[float, typer.Option(help="Friction between feet and ground.", min=0.01)]
-JobsOption = Annotated[int, typer.Option(help="Processes for many terrains; -1 for one a core.")]
+JobsOption = Annotated[
+    int, typer.Option(help="Number of processes for many terrains; -1 for one on each core.")
+]
 OutOption = Annotated[Path, typer.Option(help="Folder for the results.", metavar="DIR")]
 PlanArgument = Annotated[Path, typer.Argument(help="A plan file (.npz).", metavar="PLAN")]

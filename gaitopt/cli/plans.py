@@ -17,6 +17,7 @@ from gaitopt.cli.options import (
 from gaitopt.cli.support import (
     make_folder,
     open_plan,
+    print_files,
     progress_bar,
     terminal,
 )
@@ -38,7 +39,7 @@ def replay(
     loaded = open_plan(plan)
     target = out or plan.with_suffix(".html")
     write_replay(loaded, target)
-    terminal().print(f"[bold]{escape(str(target))}[/]")
+    print_files({target: ""})
     if show and not open_in_browser(target):
         terminal().print("no browser could be started: open the file by hand")
 
@@ -51,8 +52,8 @@ def verify(
 ) -> None:
     """Judge a plan at every instant.
 
-    Exit code 0 when it is certified, forces included; 3 when only its kinematics hold; 1 when
-    something that it promises is violated.
+    Exit code 0 when it is certified, forces included; 3 when only its kinematics hold, or a check
+    could not be made; 1 when something that it promises is violated.
     """
     from gaitopt.certificate.certificate import Outcome
     from gaitopt.certificate.verify import verify as certify
@@ -61,8 +62,8 @@ def verify(
     limits = ForceLimits(friction=friction) if forces else None
     certificate = certify(open_plan(plan), collisions=collisions, forces=limits)
     terminal().print(certificate.table())
-    codes = {Outcome.CERTIFIED: 0, Outcome.VIOLATED: 1, Outcome.KINEMATICS_ONLY: 3}
-    raise typer.Exit(codes[certificate.outcome])
+    codes = {Outcome.CERTIFIED: 0, Outcome.VIOLATED: 1}
+    raise typer.Exit(codes.get(certificate.outcome, 3))
 
 
 def simulate(
@@ -72,10 +73,10 @@ def simulate(
         typer.Option(help="Also write a replay of plan and physics side by side.", metavar="HTML"),
     ] = None,
 ) -> None:
-    """Walk a plan in physics (MuJoCo).
+    """Simulate a plan with physics (MuJoCo).
 
-    Exit code 0 when every foot gets to its foothold with joint velocities within the limits (and
-    the servos' tolerance), 1 when not.
+    The exit code is 0 when every foot reaches its foothold and joint velocities stay within their
+    limits (and the servos' tolerance), and 1 otherwise.
     """
     from gaitopt.simulation.simulate import simulate as run_simulation
     from gaitopt.viewing.replay.replay import replay as write_replay
@@ -88,7 +89,7 @@ def simulate(
     terminal().print(escape(str(result)))
     if out is not None:
         write_replay(loaded, out, simulated=result.motion)
-        terminal().print(f"[bold]{escape(str(out))}[/]")
+        print_files({out: ""})
     if not result.passed:
         raise typer.Exit(1)
 
@@ -98,7 +99,10 @@ def figures(
     out: Annotated[Path, typer.Argument(help="Folder for the figures.")] = Path("figures"),
     step: Annotated[
         int | None,
-        typer.Option(help="Step whose feasible area and swing to draw; a telling one by default."),
+        typer.Option(
+            help="Step whose feasible area and swing are drawn; by default the one before "
+            "which the body moves farthest."
+        ),
     ] = None,
 ) -> None:
     """Write a plan's figures as PNG files."""
@@ -121,7 +125,7 @@ def export(
     ] = None,
     dt: Annotated[
         float | None,
-        typer.Option(help="Time between samples, in seconds; the plan's own knots by default."),
+        typer.Option(help="Time between samples, in seconds; the plan's knots by default."),
     ] = None,
 ) -> None:
     """Write a plan's motion for other programs."""
@@ -136,4 +140,4 @@ def export(
     for path, write in ((csv, export_csv), (ros, export_ros)):
         if path is not None:
             write(loaded, path, dt)
-            terminal().print(f"[bold]{escape(str(path))}[/]")
+            print_files({path: ""})

@@ -1,4 +1,4 @@
-"""The command ``gaitopt race``: every way to walk the same footholds, side by side."""
+"""The command ``gaitopt race``: the same footholds walked by several methods, side by side."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.markup import escape
 
 from gaitopt.cli.options import (
     CollisionsOption,
@@ -26,7 +25,15 @@ from gaitopt.cli.options import (
     SequenceOption,
     SwingHeightOption,
 )
-from gaitopt.cli.support import load_inputs, make_folder, plan_options, progress_bar, terminal
+from gaitopt.cli.support import (
+    file_name,
+    load_inputs,
+    make_folder,
+    plan_options,
+    print_files,
+    progress_bar,
+    terminal,
+)
 from gaitopt.errors import InputError
 from gaitopt.files import written_whole
 
@@ -37,16 +44,16 @@ if TYPE_CHECKING:
 
 ColumnsOption = Annotated[
     int | None,
-    typer.Option(help="Columns a leg of the random terrains; 17 as in the paper by default.",
+    typer.Option(help="Columns for each leg on random terrains; 17 by default, as in the paper.",
                  min=2, max=1000, rich_help_panel="What walks where", show_default=False),
 ]  # fmt: skip
 RowsOption = Annotated[
     str | None,
-    typer.Option(help="Rows by name, as in ssm,swing,height; all by default. The paper's method "
-                 "always runs along.", show_default=False, metavar="NAMES"),
+    typer.Option(help="Rows of the table by name, as in ssm,swing,height; all by default. The "
+                 "paper's method is always among them.", show_default=False, metavar="NAMES"),
 ]  # fmt: skip
 CertifyOption = Annotated[bool, typer.Option(help="Certify every plan.")]
-BoundOption = Annotated[bool, typer.Option(help="Work out lower bounds on the times.")]
+BoundOption = Annotated[bool, typer.Option(help="Compute lower bounds on the times.")]
 
 
 def race(
@@ -98,7 +105,7 @@ def race(
     terminal().print(found.table())
     _write(found, out)
     if seeds > 1:
-        terminal().print(f"[bold]{escape(str(out / 'race.csv'))}[/]   a line a walk")
+        print_files({out / "race.csv": "a line for each walk"})
     if any(finish.verdict in ("failed", "violated") for finish in found.finishes):
         raise typer.Exit(1)
 
@@ -117,29 +124,25 @@ def _inputs(
 
 
 def _write(found: Standings, out: Path) -> None:
-    """The picture, and replay and plans of the first terrain where there are any."""
+    """Write the picture, and replay and plans of the first terrain, and print what was written."""
     from gaitopt.viewing.figures.race import plot_race
     from gaitopt.viewing.replay.race import race_replay
 
-    said: dict[Path, str] = {}
+    files: dict[Path, str] = {}
     with progress_bar("writing replay, picture and plans") as tick:
         picture = out / "race.png"
         with written_whole(picture, binary=True) as stream:
             figure: Any = plot_race({row: found.values(row, "time") for row in found.rows})
             figure.savefig(stream, format="png", dpi=150)
-        said[picture] = "time a row"
+        files[picture] = "the time of each row"
         tick(1, 3)
         for name, plan in found.plans.items():
-            plan.save(out / f"plan_{_file_name(name)}.npz")
+            plan.save(out / f"plan_{file_name(name, '_')}.npz")
         tick(2, 3)
         if found.plans:
             page = race_replay(found.plans, out / "race.html")
-            said = {page: "the race: open it in a browser", **said}
-            said[out / "plan_*.npz"] = f"{len(found.plans)} plans: gaitopt verify, simulate, replay"
+            files = {page: "the race: open it in a browser", **files}
+            plans = f"{len(found.plans)} plans: gaitopt verify, simulate, replay"
+            files[out / "plan_*.npz"] = plans
         tick(3, 3)
-    for path, what in said.items():
-        terminal().print(f"[bold]{escape(str(path))}[/]  {what}")
-
-
-def _file_name(row: str) -> str:
-    return "".join(c if c.isalnum() else "_" for c in row.lower())
+    print_files(files)

@@ -1,4 +1,4 @@
-"""The table that `gaitopt robot` prints."""
+"""The table that ``gaitopt robot`` prints."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from gaitopt.robots.quadruped import Quadruped
 
 
 def robot_table(robot: Quadruped) -> Table:
-    """What was read off a robot's URDF, a row a joint."""
+    """A table of what was found in a robot's URDF, with a row for each joint."""
     table = Table(
         title=f"{robot.name}: {robot.mass:.4g} kg, stance {robot.stance_size[0]:.3f} x "
         f"{robot.stance_size[1]:.3f} m, foot radius {1e3 * robot.foot_radius:.4g} mm",

@@ -1,4 +1,4 @@
-"""The command ``gaitopt stride``: over an obstacle, and the study of the swings that do it."""
+"""The command ``gaitopt stride``: a walk over an obstacle, and the study of the paper's swing."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import typer
 from rich.markup import escape
 
 from gaitopt.cli.options import MarginOption, OutOption, RobotOption
-from gaitopt.cli.support import make_folder, progress_bar, terminal
+from gaitopt.cli.support import make_folder, print_files, progress_bar, terminal
 from gaitopt.errors import InputError, MissingPackageError
 from gaitopt.plan.record import StrideRecord
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from gaitopt.terrain.obstacles import Obstacle
 
 PAPER_BOARD = (0.11, 0.04)
-"""Height and width of the paper's board [m], for its robot."""
+"""Height and width of the board that the paper's robot steps over [m]: [Shao2011], Section V."""
 
 
 class Shape(str, Enum):
@@ -47,13 +47,14 @@ ShapeOption = Annotated[
 ]
 HeightOption = Annotated[
     float | None,
-    typer.Option(help="Height of the obstacle, in metres; the paper's 0.11 to the robot's scale "
-                 "by default.", rich_help_panel="What walks where", show_default=False),
+    typer.Option(help="Height of the obstacle, in metres; by default the paper's 0.11, in "
+                 "proportion to the robot's size.",
+                 rich_help_panel="What walks where", show_default=False),
 ]  # fmt: skip
 WidthOption = Annotated[
     float | None,
-    typer.Option(help="Width of its section, in metres; the paper's 0.04 to the robot's scale by "
-                 "default. A round one is as wide as it is high.",
+    typer.Option(help="Width of its section, in metres; by default the paper's 0.04, in proportion "
+                 "to the robot's size. A round one is as wide as it is high.",
                  rich_help_panel="What walks where", show_default=False),
 ]  # fmt: skip
 PositionOption = Annotated[
@@ -76,7 +77,7 @@ PatternOption = Annotated[
 ]
 StudyOption = Annotated[
     bool,
-    typer.Option("--study", help="Instead, print the study of the paper's swing: our splines, the "
+    typer.Option("--study", help="Print the study of the paper's swing instead: our splines, the "
                  "paper's, TOPP-RA's, and uniform scaling."),
 ]  # fmt: skip
 
@@ -111,15 +112,16 @@ def stride(
             progress=tick, **limits_of(model),
         )  # fmt: skip
     write_stride(plan, out)
-    console = terminal()
-    console.print(escape(describe(plan)))
-    console.print(f"[bold]{escape(str(out / 'stride.html'))}[/]  the replay: open it in a browser")
-    console.print(f"[bold]{escape(str(out / 'plan.npz'))}[/]  the plan: gaitopt verify, simulate")
-    console.print(f"[bold]{escape(str(out / 'figures'))}[/]  its figures")
+    terminal().print(escape(describe(plan)))
+    print_files({
+        out / "stride.html": "the replay: open it in a browser",
+        out / "plan.npz": "the plan: gaitopt verify, simulate",
+        out / "figures": "its figures",
+    })  # fmt: skip
 
 
 def write_stride(plan: Plan, out: Path) -> None:
-    """Plan file, replay and figures of a stride, in a folder; Figs. 6 and 7 are its own."""
+    """Write plan file, replay and figures into a folder, with Figs. 6 and 7 of [Shao2011]."""
     from gaitopt.viewing.figures.crawl_figures import save_figures
     from gaitopt.viewing.figures.files import write_figures
     from gaitopt.viewing.figures.joint_curves import plot_joint_curves
@@ -144,15 +146,19 @@ def write_stride(plan: Plan, out: Path) -> None:
         tick(2, 4)
         save_figures(plan, out / "figures")
         tick(3, 4)
-        own = {"striding_fig06_joints": joints, "striding_fig07_cog": lambda: plot_posture(plan)}
+        more = {"striding_fig06_joints": joints, "striding_fig07_cog": lambda: plot_posture(plan)}
         if plan.robot.name == "frog1":
-            own["striding_fig06_splines"] = splines
-        write_figures(own, out / "figures")
+            more["striding_fig06_splines"] = splines
+        write_figures(more, out / "figures")
         tick(4, 4)
 
 
 def first_stride(plan: Plan) -> Swing:
-    """The first swing that goes over the obstacle."""
+    """The first swing that goes over the obstacle.
+
+    Raises:
+        InputError: no swing does, or the plan has no obstacle.
+    """
     obstacle = obstacle_of(plan)
     for swing in plan.swings:
         ends = obstacle.to_local([swing.foot_start, swing.foot_end])[:, 0]
@@ -162,7 +168,11 @@ def first_stride(plan: Plan) -> Swing:
 
 
 def obstacle_of(plan: Plan) -> Obstacle:
-    """What a plan of plan_stride goes over."""
+    """The obstacle of a plan by ``plan_stride``.
+
+    Raises:
+        InputError: the plan has none.
+    """
     if not plan.settings.obstacles:
         raise InputError(f"a plan of {plan.settings.planner} has no obstacle")
     return plan.settings.obstacles[0]
@@ -171,7 +181,17 @@ def obstacle_of(plan: Plan) -> Obstacle:
 def obstacle_for(
     shape: Shape, height: float | None, width: float | None, position: float, scale: float
 ) -> Obstacle:
-    """The obstacle that the options describe; the paper's to ``scale`` where they say nothing."""
+    """The obstacle that the options describe.
+
+    Args:
+        shape: of its section.
+        height, width: of its section [m]; ``None`` for those of the paper's board times ``scale``.
+        position: along x [m].
+        scale: size of the robot as a multiple of the paper's robot.
+
+    Raises:
+        InputError: a size is out of range, or a round obstacle has a width.
+    """
     from gaitopt.terrain import obstacles
 
     usual_height, usual_width = (round(size * scale, 3) for size in PAPER_BOARD)
@@ -188,14 +208,18 @@ def obstacle_for(
 
 
 def scale_of(robot: Quadruped) -> float:
-    """Size of a robot's legs against those of the paper's robot."""
+    """Size of a robot as a multiple of the paper's robot: the ratio of their standing heights."""
     from gaitopt.robots.catalog import load_robot
 
     return robot.standing_height / load_robot("frog1").standing_height
 
 
 def limits_of(robot: Quadruped) -> dict[str, Any]:
-    """The paper's limits of acceleration and jerk for its robot; the planner's own for others."""
+    """Limits of acceleration and jerk as keywords of ``plan_stride``.
+
+    They are those of [Shao2011], Table I, for the paper's robot. For other robots there are none,
+    so that the planner's defaults hold.
+    """
     from gaitopt.studies.swing_study import PAPER_LIMITS
 
     if robot.name != "frog1":
@@ -204,23 +228,23 @@ def limits_of(robot: Quadruped) -> dict[str, Any]:
 
 
 def describe(plan: Plan) -> str:
-    """A stride in a sentence."""
+    """Describe a plan over an obstacle in one sentence."""
     obstacle = obstacle_of(plan)
-    said = (
+    text = (
         f"{plan.robot.name} takes {len(plan.swings)} steps over {plan.distance:.2f} m in "
         f"{plan.duration:.1f} s, over an obstacle {1e3 * obstacle.height:.0f} mm high and "
         f"{1e3 * obstacle.width:.0f} mm wide; margin at least {1e3 * plan.margin:.1f} mm"
     )
     record = plan.record
     if isinstance(record, StrideRecord) and record.energy_margin is not None:
-        said += f", {record.energy_margin:.2f} J to tip it"
+        text += f", {record.energy_margin:.2f} J to tip it"
     if isinstance(record, StrideRecord) and record.clearance is not None:
-        said += f"; no part of it comes nearer to the obstacle than {1e3 * record.clearance:.1f} mm"
-    return said
+        text += f"; no part of it comes nearer to the obstacle than {1e3 * record.clearance:.1f} mm"
+    return text
 
 
 def print_study() -> None:
-    """The table of the paper's swing; without TOPP-RA where that is not installed."""
+    """Print the table of the paper's swing; without TOPP-RA where that is not installed."""
     from gaitopt.studies.swing_study import compare_splines
 
     note = ""

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.markup import escape
 
 from gaitopt.cli.options import (
     FreeOption,
@@ -16,11 +15,7 @@ from gaitopt.cli.options import (
     SeedOption,
     SpeedOption,
 )
-from gaitopt.cli.support import (
-    parse_speed,
-    progress_bar,
-    terminal,
-)
+from gaitopt.cli.support import parse_speed, print_files, progress_bar, terminal
 from gaitopt.files import written_whole
 
 
@@ -39,19 +34,22 @@ def study(
     ] = None,
     speed: SpeedOption = "max",
     with_physics: Annotated[
-        bool, typer.Option("--simulate", help="Also walk every plan in physics.")
+        bool, typer.Option("--simulate", help="Also simulate every plan with physics.")
     ] = False,
     collisions: Annotated[
-        bool, typer.Option("--collisions", help="Also look for self-collisions.")
+        bool, typer.Option("--collisions", help="Also check for self-collisions.")
     ] = False,
     free: FreeOption = None,
     jobs: JobsOption = -1,
     scheduler: Annotated[
         str | None,
-        typer.Option(help="Work on the Dask cluster at this address.", metavar="ADDRESS"),
+        typer.Option(help="Compute on the Dask cluster at this address.", metavar="ADDRESS"),
     ] = None,
 ) -> None:
-    """Plan, certify and simulate many terrains on all cores; a stopped study goes on."""
+    """Plan, certify and simulate walks over many terrains on all cores.
+
+    A study that was stopped continues where its table ends.
+    """
     from gaitopt.studies.study import grid, run_study
     from gaitopt.studies.study_report import plot_study, study_table
 
@@ -71,6 +69,4 @@ def study(
     picture = table.with_suffix(".png")
     with written_whole(picture, binary=True) as stream:
         plot_study(rows).savefig(stream, format="png", dpi=150)
-    terminal().print(
-        f"[bold]{escape(str(table))}[/]  a row a walk\n[bold]{picture}[/]  what became of them"
-    )
+    print_files({table: "a row for each walk", picture: "the results as a picture"})

@@ -1,4 +1,4 @@
-"""What the commands do around their work: inputs, settings, folders, progress."""
+"""What several commands need: inputs, settings, folders, progress bars, and what they print."""
 
 from __future__ import annotations
 
@@ -16,9 +16,28 @@ if TYPE_CHECKING:
     from gaitopt.terrain.footholds import Footholds
 
 
+LONGEST_SHARE = 4.0
+"""Plans that take longer than so many times the plan's time are not drawn beside it. Chosen here:
+the shortest line still covers a quarter of the axis."""
+TABLE_WIDTH = 150
+"""Width of tables where the output is no terminal: the widest table, that of ``gaitopt race``."""
+
+
 def load_inputs(
     robot: str, footholds: Path | None, seed: int | None
 ) -> tuple[Quadruped, Footholds]:
+    """The robot and the footholds that the options name.
+
+    Args:
+        robot: a robot's name or a URDF file.
+        footholds: a CSV file, or ``None`` for random columns.
+        seed: of the random columns; 0 by default.
+
+    Raises:
+        InputError: both a file and a seed are given.
+        RobotError: the robot is unknown, or its URDF cannot be read.
+        FootholdsError: the file cannot be read.
+    """
     from gaitopt.robots.catalog import load_robot
     from gaitopt.terrain.footholds import Footholds
 
@@ -31,7 +50,7 @@ def load_inputs(
 
 
 def random_terrain(model: Quadruped, seed: int) -> Footholds:
-    """The random columns of this seed, to the robot's size."""
+    """The S-shaped columns of a seed, in proportion to the robot's size."""
     from gaitopt.terrain.columns import s_columns
 
     return s_columns(seed, robot=model)
@@ -46,7 +65,7 @@ def plan_options(
     heading: float,
     follow_terrain: bool,
 ) -> dict[str, Any]:
-    """Settings of plan_crawl from the options; what was left open is left to the planner."""
+    """Keywords of ``plan_crawl`` from options; ``None`` stands for the planner's default."""
     free = sequence == FREE_ORDER
     return {
         "stability_margin": stability_margin,
@@ -60,7 +79,11 @@ def plan_options(
 
 
 def parse_speed(text: str) -> Any:
-    """``'max'``, or a number of m/s."""
+    """The option ``--speed``: ``"max"``, or a number [m/s].
+
+    Raises:
+        InputError: it is neither.
+    """
     if text == "max":
         return "max"
     try:
@@ -70,7 +93,11 @@ def parse_speed(text: str) -> Any:
 
 
 def make_folder(folder: Path) -> None:
-    """Make a folder, or say why it cannot be made."""
+    """Make a folder and those above it.
+
+    Raises:
+        InputError: it cannot be made; says why.
+    """
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -78,26 +105,31 @@ def make_folder(folder: Path) -> None:
 
 
 def open_plan(path: Path) -> Plan:
-    """Read a plan file."""
+    """Read a plan file; raises PlanFileError where that fails."""
     from gaitopt.plan.plan import load_plan
 
     return load_plan(path)
 
 
 def drawable(plan: Plan, plans: Mapping[str, Plan]) -> dict[str, Plan]:
-    """The plans of a comparison that fit into one picture with ``plan``, which is one of them.
+    """The plans of a comparison that can be drawn over one axis of time.
 
-    At the 5 mm/s of [Wang2020], Table II, a walk takes an hour, and would squash all others.
+    At the 5 mm/s of [Wang2020], Table II, a walk takes an hour: beside it all others would be too
+    short to see.
+
+    Args:
+        plan: the plan whose figures are drawn; it replaces the plan with the same settings.
+        plans: of the comparison, by name.
     """
     return {
         name: plan if other.settings == plan.settings else other
         for name, other in plans.items()
-        if other.duration <= 4.0 * plan.duration
+        if other.duration <= LONGEST_SHARE * plan.duration
     }
 
 
 def summarise(plan: Plan) -> str:
-    """A plan in one sentence."""
+    """Describe a plan in one sentence."""
     what = "ZMP margin" if not plan.settings.static else "margin"
     of = " of the true COM" if plan.settings.true_com else ""
     return (
@@ -108,17 +140,29 @@ def summarise(plan: Plan) -> str:
 
 
 def terminal() -> Any:
-    """Where to print tables: wide enough where nobody watches."""
+    """The console that tables are printed to, with their full width where it is no terminal."""
     from rich.console import Console
 
     console = Console(highlight=False)
-    # A table needs its columns: where nobody watches, take the width that it needs.
-    return console if console.is_terminal else Console(highlight=False, width=150)
+    return console if console.is_terminal else Console(highlight=False, width=TABLE_WIDTH)
+
+
+def print_files(files: Mapping[Path, str]) -> None:
+    """Print the paths of files that were written, and what each is."""
+    from rich.markup import escape
+
+    for path, what in files.items():
+        terminal().print(f"[bold]{escape(str(path))}[/]  {what}".rstrip())
+
+
+def file_name(name: str, filler: str = "-") -> str:
+    """A name in lower case for a file, with ``filler`` for all but letters and digits."""
+    return "".join(c if c.isalnum() else filler for c in name).strip(filler).lower()
 
 
 @contextmanager
 def progress_bar(what: str) -> Iterator[Callable[[int, int], None]]:
-    """A progress bar that calls can advance with (done, in all)."""
+    """Show a progress bar named ``what``; the value is a function of (done, in all)."""
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 

@@ -192,7 +192,7 @@ def _margin(plan: Plan) -> tuple[float, bool]:
     return (zmp if dynamic and zmp is not None else plan.margin), dynamic
 
 
-KEPT = (str(Outcome.CERTIFIED), str(Outcome.KINEMATICS_ONLY))
+KEPT = tuple(str(one) for one in Outcome if one is not Outcome.VIOLATED)
 """Outcomes in which nothing is violated."""
 MOST_REASONS = 5
 """Reasons of failures and violations that are told below the table."""
