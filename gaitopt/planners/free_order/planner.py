@@ -1,4 +1,4 @@
-"""Plans in the order of legs that was found."""
+"""Plans a crawl in the order of legs that a search finds."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ def plan_free_crawl(
     *,
     progress: Progress | None = None,
 ) -> Plan:
-    """The crawl in the order that was found, or in the settings' own where that one is faster.
+    """The crawl in the order that a search finds, or in the settings' own where that is better.
 
-    A fixed order on which legs touch gives way to one on which they do not, however fast it is.
+    An order in which no legs touch is better than one in which some do; else the faster one is.
 
     Args:
         robot, footholds, settings: as for :func:`gaitopt.plan_crawl`.
@@ -33,47 +33,50 @@ def plan_free_crawl(
 
     Returns:
         A plan whose settings' sequence names all of its steps. The record's
-        ``free_order_gain`` is ``None`` where the settings' own order is not possible, or faster.
+        ``free_order_gain`` is ``None`` where the settings' own order is not possible, or better.
 
     Raises:
-        InfeasibleStepError: no order is possible; that of the settings' own order, with how far
-            any other gets.
+        InputError: legs cross in the first stance.
+        InfeasibleStepError: no order is possible: the error of the settings' own order, which also
+            tells how far any other order gets.
     """
-    fixed, error = None, None
-    try:
-        fixed = plan_in_order(robot, footholds, settings)
-    except InfeasibleStepError as caught:
-        error = caught
+    fixed = _plan_or_error(robot, footholds, settings)
     order = find_order(robot, footholds, settings, progress=progress)
-    found = None
+    found: Plan | InfeasibleStepError | None = None
     if order.complete and order.legs:
-        try:
-            sequenced = replace(settings, sequence=order.legs)
-            found = plan_in_order(robot, footholds, sequenced)
-        except InfeasibleStepError as caught:
-            error = error or caught
-    if found is None and fixed is None:
-        assert error is not None
-        raise replace(
-            error, message=f"{error}; no other order gets beyond step {len(order.legs)} of "
-            f"{footholds.steps} ({order.states} ways were looked at)",
-        )  # fmt: skip
-    if found is None:
-        assert fixed is not None
+        found = _plan_or_error(robot, footholds, replace(settings, sequence=order.legs))
+    if isinstance(found, Plan):
+        return found if isinstance(fixed, InfeasibleStepError) else _better(found, fixed)
+    if isinstance(fixed, Plan):
         return fixed
-    if fixed is None:
-        return found
-    touches = [plan_touches(plan) for plan in (found, fixed)]
-    if touches[0] != touches[1]:
-        return fixed if touches[0] else found
-    if fixed.duration <= found.duration:
-        return fixed
-    gain = 1.0 - found.duration / fixed.duration
-    record = found.record
-    assert isinstance(record, CrawlRecord)
-    return replace(found, record=replace(record, free_order_gain=gain))
+    raise replace(
+        fixed, message=f"{fixed}; no other order gets beyond step {len(order.legs)} of "
+        f"{footholds.steps} (candidates looked at: {order.candidates})",
+    )  # fmt: skip
 
 
 def plan_touches(plan: Plan) -> bool:
     """Whether legs or trunk touch at any knot of a plan's path."""
     return path_touches(plan.robot, plan.path.coefficients[-1][:, 6:])
+
+
+def _plan_or_error(
+    robot: Quadruped, footholds: Footholds, settings: CrawlSettings
+) -> Plan | InfeasibleStepError:
+    """The plan with the settings' order of legs, or why there is none."""
+    try:
+        return plan_in_order(robot, footholds, settings)
+    except InfeasibleStepError as error:
+        return error
+
+
+def _better(found: Plan, fixed: Plan) -> Plan:
+    """The better one of the plan with the order that was found and that with the fixed order."""
+    found_touches, fixed_touches = plan_touches(found), plan_touches(fixed)
+    if found_touches != fixed_touches:
+        return fixed if found_touches else found
+    if fixed.duration <= found.duration:
+        return fixed
+    assert isinstance(found.record, CrawlRecord)
+    gain = 1.0 - found.duration / fixed.duration
+    return replace(found, record=replace(found.record, free_order_gain=gain))

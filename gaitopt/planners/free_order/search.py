@@ -1,10 +1,11 @@
-"""The free gait: which leg steps next is found, not given.
+"""The free gait: a search finds which leg steps next ([Wang2020], Section II, names it only).
 
-A state is how many steps each leg has taken. Whether a step is possible depends on its state and
-not on how the body came there: on four feet it may go straight from any place of the last step's to
-any of the next one's. So a search over all states, layer by layer, finds an order of steps wherever
-there is one. Most walks do not need all states: the search is tried with the fastest few of each
-layer first. ([Wang2020], Section II, names the free gait and plans none.)
+A *state* says how many steps each leg has taken. Whether a step is possible depends on the state
+and not on how the body came there: on four feet the body may go straight from any place of the last
+step to any place of the next one. So a search over all states, one step after another, finds an
+order of steps wherever there is one. A *candidate* is a state with a place of the body, and the
+time that it took to get there. Most walks do not need all candidates, so only the fastest few of
+each layer are kept at first (a beam search).
 """
 
 from __future__ import annotations
@@ -21,10 +22,14 @@ from gaitopt.planners.phase_by_phase.targets import start_for_any_order
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.footholds import Footholds
 
-WIDTHS = (64, 512, 100_000)
-"""Most ways that a search keeps in a layer; the next is tried where one finds no order."""
-KEPT = 4
-"""Most ways that it keeps into one state."""
+BEAM_WIDTHS = (64, 512, 100_000)
+"""Most candidates that are kept after each step; the next is tried where one finds no order.
+
+Chosen here. The last one keeps all candidates of walks over up to 33 footholds a leg: these have at
+most 24,000 states after any number of steps."""
+CANDIDATES_PER_STATE = 4
+"""Most candidates that are kept in one state. They differ in the place of the body, which matters
+for the time of the next step only."""
 
 
 @dataclass(frozen=True)
@@ -35,24 +40,25 @@ class FreeOrder:
         legs: the leg of each step ``(S,)``; of the first ``S`` steps only, where no order gets to
             the end.
         complete: whether all steps are there.
-        duration: of the walk phase by phase, estimated [s].
-        states: ways that were looked at.
+        duration: of the walk planned phase by phase, estimated [s].
+        candidates: how many were kept in all.
     """
 
     legs: tuple[str, ...]
     complete: bool
     duration: float
-    states: int
+    candidates: int
 
 
 class _Layer(NamedTuple):
-    """Ways of taking so many steps.
+    """The candidates after a number of steps.
 
     Attributes:
         taken: steps of each leg ``(N, 4)``.
         place: body centre ``(N, 3)`` [m].
-        time: so far ``(N,)`` [s].
-        parent, leg: the way in the layer before, and the leg that stepped ``(N,)``.
+        time: since the start ``(N,)`` [s].
+        parent: the candidate of the layer before from which each comes ``(N,)``.
+        leg: index of the leg that stepped last ``(N,)``.
     """
 
     taken: np.ndarray
@@ -69,95 +75,109 @@ def find_order(
     *,
     progress: Progress | None = None,
 ) -> FreeOrder:
-    """The fastest order of steps that was found to keep margin and reach at every one of them.
+    """The fastest order that the search finds in which every step keeps its margin and reach.
 
     Args:
-        robot, footholds, settings: as for :func:`gaitopt.plan_crawl`; the settings'
-            sequence is not looked at.
+        robot, footholds, settings: as for :func:`gaitopt.plan_crawl`; the settings' sequence does
+            not matter.
         progress: called with (steps done, steps in all).
 
     Raises:
+        InputError: legs cross in the first stance.
         InfeasibleStepError: the body cannot stand over the first footholds.
     """
     start = start_for_any_order(robot, footholds, settings)
     points = footholds.array @ rotation_z(settings.heading)
-    planner = planner_of(robot, footholds, settings)
-    states = 0
-    for width in WIDTHS:
-        layers = _searched(planner, points, start, width, progress)
-        states += sum(len(layer.time) for layer in layers)
+    planner = StepPlanner(robot, settings, float(footholds.array[..., 2].mean()))
+    candidates = 0
+    for width in BEAM_WIDTHS:
+        layers = _search(planner, points, start, width, progress)
+        candidates += sum(len(layer.time) for layer in layers)
+        # Where no layer was cut, a wider search finds nothing else.
         if len(layers) > footholds.steps or max(len(layer.time) for layer in layers) < width:
             break
-    return FreeOrder(
-        _traced(layers), len(layers) > footholds.steps, float(layers[-1].time.min()), states
-    )
+    complete = len(layers) > footholds.steps
+    return FreeOrder(_order_of(layers), complete, float(layers[-1].time.min()), candidates)
 
 
-def planner_of(robot: Quadruped, footholds: Footholds, settings: CrawlSettings) -> StepPlanner:
-    """What plans single steps of a walk."""
-    return StepPlanner(robot, settings, float(footholds.array[..., 2].mean()))
-
-
-def _searched(
+def _search(
     planner: StepPlanner,
     points: FloatArray,
     start: FloatArray,
     width: int,
     progress: Progress | None,
 ) -> list[_Layer]:
-    """Layers from the start on, as far as any order gets."""
-    nowhere = np.array([-1])
-    layers = [_Layer(np.zeros((1, 4), dtype=int), start[None], np.zeros(1), nowhere, nowhere)]
+    """The layers from the start on, as far as any order gets.
+
+    Args:
+        planner: plans single steps.
+        points: footholds in the heading frame ``(4, n, 3)`` [m].
+        start: body centre at the start ``(3,)`` [m].
+        width: most candidates of a layer.
+        progress: called with (steps done, steps in all).
+    """
+    none = np.array([-1])
+    layers = [_Layer(np.zeros((1, 4), dtype=int), start[None], np.zeros(1), none, none)]
     steps = 4 * (points.shape[1] - 1)
     for done in range(steps):
-        following = _following(planner, points, layers[-1], width)
-        if not len(following.time):
+        layer = _next_layer(planner, points, layers[-1], width)
+        if not len(layer.time):
             break
-        layers.append(following)
+        layers.append(layer)
         if progress is not None:
             progress(done + 1, steps)
     return layers
 
 
-def _following(planner: StepPlanner, points: FloatArray, layer: _Layer, width: int) -> _Layer:
-    """The fastest ways on from a layer."""
+def _next_layer(planner: StepPlanner, points: FloatArray, layer: _Layer, width: int) -> _Layer:
+    """The candidates one step later; arguments as for :func:`_search`."""
     parent, leg = (a.ravel() for a in np.indices((len(layer.time), len(LEGS))))
-    after = layer.taken[parent] + np.eye(len(LEGS), dtype=int)[leg]
-    left = np.flatnonzero(after.max(axis=1) < points.shape[1])
-    parent, leg, after = parent[left], leg[left], after[left]
+    taken = layer.taken[parent] + np.eye(len(LEGS), dtype=int)[leg]
+    exists = np.flatnonzero(taken.max(axis=1) < points.shape[1])
+    parent, leg, taken = parent[exists], leg[exists], taken[exists]
     each = np.arange(len(LEGS))
     steps = Steps(
-        leg, points[each, layer.taken[parent]], points[each, after], layer.place[parent],
+        leg, points[each, layer.taken[parent]], points[each, taken], layer.place[parent],
         layer.place[parent],
     )  # fmt: skip
-    kept = np.flatnonzero(planner.standing(steps))
-    steps = planner.placed(steps.chosen(kept))
+    kept = np.flatnonzero(planner.can_stand(steps))
+    steps = planner.with_places(steps.chosen(kept))
     solved = np.flatnonzero(np.isfinite(steps.place[:, 0]))
     kept, steps = kept[solved], steps.chosen(solved)
     time = layer.time[parent[kept]] + planner.durations(steps)
-    best = _best(planner, steps, after[kept], time, width)
+    best = _fastest(planner, steps, taken[kept], time, width)
     kept = kept[best]
-    return _Layer(after[kept], steps.place[best], time[best], parent[kept], leg[kept])
+    return _Layer(taken[kept], steps.place[best], time[best], parent[kept], leg[kept])
 
 
-def _best(
-    planner: StepPlanner, steps: Steps, after: np.ndarray, time: FloatArray, width: int
+def _fastest(
+    planner: StepPlanner, steps: Steps, taken: np.ndarray, time: FloatArray, width: int
 ) -> np.ndarray:
-    """The fastest steps that keep the legs apart, :data:`KEPT` into each state."""
+    """Numbers of the fastest steps that keep the legs apart, a few into each state.
+
+    Args:
+        planner: plans single steps.
+        steps: the steps ``(E,)``.
+        taken: steps of each leg after them ``(E, 4)``.
+        time: since the start ``(E,)`` [s].
+        width: most steps that are chosen.
+    """
     counts: dict[tuple[int, ...], int] = {}
     chosen: list[int] = []
     for i in np.argsort(time, kind="stable").tolist():
-        state = tuple(after[i].tolist())
+        state = tuple(taken[i].tolist())
         if not np.isfinite(time[i]) or len(chosen) == width:
             break
-        if counts.get(state, 0) < KEPT and planner.apart(steps.chosen(np.array([i]))):
+        if counts.get(state, 0) < CANDIDATES_PER_STATE and planner.keeps_apart(
+            steps.chosen(np.array([i]))
+        ):
             counts[state] = counts.get(state, 0) + 1
             chosen.append(i)
     return np.array(chosen, dtype=int)
 
 
-def _traced(layers: list[_Layer]) -> tuple[str, ...]:
-    """The legs of the fastest way to the last layer."""
+def _order_of(layers: list[_Layer]) -> tuple[str, ...]:
+    """The legs of the steps to the fastest candidate of the last layer."""
     at = int(layers[-1].time.argmin())
     legs = []
     for layer in layers[:0:-1]:

@@ -9,10 +9,6 @@ import numpy as np
 from gaitopt.conventions import FloatArray
 from gaitopt.motion.path import MotionPath
 
-SLIP_TOLERANCE = 1e-5
-"""Largest distance of a standing foot from its foothold, measured in the middle between dense
-knots [m]; chosen here: a hundredth of a millimetre is far below what any robot or terrain model is
-accurate to."""
 RESERVE_KEPT = 0.5
 """Share of the settings' reserves of margin and clearance that the motion between knots keeps.
 

@@ -19,7 +19,7 @@ from gaitopt.motion.path import BASE_COLUMNS, MotionPath
 from gaitopt.motion.pieces import States
 from gaitopt.motion.smooth_path import smooth_path
 from gaitopt.optimize.route.legs import BODY, JOINTS, ORIENTATION, StackedLegs
-from gaitopt.planners.time_optimal.dense import SLIP_TOLERANCE
+from gaitopt.planners.phase_by_phase.timing import SLIP_TOLERANCE
 from gaitopt.planners.time_optimal.knots import Flying, RouteKnots
 from gaitopt.robots.quadruped import Quadruped
 

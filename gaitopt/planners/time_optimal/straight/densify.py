@@ -18,7 +18,8 @@ from gaitopt.errors import SolverError
 from gaitopt.motion.body_and_feet import base_poses, slip_between
 from gaitopt.optimize.route.legs import BODY, FOOT, JOINTS, ORIENTATION, StackedLegs
 from gaitopt.plan.settings.time_optimal import RouteSettings
-from gaitopt.planners.time_optimal.dense import SLIP_TOLERANCE, DensePath
+from gaitopt.planners.phase_by_phase.timing import SLIP_TOLERANCE
+from gaitopt.planners.time_optimal.dense import DensePath
 from gaitopt.planners.time_optimal.knots import Flying, RouteKnots
 from gaitopt.robots.quadruped import Quadruped
 
@@ -49,7 +50,9 @@ def densify(
         dense = _dense_path(robot, settings, knots, legs, poses, pieces)
         slip = _slip(robot, settings, knots, dense, pieces)
         worst = np.zeros(len(counts))
-        np.maximum.at(worst, pieces.interval, slip)
+        # Out of reach the slip is not a number.
+        with np.errstate(invalid="ignore"):
+            np.maximum.at(worst, pieces.interval, slip)
         coarse = worst > SLIP_TOLERANCE
         if not coarse.any():
             return dense
