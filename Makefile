@@ -41,7 +41,7 @@ lint: $(VENV)/.test
 	$(BIN)/lint-imports
 
 test: $(VENV)/.test browser lint
-	$(BIN)/python -m pytest -n auto
+	$(BIN)/python -m pytest -n auto --dist loadscope
 
 test-slow: $(VENV)/.test browser
 	$(BIN)/python -m pytest -m slow
