@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike
 
 from gaitopt.conventions import LEGS, FloatArray, frozen
 from gaitopt.dynamics.contacts import Contacts, ForceLimits
-from gaitopt.dynamics.region_polygon import hull_indices
+from gaitopt.dynamics.region_polygon import corner_indices, hull_indices
 from gaitopt.dynamics.region_programs import largest_slack
 from gaitopt.dynamics.region_projection import EMPTY_SLACK, LEAST_TOLERANCE, project
 from gaitopt.dynamics.region_result import FeasibleRegion, RegionStatus
@@ -202,8 +202,8 @@ def _by_projection(stance: Stance, tolerance: float) -> _Polygons:
         "mij,kj->kmi", stance.balanced.basis, projection.points
     )
     coms = stance.balanced.com + projection.points @ stance.balanced.com_basis.T
-    corners = hull_indices(coms)
-    outer = projection.outer[hull_indices(projection.outer)]
+    corners = corner_indices(coms)
+    outer = projection.outer[corner_indices(projection.outer)]
     # The last of the friction rows is the normal force, which is bounded from above.
     pressing = np.einsum("mi,kmi->km", stance.friction.matrix[:, -1], forces[corners])
     if pressing.max() > LARGEST_NORMAL_SHARE * (1.0 - 1e-6):

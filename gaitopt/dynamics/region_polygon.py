@@ -24,13 +24,24 @@ def hull_indices(points: FloatArray) -> list[int]:
     places = [(x, y) for x, y in points.tolist()]
     order = sorted(range(len(places)), key=places.__getitem__)
     chain = _half_hull(places, order)[:-1] + _half_hull(places, order[::-1])[:-1]
-    corners = chain or order[:1]
-    while len(corners) >= 3:
-        heights = _heights(places, corners)
-        lowest = min(range(len(corners)), key=heights.__getitem__)
-        if heights[lowest] > SAME_PLACE:
-            return corners
-        del corners[lowest]
+    return corner_indices(points, chain)
+
+
+def corner_indices(points: FloatArray, order: Sequence[int] | None = None) -> list[int]:
+    """Which of ``points (k, 2)`` around a convex polygon are its corners: :func:`hull_indices`.
+
+    Args:
+        points: [m].
+        order: the points on the border, counter-clockwise; all, as they are, by default. Some may
+            coincide or lie on a side.
+    """
+    places = [(x, y) for x, y in points.tolist()]
+    corners, before = list(range(len(places)) if order is None else order), -1
+    while len(corners) != before and len(corners) >= 3:
+        before = len(corners)
+        corners = _without_flat(places, corners)
+    if len(corners) >= 3:
+        return corners
     first, second = _farthest_pair(points)
     apart = float(np.linalg.norm(points[first] - points[second]))
     return [first, second] if apart > SAME_PLACE else [first]
@@ -108,15 +119,20 @@ def _turn(places: Sequence[tuple[float, float]], a: int, b: int, c: int) -> floa
     return (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
 
 
-def _heights(places: Sequence[tuple[float, float]], corners: Sequence[int]) -> list[float]:
-    """How far each corner stands out over the line between its neighbours [m]."""
-    out = []
+def _without_flat(places: Sequence[tuple[float, float]], corners: list[int]) -> list[int]:
+    """``corners`` without those that hardly stand out over the line between their neighbours.
+
+    A corner whose neighbour is left out is judged by the next one.
+    """
+    kept: list[int] = []
     for i, here in enumerate(corners):
-        before, after = corners[i - 1], corners[(i + 1) % len(corners)]
+        before = kept[-1] if kept else corners[-1]
+        after = corners[i + 1] if i + 1 < len(corners) else (kept or corners)[0]
         (ax, ay), (bx, by) = places[before], places[after]
         length = hypot(bx - ax, by - ay)
-        out.append(_turn(places, before, here, after) / length if length > 0.0 else 0.0)
-    return out
+        if _turn(places, before, here, after) > SAME_PLACE * length:
+            kept.append(here)
+    return kept
 
 
 def _farthest_pair(points: FloatArray) -> tuple[int, int]:

@@ -76,14 +76,18 @@ class Stance:
     def residual(self, forces: FloatArray, coms: FloatArray) -> float:
         """Largest error of the equations of rest, with ``forces (k, m, 3)`` and the COM at
         ``coms (k, 2)``: of force, and of torque divided by the weight [m]."""
-        x, y, z = np.moveaxis(self.points - np.append(self.balanced.com, 0.0), -1, 0)
-        fx, fy, fz = np.moveaxis(forces, -1, 0)
-        total = forces.sum(axis=1) - (0.0, 0.0, 1.0)
-        lever = coms - self.balanced.com
-        roll = (fz * y - fy * z).sum(axis=1) - lever[:, 1]
-        pitch = (fx * z - fz * x).sum(axis=1) + lever[:, 0]
-        yaw = (fy * x - fx * y).sum(axis=1)
-        return max(float(np.abs(error).max()) for error in (total, roll, pitch, yaw))
+        x, y, z = (self.points - np.append(self.balanced.com, 0.0)).T
+        # Force and torque of unit forces on the feet.
+        wrench = np.zeros((len(x), 3, 6))
+        wrench[:, 0, 0] = wrench[:, 1, 1] = wrench[:, 2, 2] = 1.0
+        wrench[:, 2, 3], wrench[:, 1, 3] = y, -z
+        wrench[:, 0, 4], wrench[:, 2, 4] = z, -x
+        wrench[:, 1, 5], wrench[:, 0, 5] = x, -y
+        wanted = np.zeros((len(coms), 6))
+        wanted[:, 2] = 1.0
+        wanted[:, 3:5] = (coms - self.balanced.com)[:, ::-1] * (1.0, -1.0)
+        found = forces.reshape(len(coms), -1) @ wrench.reshape(-1, 6)
+        return float(np.abs(found - wanted).max())
 
 
 def stances(

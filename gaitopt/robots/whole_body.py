@@ -242,9 +242,7 @@ def joints_from_feet(
 # --- shared -----------------------------------------------------------------------------------
 
 
-def into_body(
-    robot: Quadruped, position: ArrayLike, rpy: ArrayLike, feet: ArrayLike
-) -> FloatArray:
+def into_body(robot: Quadruped, position: ArrayLike, rpy: ArrayLike, feet: ArrayLike) -> FloatArray:
     """Feet in the world ``(..., 4, 3)`` in the body frame ``(..., 4, 3)`` [m].
 
     Args:

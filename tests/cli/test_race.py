@@ -2,34 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-import typer
-from typer.testing import CliRunner, Result
+from typer.testing import Result
 
 import gaitopt
-from gaitopt import GaitoptError
-from gaitopt.cli.race import race
 
-app = typer.Typer()
-app.command()(race)
+Command = Callable[..., Result]
 
 
-def run(*arguments: str) -> Result:
-    return CliRunner().invoke(app, list(arguments))
-
-
-def fails(*arguments: str) -> str:
-    """The words of the error that these arguments end in."""
-    result = run(*arguments)
-    assert isinstance(result.exception, GaitoptError), result.output
-    return str(result.exception)
-
-
-def test_a_race_prints_its_table_and_writes_replay_picture_and_plans(tmp_path: Path) -> None:
+def test_a_race_prints_its_table_and_writes_replay_picture_and_plans(
+    command: Command, tmp_path: Path
+) -> None:
     out = tmp_path / "out"
-    result = run("--columns", "3", "--rows", "ssm,swing,posture", "--out", str(out))
+    result = command("race", "--columns", "3", "--rows", "ssm,swing,posture", "--out", str(out))
     assert result.exit_code == 0, result.output
     for words in ("SSM baseline", "the paper", "swing", "posture", "× the paper", "kinematics only",
                   "race.html", "race.png", "4 plans"):  # fmt: skip
@@ -43,10 +31,11 @@ def test_a_race_prints_its_table_and_writes_replay_picture_and_plans(tmp_path: P
     assert (out / "race.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_several_seeds_give_medians_and_a_line_a_walk(tmp_path: Path) -> None:
-    result = run("--columns", "2", "--rows", "swing", "--seed", "5", "--seeds", "2", "--jobs", "1",
-                 "--no-collisions", "--stability-margin", "0.025",
-                 "--out", str(tmp_path))  # fmt: skip
+def test_several_seeds_give_medians_and_a_line_a_walk(command: Command, tmp_path: Path) -> None:
+    result = command(
+        "race", "--columns", "2", "--rows", "swing", "--seed", "5", "--seeds", "2", "--jobs", "1",
+        "--no-collisions", "--stability-margin", "0.025", "--out", str(tmp_path),
+    )  # fmt: skip
     assert result.exit_code == 0, result.output
     assert "of 2 terrains" in result.output and "2 of 2" in result.output
     lines = (tmp_path / "race.csv").read_text().splitlines()
@@ -54,16 +43,18 @@ def test_several_seeds_give_medians_and_a_line_a_walk(tmp_path: Path) -> None:
     assert gaitopt.load_plan(tmp_path / "plan_swing.npz").settings.stability_margin == 0.025
 
 
-def test_footholds_of_ones_own_are_raced(tmp_path: Path) -> None:
+def test_footholds_of_ones_own_are_raced(command: Command, tmp_path: Path) -> None:
     gaitopt.s_columns(2, columns=2).to_csv(tmp_path / "feet.csv")
-    result = run("--footholds", str(tmp_path / "feet.csv"), "--rows", "route", "--no-certify",
-                 "--out", str(tmp_path))  # fmt: skip
+    result = command("race", "--footholds", str(tmp_path / "feet.csv"), "--rows", "route",
+                     "--no-certify", "--out", str(tmp_path))  # fmt: skip
     assert result.exit_code == 0, result.output
     assert "over 4 steps" in result.output and "unchecked" in result.output
 
 
-def test_a_race_that_nobody_can_run_says_why_and_exits_with_1(tmp_path: Path) -> None:
-    result = run("--columns", "2", "--rows", "swing", "--stability-margin", "0.3",
+def test_a_race_that_nobody_can_run_says_why_and_exits_with_1(
+    command: Command, tmp_path: Path
+) -> None:
+    result = command("race", "--columns", "2", "--rows", "swing", "--stability-margin", "0.3",
                  "--out", str(tmp_path))  # fmt: skip
     assert result.exit_code == 1, result.output
     assert "inscribed circle" in " ".join(result.output.split())
@@ -81,7 +72,7 @@ def test_a_race_that_nobody_can_run_says_why_and_exits_with_1(tmp_path: Path) ->
     ],
 )
 def test_mistakes_are_named_before_anything_is_written(
-    arguments: list[str], words: str, tmp_path: Path
+    error_of: Callable[..., str], arguments: list[str], words: str, tmp_path: Path
 ) -> None:
-    assert words in fails(*arguments, "--out", str(tmp_path / "out"))
+    assert words in error_of("race", *arguments, "--out", str(tmp_path / "out"))
     assert not (tmp_path / "out").exists()

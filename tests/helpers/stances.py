@@ -15,6 +15,9 @@ from gaitopt.dynamics.contacts import ForceLimits
 from gaitopt.dynamics.whole_body import Motion, motion_of_path
 from gaitopt.motion.body_and_feet import path_states
 
+# Values of `status` of scipy.optimize.linprog.
+SOLVED, INFEASIBLE = 0, 2
+
 
 @dataclass(frozen=True)
 class Stance:
@@ -138,12 +141,17 @@ def reference(
 
 def largest_reserve(problem: Reference) -> float | None:
     """Largest share of the weight on the foot that presses least; ``None`` without forces."""
-    found: Any = linprog(
-        -np.eye(problem.size)[-1],
-        A_ub=np.vstack([problem.rows, problem.normal_rows]),
-        b_ub=np.concatenate([problem.limits, np.zeros(len(problem.normal_rows))]),
-        A_eq=problem.equality,
-        b_eq=problem.target,
-        bounds=(None, None),
-    )
-    return float(found.x[-1]) if found.status == 0 else None
+    for method in ("highs", "highs-ipm"):
+        found: Any = linprog(
+            -np.eye(problem.size)[-1],
+            A_ub=np.vstack([problem.rows, problem.normal_rows]),
+            b_ub=np.concatenate([problem.limits, np.zeros(len(problem.normal_rows))]),
+            A_eq=problem.equality,
+            b_eq=problem.target,
+            bounds=(None, None),
+            method=method,
+        )
+        # The simplex method stops with "Not Set" where coefficients of 1e-9 stand beside ones.
+        if found.status in (SOLVED, INFEASIBLE):
+            return float(found.x[-1]) if found.status == SOLVED else None
+    raise AssertionError(f"HiGHS solved the linear program of a stance by no method: {found}")
