@@ -1,4 +1,4 @@
-"""Table II of [Wang2020]: the paper's method beside two baselines."""
+"""Table II of [Wang2020]: the paper's method compared with two baselines."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ from gaitopt.terrain.footholds import Footholds
 
 @dataclass(frozen=True)
 class Method:
-    """One way to walk the columns.
+    """One way to plan a walk.
 
     Attributes:
-        name: what to call it.
+        name: of the method in the table.
         objective, speed: as in :func:`gaitopt.plan_crawl`.
         paper_time: the time that the paper reports for it [s]; ``None`` where it reports none.
     """
@@ -50,13 +50,16 @@ impossible at that speed (``docs/papers.md``, errata); 66 mm/s give about 272 s.
 PAPER_GAINS = {"SSM": 81.6, "fixed 5 mm/s": 32.8}
 """Speed-ups of the proposed method that the paper states [%]."""
 
+MOST_SEEDS = 10
+"""Seeds of infeasible terrains that are named below the table: as many as fit into a line."""
+
 PAPER_DISTANCE = 1.5
-"""Forward distance of the paper's walk [m]."""
+"""Forward distance of the walk in [Wang2020], Section V [m]."""
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What one method did on one terrain.
+    """The result of one method on one terrain.
 
     Attributes:
         seed: of the terrain; -1 for footholds of one's own.
@@ -64,9 +67,9 @@ class Outcome:
         time: duration [s].
         mean_speed: [m/s].
         cog_distance: length of the body centre's path [m].
-        swing_share: share of the time in swing phases; the rest is stance.
-        margin: smallest stability margin of the body centre, which is planned with, over the swing
-            phases [m].
+        swing_share: share of the time in swing phases; the rest is stance phases.
+        margin: smallest stability margin during swing phases of the body centre, for which the walk
+            is planned [m].
         com_margin: smallest stability margin of the model's true centre of mass [m].
     """
 
@@ -86,40 +89,39 @@ class Comparison:
 
     Attributes:
         robot: the robot's name.
-        methods: the methods, the one that is judged first.
+        methods: the methods. Speed-ups are those of the first.
         outcomes: one for each terrain and method.
-        refused: ``(seed, reason)`` of the terrains on which a method found no plan; they count
-            for none.
+        infeasible: ``(seed, reason)`` of the terrains on which a method found no plan. They are
+            left out for all methods.
         plans: the plans on the first terrain, by method's name.
     """
 
     robot: str
     methods: tuple[Method, ...]
     outcomes: tuple[Outcome, ...]
-    refused: tuple[tuple[int, str], ...]
+    infeasible: tuple[tuple[int, str], ...]
     plans: dict[str, Plan]
 
     def values(self, method: str, quantity: str) -> FloatArray:
-        """One number a terrain: ``quantity`` is an attribute of :class:`Outcome`."""
+        """An attribute of :class:`Outcome` for each terrain ``(n,)``."""
         return np.array([getattr(o, quantity) for o in self.outcomes if o.method.name == method])
 
     def speed_up(self, baseline: str) -> FloatArray:
-        """By how much the first method walks faster than ``baseline``, a number a terrain.
+        """By how much the first method is faster than ``baseline``, for each terrain ``(n,)``.
 
-        0.5 means half as fast again: baseline's time is 1.5 times the first method's.
+        0.5 means that the baseline takes 1.5 times as long as the first method.
         """
         first = self.methods[0].name
         return np.asarray(self.values(baseline, "time") / self.values(first, "time") - 1.0)
 
     @property
     def seeds(self) -> tuple[int, ...]:
-        """Seeds of the terrains that count."""
+        """Seeds of the terrains that are not left out."""
         first = self.methods[0].name
         return tuple(o.seed for o in self.outcomes if o.method.name == first)
 
     def table(self) -> Table:
         """The comparison as a table to print."""
-
         return comparison_table(self)
 
     def __str__(self) -> str:
@@ -139,14 +141,14 @@ def compare(
     """Plan every method on every terrain.
 
     Args:
-        robot: the robot.
+        robot: from :func:`gaitopt.load_robot`.
         terrains: footholds, or pairs of a seed and its footholds.
-        methods: what to compare; the speed-ups are those of the first.
+        methods: the methods to compare. Speed-ups are those of the first.
         progress: called with (plans made, plans in all).
         settings: passed to :func:`gaitopt.plan_crawl` (stability margin, heights, ...).
 
     Raises:
-        InfeasibleStepError: no method's plan exists on any of the terrains (the first reason).
+        InfeasibleStepError: on every terrain some method finds no plan; the error is the first one.
         InputError: no terrain or method was given, or a setting is out of range.
     """
     todo = [(-1, terrains)] if isinstance(terrains, Footholds) else list(terrains)
@@ -154,34 +156,35 @@ def compare(
         raise InputError("a comparison needs at least one terrain and one method")
     options = with_one_height(robot, todo[0][1], settings)
     outcomes: list[Outcome] = []
-    refused: list[tuple[int, str]] = []
+    infeasible: list[tuple[int, str]] = []
     kept: dict[str, Plan] = {}
     failure: InfeasibleStepError | None = None
     for i, (seed, footholds) in enumerate(todo):
         plans: dict[str, Plan] = {}
         try:
             for j, method in enumerate(methods):
-                way = {"objective": method.objective, "speed": method.speed}
-                plans[method.name] = plan_crawl(robot, footholds, **{**options, **way})
+                own = {"objective": method.objective, "speed": method.speed}
+                plans[method.name] = plan_crawl(robot, footholds, **{**options, **own})
                 if progress is not None:
                     progress(i * len(methods) + j + 1, len(todo) * len(methods))
         except InfeasibleStepError as error:
-            refused.append((seed, str(error)))
+            infeasible.append((seed, str(error)))
             failure = failure or error
             continue
         kept = kept or plans
         outcomes += [outcome(seed, method, plans[method.name]) for method in methods]
     if failure is not None and not outcomes:
         raise failure
-    return Comparison(robot.name, tuple(methods), tuple(outcomes), tuple(refused), kept)
+    return Comparison(robot.name, tuple(methods), tuple(outcomes), tuple(infeasible), kept)
 
 
 def with_one_height(
     robot: Quadruped, footholds: Footholds, options: Mapping[str, Any]
 ) -> dict[str, Any]:
-    """Options of :func:`gaitopt.plan_crawl` with one body height for all methods.
+    """Options of :func:`gaitopt.plan_crawl` with the same body height for all methods.
 
-    Where none is given it is the one at which the paper's method walks these footholds.
+    It is the height in ``options``, or else the one that the paper's method takes for
+    ``footholds``.
     """
     if options.get("body_height") is not None:
         return dict(options)
@@ -192,7 +195,7 @@ def with_one_height(
 
 
 def outcome(seed: int, method: Method, plan: Plan) -> Outcome:
-    """The figures of one plan."""
+    """The numbers of one plan."""
     swings = [phase for phase in plan.phases if phase.kind == "swing"]
     return Outcome(
         seed=seed,
@@ -207,7 +210,10 @@ def outcome(seed: int, method: Method, plan: Plan) -> Outcome:
 
 
 def comparison_table(comparison: Comparison) -> Table:
-    """Table II, the paper's figures in brackets; mean and spread over several terrains."""
+    """Table II with the paper's numbers in brackets.
+
+    Over several terrains it shows mean and standard deviation.
+    """
     count = len(comparison.seeds)
     spread = f", mean ± standard deviation over {count} terrains" if count > 1 else ""
     table = Table(
@@ -227,16 +233,17 @@ def comparison_table(comparison: Comparison) -> Table:
 
 
 def _is_papers(comparison: Comparison) -> bool:
-    """Whether the paper's figures belong beside ours: it has one robot only."""
+    """Whether the paper gives numbers for this robot: it has only one."""
     return comparison.robot == "wang2020"
 
 
 def _row(comparison: Comparison, method: Method) -> list[str]:
+    """The cells of one method."""
     name = method.name
     paper = method.paper_time if _is_papers(comparison) else None
 
     def number(quantity: str, digits: int, scale: float = 1.0) -> str:
-        return _spread(comparison.values(name, quantity) * scale, digits)
+        return _mean_and_deviation(comparison.values(name, quantity) * scale, digits)
 
     swing = 100 * float(comparison.values(name, "swing_share").mean())
     least = [1e3 * float(comparison.values(name, q).min()) for q in ("margin", "com_margin")]
@@ -250,38 +257,41 @@ def _row(comparison: Comparison, method: Method) -> list[str]:
         f"{100 - swing:.0f}",
         f"{least[0]:.1f}",
         f"{least[1]:.1f}",
-        "" if method is comparison.methods[0] else _gain(comparison, method),
+        "" if method is comparison.methods[0] else _speed_up(comparison, method),
     ]
 
 
-def _gain(comparison: Comparison, method: Method) -> str:
-    own = f"+{_spread(100.0 * comparison.speed_up(method.name), 0)}"
+def _speed_up(comparison: Comparison, method: Method) -> str:
+    """The first method's speed-up over another, with the paper's in brackets [%]."""
+    ours = f"+{_mean_and_deviation(100.0 * comparison.speed_up(method.name), 0)}"
     first = comparison.methods[0].paper_time
     if method.paper_time is None or first is None or not _is_papers(comparison):
-        return own
-    told = PAPER_GAINS.get(method.name)
-    return own if told is None else f"{own} ({told:.1f})"
+        return ours
+    papers = PAPER_GAINS.get(method.name)
+    return ours if papers is None else f"{ours} ({papers:.1f})"
 
 
-def _spread(values: FloatArray, digits: int) -> str:
+def _mean_and_deviation(values: FloatArray, digits: int) -> str:
+    """The mean, with the standard deviation where there are several values."""
     mean = f"{values.mean():.{digits}f}"
     return mean if len(values) < 2 else f"{mean} ± {values.std(ddof=1):.{digits}f}"
 
 
 def _caption(comparison: Comparison) -> str:
+    """What the columns are, and which terrains are left out."""
     lines = [
-        "margin: smallest over all swings, of the body centre (planned with) and of the model's "
-        "true COM.",
+        "margin: smallest over all swings, of the body centre, for which walks are planned, and of "
+        "the model's true COM.",
         f"speed-up: of {comparison.methods[0].name!r} over this method.",
     ]
     if _is_papers(comparison):
         lines.append(
             "In brackets: the paper, whose terrain, hip height and margin are not published."
         )
-    if comparison.refused:
-        seeds = ", ".join(str(seed) for seed, _ in comparison.refused[:10])
+    if comparison.infeasible:
+        seeds = ", ".join(str(seed) for seed, _ in comparison.infeasible[:MOST_SEEDS])
         lines.append(
-            f"{len(comparison.refused)} terrains left out as infeasible (seeds {seeds}): "
-            f"{comparison.refused[0][1]}"
+            f"{len(comparison.infeasible)} terrains left out as infeasible (seeds {seeds}): "
+            f"{comparison.infeasible[0][1]}"
         )
     return "\n".join(lines)

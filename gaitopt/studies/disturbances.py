@@ -1,6 +1,6 @@
-"""What a walk survives: pushes, slippery ground, sunken columns, wrong masses, late sensors.
+"""A walk under disturbances: pushes, slippery ground, low columns, wrong masses, late sensors.
 
-``python -m gaitopt.studies.disturbances`` prints the table of ``docs/physics_table.md``.
+``python -m gaitopt.studies.disturbances`` prints the tables of ``docs/physics_table.md``.
 """
 
 from __future__ import annotations
@@ -16,30 +16,38 @@ import numpy as np
 from gaitopt.conventions import GRAVITY, LEGS
 from gaitopt.plan.phase import Phase
 from gaitopt.plan.plan import Plan
+from gaitopt.planners.crawl import plan_crawl
+from gaitopt.robots.catalog import load_robot
 from gaitopt.simulation.result import SimulationResult
 from gaitopt.simulation.settings import Push, SimulationSettings
 from gaitopt.simulation.simulate import simulate
+from gaitopt.terrain.columns import s_columns
 
 PUSH_TIME = 0.5
-"""How long a push lasts [s]."""
+"""Duration of a push [s]. Chosen here: much shorter than a swing of wang2020, which takes 3 s."""
 
-PUSH_LADDER = (6.0, 9.0, 12.0, 15.0, 20.0, 25.0, 30.0, 40.0, 60.0, 80.0)
-"""Forces that are tried one after the other, until the walk fails [N], for 25 kg."""
+PUSH_FORCES = (6.0, 9.0, 12.0, 15.0, 20.0, 25.0, 30.0, 40.0, 60.0, 80.0)
+"""Forces that are tried one after the other until the walk fails [N]. Chosen for wang2020, which
+weighs 25 kg: a steady force of 12 N uses up a margin of 20 mm (:func:`static_push`)."""
+
+SHORTEST_PHASE = 0.1
+"""Phases that are shorter are not pushed in [s]: stance phases in which the body hardly moves."""
 
 DIRECTIONS = {"+x": (1, 0, 0), "-x": (-1, 0, 0), "+y": (0, 1, 0), "-y": (0, -1, 0)}
+"""Directions of pushes in the world."""
 
 
 @dataclass(frozen=True)
 class PushLimit:
-    """How hard a push in one phase and direction may be.
+    """The largest push in one phase and direction that a walk survives.
 
     Attributes:
         kind, leg: of the phase: ``"swing"`` of that leg, or the ``"stance"`` before it.
-        direction: of the push, in the world.
-        survived: the largest force tried up to which every walk finished with each foot on its
-            foothold [N]; 0 when already the smallest did not.
-        failed: the next larger force, which did not pass [N]; infinite when all passed.
-        reason: what happened there.
+        direction: of the push: a key of :data:`DIRECTIONS`.
+        survived: the largest force with which the walk was finished with each foot on its foothold
+            [N]; 0 where the smallest force was already too large.
+        failed: the next larger force, with which it failed [N]; infinite where it never failed.
+        reason: how it failed.
     """
 
     kind: str
@@ -52,14 +60,14 @@ class PushLimit:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a walk under one disturbance."""
+    """The result of a walk under one disturbance."""
 
     name: str
     result: SimulationResult
 
     @property
     def verdict(self) -> str:
-        """In a few words."""
+        """The result in a few words."""
         return describe(self.result)
 
 
@@ -74,24 +82,36 @@ def describe(result: SimulationResult) -> str:
 
 
 def static_push(plan: Plan) -> float:
-    """The steady sideways force that uses up the planned margin: ``m g S0 / h`` [N]."""
+    """The steady sideways force that moves the ZMP by the planned margin: ``m g S0 / h`` [N]."""
     height = plan.settings.body_height + plan.robot.foot_radius
     return plan.robot.mass * GRAVITY * plan.settings.stability_margin / height
 
 
 def push_settings(phase: Phase, direction: str, force: float) -> SimulationSettings:
-    """A push around the middle of a phase."""
+    """Settings with a push in the middle of a phase.
+
+    Args:
+        phase: in which the robot is pushed.
+        direction: a key of :data:`DIRECTIONS`.
+        force: of the push [N].
+    """
     start = max(phase.start + 0.5 * phase.duration - 0.5 * PUSH_TIME, phase.start)
     x, y, z = (force * c for c in DIRECTIONS[direction])
     return SimulationSettings(pushes=(Push(start, PUSH_TIME, (x, y, z)),))
 
 
 def push_limit(
-    plan: Plan, phase: Phase, direction: str, ladder: Sequence[float] = PUSH_LADDER
+    plan: Plan, phase: Phase, direction: str, forces: Sequence[float] = PUSH_FORCES
 ) -> PushLimit:
-    """Push harder and harder in one phase, until the walk fails."""
+    """Simulate pushes with larger and larger forces in one phase, until the walk fails.
+
+    Args:
+        plan: the walk.
+        phase, direction: of the push, as for :func:`push_settings`.
+        forces: to try, in increasing order [N].
+    """
     survived = 0.0
-    for force in ladder:
+    for force in forces:
         result = simulate(plan, push_settings(phase, direction, force))
         if not result.succeeded:
             return PushLimit(phase.kind, phase.leg, direction, survived, force, describe(result))
@@ -100,23 +120,27 @@ def push_limit(
 
 
 def push_phases(plan: Plan) -> list[Phase]:
-    """For each leg the swing, and the stance before it, in the middle of the walk.
+    """For each leg one swing phase and one stance phase before a swing, in the middle of the walk.
 
-    Stances that last no time are looked for elsewhere in the walk, and left out when there are
-    none.
+    Phases shorter than :data:`SHORTEST_PHASE` are not taken; a kind of phase of which there is no
+    longer one is left out.
     """
     found: list[Phase] = []
     for leg in LEGS:
         for kind in ("stance", "swing"):
-            own = [p for p in plan.phases if p.kind == kind and p.leg == leg]
-            lasting = [p for p in own if p.duration > 0.1]
-            if lasting:
-                found.append(lasting[len(lasting) // 2])
+            phases = [p for p in plan.phases if p.kind == kind and p.leg == leg]
+            long_enough = [p for p in phases if p.duration > SHORTEST_PHASE]
+            if long_enough:
+                found.append(long_enough[len(long_enough) // 2])
     return found
 
 
 def disturbances(plan: Plan) -> dict[str, SimulationSettings]:
-    """The disturbances of the table that are no pushes, by name."""
+    """All disturbances of the table except pushes, by name.
+
+    Their sizes are chosen here: from those that a robot must always expect to those with which
+    walks begin to fail.
+    """
     middle = len(plan.footholds) // 2
     cases = {
         "none": SimulationSettings(),
@@ -145,23 +169,23 @@ def disturbances(plan: Plan) -> dict[str, SimulationSettings]:
     return cases
 
 
-def survive(plan: Plan, jobs: int = 1) -> list[Outcome]:
-    """Walk the plan under each of :func:`disturbances`."""
+def simulate_disturbances(plan: Plan, jobs: int = 1) -> list[Outcome]:
+    """Simulate the plan under each of :func:`disturbances`, in ``jobs`` processes."""
     cases = disturbances(plan)
-    results = _each(simulate, [(plan, settings) for settings in cases.values()], jobs)
+    results = _results(simulate, [(plan, settings) for settings in cases.values()], jobs)
     return [Outcome(name, result) for name, result in zip(cases, results, strict=True)]
 
 
 def push_limits(
-    plan: Plan, jobs: int = 1, ladder: Sequence[float] = PUSH_LADDER
+    plan: Plan, jobs: int = 1, forces: Sequence[float] = PUSH_FORCES
 ) -> list[PushLimit]:
-    """:func:`push_limit` for each of :func:`push_phases` and each direction."""
-    work = [(plan, p, d, tuple(ladder)) for p in push_phases(plan) for d in DIRECTIONS]
-    return _each(push_limit, work, jobs)
+    """All push limits: in each of :func:`push_phases`, in each direction, in ``jobs`` processes."""
+    work = [(plan, p, d, tuple(forces)) for p in push_phases(plan) for d in DIRECTIONS]
+    return _results(push_limit, work, jobs)
 
 
 def table(outcomes: Iterable[Outcome], limits: Iterable[PushLimit], plan: Plan) -> str:
-    """Both results as Markdown."""
+    """Two tables in Markdown: walks under disturbances, and the largest pushes."""
     lines = [
         "| disturbance | outcome | tilt [deg] | landing error [mm] | least COM margin [mm] | "
         "joint velocity |",
@@ -184,14 +208,15 @@ def table(outcomes: Iterable[Outcome], limits: Iterable[PushLimit], plan: Plan) 
     rows: dict[str, dict[str, str]] = {}
     for limit in limits:
         name = f"{limit.kind} {'before ' if limit.kind == 'stance' else ''}{limit.leg}"
-        ends = "-" if np.isinf(limit.failed) else f"{limit.failed:g}"
-        rows.setdefault(name, {})[limit.direction] = f"{limit.survived:g} / {ends}"
+        failed = "-" if np.isinf(limit.failed) else f"{limit.failed:g}"
+        rows.setdefault(name, {})[limit.direction] = f"{limit.survived:g} / {failed}"
     for name, cells in rows.items():
         lines.append(f"| {name} | " + " | ".join(cells.get(d, "") for d in DIRECTIONS) + " |")
     return "\n".join(lines)
 
 
-def _each(function: Callable[..., Any], work: list[tuple[Any, ...]], jobs: int) -> list[Any]:
+def _results(function: Callable[..., Any], work: list[tuple[Any, ...]], jobs: int) -> list[Any]:
+    """The function's results for a list of arguments, computed in ``jobs`` processes."""
     if jobs <= 1:
         return [function(*item) for item in work]
     with ProcessPoolExecutor(jobs) as pool:
@@ -199,11 +224,7 @@ def _each(function: Callable[..., Any], work: list[tuple[Any, ...]], jobs: int) 
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Print the table: 64 steps of wang2020 under each disturbance, pushes on eight of them."""
-    from gaitopt.planners.crawl import plan_crawl
-    from gaitopt.robots.catalog import load_robot
-    from gaitopt.terrain.columns import s_columns
-
+    """Print the tables: 64 steps of wang2020 under each disturbance, and pushes during 8 steps."""
     parser = argparse.ArgumentParser(description=main.__doc__)
     parser.add_argument("--seed", type=int, default=0, help="of the terrain")
     parser.add_argument("--margin", type=float, default=0.02, help="stability margin S0 [m]")
@@ -214,7 +235,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         plan_crawl(robot, s_columns(options.seed, columns=n), stability_margin=options.margin)
         for n in (17, 3)
     )
-    print(table(survive(plan, options.jobs), push_limits(short, options.jobs), plan))
+    outcomes = simulate_disturbances(plan, options.jobs)
+    print(table(outcomes, push_limits(short, options.jobs), plan))
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
-"""The race: every way to walk the same footholds, held against the paper's.
+"""The race: several methods plan walks over the same footholds, and are compared with the paper's.
 
-The rows are the two baselines of [Wang2020], planned phase by phase, and those of
-:data:`gaitopt.plan.settings.freedoms.VARIANTS`, planned over the whole route at once.
+Each method is a row of the race's table. Two are those of [Wang2020], planned phase by phase. The
+others are the variants of the time-optimal walk (:data:`gaitopt.plan.settings.freedoms.VARIANTS`).
 """
 
 from __future__ import annotations
@@ -36,14 +36,15 @@ from gaitopt.studies.tables import appending, one_line
 from gaitopt.terrain.columns import s_columns
 from gaitopt.terrain.footholds import Footholds
 
-_SHORT = {"ssm": SSM, "paper": PAPER}
+_SHORT_NAMES = {"ssm": SSM, "paper": PAPER}
+"""Names of rows as users type them."""
 
 
 def row_names(rows: Sequence[str] | None = None) -> tuple[str, ...]:
-    """Rows by name, in the order of the table; the paper's is always among them.
+    """The full names of rows in the order of the table; the paper's method is always among them.
 
     Args:
-        rows: names, ``"ssm"`` and ``"paper"`` among them; ``None`` for all.
+        rows: names: ``"ssm"``, ``"paper"``, or those of variants; ``None`` for all.
 
     Raises:
         InputError: a name is unknown.
@@ -51,10 +52,12 @@ def row_names(rows: Sequence[str] | None = None) -> tuple[str, ...]:
     known = (SSM, PAPER, *VARIANTS)
     if rows is None:
         return known
-    wanted = [_SHORT.get(str(row).strip().lower(), str(row).strip()) for row in rows]
+    wanted = [_SHORT_NAMES.get(str(row).strip().lower(), str(row).strip()) for row in rows]
     for row in wanted:
         if row not in known:
-            raise InputError(f"rows names {row!r}; there are {', '.join((*_SHORT, *VARIANTS))}")
+            raise InputError(
+                f"rows names {row!r}; there are {', '.join((*_SHORT_NAMES, *VARIANTS))}"
+            )
     return tuple(row for row in known if row in wanted or row == PAPER)
 
 
@@ -72,19 +75,18 @@ def race(
     """Plan all rows over the same footholds.
 
     Args:
-        robot: the robot.
-        footholds: what is walked.
-        rows: names of rows, see :func:`row_names`; the paper's method always runs along.
+        robot: from :func:`gaitopt.load_robot`.
+        footholds: to walk over.
+        rows: names of rows, see :func:`row_names`; the paper's method is always among them.
         certify: whether to certify the plans.
-        collisions: whether the certificates look for self-collisions, which takes most of the
-            time.
-        bound: whether to work out lower bounds on the times.
+        collisions: whether certificates check for self-collisions, which takes most of the time.
+        bound: whether to compute lower bounds on the times.
         progress: called with (rows done, rows in all).
-        settings: for :func:`gaitopt.plan_crawl` and the route's planner alike (stability margin,
-            heights, order of legs, ...).
+        settings: of both :func:`gaitopt.plan_crawl` and :func:`gaitopt.plan_route`: stability
+            margin, heights, order of legs, ...
 
     Returns:
-        The race. A row without a plan says why in its lane's ``error``.
+        The race. Where a row has no plan, its lane's ``error`` says why.
 
     Raises:
         InputError: a row's name is unknown, or a setting is out of range.
@@ -117,12 +119,12 @@ def race_many(
     """Race on random S-shaped columns, one terrain for each seed.
 
     Args:
-        robot: the robot, to whose size the terrains are.
+        robot: from :func:`gaitopt.load_robot`. The terrains are in proportion to its size.
         seeds: of the terrains.
         rows, certify, collisions, bound, settings: as for :func:`race`.
-        columns: columns a leg.
-        jobs: processes; -1 for one a core.
-        table: a CSV file, begun anew, to which a line is appended as each walk is done.
+        columns: number of columns for each leg.
+        jobs: number of processes; -1 for one on each core.
+        table: a CSV file that is written anew; a line is appended when a walk is done.
         progress: called with (walks done, walks in all).
 
     Raises:
@@ -158,7 +160,7 @@ def race_many(
 
 
 class _Rules(NamedTuple):
-    """What holds for all rows: what to work out beside the plans, and the planners' settings."""
+    """What is the same for all rows: what to compute beside plans, and the planners' settings."""
 
     certify: bool
     collisions: bool
@@ -169,7 +171,7 @@ class _Rules(NamedTuple):
 def _run(
     robot: Quadruped, seed: int, columns: int, name: str, rules: _Rules, keep: bool
 ) -> tuple[Finish, Plan | None]:
-    """One row on one terrain, in a worker; its plan comes back only where it is kept."""
+    """Run one row on one terrain in a worker process; return the plan only if ``keep`` is set."""
     lane = _run_row(robot, s_columns(seed, columns=columns, robot=robot), name, rules)
     return lane.finish(seed), lane.plan if keep else None
 
@@ -178,7 +180,7 @@ def _run_row(robot: Quadruped, footholds: Footholds, name: str, rules: _Rules) -
     """Plan and certify one row.
 
     Raises:
-        InputError: a setting is out of range for the paper's method, and so for all.
+        InputError: a setting is out of range for the paper's method, and so for all others.
     """
     began = time.process_time()
     try:
@@ -188,25 +190,26 @@ def _run_row(robot: Quadruped, footholds: Footholds, name: str, rules: _Rules) -
             raise
         # Errors of any kind: one row must not end the race of the others.
         return Lane(name, None, _reason(error), time.process_time() - began, None)
-    taken = time.process_time() - began
-    certificate, least, trouble = None, np.nan, ""
+    solve_time = time.process_time() - began
+    certificate, bound, message = None, np.nan, ""
     try:
         if rules.certify:
             from gaitopt.certificate.verify import verify
 
             certificate = verify(plan, collisions=rules.collisions)
         if rules.bound:
-            least = _bound(plan)
+            bound = _bound(plan)
     except Exception as error:
-        # The plan is shown all the same, with the reason why it was not judged.
-        trouble = _reason(error)
-    return Lane(name, plan, trouble, taken, certificate, least)
+        # The plan is shown all the same, with the reason why it was not certified.
+        message = _reason(error)
+    return Lane(name, plan, message, solve_time, certificate, bound)
 
 
 def _planned(robot: Quadruped, footholds: Footholds, name: str, settings: dict[str, Any]) -> Plan:
+    """The plan of the row that is so named."""
     if name in (SSM, PAPER):
         objective: Any = "margin" if name == SSM else "distance"
-        # Phase by phase the margin is always that of the body centre.
+        # Walks phase by phase have no such setting: their margin is that of the body centre.
         shared = {name: value for name, value in settings.items() if name != "com"}
         return plan_crawl(robot, footholds, objective=objective, **shared)
     from gaitopt.planners.time_optimal.planner import plan_route
@@ -215,26 +218,27 @@ def _planned(robot: Quadruped, footholds: Footholds, name: str, settings: dict[s
 
 
 def _bound(plan: Plan) -> float:
-    """A time below which no plan of the same row is expected; ``nan`` where none is known [s]."""
+    """Lower bound on the time of plans of the same row [s]; ``nan`` where none is known."""
     from gaitopt.planners.time_optimal.bound import route_bound
 
     try:
-        # A step without an answer takes no less than no time.
-        least = float(np.nansum(route_bound(plan, BOUND_WINDOW)))
+        # Parts without a solution count as 0 s, so that the sum is still a lower bound.
+        bound = float(np.nansum(route_bound(plan, BOUND_WINDOW)))
     except InputError:
         return float("nan")
-    # What has been walked can be walked, whatever a solver missed.
-    return min(least, plan.duration) if least > 0.0 else float("nan")
+    # Solvers may miss an optimum, but a plan that exists cannot be below the bound.
+    return min(bound, plan.duration) if bound > 0.0 else float("nan")
 
 
 def _reason(error: Exception) -> str:
+    """An error in one line; errors of the program with their type."""
     words = str(error) if isinstance(error, GaitoptError) else f"{type(error).__name__}: {error}"
     return one_line(words)
 
 
 @contextmanager
 def _finish_table(table: StrPath | None) -> Iterator[Callable[[Finish], None]]:
-    """Append finishes to a table as they come, so that one can watch, and keep what is done."""
+    """A function that appends a finish to a table; it does nothing where there is no table."""
     if table is None:
         yield lambda finish: None
         return

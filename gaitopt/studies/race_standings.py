@@ -1,4 +1,4 @@
-"""What came of a race: plans, numbers and tables."""
+"""Results of a race: plans, numbers and tables."""
 
 from __future__ import annotations
 
@@ -20,26 +20,27 @@ SSM, PAPER = "SSM baseline", "the paper"
 """Names of the two rows that are planned phase by phase."""
 
 BOUND_WINDOW = 16
-"""Steps of each part of the route that the lower bound looks at by itself."""
+"""Steps of each part of the walk for which a lower bound is computed by itself. Chosen here: longer
+parts give a slightly larger bound, in a time that grows with their length."""
 
 
 @dataclass(frozen=True)
 class Finish:
-    """How one row did on one terrain, in numbers; ``nan`` where there are none.
+    """The result of one row on one terrain in numbers; unknown numbers are ``nan``.
 
     Attributes:
         seed: of the terrain; -1 for footholds of one's own.
-        row: the row's name.
+        row: name of the row.
         time: duration of the plan [s].
         mean_speed: [m/s].
         bound: lower bound on the time of this row [s]; see
             :func:`gaitopt.planners.time_optimal.bound.route_bound`.
-        solve_time: the processor's time for planning [s].
-        margin: smallest margin of what the row is held to [m]: of the body centre, or of the ZMP
+        solve_time: processor time for planning [s].
+        margin: smallest stability margin [m]: of the body centre or the true COM, or of the ZMP
             where ``dynamic``.
-        dynamic: whether the plan is balanced by its ZMP.
+        dynamic: whether the plan keeps its ZMP in the support polygon, and not its COG.
         verdict: the certificate's outcome (``"certified"``, ``"kinematics only"`` or
-            ``"violated"``), ``"unchecked"``, or ``"failed"`` without a plan.
+            ``"violated"``); ``"unchecked"`` without a certificate, ``"failed"`` without a plan.
         message: what is violated, or why there is no plan, in one line.
     """
 
@@ -57,15 +58,14 @@ class Finish:
 
 @dataclass(frozen=True, eq=False)
 class Lane:
-    """One row of a race.
+    """One row of a race on one terrain, with its plan.
 
     Attributes:
-        name: the row's name.
-        plan: its plan; ``None`` where it failed.
-        error: why it failed, or could not be certified; else empty.
-        solve_time: the processor's time for planning [s].
-        certificate: the plan's certificate; ``None`` where none was asked for, or none could be
-            worked out.
+        name: name of the row.
+        plan: its plan; ``None`` where planning failed.
+        error: why planning or the certificate failed; otherwise empty.
+        solve_time: processor time for planning [s].
+        certificate: of the plan; ``None`` where none was asked for, or it failed.
         bound: lower bound on the time of this row [s]; ``nan`` where there is none.
     """
 
@@ -77,7 +77,7 @@ class Lane:
     bound: float = np.nan
 
     def finish(self, seed: int = -1) -> Finish:
-        """The lane in numbers."""
+        """The lane in numbers; ``seed`` is that of the terrain."""
         if self.plan is None:
             return Finish(seed, self.name, solve_time=self.solve_time, message=self.error)
         verdict, message = "unchecked", self.error
@@ -91,11 +91,11 @@ class Lane:
 
 @dataclass(frozen=True, eq=False)
 class Standings:
-    """What all rows did on all terrains.
+    """The results of all rows on all terrains.
 
     Attributes:
-        robot: the robot's name.
-        steps: of the walk.
+        robot: name of the robot.
+        steps: number of steps of the walks.
         rows: names of the rows.
         finishes: one for each terrain and row.
         plans: the plans on the first terrain, by their rows' names.
@@ -117,21 +117,20 @@ class Standings:
         return tuple(f for f in self.finishes if f.row == row)
 
     def values(self, row: str, quantity: str) -> FloatArray:
-        """One number a terrain: ``quantity`` is an attribute of :class:`Finish`."""
+        """An attribute of :class:`Finish` for each terrain ``(n,)``; ``nan`` where unknown."""
         found = {f.seed: float(getattr(f, quantity)) for f in self.of(row)}
         return np.array([found.get(seed, np.nan) for seed in self.seeds])
 
     def ratios(self, row: str, baseline: str = PAPER) -> FloatArray:
-        """How many times faster a row is than ``baseline``, a number a terrain."""
+        """How many times faster a row is than ``baseline``, for each terrain ``(n,)``."""
         return np.asarray(self.values(baseline, "time") / self.values(row, "time"))
 
     def gaps(self, row: str) -> FloatArray:
-        """How much longer a row takes than its lower bound, as a share, a number a terrain."""
+        """By which share a row's time exceeds its lower bound, for each terrain ``(n,)``."""
         return np.asarray(self.values(row, "time") / self.values(row, "bound") - 1.0)
 
     def table(self) -> Table:
-        """The race as a table to print: medians and spread over several terrains."""
-
+        """The race as a table to print, with medians and ranges over several terrains."""
         return race_table(self)
 
     def __str__(self) -> str:
@@ -143,8 +142,8 @@ class Race:
     """All rows on the same footholds.
 
     Attributes:
-        robot: the robot's name.
-        footholds: what is walked.
+        robot: name of the robot.
+        footholds: that were walked over.
         lanes: one for each row.
     """
 
@@ -186,23 +185,24 @@ class Race:
 
 
 def _margin(plan: Plan) -> tuple[float, bool]:
-    """The smallest margin of what holds the robot up, and whether that is its ZMP."""
+    """The smallest margin that a plan promises [m], and whether it is that of the ZMP."""
     zmp = plan.record.zmp_margin
     dynamic = not plan.settings.static
     return (zmp if dynamic and zmp is not None else plan.margin), dynamic
 
 
-KEPT = tuple(str(one) for one in Outcome if one is not Outcome.VIOLATED)
+NOT_VIOLATED = tuple(str(one) for one in Outcome if one is not Outcome.VIOLATED)
 """Outcomes in which nothing is violated."""
 MOST_REASONS = 5
-"""Reasons of failures and violations that are told below the table."""
+"""Reasons of failures and violations that are listed below the table: as many as fit on a
+screen."""
 
 
 def race_table(standings: Standings) -> Table:
     """Time, speed, ratios, gap to the bound, planning time, margin and certificate of every row.
 
-    Over several terrains: medians, in brackets the least and the most, and the smallest margin. A
-    column that would be empty is left out.
+    Over several terrains it shows medians, with the smallest and the largest value in brackets, and
+    the smallest margin. Empty columns are left out.
     """
     count = len(standings.seeds)
     spread = f", median (least .. most) of {count} terrains" if count > 1 else ""
@@ -220,7 +220,7 @@ def race_table(standings: Standings) -> Table:
 
 
 def _columns(standings: Standings) -> dict[str, list[str]]:
-    """The cells of every column, a cell a row."""
+    """The cells of every column by its header, one cell for each row."""
     s, rows = standings, standings.rows
     return {
         "time [s]": [_median(s.values(row, "time"), None) for row in rows],
@@ -235,10 +235,12 @@ def _columns(standings: Standings) -> dict[str, list[str]]:
 
 
 def _median(values: FloatArray, digits: int | None, spread: bool = True) -> str:
-    """The median of what is known, and the least and the most of several.
+    """The median of the known values as text, with their range where there are several.
 
     Args:
+        values: one for each terrain ``(n,)``.
         digits: after the point; ``None`` for one, or two where numbers are below ten.
+        spread: whether to show the range.
     """
     known = values[np.isfinite(values)]
     if not known.size:
@@ -252,7 +254,7 @@ def _median(values: FloatArray, digits: int | None, spread: bool = True) -> str:
 
 
 def _smallest_margin(standings: Standings, row: str) -> str:
-    """The smallest margin over all terrains."""
+    """The smallest margin over all terrains [mm]."""
     margins = standings.values(row, "margin")
     if not np.isfinite(margins).any():
         return ""
@@ -261,20 +263,23 @@ def _smallest_margin(standings: Standings, row: str) -> str:
 
 
 def _verdict(standings: Standings, row: str) -> str:
-    """The certificate's outcome, or of how many terrains' plans the checks hold."""
+    """The certificate's outcome; over several terrains the number of those without violation."""
     verdicts = [finish.verdict for finish in standings.of(row)]
     if len(verdicts) == 1 or set(verdicts) == {"unchecked"}:
         return verdicts[0]
-    return f"{sum(verdict in KEPT for verdict in verdicts)} of {len(verdicts)}"
+    return f"{sum(verdict in NOT_VIOLATED for verdict in verdicts)} of {len(verdicts)}"
 
 
 def _caption(standings: Standings) -> str:
+    """What the columns are, and why walks failed."""
     lines = [
-        "× the paper, × SSM: how many times less time than that row takes. "
+        "× the paper, × SSM: time of that row divided by this row's. "
         "planning: processor time. margin: the smallest."
     ]
     if any(np.isfinite(standings.gaps(row)).any() for row in standings.rows):
-        lines.append(f"gap: to the least time of parts of {BOUND_WINDOW} steps, each by itself.")
+        lines.append(
+            f"gap: time over its lower bound, which is computed for parts of {BOUND_WINDOW} steps."
+        )
     reasons: dict[tuple[int, str, str], list[str]] = {}
     for finish in standings.finishes:
         if finish.message:

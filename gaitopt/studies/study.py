@@ -1,7 +1,7 @@
-"""Many walks over all cores: plan, certify and simulate each, a row of a table for every one.
+"""A study: plan, certify and simulate many walks on all cores, with a row of a table for each.
 
-Rows are appended by one process as they come, so that a stopped study goes on where it stopped; a
-walk that fails is a row that says why.
+One process appends the rows when they are done, so that a study that was stopped can be continued.
+A walk that fails has a row that says why.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from typing import Any, Literal
 
 from gaitopt.errors import InfeasibleStepError, InputError, MissingPackageError
 from gaitopt.files import StrPath, written_whole
+from gaitopt.plan.plan import Plan
 from gaitopt.plan.settings.crawl import Speed
 from gaitopt.studies.tables import appending, one_line
 
@@ -30,14 +31,14 @@ class Walk:
 
     Attributes:
         robot: a name, or the path of a URDF file, as for :func:`gaitopt.load_robot`.
-        seed: of the S-shaped columns, to the robot's size.
-        columns: columns a leg.
+        seed: of the S-shaped columns, which are in proportion to the robot's size.
+        columns: number of columns for each leg.
         objective, speed: as for :func:`gaitopt.plan_crawl`.
-        stability_margin, body_height: [m]; ``None`` for what fits the robot.
-        free: with the objective ``"time"``, what is free beyond the body's targets.
+        stability_margin, body_height: [m]; ``None`` for the defaults, which fit the robot.
+        free: with the objective ``"time"``, what is optimised beside the body's targets.
         certify: whether to certify the plan.
-        collisions: whether the certificate looks for self-collisions.
-        simulate: whether to walk the plan in physics.
+        collisions: whether the certificate checks for self-collisions.
+        simulate: whether to simulate the plan with physics.
     """
 
     robot: str = "wang2020"
@@ -54,32 +55,31 @@ class Walk:
 
     @property
     def key(self) -> str:
-        """Fingerprint of the walk: a study does not do the same walk twice."""
+        """Hash of all fields, by which a study knows the walks that are done."""
         text = json.dumps(asdict(self), sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
 @dataclass(frozen=True)
 class Row:
-    """What became of one walk; ``None`` for what was not done.
+    """The result of one walk; ``None`` for what was not computed.
 
     Attributes:
-        status: ``"ok"``, ``"refused"`` (no plan exists; see ``message``), ``"violated"`` (the
-            certificate found something), ``"fell"`` (in physics, or a foothold was missed),
-            ``"too fast"`` (in physics, for the joints), or ``"error"`` (a fault of the program or
-            the machine).
-        message: why, in one line.
+        status: ``"ok"``; ``"infeasible"``: there is no plan; ``"violated"``: the certificate found
+            a violation; ``"fell"``: the simulated robot fell or missed a foothold; ``"too fast"``:
+            its joints exceeded their velocity limits; ``"error"``: any other error.
+        message: the reason, in one line.
         duration: of the plan [s].
         mean_speed: [m/s].
         cog_distance: [m].
         margin: smallest stability margin of the body centre [m].
         com_margin: smallest certified margin of the true COM [m].
         violations: names of violated checks.
-        steps_done: steps made in physics.
-        landing_error, tilt, body_error: largest in physics [m], [rad], [m].
-        rate_use: largest joint velocity in physics as a share of its limit.
-        real_time_factor: of the simulation.
-        work_time: time that the walk took to plan, certify and simulate [s].
+        steps_done: number of steps of the simulated robot.
+        landing_error, tilt, body_error: their largest values in the simulation [m], [rad], [m].
+        rate_use: largest joint velocity in the simulation as a share of its limit.
+        real_time_factor: simulated time divided by computing time.
+        work_time: time for planning, certificate and simulation [s].
     """
 
     status: str
@@ -111,7 +111,13 @@ def grid(
     body_heights: Sequence[float | None] = (None,),
     **others: Any,
 ) -> list[Walk]:
-    """Every combination of these, as walks."""
+    """Walks with every combination of some values.
+
+    Args:
+        seeds, robots, objectives, stability_margins, body_heights: values of the fields of
+            :class:`Walk` to combine.
+        others: fields of :class:`Walk` that are the same for all walks.
+    """
     return [
         Walk(robot=r, objective=o, stability_margin=m, body_height=h, seed=s, **others)  # type: ignore[arg-type]
         for r, o, m, h, s in product(robots, objectives, stability_margins, body_heights, seeds)
@@ -119,12 +125,12 @@ def grid(
 
 
 def run_walk(walk: Walk) -> Row:
-    """Plan, certify and simulate one walk; no error leaves this function."""
+    """Plan, certify and simulate one walk; errors become rows."""
     begin = time.perf_counter()
     try:
-        row = _walked(walk)
+        row = _planned_and_checked(walk)
     except InfeasibleStepError as error:
-        row = Row("refused", one_line(error))
+        row = Row("infeasible", one_line(error))
     except Exception as error:
         # Errors of any kind: one walk must not end a study of thousands.
         row = Row("error", f"{type(error).__name__}: {one_line(error)}")
@@ -139,33 +145,35 @@ def run_study(
     scheduler: str | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> list[dict[str, str]]:
-    """Do all walks that the table does not hold yet, and append a row for each.
+    """Run all walks that are not in the table yet, and append a row for each.
 
     Args:
-        walks: what to do.
-        table: a CSV file; made when missing. A line cut off by a crash is dropped and done again.
-        jobs: processes; -1 for one a core.
-        scheduler: address of a Dask scheduler (``tcp://...``) to work on instead of this machine.
+        walks: the walks.
+        table: a CSV file, which is made if it does not exist. A last line that a crash has cut off
+            is deleted, and its walk is run again.
+        jobs: number of processes; -1 for one on each core.
+        scheduler: address of a Dask scheduler (``tcp://...``), to compute there and not here.
         progress: called with (walks done, walks in all).
 
     Returns:
         All rows of the table that belong to ``walks``, as text by column.
 
     Raises:
-        InputError: the table cannot be read or written, or is of another kind.
-        MissingPackageError: a scheduler was named and Dask is not installed.
+        InputError: the table cannot be read or written, or is no table of a study; or no scheduler
+            answers.
+        MissingPackageError: a scheduler was named, and Dask is not installed.
     """
     from joblib import Parallel, delayed
 
     path = Path(table)
-    done = {row["key"]: row for row in _opened(path)}
+    done = {row["key"]: row for row in _rows_so_far(path)}
     waiting = [w for w in dict.fromkeys(walks) if w.key not in done]
     count = len(walks) - len(waiting)
     if progress is not None:
         progress(count, len(walks))
     with _backend(scheduler), appending(path, HEADER) as append:
         results = Parallel(n_jobs=jobs, return_as="generator_unordered", batch_size=1)(
-            delayed(_keyed)(walk) for walk in waiting
+            delayed(_walk_and_row)(walk) for walk in waiting
         )
         for walk, row in results:
             values = {"key": walk.key, **asdict(walk), **asdict(row)}
@@ -178,11 +186,13 @@ def run_study(
     return [done[walk.key] for walk in dict.fromkeys(walks)]
 
 
-def _keyed(walk: Walk) -> tuple[Walk, Row]:
+def _walk_and_row(walk: Walk) -> tuple[Walk, Row]:
+    """A walk with its result, since workers return results in any order."""
     return walk, run_walk(walk)
 
 
-def _walked(walk: Walk) -> Row:
+def _planned_and_checked(walk: Walk) -> Row:
+    """Plan, certify and simulate one walk; errors are raised."""
     from gaitopt.planners.crawl import plan_crawl
     from gaitopt.robots.catalog import load_robot
     from gaitopt.terrain.columns import s_columns
@@ -198,13 +208,14 @@ def _walked(walk: Walk) -> Row:
         "cog_distance": plan.cog_distance, "margin": plan.margin,
     }  # fmt: skip
     if walk.certify:
-        _certified(plan, walk, found)
+        _certify(plan, walk, found)
     if walk.simulate:
-        _simulated(plan, found)
+        _simulate(plan, found)
     return Row(**found)
 
 
-def _certified(plan: Any, walk: Walk, found: dict[str, Any]) -> None:
+def _certify(plan: Plan, walk: Walk, found: dict[str, Any]) -> None:
+    """Certify a plan, and put what was found into the fields of its row."""
     from gaitopt.certificate.verify import verify
 
     certificate = verify(plan, collisions=walk.collisions)
@@ -215,7 +226,8 @@ def _certified(plan: Any, walk: Walk, found: dict[str, Any]) -> None:
         found["message"] = one_line(certificate.violations[0])
 
 
-def _simulated(plan: Any, found: dict[str, Any]) -> None:
+def _simulate(plan: Plan, found: dict[str, Any]) -> None:
+    """Simulate a plan, and put what was found into the fields of its row."""
     from gaitopt.simulation.simulate import simulate
 
     result = simulate(plan)
@@ -223,14 +235,14 @@ def _simulated(plan: Any, found: dict[str, Any]) -> None:
                  "real_time_factor"):  # fmt: skip
         found[name] = getattr(result, name)
     if not result.passed:
-        wrong = "too fast" if result.succeeded else "fell"
-        found["status"] = wrong if found["status"] == "ok" else found["status"]
+        status = "too fast" if result.succeeded else "fell"
+        found["status"] = status if found["status"] == "ok" else found["status"]
         found["message"] = found.get("message") or one_line(result)
 
 
 @contextmanager
 def _backend(scheduler: str | None) -> Iterator[None]:
-    """Work on a Dask cluster when one is named."""
+    """Let joblib compute on a Dask cluster, if the address of a scheduler is given."""
     if scheduler is None:
         yield
         return
@@ -250,8 +262,8 @@ def _backend(scheduler: str | None) -> Iterator[None]:
         yield
 
 
-def _opened(path: Path) -> list[dict[str, str]]:
-    """Rows of a table so far; a last line without an end is dropped from the file."""
+def _rows_so_far(path: Path) -> list[dict[str, str]]:
+    """The rows of a table; a last line without an end is deleted from the file."""
     if not path.exists():
         with written_whole(path) as stream:
             csv.writer(stream, lineterminator="\n").writerow(HEADER)
@@ -263,7 +275,7 @@ def _opened(path: Path) -> list[dict[str, str]]:
     whole = text[: text.rfind("\n") + 1]
     rows = list(csv.reader(io.StringIO(whole)))
     if not rows or tuple(rows[0]) != HEADER:
-        raise InputError(f"{path} is no table of this study; name another file, or remove it")
+        raise InputError(f"{path} is no table of a study; name another file, or remove it")
     if whole != text:
         with written_whole(path) as stream:
             stream.write(whole)
@@ -271,4 +283,5 @@ def _opened(path: Path) -> list[dict[str, str]]:
 
 
 def _text(value: Any) -> str:
+    """A value as a cell of the table; all digits of numbers, nothing for ``None``."""
     return "" if value is None else repr(value) if isinstance(value, float) else str(value)

@@ -1,4 +1,4 @@
-"""What a study found, as a table and as a picture."""
+"""The results of a study as a table and as a picture."""
 
 from __future__ import annotations
 
@@ -16,16 +16,18 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Rows = Sequence[dict[str, str]]
+"""Rows of a study's table, as text by column."""
 
 _GROUP = ("robot", "objective", "speed", "stability_margin", "body_height")
-
-
-STATES = ("ok", "refused", "violated", "fell", "too fast", "error")
-"""What can become of a walk."""
+"""Settings by which walks are grouped."""
+STATES = ("ok", "infeasible", "violated", "fell", "too fast", "error")
+"""Every status of :class:`gaitopt.studies.study.Row`."""
+MOST_REASONS, LONGEST_REASON = 5, 160
+"""Reasons that are listed below the table, and their most letters: what fits on a screen."""
 
 
 def study_table(rows: Rows) -> Table:
-    """Counts and medians, a line for each group of settings."""
+    """A table of counts and medians, with a line for each group of settings."""
     table = Table(title=f"{len(rows)} walks", caption=_reasons(rows), caption_justify="left")
     for header in ("robot", "objective", "speed", "S0 [m]", "height [m]", "walks", *STATES,
                    "time [s]", "true COM [mm]"):  # fmt: skip
@@ -36,7 +38,7 @@ def study_table(rows: Rows) -> Table:
         count = Counter(row["status"] for row in members)
         times, margins = _numbers(members, "duration"), 1e3 * _numbers(members, "com_margin")
         table.add_row(
-            *(part or "standing" for part in group),
+            *(part or "default" for part in group),
             str(len(members)),
             *(str(count[s]) for s in STATES),
             _range(times),
@@ -46,7 +48,7 @@ def study_table(rows: Rows) -> Table:
 
 
 def plot_study(rows: Rows) -> Figure:
-    """Durations and true-COM margins of a study's walks, as distributions; and what became of all.
+    """Plot the distributions of durations and true-COM margins, and the number of each status.
 
     Args:
         rows: from :func:`gaitopt.studies.study.run_study`.
@@ -73,11 +75,12 @@ def plot_study(rows: Rows) -> Figure:
                      "#e3b505", "#e07b39", "#5b3d99"])  # fmt: skip
     right.tick_params(axis="x", labelsize=7)
     right.bar_label(bars)
-    right.set(ylabel="walks", title="What became of them")
+    right.set(ylabel="walks", title="Result")
     return figure
 
 
 def _groups(rows: Rows) -> dict[tuple[str, ...], list[dict[str, str]]]:
+    """The rows by their settings."""
     groups: dict[tuple[str, ...], list[dict[str, str]]] = {}
     for row in rows:
         groups.setdefault(tuple(row[name] for name in _GROUP), []).append(row)
@@ -85,17 +88,24 @@ def _groups(rows: Rows) -> dict[tuple[str, ...], list[dict[str, str]]]:
 
 
 def _numbers(rows: Rows, name: str) -> FloatArray:
+    """One column's numbers; empty cells are left out."""
     return np.array([float(row[name]) for row in rows if row[name]])
 
 
 def _range(values: FloatArray) -> str:
+    """The median, with the smallest and the largest value in brackets."""
     if not values.size:
         return ""
     return f"{np.median(values):.1f} ({values.min():.1f} .. {values.max():.1f})"
 
 
 def _reasons(rows: Rows) -> str:
-    """The first reasons of what was not ok."""
+    """The first reasons of walks that are not ok."""
     bad = [row for row in rows if row["status"] != "ok"]
-    lines = [f"seed {r['seed']}: {r['status']}: {r['message'][:160]}" for r in bad[:5]]
-    return "\n".join(lines + [f"and {len(bad) - 5} more"] * (len(bad) > 5))
+    lines = [
+        f"seed {r['seed']}: {r['status']}: {r['message'][:LONGEST_REASON]}"
+        for r in bad[:MOST_REASONS]
+    ]
+    if len(bad) > MOST_REASONS:
+        lines.append(f"and {len(bad) - MOST_REASONS} more")
+    return "\n".join(lines)

@@ -47,7 +47,7 @@ PAPER_LIMITS: Final[JointLimits] = JointLimits(
 BOARD_HEIGHT, BOARD_WIDTH, BOARD_MARGIN = 0.11, 0.04, 0.03
 """The paper's board and safety margin [m]."""
 STRIDE, HIP_HEIGHT = 0.40, 0.72
-"""Distance from lift-off to touch-down, and height of the hip over the foot frame [m]."""
+"""Distance from lift-off to touchdown, and height of the hip over the foot frame [m]."""
 
 _GRID = 1001
 """Grid points of TOPP-RA; with twice as many our own curve takes 0.14 % less."""

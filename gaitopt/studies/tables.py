@@ -1,4 +1,4 @@
-"""Tables as text, and tables that grow line by line in a file."""
+"""Tables as text, and tables in files to which lines are appended."""
 
 from __future__ import annotations
 
@@ -15,9 +15,12 @@ from rich.table import Table
 
 from gaitopt.errors import InputError
 
+LONGEST_TEXT = 500
+"""Most letters of a cell. Chosen here: most messages of errors are shorter."""
+
 
 def as_text(table: Table, width: int = 140) -> str:
-    """A table as plain text."""
+    """A table as plain text, ``width`` letters wide."""
     console = Console(file=io.StringIO(), width=width, color_system=None, legacy_windows=False)
     console.print(table)
     return console.file.getvalue()  # type: ignore[attr-defined,no-any-return]
@@ -27,12 +30,14 @@ def as_text(table: Table, width: int = 140) -> str:
 def appending(
     path: Path, columns: Sequence[str], *, anew: bool = False
 ) -> Iterator[Callable[[Mapping[str, Any]], None]]:
-    """Append rows to a CSV file so that each is on disk, whole, before the next.
+    """A function that appends a row to a CSV file.
+
+    Each row is completely on disk before the function returns.
 
     Args:
         path: the file.
         columns: names of its columns.
-        anew: begin the file with a header, whatever it held.
+        anew: replace the file by one with only a header.
 
     Raises:
         InputError: the file cannot be written.
@@ -54,6 +59,6 @@ def appending(
         yield append
 
 
-def one_line(words: object) -> str:
-    """Words without line breaks, and not too many for a cell of a table."""
-    return " ".join(str(words).split())[:500]
+def one_line(text: object) -> str:
+    """A text without line breaks, shortened for a cell of a table."""
+    return " ".join(str(text).split())[:LONGEST_TEXT]

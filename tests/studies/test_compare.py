@@ -64,7 +64,7 @@ def test_a_terrain_that_cannot_be_walked_is_counted_and_told(wang: Quadruped) ->
     good = gaitopt.s_columns(0, columns=2)
     far = Footholds({leg: good[leg] * [[1, 1, 1], [9, 1, 1]] for leg in gaitopt.LEGS})
     found = compare(wang, [(1, far), (2, good)])
-    assert found.seeds == (2,) and [seed for seed, _ in found.refused] == [1]
+    assert found.seeds == (2,) and [seed for seed, _ in found.infeasible] == [1]
     assert "1 terrains left out as infeasible (seeds 1)" in " ".join(str(found).split())
     with pytest.raises(InfeasibleStepError):
         compare(wang, far)

@@ -44,7 +44,7 @@ def test_all_rows_start_with_the_two_baselines() -> None:
     assert row_names() == (SSM, PAPER, *VARIANTS)
 
 
-def test_the_papers_row_always_runs_along_and_the_tables_order_is_kept() -> None:
+def test_the_papers_row_is_always_there_and_the_tables_order_is_kept() -> None:
     assert row_names(["posture", " swing ", "ssm"]) == (SSM, PAPER, "swing", "posture")
     assert row_names(["paper"]) == row_names([]) == (PAPER,)
 
@@ -75,7 +75,7 @@ def test_lanes_hold_the_planners_own_plans(
     assert short.ratio("swing") == pytest.approx(short.plans[PAPER].duration / swing.duration)
 
 
-def test_who_may_do_more_is_faster(short: Race) -> None:
+def test_a_row_with_more_freedom_is_faster(short: Race) -> None:
     """Each row can walk as the one before it does, but for what the knots between cost."""
     times = [plan.duration for plan in short.plans.values()]
     assert len(times) == 7
@@ -120,14 +120,14 @@ def test_a_gait_balanced_by_its_zmp_is_judged_by_it() -> None:
 def test_no_walk_with_as_much_freedom_stays_below_the_bound(
     short: Race, wang: Quadruped, terrain: Footholds
 ) -> None:
-    """What bounds a row bounds those that may do less, and careful or short-sighted walks too."""
+    """A row's bound holds for rows with less freedom, larger margins and short horizons, too."""
     names = ("overlap", "swing", "height", "posture")
     for i, name in enumerate(names):
         for other in (SSM, PAPER, "route", *names[: i + 1]):
             assert short[name].bound <= short.plans[other].duration
     safer = plan_route(wang, terrain, free="swing", stability_margin=0.03)
-    blinkered = plan_route(wang, terrain, free="swing", horizon=4)
-    assert short["swing"].bound < min(safer.duration, blinkered.duration)
+    in_windows = plan_route(wang, terrain, free="swing", horizon=4)
+    assert short["swing"].bound < min(safer.duration, in_windows.duration)
 
 
 def test_rows_are_near_their_bounds_where_there_are_any(short: Race) -> None:
@@ -137,7 +137,7 @@ def test_rows_are_near_their_bounds_where_there_are_any(short: Race) -> None:
         assert np.isnan(short[row].bound) and np.isnan(short.standings.gaps(row)[0])
 
 
-def test_bounds_are_left_out_when_nobody_asks(wang: Quadruped) -> None:
+def test_bounds_are_left_out_on_demand(wang: Quadruped) -> None:
     found = race(wang, gaitopt.s_columns(1, columns=2), ["swing"], certify=False, bound=False)
     assert np.isnan(found["swing"].bound) and "gap" not in str(found)
 
@@ -154,7 +154,7 @@ def test_rows_that_fail_say_why_and_the_others_go_on(wang: Quadruped) -> None:
     assert "dynamic: failed: com='model' keeps static stability" in str(found)
 
 
-def test_a_terrain_that_nobody_can_walk_is_told_once(wang: Quadruped) -> None:
+def test_a_terrain_that_no_row_can_walk_is_named_once(wang: Quadruped) -> None:
     found = race(wang, gaitopt.s_columns(0, columns=2), ["ssm", "swing"], stability_margin=0.3)
     assert found.plans == {} and {f.verdict for f in found.standings.finishes} == {"failed"}
     text = " ".join(str(found).split())

@@ -29,7 +29,7 @@ def test_a_walk_becomes_a_row_with_the_plans_figures() -> None:
 @pytest.mark.parametrize(
     ("walk", "status", "words"),
     [
-        (Walk(columns=2, stability_margin=0.3), "refused", "inscribed circle"),
+        (Walk(columns=2, stability_margin=0.3), "infeasible", "inscribed circle"),
         (Walk(columns=5, stability_margin=0.0, seed=1), "violated", "margin of the true COM"),
         (Walk(robot="nope"), "error", "RobotError: unknown robot 'nope'"),
         (Walk(robot="solo8", columns=2), "error", "no roll joint"),
@@ -80,7 +80,7 @@ def test_a_line_cut_off_by_a_crash_is_done_again(tmp_path: Path) -> None:
 def test_another_table_is_not_touched(tmp_path: Path) -> None:
     table = tmp_path / "mine.csv"
     table.write_text("a,b\n1,2\n")
-    with pytest.raises(InputError, match="is no table of this study"):
+    with pytest.raises(InputError, match="is no table of a study"):
         run_study(grid(range(1)), table)
     assert table.read_text() == "a,b\n1,2\n"
     with pytest.raises(InputError, match="cannot write"):
@@ -96,10 +96,10 @@ def test_the_summary_counts_and_draws(tmp_path: Path) -> None:
     walks = [*grid(range(2), columns=2), Walk(columns=2, stability_margin=0.3)]
     rows = run_study(walks, tmp_path / "t.csv", jobs=1)
     text = as_text(study_table(rows))
-    assert "3 walks" in text and "refused" in text and "inscribed circle" in text
+    assert "3 walks" in text and "infeasible" in text and "inscribed circle" in text
     figure = plot_study(rows)
     assert [ax.get_title() for ax in figure.axes] == ["Duration", "Stability",
-                                                      "What became of them"]  # fmt: skip
+                                                      "Result"]  # fmt: skip
     heights = [bar.get_height() for bar in figure.axes[2].patches]
     assert heights == [2, 1, 0, 0, 0, 0]
 
