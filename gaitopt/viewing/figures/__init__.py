@@ -1,1 +1,1 @@
-"""Figures of plans."""
+"""Figures of plans, drawn with Matplotlib."""

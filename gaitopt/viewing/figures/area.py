@@ -1,8 +1,8 @@
-"""Where the COG may go before a step: Areas A and B of [Wang2020], as outlines to draw.
+"""Where the COG may be before a step: Areas A and B of [Wang2020], as outlines.
 
-All regions are convex seen from a point inside, so that an outline is found by walking out from
-there along rays until a constraint stops each one; corners lie on the constraints to rounding,
-with no grid in between.
+Every region is the set of places at which some constraints are satisfied, and it is convex. So its
+outline is found from a point inside: along each of many rays, bisection finds the place at which
+the first constraint is violated.
 """
 
 from __future__ import annotations
@@ -24,27 +24,37 @@ Slack = Callable[[FloatArray], FloatArray]
 """Slack [m] of constraints at COG places ``(n, 2)``, as ``(n,)`` or ``(n, m)``."""
 
 RAYS = 720
+"""Rays around a point. Chosen here: half a degree apart, so that outlines look smooth."""
+BISECTIONS = 40
+"""Bisections on each ray: they find its end to 2^-40 of a few metres."""
 TOLERANCE = 2e-9
-"""Violation at which a place still counts as inside: what the COG optimiser leaves [m]."""
-NOTHING = np.empty((0, 2))
+"""Violation at which a place still counts as inside [m]: twice what the COG optimiser accepts."""
+CUT_OFF = 4.0
+"""Distance at which outlines are cut off, as a multiple of the longest leg. Chosen here: no place
+from which a leg reaches its foot is so far away."""
+GRID = 24
+"""Places that are tried in each direction to find one inside. Chosen here: a region that is missed
+would be smaller than a 24th of the stance, which cannot be seen."""
+EMPTY = np.empty((0, 2))
+"""Outline of an empty region."""
 
 
 @dataclass(frozen=True, eq=False)
 class FeasibleArea:
-    """The COG problem of one step, as places in the horizontal plane [m].
+    """The COG problem of one step as regions of the horizontal plane [m].
 
     Attributes:
-        step, leg: which step, and the leg that takes it.
+        step, leg: index of the step, and the leg that swings.
         start, target: ``O`` and ``O'``, the COG before and after the stance phase ``(2,)``.
-        feet: where the four feet stand ``(4, 2)``, legs in the order of ``LEGS``.
-        foothold: where the leg touches down ``(2,)``; ``None`` when no swing follows.
+        feet: where the four feet stand ``(4, 2)``, in the order of ``LEGS``.
+        foothold: where the leg touches down ``(2,)``; ``None`` where no swing follows.
         support: the legs that stand during the swing.
-        triangle: corners of the support polygon ``(m, 2)``; empty when fewer than three stand.
-        shrunken: Area A ``(k, 2)``; empty where the margin leaves nothing.
-        reach: outline ``(n, 2)`` of the COG places from which a foot is within reach, for
-            each leg and for ``"<leg> foothold"``: Area B is their intersection.
-        common: outline ``(n, 2)`` of the places that meet all constraints; empty if there are none.
-        active: names of the constraints that hold the target where it is.
+        triangle: corners of the support polygon ``(m, 2)``; empty where fewer than three stand.
+        shrunken: corners of Area A ``(k, 2)``; empty where the margin is too large for the polygon.
+        reach: outlines ``(n, 2)`` of the COG places from which a leg reaches its foot, for each leg
+            and for ``"<leg> foothold"``. Area B is their intersection.
+        common: outline ``(n, 2)`` of the places that satisfy all constraints; empty if none does.
+        active: names of the constraints that are active at the target.
         margin: ``S0`` [m].
     """
 
@@ -64,9 +74,13 @@ class FeasibleArea:
 
 
 def feasible_area(plan: Plan, step: int) -> FeasibleArea:
-    """Areas A and B of one step, with the body turned and raised as it is after the stance phase.
+    """Areas A and B of one step, for the posture and height of the body after the stance phase.
 
     Source: [Wang2020], eqs. (1)-(10), Figs. 6 and 7.
+
+    Args:
+        plan: any plan.
+        step: index of the step, from 0.
 
     Raises:
         InputError: there is no such step.
@@ -84,7 +98,7 @@ def feasible_area(plan: Plan, step: int) -> FeasibleArea:
     height = float(phase.cog_end[2])
     slacks = {name: reach_slack(plan, name, foot, rotation, height)
               for name, foot in places.items()}  # fmt: skip
-    farthest = 4.0 * max(leg.reach for leg in plan.robot.legs.values())
+    farthest = CUT_OFF * max(leg.reach for leg in plan.robot.legs.values())
     reach = {
         name: outline(slack, _below_hip(plan, name, places[name], rotation)[None], farthest)
         for name, slack in slacks.items()
@@ -98,7 +112,7 @@ def feasible_area(plan: Plan, step: int) -> FeasibleArea:
         every = [s(p)[:, None] for s in slacks.values()] + ([sides(p)] if sides else [])
         return np.asarray(np.concatenate(every, axis=1).min(axis=1))
 
-    shrunken = shrunken_polygon(triangle, margin) if sides else NOTHING
+    shrunken = shrunken_polygon(triangle, margin) if sides else EMPTY
     ends = np.array([phase.cog_end[:2], phase.cog_start[:2]])
     return FeasibleArea(
         step=int(step),
@@ -108,7 +122,7 @@ def feasible_area(plan: Plan, step: int) -> FeasibleArea:
         feet=feet[:, :2],
         foothold=None if swing is None else swing.foot_end[:2],
         support=support,
-        triangle=triangle if sides else NOTHING,
+        triangle=triangle if sides else EMPTY,
         shrunken=shrunken,
         reach=reach,
         common=outline(
@@ -122,10 +136,10 @@ def feasible_area(plan: Plan, step: int) -> FeasibleArea:
 def reach_slack(
     plan: Plan, name: str, foot: FloatArray, rotation: FloatArray, height: float
 ) -> Slack:
-    """By how much a leg is shorter than it may be, for each COG place: eqs. (8), (9).
+    """The slack of a leg's reach as a function of the COG's place: eqs. (8), (9).
 
     Args:
-        plan: for the robot and the share of the reach that may be used.
+        plan: gives the robot and the reach fraction.
         name: the leg, or ``"<leg> foothold"``.
         foot: where the foot stands ``(3,)`` [m].
         rotation: body axes in the world ``(3, 3)``.
@@ -143,9 +157,14 @@ def reach_slack(
 
 
 def polygon_slack(corners: FloatArray, margin: float) -> Slack | None:
-    """Distances inside the sides of the support polygon less ``margin`` ``(n, m)``: eq. (1).
+    """The slack of the margin as a function of the COG's place, ``(n, m)`` [m]: eq. (1).
 
-    ``None`` for feet that support no area.
+    Args:
+        corners: of the support polygon ``(m, 2)`` [m].
+        margin: distance from its sides that is asked for [m].
+
+    Returns:
+        The function; ``None`` for feet that support no area.
     """
     if len(corners) < 3:
         return None
@@ -157,34 +176,35 @@ def polygon_slack(corners: FloatArray, margin: float) -> Slack | None:
 
 
 def outline(
-    slack: Slack, tries: FloatArray, farthest: float, through: FloatArray = NOTHING
+    slack: Slack, candidates: FloatArray, farthest: float, corners: FloatArray = EMPTY
 ) -> FloatArray:
     """Outline of the region where ``slack`` is not negative.
 
     Args:
         slack: from places ``(n, 2)`` to ``(n,)`` [m], concave.
-        tries: places to look for one inside ``(k, 2)`` [m].
+        candidates: places one of which may be inside ``(k, 2)`` [m].
         farthest: distance at which an unbounded region is cut off [m].
-        through: places where corners may be, which get rays of their own ``(m, 2)`` [m].
+        corners: places of possible corners ``(m, 2)`` [m]; rays go through them, too.
 
     Returns:
-        ``(n, 2)`` counter-clockwise [m]; empty when no try is inside.
+        ``(n, 2)`` counter-clockwise [m]; empty where no candidate is inside.
     """
-    values = slack(tries)
+    values = slack(candidates)
     if not values.max() >= -TOLERANCE:
-        return NOTHING
+        return EMPTY
     angles = np.linspace(-np.pi, np.pi, RAYS, endpoint=False)
-    # Seen from a point on the edge the region is half hidden; seen from its middle it is not.
-    middle = _cast(slack, tries[np.argmax(values)], angles, farthest).mean(axis=0)
-    towards = np.arctan2(*(through - middle).T[::-1])
-    return _cast(slack, middle, np.union1d(angles, towards), farthest)
+    # The best candidate may lie on the border, where half of the rays have no length. So rays begin
+    # in the middle of the outline that is seen from there.
+    middle = _ray_ends(slack, candidates[np.argmax(values)], angles, farthest).mean(axis=0)
+    to_corners = np.arctan2(*(corners - middle).T[::-1])
+    return _ray_ends(slack, middle, np.union1d(angles, to_corners), farthest)
 
 
-def _cast(slack: Slack, origin: FloatArray, angles: FloatArray, farthest: float) -> FloatArray:
-    """Where rays from ``origin`` leave the region, by bisection ``(n, 2)``."""
+def _ray_ends(slack: Slack, origin: FloatArray, angles: FloatArray, farthest: float) -> FloatArray:
+    """Where rays from ``origin (2,)`` at ``angles (n,)`` [rad] leave the region ``(n, 2)`` [m]."""
     rays = np.column_stack([np.cos(angles), np.sin(angles)])
     low, high = np.zeros(len(rays)), np.full(len(rays), farthest)
-    for _ in range(40):
+    for _ in range(BISECTIONS):
         middle = (low + high) / 2.0
         inside = slack(origin + middle[:, None] * rays) >= -TOLERANCE
         low, high = np.where(inside, middle, low), np.where(inside, high, middle)
@@ -192,20 +212,21 @@ def _cast(slack: Slack, origin: FloatArray, angles: FloatArray, farthest: float)
 
 
 def _below_hip(plan: Plan, name: str, foot: FloatArray, rotation: FloatArray) -> FloatArray:
-    """The COG place ``(2,)`` that hangs a leg straight down onto ``foot``."""
+    """The COG's place ``(2,)`` at which a leg's pitch axis is above ``foot (3,)``."""
     leg = plan.robot.legs[name.split()[0]]
     hip = leg.hip + leg.lateral * leg.axes[:, 1] - plan.robot.centre
     return np.asarray((foot - rotation @ hip)[:2])
 
 
 def _grid(feet: FloatArray) -> FloatArray:
-    """Places all over the feet's bounding box ``(n, 2)``."""
+    """A grid of places in the bounding box of the feet ``(n, 2)``."""
     low, high = feet[:, :2].min(axis=0), feet[:, :2].max(axis=0)
-    share = (np.arange(24) + 0.5) / 24
+    share = (np.arange(GRID) + 0.5) / GRID
     x, y = np.meshgrid(*(low[i] + (high[i] - low[i]) * share for i in range(2)))
     return np.column_stack([x.ravel(), y.ravel()])
 
 
 def _active(phase: Phase) -> tuple[str, ...]:
+    """Names of the constraints that are active at a phase's COG target."""
     kinds = ("margin", "reach")
     return tuple(f"{m.kind} {m.name}" for m in phase.limited_by if m.kind in kinds)

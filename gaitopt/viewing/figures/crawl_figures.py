@@ -1,7 +1,7 @@
 """The figures of [Wang2020], drawn from a plan.
 
-Every function returns a :class:`matplotlib.figure.Figure` that pyplot knows nothing of: no window
-opens, and there is nothing to close. Figure numbers are those of [Wang2020].
+Every function returns a :class:`matplotlib.figure.Figure` that is not registered with pyplot: no
+window opens, and no figure has to be closed. Figure numbers are those of [Wang2020].
 """
 
 from __future__ import annotations
@@ -47,18 +47,19 @@ def save_figures(
     com_margin: tuple[ArrayLike, ArrayLike] | None = None,
     step: int | None = None,
 ) -> list[Path]:
-    """Write all figures of a plan as PNG files, each whole or not at all.
+    """Write all figures of a plan as PNG files.
 
-    A plan without steps has no feasible area and no swing to draw; a gait by velocity has figures
-    of its own (:func:`gaitopt.save_gait_figures`).
+    A plan without steps has no figures of a feasible area and a swing. The figures of a gait by
+    velocity are others (:func:`gaitopt.save_gait_figures`).
 
     Args:
         plan: any plan.
-        folder: where to write; made when it is missing. Files of the same names are replaced.
-        comparison: plans to draw beside this one in the figure of the COG over time.
+        folder: where to write; it is made if it does not exist. Files of the same names are
+            replaced.
+        comparison: other plans in the figure of the COG over time, by name.
         com_margin: see :func:`plot_margin`.
-        step: whose feasible area and swing to draw; by default the step before which the COG moves
-            farthest.
+        step: step whose feasible area and swing are drawn; by default the one before which the COG
+            moves farthest.
 
     Returns:
         The files, in the order of the paper's figures.
@@ -79,28 +80,28 @@ def _figures(
     com_margin: tuple[ArrayLike, ArrayLike] | None,
     step: int | None = None,
 ) -> dict[str, Callable[[], Figure]]:
-    """What to draw under which name."""
-    among = any(other is plan for other in comparison.values())
-    plans = comparison if among else {"this plan": plan, **comparison}
+    """Functions that draw the figures, by the names of their files."""
+    included = any(other is plan for other in comparison.values())
+    plans = comparison if included else {"this plan": plan, **comparison}
     figures: dict[str, Callable[[], Figure]] = {
         "fig03_terrain": lambda: plot_terrain(plan.footholds),
         "fig04_gait_cycle": lambda: plot_gait_cycle(plan),
-        "fig05_swing": lambda: plot_swing(plan, telling_step(plan) if step is None else step),
-        "fig06_07_feasible_area": lambda: plot_feasible_area(
-            plan, telling_step(plan) if step is None else step
-        ),
+    }
+    if any(p.kind == "swing" for p in plan.phases):
+        shown = step_of_longest_move(plan) if step is None else step
+        figures["fig05_swing"] = lambda: plot_swing(plan, shown)
+        figures["fig06_07_feasible_area"] = lambda: plot_feasible_area(plan, shown)
+    return {
+        **figures,
         "fig11_paths": lambda: plot_paths(plan),
         "fig12_14_15_cog": lambda: plot_cog_over_time(plans),
         "fig13_joint_velocities": lambda: plot_joint_velocities(plan),
         "stability_margin": lambda: plot_margin(plan, com_margin),
     }
-    if not any(p.kind == "swing" for p in plan.phases):
-        del figures["fig05_swing"], figures["fig06_07_feasible_area"]
-    return figures
 
 
-def telling_step(plan: Plan) -> int:
-    """The step, among those in which a foot flies, before which the COG moves farthest."""
+def step_of_longest_move(plan: Plan) -> int:
+    """The step with the longest move of the COG, among those that have a swing phase."""
     swings = {p.step for p in plan.phases if p.kind == "swing"}
     chosen = [p for p in plan.phases if p.step in swings]
     moved = [float(np.linalg.norm(p.cog_end - p.cog_start)) for p in chosen]

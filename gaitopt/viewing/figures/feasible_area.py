@@ -1,4 +1,4 @@
-"""Figs. 6 and 7 of [Wang2020]: where the COG may go before a step, and where it goes."""
+"""Figs. 6 and 7 of [Wang2020]: where the COG may be before a step, and its target."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from gaitopt.viewing.figures.common import (
     MUTED,
     add_legend,
     dot_key,
-    dress,
     line_key,
     new_figure,
     panel,
+    style_axes,
 )
 
 if TYPE_CHECKING:
@@ -28,18 +28,21 @@ if TYPE_CHECKING:
 TRIANGLE = "#4d4d4d"
 SHRUNKEN = "#e08214"
 COMMON = "#bcd9c6"
+"""Colours of the support polygon, Area A, and the intersection of Areas A and B."""
+FEET_BORDER, FOOTHOLD_BORDER = 0.09, 0.05
+"""Borders around the feet and the next foothold [m]: room for their names."""
 
 
 def plot_feasible_area(plan: Plan, step: int, ax: Axes | None = None) -> Figure:
-    """Areas A and B before a step, their intersection, and the COG's way from ``O`` to ``O'``.
+    """Plot Areas A and B before a step, their intersection, and the COG's move from O to O'.
 
     Source: Figs. 6 and 7 of [Wang2020].
 
     Args:
         plan: any plan.
         step: index of the step, from 0.
-        ax: where to draw the whole area; by default a new figure with a close-up of the COG's
-            way beside it.
+        ax: where to draw the whole area; by default a new figure, which also has a close-up of
+            the COG's move.
 
     Raises:
         InputError: there is no such step.
@@ -54,7 +57,7 @@ def plot_feasible_area(plan: Plan, step: int, ax: Axes | None = None) -> Figure:
     figure = new_figure(11.5, 5.2)
     whole, close = figure.subplots(1, 2, width_ratios=[1.25, 1.0])
     _draw_area(whole, area, title)
-    _draw_area(close, area, _way(area))
+    _draw_area(close, area, _move_title(area))
     _close_up(close, area)
     whole.indicate_inset_zoom(close, edgecolor=INK, linewidth=0.8)
     figure.legend(handles=_keys(area), loc="outside lower center", ncols=5, fontsize=8,
@@ -62,32 +65,34 @@ def plot_feasible_area(plan: Plan, step: int, ax: Axes | None = None) -> Figure:
     return figure
 
 
-def _way(area: FeasibleArea) -> str:
-    """What the close-up tells: how far the COG goes, and what stops it there."""
+def _move_title(area: FeasibleArea) -> str:
+    """Title of the close-up: how far the COG moves, and which constraints are active."""
     moved = 1e3 * float(np.hypot(*(area.target - area.start)))
     pairs = [name.split(" ", 1) for name in area.active]
-    held = [
+    active = [
         f"{kind} " + ", ".join(what.replace("-", "–") for k, what in pairs if k == kind)
         for kind in dict.fromkeys(kind for kind, _ in pairs)
     ]
-    return f"{moved:.1f} mm from O to O'\nactive: {'; '.join(held) or 'nothing'}"
+    return f"{moved:.1f} mm from O to O'\nactive: {'; '.join(active) or 'nothing'}"
 
 
 def _draw_area(ax: Axes, area: FeasibleArea, title: str) -> None:
+    """Draw regions, reach, feet and COG on axes of the same scale."""
     _draw_regions(ax, area)
     _draw_reach(ax, area)
     _draw_places(ax, area)
-    dress(ax, title, "x [m]", "y [m]", grid=False)
-    low, high = area.feet.min(axis=0) - 0.09, area.feet.max(axis=0) + 0.09
+    style_axes(ax, title, "x [m]", "y [m]", grid=False)
+    low, high = area.feet.min(axis=0) - FEET_BORDER, area.feet.max(axis=0) + FEET_BORDER
     if area.foothold is not None:
-        low, high = np.minimum(low, area.foothold - 0.05), np.maximum(high, area.foothold + 0.05)
+        low = np.minimum(low, area.foothold - FOOTHOLD_BORDER)
+        high = np.maximum(high, area.foothold + FOOTHOLD_BORDER)
     ax.set_xlim(low[0], high[0])
     ax.set_ylim(low[1], high[1])
     ax.set_aspect("equal", adjustable="box")
 
 
 def _draw_regions(ax: Axes, area: FeasibleArea) -> None:
-    """Support triangle, Area A, and the shaded intersection of Areas A and B."""
+    """Draw the support polygon, Area A, and the shaded intersection of Areas A and B."""
     from matplotlib.patches import Polygon
 
     if len(area.common):
@@ -107,7 +112,7 @@ def _draw_regions(ax: Axes, area: FeasibleArea) -> None:
 
 
 def _draw_reach(ax: Axes, area: FeasibleArea) -> None:
-    """The boundaries of the legs' reach: thin where they are slack, bold where active."""
+    """Draw the borders of the legs' reach, thick where the constraint is active."""
     for name, line in area.reach.items():
         if len(line):
             closed = np.vstack([line, line[:1]])
@@ -117,11 +122,11 @@ def _draw_reach(ax: Axes, area: FeasibleArea) -> None:
 
 
 def _draw_places(ax: Axes, area: FeasibleArea) -> None:
-    """Feet, the next foothold, and the COG's way."""
+    """Draw the feet, the next foothold, and the COG's move."""
     for leg, foot in zip(LEGS, area.feet, strict=True):
         ax.plot(*foot, "o", color=LEG_COLOURS[leg], markersize=8, zorder=5)
         away = foot - area.feet.mean(axis=0)
-        _name(ax, leg, foot, 13.0 * away / max(float(np.hypot(*away)), 1e-12))
+        _write(ax, leg, foot, 13.0 * away / max(float(np.hypot(*away)), 1e-12))
     if area.foothold is not None:
         ax.plot(*area.foothold, "o", markerfacecolor="white", zorder=5, markersize=8,
                 markeredgewidth=1.6, markeredgecolor=LEG_COLOURS[area.leg])  # fmt: skip
@@ -131,21 +136,22 @@ def _draw_places(ax: Axes, area: FeasibleArea) -> None:
 
 
 def _close_up(ax: Axes, area: FeasibleArea) -> None:
-    """Limits around the COG's way, wide enough to show what stops it; names of ``O``, ``O'``."""
-    way = area.target - area.start
-    half = max(0.9 * float(np.hypot(*way)), 1.6 * area.margin, 0.015)
+    """Set the limits of the close-up around the COG's move, and write O and O' there."""
+    move = area.target - area.start
+    # At least 15 mm, and wide enough to show S0 between the polygon's side and Area A.
+    half = max(0.9 * float(np.hypot(*move)), 1.6 * area.margin, 0.015)
     middle = (area.start + area.target) / 2.0
     ax.set_xlim(middle[0] - half, middle[0] + half)
     ax.set_ylim(middle[1] - half, middle[1] + half)
-    ahead = way / max(float(np.hypot(*way)), 1e-12)
-    ahead = ahead if ahead.any() else np.array([1.0, 0.0])
-    _name(ax, "O", area.start, -14.0 * ahead)
-    _name(ax, "O'", area.target, 14.0 * ahead)
+    direction = move / max(float(np.hypot(*move)), 1e-12)
+    direction = direction if direction.any() else np.array([1.0, 0.0])
+    _write(ax, "O", area.start, -14.0 * direction)
+    _write(ax, "O'", area.target, 14.0 * direction)
     _draw_margin(ax, area, 0.35 * half)
 
 
-def _draw_margin(ax: Axes, area: FeasibleArea, aside: float) -> None:
-    """A dimension line for ``S0`` from the side nearest to ``O'``, ``aside`` [m] from there."""
+def _draw_margin(ax: Axes, area: FeasibleArea, offset: float) -> None:
+    """Draw S0 as an arrow from the side nearest to O', ``offset`` [m] along that side."""
     if len(area.triangle) != 3 or area.margin <= 0:
         return
     first, second = area.triangle, np.roll(area.triangle, -1, axis=0)
@@ -154,7 +160,7 @@ def _draw_margin(ax: Axes, area: FeasibleArea, aside: float) -> None:
     side = int(np.argmin(np.linalg.norm(area.target - foot, axis=1)))
     inward = np.array([-along[side, 1], along[side, 0]])
     inward *= np.sign(inward @ (area.triangle.mean(axis=0) - first[side]))
-    nearest = foot[side] + aside * along[side] * np.sign(along[side, 1] or 1.0)
+    nearest = foot[side] + offset * along[side] * np.sign(along[side, 1] or 1.0)
     top = nearest + area.margin * inward
     ax.annotate("", xy=top, xytext=nearest, zorder=6, annotation_clip=True,
                 arrowprops={"arrowstyle": "<->", "color": SHRUNKEN, "shrinkA": 0,
@@ -164,7 +170,8 @@ def _draw_margin(ax: Axes, area: FeasibleArea, aside: float) -> None:
                 annotation_clip=True)  # fmt: skip
 
 
-def _name(ax: Axes, text: str, place: FloatArray, offset: FloatArray) -> None:
+def _write(ax: Axes, text: str, place: FloatArray, offset: FloatArray) -> None:
+    """Write a text at an offset [pt] from a place, with a white border."""
     from matplotlib.patheffects import withStroke
 
     ax.annotate(text, (place[0], place[1]), xytext=(offset[0], offset[1]), fontsize=9, color=INK,
@@ -174,7 +181,7 @@ def _name(ax: Axes, text: str, place: FloatArray, offset: FloatArray) -> None:
 
 
 def _keys(area: FeasibleArea) -> list[Any]:
-    """The legend's entries for what is there to see."""
+    """Entries of the legend, for what is drawn."""
     from matplotlib.patches import Patch
 
     keys: list[Any] = []

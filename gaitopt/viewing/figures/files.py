@@ -1,4 +1,4 @@
-"""Figures as PNG files, each whole or not at all."""
+"""Figures as PNG files. A file that cannot be written completely is not written at all."""
 
 from __future__ import annotations
 
@@ -14,10 +14,17 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 DPI = 150
+"""Resolution. Chosen here: sharp on a screen, and about 100 kB a figure."""
+COLOURS = 256
+"""Colours of a file's palette: the most that PNG allows."""
 
 
 def write_figures(figures: Mapping[str, Callable[[], Figure]], folder: StrPath) -> list[Path]:
-    """Draw figures and write each to ``folder/name.png``; the folder is made when missing.
+    """Draw figures and write each to ``folder/name.png``.
+
+    Args:
+        figures: functions that draw, by name.
+        folder: where to write; it is made if it does not exist.
 
     Raises:
         InputError: the folder cannot be made or written to.
@@ -34,15 +41,19 @@ def write_figures(figures: Mapping[str, Callable[[], Figure]], folder: StrPath) 
 
 
 def save_figure(figure: Figure, path: Path) -> Path:
-    """Write one figure as a PNG file."""
+    """Write one figure as a PNG file and return the path.
+
+    Raises:
+        InputError: the file cannot be written.
+    """
     from PIL import Image
 
     buffer = BytesIO()
     figure.savefig(buffer, format="png", dpi=DPI)
-    # A palette of 256 colours is plenty for lines on white, and a third of the size. Median cut,
-    # the default, would give two legs one colour where few pixels have them.
+    # A palette is enough for lines on white, and makes files three times smaller. The default way
+    # to choose it, median cut, could give two legs the same colour where few pixels have it.
     small = Image.open(buffer).convert("RGB").quantize(
-        256, Image.Quantize.MAXCOVERAGE, kmeans=2, dither=Image.Dither.NONE
+        COLOURS, Image.Quantize.MAXCOVERAGE, kmeans=2, dither=Image.Dither.NONE
     )  # fmt: skip
     with written_whole(path, binary=True) as stream:
         small.save(stream, format="PNG", dpi=(DPI, DPI), optimize=True)

@@ -1,7 +1,7 @@
 """The figures of a gait by velocity, drawn from its plan.
 
-Figure numbers are those of [Wang2024]. As in
-:mod:`gaitopt.viewing.figures.crawl_figures`, pyplot knows of none of them.
+Figure numbers are those of [Wang2024]. As in :mod:`gaitopt.viewing.figures.crawl_figures`, figures
+are not registered with pyplot.
 """
 
 from __future__ import annotations
@@ -37,18 +37,20 @@ __all__ = [
 ]
 
 CYCLES = 2.0
-"""Cycles of the figure of angles, velocities and accelerations."""
+"""Cycles in the figure of angles, velocities and accelerations. Chosen here: two show that the
+motion is periodic."""
 
 
 def save_gait_figures(plan: Plan, folder: StrPath) -> list[Path]:
-    """Write the figures of a gait as PNG files, each whole or not at all.
+    """Write the figures of a gait as PNG files.
 
-    A plan without a schedule, such as a crawl over footholds, has no gait diagram; one without
-    swings has no swing curves, which are drawn for its longest step.
+    A plan without a schedule, such as a crawl over footholds, has no gait diagram. A plan without
+    swings has no swing curves; these are drawn for the longest step.
 
     Args:
         plan: any plan.
-        folder: where to write; made when it is missing. Files of the same names are replaced.
+        folder: where to write; it is made if it does not exist. Files of the same names are
+            replaced.
 
     Returns:
         The files, in the order of the paper's figures.
@@ -60,7 +62,7 @@ def save_gait_figures(plan: Plan, folder: StrPath) -> list[Path]:
 
 
 def _figures(plan: Plan) -> dict[str, Callable[[], Figure]]:
-    """What to draw under which name."""
+    """Functions that draw the figures, by the names of their files."""
     settings = plan.settings
     schedule = settings.schedule if isinstance(settings, GaitSettings) else None
     figures: dict[str, Callable[[], Figure]] = {}
@@ -68,7 +70,7 @@ def _figures(plan: Plan) -> dict[str, Callable[[], Figure]]:
         figures["fig02_03_05_gait_diagram"] = lambda: plot_gait_diagram(schedule)
     figures["fig11_cycloids"] = plot_cycloids
     if plan.swings:
-        figures["swing_curves"] = lambda: _longest_swing(plan)
+        figures["swing_curves"] = lambda: _swing_curves(plan)
     return {
         **figures,
         "fig12_snapshots": lambda: plot_snapshots(plan),
@@ -78,18 +80,22 @@ def _figures(plan: Plan) -> dict[str, Callable[[], Figure]]:
     }
 
 
-def _longest_swing(plan: Plan) -> Figure:
+def _swing_curves(plan: Plan) -> Figure:
     """All swing curves for the plan's longest step."""
-    ways = [swing.foot_end - swing.foot_start for swing in plan.swings]
-    lengths = [float(np.hypot(*way[:2])) for way in ways]
-    at = int(np.argmax(lengths))
+    steps = [swing.foot_end - swing.foot_start for swing in plan.swings]
+    lengths = [float(np.hypot(*step[:2])) for step in steps]
+    longest = int(np.argmax(lengths))
     return plot_swing_curves(
-        lengths[at], plan.settings.swing_height, plan.swings[at].duration, float(ways[at][2])
-    )
+        lengths[longest], plan.settings.swing_height, plan.swings[longest].duration,
+        float(steps[longest][2]),
+    )  # fmt: skip
 
 
 def _middle(plan: Plan, schedule: object) -> tuple[float, float] | None:
-    """Some cycles in the middle of a gait [s]; the whole plan where it has no longer ones."""
+    """Start and end of :data:`CYCLES` cycles in the middle of a gait [s].
+
+    ``None`` stands for the whole plan, where it is not longer or has no schedule.
+    """
     if not isinstance(schedule, GaitSchedule):
         return None
     half = CYCLES * schedule.cycle_time / 2.0

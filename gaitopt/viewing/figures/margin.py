@@ -13,21 +13,23 @@ from gaitopt.plan.phase import Phase
 from gaitopt.plan.plan import Plan
 from gaitopt.stability.margins import static_stability_margin
 from gaitopt.viewing.figures.common import (
+    BESIDE,
+    DASHED,
     INK,
     NORMAL,
     SMALL,
     add_legend,
     cycle_phases,
     cycle_title,
-    dress,
-    during,
     leg_keys,
     new_figure,
     panel,
+    phases_within,
     shade_swings,
     span_of,
+    style_axes,
     support_table,
-    thinned,
+    thinned_to_pixels,
     time_limits,
 )
 
@@ -36,6 +38,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 COG_COLOUR, COM_COLOUR = "#1b4f8f", "#b35806"
+POINTS = 20_000
+"""Points of a line before it is thinned out, about: several for each pixel column."""
 
 
 def plot_margin(
@@ -45,20 +49,20 @@ def plot_margin(
     cycle: int | None = None,
     ax: Axes | None = None,
 ) -> Figure:
-    """Static stability margin over time, over the whole plan and over one gait cycle.
+    """Plot the static stability margin over time: of the whole plan, and of one gait cycle.
 
-    The margin jumps where the set of standing feet changes, and is not drawn where fewer than
-    three feet stand.
+    The margin jumps where the set of standing feet changes. It is not drawn where fewer than three
+    feet stand.
 
     Args:
         plan: any plan.
-        com_margin: margin of the true centre of mass, as times ``(n,)`` [s] and margins ``(n,)``
-            [m], where it is known.
+        com_margin: margin of the true centre of mass: times ``(n,)`` [s] and margins ``(n,)``
+            [m], for instance from :func:`gaitopt.com_margin`. Not drawn by default.
         cycle: index of the gait cycle in the lower panel, from 0; the middle one by default.
-        ax: where to draw the whole plan alone; by default a new figure with both.
+        ax: where to draw only the whole plan; by default a new figure with both panels.
 
     Raises:
-        InputError: there is no such cycle, or ``com_margin`` does not hold two equally long lists.
+        InputError: there is no such cycle, or ``com_margin`` is not two arrays of the same length.
     """
     com = None if com_margin is None else _checked(com_margin)
     number, phases = cycle_phases(plan, cycle)
@@ -74,13 +78,13 @@ def plot_margin(
     _draw_margin(close, plan, span_of(phases), com)
     close.set_title(cycle_title(number, phases), fontsize=NORMAL, color=INK, loc="left")
     handles, _ = whole.get_legend_handles_labels()
-    add_legend(whole, handles, loc="center left", bbox_to_anchor=(1.01, 0.5))
-    add_legend(close, leg_keys("s"), loc="center left", bbox_to_anchor=(1.01, 0.5),
-               title="shaded: foot flies", title_fontsize=SMALL)  # fmt: skip
+    add_legend(whole, handles, **BESIDE)
+    add_legend(close, leg_keys("s"), title="shaded: foot flies", title_fontsize=SMALL, **BESIDE)
     return figure
 
 
 def _checked(com_margin: tuple[ArrayLike, ArrayLike]) -> tuple[FloatArray, FloatArray]:
+    """Times and margins as arrays; raises InputError where their shapes do not fit."""
     times, margins = (np.asarray(a, dtype=np.float64) for a in com_margin)
     if times.ndim != 1 or times.shape != margins.shape:
         raise InputError(
@@ -95,34 +99,39 @@ def _draw_margin(
     span: tuple[float, float],
     com: tuple[FloatArray, FloatArray] | None,
 ) -> None:
-    lines = [("COG of the plan", COG_COLOUR, margin_line(plan, during(plan, span)))]
+    """Draw the margins within ``span`` [s]."""
+    lines = [("COG of the plan", COG_COLOUR, margin_line(plan, phases_within(plan, span)))]
     if com is not None:
         inside = (com[0] >= span[0]) & (com[0] <= span[1])
         lines.append(("true centre of mass", COM_COLOUR, (com[0][inside], com[1][inside])))
     for label, colour, (times, margins) in lines:
-        t, y = thinned(times, margins)
+        t, y = thinned_to_pixels(times, margins)
         marker = "o" if len(t) and t[-1] <= t[0] else "-"
         ax.plot(t, 1e3 * y, marker, color=colour, linewidth=1.0, label=label, gid=label)
     least = plan.settings.stability_margin
-    ax.axhline(1e3 * least, color=INK, linewidth=0.9, linestyle=(0, (4, 3)),
+    ax.axhline(1e3 * least, color=INK, linewidth=0.9, linestyle=DASHED,
                label=f"$S_0$ = {1e3 * least:g} mm")  # fmt: skip
     found = f"; smallest {1e3 * plan.margin:.1f} mm" if plan.phases else ""
-    dress(ax, "Static stability margin" + found, "time [s]", "margin [mm]")
+    style_axes(ax, "Static stability margin" + found, "time [s]", "margin [mm]")
     ax.set_xlim(span)
     ax.set_ylim(bottom=min(0.0, ax.get_ylim()[0]))
 
 
 def margin_line(plan: Plan, phases: tuple[Phase, ...]) -> tuple[FloatArray, FloatArray]:
-    """Static stability margin of the COG over ``phases``, on the feet that stand in each.
+    """Static stability margin of the COG over time.
+
+    Args:
+        plan: any plan.
+        phases: those to compute; without any, four feet stand over the whole plan.
 
     Returns:
-        Times ``(m,)`` [s], each phase's ends among them, and margins ``(m,)`` [m]; NaN where fewer
-        than three feet stand. Without phases all four feet stand over the whole plan.
+        Times ``(m,)`` [s], with the ends of all phases, and margins ``(m,)`` [m], which are NaN
+        where fewer than three feet stand.
     """
     if not phases:
         here = plan.at([0.0, plan.duration])
         return here.t, static_stability_margin(here.feet, here.cog)
-    count = int(np.clip(20_000 // len(phases), 3, 33))
+    count = int(np.clip(POINTS // len(phases), 3, 33))
     starts = np.array([[p.start, p.duration] for p in phases])
     times = starts[:, :1] + starts[:, 1:] * np.linspace(0.0, 1.0, count)
     walk = plan.at(np.minimum(times.ravel(), plan.duration))

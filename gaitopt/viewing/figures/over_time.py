@@ -7,12 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gaitopt.conventions import FloatArray
 from gaitopt.errors import InputError
-from gaitopt.motion.path import MotionPath
 from gaitopt.plan.plan import Plan
 from gaitopt.viewing.colours import LEG_COLOURS
 from gaitopt.viewing.figures.common import (
+    DASHED,
     INK,
     MUTED,
     NORMAL,
@@ -20,34 +19,38 @@ from gaitopt.viewing.figures.common import (
     add_legend,
     cycle_phases,
     cycle_title,
-    dress,
     forward_axis,
     new_figure,
     panel,
-    seconds,
     shade_swings,
     span_of,
-    thinned,
+    style_axes,
+    thinned_to_pixels,
+    time_label,
     time_limits,
-    walk_times,
+    times_to_draw,
 )
+from gaitopt.viewing.figures.joint_curves import curve_lines
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 PLAN_STYLES = (("#1b4f8f", "-"), ("#b35806", "--"), ("#5e3c99", "-."), ("#4d4d4d", ":"))
+"""Colours and line styles of plans that are compared."""
+VELOCITY_POINTS = 20_000
+"""Points of a line of velocities before it is thinned out, about."""
 JOINT_COLOURS = ("#5a5a5a", "#8c4fa8", "#e07b1a")
-"""From the body to the foot; none is a leg's colour."""
+"""Colours of a leg's joints from the body to the foot; none is a leg's colour."""
 
 
 def plot_cog_over_time(plans: Mapping[str, Plan], ax: Axes | None = None) -> Figure:
-    """How far the COG has come forward, over time; one line a plan, ending at its duration.
+    """Plot how far the COG has moved forward over time, with a line for each plan.
 
     Source: Figs. 12, 14 and 15 of [Wang2020].
 
     Args:
-        plans: plans by the name that the legend gives them.
+        plans: plans by their names in the legend.
         ax: where to draw; by default a new figure.
 
     Raises:
@@ -59,15 +62,15 @@ def plot_cog_over_time(plans: Mapping[str, Plan], ax: Axes | None = None) -> Fig
     ends = []
     for i, (name, plan) in enumerate(plans.items()):
         colour, style = PLAN_STYLES[i % len(PLAN_STYLES)]
-        t = walk_times(plan)
+        t = times_to_draw(plan)
         cog = plan.at(t).cog
         forward = (cog - cog[0])[:, :2] @ forward_axis(plan)
-        label = f"{name} ({seconds(plan.duration)}, {1e3 * plan.mean_speed:.4g} mm/s)"
+        label = f"{name} ({time_label(plan.duration)}, {1e3 * plan.mean_speed:.4g} mm/s)"
         ax.plot(t, forward, color=colour, linestyle=style, linewidth=1.5, label=label)
         ax.plot(t[-1], forward[-1], "o", color=colour, markersize=4)
         ends.append((plan.duration, float(forward[-1]), colour))
     longest = max(end[0] for end in ends) or 1.0
-    dress(ax, "The COG along the walking direction", "time [s]", "COG moved forward [m]")
+    style_axes(ax, "The COG along the walking direction", "time [s]", "COG moved forward [m]")
     ax.set_xlim(0.0, 1.04 * longest)
     ax.margins(y=0.14)
     _label_ends(ax, ends, longest)
@@ -76,24 +79,30 @@ def plot_cog_over_time(plans: Mapping[str, Plan], ax: Axes | None = None) -> Fig
 
 
 def _label_ends(ax: Axes, ends: list[tuple[float, float, str]], longest: float) -> None:
-    """Drop a line from each end to the time axis and write the time there, clear of the others."""
+    """Draw a line from each end to the time axis, and write the time there.
+
+    Args:
+        ax: the axes.
+        ends: time [s], distance [m] and colour of each line's end.
+        longest: the longest time [s].
+    """
     bottom = ax.get_ylim()[0]
-    before, raised = -np.inf, 0
+    before, lines_up = -np.inf, 0
     for time, place, colour in sorted(ends):
-        raised = raised + 1 if time - before < 0.11 * longest else 0
+        # A text is about a ninth of the axis wide: the next one is written higher where they touch.
+        lines_up = lines_up + 1 if time - before < 0.11 * longest else 0
         ax.plot((time, time), (bottom, place), color=colour, linewidth=0.7, linestyle=":")
-        ax.annotate(seconds(time), (time, bottom), xytext=(-3, 4 + 11 * raised), ha="right",
+        ax.annotate(time_label(time), (time, bottom), xytext=(-3, 4 + 11 * lines_up), ha="right",
                     textcoords="offset points", fontsize=SMALL, color=colour)  # fmt: skip
         before = time
     ax.set_ylim(bottom=bottom)
 
 
 def plot_joint_velocities(plan: Plan, *, cycle: int | None = None) -> Figure:
-    """Angular velocities of the legs' joints and their limits, a row for each leg.
+    """Plot the velocities of the legs' joints with their limits, in a row for each leg.
 
-    Left the whole plan, right one gait cycle. Lines are exact: a path of degree one is drawn at
-    its knots, where its velocities jump. Joints that belong to no leg are left out.
-    Source: Fig. 13 of [Wang2020].
+    On the left is the whole plan, on the right one gait cycle. Lines are exact, and jump where the
+    velocity jumps. Joints that belong to no leg are left out. Source: Fig. 13 of [Wang2020].
 
     Args:
         plan: any plan.
@@ -113,7 +122,7 @@ def plot_joint_velocities(plan: Plan, *, cycle: int | None = None) -> Figure:
                 shade_swings(ax, phases)
             _draw_velocities(ax, plan, leg, span)
             last = row == len(LEG_COLOURS) - 1
-            dress(ax, "", "time [s]" if last else "", "" if column else f"{leg} [deg/s]")
+            style_axes(ax, "", "time [s]" if last else "", "" if column else f"{leg} [deg/s]")
             ax.set_xlim(span)
         add_legend(axes[row, 1], loc="center left", bbox_to_anchor=(1.0, 0.5))
         axes[row, 0].yaxis.label.set(color=LEG_COLOURS[leg], fontweight="bold")
@@ -125,48 +134,20 @@ def plot_joint_velocities(plan: Plan, *, cycle: int | None = None) -> Figure:
 
 
 def _draw_velocities(ax: Axes, plan: Plan, leg: str, span: tuple[float, float]) -> None:
-    """The lines of one leg's joints over ``span`` [s], and their limits."""
+    """Draw the velocities of one leg's joints within ``span`` [s], and their limits."""
     columns = plan.robot.leg_columns[leg]
-    times, rates = velocity_lines(plan.path, columns, span)
+    times, rates = curve_lines(plan.path, columns, span, 1, VELOCITY_POINTS)
     joints = plan.robot.legs[leg].joints
     for joint, rate, colour in zip(joints, rates.T, JOINT_COLOURS[-len(joints) :], strict=True):
-        t, y = thinned(times, np.degrees(rate))
+        t, y = thinned_to_pixels(times, np.degrees(rate))
         marker = "o" if t[-1] <= t[0] else ""
         ax.plot(t, y, marker, color=colour, linewidth=0.9, label=joint, gid=joint)
     limits = np.unique(np.degrees(plan.robot.velocity_limits[list(columns)]).round(9))
     for i, limit in enumerate(limits[np.isfinite(limits)]):
         for sign in (-1.0, 1.0):
-            ax.axhline(sign * limit, color=INK, linewidth=0.8, linestyle=(0, (4, 3)),
+            ax.axhline(sign * limit, color=INK, linewidth=0.8, linestyle=DASHED,
                        label="limit" if i == 0 and sign > 0 else None)  # fmt: skip
     if np.isfinite(limits).any():
         top = 1.18 * float(limits[np.isfinite(limits)].max())
         ax.set_ylim(-top, top)
     ax.axhline(0.0, color=MUTED, linewidth=0.5, zorder=0)
-
-
-def velocity_lines(
-    path: MotionPath, columns: tuple[int, ...], span: tuple[float, float]
-) -> tuple[FloatArray, FloatArray]:
-    """Joint velocities as lines that jump where the path's derivative does.
-
-    Args:
-        path: the plan's path.
-        columns: positions of the joints in ``robot.joint_names``.
-        span: from when to when [s]; segments that overlap it are drawn whole.
-
-    Returns:
-        Times ``(m,)`` [s], every knot twice, and velocities ``(m, len(columns))`` [rad/s]. Two
-        points a segment are exact up to degree two; higher degrees get more.
-    """
-    ends = np.append(path.times[1:], path.times[-1])[: path.coefficients.shape[1]]
-    starts = path.times[: len(ends)]
-    seen = np.flatnonzero((starts < span[1]) & ((ends > span[0]) | (ends == starts)))
-    lengths = (ends - starts)[seen]
-    count = 2 if path.degree <= 2 else int(np.clip(20_000 // max(len(seen), 1), 5, 65))
-    local = lengths[:, None] * np.linspace(0.0, 1.0, count)
-    chosen = path.coefficients[:, seen][:, :, 6 + np.array(columns, dtype=int)]
-    rates = np.zeros((len(seen), count, len(columns)))
-    for power in range(path.degree, 0, -1):
-        rates = rates * local[..., None] + power * chosen[path.degree - power][:, None, :]
-    times = starts[seen][:, None] + local
-    return times.ravel(), rates.reshape(-1, len(columns))

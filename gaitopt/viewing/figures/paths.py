@@ -1,4 +1,4 @@
-"""Figs. 3 and 11 of [Wang2020]: the columns, and the paths of feet and COG over them."""
+"""Figs. 3 and 11 of [Wang2020]: the columns, and the paths of feet and COG above them."""
 
 from __future__ import annotations
 
@@ -11,20 +11,22 @@ from gaitopt.plan.plan import Plan, Trajectory
 from gaitopt.terrain.footholds import Footholds
 from gaitopt.viewing.colours import LEG_COLOURS
 from gaitopt.viewing.figures.common import (
+    BESIDE,
     INK,
     NORMAL,
     SMALL,
     add_legend,
     dot_key,
-    dress,
-    fit,
+    fit_limits,
     leg_keys,
     line_key,
     new_figure,
     panel,
-    strip_height,
+    panel_height,
+    style_axes,
+    style_space_axis,
+    times_to_draw,
     true_proportions,
-    walk_times,
 )
 
 if TYPE_CHECKING:
@@ -32,12 +34,18 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 WIDTH = 9.0
-# Width and height that a box of unit sides takes in the view from azimuth -68 and elevation 22.
+"""Width of a figure [inch]."""
+AZIMUTH, ELEVATION = -68, 22
+"""Direction of the view in three dimensions [deg]."""
 VIEW = np.array([[0.93, 0.37, 0.0], [0.14, 0.35, 0.93]])
+"""Width and height in this view of unit lengths along x, y and z: absolute values of sines and
+cosines of azimuth and elevation."""
+STILL = 1e-6
+"""Largest move of a standing foot between two samples [m]: its slip is smaller."""
 
 
 def plot_terrain(footholds: Footholds, ax: Axes | None = None) -> Figure:
-    """The footholds seen from above, columns in their true size, in the legs' colours.
+    """Plot the footholds from above in the legs' colours, columns in their true size.
 
     Source: Fig. 3 of [Wang2020]. Footholds on open ground are drawn as crosses.
 
@@ -46,23 +54,24 @@ def plot_terrain(footholds: Footholds, ax: Axes | None = None) -> Figure:
         ax: where to draw; by default a new figure.
     """
     points = footholds.array.reshape(-1, 3)
-    figure, ax = panel(ax, WIDTH, strip_height(points, WIDTH - 2.0) + 0.9)
+    figure, ax = panel(ax, WIDTH, panel_height(points, WIDTH - 2.0) + 0.9)
     _draw_footholds(ax, footholds, alpha=0.9)
     first = footholds.array[:, 0, :2]
     ax.plot(*first.T, "s", markerfacecolor="none", markeredgecolor=INK, markersize=13, zorder=4)
     for leg, place in zip(LEGS, first, strict=True):
         ax.annotate(leg, place, xytext=(0, 11), textcoords="offset points", fontsize=SMALL,
                     ha="center", color=INK)  # fmt: skip
-    dress(ax, _terrain_title(footholds), "x [m]", "y [m]")
-    fit(ax, points, 0.08)
+    style_axes(ax, _terrain_title(footholds), "x [m]", "y [m]")
+    fit_limits(ax, points, 0.08)
     true_proportions(ax)
     marker = "o" if footholds.radius else "x"
     keys = [*leg_keys(marker), dot_key("first footholds", INK, "s", "none")]
-    add_legend(ax, keys, loc="center left", bbox_to_anchor=(1.01, 0.5))
+    add_legend(ax, keys, **BESIDE)
     return figure
 
 
 def _terrain_title(footholds: Footholds) -> str:
+    """Number of footholds, and size of columns."""
     count = f"{len(footholds)} foothold{'s' * (len(footholds) > 1)} for each leg, "
     if footholds.radius is None:
         return count + "open ground"
@@ -70,16 +79,15 @@ def _terrain_title(footholds: Footholds) -> str:
 
 
 def plot_paths(plan: Plan, ax: Axes | None = None) -> Figure:
-    """Paths of the feet and the COG, from the side and from above.
+    """Plot the paths of the feet and the COG from above, and in three dimensions.
 
     Source: Fig. 11 of [Wang2020].
 
     Args:
         plan: any plan.
-        ax: where to draw the view from above; by default a new figure with a view in three
-            dimensions over it.
+        ax: where to draw the view from above; by default a new figure with both views.
     """
-    walk = plan.at(walk_times(plan))
+    walk = plan.at(times_to_draw(plan))
     places = (walk.feet.reshape(-1, 3), walk.cog, plan.footholds.array.reshape(-1, 3))
     points = np.concatenate(places)
     keys = [*(line_key(f"{leg} foot", colour) for leg, colour in LEG_COLOURS.items()),
@@ -88,10 +96,10 @@ def plot_paths(plan: Plan, ax: Axes | None = None) -> Figure:
     if ax is not None:
         figure, ax = panel(ax, 0.0, 0.0)
         _draw_top(ax, plan, walk, points)
-        add_legend(ax, keys, loc="center left", bbox_to_anchor=(1.01, 0.5))
+        add_legend(ax, keys, **BESIDE)
         return figure
-    # Laid out by hand: three-dimensional axes are square to Matplotlib, and would waste the room.
-    strip, space, feet = strip_height(points, WIDTH - 0.9), 3.3, 0.95
+    # Placed by hand, as Matplotlib would make three-dimensional axes square.
+    strip, space, feet = panel_height(points, WIDTH - 0.9), 3.3, 0.95
     height = feet + strip + 0.35 + space
     figure = new_figure(WIDTH, height, None)
     wide = (WIDTH - 0.9) / WIDTH
@@ -105,29 +113,34 @@ def plot_paths(plan: Plan, ax: Axes | None = None) -> Figure:
     return figure
 
 
-def flown(walk: Trajectory, leg: int) -> FloatArray:
-    """Where a foot has been ``(n, 3)`` [m], without the samples in which it stood still."""
+def foot_path(walk: Trajectory, leg: int) -> FloatArray:
+    """Places of a foot ``(n, 3)`` [m], without those samples at which it stands.
+
+    ``leg`` is its index in ``LEGS``.
+    """
     path = walk.feet[:, leg]
-    moved = np.concatenate([[True], np.abs(np.diff(path, axis=0)).max(axis=1) > 1e-6])
-    # The last sample at rest before a flight belongs to the line as well.
+    moved = np.concatenate([[True], np.abs(np.diff(path, axis=0)).max(axis=1) > STILL])
+    # The last sample before a swing belongs to the line, too.
     return np.asarray(path[moved | np.append(moved[1:], True)])
 
 
 def _draw_top(ax: Axes, plan: Plan, walk: Trajectory, points: FloatArray) -> None:
+    """Draw the paths from above, with limits around ``points (n, 3)``."""
     _draw_footholds(ax, plan.footholds, alpha=0.22)
     for i, leg in enumerate(LEGS):
-        ax.plot(*flown(walk, i)[:, :2].T, color=LEG_COLOURS[leg], linewidth=1.2)
+        ax.plot(*foot_path(walk, i)[:, :2].T, color=LEG_COLOURS[leg], linewidth=1.2)
     ax.plot(*walk.cog[:, :2].T, color=INK, linewidth=1.2)
     _draw_ends(ax, walk.cog[:, :2])
-    dress(ax, "From above", "x [m]", "y [m]")
-    fit(ax, points, 0.06)
+    style_axes(ax, "From above", "x [m]", "y [m]")
+    fit_limits(ax, points, 0.06)
     true_proportions(ax)
 
 
 def _draw_space(ax: Any, footholds: Footholds, walk: Trajectory, points: FloatArray) -> None:
-    # The box is wider than the square that Matplotlib clips to: nothing may be clipped.
+    """Draw the paths in three dimensions, with limits around ``points (n, 3)``."""
+    # The drawing is wider than the square to which Matplotlib clips, so nothing is clipped.
     for i, leg in enumerate(LEGS):
-        ax.plot(*flown(walk, i).T, color=LEG_COLOURS[leg], linewidth=1.0, clip_on=False)
+        ax.plot(*foot_path(walk, i).T, color=LEG_COLOURS[leg], linewidth=1.0, clip_on=False)
         ax.plot(*footholds[leg].T, "o", color=LEG_COLOURS[leg], markersize=2, clip_on=False)
     ax.plot(*walk.cog.T, color=INK, linewidth=1.2, clip_on=False)
     _draw_ends(ax, walk.cog)
@@ -137,33 +150,32 @@ def _draw_space(ax: Any, footholds: Footholds, walk: Trajectory, points: FloatAr
     aspect = np.maximum(span, 0.16 * span.max())
     across, up = VIEW @ aspect / np.linalg.norm(aspect)
     ax.set_box_aspect(aspect, zoom=min(1.85 / across, 0.78 / up))
-    ax.view_init(elev=22, azim=-68)
+    ax.view_init(elev=ELEVATION, azim=AZIMUTH)
     for axis, name, pad in zip((ax.xaxis, ax.yaxis, ax.zaxis), "xyz", (6, 2, 0), strict=True):
-        axis.set_label_text(f"{name} [m]", fontsize=SMALL)
+        style_space_axis(axis, f"{name} [m]")
         axis.labelpad = pad
         axis.set_major_locator(
             _few_ticks(8 if name == "x" and span[0] > 2.0 * span[1:].max() else 3)
         )
-        axis.pane.set_facecolor("white")
-        # Matplotlib has no public way to the grid of three-dimensional axes.
-        axis._axinfo["grid"].update(color="#e6e6e6", linewidth=0.5)
     ax.tick_params(labelsize=SMALL - 1, pad=0)
 
 
 def _few_ticks(count: int) -> Any:
+    """A locator for at most ``count`` intervals."""
     from matplotlib.ticker import MaxNLocator
 
     return MaxNLocator(count)
 
 
 def _draw_ends(ax: Any, line: FloatArray) -> None:
+    """Mark start and end of a line ``(n, d)``."""
     for place, fill in ((line[0], "white"), (line[-1], INK)):
         ax.plot(*place[:, None], "o", markersize=5, markerfacecolor=fill, markeredgecolor=INK,
                 clip_on=False, zorder=6)  # fmt: skip
 
 
 def _draw_footholds(ax: Axes, footholds: Footholds, alpha: float) -> None:
-    """Discs of the columns' size, or crosses on open ground, one collection a leg."""
+    """Draw columns as discs in their true size; on open ground footholds are crosses."""
     from matplotlib.collections import EllipseCollection
 
     for leg, colour in LEG_COLOURS.items():

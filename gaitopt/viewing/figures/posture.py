@@ -1,12 +1,11 @@
-"""Fig. 7 of [Shao2011]: the path of the COG in a cycle, with its turning points.
+"""Fig. 7 of [Shao2011]: the path of the COG during a cycle, with nine numbered points.
 
-Nine points are numbered: 0 is where the cycle starts, and then each of the four legs has two, its
-lift-off and its touch-down. The paper draws one cycle of normal walking, and one in which the front
-legs stride over the obstacle.
+Point 0 is the start of the cycle. Then follow lift-off and touchdown of each of the four legs. The
+paper draws one cycle of normal walking, and one in which the front legs step over the obstacle.
 
-A robot whose legs only pitch moves its COG straight ahead and back, and not sideways at all; the
-paper's own does, because its body leans (``docs/papers.md``, errata). For such a robot the upper
-panels show the side view instead: there the COG rises and sinks with the legs that fly.
+A robot without roll joints moves its COG only forward and back; that of the paper also moves
+sideways, because its body leans (``docs/papers.md``, errata). For such a robot the upper panels
+show the view from the side, in which the COG rises and falls with the swinging legs.
 
 Source: [Shao2011], Fig. 5 and Fig. 7.
 """
@@ -23,7 +22,15 @@ from gaitopt.inputs import check_count
 from gaitopt.plan.phase import Swing
 from gaitopt.plan.plan import Plan
 from gaitopt.viewing.colours import LEG_COLOURS
-from gaitopt.viewing.figures.common import INK, MUTED, SMALL, dress, leg_keys, line_key, new_figure
+from gaitopt.viewing.figures.common import (
+    INK,
+    MUTED,
+    SMALL,
+    leg_keys,
+    line_key,
+    new_figure,
+    style_axes,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -31,34 +38,37 @@ if TYPE_CHECKING:
 
 COM_COLOUR, CENTRE_COLOUR = "#1b4f8f", "#b35806"
 SAMPLES = 240
-"""Samples of a cycle."""
+"""Samples of a cycle. Chosen here: about one for each two pixels of a panel."""
 SIDEWAYS = 1e-3
-"""Sideways motion below which the side view is drawn [m]."""
+"""Sideways motion of the COG below which the view is from the side [m]. Chosen here: a millimetre
+is far below the sway of a robot that has roll joints."""
 FRONT = ("LF", "RF")
+MM = 1e3
+"""Millimetres in a metre."""
 
 
 class CogCycle(NamedTuple):
-    """The COG's way in one cycle, in a frame along the walk whose origin is where it starts.
+    """The COG's path during one cycle, relative to its start, with x along the heading.
 
     Attributes:
-        times: since the cycle's start ``(N,)`` [s].
-        com: the true centre of mass, ahead, to the left and up ``(N, 3)`` [m].
-        centre: the body centre ``(N, 3)`` [m].
-        points: times of the nine points ``(9,)`` [s].
-        at: the true centre of mass there ``(9, 3)`` [m].
+        times: since the start of the cycle ``(N,)`` [s].
+        com: true centre of mass: forward, to the left, up ``(N, 3)`` [m].
+        centre: body centre ``(N, 3)`` [m].
+        point_times: times of the nine points ``(9,)`` [s].
+        point_coms: true centre of mass at these times ``(9, 3)`` [m].
         swings: the four swings.
     """
 
     times: FloatArray
     com: FloatArray
     centre: FloatArray
-    points: FloatArray
-    at: FloatArray
+    point_times: FloatArray
+    point_coms: FloatArray
     swings: tuple[Swing, ...]
 
 
 def cog_cycle(plan: Plan, cycle: int) -> CogCycle:
-    """The COG's way in a cycle of four swings, counted from 0.
+    """The COG's path during a cycle of four swings; ``cycle`` counts from 0.
 
     Raises:
         InputError: the plan has no such cycle.
@@ -71,11 +81,12 @@ def cog_cycle(plan: Plan, cycle: int) -> CogCycle:
     times = np.linspace(start, swings[-1].end, SAMPLES)
     heading = plan.settings.heading
     com, centre = _places(plan, np.concatenate([times, marks]))
-    # Heights count from the start each on its own: the centre of mass lies below the hips.
-    zero = np.array([centre[0], centre[0]])
-    zero[0, 2] = com[0, 2]
+    # Each height is relative to its own start, as the centre of mass is below the hips.
+    origins = np.array([centre[0], centre[0]])
+    origins[0, 2] = com[0, 2]
     turned = [
-        (part - at) @ rotation_z(heading) for part, at in zip((com, centre), zero, strict=True)
+        (places - origin) @ rotation_z(heading)
+        for places, origin in zip((com, centre), origins, strict=True)
     ]
     return CogCycle(
         times - start, turned[0][:SAMPLES], turned[1][:SAMPLES], marks - start,
@@ -84,10 +95,10 @@ def cog_cycle(plan: Plan, cycle: int) -> CogCycle:
 
 
 def striding_cycle(plan: Plan) -> int:
-    """The cycle in which the first front leg strides over the first obstacle.
+    """Index of the cycle in which the first front leg steps over the first obstacle.
 
     Raises:
-        InputError: the plan knows of no obstacle, or no front leg goes over it.
+        InputError: the plan has no obstacle, or no front leg steps over it.
     """
     obstacles = plan.settings.obstacles
     if not obstacles:
@@ -101,25 +112,28 @@ def striding_cycle(plan: Plan) -> int:
 
 
 def plot_posture(plan: Plan) -> Figure:
-    """Fig. 7: the way of the COG in a normal cycle, and in that of the front legs' striding.
+    """Plot the path of the COG in a normal cycle, and in that of the front legs' strides: Fig. 7.
 
-    The upper panels show it from above, or from the side for a robot that does not sway; the lower
-    ones the way ahead over time. The normal cycle is the one before the striding one, or the last
-    where there is none before.
+    The upper panels show it from above, or from the side for a robot that does not sway. The lower
+    panels show the distance forward over time. The normal cycle is the one before the strides, or
+    the last one where there is none before.
+
+    Args:
+        plan: of :func:`gaitopt.plan_stride`.
 
     Raises:
-        InputError: the plan strides over no obstacle.
+        InputError: the plan has no obstacle, or no front leg steps over it.
     """
     over = striding_cycle(plan)
     normal = over - 1 if over else len(plan.swings) // len(LEGS) - 1
     figure = new_figure(9.0, 6.4)
     axes = figure.subplots(2, 2)
-    ways = [cog_cycle(plan, cycle) for cycle in (normal, over)]
-    upright = all(np.ptp(way.com[:, 1]) < SIDEWAYS for way in ways)
+    cycles = [cog_cycle(plan, cycle) for cycle in (normal, over)]
+    from_side = all(np.ptp(cycle.com[:, 1]) < SIDEWAYS for cycle in cycles)
     titles = "(a) a normal cycle", "(b) the front legs stride over the obstacle"
-    for column, (way, title) in enumerate(zip(ways, titles, strict=True)):
-        draw_plane(axes[0, column], way, title, upright=upright)
-        draw_times(axes[1, column], way)
+    for column, (cycle, title) in enumerate(zip(cycles, titles, strict=True)):
+        draw_path(axes[0, column], cycle, title, from_side=from_side)
+        draw_over_time(axes[1, column], cycle)
     for row in axes:
         _same_limits(list(row))
     keys = [line_key("true centre of mass", COM_COLOUR),
@@ -130,40 +144,42 @@ def plot_posture(plan: Plan) -> Figure:
     return figure
 
 
-def draw_plane(ax: Axes, way: CogCycle, title: str, *, upright: bool = False) -> None:
-    """The way of the COG from above, or from the side, with its nine points; not to one scale."""
-    mm, pair = 1e3, [0, 2 if upright else 1]
+def draw_path(ax: Axes, cycle: CogCycle, title: str, *, from_side: bool = False) -> None:
+    """Draw the COG's path from above or from the side, with its nine points.
+
+    The axes have different scales.
+    """
+    pair = [0, 2 if from_side else 1]
     ax.plot(
-        *(mm * way.centre[:, pair].T), "--", color=CENTRE_COLOUR, linewidth=1.2, gid="body centre"
+        *(MM * cycle.centre[:, pair].T), "--", color=CENTRE_COLOUR, linewidth=1.2, gid="body centre"
     )
-    ax.plot(*(mm * way.com[:, pair].T), color=COM_COLOUR, linewidth=1.4, gid="com")
-    ax.plot(*(mm * way.at[:, pair].T), "o", color=INK, markersize=3.5, gid="points")
-    for k, (x, y) in enumerate(mm * way.at[:, pair]):
+    ax.plot(*(MM * cycle.com[:, pair].T), color=COM_COLOUR, linewidth=1.4, gid="com")
+    ax.plot(*(MM * cycle.point_coms[:, pair].T), "o", color=INK, markersize=3.5, gid="points")
+    for k, (x, y) in enumerate(MM * cycle.point_coms[:, pair]):
         ax.annotate(
             str(k), (x, y), xytext=(4, 4 if k % 2 else -11), textcoords="offset points",
             fontsize=SMALL, color=INK,
         )  # fmt: skip
-    dress(ax, title, "ahead [mm]", "up [mm]" if upright else "to the left [mm]")
+    style_axes(ax, title, "ahead [mm]", "up [mm]" if from_side else "to the left [mm]")
 
 
-def draw_times(ax: Axes, way: CogCycle) -> None:
-    """The way ahead over time; coloured where a leg flies."""
-    mm = 1e3
-    begun = way.swings[0].start - way.points[1]
-    for swing in way.swings:
-        ax.axvspan(swing.start - begun, swing.end - begun, color=LEG_COLOURS[swing.leg], alpha=0.15,
+def draw_over_time(ax: Axes, cycle: CogCycle) -> None:
+    """Draw the COG's distance forward over time; swings are shaded."""
+    start = cycle.swings[0].start - cycle.point_times[1]
+    for swing in cycle.swings:
+        ax.axvspan(swing.start - start, swing.end - start, color=LEG_COLOURS[swing.leg], alpha=0.15,
                    linewidth=0, gid=f"swing {swing.leg}")  # fmt: skip
-    ax.plot(way.times, mm * way.centre[:, 0], "--", color=CENTRE_COLOUR, linewidth=1.2)
-    ax.plot(way.times, mm * way.com[:, 0], color=COM_COLOUR, linewidth=1.4)
-    ax.plot(way.points, mm * way.at[:, 0], "o", color=INK, markersize=3.5)
-    for k, (t, x) in enumerate(zip(way.points, mm * way.at[:, 0], strict=True)):
+    ax.plot(cycle.times, MM * cycle.centre[:, 0], "--", color=CENTRE_COLOUR, linewidth=1.2)
+    ax.plot(cycle.times, MM * cycle.com[:, 0], color=COM_COLOUR, linewidth=1.4)
+    ax.plot(cycle.point_times, MM * cycle.point_coms[:, 0], "o", color=INK, markersize=3.5)
+    for k, (t, x) in enumerate(zip(cycle.point_times, MM * cycle.point_coms[:, 0], strict=True)):
         ax.annotate(str(k), (t, x), xytext=(3, 4), textcoords="offset points", fontsize=SMALL,
                     color=MUTED)  # fmt: skip
-    dress(ax, "", "time since the cycle's start [s]", "ahead [mm]")
+    style_axes(ax, "", "time since the cycle's start [s]", "ahead [mm]")
 
 
 def _places(plan: Plan, times: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """True centre of mass and body centre ``(N, 3)`` [m]."""
+    """True centre of mass and body centre at ``times (N,)`` [s], both ``(N, 3)`` [m]."""
     import pinocchio as pin
 
     motion, model = plan.at(times), plan.robot.model
@@ -173,7 +189,7 @@ def _places(plan: Plan, times: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _same_limits(axes: list[Axes]) -> None:
-    """The same scale of the vertical axis, so that panels can be compared."""
+    """Set the same vertical limits for some axes, so that they can be compared."""
     low = min(ax.get_ylim()[0] for ax in axes)
     high = max(ax.get_ylim()[1] for ax in axes)
     for ax in axes:

@@ -1,4 +1,4 @@
-"""The race as bars: how long each way of walking takes."""
+"""The race as bars: the time of each row."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from gaitopt.conventions import FloatArray
 from gaitopt.errors import InputError
-from gaitopt.viewing.figures.common import INK, MUTED, SMALL, dress, panel
+from gaitopt.viewing.figures.common import INK, MUTED, SMALL, panel, style_axes
 from gaitopt.viewing.replay.race import BASELINE, lane_colour, short_time
 
 if TYPE_CHECKING:
@@ -21,30 +21,31 @@ if TYPE_CHECKING:
 def plot_race(
     times: Mapping[str, ArrayLike], *, baseline: str = BASELINE, ax: Axes | None = None
 ) -> Figure:
-    """A bar for each way of walking: the median of its times, with their spread.
+    """Plot a bar for each row of a race: the median of its times, with their range.
 
     Args:
-        times: by name, one time a terrain ``(n,)`` [s], the same terrains for all; ``nan`` where
-            there is no plan.
-        baseline: whose time is divided by the others', terrain by terrain; their medians stand at
-            the bars. Without it the bars have times alone.
-        ax: where to draw; a new figure by default.
+        times: of each row, by its name: one for each terrain ``(n,)`` [s]; ``nan`` where there is
+            no plan. The terrains are the same for all rows.
+        baseline: name of the row with which the others are compared. The median over all terrains
+            of its time divided by a row's time is written beside that row's bar. If there is no
+            such row, no ratios are written.
+        ax: where to draw; by default a new figure.
 
     Raises:
-        InputError: there is nothing to draw, or names have different numbers of times.
+        InputError: there are no rows, or rows have different numbers of times.
     """
     values = {str(name): np.atleast_1d(np.asarray(t, dtype=float)) for name, t in times.items()}
     counts = {len(v) for v in values.values()}
     if len(counts) != 1 or any(v.ndim != 1 for v in values.values()):
         raise InputError(
-            "times must map names to equally many times (n,), got "
+            "times must give the same number of times (n,) for each name, got "
             + (", ".join(f"{name} {v.shape}" for name, v in values.items()) or "no name")
         )
     figure, ax = panel(ax, 7.2, 0.6 + 0.38 * len(values))
     for place, (name, v) in enumerate(values.items()):
         _bar(ax, place, name, v, values.get(baseline), name == baseline)
-    many = f" (median and range over {counts.pop()} terrains)" if max(counts) > 1 else ""
-    dress(ax, f"Time over the same footholds{many}", "time [s]", "")
+    several = f" (median and range over {counts.pop()} terrains)" if max(counts) > 1 else ""
+    style_axes(ax, f"Time over the same footholds{several}", "time [s]", "")
     ax.grid(False, axis="y")
     ax.set_yticks(range(len(values)), list(values))
     ax.invert_yaxis()
@@ -55,6 +56,7 @@ def plot_race(
 def _bar(
     ax: Axes, place: int, name: str, times: FloatArray, base: FloatArray | None, is_base: bool
 ) -> None:
+    """Draw the bar of one row."""
     known = times[np.isfinite(times)]
     if not known.size:
         ax.text(0.0, place, " no plan", va="center", fontsize=SMALL, color=MUTED)

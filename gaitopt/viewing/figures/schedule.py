@@ -1,4 +1,4 @@
-"""Gait diagrams, and how stable the leg orders of a crawl are."""
+"""Gait diagrams, and the stability of crawls over their duty factor."""
 
 from __future__ import annotations
 
@@ -12,31 +12,41 @@ from gaitopt.gait.longitudinal import margin_over_duty, wave_margin_over_duty
 from gaitopt.gait.schedule import GaitSchedule
 from gaitopt.inputs import check_count
 from gaitopt.viewing.colours import LEG_COLOURS
-from gaitopt.viewing.figures.common import INK, MUTED, SMALL, add_legend, dress, line_key, panel
+from gaitopt.viewing.figures.common import (
+    BESIDE,
+    INK,
+    MUTED,
+    SMALL,
+    add_legend,
+    line_key,
+    panel,
+    shared_dashes,
+    style_axes,
+    text_colour_on,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 MOST_DRAWN = 20
-"""Most cycles in one diagram."""
+"""Most cycles in one diagram: more bars are too narrow to read."""
 FEET_COLOURS = ("#ffffff", "#e4e4e4", "#cfcfcf", "#b5b5b5", "#979797")
-"""Grounds of the number of feet that stand, from none to four."""
+"""Colours for the number of standing feet, from none to four."""
 ORDER_COLOURS = ("#1b4f8f", "#b35806", "#2e9e5b", "#e3b505", "#8e4585", "#d1383d")
 
 
 def plot_gait_diagram(schedule: GaitSchedule, cycles: int = 2, ax: Axes | None = None) -> Figure:
-    """The gait diagram: a bar for each time that a leg stands, and how many feet stand below.
+    """Plot a gait diagram: a bar for each stance of a leg, and below the number of standing feet.
 
-    The duty factor β is marked over the first leg, and the phase offset φ, the share of the cycle
-    at which a leg touches down, in each leg's first bar that is seen from its beginning, where
-    there is room.
+    The duty factor β is marked above the first leg. The phase offset φ, the share of the cycle at
+    which a leg touches down, is written into the first bar of each leg that is long enough.
 
     Source: Figs. 2, 3 and 5 of [Wang2024].
 
     Args:
         schedule: the gait.
-        cycles: cycles to draw.
+        cycles: number of cycles to draw.
         ax: where to draw; by default a new figure.
 
     Raises:
@@ -56,7 +66,7 @@ def plot_gait_diagram(schedule: GaitSchedule, cycles: int = 2, ax: Axes | None =
     flight = sum(i.duration for i in schedule.intervals(schedule.cycle_time) if not i.support)
     if schedule.has_flight:
         title += f", in flight for {100 * flight / schedule.cycle_time:.0f} % of it"
-    dress(ax, title[0].upper() + title[1:], "time [cycles]", "", grid=False)
+    style_axes(ax, title[0].upper() + title[1:], "time [cycles]", "", grid=False)
     ax.set_yticks([*rows.values(), 0], [*rows, "feet"])
     ax.tick_params(axis="y", length=0)
     ax.spines["left"].set_visible(False)
@@ -65,7 +75,7 @@ def plot_gait_diagram(schedule: GaitSchedule, cycles: int = 2, ax: Axes | None =
 
 
 def _draw_leg(ax: Axes, schedule: GaitSchedule, leg: str, row: int, cycles: int) -> None:
-    """Bars of a leg's stances, over the line of its swings."""
+    """Draw bars for the stances of a leg, on a line."""
     touch, duty = schedule.touchdowns[leg], schedule.duty_factor
     starts = np.maximum(touch + np.arange(-1, cycles), 0.0)
     ends = np.minimum(touch + duty + np.arange(-1, cycles), cycles)
@@ -74,12 +84,12 @@ def _draw_leg(ax: Axes, schedule: GaitSchedule, leg: str, row: int, cycles: int)
     ax.broken_barh(bars, (row - 0.32, 0.64), facecolor=LEG_COLOURS[leg], gid=leg, zorder=2)
     if min(duty, cycles - touch) > 0.08 * cycles:
         ax.annotate(f"φ = {touch:.3g}", (touch, row), xytext=(5, 0), textcoords="offset points",
-                    ha="left", va="center", fontsize=SMALL - 0.5, color=_on(LEG_COLOURS[leg]),
-                    zorder=4)  # fmt: skip
+                    ha="left", va="center", fontsize=SMALL - 0.5, zorder=4,
+                    color=text_colour_on(LEG_COLOURS[leg]))  # fmt: skip
 
 
 def _mark_duty(ax: Axes, schedule: GaitSchedule, leg: str, cycles: int) -> None:
-    """An arrow as long as a stance over the first bar of ``leg``, the top one, when it is whole."""
+    """Draw an arrow as long as a stance above the first bar of ``leg``, if that bar is complete."""
     touch, duty = schedule.touchdowns[leg], schedule.duty_factor
     if touch + duty > cycles:
         return
@@ -91,7 +101,7 @@ def _mark_duty(ax: Axes, schedule: GaitSchedule, leg: str, cycles: int) -> None:
 
 
 def _draw_feet(ax: Axes, schedule: GaitSchedule, cycles: int) -> None:
-    """The number of feet that stand, in the lowest row."""
+    """Write the number of standing feet into the lowest row."""
     for interval in schedule.intervals(cycles * schedule.cycle_time):
         start, length = (
             interval.start / schedule.cycle_time,
@@ -105,13 +115,6 @@ def _draw_feet(ax: Axes, schedule: GaitSchedule, cycles: int) -> None:
                         fontsize=SMALL, color=INK, zorder=4)  # fmt: skip
 
 
-def _on(colour: str) -> str:
-    """Black or white, whichever reads better on ``colour``."""
-    from matplotlib.colors import to_rgb
-
-    return INK if float(np.dot(to_rgb(colour), (0.299, 0.587, 0.114))) > 0.6 else "white"
-
-
 def plot_margin_over_duty(
     duties: ArrayLike | None = None,
     *,
@@ -119,10 +122,10 @@ def plot_margin_over_duty(
     length: float = 0.6,
     ax: Axes | None = None,
 ) -> Figure:
-    """The longitudinal stability margin of the six crawl orders over the duty factor.
+    """Plot the longitudinal stability margin of the six crawl orders over the duty factor.
 
-    All are evenly spaced; the dashed line above them is the wave, the best timing of the best
-    order. Orders whose lines coincide share a line of dashes in turn.
+    The swings of these are evenly spaced in time. The dashed line above them is the wave gait: the
+    best order with its best timing. Lines that coincide are drawn as alternating dashes.
 
     Args:
         duties: duty factors ``(D,)`` in [0.75, 1); by default 0.75 to 0.99.
@@ -140,22 +143,15 @@ def plot_margin_over_duty(
     ax.axhline(0.0, color=INK, linewidth=0.8)
     keys = [line_key(f"{' '.join(WANG_SEQUENCE)}, as a wave", ORDER_COLOURS[0], "--")]
     ax.plot(shares, best, "--", color=ORDER_COLOURS[0], linewidth=1.5, gid="wave")
-    # Rows that agree to a nanometre are drawn as one line.
-    twins = [[j for j, other in enumerate(margins) if np.allclose(other, row, rtol=0, atol=1e-6)]
-             for row in margins]  # fmt: skip
-    for order, row, colour, same in zip(
-        CRAWL_SEQUENCES, margins, ORDER_COLOURS, twins, strict=True
+    for order, line, colour, dashes in zip(
+        CRAWL_SEQUENCES, margins, ORDER_COLOURS, shared_dashes(list(margins)), strict=True
     ):
         label = " ".join(order)
-        (line,) = ax.plot(shares, row, color=colour, linewidth=2.0, gid=label)
-        if len(same) > 1:
-            place = same.index(CRAWL_SEQUENCES.index(order))
-            line.set_linestyle((5.0 * place, (5.0, 5.0 * (len(same) - 1))))
-            line.set_dash_capstyle("butt")
+        ax.plot(shares, line, color=colour, linewidth=2.0, linestyle=dashes, gid=label,
+                dash_capstyle="butt")  # fmt: skip
         keys.append(line_key(label, colour, width=2.0))
-    dress(ax, f"Longitudinal stability of crawls (stride {stride:g} m, hips {length:g} m apart)",
-          "duty factor [-]", "smallest margin in a cycle [mm]")  # fmt: skip
+    title = f"Longitudinal stability of crawls (stride {stride:g} m, hips {length:g} m apart)"
+    style_axes(ax, title, "duty factor [-]", "smallest margin in a cycle [mm]")
     ax.set_xlim(shares.min(), shares.max())
-    add_legend(ax, keys, loc="center left", bbox_to_anchor=(1.01, 0.5), title="order of swings",
-               title_fontsize=SMALL)  # fmt: skip
+    add_legend(ax, keys, title="order of swings", title_fontsize=SMALL, **BESIDE)
     return figure

@@ -1,4 +1,4 @@
-"""Fig. 12 of [Wang2024]: the robot at regular times, as stick figures from the side."""
+"""Fig. 12 of [Wang2024]: the robot at equal time intervals, as stick figures from the side."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from gaitopt.viewing.figures.common import (
     SMALL,
     cycle_phases,
     dot_key,
-    dress,
     forward_axis,
     line_key,
     new_figure,
     span_of,
-    walk_times,
+    style_axes,
+    times_to_draw,
 )
 
 if TYPE_CHECKING:
@@ -33,64 +33,63 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 WIDTH = 10.0
-"""Of the figure [inch]."""
+"""Width of the figure [inch]."""
 MOST = 100
-"""Most stick figures in a row."""
+"""Most stick figures in a row: more cannot be told apart."""
 POSES = 8
 """Stick figures of one cycle."""
 NEAR, FAR = ("RF", "RH"), ("LF", "LH")
-"""Seen from the right, where forward is to the right as well."""
+"""Legs on the near and the far side, seen from the right: there forward is to the right."""
 ROUND: dict[str, Any] = {"solid_capstyle": "round", "solid_joinstyle": "round"}
 
 
 def plot_snapshots(plan: Plan, count: int | None = None) -> Figure:
-    """The robot from the side: at regular times along its way, and over one cycle.
+    """Plot the robot from the side: at equal intervals of the walk, and during one cycle.
 
-    Body and legs are lines from hip to knee to foot, by forward kinematics; legs on the far side
-    are paler. The upper panel shows them where they are, with the paths of the feet. The lower
-    one draws the poses of one cycle in the middle of the walk beside each other, each over its
-    time. A foot that stands has a dot.
+    Legs are lines from hip to knee to foot, by forward kinematics; those on the far side are paler.
+    The upper panel shows the robot where it is, with the paths of the feet. The lower panel shows
+    the poses of one cycle in the middle of the walk next to each other, above their times. Feet
+    that stand have a dot.
 
     Source: Fig. 12 of [Wang2024].
 
     Args:
         plan: any plan.
-        count: stick figures along the way; by default as many as fit beside each other.
+        count: number of stick figures in the upper panel; by default as many as fit next to each
+            other.
 
     Raises:
         InputError: the count is not a whole number from 1 to :data:`MOST`.
     """
     axis = side_axis(plan)
-    times = np.linspace(0.0, plan.duration, _checked(count) or _fitting(plan, axis))
+    count = _fitting(plan, axis) if count is None else check_count("count", count, 1, MOST)
+    times = np.linspace(0.0, plan.duration, count)
     poses = np.linspace(*_one_cycle(plan), POSES, endpoint=False)
-    pitch = _pitch(plan, poses)
-    # Panels as high as their contents are when they fill the width in true proportions.
-    ratios = _proportions(plan, times, axis), _proportions(plan, poses, axis, pitch)
+    spacing = _spacing(plan, poses)
+    # The heights of the panels follow from their contents, which fill the width.
+    ratios = _proportions(plan, times, axis), _proportions(plan, poses, axis, spacing)
     figure = new_figure(WIDTH, 2.1 + (WIDTH - 1.0) * sum(ratios))
-    along, apart = figure.subplots(2, 1, height_ratios=ratios)
-    paths = _from_side(plan.at(walk_times(plan)).feet, axis)
+    upper, lower = figure.subplots(2, 1, height_ratios=ratios)
+    paths = _from_side(plan.at(times_to_draw(plan)).feet, axis)
     for i, leg in enumerate(LEGS):
-        along.plot(*paths[:, i].T, color=LEG_COLOURS[leg], linewidth=0.8, alpha=0.6, gid="path")
-    _draw_poses(along, plan, times, axis)
-    _draw_poses(apart, plan, poses, axis, pitch)
-    apart.set_xticks(np.arange(POSES) * pitch, [f"{t:.3f}" for t in poses])
-    title = f"{plan.robot.name}: {len(times)} poses, {_spacing(times)}"
-    dress(along, title, "along the way [m]", "height [m]", grid=False)
-    title = f"One cycle in the middle of the walk: poses {_spacing(poses)}, drawn beside each other"
-    dress(apart, title, "time [s]", "height [m]", grid=False)
+        upper.plot(*paths[:, i].T, color=LEG_COLOURS[leg], linewidth=0.8, alpha=0.6, gid="path")
+    _draw_poses(upper, plan, times, axis)
+    _draw_poses(lower, plan, poses, axis, spacing)
+    lower.set_xticks(np.arange(POSES) * spacing, [f"{t:.3f}" for t in poses])
+    title = f"{plan.robot.name}: {len(times)} poses, {_interval(times)}"
+    style_axes(upper, title, "along the way [m]", "height [m]", grid=False)
+    title = (
+        f"One cycle in the middle of the walk: poses {_interval(poses)}, drawn beside each other"
+    )
+    style_axes(lower, title, "time [s]", "height [m]", grid=False)
     keys = [line_key(leg, colour, width=2.5) for leg, colour in LEG_COLOURS.items()]
     keys += [line_key("body", INK, width=3.0), dot_key("foot stands", MUTED)]
     figure.legend(handles=keys, loc="outside lower center", ncols=6, fontsize=SMALL, frameon=False)
     return figure
 
 
-def _checked(count: int | None) -> int:
-    """The number of stick figures along the way; 0 where it is left open."""
-    return 0 if count is None else check_count("count", count, 1, MOST)
-
-
 def leg_points(plan: Plan, times: FloatArray) -> FloatArray:
-    """Hip, start of the upper leg, knee and foot of each leg in the world ``(N, 4, 4, 3)`` [m].
+    """Hip, pitch axis, knee and foot of each leg in the world ``(N, 4, 4, 3)`` [m].
 
     Args:
         plan: any plan.
@@ -105,7 +104,7 @@ def leg_points(plan: Plan, times: FloatArray) -> FloatArray:
         leg = plan.robot.legs[name]
         q = values[:, 6:][:, list(plan.robot.leg_columns[name])]
         points[:, i, 0] = leg.hip
-        # A leg without its lower part ends in the knee, without both at the pitch axis.
+        # A leg without lower link ends at the knee; one without both links at the pitch axis.
         points[:, i, 1] = replace(leg, upper=0.0, lower=0.0).forward(q)
         points[:, i, 2] = replace(leg, lower=0.0).forward(q)
         points[:, i, 3] = leg.forward(q)
@@ -114,30 +113,33 @@ def leg_points(plan: Plan, times: FloatArray) -> FloatArray:
 
 
 def side_axis(plan: Plan) -> FloatArray:
-    """The direction ``(2,)`` that the figure shows: of the way, or forward where it is short."""
+    """Direction of the figure's horizontal axis ``(2,)``.
+
+    It is that from start to end of the walk, or the heading where these are close to each other.
+    """
     ends = plan.at([0.0, plan.duration]).cog[:, :2]
-    way = ends[1] - ends[0]
-    length = float(np.hypot(*way))
-    return way / length if length > 0.5 * plan.robot.stance_size[0] else forward_axis(plan)
+    walked = ends[1] - ends[0]
+    length = float(np.hypot(*walked))
+    return walked / length if length > 0.5 * plan.robot.stance_size[0] else forward_axis(plan)
 
 
 def _from_side(points: FloatArray, axis: FloatArray) -> FloatArray:
-    """Points ``(..., 3)`` along ``axis`` and in height ``(..., 2)``."""
+    """Distance along ``axis`` and height of points ``(..., 3)``: ``(..., 2)`` [m]."""
     return np.stack([points[..., :2] @ axis, points[..., 2]], axis=-1)
 
 
 def _draw_poses(
-    ax: Axes, plan: Plan, times: FloatArray, axis: FloatArray, pitch: float | None = None
+    ax: Axes, plan: Plan, times: FloatArray, axis: FloatArray, spacing: float | None = None
 ) -> None:
-    """Stick figures at ``times``: where they are, or ``pitch`` [m] apart."""
+    """Draw stick figures at ``times``: where the robot is, or with a ``spacing`` [m]."""
     points, standing = leg_points(plan, times), plan.at(times).contacts
     flat = _from_side(points, axis)
-    if pitch is not None:
+    if spacing is not None:
         middles = flat[:, :, 0, 0].mean(axis=1)
-        flat[..., 0] += (np.arange(len(times)) * pitch - middles)[:, None, None]
+        flat[..., 0] += (np.arange(len(times)) * spacing - middles)[:, None, None]
     low, high = flat[..., 0].min(), flat[..., 0].max()
     margin = 0.04 * (high - low)
-    _draw_ground(ax, plan, (low - margin, high + margin), axis if pitch is None else None)
+    _draw_ground(ax, plan, (low - margin, high + margin), axis if spacing is None else None)
     for pose, stands in zip(flat, standing, strict=True):
         _draw_pose(ax, pose, stands)
     top = flat[..., 1].max()
@@ -146,7 +148,7 @@ def _draw_poses(
 
 
 def _draw_pose(ax: Axes, pose: FloatArray, stands: BoolArray) -> None:
-    """One stick figure of points ``(4, 4, 2)``; feet that stand ``(4,)`` get a dot."""
+    """Draw one stick figure from points ``(4, 4, 2)``, with dots for feet that stand ``(4,)``."""
     order = [*FAR, "", *NEAR]
     for layer, leg in enumerate(order):
         if not leg:
@@ -163,7 +165,7 @@ def _draw_pose(ax: Axes, pose: FloatArray, stands: BoolArray) -> None:
 
 
 def _draw_ground(ax: Axes, plan: Plan, span: tuple[float, float], axis: FloatArray | None) -> None:
-    """Level ground as a line; of footholds at different heights a tick below each."""
+    """Draw level ground as a line; uneven ground as a short line below each foothold."""
     level, places = _ground(plan), plan.footholds.array
     if float(np.ptp(places[..., 2])) < 1e-9:
         ax.fill_between(span, level - 1.0, level, color="#e9e6df", linewidth=0, zorder=0)
@@ -179,7 +181,7 @@ def _ground(plan: Plan) -> float:
 
 
 def _one_cycle(plan: Plan) -> tuple[float, float]:
-    """A cycle in the middle of the plan [s]."""
+    """Start and end of a cycle in the middle of the plan [s]."""
     settings = plan.settings
     schedule = settings.schedule if isinstance(settings, GaitSettings) else None
     if isinstance(schedule, GaitSchedule) and schedule.cycle_time < plan.duration:
@@ -189,28 +191,29 @@ def _one_cycle(plan: Plan) -> tuple[float, float]:
     return start, min(end, plan.duration)
 
 
-def _pitch(plan: Plan, times: FloatArray) -> float:
-    """Distance of stick figures that stand beside each other [m]."""
+def _spacing(plan: Plan, times: FloatArray) -> float:
+    """Distance at which stick figures next to each other do not touch [m]."""
     flat = _from_side(leg_points(plan, times), side_axis(plan))[..., 0]
     middles = flat[:, :, :1].mean(axis=1, keepdims=True)
     return 1.15 * float(np.ptp(flat - middles))
 
 
 def _fitting(plan: Plan, axis: FloatArray) -> int:
-    """How many stick figures fit beside each other along the way, at least two."""
+    """How many stick figures fit next to each other along the walk, from 2 to 12."""
     cog = plan.at([0.0, plan.duration]).cog[:, :2] @ axis
-    spots = np.linspace(0.0, plan.duration, 3 * POSES)
-    return int(np.clip(1 + (cog[1] - cog[0]) // _pitch(plan, spots), 2, 12))
+    times = np.linspace(0.0, plan.duration, 3 * POSES)
+    return int(np.clip(1 + (cog[1] - cog[0]) // _spacing(plan, times), 2, 12))
 
 
 def _proportions(
-    plan: Plan, times: FloatArray, axis: FloatArray, pitch: float | None = None
+    plan: Plan, times: FloatArray, axis: FloatArray, spacing: float | None = None
 ) -> float:
-    """Height over width of a panel of stick figures."""
+    """Ratio of height to width of a panel of stick figures."""
     flat = _from_side(leg_points(plan, times), axis)
-    width = float(np.ptp(flat[..., 0])) if pitch is None else len(times) * pitch
+    width = float(np.ptp(flat[..., 0])) if spacing is None else len(times) * spacing
     return float(np.clip((flat[..., 1].max() - _ground(plan)) / width, 0.05, 0.5))
 
 
-def _spacing(times: FloatArray) -> str:
+def _interval(times: FloatArray) -> str:
+    """The interval between equally spaced times, in words."""
     return f"{times[1] - times[0]:.3g} s apart" if len(times) > 1 else "at the start"

@@ -1,4 +1,4 @@
-"""Fig. 11 of [Wang2024], its cycloids, and all swing curves beside each other."""
+"""Fig. 11 of [Wang2024] with its cycloids, and all swing curves next to each other."""
 
 from __future__ import annotations
 
@@ -11,14 +11,17 @@ from gaitopt.swing.catalogue import SWING_CURVES, swing_curve
 from gaitopt.swing.curve import SwingCurve
 from gaitopt.swing.cycloid import CycloidSwing
 from gaitopt.viewing.figures.common import (
+    BESIDE,
     INK,
     MUTED,
     NORMAL,
     SMALL,
     add_legend,
-    dress,
     line_key,
     new_figure,
+    shared_dashes,
+    style_axes,
+    style_space_axis,
 )
 
 if TYPE_CHECKING:
@@ -26,23 +29,23 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 PAPER_START, PAPER_END, PAPER_HEIGHT, PAPER_PERIOD = (-10, -10, 0), (40, 40, 0), 20, 1.0
-"""Numbers of the paper's Fig. 11; it states no unit of length, we take millimetres."""
+"""Numbers of Fig. 11 in [Wang2024]. It states no unit of length; here they are millimetres."""
 PAPER_DUTIES = {"trot": 0.5, "walk": 0.25}
-"""Share of the swing in the period."""
+"""Share of the swing in the period, in the same figure."""
 GAIT_COLOURS = {"trot": "#1b4f8f", "walk": "#b35806"}
-ASIDE = 20.0
-"""How far the walk's curve is drawn to the front: both are the same way in space [mm]."""
-BEAT = 0.025
-"""Time between two dots [s]."""
+WALK_OFFSET = 20.0
+"""How far the walk's curve is drawn to the front, since both curves are the same in space [mm]."""
+DOT_INTERVAL = 0.025
+"""Time between two dots [s]. Chosen here: a tenth of the walk's swing."""
 CURVE_COLOURS = ("#5a5a5a", "#1b4f8f", "#2e9e5b", "#b35806", "#8e4585", "#c2a30a")
 
 
 def plot_cycloids() -> Figure:
-    """The paper's two cycloids in three dimensions, with dots at equal times.
+    """Plot the paper's two cycloids in three dimensions, with dots at equal times.
 
-    Trot and walk swing along the same way in space; the walk does it in half the time. The walk's
-    curve is drawn a little to the front. The dotted line is the curve as printed, which starts
-    backwards and overshoots (``docs/papers.md``, errata).
+    The foot swings along the same curve in trot and walk, in the walk in half the time. The walk's
+    curve is drawn in front of the other. The dotted line is the curve as it is printed, which
+    begins backwards and goes too far (``docs/papers.md``, errata).
 
     Source: Fig. 11 and eqs. (17)-(20) of [Wang2024].
     """
@@ -51,22 +54,25 @@ def plot_cycloids() -> Figure:
     keys = []
     for gait, duty in PAPER_DUTIES.items():
         curve = paper_cycloid(gait)
-        aside = np.array([0.0, -ASIDE if gait == "walk" else 0.0, 0.0])
-        lasting = float(curve.duration)
-        line = 1e3 * curve.position(np.linspace(0.0, lasting, 200)) + aside
-        dots = 1e3 * curve.position(np.arange(0.0, lasting + 1e-9, BEAT)) + aside
+        offset = np.array([0.0, -WALK_OFFSET if gait == "walk" else 0.0, 0.0])
+        duration = float(curve.duration)
+        line = 1e3 * curve.position(np.linspace(0.0, duration, 200)) + offset
+        dots = 1e3 * curve.position(np.arange(0.0, duration + 1e-9, DOT_INTERVAL)) + offset
         ax.plot(*line.T, color=GAIT_COLOURS[gait], linewidth=1.6, gid=gait)
         ax.plot(*dots.T, "o", color=GAIT_COLOURS[gait], markersize=3.5, gid=f"{gait} dots")
-        shade = np.vstack([line, line[::-1] * [1.0, 1.0, 0.0]])
-        ax.plot(*shade.T, color=GAIT_COLOURS[gait], linewidth=0.4, alpha=0.5)
+        shadow = np.vstack([line, line[::-1] * [1.0, 1.0, 0.0]])
+        ax.plot(*shadow.T, color=GAIT_COLOURS[gait], linewidth=0.4, alpha=0.5)
         keys.append(
-            line_key(f"{gait}: μ = {duty:g},\n{lasting:g} s in the air", GAIT_COLOURS[gait])
+            line_key(f"{gait}: μ = {duty:g},\n{duration:g} s in the air", GAIT_COLOURS[gait])
         )
     ax.plot(*as_printed().T, ":", color=MUTED, linewidth=1.3, gid="as printed")
     keys.append(line_key("trot as printed,\n2 sin σ", MUTED, "--"))
     keys[-1].set_linestyle(":")
-    _dress_space(ax)
-    title = f"Cycloids with a dot every {1e3 * BEAT:g} ms; walk drawn {ASIDE:g} mm to the front"
+    _style_space(ax)
+    title = (
+        f"Cycloids with a dot every {1e3 * DOT_INTERVAL:g} ms; walk drawn {WALK_OFFSET:g} mm "
+        "to the front"
+    )
     figure.text(0.02, 0.945, title, fontsize=NORMAL, color=INK)
     figure.legend(handles=keys, loc="center right", fontsize=SMALL, frameon=False)
     return figure
@@ -79,24 +85,24 @@ def paper_cycloid(gait: str) -> CycloidSwing:
 
 
 def as_printed() -> FloatArray:
-    """Eqs. (17)-(19) as printed, but z for y in (19), for Fig. 11's ends ``(n, 3)`` [mm]."""
+    """The curve of eqs. (17)-(19) as printed, for the ends of Fig. 11 ``(n, 3)`` [mm].
+
+    Only the y in eq. (19) is replaced by z.
+    """
     sigma = np.linspace(0.0, 2.0 * np.pi, 200)[:, None]
     start, end = (np.array(place, dtype=np.float64) for place in (PAPER_START, PAPER_END))
-    way = start + (end - start) * (sigma - 2.0 * np.sin(sigma)) / (2.0 * np.pi)
-    way[:, 2:] = start[2] + PAPER_HEIGHT * (1.0 - np.cos(sigma)) / 2.0
-    return np.asarray(way)
+    curve = start + (end - start) * (sigma - 2.0 * np.sin(sigma)) / (2.0 * np.pi)
+    curve[:, 2:] = start[2] + PAPER_HEIGHT * (1.0 - np.cos(sigma)) / 2.0
+    return np.asarray(curve)
 
 
-def _dress_space(ax: Any) -> None:
-    """Equal axes with units, and a grid on white."""
+def _style_space(ax: Any) -> None:
+    """Set the same scale for all three axes, their labels and a faint grid."""
     ax.set(xlim=(-20, 50), ylim=(-35, 50), zlim=(0, 25))
     ax.set_box_aspect((70, 85, 25), zoom=1.22)
     ax.view_init(elev=24, azim=-62)
     for axis, name in zip((ax.xaxis, ax.yaxis, ax.zaxis), "xyz", strict=True):
-        axis.set_label_text(f"{name} [mm]", fontsize=SMALL)
-        axis.pane.set_facecolor("white")
-        # Matplotlib has no public way to the grid of three-dimensional axes.
-        axis._axinfo["grid"].update(color="#e6e6e6", linewidth=0.5)
+        style_space_axis(axis, f"{name} [mm]")
     ax.set_zticks((0, 10, 20))
     ax.tick_params(labelsize=SMALL - 1, pad=0)
 
@@ -104,7 +110,7 @@ def _dress_space(ax: Any) -> None:
 def plot_swing_curves(
     length: float = 0.15, height: float = 0.06, duration: float = 0.25, rise: float = 0.0
 ) -> Figure:
-    """All swing curves: from the side with dots at equal times, and height and speed over time.
+    """Plot all swing curves from the side with dots at equal times, and height and speed over time.
 
     Args:
         length: of the step [m].
@@ -120,46 +126,37 @@ def plot_swing_curves(
         for name in SWING_CURVES
     }
     figure = new_figure(10.0, 4.7)
-    rooms: Any = figure.subfigures(2, 1, height_ratios=(1.0, 1.9))
-    upper, lower = rooms
+    parts: Any = figure.subfigures(2, 1, height_ratios=(1.0, 1.9))
+    upper, lower = parts
     sides = upper.subplots(1, len(curves), sharex=True, sharey=True)
     for ax, (name, curve), colour in zip(sides, curves.items(), CURVE_COLOURS, strict=True):
         _draw_side(ax, name, curve, colour, first=ax is sides[0])
-    over, speed = lower.subplots(1, 2)
+    height_axes, speed_axes = lower.subplots(1, 2)
     times = np.linspace(0.0, duration, 2001)
     heights = [1e3 * curve.position(times)[:, 2] for curve in curves.values()]
     for name, colour, y, dashes in zip(
-        curves, CURVE_COLOURS, heights, _in_turn(heights), strict=True
+        curves, CURVE_COLOURS, heights, shared_dashes(heights), strict=True
     ):
-        over.plot(times, y, color=colour, linewidth=1.6, linestyle=dashes, gid=name,
-                  dash_capstyle="butt")  # fmt: skip
+        height_axes.plot(times, y, color=colour, linewidth=1.6, linestyle=dashes, gid=name,
+                         dash_capstyle="butt")  # fmt: skip
         rate = np.linalg.norm(curves[name].velocity(times), axis=-1)
         label = f"{name}: {float(curves[name].peak_speed):.2f} m/s"
-        speed.plot(times, rate, color=colour, linewidth=1.3, label=label, gid=name)
-    dress(over, "Height over time", "time [s]", "height [mm]")
-    dress(speed, "Speed over time", "time [s]", "speed of the foot [m/s]")
-    over.set_xlim(0.0, duration)
-    speed.set(xlim=(0.0, duration), ylim=(0.0, None))
-    add_legend(speed, loc="center left", bbox_to_anchor=(1.01, 0.5), title="largest speed",
-               title_fontsize=SMALL)  # fmt: skip
+        speed_axes.plot(times, rate, color=colour, linewidth=1.3, label=label, gid=name)
+    style_axes(height_axes, "Height over time", "time [s]", "height [mm]")
+    style_axes(speed_axes, "Speed over time", "time [s]", "speed of the foot [m/s]")
+    height_axes.set_xlim(0.0, duration)
+    speed_axes.set(xlim=(0.0, duration), ylim=(0.0, None))
+    add_legend(speed_axes, title="largest speed", title_fontsize=SMALL, **BESIDE)
     return figure
 
 
-def _in_turn(lines: list[FloatArray]) -> list[Any]:
-    """Line styles by which lines that coincide share one line of dashes."""
-    twins = [[j for j, other in enumerate(lines) if np.allclose(other, line, rtol=0, atol=1e-6)]
-             for line in lines]  # fmt: skip
-    return [(5.0 * same.index(i), (5.0, 5.0 * (len(same) - 1))) if len(same) > 1 else "-"
-            for i, same in enumerate(twins)]  # fmt: skip
-
-
 def _draw_side(ax: Axes, name: str, curve: SwingCurve, colour: str, first: bool) -> None:
-    """One curve in the x-z plane."""
-    lasting = float(curve.duration)
-    line = 1e3 * curve.position(np.linspace(0.0, lasting, 500))
-    dots = 1e3 * curve.position(np.linspace(0.0, lasting, 21))
+    """Draw one curve in the x-z plane; the ``first`` one has a label at its vertical axis."""
+    duration = float(curve.duration)
+    line = 1e3 * curve.position(np.linspace(0.0, duration, 500))
+    dots = 1e3 * curve.position(np.linspace(0.0, duration, 21))
     ax.plot(line[:, 0], line[:, 2], color=colour, linewidth=1.5, gid=name)
     ax.plot(dots[:, 0], dots[:, 2], "o", color=colour, markersize=2.5)
-    dress(ax, name, "along [mm]", "height [mm]" if first else "")
+    style_axes(ax, name, "along [mm]", "height [mm]" if first else "")
     ax.margins(0.1)
     ax.set_aspect("equal", adjustable="box")

@@ -1,4 +1,4 @@
-"""The zero moment point: its way over the ground, and its margin over time."""
+"""The zero moment point: its path over the ground, and its margin over time."""
 
 from __future__ import annotations
 
@@ -17,15 +17,16 @@ from gaitopt.stability.contacts import support_margin
 from gaitopt.stability.zmp import cart_table_zmp
 from gaitopt.viewing.colours import LEG_COLOURS
 from gaitopt.viewing.figures.common import (
+    BESIDE,
     INK,
     MUTED,
     add_legend,
-    dress,
-    fit,
+    fit_limits,
     leg_keys,
     line_key,
     new_figure,
-    strip_height,
+    panel_height,
+    style_axes,
     support_table,
     time_limits,
     true_proportions,
@@ -37,17 +38,22 @@ if TYPE_CHECKING:
 
 ZMP_COLOUR, CENTRE_COLOUR, SUPPORT_COLOUR = "#b35806", "#1b4f8f", "#5e6b73"
 WIDTH = 9.0
-"""Of the figure [inch]."""
+"""Width of the figure [inch]."""
 INSIDE = 1e-9
-"""Share of a phase by which its samples lie inside it: accelerations may jump at its ends."""
+"""Share of a phase by which its first and last sample are moved inside, as accelerations may jump
+at its ends. Chosen here: far above rounding, and far below what can be seen."""
+SAMPLES = 1000
+"""Samples of the whole plan, about: one for each pixel column."""
+AREA_COLOUR = "#e3e5e7"
+"""Colour of support areas in the legend, like many transparent ones on each other."""
 
 
 def plot_zmp(plan: Plan) -> Figure:
-    """The ZMP of the body's centre and the supports, from above, and the ZMP's margin over time.
+    """Plot the ZMP of the body's centre from above, and its margin over time.
 
-    The body's centre is taken as a point mass. Each support that occurs is an area, a line for
-    two feet. The margin is the distance from the support's border, negative outside; of two feet
-    it is minus the distance from their line. In flight there is no ZMP: shaded, without a line.
+    The body's centre is taken as a point mass. Support polygons are areas, or lines for two feet.
+    The margin is the distance from the polygon's border, negative outside; for two feet it is minus
+    the distance from their line. Times of flight, in which there is no ZMP, are shaded.
 
     Source: [XiLing], "Stability and Gait Control", Section 3;
     [Wang2024], Sections 2 to 4.
@@ -59,71 +65,75 @@ def plot_zmp(plan: Plan) -> Figure:
     places = plan.footholds.array.reshape(-1, 3)
     known = np.isfinite(zmp).all(axis=1)
     points = np.concatenate([places[:, :2], zmp[known]])
-    strip = strip_height(points, WIDTH - 2.2)
+    strip = panel_height(points, WIDTH - 2.2)
     figure = new_figure(WIDTH, strip + 3.4)
-    rooms: Any = figure.subfigures(2, 1, height_ratios=(strip + 0.8, 2.6))
-    upper, lower = rooms
-    above, over = upper.subplots(), lower.subplots()
+    parts: Any = figure.subfigures(2, 1, height_ratios=(strip + 0.8, 2.6))
+    above, margin_axes = parts[0].subplots(), parts[1].subplots()
     for leg, colour in LEG_COLOURS.items():
         above.plot(*plan.footholds[leg][:, :2].T, "o", color=colour, markersize=3.5, gid=leg)
     keys = [line_key("body's centre", "#8da7c7", width=2.6), line_key("its ZMP", ZMP_COLOUR)]
     keys += [*_draw_supports(above, plan), *leg_keys()]
-    centre = plan.at(np.linspace(0.0, plan.duration, 1000)).cog
+    centre = plan.at(np.linspace(0.0, plan.duration, SAMPLES)).cog
     above.plot(*centre[:, :2].T, color=CENTRE_COLOUR, linewidth=2.6, alpha=0.5, gid="centre",
                zorder=4)  # fmt: skip
     above.plot(*zmp.T, color=ZMP_COLOUR, linewidth=1.0, gid="ZMP", zorder=5)
-    dress(above, f"{plan.robot.name}: from above", "x [m]", "y [m]", grid=False)
-    fit(above, points, 0.06)
+    style_axes(above, f"{plan.robot.name}: from above", "x [m]", "y [m]", grid=False)
+    fit_limits(above, points, 0.06)
     true_proportions(above)
-    add_legend(above, keys, loc="center left", bbox_to_anchor=(1.01, 0.5))
-    _draw_margin(over, plan, times, margins, standing)
+    add_legend(above, keys, **BESIDE)
+    _draw_margin(margin_axes, plan, times, margins, standing)
     return figure
 
 
 def zmp_line(plan: Plan) -> tuple[FloatArray, FloatArray, FloatArray, BoolArray]:
-    """The ZMP of the body's centre as a point mass, and its margin, phase by phase.
+    """The ZMP of the body's centre as a point mass, and its margin, over time.
 
     Returns:
-        Times ``(n,)`` [s], each phase's ends among them; the ZMP ``(n, 2)`` and its margin
-        ``(n,)`` [m], NaN in flight; and which feet stand ``(n, 4)``.
+        Times ``(n,)`` [s], with the ends of all phases; the ZMP ``(n, 2)`` [m] and its margin
+        ``(n,)`` [m], both NaN in flight; and which feet stand ``(n, 4)``.
     """
     phases = tuple(p for p in plan.phases if p.duration > 0)
     if not phases:
         times, standing = np.array([0.0, plan.duration]), np.ones((2, len(LEGS)), dtype=np.bool_)
         inner = times
     else:
-        count = 8 * int(np.clip(1000 // len(phases), 1, 8)) + 1
+        count = 8 * int(np.clip(SAMPLES // len(phases), 1, 8)) + 1
         share = np.linspace(0.0, 1.0, count)
         ends = np.array([[p.start, p.duration] for p in phases])
         times = (ends[:, :1] + ends[:, 1:] * share).ravel()
         inner = (ends[:, :1] + ends[:, 1:] * np.clip(share, INSIDE, 1.0 - INSIDE)).ravel()
         standing = np.repeat(support_table(phases), count, axis=0)
     feet = plan.at(np.minimum(inner, plan.duration)).feet
-    place, change = centre_motion(plan, inner)
+    place, acceleration = centre_motion(plan, inner)
     any_foot = standing.any(axis=1)
     level = np.where(standing, feet[..., 2], 0.0).sum(axis=1) / np.maximum(standing.sum(axis=1), 1)
-    zmp = cart_table_zmp(place, change, level - plan.robot.foot_radius)
+    zmp = cart_table_zmp(place, acceleration, level - plan.robot.foot_radius)
     zmp[~any_foot] = np.nan
     return times, zmp, support_margin(feet, standing, zmp), standing
 
 
 def centre_motion(plan: Plan, times: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Place and acceleration of the body's centre ``(N, 3)`` [m], [m/s^2], from the plan's path."""
-    values, rates, changes = (plan.path.evaluate(times, k) for k in range(3))
+    """Place [m] and acceleration [m/s^2] of the body's centre at ``times (N,)``: ``(N, 3)``."""
+    values, rates, accelerations = (plan.path.evaluate(times, k) for k in range(3))
     rpy = values[:, 3:6]
     to_world = rpy_to_matrix(rpy)
     arm = plan.robot.body_axes @ plan.robot.centre
-    turn = rpy_rates_to_angular(rpy, rates[:, 3:6])
-    spin = rpy_accelerations_to_angular(rpy, rates[:, 3:6], changes[:, 3:6])
-    bent = np.cross(spin, arm) + np.cross(turn, np.cross(turn, arm))
+    omega = rpy_rates_to_angular(rpy, rates[:, 3:6])
+    alpha = rpy_accelerations_to_angular(rpy, rates[:, 3:6], accelerations[:, 3:6])
+    # Of the centre relative to the base's origin, in the base's axes.
+    relative = np.cross(alpha, arm) + np.cross(omega, np.cross(omega, arm))
     return (
         np.asarray(values[:, :3] + to_world @ arm),
-        np.asarray(changes[:, :3] + np.einsum("nij,nj->ni", to_world, bent)),
+        np.asarray(accelerations[:, :3] + np.einsum("nij,nj->ni", to_world, relative)),
     )
 
 
 def _draw_supports(ax: Axes, plan: Plan) -> list[Any]:
-    """The supports of all phases: areas, and lines where two feet stand; what the legend says."""
+    """Draw the support polygons of all phases as areas, and as lines where two feet stand.
+
+    Returns:
+        Entries of the legend.
+    """
     from matplotlib.collections import LineCollection, PolyCollection
     from matplotlib.patches import Patch
     from scipy.spatial import ConvexHull, QhullError
@@ -138,10 +148,10 @@ def _draw_supports(ax: Axes, plan: Plan) -> list[Any]:
         elif len(corners) > 2:
             try:
                 areas.append(corners[ConvexHull(corners).vertices])
-            except QhullError:  # Feet in one line support no area.
+            except QhullError:  # feet in one line support no area
                 lines.append(corners)
-    areas_at = PolyCollection(areas, facecolor=SUPPORT_COLOUR, alpha=0.02, linewidth=0, gid="areas")
-    ax.add_collection(areas_at)
+    fills = PolyCollection(areas, facecolor=SUPPORT_COLOUR, alpha=0.02, linewidth=0, gid="areas")
+    ax.add_collection(fills)
     edges = PolyCollection(areas, facecolor="none", edgecolor=SUPPORT_COLOUR, alpha=0.2,
                            linewidth=0.5)  # fmt: skip
     ax.add_collection(edges)
@@ -149,7 +159,7 @@ def _draw_supports(ax: Axes, plan: Plan) -> list[Any]:
                                      gid="lines"))  # fmt: skip
     keys = []
     if areas:
-        keys += [Patch(facecolor="#e3e5e7", edgecolor=SUPPORT_COLOUR, linewidth=0.5,
+        keys += [Patch(facecolor=AREA_COLOUR, edgecolor=SUPPORT_COLOUR, linewidth=0.5,
                        label="support areas")]  # fmt: skip
     if lines:
         keys += [line_key("support lines", SUPPORT_COLOUR, width=0.7)]
@@ -159,15 +169,15 @@ def _draw_supports(ax: Axes, plan: Plan) -> list[Any]:
 def _draw_margin(
     ax: Axes, plan: Plan, times: FloatArray, margins: FloatArray, standing: BoolArray
 ) -> None:
-    """The margin over time, with flight marked."""
+    """Draw the margin over time, with times of flight shaded."""
     from matplotlib.patches import Patch
 
     flights = [p for p in plan.phases if not p.support and p.duration > 0]
     for phase in flights:
         ax.axvspan(phase.start, phase.end, color=MUTED, alpha=0.3, linewidth=0, gid="flight")
-    few, keys = standing.sum(axis=1) < 3, []
+    on_line, keys = standing.sum(axis=1) < 3, []
     for chosen, colour, name in (
-        (~few, CENTRE_COLOUR, "in an area"), (few, ZMP_COLOUR, "from a line")
+        (~on_line, CENTRE_COLOUR, "in an area"), (on_line, ZMP_COLOUR, "from a line")
     ):  # fmt: skip
         if np.isfinite(margins[chosen]).any():
             y = np.where(chosen, 1e3 * margins, np.nan)
@@ -175,13 +185,13 @@ def _draw_margin(
             keys.append(line_key(name, colour))
     ax.axhline(0.0, color=INK, linewidth=0.8, zorder=1)
     least = f", smallest {_millimetres(margins)}" if np.isfinite(margins).any() else ""
-    dress(ax, f"Margin of the ZMP{least}", "time [s]", "margin [mm]")
+    style_axes(ax, f"Margin of the ZMP{least}", "time [s]", "margin [mm]")
     ax.set_xlim(time_limits(plan))
     if flights:
         keys.append(Patch(facecolor=MUTED, alpha=0.3, label="flight: no ZMP"))
-    add_legend(ax, keys, loc="center left", bbox_to_anchor=(1.01, 0.5))
+    add_legend(ax, keys, **BESIDE)
 
 
 def _millimetres(margins: FloatArray) -> str:
-    """The smallest margin [m] in words; a rounding error below zero is zero."""
+    """The smallest margin [m] as a text; a rounding error below zero is zero."""
     return f"{round(1e3 * float(np.nanmin(margins)), 1) + 0.0:.1f} mm".replace("-", "−")

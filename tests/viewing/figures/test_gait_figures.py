@@ -23,11 +23,12 @@ from gaitopt.planners.crawl import plan_crawl
 from gaitopt.robots.catalog import load_robot
 from gaitopt.swing.catalogue import SWING_CURVES
 from gaitopt.terrain.columns import s_columns
+from gaitopt.viewing.figures import files
 from gaitopt.viewing.figures.gait_figures import save_gait_figures
 from gaitopt.viewing.figures.joint_curves import curve_lines, plot_joint_curves
 from gaitopt.viewing.figures.snapshots import POSES, leg_points, plot_snapshots, side_axis
 from gaitopt.viewing.figures.swing_curves import (
-    ASIDE,
+    WALK_OFFSET,
     as_printed,
     paper_cycloid,
     plot_cycloids,
@@ -61,8 +62,8 @@ def walking() -> Plan:
 
 
 @pytest.fixture(scope="module")
-def crawling() -> Plan:
-    return plan_crawl(load_robot("wang2020"), s_columns(0, columns=3))
+def standing() -> Plan:
+    return plan_crawl(load_robot("wang2020"), s_columns(0, columns=1))
 
 
 def drawn(ax: Axes, gid: str) -> FloatArray:
@@ -108,7 +109,7 @@ def test_curves_are_the_derivatives_of_the_path_on_both_sides_of_every_knot(
 def test_velocity_and_acceleration_that_are_drawn_integrate_to_what_is_drawn_above_them(
     trotting: Plan,
 ) -> None:
-    """Judged by the trapezoidal rule, which knows nothing of polynomials."""
+    """Judged by the trapezoidal rule, which does not use the polynomials."""
     columns = trotting.robot.leg_columns["LF"]
     lines = [curve_lines(trotting.path, columns, (0.0, trotting.duration), k) for k in range(3)]
     for (t, low), (_, high) in pairwise(lines):
@@ -147,10 +148,10 @@ def test_every_point_that_is_drawn_lies_on_the_path(trotting_a1: Plan, derivativ
 def test_with_knees_to_opposite_sides_diagonal_hips_are_mirror_images_in_time(
     trotting: Plan,
 ) -> None:
-    """The paper's claim needs knees that bend alike; otherwise only the knees' curves agree.
+    """The paper's claim holds for knees of the same kind; for others only the knees' curves agree.
 
-    The foot's way is its own mirror image about the middle of a stance. A leg with its knee on the
-    other side turns the other way for the mirrored foot, and curves are drawn with that sign.
+    The foot's path is its own mirror image about the middle of a stance. A leg with its knee on the
+    other side turns in the opposite direction, and curves are drawn with that sign.
     """
     figure = plot_joint_curves(trotting, ("LF", "RH"), derivatives=(0,))
     _, hip, knee = figure.axes
@@ -228,7 +229,7 @@ def test_wrong_legs_spans_and_derivatives_are_refused(
 # --- snapshots --------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", ["trotting", "trotting_a1", "crawling"])
+@pytest.mark.parametrize("name", ["trotting", "trotting_a1", "short_plan"])
 def test_stick_figures_are_the_robots_joints_by_pinocchio(
     name: str, request: pytest.FixtureRequest
 ) -> None:
@@ -289,13 +290,13 @@ def test_a_strange_number_of_snapshots_is_refused(trotting: Plan, wrong: object)
 def test_cycloids_have_the_numbers_of_fig_11() -> None:
     (ax,) = plot_cycloids().axes
     lines = {line.get_gid(): np.array(line.get_data_3d()).T for line in ax.lines if line.get_gid()}
-    for gait, aside, dots in (("trot", 0.0, 21), ("walk", -ASIDE, 11)):
+    for gait, aside, dots in (("trot", 0.0, 21), ("walk", -WALK_OFFSET, 11)):
         line = lines[gait]
         np.testing.assert_allclose(line[0], [-10, -10 + aside, 0], atol=1e-9)
         np.testing.assert_allclose(line[-1], [40, 40 + aside, 0], atol=1e-9)
         assert line[:, 2].max() == pytest.approx(20.0, abs=2e-2)
         assert len(lines[f"{gait} dots"]) == dots
-    np.testing.assert_allclose(lines["walk"] - [0.0, -ASIDE, 0.0], lines["trot"], atol=1e-9)
+    np.testing.assert_allclose(lines["walk"] - [0.0, -WALK_OFFSET, 0.0], lines["trot"], atol=1e-9)
     assert float(paper_cycloid("walk").duration) == 0.25
     assert float(paper_cycloid("trot").duration) == 0.5
 
@@ -366,12 +367,11 @@ def test_at_constant_speed_the_zmp_lies_below_the_centre(trotting: Plan) -> None
     np.testing.assert_allclose(zmp[middle], centre, atol=1e-6)
 
 
-def test_the_centres_acceleration_counts_a_turning_body() -> None:
+def test_the_centres_acceleration_contains_that_of_a_turning_body(standing: Plan) -> None:
     """A centre that is not the base's origin, judged by second differences."""
     coefficients = np.random.default_rng(1).normal(scale=0.3, size=(6, 2, 18))
     robot = replace(FAST, centre=np.array([0.10, -0.05, 0.07]))
-    base = plan_crawl(load_robot("wang2020"), s_columns(0, columns=1))
-    plan = replace(base, robot=robot, phases=(), path=MotionPath([0.0, 0.5, 1.0], coefficients))
+    plan = replace(standing, robot=robot, phases=(), path=MotionPath([0.0, 0.5, 1.0], coefficients))
     t, step = np.array([0.1, 0.2, 0.3, 0.4, 0.7, 0.9]), 1e-4
     before, at, after = (plan.at(t + k * step).cog for k in (-1, 0, 1))
     place, acceleration = centre_motion(plan, t)
@@ -417,7 +417,7 @@ def test_supports_of_a_wave_are_areas_that_hold_the_zmp() -> None:
 # --- all of them ------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", ["trotting", "flying", "crawling"])
+@pytest.mark.parametrize("name", ["trotting", "flying", "short_plan"])
 def test_every_panel_has_units_and_every_figure_a_legend(
     name: str, request: pytest.FixtureRequest
 ) -> None:
@@ -444,8 +444,10 @@ def test_files_are_small_and_pyplot_is_left_alone(trotting: Plan, tmp_path: Path
     assert known or "matplotlib.pyplot" not in sys.modules
 
 
-def test_a_plan_without_schedule_or_swings_is_drawn_without_their_figures(tmp_path: Path) -> None:
-    standing = plan_crawl(load_robot("wang2020"), s_columns(0, columns=1))
+def test_a_plan_without_schedule_or_swings_is_drawn_without_their_figures(
+    standing: Plan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(files, "DPI", 30)  # few pixels: only names are looked at
     names = {p.stem for p in save_gait_figures(standing, tmp_path)}
     assert names == {"fig11_cycloids", "fig12_snapshots", "fig13_joint_angles",
                      "fig14_joint_curves", "zmp"}  # fmt: skip

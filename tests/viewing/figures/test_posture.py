@@ -1,11 +1,11 @@
-"""Fig. 7 shows what the plan does: nine points, and a body that goes back and forth."""
+"""Fig. 7 shows what the plan does: nine points, and a body that moves back and forth."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from gaitopt import Footholds, InputError, load_robot, plan_crawl
+from gaitopt import InputError, load_robot
 from gaitopt.plan.plan import Plan
 from gaitopt.planners.over_obstacle.planner import plan_stride
 from gaitopt.terrain.obstacles import rectangular_obstacle
@@ -17,23 +17,23 @@ def walk() -> Plan:
     return plan_stride(load_robot("frog1"), rectangular_obstacle(0.05, 0.04), leave=0)
 
 
-def test_points_are_lift_offs_and_touch_downs(walk: Plan) -> None:
-    way = cog_cycle(walk, 1)
-    assert way.points.shape == (9,)
-    assert (np.diff(way.points) >= 0.0).all()
-    assert [s.leg for s in way.swings] == ["RF", "LH", "LF", "RH"]
-    flown = way.points[2::2] - way.points[1::2]
-    assert flown == pytest.approx([s.duration for s in way.swings])
+def test_points_are_lift_offs_and_touchdowns(walk: Plan) -> None:
+    cycle = cog_cycle(walk, 1)
+    assert cycle.point_times.shape == (9,)
+    assert (np.diff(cycle.point_times) >= 0.0).all()
+    assert [s.leg for s in cycle.swings] == ["RF", "LH", "LF", "RH"]
+    durations = cycle.point_times[2::2] - cycle.point_times[1::2]
+    assert durations == pytest.approx([s.duration for s in cycle.swings])
 
 
 def test_the_body_of_a_pitch_pitch_robot_keeps_to_its_line(walk: Plan) -> None:
-    """Back before RF lifts, forward before LH does; nothing moves sideways, not even masses."""
-    way = cog_cycle(walk, 0)
-    assert np.abs(way.centre[:, 1]).max() < 1e-8
-    ahead = np.interp(way.points, way.times, way.centre[:, 0])
+    """Back before RF lifts off, forward before LH does; nothing moves sideways, not even masses."""
+    cycle = cog_cycle(walk, 0)
+    assert np.abs(cycle.centre[:, 1]).max() < 1e-8
+    ahead = np.interp(cycle.point_times, cycle.times, cycle.centre[:, 0])
     assert ahead[1] < ahead[0] < ahead[3]
-    assert np.abs(way.com[:, 1]).max() < 1e-8
-    assert np.ptp(way.com[:, 2]) > 1e-3
+    assert np.abs(cycle.com[:, 1]).max() < 1e-8
+    assert np.ptp(cycle.com[:, 2]) > 1e-3
 
 
 def test_the_striding_cycle_is_that_of_the_front_legs(walk: Plan) -> None:
@@ -62,11 +62,10 @@ def test_the_figure_numbers_its_points_from_0_to_8(walk: Plan) -> None:
     assert drawn == pytest.approx(cog_cycle(walk, striding_cycle(walk)).com[:, 0])
 
 
-def test_plans_without_an_obstacle_and_cycles_that_are_none_are_refused(walk: Plan) -> None:
-    feet = {leg: np.array([[x, y, 0.0], [x + 0.1, y, 0.0]])
-            for leg, x, y in (("LF", 0.2, 0.15), ("LH", -0.2, 0.15), ("RH", -0.2, -0.15),
-                              ("RF", 0.2, -0.15))}  # fmt: skip
+def test_plans_without_an_obstacle_and_cycles_that_are_none_are_refused(
+    walk: Plan, short_plan: Plan
+) -> None:
     with pytest.raises(InputError, match="no obstacle"):
-        plot_posture(plan_crawl(load_robot("wang2020"), Footholds(feet)))
+        plot_posture(short_plan)
     with pytest.raises(InputError, match="cycle must be a whole number from 0 to"):
         cog_cycle(walk, 99)
