@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import argparse
 import ast
+import difflib
 import importlib
 import pkgutil
 import sys
@@ -20,6 +21,7 @@ from typing import Any, NamedTuple
 
 import gaitopt
 import gaitopt.planners.time_optimal as package
+from gaitopt.errors import InputError
 from gaitopt.terrain.columns import s_columns
 
 Case = Callable[[], gaitopt.Plan]
@@ -108,19 +110,36 @@ def changed(name: str, value: object) -> Iterator[None]:
     """Let a constant have another value in all modules of the planner that use it.
 
     Raises:
-        KeyError: no module has this constant.
+        InputError: no module has this constant, or modules have different ones of this name.
     """
-    found = [m for m in _modules() if hasattr(m, name)]
-    if not found:
-        raise KeyError(name)
-    old = getattr(found[0], name)
-    for module in found:
+    old = present(name)
+    users = [m for m in _modules() if hasattr(m, name)]
+    for module in users:
         setattr(module, name, value)
     try:
         yield
     finally:
-        for module in found:
+        for module in users:
             setattr(module, name, old)
+
+
+def present(name: str) -> object:
+    """The value of a constant as it is.
+
+    Raises:
+        InputError: no module has this constant, or modules have different ones of this name.
+    """
+    if not name.isupper():
+        raise InputError(f"{name!r} is no constant: give a name in capitals, such as RESERVE_KEPT")
+    values = {m.__name__: getattr(m, name) for m in _modules() if hasattr(m, name)}
+    if not values:
+        known = sorted({n for m in _modules() for n in vars(m) if n.isupper()})
+        close = difflib.get_close_matches(name, known, n=3, cutoff=0.4)
+        raise InputError(f"no constant {name!r} in the time-optimal planner; close: {close}")
+    first, *others = values.values()
+    if any(other != first for other in others):
+        raise InputError(f"{name} has different values in different modules: {values}")
+    return first
 
 
 def _modules() -> list[Any]:
@@ -136,11 +155,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("values", nargs="*", help="values to try, as Python literals")
     parser.add_argument("--smooth", action="store_true", help="walks with bounded accelerations")
     options = parser.parse_args(arguments)
+    if options.name and not options.values:
+        parser.error(f"give one or more values for {options.name}")
+    try:
+        values = [(text, ast.literal_eval(text)) for text in options.values]
+        was = present(options.name) if options.name else None
+    except (InputError, ValueError, SyntaxError) as error:
+        parser.error(str(error))
     cases = smooth_cases() if options.smooth else straight_cases()
     known = measured(cases)
-    print(f"as it is: {known.against(known)}", flush=True)
-    for text in options.values:
-        with changed(options.name, ast.literal_eval(text)):
+    kept = f" ({options.name} = {was})" if options.name else ""
+    print(f"as it is{kept}: {known.against(known)}", flush=True)
+    for text, value in values:
+        with changed(options.name, value):
             print(f"{options.name} = {text}: {measured(cases).against(known)}", flush=True)
     return 0
 

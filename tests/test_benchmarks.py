@@ -14,6 +14,9 @@ from typing import Any
 
 import pytest
 
+from benchmarks import constants
+from gaitopt.errors import InputError
+
 ROOT = Path(__file__).resolve().parent.parent
 FAST = ("plan", "cog", "import", "sample", "files", "obvious", "route")
 
@@ -110,3 +113,46 @@ def test_the_readme_names_every_benchmark() -> None:
     assert len(names) == 11
     for name in names:
         assert f"`{name}`" in readme, name
+
+
+def test_a_constant_has_another_value_for_a_while_in_all_modules_that_use_it() -> None:
+    users = [m for m in constants._modules() if hasattr(m, "RESERVE_KEPT")]
+    before = [m.RESERVE_KEPT for m in users]
+    assert len(users) > 0
+    with pytest.raises(ZeroDivisionError), constants.changed("RESERVE_KEPT", 0.25):
+        assert [m.RESERVE_KEPT for m in users] == [0.25] * len(users)
+        raise ZeroDivisionError
+    assert [m.RESERVE_KEPT for m in users] == before
+
+
+def test_a_constant_that_two_modules_understand_differently_is_not_changed(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    first, second = constants._modules()[:2]
+    monkeypatch.setattr(first, "PLANTED", 1.0, raising=False)
+    monkeypatch.setattr(second, "PLANTED", 2.0, raising=False)
+    with pytest.raises(InputError, match="different values"), constants.changed("PLANTED", 3.0):
+        pass
+    assert (first.PLANTED, second.PLANTED) == (1.0, 2.0)  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["RESERVE_KEP", "0.3"], "RESERVE_KEPT"),
+        (["reserve", "0.3"], "name in capitals"),
+        (["RESERVE_KEPT"], "give one or more values"),
+        (["RESERVE_KEPT", "half"], "malformed"),
+    ],
+)
+def test_mistakes_are_named_before_anything_is_planned(
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    arguments: list[str],
+    words: str,
+) -> None:
+    monkeypatch.setattr(constants, "measured", lambda cases: pytest.fail("planned"))
+    with pytest.raises(SystemExit) as exit_:
+        constants.main(arguments)
+    assert exit_.value.code == 2
+    assert words in capsys.readouterr().err
