@@ -38,8 +38,8 @@ def test_the_simulated_robot_stands_beside_a_ghost_of_the_planned(
     planned = [p for n in scene.nodes if n.path[0] == "robot" for p in n.parts]
     real = [p for n in scene.nodes if n.path[0] == "simulated" for p in n.parts]
     assert len(planned) == len(real) > 0
-    assert max(p.look.opacity for p in planned) <= GHOST
-    assert max(p.look.opacity for p in real) == 1.0
+    assert max(p.appearance.opacity for p in planned) <= GHOST
+    assert max(p.appearance.opacity for p in real) == 1.0
     assert plan_page(walk, simulated=motion).follow == "/simulated/base"
     assert any("ghost" in fact for fact in plan_page(walk, simulated=motion).facts)
 

@@ -38,7 +38,7 @@ def plot_race(
     counts = {len(v) for v in values.values()}
     if len(counts) != 1 or any(v.ndim != 1 for v in values.values()):
         raise InputError(
-            "times must give the same number of times (n,) for each name, got "
+            "each name must have the same number of times (n,), got "
             + (", ".join(f"{name} {v.shape}" for name, v in values.items()) or "no name")
         )
     figure, ax = panel(ax, 7.2, 0.6 + 0.38 * len(values))

@@ -1,1 +1,1 @@
-"""Replays of plans that play in a browser."""
+"""Replays: plans as HTML pages that play in a browser."""

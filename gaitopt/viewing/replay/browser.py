@@ -1,4 +1,4 @@
-"""A replay in the web browser of this machine."""
+"""Open a replay in the web browser of this machine."""
 
 from __future__ import annotations
 
@@ -22,27 +22,27 @@ def view(
 ) -> Path:
     """Write a plan's replay to a new temporary file and open it in the default browser.
 
-    The file is one page that needs neither a server nor a network. Only the user of this process
-    can read it. It stays when Python ends, so that the browser can load it at leisure; delete it,
-    or leave that to the system, which empties its temporary folder. To keep a replay, write it with
+    The file is a page that needs neither a server nor a network. Only the user of this process can
+    read it. It is not deleted when Python ends, since the browser may still load it; the system
+    empties its temporary folder from time to time. To keep a replay, write it with
     :func:`gaitopt.replay`.
 
     Args:
         plan: the motion.
         title, meshes: as for :func:`gaitopt.replay`.
-        folder: where the file is made; the system's temporary folder by default. A browser that is
-            confined, such as Firefox as a snap on Ubuntu, may not read there: give a folder in your
-            home then.
+        folder: where the file is made; the system's temporary folder by default. Some browsers
+            cannot read files there, for instance Firefox as a snap on Ubuntu; then give a folder in
+            your home.
 
     Returns:
-        The path of the file. Where no browser could be started, open it by hand.
+        The path of the file. If no browser could be started, open it yourself.
 
     Raises:
         InputError: the folder does not exist or cannot be written to, or a mesh is missing.
     """
     page = replay_html(plan, title=title, meshes=meshes)
     try:
-        # Its mode is 0600, whatever the umask is.
+        # mkstemp makes files with mode 0600, whatever the umask is.
         handle, name = tempfile.mkstemp(prefix="gaitopt-", suffix=".html", dir=folder)
         with os.fdopen(handle, "w", encoding="utf-8") as stream:
             stream.write(page)
@@ -56,5 +56,5 @@ def view(
 
 
 def open_in_browser(path: StrPath) -> bool:
-    """Open a file in the default browser; whether a browser was started."""
+    """Open a file in the default browser; return whether a browser was started."""
     return webbrowser.open(Path(path).resolve().as_uri())

@@ -1,4 +1,4 @@
-"""A scene in the words of meshcat's viewer: packed commands, without any server."""
+"""A scene as commands for meshcat's viewer, which is used without its server."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from gaitopt.viewing.replay.scene import (
+    Appearance,
     Ball,
     Box,
     Cylinder,
-    Look,
     Node,
     Part,
     Scene,
@@ -26,14 +26,17 @@ FLOAT32 = 0x17
 """MessagePack extension type that meshcat's viewer reads as a JavaScript Float32Array."""
 
 _TYPES = {"position": "vector3", "quaternion": "quaternion", "visible": "boolean"}
-_STAND_UP = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
-"""three.js draws cylinders along y, URDFs along z."""
+"""Types of three.js for the kinds of tracks."""
+_Y_TO_Z = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
+"""Turns y to z: cylinders of three.js are along y, those of URDFs along z."""
+CYLINDER_SIDES = 32
+"""Flat sides of a cylinder. Chosen here: enough to look round."""
 
 
 def commands(scene: Scene) -> list[bytes]:
-    """The scene as messages for ``viewer.handle_command_bytearray``, to be handled in order.
+    """The scene as messages for the viewer's ``handle_command_bytearray``, in this order.
 
-    The same scene gives the same bytes.
+    The same scene always gives the same bytes.
     """
     import umsgpack
     from meshcat.commands import SetAnimation, SetProperty, SetTransform
@@ -48,15 +51,15 @@ def commands(scene: Scene) -> list[bytes]:
             path = Path(node.path).lower()
             lowered.append({"type": "set_object", "object": _group(node, names), "path": path})
         lowered.append(SetTransform(node.pose, Path(node.path)).lower())
-    lowered.append(SetAnimation(_Clips(scene), play=False).lower())
+    lowered.append(SetAnimation(_Animation(scene), play=False).lower())
     return [umsgpack.packb(_plain(command)) for command in lowered]
 
 
-class _Clips:
-    """What ``meshcat.commands.SetAnimation`` asks of an animation: to be lowered.
+class _Animation:
+    """The tracks of a scene, for ``meshcat.commands.SetAnimation``.
 
-    meshcat's own ``Animation`` spells out each key; three.js reads arrays of times and values as
-    well, in a quarter of the bytes.
+    meshcat's own ``Animation`` writes each key as an object. three.js also reads arrays of times
+    and values, which take a quarter of the bytes.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -65,6 +68,7 @@ class _Clips:
             self.tracks.setdefault(track.path, []).append(track)
 
     def lower(self) -> list[dict[str, Any]]:
+        """The animation as dictionaries; the name is that of meshcat's protocol."""
         return [
             {
                 "path": "/" + "/".join(path),
@@ -75,6 +79,7 @@ class _Clips:
 
 
 def _lower_track(track: Track) -> dict[str, Any]:
+    """One track as a dictionary."""
     values = track.values
     return {
         "name": f".{track.kind}",
@@ -85,16 +90,20 @@ def _lower_track(track: Track) -> dict[str, Any]:
 
 
 def _group(node: Node, names: Iterator[str]) -> dict[str, Any]:
-    """All parts of a node as one three.js group; equal shapes and looks are sent once."""
+    """All parts of a node as one group of three.js; equal shapes and materials occur once."""
     data: dict[str, Any] = {"metadata": {"version": 4.5, "type": "Object"}}
     data |= {"geometries": [], "materials": []}
     known: dict[Any, str] = {}
     children = []
     for part in node.parts:
-        style = (part.look, isinstance(part.shape, Segments), getattr(part.shape, "smooth", True))
+        style = (
+            part.appearance,
+            isinstance(part.shape, Segments),
+            getattr(part.shape, "smooth", True),
+        )
         if part.shape not in known:
             known[part.shape] = _add(data, _geometry(part.shape), next(names))
-            if isinstance(part.shape, Surface) and part.look.lit and part.shape.smooth:
+            if isinstance(part.shape, Surface) and part.appearance.lit and part.shape.smooth:
                 data["geometries"][-1]["data"]["attributes"]["normal"] = _normals(part.shape)
         if style not in known:
             known[style] = _add(data, _material(*style), next(names))
@@ -104,27 +113,29 @@ def _group(node: Node, names: Iterator[str]) -> dict[str, Any]:
 
 
 def _add(data: dict[str, Any], element: Any, name: str) -> str:
-    """Put a geometry or material of meshcat's among a group's, under a name of ours."""
+    """Add a geometry or material of meshcat to a group, with our name instead of a random one."""
     element.uuid = name
     element.lower_in_object(data)
     return name
 
 
 def _child(part: Part, geometry: str, material: str, name: str) -> dict[str, Any]:
-    pose = part.pose @ _STAND_UP if isinstance(part.shape, Cylinder) else part.pose
+    """One part of a group."""
+    pose = part.pose @ _Y_TO_Z if isinstance(part.shape, Cylinder) else part.pose
     return {
         "uuid": name,
         "type": "LineSegments" if isinstance(part.shape, Segments) else "Mesh",
         "geometry": geometry,
         "material": material,
         "matrix": [float(x) for x in pose.T.ravel()],
-        "castShadow": part.look.casts,
-        "receiveShadow": part.look.lit,
-        "renderOrder": part.look.layer,
+        "castShadow": part.appearance.casts_shadow,
+        "receiveShadow": part.appearance.lit,
+        "renderOrder": part.appearance.layer,
     }
 
 
 def _geometry(shape: Shape) -> Any:
+    """A shape as a geometry of meshcat."""
     from meshcat import geometry
 
     if isinstance(shape, Box):
@@ -132,30 +143,31 @@ def _geometry(shape: Shape) -> Any:
     if isinstance(shape, Ball):
         return geometry.Sphere(shape.radius)
     if isinstance(shape, Cylinder):
-        made = geometry.Cylinder(shape.length, shape.radius)
-        made.radialSegments = 32
-        return made
+        cylinder = geometry.Cylinder(shape.length, shape.radius)
+        cylinder.radialSegments = CYLINDER_SIDES
+        return cylinder
     if isinstance(shape, Segments):
         return geometry.PointsGeometry(np.ascontiguousarray(shape.points.T, dtype=np.float32))
     return geometry.TriangularMeshGeometry(shape.vertices, shape.faces)
 
 
-def _material(look: Look, thin: bool, smooth: bool) -> Any:
+def _material(appearance: Appearance, thin: bool, smooth: bool) -> Any:
+    """A material of meshcat: of ``thin`` lines, or of surfaces that look ``smooth`` or flat."""
     from meshcat import geometry
 
     kind = geometry.LineBasicMaterial if thin else geometry.MeshBasicMaterial
     extra: dict[str, Any] = {}
-    if look.lit and not thin:
+    if appearance.lit and not thin:
         kind = geometry.MeshPhongMaterial
         extra = {"shininess": 35, "specular": 0x2A2A2A, "flatShading": not smooth}
-    if look.opacity < 1 or look.layer < 0:
-        # Flat marks lie on one another: what is drawn first must not hide what comes after.
+    if appearance.opacity < 1 or appearance.layer < 0:
+        # Flat marks lie upon each other: one that is drawn first must not hide a later one.
         extra["depthWrite"] = False
-    return kind(color=int(look.colour.lstrip("#"), 16), opacity=look.opacity, **extra)
+    return kind(color=int(appearance.colour.lstrip("#"), 16), opacity=appearance.opacity, **extra)
 
 
 def _normals(surface: Surface) -> dict[str, Any]:
-    """Normals of a smooth surface's vertices: the mean of their triangles', by area."""
+    """Normals at the vertices of a smooth surface: means over their triangles, weighted by area."""
     from meshcat.geometry import pack_numpy_array
 
     a, b, c = (surface.vertices[surface.faces[:, i]] for i in range(3))
@@ -167,6 +179,7 @@ def _normals(surface: Surface) -> dict[str, Any]:
 
 
 def _floats(array: Any) -> Any:
+    """Numbers as a Float32Array."""
     import umsgpack
 
     flat = np.ascontiguousarray(array, dtype="<f4").ravel()
@@ -174,7 +187,7 @@ def _floats(array: Any) -> Any:
 
 
 def _plain(value: Any) -> Any:
-    """The same with NumPy's numbers turned into Python's, which is what can be packed."""
+    """The same with numbers of Python instead of NumPy's, which cannot be packed."""
     if isinstance(value, dict):
         return {k: _plain(v) for k, v in value.items()}
     if isinstance(value, (list, tuple)):

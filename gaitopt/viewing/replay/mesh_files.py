@@ -1,7 +1,7 @@
-"""Mesh files that a URDF names, found and read only inside folders that the user trusts.
+"""Read mesh files that a URDF names, only from a folder that the user has chosen.
 
-A plan may come from somebody else, and with it the names of files: only files inside the chosen
-folder are opened, and nothing is ever fetched.
+A plan, and the file names in its URDF, may come from somebody else. So no file outside of that
+folder is opened, and nothing is downloaded.
 """
 
 from __future__ import annotations
@@ -18,7 +18,9 @@ from gaitopt.viewing.replay.scene import Surface
 
 MESH_KINDS = (".stl", ".obj", ".dae")
 MESH_LIMIT = 100_000_000
-"""Most bytes of one mesh file that are read."""
+"""Most bytes of one mesh file. Chosen here: the largest of example-robot-data has 29 MB."""
+LONGEST_NAME = 200
+"""Most letters of a file name in a message: a URDF may hold anything."""
 
 
 def read_mesh(filename: str, scale: Any, meshes: bool | StrPath) -> Surface:
@@ -30,7 +32,7 @@ def read_mesh(filename: str, scale: Any, meshes: bool | StrPath) -> Surface:
         meshes: ``True`` to look in the package example-robot-data, or the folder to look in.
 
     Raises:
-        InputError: the file is not there, is outside the folder, or cannot be read.
+        InputError: the file is not in the folder, is too large, or cannot be read.
     """
     path = _found(str(filename), _example_root() if meshes is True else Path(str(meshes)))
     factor = np.ones(3) if scale is None else np.asarray(scale, dtype=np.float64) * np.ones(3)
@@ -39,21 +41,27 @@ def read_mesh(filename: str, scale: Any, meshes: bool | StrPath) -> Surface:
 
 
 def _found(filename: str, root: Path) -> Path:
-    plain = filename.removeprefix("package://")
-    tries = [plain, *(["/".join(plain.split("/")[1:])] if plain != filename else [])]
+    """The file inside ``root``; raises InputError where there is none."""
+    relative = filename.removeprefix("package://")
+    candidates = [relative]
+    if relative != filename:
+        # Without the name of the package, too.
+        candidates.append("/".join(relative.split("/")[1:]))
     base = root.resolve()
-    for name in tries:
+    for name in candidates:
         path = (base / name).resolve()
         inside = path.is_relative_to(base) and path.suffix.lower() in MESH_KINDS
         if inside and path.is_file() and path.stat().st_size <= MESH_LIMIT:
             return path
     raise InputError(
-        f"mesh {filename[:200]!r} is not in {root}; draw the robot without meshes (meshes=False), "
+        f"mesh {filename[:LONGEST_NAME]!r} is not in {root}; "
+        "draw the robot without meshes (meshes=False), "
         "or give the folder that holds them (meshes='folder'); .stl, .obj and .dae are read"
     )
 
 
 def _example_root() -> Path:
+    """The folder of the package example-robot-data."""
     from gaitopt.robots.catalog import example_urdf
 
     path = example_urdf("a1")
@@ -62,6 +70,7 @@ def _example_root() -> Path:
 
 @lru_cache(maxsize=64)
 def _loaded(path: Path) -> Surface:
+    """The triangles of a file; raises InputError where it cannot be read."""
     import trimesh
 
     try:

@@ -84,8 +84,8 @@
 
   function resetView() {
     const narrow = Math.min(1, window.innerWidth / window.innerHeight / 1.6);
-    const radius = state.follow ? data.close : data.radius;
-    const [forth, aside, above] = data.lookFrom;
+    const radius = state.follow ? data.followRadius : data.radius;
+    const [forth, aside, above] = data.viewFrom;
     const direction = new THREE.Vector3(0, above, 0)
       .addScaledVector(ahead, forth).addScaledVector(left, aside).normalize();
     controls.target.copy(centre);
@@ -94,7 +94,7 @@
       controls.target.set(place.x, centre.y, place.z);
     }
     controls.target.y -= 0.08 * radius;
-    const distance = data.held.length && !state.follow ? distanceTo(data.held, direction)
+    const distance = data.inView.length && !state.follow ? distanceTo(data.inView, direction)
       : 0.8 * radius / Math.sin(camera.fov * Math.PI / 360) / narrow;
     camera.position.copy(controls.target).addScaledVector(direction, distance);
     before.copy(follower ? whereIsIt(place) : centre);
@@ -137,7 +137,7 @@
   const state = { time: 0, playing: false, speed: data.speed, follow: false };
   const actions = viewer.animator.actions;
   actions.forEach((action) => action.play());
-  const starts = data.moments.map((m) => m[0]);
+  const starts = data.captions.map((m) => m[0]);
 
   // How many of ascending times have come.
   function countUpTo(times, time) {
@@ -149,7 +149,7 @@
     return low;
   }
 
-  const momentAt = (time) => Math.max(0, countUpTo(starts, time) - 1);
+  const captionAt = (time) => Math.max(0, countUpTo(starts, time) - 1);
 
   function clock(seconds) {
     const minutes = Math.floor(seconds / 60), rest = seconds - 60 * minutes;
@@ -169,7 +169,7 @@
     }
     sun.target.position.copy(reach < widest || !follower ? centre : place);
     sun.position.copy(sun.target.position).add(sunOffset);
-    const [, label, , mark] = data.moments[momentAt(state.time)] || [0, "", "", ""];
+    const [, label, , mark] = data.captions[captionAt(state.time)] || [0, "", "", ""];
     el("phase").replaceChildren(...(mark ? [dot(mark)] : []), label);
     el("clock").textContent = `${clock(state.time)} / ${clock(data.duration)}`;
     el("scrub").value = data.duration > 0 ? Math.round(1e6 * state.time / data.duration) : 0;
@@ -221,7 +221,7 @@
     const width = strip.width = Math.max(1, Math.round(strip.clientWidth * scale));
     strip.height = Math.round(6 * scale);
     const pen = strip.getContext("2d");
-    data.moments.forEach(([start, , colour], i) => {
+    data.captions.forEach(([start, , colour], i) => {
       const end = i + 1 < starts.length ? starts[i + 1] : data.duration;
       if (!colour || !(end > start)) return;
       pen.fillStyle = colour;
@@ -230,16 +230,16 @@
     });
   }
 
-  function toMoment(step) {
-    const now = momentAt(state.time + 1e-6);
+  function toCaption(step) {
+    const now = captionAt(state.time + 1e-6);
     const back = step < 0 && state.time > starts[now] + 0.05 ? now : now + step;
     seek(starts[Math.min(Math.max(back, 0), starts.length - 1)] || 0);
   }
 
   const keys = {
     " ": () => setPlaying(!state.playing),
-    ArrowLeft: (event) => event.shiftKey ? toMoment(-1) : seek(state.time - state.speed),
-    ArrowRight: (event) => event.shiftKey ? toMoment(1) : seek(state.time + state.speed),
+    ArrowLeft: (event) => event.shiftKey ? toCaption(-1) : seek(state.time - state.speed),
+    ArrowRight: (event) => event.shiftKey ? toCaption(1) : seek(state.time + state.speed),
     Home: () => seek(0),
     End: () => seek(data.duration),
     f: () => setFollow(!state.follow),

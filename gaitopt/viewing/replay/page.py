@@ -1,4 +1,4 @@
-"""A scene as one HTML file that plays in any browser, without a server or a network."""
+"""A scene as one HTML page that plays in any browser, without a server or a network."""
 
 from __future__ import annotations
 
@@ -13,23 +13,28 @@ from typing import Any
 from gaitopt.viewing.replay.scene import Scene
 
 SPEEDS = (0.1, 0.2, 0.5, 1, 2, 5, 10, 20)
-"""Speeds that the page offers, times real time."""
+"""Speeds to choose from, as multiples of real time."""
 
 COMFORTABLE = 35.0
-"""How long a replay should last [s]: the default speed comes nearest."""
+"""Duration of a replay at its default speed, about [s]. Chosen here: long enough to see each step
+of a cycle, and short enough to watch to the end."""
 
 POLICY = (
     "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; "
     "img-src data: blob:; base-uri 'none'; form-action 'none'"
 )
-"""What the page may load: nothing but itself. Browsers enforce it."""
+"""Content security policy, which browsers enforce: the page may load nothing but itself."""
 
 
 @dataclass(frozen=True)
-class Moment:
-    """What is written from ``start`` [s] on, beside a ``mark`` of its own colour.
+class Caption:
+    """A text below the scene, from some time until that of the next caption.
 
-    The bar has ``colour`` from there on; so has the mark where it is ``None``. ``""`` is no colour.
+    Attributes:
+        start: its time [s].
+        label: the text.
+        colour: of the time bar during this time; ``""`` for none.
+        mark: colour of a dot beside the text; ``""`` for no dot, ``None`` for ``colour``.
     """
 
     start: float
@@ -40,16 +45,16 @@ class Moment:
 
 @dataclass(frozen=True)
 class Label:
-    """A name that floats above a frame of the scene.
+    """A name above a frame of the scene, with the number of steps that are done below it.
 
     Attributes:
-        frame: which frame, ``"/robot/base"``.
-        lift: how far above it the name floats [m].
+        frame: the frame, for instance ``"/robot/base"``.
+        lift: height of the name above it [m].
         name: plain text.
-        colour: of the mark beside the name.
-        landings: when each step ends, ascending [s]; below the name stands how many are done.
-        result: what stands there instead from ``since`` [s] on.
-        since: see ``result``.
+        colour: of a dot beside the name.
+        landings: touchdown of each step, ascending [s].
+        result: text that replaces the number of steps from ``since`` on.
+        since: time [s].
     """
 
     frame: str
@@ -63,48 +68,51 @@ class Label:
 
 @dataclass(frozen=True)
 class Page:
-    """A scene with all that stands around it.
+    """A scene with its title, legend, captions and camera.
 
     Attributes:
-        scene: what is shown.
+        scene: the scene.
         title: heading, plain text.
         facts: lines below the heading, plain text.
-        legend: names and colours.
-        moments: the phases, in order of their starts.
-        centre, radius: ball that the camera frames [m].
-        heading: direction of walking about z [rad]; the camera looks from the front left.
-        follow: frame that the camera may follow, ``"/robot/base"``; ``""`` for none.
-        close: radius of the ball that the camera frames when it follows [m].
-        speeds: what the page offers, times real time.
-        labels: names that float above frames.
-        look_from: where the camera stands, as so much ahead, to the left and above.
-        held: points that the first view holds instead of the ball, as close as may be [m].
+        legend: names with their colours.
+        captions: texts by time, in the order of their starts.
+        centre, radius: ball that is visible in the first view [m].
+        heading: direction of the walk about z [rad].
+        follow: frame that the camera can follow, for instance ``"/robot/base"``; ``""`` for none.
+        follow_radius: radius of the ball around it that is visible then [m].
+        speeds: to choose from, as multiples of real time.
+        labels: names above frames.
+        view_from: direction from the scene to the camera: along the heading, to the left, up.
+        in_view: points that are visible in the first view, instead of the ball [m].
     """
 
     scene: Scene
     title: str
     facts: tuple[str, ...] = ()
     legend: tuple[tuple[str, str], ...] = ()
-    moments: tuple[Moment, ...] = ()
+    captions: tuple[Caption, ...] = ()
     centre: tuple[float, float, float] = (0.0, 0.0, 0.0)
     radius: float = 1.0
     heading: float = 0.0
     follow: str = ""
-    close: float = 0.5
+    follow_radius: float = 0.5
     speeds: tuple[float, ...] = field(default=SPEEDS)
     labels: tuple[Label, ...] = ()
-    look_from: tuple[float, float, float] = (0.75, 0.8, 0.62)
-    held: tuple[tuple[float, float, float], ...] = ()
+    view_from: tuple[float, float, float] = (0.75, 0.8, 0.62)
+    in_view: tuple[tuple[float, float, float], ...] = ()
 
 
 def comfortable_speed(duration: float, speeds: tuple[float, ...] = SPEEDS) -> float:
-    """The speed at which ``duration`` [s] is nearest, as a ratio, to :data:`COMFORTABLE`."""
+    """The speed with which ``duration`` [s] takes about :data:`COMFORTABLE` seconds to watch.
+
+    Longer and shorter times are compared by their ratios.
+    """
     return min(speeds, key=lambda s: max(duration / s, 1e-9) / COMFORTABLE
                + COMFORTABLE / max(duration / s, 1e-9))  # fmt: skip
 
 
 def render(page: Page) -> str:
-    """The page as HTML. Text is escaped; data cannot end the script that holds it."""
+    """The page as HTML. Text and data are escaped, so that they cannot become part of a script."""
     from gaitopt.viewing.replay.encoding import commands
 
     packed = [base64.b64encode(c).decode("ascii") for c in commands(page.scene)]
@@ -114,7 +122,7 @@ def render(page: Page) -> str:
         for name, colour in page.legend
     )
     options = "".join(f'<option value="{s:g}">{s:g}×</option>' for s in page.speeds)
-    return _filled(
+    return _with_values(
         _text("page.html"),
         POLICY=html.escape(POLICY),
         TITLE=html.escape(page.title),
@@ -131,31 +139,33 @@ def render(page: Page) -> str:
 
 
 def _data(page: Page) -> dict[str, Any]:
+    """What the page's script reads, beside the commands."""
     return {
         "duration": page.scene.duration,
         "speed": comfortable_speed(page.scene.duration, page.speeds),
-        "moments": [
+        "captions": [
             [m.start, m.label, m.colour, m.colour if m.mark is None else m.mark]
-            for m in page.moments
+            for m in page.captions
         ],
         "centre": list(page.centre),
         "radius": page.radius,
         "heading": page.heading,
         "follow": page.follow,
-        "close": page.close,
+        "followRadius": page.follow_radius,
         "labels": [asdict(label) for label in page.labels],
-        "lookFrom": list(page.look_from),
-        "held": [list(point) for point in page.held],
+        "viewFrom": list(page.view_from),
+        "inView": [list(point) for point in page.in_view],
     }
 
 
 def _safe_json(value: Any) -> str:
+    """A value as JSON without letters that mean something in HTML."""
     text = json.dumps(value, separators=(",", ":"), allow_nan=False)
     return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
 
 
-def _filled(template: str, **values: str) -> str:
-    """The template with each ``@NAME@`` replaced once; what is put in is not looked at again."""
+def _with_values(template: str, **values: str) -> str:
+    """A template in which each ``@NAME@`` is replaced once; values are not searched for names."""
     out, rest = [], template
     for name, value in values.items():
         before, _, rest = rest.partition(f"@{name}@")
@@ -164,19 +174,20 @@ def _filled(template: str, **values: str) -> str:
 
 
 def _text(name: str) -> str:
+    """The content of a file beside this module."""
     return (resources.files("gaitopt.viewing.replay") / name).read_text("utf-8")
 
 
 @lru_cache(maxsize=1)
 def _viewer() -> str:
-    """meshcat's bundled viewer."""
+    """The script of meshcat's viewer."""
     script = resources.files("meshcat") / "viewer" / "dist" / "main.min.js"
     return script.read_text("utf-8").replace("</script", "<\\/script")
 
 
 @lru_cache(maxsize=1)
 def _licences() -> str:
-    """The licences of the viewer and what is bundled in it: copies of it must carry them."""
+    """The licences of the viewer and its libraries, which each copy of them must contain."""
     viewer = resources.files("meshcat") / "viewer"
     found = [viewer / "LICENSE", viewer / "dist" / "main.min.js.THIRD_PARTY_LICENSES.json"]
     texts = [file.read_text("utf-8") for file in found if file.is_file()]

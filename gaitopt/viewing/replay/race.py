@@ -17,12 +17,17 @@ from gaitopt.plan.plan import Plan
 from gaitopt.robots.rotations import rpy_to_matrix
 from gaitopt.terrain.footholds import Footholds
 from gaitopt.viewing.colours import LEG_COLOURS
-from gaitopt.viewing.replay.keyframes import thinned, turn_deviation
-from gaitopt.viewing.replay.page import Label, Moment, Page, render
-from gaitopt.viewing.replay.replay import framed, framing, robot_size
+from gaitopt.viewing.replay.keyframes import kept_samples, turn_error
+from gaitopt.viewing.replay.page import Caption, Label, Page, render
+from gaitopt.viewing.replay.replay import in_notebook, robot_size, view_sphere
 from gaitopt.viewing.replay.robot_scene import robot_scene
 from gaitopt.viewing.replay.scene import FramePath, Node, Scene, Track, joined, pose
-from gaitopt.viewing.replay.terrain_scene import ground_level, sampled, swings_scene, terrain_scene
+from gaitopt.viewing.replay.terrain_scene import (
+    ground_level,
+    samples_of,
+    swings_scene,
+    terrain_scene,
+)
 
 BASELINE = "the paper"
 """The plan that the others are held against, by name."""
@@ -119,7 +124,9 @@ def show_race(
         InputError: there is no plan, ``height`` is no positive whole number, or a mesh is missing.
         MissingPackageError: IPython is not installed.
     """
-    return framed(lambda: race_html(plans, title=title, baseline=baseline, meshes=meshes), height)
+    return in_notebook(
+        lambda: race_html(plans, title=title, baseline=baseline, meshes=meshes), height
+    )
 
 
 def race_html(
@@ -154,15 +161,15 @@ def race_page(
             *([f"×: times as fast as {baseline}"] if baseline in plans and len(plans) > 1 else []),
         ),
         legend=tuple((leg, LEG_COLOURS[leg]) for leg in LEGS),
-        moments=_moments(runners),
+        captions=_captions(runners),
         centre=(x, y, z),
         radius=float(np.linalg.norm(high - low)) / 2.0,
-        heading=framing(plan)[2],
+        heading=view_sphere(plan)[2],
         follow="/" + "/".join((*first.root, "robot", "base")),
-        close=robot_size(plan),
+        follow_radius=robot_size(plan),
         labels=tuple(_label(runner) for runner in runners),
-        look_from=(1.0, 0.08, 0.66),
-        held=tuple((float(a), float(b), float(c)) for a, b, c in corners),
+        view_from=(1.0, 0.08, 0.66),
+        in_view=tuple((float(a), float(b), float(c)) for a, b, c in corners),
     )
 
 
@@ -175,7 +182,7 @@ def line_up(plans: Mapping[str, Plan], baseline: str = BASELINE) -> tuple[Runner
     if not plans or not all(isinstance(p, Plan) for p in plans.values()):
         raise InputError("a race needs at least one plan, by name: {'route': plan}")
     own = next(iter(plans.values()))
-    heading = framing(own)[2]
+    heading = view_sphere(own)[2]
     left = np.array([-np.sin(heading), np.cos(heading), 0.0])
     pitch = _pitch(plans, heading)
     reference = plans[baseline].duration if baseline in plans else None
@@ -201,7 +208,7 @@ def _lane(runner: Runner, meshes: bool | StrPath) -> Scene:
     plan = runner.plan
     terrain = terrain_scene(plan.footholds, plan.robot.foot_radius)
     columns = changed(terrain, nodes=tuple(n for n in terrain.nodes if n.path[-1] != "ground"))
-    scene = joined([columns, swings_scene(plan, sampled(plan)), robot_scene(plan, meshes)])
+    scene = joined([columns, swings_scene(plan, samples_of(plan)), robot_scene(plan, meshes)])
     return Scene(
         nodes=(
             Node(runner.root, pose=pose(runner.offset)),
@@ -232,9 +239,9 @@ def _lighter(track: Track) -> Track:
         return track
     values = np.asarray(track.values, dtype=np.float64)
     if track.kind == "position":
-        keys = thinned(track.times, values, PLACE_TOLERANCE)
+        keys = kept_samples(track.times, values, PLACE_TOLERANCE)
     else:
-        keys = thinned(track.times, values, TURN_TOLERANCE, deviation=turn_deviation)
+        keys = kept_samples(track.times, values, TURN_TOLERANCE, error=turn_error)
     return changed(track, times=track.times[keys], values=values[keys])
 
 
@@ -303,13 +310,13 @@ def _lift(plan: Plan) -> float:
     return 0.4 * robot_size(plan)
 
 
-def _moments(runners: tuple[Runner, ...]) -> tuple[Moment, ...]:
+def _captions(runners: tuple[Runner, ...]) -> tuple[Caption, ...]:
     """Who arrives when, with its mark; the bar is coloured by who comes next."""
     order = sorted(runners, key=lambda r: r.plan.duration)
-    start = Moment(0.0, "all start together", order[0].colour, "")
+    start = Caption(0.0, "all start together", order[0].colour, "")
     later = [*order[1:], None]
     return (start, *(
-        Moment(r.plan.duration, f"{r.name} has arrived: {r.result}",
+        Caption(r.plan.duration, f"{r.name} has arrived: {r.result}",
                after.colour if after else "", r.colour)
         for r, after in zip(order, later, strict=True)
     ))  # fmt: skip

@@ -19,11 +19,16 @@ from gaitopt.plan.plan import Plan, Trajectory
 from gaitopt.robots.rotations import quaternion_to_rpy
 from gaitopt.viewing.colours import LEG_COLOURS
 from gaitopt.viewing.replay.obstacle_scene import obstacle_scene
-from gaitopt.viewing.replay.page import Moment, Page, render
+from gaitopt.viewing.replay.page import Caption, Page, render
 from gaitopt.viewing.replay.robot_scene import robot_scene
 from gaitopt.viewing.replay.scene import Scene, joined
 from gaitopt.viewing.replay.support_scene import INSIDE, support_scene
-from gaitopt.viewing.replay.terrain_scene import ground_level, sampled, swings_scene, terrain_scene
+from gaitopt.viewing.replay.terrain_scene import (
+    ground_level,
+    samples_of,
+    swings_scene,
+    terrain_scene,
+)
 
 GHOST = 0.25
 """Opacity of the planned robot beside a simulated one."""
@@ -93,12 +98,12 @@ def show(
         InputError: ``height`` is no positive whole number, or a mesh is missing.
         MissingPackageError: IPython is not installed.
     """
-    return framed(
+    return in_notebook(
         lambda: replay_html(plan, title=title, meshes=meshes, simulated=simulated), height
     )
 
 
-def framed(page: Callable[[], str], height: int) -> Any:
+def in_notebook(page: Callable[[], str], height: int) -> Any:
     """A page in a frame of a Jupyter notebook that can reach neither notebook nor network.
 
     Args:
@@ -139,7 +144,7 @@ def plan_scene(
     plan: Plan, meshes: bool | StrPath = False, simulated: Trajectory | None = None
 ) -> Scene:
     """All that a replay shows, as frames and keyframes."""
-    samples = sampled(plan)
+    samples = samples_of(plan)
     scenes = [
         terrain_scene(plan.footholds, plan.robot.foot_radius),
         obstacle_scene(plan.settings.obstacles),
@@ -179,7 +184,7 @@ def plan_page(
     simulated: Trajectory | None = None,
 ) -> Page:
     """A plan's scene with its heading, legend and phases."""
-    centre, radius, heading = framing(plan)
+    centre, radius, heading = view_sphere(plan)
     facts = [
         f"{plan.footholds.steps} steps in {plan.duration:.1f} s",
         f"mean speed {1e3 * plan.mean_speed:.2f} mm/s",
@@ -193,12 +198,12 @@ def plan_page(
         title=plan.robot.name if title is None else str(title),
         facts=tuple(facts),
         legend=(*((leg, LEG_COLOURS[leg]) for leg in LEGS), ("support less margin", INSIDE)),
-        moments=_moments(plan),
+        captions=_captions(plan),
         centre=centre,
         radius=radius,
         heading=heading,
         follow="/robot/base" if simulated is None else "/simulated/base",
-        close=robot_size(plan),
+        follow_radius=robot_size(plan),
     )
 
 
@@ -206,7 +211,9 @@ def _ghost(scene: Scene) -> Scene:
     """The same scene, seen through, without shadows."""
     nodes = tuple(
         changed(node, parts=tuple(
-            changed(part, look=changed(part.look, opacity=GHOST * part.look.opacity, casts=False))
+            changed(part, appearance=changed(
+                part.appearance, opacity=GHOST * part.appearance.opacity, casts_shadow=False,
+            ))
             for part in node.parts
         ))
         for node in scene.nodes
@@ -214,7 +221,7 @@ def _ghost(scene: Scene) -> Scene:
     return changed(scene, nodes=nodes)
 
 
-def framing(plan: Plan) -> tuple[tuple[float, float, float], float, float]:
+def view_sphere(plan: Plan) -> tuple[tuple[float, float, float], float, float]:
     """Centre and radius [m] of a ball around route and body, and the heading [rad]."""
     level = ground_level(plan.footholds, plan.robot.foot_radius)
     body = plan.path.knots()[:, :3]
@@ -246,10 +253,10 @@ def _balance(plan: Plan) -> str:
     return f"ZMP at most {-1e3 * zmp:.1f} mm off its support"
 
 
-def _moments(plan: Plan) -> tuple[Moment, ...]:
+def _captions(plan: Plan) -> tuple[Caption, ...]:
     count = plan.footholds.steps
     return tuple(
-        Moment(p.start, _label(p, count), LEG_COLOURS[p.leg] if len(p.flying) == 1 else "")
+        Caption(p.start, _label(p, count), LEG_COLOURS[p.leg] if len(p.flying) == 1 else "")
         for p in plan.phases if p.duration > 0
     )  # fmt: skip
 

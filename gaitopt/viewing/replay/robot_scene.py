@@ -1,4 +1,4 @@
-"""The robot of a plan as a scene: one frame for each joint, and keyframes that turn them."""
+"""The robot of a plan as a scene: a frame for each joint, and keyframes that move the frames."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from gaitopt.viewing.replay.keyframes import (
     ANGLE_TOLERANCE,
     LARGEST_TURN,
     POSITION_TOLERANCE,
+    kept_samples,
     sample_times,
-    thinned,
-    turn_deviation,
+    turn_error,
 )
 from gaitopt.viewing.replay.robot_shapes import robot_parts
 from gaitopt.viewing.replay.scene import FramePath, Node, Scene, Track, pose
@@ -29,10 +29,11 @@ def robot_scene(plan: Plan, meshes: bool | StrPath = False, root: FramePath = ("
     Args:
         plan: the motion.
         meshes: see :func:`gaitopt.replay`.
-        root: the frame that carries the robot.
+        root: the frame above the robot's base.
 
     Raises:
-        InputError: ``meshes`` were asked for and a file is missing.
+        InputError: ``meshes`` were asked for, and a file is missing.
+        RobotError: a shape of the URDF cannot be read.
     """
     robot = plan.robot
     paths = joint_paths(robot, root)
@@ -46,9 +47,10 @@ def robot_scene(plan: Plan, meshes: bool | StrPath = False, root: FramePath = ("
 
 
 def joint_paths(robot: Quadruped, root: FramePath) -> dict[int, FramePath]:
-    """The frame of each of Pinocchio's joints, the free-flyer (1) first.
+    """The frame of each of Pinocchio's joints by its number; the free-flyer has number 1.
 
-    Frames are numbered: a joint's name may hold a slash, which would be another frame.
+    Frames are numbered, and not named like the joints, because a joint's name may contain a slash,
+    which separates frames.
     """
     paths: dict[int, FramePath] = {1: (*root, "base")}
     for joint in range(2, robot.model.njoints):
@@ -57,12 +59,13 @@ def joint_paths(robot: Quadruped, root: FramePath) -> dict[int, FramePath]:
 
 
 def _tracks(plan: Plan, paths: dict[int, FramePath]) -> list[Track]:
+    """Keyframes of the base and all joints."""
     times = sample_times(plan.path)
     values = plan.path.evaluate(times)
     base, turn = paths[1], rpy_to_quaternion(values[:, 3:6])
-    # Half of the tolerance is spent between samples, half by leaving samples out.
-    at = thinned(times, values[:, :3], 0.5 * POSITION_TOLERANCE)
-    turns = thinned(times, turn, 0.5 * ANGLE_TOLERANCE, deviation=turn_deviation)
+    # One half of the tolerance is for the motion between samples, the other for left-out samples.
+    at = kept_samples(times, values[:, :3], 0.5 * POSITION_TOLERANCE)
+    turns = kept_samples(times, turn, 0.5 * ANGLE_TOLERANCE, error=turn_error)
     tracks = [
         Track(base, "position", times[at], values[at, :3]),
         Track(base, "quaternion", times[turns], turn[turns]),
@@ -75,27 +78,30 @@ def _tracks(plan: Plan, paths: dict[int, FramePath]) -> list[Track]:
 def _joint_track(
     model: Any, joint: int, path: FramePath, times: FloatArray, values: FloatArray
 ) -> list[Track]:
-    """Keys of one joint. Slerp about a fixed axis is a straight line in the joint's angle."""
+    """Keyframes of one joint with ``values (n,)``; none for joints with more than one coordinate.
+
+    Slerp about a fixed axis is a straight line in the joint's angle.
+    """
     import pinocchio as pin
 
     kind, data = model.joints[joint], model.joints[joint].createData()
     if kind.nq != 1:
         return []
-    # calc() reads the joint's own entries of a whole configuration.
+    # calc() takes the configuration of the whole robot.
     kind.calc(data, pin.neutral(model))
-    slide, axis = np.split(np.reshape(data.S, 6), 2)
+    direction, axis = np.split(np.reshape(data.S, 6), 2)
     placement = model.jointPlacements[joint]
     if np.linalg.norm(axis) < 1e-9:
-        keys = thinned(times, values, 0.5 * POSITION_TOLERANCE)
-        places = placement.translation + values[keys, None] * (placement.rotation @ slide)
+        keys = kept_samples(times, values, 0.5 * POSITION_TOLERANCE)
+        places = placement.translation + values[keys, None] * (placement.rotation @ direction)
         return [Track(path, "position", times[keys], places)]
-    keys = thinned(times, values, 0.5 * ANGLE_TOLERANCE, most=LARGEST_TURN)
+    keys = kept_samples(times, values, 0.5 * ANGLE_TOLERANCE, largest_step=LARGEST_TURN)
     zero = np.asarray(pin.Quaternion(placement.rotation).coeffs())
     return [Track(path, "quaternion", times[keys], _turned(zero, axis, values[keys]))]
 
 
 def _turned(zero: FloatArray, axis: FloatArray, angles: FloatArray) -> FloatArray:
-    """Quaternion ``zero (4,)`` times turns by ``angles (n,)`` about a unit ``axis (3,)``."""
+    """Quaternion ``zero (4,)`` times turns by ``angles (n,)`` about a unit ``axis``: ``(n, 4)``."""
     vector = np.sin(angles / 2.0)[:, None] * axis
     scalar = np.cos(angles / 2.0)[:, None]
     xyz = zero[3] * vector + scalar * zero[:3] + np.cross(zero[:3], vector)

@@ -1,4 +1,4 @@
-"""What a robot looks like: its URDF's own shapes, or a figure of tubes along its joints."""
+"""The shapes of a robot: those of its URDF, or bars from joint to joint."""
 
 from __future__ import annotations
 
@@ -12,42 +12,48 @@ from gaitopt.errors import RobotError
 from gaitopt.files import StrPath
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.viewing.colours import LEG_COLOURS
-from gaitopt.viewing.replay.scene import Ball, Box, Cylinder, Look, Part, Shape, pose
-from gaitopt.viewing.replay.solids import along
+from gaitopt.viewing.replay.scene import Appearance, Ball, Box, Cylinder, Part, Shape, pose
+from gaitopt.viewing.replay.solids import rounded_bar
 
 Parts = dict[int, tuple[Part, ...]]
-"""The parts that move with each of Pinocchio's joints."""
+"""The parts that move with each of Pinocchio's joints, by the joint's number."""
 
-PLAIN, BODY, METAL = "#9aa3ad", "#3c434c", "#aab2bb"
+PLAIN, BODY, METAL, MARK = "#9aa3ad", "#3c434c", "#aab2bb", "#f2f2ee"
+"""Colours of shapes without one, and of body, legs and the mark at the front of drawn robots."""
+THICKNESS = 0.045
+"""Radius of a leg's bar over the leg's length. This and the other proportions of a drawn robot are
+chosen here, to look like the robots at hand."""
 
 
 def robot_parts(robot: Quadruped, meshes: bool | StrPath = False) -> Parts:
-    """The parts of every joint's frame, by Pinocchio's joint number (the body is 1).
+    """The parts of a robot by the number of the joint with which they move; the body has number 1.
 
-    URDFs of boxes, balls and cylinders show those. Where one names mesh files, they are read when
-    ``meshes`` asks for them; otherwise the robot is drawn as tubes along its joints.
+    Boxes, balls and cylinders of the URDF are taken as they are. If the URDF names mesh files, they
+    are read where ``meshes`` asks for them (see :func:`gaitopt.replay`); otherwise the robot is
+    drawn as bars from joint to joint.
 
     Raises:
-        InputError: ``meshes`` were asked for and a file is missing.
+        InputError: ``meshes`` were asked for, and a file is missing.
         RobotError: a shape of the URDF cannot be read.
     """
     description = _described(robot)
     visuals = [(link.name, v) for link in description.links for v in link.visuals if v.geometry]
     has_meshes = any(v.geometry.mesh is not None for _, v in visuals)
     if not visuals or (has_meshes and meshes is False):
-        return _figure(robot)
+        return _bars(robot)
     colours = {m.name: m.color for m in description.materials if m.color is not None}
     parts: Parts = {}
     for link, visual in visuals:
-        joint, placement = _carrier(robot.model, link)
+        joint, placement = _joint_of(robot.model, link)
         shape = _shape(visual.geometry, meshes)
         origin = np.eye(4) if visual.origin is None else np.asarray(visual.origin)
-        part = Part(shape, _look(visual.material, colours), placement @ origin)
+        part = Part(shape, _appearance(visual.material, colours), placement @ origin)
         parts[joint] = (*parts.get(joint, ()), part)
     return parts
 
 
 def _described(robot: Quadruped) -> Any:
+    """The URDF as yourdfpy describes it; raises RobotError where it cannot be read."""
     import yourdfpy
 
     try:
@@ -62,8 +68,8 @@ def _described(robot: Quadruped) -> Any:
         raise RobotError(f"{robot.name}: the URDF's shapes cannot be read: {error}") from error
 
 
-def _carrier(model: Any, link: str) -> tuple[int, FloatArray]:
-    """The joint that moves a link, and the link's pose in that joint's frame."""
+def _joint_of(model: Any, link: str) -> tuple[int, FloatArray]:
+    """Number of the joint that moves a link, and the link's pose ``(4, 4)`` in its frame."""
     import pinocchio as pin
 
     if not model.existFrame(link, pin.FrameType.BODY):
@@ -73,6 +79,7 @@ def _carrier(model: Any, link: str) -> tuple[int, FloatArray]:
 
 
 def _shape(geometry: Any, meshes: bool | StrPath) -> Shape:
+    """A shape of the URDF; raises InputError where its mesh is missing."""
     if geometry.box is not None:
         x, y, z = (float(s) for s in geometry.box.size)
         return Box((x, y, z))
@@ -85,48 +92,49 @@ def _shape(geometry: Any, meshes: bool | StrPath) -> Shape:
     return read_mesh(geometry.mesh.filename, geometry.mesh.scale, meshes)
 
 
-def _look(material: Any, colours: dict[str, Any]) -> Look:
+def _appearance(material: Any, colours: dict[str, Any]) -> Appearance:
+    """Colour and opacity of a material; ``colours`` are those of materials that are only named."""
     colour = None
     if material is not None:
         colour = material.color if material.color is not None else colours.get(material.name)
     if colour is None:
-        return Look(PLAIN)
+        return Appearance(PLAIN)
     rgba = np.clip(np.nan_to_num(np.asarray(colour.rgba, dtype=np.float64)), 0.0, 1.0)
     red, green, blue = (round(255 * c) for c in rgba[:3])
-    return Look(f"#{red:02x}{green:02x}{blue:02x}", float(rgba[3]) if len(rgba) > 3 else 1.0)
+    return Appearance(f"#{red:02x}{green:02x}{blue:02x}", float(rgba[3]) if len(rgba) > 3 else 1.0)
 
 
-def _figure(robot: Quadruped) -> Parts:
-    """A body box through the hips, and tubes from joint to joint down to the feet."""
+def _bars(robot: Quadruped) -> Parts:
+    """A box for the body, and bars from joint to joint down to the feet."""
     model, parts = robot.model, {1: list(_body(robot))}
     size = float(np.mean([leg.upper + leg.lower for leg in robot.legs.values()]))
-    thick = 0.045 * size
+    radius = THICKNESS * size
     for joint in range(2, model.njoints):
         parent, place = int(model.parents[joint]), model.jointPlacements[joint].translation
-        mine = parts.setdefault(joint, [])
-        mine.append(Part(Ball(1.25 * thick), Look(BODY)))
+        parts.setdefault(joint, []).append(Part(Ball(1.25 * radius), Appearance(BODY)))
         if parent > 1:
-            parts[parent] += along(np.zeros(3), place, thick, Look(METAL))
+            parts[parent] += rounded_bar(np.zeros(3), place, radius, Appearance(METAL))
     for name in LEGS:
-        leg, look = robot.legs[name], Look(LEG_COLOURS[name])
+        leg, colour = robot.legs[name], Appearance(LEG_COLOURS[name])
         frame = model.frames[model.getFrameId(leg.foot)]
-        last, tip = int(frame.parentJoint), frame.placement.translation.copy()
+        last, foot = int(frame.parentJoint), frame.placement.translation.copy()
         parts.setdefault(last, [])
-        parts[last] += along(np.zeros(3), tip, 0.75 * thick, Look(METAL))
-        parts[last] += along(0.65 * tip, 0.9 * tip, 0.85 * thick, look)
-        parts[last].append(Part(Ball(robot.foot_radius or thick), look, pose(tip)))
+        parts[last] += rounded_bar(np.zeros(3), foot, 0.75 * radius, Appearance(METAL))
+        parts[last] += rounded_bar(0.65 * foot, 0.9 * foot, 0.85 * radius, colour)
+        parts[last].append(Part(Ball(robot.foot_radius or radius), colour, pose(foot)))
     return {joint: tuple(found) for joint, found in parts.items()}
 
 
 def _body(robot: Quadruped) -> list[Part]:
+    """A box as large as the stance, and a bright bar at its front."""
     hips = np.array([leg.hip for leg in robot.legs.values()])
     length, width = np.ptp(hips[:, 0]), np.ptp(hips[:, 1])
     height = 0.3 * float(np.mean([leg.upper for leg in robot.legs.values()])) + 0.02
     box = Box((1.1 * length, max(0.75 * width, 0.3 * length), height))
-    at = robot.body_axes @ robot.centre
-    nose = at + robot.body_axes @ np.array([0.56 * length, 0.0, 0.1 * height])
+    middle = robot.body_axes @ robot.centre
+    front = middle + robot.body_axes @ np.array([0.56 * length, 0.0, 0.1 * height])
     bar = Box((0.02 * length, 0.6 * box.size[1], 0.35 * height))
     return [
-        Part(box, Look(BODY), pose(at, robot.body_axes)),
-        Part(bar, Look("#f2f2ee"), pose(nose, robot.body_axes)),
+        Part(box, Appearance(BODY), pose(middle, robot.body_axes)),
+        Part(bar, Appearance(MARK), pose(front, robot.body_axes)),
     ]

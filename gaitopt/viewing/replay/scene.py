@@ -1,8 +1,7 @@
-"""A scene as pure data: solids on a tree of frames, and keyframes that move or hide the frames.
+"""A scene as data: solids on a tree of frames, and keyframes that move or hide the frames.
 
-Planner's results are turned into a :class:`Scene` by ``robot_scene.py`` (what walks) and
-``route_scene.py`` (what it walks on); ``page.py`` writes a scene as HTML. Scenes add up with
-:func:`joined`, so that several robots, or obstacles, can share a page.
+The files ``*_scene.py`` make scenes of a plan: of its robot, terrain, obstacles, and support
+polygons. ``page.py`` writes a scene as HTML. Several scenes are put together with :func:`joined`.
 """
 
 from __future__ import annotations
@@ -45,7 +44,7 @@ class Cylinder:
 class Surface:
     """Triangles: ``vertices (n, 3)`` [m] and ``faces (m, 3)``, indices of their corners.
 
-    A ``smooth`` surface is shaded as if it were round across its edges.
+    A ``smooth`` surface is shaded as if it had no edges.
     """
 
     vertices: FloatArray
@@ -55,7 +54,7 @@ class Surface:
 
 @dataclass(frozen=True, eq=False)
 class Segments:
-    """Thin lines: ``points (2 k, 3)`` [m], the ends of each segment one after the other."""
+    """Thin lines: ``points (2 k, 3)`` [m] are both ends of each line in turn."""
 
     points: FloatArray
 
@@ -64,36 +63,37 @@ Shape = Box | Ball | Cylinder | Surface | Segments
 
 
 @dataclass(frozen=True)
-class Look:
-    """How a shape is painted.
+class Appearance:
+    """Colour and shading of a shape.
 
     Attributes:
         colour: ``"#rrggbb"``.
-        opacity: 1 opaque, 0 invisible.
-        lit: whether light and shadow fall on it; marks and lines are drawn in their plain colour.
-        casts: whether it casts a shadow.
-        layer: order of drawing. What lies below zero is a backdrop, which hides nothing.
+        opacity: from 0, invisible, to 1, opaque.
+        lit: whether light and shadows change its colour, which they do not for marks and lines.
+        casts_shadow: whether it casts a shadow.
+        layer: order of drawing; higher ones are drawn later. Shapes in layers below zero are
+            background, which hides nothing.
     """
 
     colour: str
     opacity: float = 1.0
     lit: bool = True
-    casts: bool = True
+    casts_shadow: bool = True
     layer: int = 0
 
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """A shape with its look and its pose ``(4, 4)`` in the frame that carries it."""
+    """A shape with its appearance, and its pose ``(4, 4)`` in the frame to which it belongs."""
 
     shape: Shape
-    look: Look
+    appearance: Appearance
     pose: FloatArray = field(default_factory=lambda: np.eye(4))
 
 
 @dataclass(frozen=True, eq=False)
 class Node:
-    """A frame of the tree: its pose ``(4, 4)`` in the frame above, and what it carries."""
+    """A frame of the tree: its pose ``(4, 4)`` in the frame above it, and its parts."""
 
     path: FramePath
     parts: tuple[Part, ...] = ()
@@ -106,11 +106,12 @@ class Track:
 
     Attributes:
         path: the frame.
-        kind: ``"position"`` ``(k, 3)`` [m], joined by straight lines; ``"quaternion"`` ``(k, 4)``
-            in the order x, y, z, w, joined by turning about one axis at constant speed (slerp); or
-            ``"visible"`` ``(k,)``, which holds until the next key.
-        times: ``(k,)`` [s], not decreasing. Two keys at one time make a jump.
-        values: see ``kind``; before the first and after the last key its value holds.
+        kind: ``"position"``: values ``(k, 3)`` [m] with straight lines between them;
+            ``"quaternion"``: values ``(k, 4)`` in the order x, y, z, w, with a turn about one axis
+            at constant speed between them (slerp); or ``"visible"``: values ``(k,)``, each valid
+            until the next key.
+        times: of the keys ``(k,)`` [s], not decreasing. Two keys at the same time make a jump.
+        values: of the keys. The first and the last one also hold before and after the keys.
     """
 
     path: FramePath
@@ -124,7 +125,7 @@ class Scene:
     """Frames and keyframes.
 
     Attributes:
-        nodes: the frames, each after the frame above it.
+        nodes: the frames; each comes after the frame above it.
         tracks: the keyframes.
         duration: of the motion [s].
     """
@@ -135,7 +136,7 @@ class Scene:
 
 
 def joined(scenes: Iterable[Scene]) -> Scene:
-    """All scenes in one; it lasts as long as the longest."""
+    """One scene with the contents of all, as long as the longest of them."""
     every = tuple(scenes)
     return Scene(
         nodes=tuple(node for scene in every for node in scene.nodes),
@@ -154,7 +155,10 @@ def pose(translation: Iterable[float], rotation: FloatArray | None = None) -> Fl
 
 
 def shown_during(path: FramePath, start: float, end: float, duration: float) -> Track:
-    """A track that shows a frame from ``start`` to ``end`` [s] of a motion of ``duration``."""
+    """A track that shows a frame only from ``start`` to ``end`` [s] of a motion.
+
+    ``duration`` is that of the motion [s].
+    """
     times, values = [start], [True]
     if start > 0:
         times, values = [0.0, start], [False, True]

@@ -12,10 +12,10 @@ from gaitopt.plan.phase import Phase
 from gaitopt.plan.plan import Plan
 from gaitopt.stability.support import shrunken_polygon
 from gaitopt.viewing.colours import LEG_COLOURS
-from gaitopt.viewing.replay.keyframes import POSITION_TOLERANCE, thinned
+from gaitopt.viewing.replay.keyframes import POSITION_TOLERANCE, kept_samples
 from gaitopt.viewing.replay.scene import (
+    Appearance,
     FramePath,
-    Look,
     Node,
     Part,
     Scene,
@@ -23,7 +23,7 @@ from gaitopt.viewing.replay.scene import (
     pose,
     shown_during,
 )
-from gaitopt.viewing.replay.solids import band, disc, filled, tube
+from gaitopt.viewing.replay.solids import border, disc, filled_polygon, tube
 from gaitopt.viewing.replay.terrain_scene import Samples, swing_points
 
 SUPPORT: FramePath = ("support",)
@@ -102,14 +102,14 @@ def _polygons(stance: Stance, margin: float, lift: float) -> list[Part]:
     if len(outer) > 2:
         corners = stance.on_plane(outer, lift)
         parts += [
-            Part(filled(corners), _flat("#ffffff", 0.5 if swing else 0.3, 4)),
-            Part(band(corners, 0.004), _flat(INK, 0.9 if swing else 0.5, 6)),
+            Part(filled_polygon(corners), _flat("#ffffff", 0.5 if swing else 0.3, 4)),
+            Part(border(corners, 0.004), _flat(INK, 0.9 if swing else 0.5, 6)),
         ]
     if len(inner) > 2:
         corners = stance.on_plane(inner, lift + 6e-4)
         parts += [
-            Part(filled(corners), _flat(INSIDE, 0.45 if swing else 0.2, 5)),
-            Part(band(corners, 0.0025), _flat(INSIDE, 0.95 if swing else 0.6, 7)),
+            Part(filled_polygon(corners), _flat(INSIDE, 0.45 if swing else 0.2, 5)),
+            Part(border(corners, 0.0025), _flat(INSIDE, 0.95 if swing else 0.6, 7)),
         ]
     return parts
 
@@ -117,7 +117,7 @@ def _polygons(stance: Stance, margin: float, lift: float) -> list[Part]:
 def _flown(phase: Phase, samples: Samples) -> list[Part]:
     ways = {leg: swing_points(samples, leg, phase.start, phase.end) for leg in phase.flying}
     return [
-        Part(tube(points, 0.0045), Look(LEG_COLOURS[leg], casts=False))
+        Part(tube(points, 0.0045), Appearance(LEG_COLOURS[leg], casts_shadow=False))
         for leg, points in ways.items() if len(points) > 1
     ]  # fmt: skip
 
@@ -132,7 +132,7 @@ def _projection(
     pieces = [_projected(stance, samples) for stance in stances]
     times = np.concatenate([t for t, _ in pieces]) if pieces else samples.times[:1]
     places = np.concatenate([p for _, p in pieces]) if pieces else samples.cog[:1]
-    keys = thinned(times, places, POSITION_TOLERANCE)
+    keys = kept_samples(times, places, POSITION_TOLERANCE)
     dot = Node(
         (*root, "cog"),
         (
@@ -163,5 +163,5 @@ def _projected(stance: Stance, samples: Samples) -> tuple[FloatArray, FloatArray
     return times, stance.on_plane(flat, 0.0)
 
 
-def _flat(colour: str, opacity: float, layer: int) -> Look:
-    return Look(colour, opacity, lit=False, casts=False, layer=layer)
+def _flat(colour: str, opacity: float, layer: int) -> Appearance:
+    return Appearance(colour, opacity, lit=False, casts_shadow=False, layer=layer)

@@ -10,12 +10,12 @@ from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.plan.plan import Plan
 from gaitopt.terrain.footholds import Footholds
 from gaitopt.viewing.colours import LEG_COLOURS
-from gaitopt.viewing.replay.keyframes import sample_times, thinned
+from gaitopt.viewing.replay.keyframes import kept_samples, sample_times
 from gaitopt.viewing.replay.scene import (
+    Appearance,
     Box,
     Cylinder,
     FramePath,
-    Look,
     Node,
     Part,
     Scene,
@@ -45,7 +45,7 @@ class Samples:
     feet: FloatArray
 
 
-def sampled(plan: Plan) -> Samples:
+def samples_of(plan: Plan) -> Samples:
     """The plan at all instants between which it is straight within the replay's tolerances."""
     bounds = [time for p in plan.phases for time in (p.start, p.end) if 0 < time < plan.duration]
     found = plan.at(np.union1d(sample_times(plan.path), bounds))
@@ -66,8 +66,8 @@ def terrain_scene(footholds: Footholds, foot_radius: float) -> Scene:
     for leg in LEGS:
         tops = footholds[leg] - drop
         if footholds.radius is None:
-            look = Look(LEG_COLOURS[leg], 0.85, lit=False, casts=False, layer=1)
-            parts = tuple(Part(mark, look, pose(p + MARK_LIFT)) for p in tops)
+            appearance = Appearance(LEG_COLOURS[leg], 0.85, lit=False, casts_shadow=False, layer=1)
+            parts = tuple(Part(mark, appearance, pose(p + MARK_LIFT)) for p in tops)
         else:
             parts = tuple(_column(p, footholds.radius, level, leg) for p in tops)
         nodes.append(Node((*ROUTE, f"footholds {leg}"), parts))
@@ -87,9 +87,11 @@ def swings_scene(plan: Plan, samples: Samples) -> Scene:
         points = swing_points(samples, swing.leg, swing.start, swing.end)
         if len(points) > 1:
             tubes[swing.leg].append(tube(points, 0.0022))
+    appearances = {
+        leg: Appearance(LEG_COLOURS[leg], 0.55, casts_shadow=False, layer=3) for leg in LEGS
+    }
     nodes = [
-        Node((*ROUTE, f"swings {leg}"),
-             (Part(merged(found), Look(LEG_COLOURS[leg], 0.55, casts=False, layer=3)),))
+        Node((*ROUTE, f"swings {leg}"), (Part(merged(found), appearances[leg]),))
         for leg, found in tubes.items() if found
     ]  # fmt: skip
     return Scene(tuple(nodes))
@@ -103,13 +105,13 @@ def swing_points(samples: Samples, leg: str, start: float, end: float) -> FloatA
         return points
     # Thinned along its length: what counts is the shape, not when the foot is where.
     length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
-    return np.asarray(points[thinned(length, points, SWING_TOLERANCE)])
+    return np.asarray(points[kept_samples(length, points, SWING_TOLERANCE)])
 
 
 def _column(top: FloatArray, radius: float, level: float, leg: str) -> Part:
     height = float(top[2]) - level
     middle = [float(top[0]), float(top[1]), level + height / 2.0]
-    return Part(Cylinder(radius, height), Look(LEG_COLOURS[leg]), pose(middle))
+    return Part(Cylinder(radius, height), Appearance(LEG_COLOURS[leg]), pose(middle))
 
 
 def _ground(footholds: Footholds, level: float) -> Node:
@@ -131,9 +133,9 @@ def _ground(footholds: Footholds, level: float) -> Node:
         (
             Part(
                 floor,
-                Look(FLOOR, casts=False, layer=-2),
+                Appearance(FLOOR, casts_shadow=False, layer=-2),
                 pose([*middle, level - 0.005]),
             ),
-            Part(grid, Look(LINES, lit=False, casts=False, layer=-1)),
+            Part(grid, Appearance(LINES, lit=False, casts_shadow=False, layer=-1)),
         ),
     )

@@ -64,8 +64,8 @@ def test_corners_lie_on_the_obstacle(obstacle: Obstacle) -> None:
 def test_it_is_lit_opaque_and_casts_a_shadow(obstacle: Obstacle) -> None:
     for part in obstacle_scene([obstacle]).nodes[1].parts:
         solid = isinstance(part.shape, Surface)
-        assert part.look.lit == part.look.casts == solid
-        assert part.look.opacity == 1.0 or not solid
+        assert part.appearance.lit == part.appearance.casts_shadow == solid
+        assert part.appearance.opacity == 1.0 or not solid
 
 
 def test_edges_of_the_board_are_those_of_a_box() -> None:

@@ -197,18 +197,18 @@ def test_without_the_baseline_there_are_no_ratios(plans: dict[str, Plan]) -> Non
 
 def test_the_bar_tells_who_arrives(page: Page, plans: dict[str, Plan]) -> None:
     order = sorted(plans, key=lambda name: plans[name].duration)
-    assert [m.start for m in page.moments] == [0.0, *(plans[name].duration for name in order)]
-    for moment, name in zip(page.moments[1:], order, strict=True):
+    assert [m.start for m in page.captions] == [0.0, *(plans[name].duration for name in order)]
+    for moment, name in zip(page.captions[1:], order, strict=True):
         assert moment.label.startswith(f"{name} has arrived: {plans[name].duration:.0f}"[:-2])
         # The mark is who arrives, the bar from there on who comes next.
         assert moment.mark == next(label.colour for label in page.labels if label.name == name)
-    marks = [moment.mark for moment in page.moments]
-    assert [moment.colour for moment in page.moments] == [*marks[1:], ""]
+    marks = [moment.mark for moment in page.captions]
+    assert [moment.colour for moment in page.captions] == [*marks[1:], ""]
 
 
 def test_the_first_view_holds_all_lanes(page: Page, runners: tuple[Runner, ...]) -> None:
-    low, high = np.min(page.held, axis=0), np.max(page.held, axis=0)
-    assert len(page.held) == 8
+    low, high = np.min(page.in_view, axis=0), np.max(page.in_view, axis=0)
+    assert len(page.in_view) == 8
     for runner in runners:
         feet = runner.plan.footholds.array.reshape(-1, 3) + runner.offset
         body = runner.plan.path.knots()[:, :3] + runner.offset
@@ -360,8 +360,10 @@ def test_a_row_keeps_its_colour_whoever_else_runs() -> None:
         ]
 
 
-def test_bars_need_equally_many_times() -> None:
-    with pytest.raises(InputError, match=r"equally many times \(n,\), got a \(2,\), b \(1,\)"):
+def test_bars_need_the_same_number_of_times() -> None:
+    with pytest.raises(
+        InputError, match=r"the same number of times \(n,\), got a \(2,\), b \(1,\)"
+    ):
         plot_race({"a": [1.0, 2.0], "b": [1.0]})
     with pytest.raises(InputError, match="no name"):
         plot_race({})

@@ -24,7 +24,7 @@ from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.columns import s_columns
 from gaitopt.terrain.footholds import Footholds
 from gaitopt.viewing.replay.encoding import commands
-from gaitopt.viewing.replay.keyframes import sample_times, slerp, thinned
+from gaitopt.viewing.replay.keyframes import kept_samples, sample_times, slerp
 from gaitopt.viewing.replay.mesh_files import read_mesh
 from gaitopt.viewing.replay.page import SPEEDS, comfortable_speed
 from gaitopt.viewing.replay.replay import plan_scene, replay, replay_html, show
@@ -175,14 +175,14 @@ def test_a_plan_without_motion_is_a_still_picture(robot, tmp_path):
 
 def test_straight_lines_need_two_keys_and_rest_needs_one():
     t = np.linspace(0, 1, 101)
-    assert thinned(t, 3 * t, 1e-9).tolist() == [0, 100]
-    assert thinned(t, np.ones((101, 3)), 1e-9).tolist() == [0]
+    assert kept_samples(t, 3 * t, 1e-9).tolist() == [0, 100]
+    assert kept_samples(t, np.ones((101, 3)), 1e-9).tolist() == [0]
 
 
 def test_thinning_keeps_its_word_and_drops_most_samples():
     t = np.linspace(0, 10, 5001)
     y = np.column_stack([np.sin(t), np.cos(3 * t)])
-    keep = thinned(t, y, 1e-3)
+    keep = kept_samples(t, y, 1e-3)
     shown = np.column_stack([np.interp(t, t[keep], y[keep, i]) for i in range(2)])
     assert np.linalg.norm(shown - y, axis=1).max() <= 1e-3
     assert len(keep) < 500
@@ -190,7 +190,7 @@ def test_thinning_keeps_its_word_and_drops_most_samples():
 
 def test_a_jump_keeps_both_of_its_keys():
     t = np.array([0.0, 1.0, 1.0, 2.0])
-    assert thinned(t, np.array([0.0, 0.0, 1.0, 1.0]), 1e-4).tolist() == [0, 1, 2, 3]
+    assert kept_samples(t, np.array([0.0, 0.0, 1.0, 1.0]), 1e-4).tolist() == [0, 1, 2, 3]
 
 
 def test_curved_paths_are_looked_at_often_enough():
