@@ -23,6 +23,10 @@ SOLVER_TOLERANCE: Final = 1e-9
 ROW_TOLERANCE: Final = 1e-8
 """Violation of a row that counts as rounding: ten times :data:`SOLVER_TOLERANCE`."""
 
+PROGRAM_TOLERANCE: Final = 1e-6
+"""The same for programs along paths (:class:`LinearProgram`), whose limits a planner tightens by
+far more. DAQP leaves up to 1e-7 there; HiGHS, which would leave less, takes 20 times as long."""
+
 PROOF_TOLERANCE: Final = 1e-6
 """Error of the multipliers' equation, and of a multiplier times its slack, up to which a linear
 program counts as solved. Objectives are shares of the weight or of a torque limit."""
@@ -44,6 +48,39 @@ class LinearSolution(NamedTuple):
 
     point: FloatArray
     multipliers: FloatArray
+
+
+class LinearProgram(NamedTuple):
+    """The rows of a linear program that is solved for several objectives and last limits.
+
+    Attributes:
+        weight: :data:`LINEAR_WEIGHT` on the diagonal ``(n, n)``.
+        rows: ``A (m, n)``, of order one.
+        low, high: of all rows but the last two ``(m - 2,)``, within ``-NO_BOUND`` and
+            ``NO_BOUND``.
+    """
+
+    weight: FloatArray
+    rows: FloatArray
+    low: FloatArray
+    high: FloatArray
+
+    def solve(
+        self, costs: FloatArray, last_low: tuple[float, float], last_high: tuple[float, float]
+    ) -> FloatArray | None:
+        """A minimiser ``(n,)``; ``None`` when there is none, or none was proven.
+
+        Args:
+            costs: what is minimised is ``costs @ x``.
+            last_low, last_high: limits of the last two rows.
+        """
+        low, high = np.append(self.low, last_low), np.append(self.high, last_high)
+        point, multipliers = _daqp(self.weight, costs, self.rows, low, high)
+        gradient = costs + LINEAR_WEIGHT * point
+        if _proven(gradient, self.rows, low, high, point, multipliers, PROGRAM_TOLERANCE):
+            return point
+        found = _highs(costs, self.rows, low, high)
+        return None if found is None else found.point
 
 
 def solve_quadratic(
@@ -120,14 +157,15 @@ def _proven(
     high: FloatArray,
     point: FloatArray,
     multipliers: FloatArray,
+    tolerance: float = ROW_TOLERANCE,
 ) -> bool:
-    """Whether the multipliers prove that ``point`` is a minimiser."""
+    """Whether the multipliers prove that ``point``, which is to keep all rows, is a minimiser."""
     values = rows @ point
     above, below = high - values, values - low
     slack = np.where(multipliers > 0.0, above, below)
     held = np.abs(multipliers) * slack
     return bool(
-        min(above.min(), below.min()) >= -ROW_TOLERANCE
+        min(above.min(), below.min()) >= -tolerance
         and np.abs(gradient + rows.T @ multipliers).max() <= PROOF_TOLERANCE
         and np.abs(held[multipliers != 0.0]).max(initial=0.0) <= PROOF_TOLERANCE
     )

@@ -10,14 +10,30 @@ from numpy.typing import NDArray
 
 import gaitopt
 from gaitopt import ForceLimits, Quadruped
-from gaitopt.dynamics.force_timing import ForceTiming, TimingLimits, fastest_with_forces
+from gaitopt.dynamics.force_timing import fastest_with_forces
+from gaitopt.dynamics.path_programs import PathIntervals, TimingLimits
 from gaitopt.dynamics.small_programs import NO_BOUND, solve_linear
 from gaitopt.dynamics.whole_body import PathDynamics, path_dynamics
 from gaitopt.robots.whole_body import joints_from_feet
 
 Array = NDArray[np.float64]
 GRID = (1.0 - np.cos(np.pi * np.arange(13) / 12)) / 2.0
-STANDING = np.ones((1, 4), dtype=np.bool_)
+COUNT = len(GRID) - 1
+INTERVALS = PathIntervals(
+    begin=np.arange(COUNT),
+    end=np.arange(1, COUNT + 1),
+    lengths=np.diff(GRID),
+    standing=np.ones((COUNT, 4), dtype=np.bool_),
+    first=np.array([0, COUNT]),
+)
+
+
+class Found(NamedTuple):
+    """Squared speeds at the grid, and whether the path can be followed."""
+
+    squares: Array
+    stuck: bool
+    place: int
 
 
 class Move(NamedTuple):
@@ -47,17 +63,19 @@ def move(name: str, distance: float, top: float = np.inf) -> Move:
     far = [values(GRID + k * h) for k in (-1, 0, 1)]
     first, second = (far[2] - far[0]) / (2 * h), (far[2] - 2 * far[1] + far[0]) / h**2
     dynamics = path_dynamics(robot, far[1], first, second)
-    squares = np.full((len(GRID), 1), top)
+    squares = np.full(len(GRID), top)
     squares[[0, -1]] = 0.0
-    return Move(robot, dynamics, TimingLimits(squares, first[:, None, 6:], second[:, None, 6:]))
+    return Move(robot, dynamics, TimingLimits(squares, first[:, 6:], second[:, 6:]))
 
 
-def found(given: Move, limits: ForceLimits) -> ForceTiming:
-    return fastest_with_forces(given.robot, given.dynamics, STANDING, GRID, limits, given.timing)
+def found(given: Move, limits: ForceLimits) -> Found:
+    out = fastest_with_forces(given.robot, given.dynamics, INTERVALS, limits, given.timing)
+    assert np.array_equal(out.begin[1:], out.end[:-1])
+    return Found(np.append(out.begin, out.end[-1]), bool(out.stuck[0]), int(out.places[0]))
 
 
-def duration(timing: ForceTiming) -> float:
-    speeds = np.sqrt(timing.squares[:, 0])
+def duration(timing: Found) -> float:
+    speeds = np.sqrt(timing.squares)
     return float((2.0 * np.diff(GRID) / (speeds[1:] + speeds[:-1])).sum())
 
 
@@ -85,7 +103,7 @@ def has_forces(given: Move, limits: ForceLimits, i: int, u: float, x: float) -> 
 @pytest.mark.parametrize("name", ["a1", "anymal_c", "wang2020"])
 def test_forces_exist_at_both_ends_of_every_interval(name: str) -> None:
     given, limits = move(name, 0.08), ForceLimits()
-    squares = found(given, limits).squares[:, 0]
+    squares = found(given, limits).squares
     assert squares[0] == squares[-1] == 0.0 and (squares[1:-1] > 0.0).all()
     for i, step in enumerate(np.diff(GRID).tolist()):
         u = (squares[i + 1] - squares[i]) / (2.0 * step)
@@ -97,7 +115,7 @@ def test_forces_exist_at_both_ends_of_every_interval(name: str) -> None:
 def test_no_interval_could_gain_five_per_cent_more(name: str) -> None:
     """Up to the largest speed the greatest acceleration is used, then the greatest braking."""
     given, limits = move(name, 0.08), ForceLimits()
-    squares = found(given, limits).squares[:, 0]
+    squares = found(given, limits).squares
     for i, step in enumerate(np.diff(GRID).tolist()):
         u = (squares[i + 1] - squares[i]) / (2.0 * step)
         more = [has_forces(given, limits, k, 1.05 * u, x) for k, x in
@@ -117,7 +135,7 @@ def test_less_friction_is_slower_and_none_is_no_rest() -> None:
     times = [duration(found(given, ForceLimits(friction=mu))) for mu in (1.0, 0.6, 0.3)]
     assert times == sorted(times)
     without = found(given, ForceLimits(friction=1e-3, torque_share=0.3))
-    assert without.stuck.all() and (without.places >= 0).all()
+    assert without.stuck and without.place >= 0
 
 
 def test_joint_velocities_hold_a_move_back() -> None:

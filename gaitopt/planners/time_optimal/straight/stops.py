@@ -16,8 +16,9 @@ import numpy as np
 
 from gaitopt.conventions import LEGS, BoolArray, FloatArray
 from gaitopt.dynamics.contacts import ForceLimits
-from gaitopt.dynamics.force_timing import TimingLimits, fastest_with_forces
+from gaitopt.dynamics.force_timing import fastest_with_forces
 from gaitopt.dynamics.forces import build_force_problem, solve_forces
+from gaitopt.dynamics.path_programs import PathIntervals, TimingLimits
 from gaitopt.dynamics.whole_body import motion_of_path, path_dynamics
 from gaitopt.errors import InfeasibleStepError
 from gaitopt.motion.differences import time_derivatives
@@ -138,7 +139,8 @@ class StoppingMotion(FootholdMotion):
         with np.errstate(divide="ignore"):
             fastest = ((velocity_limits / np.abs(first)) ** 2).min(axis=2)
         fastest[[0, -1]] = 0.0
-        timing = TimingLimits(fastest, first, second, limit)
+        flat = (fastest.ravel(), first.reshape(-1, JOINTS), second.reshape(-1, JOINTS))
+        timing = TimingLimits(*flat, limit)
         return replace(motion, squared_speeds=motion.speeds_with_forces(forces, timing))
 
     @cached_property
@@ -174,13 +176,29 @@ class StoppingMotion(FootholdMotion):
 
         places = values(share)
         along = path_dynamics(self.robot, places, *time_derivatives(values, share, SHARE_STEP))
-        stands = self._contacts_on(np.arange(count)).flying.stands
-        found = fastest_with_forces(self.robot, along, stands, GRID, forces, timing)
+        intervals = self._intervals()
+        found = fastest_with_forces(self.robot, along, intervals, forces, timing)
         if found.stuck.any():
             first = int(np.argmax(found.stuck))
-            place = places[[int(found.places[first]) * count + first]]
-            raise self._no_forces(forces, place, stands[[first]], first)
-        return found.squares
+            interval = int(found.places[first])
+            raise self._no_forces(
+                forces, places[[intervals.begin[interval]]], intervals.standing[[interval]], first
+            )
+        squares = np.zeros((PIECES_PER_LINE + 1, count))
+        squares[1:] = found.end.reshape(count, PIECES_PER_LINE).T
+        return squares
+
+    def _intervals(self) -> PathIntervals:
+        """The pieces of all lines, line by line; each line is a chain."""
+        count = len(self.lines.interval)
+        line, piece = np.divmod(np.arange(count * PIECES_PER_LINE), PIECES_PER_LINE)
+        return PathIntervals(
+            begin=piece * count + line,
+            end=(piece + 1) * count + line,
+            lengths=np.diff(GRID)[piece],
+            standing=self._contacts_on(line).flying.stands,
+            first=PIECES_PER_LINE * np.arange(count + 1),
+        )
 
     def _no_forces(
         self, forces: ForceLimits, place: FloatArray, stands: BoolArray, line: int

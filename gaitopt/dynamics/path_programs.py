@@ -1,0 +1,271 @@
+"""Linear programs along paths: what forces, torques and joints allow on every interval.
+
+Unknowns are the path acceleration, the squared path speed where the interval begins, and at both
+ends the coordinates of the contact forces, all in units that make them of order one. The rows of
+all intervals with the same standing feet are computed at once, without a loop.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gaitopt.conventions import GRAVITY, BoolArray, FloatArray
+from gaitopt.dynamics.contacts import ForceLimits, effort_limits, pyramid_rows
+from gaitopt.dynamics.small_programs import LINEAR_WEIGHT, NO_BOUND, LinearProgram
+from gaitopt.dynamics.whole_body import PathDynamics
+from gaitopt.robots.quadruped import Quadruped
+
+RANK = {0: 0, 1: 3, 2: 5}
+"""Rank of the base's six equations in the forces of so few feet; of more feet it is six. Three
+feet on one line then ask for forces without bound, which no limit allows."""
+ZERO_SINGULAR_VALUE = 1e-12
+"""Least singular value that is divided by, so that feet on one line give no division by zero."""
+
+
+@dataclass(frozen=True, eq=False)
+class PathIntervals:
+    """Intervals of ``C`` chains, one chain after another; each is followed without a stop.
+
+    Attributes:
+        begin, end: the samples at which each interval begins and ends ``(K,)``. Where feet land or
+            lift off the same place is two samples, or one that two intervals share.
+        lengths: of the intervals, in the path's parameter ``(K,)``.
+        standing: which feet stand ``(K, 4)``.
+        first: first interval of each chain, and ``K`` ``(C + 1,)``.
+    """
+
+    begin: np.ndarray
+    end: np.ndarray
+    lengths: FloatArray
+    standing: BoolArray
+    first: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.lengths)
+
+
+@dataclass(frozen=True, eq=False)
+class TimingLimits:
+    """What bounds the timing besides forces, at ``S`` samples.
+
+    Attributes:
+        squares: largest squared path speeds ``(S,)`` [1/s^2]: joint velocities, and 0 for a stop.
+        first, second: derivatives of the joints whose acceleration is limited, by the path's
+            parameter ``(S, n)``.
+        acceleration: limit of their accelerations [rad/s^2]; infinite for none.
+    """
+
+    squares: FloatArray
+    first: FloatArray
+    second: FloatArray
+    acceleration: float = np.inf
+
+
+@dataclass(frozen=True, eq=False)
+class IntervalPrograms:
+    """The rows of all intervals: ``low <= matrix @ unknowns <= high``.
+
+    The last two rows of a program bound the squared speed at the interval's begin and at its end.
+
+    Attributes:
+        programs: of every interval, with its rows.
+        units: unit of the first two unknowns of each interval ``(K,)`` [1/s^2].
+        edges: size by which the last row of each interval was divided ``(K,)``.
+    """
+
+    programs: list[LinearProgram]
+    units: FloatArray
+    edges: FloatArray
+
+
+def interval_programs(
+    robot: Quadruped,
+    dynamics: PathDynamics,
+    intervals: PathIntervals,
+    limits: ForceLimits,
+    timing: TimingLimits,
+) -> IntervalPrograms:
+    """The programs of all intervals.
+
+    Args:
+        robot: the robot.
+        dynamics: at all samples.
+        intervals: between samples.
+        limits: on forces and torques.
+        timing: on joint velocities and accelerations.
+    """
+    count = len(intervals)
+    units = _units(robot, dynamics, intervals, timing)
+    programs: list[LinearProgram | None] = [None] * count
+    edges = np.ones(count)
+    patterns, member = np.unique(intervals.standing, axis=0, return_inverse=True)
+    for i, pattern in enumerate(patterns):
+        own = np.flatnonzero(member.ravel() == i)
+        matrix, low, high, sizes = _rows(
+            robot, dynamics, intervals, limits, timing, pattern, own, units[own]
+        )
+        edges[own] = sizes
+        weight = LINEAR_WEIGHT * np.eye(matrix.shape[2])
+        for place, k in enumerate(own.tolist()):
+            programs[k] = LinearProgram(weight, matrix[place], low[place, :-2], high[place, :-2])
+    return IntervalPrograms([p for p in programs if p is not None], units, edges)
+
+
+def _units(
+    robot: Quadruped, dynamics: PathDynamics, intervals: PathIntervals, timing: TimingLimits
+) -> FloatArray:
+    """Unit of path acceleration and squared speed, one for each chain ``(K,)`` [1/s^2].
+
+    It is what takes a force of half the weight, or what joint velocities allow, whichever is less.
+    """
+    sizes = np.abs(dynamics.acceleration[:, :6]).max(axis=1) / (robot.mass * GRAVITY)
+    out = np.empty(len(intervals))
+    for first, last in zip(intervals.first[:-1], intervals.first[1:], strict=True):
+        samples = np.append(intervals.begin[first:last], intervals.end[last - 1])
+        reach = float(sizes[samples].max())
+        unit = 0.5 / reach if reach > 0.0 else np.inf
+        tops = timing.squares[samples]
+        fastest = float(tops[tops > 0.0].max(initial=0.0)) or 1.0
+        out[first:last] = min(unit, fastest) if np.isfinite(fastest) else min(unit, NO_BOUND)
+    return out
+
+
+def _rows(
+    robot: Quadruped,
+    dynamics: PathDynamics,
+    intervals: PathIntervals,
+    limits: ForceLimits,
+    timing: TimingLimits,
+    pattern: BoolArray,
+    own: np.ndarray,
+    units: FloatArray,
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Rows of the intervals ``own (n,)``, on which the feet of ``pattern`` stand.
+
+    Returns:
+        ``matrix (n, m, k)``, ``low`` and ``high (n, m)``, and the sizes of the last rows ``(n,)``.
+    """
+    samples, places = np.unique(
+        np.concatenate([intervals.begin[own], intervals.end[own]]), return_inverse=True
+    )
+    points = _point_rows(robot, dynamics, limits, pattern, samples)
+    here, there = places[: len(own)], places[len(own) :]
+    n, free = len(own), points.by_z.shape[2]
+    step = 2.0 * intervals.lengths[own]
+    matrices, lows, highs = [], [], []
+
+    def add(by_u: FloatArray, by_x: FloatArray, by_z: FloatArray | None, at: int,
+            low: FloatArray, high: FloatArray) -> None:  # fmt: skip
+        block = np.zeros((n, by_u.shape[1], 2 + 2 * free))
+        block[:, :, 0], block[:, :, 1] = by_u, by_x
+        if by_z is not None:
+            block[:, :, 2 + at * free : 2 + (at + 1) * free] = by_z
+        matrices.append(block)
+        lows.append(low)
+        highs.append(high)
+
+    unit = units[:, None]
+    for at, index in ((0, here), (1, there)):
+        by_u = points.by_u[index] + at * step[:, None] * points.by_x[index]
+        add(unit * by_u, unit * points.by_x[index], points.by_z[index], at,
+            points.low[index], points.high[index])  # fmt: skip
+    if np.isfinite(timing.acceleration):
+        for at, sample in ((0, intervals.begin[own]), (1, intervals.end[own])):
+            bend = timing.second[sample]
+            gain = timing.first[sample] + at * step[:, None] * bend
+            scale = unit / timing.acceleration
+            ones = np.ones(gain.shape)
+            add(scale * gain, scale * bend, None, 0, -ones, ones)
+    one = np.ones((n, 1))
+    add(0.0 * one, one, None, 0, 0.0 * one, NO_BOUND * one)
+    add(step[:, None], one, None, 0, 0.0 * one, NO_BOUND * one)
+    matrix, low, high = (np.concatenate(parts, axis=1) for parts in (matrices, lows, highs))
+    size = np.linalg.norm(matrix, axis=2)
+    size[size == 0.0] = 1.0
+    matrix /= size[..., None]
+    low = np.where(low > -NO_BOUND, low / size, -NO_BOUND)
+    high = np.where(high < NO_BOUND, high / size, NO_BOUND)
+    return matrix, low, high, size[:, -1]
+
+
+@dataclass(frozen=True, eq=False)
+class _PointRows:
+    """Limits of forces and torques at samples: ``low <= by_u u + by_x x + by_z z <= high``.
+
+    In shares of the weight and of torque limits; arrays over ``n`` samples, ``r`` rows and ``d``
+    coordinates of the contact forces.
+    """
+
+    by_u: FloatArray
+    by_x: FloatArray
+    by_z: FloatArray
+    low: FloatArray
+    high: FloatArray
+
+
+def _point_rows(
+    robot: Quadruped,
+    dynamics: PathDynamics,
+    limits: ForceLimits,
+    pattern: BoolArray,
+    samples: np.ndarray,
+) -> _PointRows:
+    """The limits at samples at which the feet of ``pattern (4,)`` stand."""
+    feet, n = np.flatnonzero(pattern), len(samples)
+    weight, length = robot.mass * GRAVITY, robot.stance_size[0] / 2.0
+    # (n, nv, 3): what u, x and 1 ask for.
+    terms = np.stack(
+        [dynamics.acceleration[samples], dynamics.speed[samples], dynamics.gravity[samples]], axis=2
+    )
+    scale = np.array([1.0] * 3 + [1.0 / length] * 3)[:, None]
+    wrench = scale * terms[:, :6] / weight
+    jacobians = dynamics.contacts.jacobians[np.ix_(samples, feet)]
+    grasp = scale * np.moveaxis(jacobians[..., :6], -1, 1).reshape(n, 6, 3 * len(feet))
+    left, values, right = np.linalg.svd(grasp)
+    rank = RANK.get(len(feet), 6)
+    share = np.swapaxes(left[:, :, :rank], 1, 2) @ wrench
+    share /= np.maximum(values[:, :rank, None], ZERO_SINGULAR_VALUE)
+    plain = np.swapaxes(right[:, :rank], 1, 2) @ share
+    basis = np.swapaxes(right[:, rank:], 1, 2)
+    # What the feet cannot make must vanish by itself.
+    missing = np.swapaxes(left[:, :, rank:], 1, 2) @ wrench
+    normals = dynamics.contacts.normals[np.ix_(samples, feet)]
+    forces = plain.reshape(n, len(feet), 3, 3)
+    bases = basis.reshape(n, len(feet), 3, -1)
+    pyramids = pyramid_rows(limits, normals) if len(feet) else np.zeros((n, 0, limits.sides, 3))
+    slip = pyramids @ forces, pyramids @ bases
+    press = (np.einsum("nfi,nfik->nfk", normals, forces),
+             np.einsum("nfi,nfid->nfd", normals, bases))  # fmt: skip
+    torque, turning = _torques(robot, terms, jacobians, plain, basis, limits)
+    free = basis.shape[2]
+    by_terms = np.concatenate([slip[0].reshape(n, -1, 3), press[0], torque, missing], axis=1)
+    by_z = np.concatenate(
+        [slip[1].reshape(n, -1, free), press[1], turning, np.zeros((n, 6 - rank, free))], axis=1
+    )
+    sides = len(feet) * limits.sides
+    floor = np.concatenate([np.zeros(sides), limits.least_normal_shares(pattern)[feet],
+                            -np.ones(torque.shape[1]), np.zeros(6 - rank)])  # fmt: skip
+    ceiling = np.concatenate([np.full(sides + len(feet), NO_BOUND), np.ones(torque.shape[1]),
+                              np.zeros(6 - rank)])  # fmt: skip
+    rest = by_terms[..., 2]
+    high = np.where(ceiling < NO_BOUND, ceiling - rest, NO_BOUND)
+    return _PointRows(by_terms[..., 0], by_terms[..., 1], by_z, floor - rest, high)
+
+
+def _torques(
+    robot: Quadruped, terms: FloatArray, jacobians: FloatArray, plain: FloatArray,
+    basis: FloatArray, limits: ForceLimits,
+) -> tuple[FloatArray, FloatArray]:  # fmt: skip
+    """Torques as shares of what may be used: of u, x and 1 ``(n, t, 3)``, and of z ``(n, t, d)``.
+
+    Joints without a known limit are left out.
+    """
+    weight, n = robot.mass * GRAVITY, len(terms)
+    largest = limits.torque_share * effort_limits(robot).limits
+    known = np.flatnonzero(np.isfinite(largest))
+    levers = jacobians[..., 6 + known].reshape(n, -1, len(known))
+    by_force = weight / largest[known][:, None] * np.swapaxes(levers, 1, 2)
+    torque = terms[:, 6 + known] / largest[known][:, None] - by_force @ plain
+    return torque, -by_force @ basis
