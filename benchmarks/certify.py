@@ -43,7 +43,7 @@ def crawl_case(seed: int) -> str:
     objective: Literal["distance", "margin"] = "margin" if rng.integers(2) else "distance"
     try:
         plan = gaitopt.plan_crawl(robot, terrain, objective=objective, stability_margin=margin,
-                                  body_height=height)  # fmt: skip
+                                  body_height=height, timing="velocity")  # fmt: skip
     except InfeasibleStepError as error:
         if not all(name.startswith(("margin", "reach")) for name in error.conflicts):
             return "refused: " + error.conflicts[0].split()[0]

@@ -79,14 +79,18 @@ def smooth_cases() -> list[Case]:
 
 
 def _case(robot: gaitopt.Quadruped, footholds: gaitopt.Footholds, **options: Any) -> Case:
-    return lambda: gaitopt.plan_route(robot, footholds, body_height=0.40, **options)
+    return lambda: gaitopt.plan_route(
+        robot, footholds, body_height=0.40, **options, timing="velocity"
+    )
 
 
 def _on_columns(name: str, **options: Any) -> Case:
     robot = gaitopt.load_robot(name)
     height = robot.standing_height
     footholds = s_columns(0, columns=3, robot=robot)
-    return lambda: gaitopt.plan_route(robot, footholds, body_height=height, **options)
+    return lambda: gaitopt.plan_route(
+        robot, footholds, body_height=height, **options, timing="velocity"
+    )
 
 
 def measured(cases: Sequence[Case]) -> Outcome:

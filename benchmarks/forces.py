@@ -36,7 +36,7 @@ def fastest_by_speed(robot: gaitopt.Quadruped, seed: int) -> float:
     footholds = gaitopt.s_columns(seed, columns=COLUMNS, robot=robot)
     times = []
     for speed in SPEEDS.tolist():
-        plan = gaitopt.plan_crawl(robot, footholds, speed=speed)
+        plan = gaitopt.plan_crawl(robot, footholds, speed=speed, timing="velocity")
         if gaitopt.simulate(plan).passed:
             times.append(plan.duration)
     return min(times, default=float("nan"))

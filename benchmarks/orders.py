@@ -38,7 +38,7 @@ def hard_terrain(seed: int) -> Footholds:
 def certified(robot: Quadruped, terrain: Footholds, sequence: Sequence[str] | str) -> Plan | str:
     """The plan, or why there is none that is certified."""
     try:
-        plan = gaitopt.plan_crawl(robot, terrain, sequence=sequence)
+        plan = gaitopt.plan_crawl(robot, terrain, sequence=sequence, timing="velocity")
     except InfeasibleStepError:
         return "impossible"
     violations = gaitopt.verify(plan).violations

@@ -29,10 +29,10 @@ def process_peak() -> int:
 def main(steps: int) -> dict[str, int]:
     """Peak of the process after planning once, then of Python's and NumPy's own allocations."""
     robot, terrain = walks.robot(), walks.terrain(steps)
-    gaitopt.plan_crawl(robot, terrain)
+    gaitopt.plan_crawl(robot, terrain, timing="velocity")
     process = process_peak()
     tracemalloc.start()
-    gaitopt.plan_crawl(robot, terrain)
+    gaitopt.plan_crawl(robot, terrain, timing="velocity")
     return {"process": process, "plan": tracemalloc.get_traced_memory()[1]}
 
 

@@ -41,7 +41,9 @@ def measure_route(quick: bool) -> list[Result]:
 
 def _plan_time(steps: int, row: str, rounds: int, **options: Any) -> Timing:
     robot, terrain = walks.robot(), walks.terrain(steps)
-    return timed(lambda: plan_route(robot, terrain, free=row, **options), rounds, 0)
+    return timed(
+        lambda: plan_route(robot, terrain, free=row, **options, timing="velocity"), rounds, 0
+    )
 
 
 def _growth(quick: bool) -> list[Result]:
@@ -60,8 +62,8 @@ def _horizon(rounds: int) -> list[Result]:
     """Planning in windows of eight steps: time a step, and the time that the walk loses."""
     robot, terrain = walks.robot(), walks.terrain(walks.MAIN_STEPS)
     timing = _plan_time(walks.MAIN_STEPS, "swing", rounds, horizon=8)
-    whole = plan_route(robot, terrain, free="swing").duration
-    near = plan_route(robot, terrain, free="swing", horizon=8).duration
+    whole = plan_route(robot, terrain, free="swing", timing="velocity").duration
+    near = plan_route(robot, terrain, free="swing", horizon=8, timing="velocity").duration
     each = tuple(1e3 * t / walks.MAIN_STEPS for t in timing.wall)
     return [
         Result("route-horizon", "horizon of 8 steps, swing, each step", "ms", each),
@@ -73,7 +75,9 @@ def _horizon(rounds: int) -> list[Result]:
 def _rivals(steps: int, rounds: int) -> list[Result]:
     """The same problem by our solver, IPOPT and fatrop."""
     route = prepare_route(
-        walks.robot(), walks.terrain(steps), RouteSettings(free=VARIANTS["swing"])
+        walks.robot(),
+        walks.terrain(steps),
+        RouteSettings(free=VARIANTS["swing"], timing="velocity"),
     )
     problem = build_route(route.window(0, steps))[1]
     start = problem.first_guess()

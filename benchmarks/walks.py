@@ -27,7 +27,7 @@ def terrain(steps: int = MAIN_STEPS) -> Footholds:
 @lru_cache(maxsize=4)
 def plan(steps: int = MAIN_STEPS) -> Plan:
     """The plan over :func:`terrain`."""
-    return gaitopt.plan_crawl(robot(), terrain(steps))
+    return gaitopt.plan_crawl(robot(), terrain(steps), timing="velocity")
 
 
 def cog_arguments(walk: Plan) -> list[dict[str, Any]]:

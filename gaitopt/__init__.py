@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from gaitopt.conventions import LEGS as LEGS
     from gaitopt.dynamics.contact_forces import ContactForces as ContactForces
     from gaitopt.dynamics.contacts import ForceLimits as ForceLimits
+    from gaitopt.dynamics.feasible_region import feasible_region as feasible_region
     from gaitopt.errors import CertificateError as CertificateError
     from gaitopt.errors import FootholdsError as FootholdsError
     from gaitopt.errors import GaitoptError as GaitoptError
@@ -82,6 +83,7 @@ if TYPE_CHECKING:
     from gaitopt.planners.crawl import plan_crawl as plan_crawl
     from gaitopt.planners.over_obstacle.planner import plan_stride as plan_stride
     from gaitopt.planners.time_optimal.planner import plan_route as plan_route
+    from gaitopt.retiming.retimed import retimed as retimed
     from gaitopt.robots.catalog import load_robot as load_robot
     from gaitopt.robots.catalog import robot_names as robot_names
     from gaitopt.robots.leg import Leg as Leg
@@ -125,6 +127,7 @@ _HOMES = {
     "conventions": "LEGS",
     "dynamics.contact_forces": "ContactForces",
     "dynamics.contacts": "ForceLimits",
+    "dynamics.feasible_region": "feasible_region",
     "errors": (
         "CertificateError FootholdsError GaitoptError InfeasibleSpeedError InfeasibleStepError "
         "InputError MissingPackageError PlanFileError RobotError RouteError SolverError "
@@ -158,6 +161,7 @@ _HOMES = {
     "planners.crawl": "plan_crawl",
     "planners.over_obstacle.planner": "plan_stride",
     "planners.time_optimal.planner": "plan_route",
+    "retiming.retimed": "retimed",
     "robots.catalog": "load_robot robot_names",
     "robots.leg": "Leg",
     "robots.quadruped": "Quadruped",

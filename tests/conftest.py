@@ -26,10 +26,10 @@ def columns() -> Footholds:
 @pytest.fixture(scope="session")
 def plan(wang: Quadruped, columns: Footholds) -> Plan:
     """The main job: the paper's method over the 64 steps of the first random terrain."""
-    return gaitopt.plan_crawl(wang, columns)
+    return gaitopt.plan_crawl(wang, columns, timing="velocity")
 
 
 @pytest.fixture(scope="session")
 def short_plan(wang: Quadruped) -> Plan:
     """Two cycles, eight steps."""
-    return gaitopt.plan_crawl(wang, gaitopt.s_columns(3, columns=3))
+    return gaitopt.plan_crawl(wang, gaitopt.s_columns(3, columns=3), timing="velocity")

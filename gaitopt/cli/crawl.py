@@ -9,7 +9,6 @@ from rich.markup import escape
 
 from gaitopt.cli.options import (
     AccelerationOption,
-    Com,
     ComOption,
     FollowOption,
     FootholdsOption,
@@ -22,7 +21,6 @@ from gaitopt.cli.options import (
     Objective,
     ObjectiveOption,
     OutOption,
-    PlanForcesOption,
     ReachOption,
     RobotOption,
     SeedOption,
@@ -30,6 +28,8 @@ from gaitopt.cli.options import (
     SequenceOption,
     SpeedOption,
     SwingHeightOption,
+    Timing,
+    TimingOption,
 )
 from gaitopt.cli.support import (
     drawable,
@@ -60,10 +60,10 @@ def walk(
     heading: HeadingOption = 0.0,
     follow_terrain: FollowOption = False,
     free: FreeOption = None,
-    com: ComOption = Com.body,
+    com: ComOption = None,
     acceleration_limit: AccelerationOption = None,
     horizon: HorizonOption = None,
-    forces: PlanForcesOption = False,
+    timing: TimingOption = Timing.forces,
     friction: FrictionOption = 0.6,
     out: OutOption = Path("out"),
 ) -> None:
@@ -80,17 +80,12 @@ def walk(
         stability_margin, body_height, swing_height, sequence, reach_fraction, heading,
         follow_terrain,
     )  # fmt: skip
-    if forces:
-        # With forces the margin is that of the true centre of mass, unless asked otherwise.
-        objective, held = Objective.time, None if com is Com.body else com.value
-    else:
-        held = com.value
-    limits = ForceLimits(friction=friction) if forces else None
+    limits = ForceLimits(friction=friction) if timing is Timing.forces else None
     with progress_bar("planning") as tick:
         plan = plan_crawl(
             model, places, objective=objective.value, speed=parse_speed(speed), free=free,
-            com=held, acceleration_limit=acceleration_limit, horizon=horizon, forces=limits,
-            progress=tick, **options,
+            com=None if com is None else com.value, acceleration_limit=acceleration_limit,
+            horizon=horizon, timing=timing.value, forces=limits, progress=tick, **options,
         )  # fmt: skip
     # The baselines walk at the same body height and in the same order of legs.
     found = plan.settings.to_dict()

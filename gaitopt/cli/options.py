@@ -97,9 +97,10 @@ FreeOption = Annotated[
                  rich_help_panel="How", show_default=False),
 ]  # fmt: skip
 ComOption = Annotated[
-    Com,
-    typer.Option(help="With the objective time, what keeps the margin: the body's centre, or the "
-                 "true centre of mass of the whole model.", rich_help_panel="How"),
+    Com | None,
+    typer.Option(help="What keeps the margin: the body's centre, or the true centre of mass of the "
+                 "whole model (by default with the timing forces).", rich_help_panel="How",
+                 show_default=False),
 ]  # fmt: skip
 AccelerationOption = Annotated[
     float | None,
@@ -118,10 +119,20 @@ CollisionsOption = Annotated[
 ForcesOption = Annotated[
     bool, typer.Option(help="Look for contact forces and joint torques that make the motion.")
 ]
-PlanForcesOption = Annotated[
-    bool,
-    typer.Option("--forces", help="Plan with contact forces and joint torques: a walk that is "
-                 "certified with them, at the pace that they allow.", rich_help_panel="How"),
+
+
+class Timing(str, Enum):
+    """What bounds a walk's speed."""
+
+    forces = "forces"
+    velocity = "velocity"
+
+
+TimingOption = Annotated[
+    Timing,
+    typer.Option(help="What bounds the speed: contact forces, joint torques and velocities; or "
+                 "joint velocities alone, as in the paper (nothing is promised of forces).",
+                 rich_help_panel="How"),
 ]  # fmt: skip
 FrictionOption = Annotated[float, typer.Option(help="Friction between feet and ground.", min=0.01)]
 JobsOption = Annotated[

@@ -9,7 +9,6 @@ import typer
 
 from gaitopt.cli.options import (
     CollisionsOption,
-    Com,
     ComOption,
     FollowOption,
     FootholdsOption,
@@ -70,7 +69,7 @@ def race(
     reach_fraction: ReachOption = 1.0,
     heading: HeadingOption = 0.0,
     follow_terrain: FollowOption = False,
-    com: ComOption = Com.body,
+    com: ComOption = None,
     certify: CertifyOption = True,
     collisions: CollisionsOption = True,
     bound: BoundOption = True,
@@ -90,7 +89,7 @@ def race(
         stability_margin, body_height, swing_height, sequence, reach_fraction, heading,
         follow_terrain,
     )  # fmt: skip
-    options = with_one_height(model, places, options) | {"com": com.value}
+    options = with_one_height(model, places, options) | {"com": None if com is None else com.value}
     checks = {"certify": certify, "collisions": collisions, "bound": bound}
     make_folder(out)
     with progress_bar("racing") as tick:

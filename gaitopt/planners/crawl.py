@@ -23,7 +23,7 @@ from gaitopt.terrain.footholds import Footholds
 
 LEAST_TIME = "time"
 """The objective that is the time-optimal planner's."""
-_ONLY_LEAST_TIME = ("free", "com", "acceleration_limit", "forces", "horizon", "clearance")
+_ONLY_LEAST_TIME = ("free", "acceleration_limit", "horizon", "clearance")
 _ONLY_PHASE_BY_PHASE = ("speed", "swing")
 
 
@@ -40,10 +40,11 @@ def plan_crawl(
 
     Before each swing the body moves on four feet to where the optimisation of its centre puts it
     ([Wang2020], Section III); then one foot swings while the body stands still; body and foot move
-    as fast as the joints allow (Section IV). With ``objective="time"`` all steps are optimised at
-    once for the least time (:func:`gaitopt.plan_route`). With ``forces=gaitopt.ForceLimits()``
-    they are, too, and contact forces and joint torques exist that make the motion: without them a
-    plan says nothing of what physics does.
+    as fast as contact forces, joint torques and joint velocities allow, within the limits
+    ``forces`` (:func:`gaitopt.retimed`). With ``timing="velocity"`` they move as fast as joint
+    velocities allow, as in Section IV of the paper; such a plan says nothing of what physics does.
+    With ``objective="time"`` all steps are optimised at once for the least time
+    (:func:`gaitopt.plan_route`).
 
     Args:
         robot: from :func:`gaitopt.load_robot`; its legs need a roll joint.
@@ -90,13 +91,9 @@ def _asks_for_least_time(options: dict[str, Any]) -> bool:
     Raises:
         InputError: options of both planners are given.
     """
-    if options.get("forces") is not None:
-        options.setdefault("objective", LEAST_TIME)
     objective = options.get("objective", "distance")
     special = [name for name in _ONLY_LEAST_TIME if options.get(name) is not None]
     if objective != LEAST_TIME:
-        # com="body" asks for nothing that the walk phase by phase does not do.
-        special = [name for name in special if options[name] != "body"]
         for name in set(_ONLY_LEAST_TIME) & set(options) - set(special):
             del options[name]
         if special:

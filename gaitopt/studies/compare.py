@@ -14,6 +14,7 @@ from gaitopt.conventions import FloatArray
 from gaitopt.errors import InfeasibleStepError, InputError
 from gaitopt.plan.com_margin import com_margin
 from gaitopt.plan.plan import Plan
+from gaitopt.plan.settings.base import VELOCITY
 from gaitopt.plan.settings.crawl import CrawlSettings, Speed
 from gaitopt.planners.crawl import plan_crawl
 from gaitopt.planners.phase_by_phase.planner import with_fitting_height
@@ -145,7 +146,8 @@ def compare(
         terrains: footholds, or pairs of a seed and its footholds.
         methods: the methods to compare. Speed-ups are those of the first.
         progress: called with (plans made, plans in all).
-        settings: passed to :func:`gaitopt.plan_crawl` (stability margin, heights, ...).
+        settings: passed to :func:`gaitopt.plan_crawl` (stability margin, heights, ...). The timing
+            is ``"velocity"``, that of [Wang2020], by default.
 
     Raises:
         InfeasibleStepError: on every terrain some method finds no plan; the error is the first one.
@@ -154,7 +156,7 @@ def compare(
     todo = [(-1, terrains)] if isinstance(terrains, Footholds) else list(terrains)
     if not todo or not methods:
         raise InputError("a comparison needs at least one terrain and one method")
-    options = with_one_height(robot, todo[0][1], settings)
+    options = with_one_height(robot, todo[0][1], {"timing": VELOCITY, **settings})
     outcomes: list[Outcome] = []
     infeasible: list[tuple[int, str]] = []
     kept: dict[str, Plan] = {}

@@ -16,6 +16,7 @@ import numpy as np
 from gaitopt.conventions import GRAVITY, LEGS
 from gaitopt.plan.phase import Phase
 from gaitopt.plan.plan import Plan
+from gaitopt.plan.settings.base import VELOCITY
 from gaitopt.planners.crawl import plan_crawl
 from gaitopt.robots.catalog import load_robot
 from gaitopt.simulation.result import SimulationResult
@@ -232,7 +233,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
     options = parser.parse_args(arguments)
     robot = load_robot("wang2020")
     plan, short = (
-        plan_crawl(robot, s_columns(options.seed, columns=n), stability_margin=options.margin)
+        plan_crawl(
+            robot,
+            s_columns(options.seed, columns=n),
+            stability_margin=options.margin,
+            timing=VELOCITY,
+        )
         for n in (17, 3)
     )
     outcomes = simulate_disturbances(plan, options.jobs)

@@ -19,6 +19,7 @@ from gaitopt.conventions import Progress
 from gaitopt.errors import GaitoptError, InputError
 from gaitopt.files import StrPath
 from gaitopt.plan.plan import Plan
+from gaitopt.plan.settings.base import VELOCITY
 from gaitopt.plan.settings.freedoms import VARIANTS
 from gaitopt.planners.crawl import plan_crawl
 from gaitopt.robots.quadruped import Quadruped
@@ -207,6 +208,7 @@ def _run_row(robot: Quadruped, footholds: Footholds, name: str, rules: _Rules) -
 
 def _planned(robot: Quadruped, footholds: Footholds, name: str, settings: dict[str, Any]) -> Plan:
     """The plan of the row that is so named."""
+    settings = {"timing": VELOCITY, **settings}
     if name in (SSM, PAPER):
         objective: Any = "margin" if name == SSM else "distance"
         # Walks phase by phase have no such setting: their margin is that of the body centre.

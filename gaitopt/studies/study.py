@@ -21,6 +21,7 @@ from typing import Any, Literal
 from gaitopt.errors import InfeasibleStepError, InputError, MissingPackageError
 from gaitopt.files import StrPath, written_whole
 from gaitopt.plan.plan import Plan
+from gaitopt.plan.settings.base import VELOCITY
 from gaitopt.plan.settings.crawl import Speed
 from gaitopt.studies.tables import appending, one_line
 
@@ -201,7 +202,7 @@ def _planned_and_checked(walk: Walk) -> Row:
     plan = plan_crawl(
         robot, s_columns(walk.seed, columns=walk.columns, robot=robot), objective=walk.objective,
         speed=walk.speed, stability_margin=walk.stability_margin, body_height=walk.body_height,
-        free=walk.free,
+        free=walk.free, timing=VELOCITY,
     )  # fmt: skip
     found: dict[str, Any] = {
         "status": "ok", "duration": plan.duration, "mean_speed": plan.mean_speed,

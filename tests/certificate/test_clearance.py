@@ -25,7 +25,7 @@ def columns() -> Footholds:
 
 @pytest.fixture(scope="module")
 def walk(wang: Quadruped, columns: Footholds) -> Plan:
-    return plan_route(wang, columns, free="swing")
+    return plan_route(wang, columns, free="swing", timing="velocity")
 
 
 def test_a_good_walk_keeps_it(walk: Plan) -> None:
@@ -157,5 +157,8 @@ def test_no_place_outside_the_columns_is_lower_than_the_bound(seed: int) -> None
 
 
 def test_walks_that_promise_none_have_no_such_check(wang: Quadruped, columns: Footholds) -> None:
-    for plan in (gaitopt.plan_crawl(wang, columns), plan_route(wang, columns, free="overlap")):
+    for plan in (
+        gaitopt.plan_crawl(wang, columns, timing="velocity"),
+        plan_route(wang, columns, free="overlap", timing="velocity"),
+    ):
         assert "swing clearance" not in {c.name for c in verify(plan, collisions=False)}

@@ -30,7 +30,7 @@ def slow(wang: Quadruped) -> Plan:
     """A walk with gentle accelerations: static forces make almost all of it."""
     footholds = gaitopt.s_columns(0, columns=2)
     return gaitopt.plan_crawl(
-        wang, footholds, objective="time", free="route", acceleration_limit=2.0
+        wang, footholds, objective="time", free="route", acceleration_limit=2.0, timing="velocity"
     )
 
 

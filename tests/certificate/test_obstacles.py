@@ -65,7 +65,7 @@ def straight_walk(robot: Quadruped, step: float, **settings: float) -> Plan:
     }
     points = {leg: [[p[0] / 2 + k * step, p[1] / 2, 0] for k in range(3)]
               for leg, p in first.items()}  # fmt: skip
-    return plan_crawl(robot, Footholds(points), **settings)
+    return plan_crawl(robot, Footholds(points), **settings, timing="velocity")
 
 
 def beside(plan: Plan, *obstacles: Obstacle, clearance: float = 0.0) -> Plan:

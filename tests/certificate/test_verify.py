@@ -188,7 +188,9 @@ def test_the_main_job_keeps_its_promises(plan: Plan) -> None:
 
 def test_the_true_com_may_tip_where_the_plans_does_not(wang: Quadruped) -> None:
     """[Wang2020], II.C (2): with no margin the body centre stands, and the true COM falls."""
-    edge = gaitopt.plan_crawl(wang, gaitopt.s_columns(1, columns=5), stability_margin=0.0)
+    edge = gaitopt.plan_crawl(
+        wang, gaitopt.s_columns(1, columns=5), stability_margin=0.0, timing="velocity"
+    )
     certificate = verify(edge, collisions=False)
     assert [c.name for c in certificate.violations] == ["margin of the true COM"]
     assert certificate["margin of the true COM"].worst < -1e-3
@@ -219,7 +221,7 @@ def test_other_robots_plans_keep_their_promises(name: str) -> None:
     # hyq's hips do not bend far enough for a lower body.
     height = 0.65 if name == "hyq" else robot.standing_height
     plan = gaitopt.plan_crawl(robot, s_columns(2, columns=3, robot=robot), body_height=height,
-                              swing_height=0.1 * height)  # fmt: skip
+                              swing_height=0.1 * height, timing="velocity")  # fmt: skip
     certificate = verify(plan)
     assert certificate.ok, certificate.report()
 
@@ -228,21 +230,21 @@ def test_other_robots_plans_keep_their_promises(name: str) -> None:
 def test_random_terrains_are_walked_as_promised(wang: Quadruped, objective: Any) -> None:
     for seed in range(10):
         plan = gaitopt.plan_crawl(
-            wang, gaitopt.s_columns(100 + seed, columns=9), objective=objective
+            wang, gaitopt.s_columns(100 + seed, columns=9), objective=objective, timing="velocity"
         )
         assert verify(plan, collisions=False).ok
 
 
 def test_uneven_ground_and_turned_walks_keep_their_promises(wang: Quadruped) -> None:
     rough = gaitopt.s_columns(5, columns=5, height_jitter=0.03)
-    assert verify(gaitopt.plan_crawl(wang, rough, follow_terrain=True)).ok
+    assert verify(gaitopt.plan_crawl(wang, rough, follow_terrain=True, timing="velocity")).ok
     turn = np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1.0]])
     turned = Footholds({leg: rough[leg] @ turn.T for leg in LEGS}, rough.radius)
-    assert verify(gaitopt.plan_crawl(wang, turned, heading=np.pi / 2)).ok
+    assert verify(gaitopt.plan_crawl(wang, turned, heading=np.pi / 2, timing="velocity")).ok
 
 
 def test_standing_still_is_certified_once_forces_are_looked_for(wang: Quadruped) -> None:
-    still = gaitopt.plan_crawl(wang, gaitopt.s_columns(0, columns=1))
+    still = gaitopt.plan_crawl(wang, gaitopt.s_columns(0, columns=1), timing="velocity")
     assert verify(still).ok and verify(still).outcome == "kinematics only"
     assert verify(still, forces=ForceLimits()).outcome == "certified"
 
@@ -256,14 +258,14 @@ def test_a_walk_without_forces_is_not_certified_but_breaks_no_promise(short_plan
 
 
 def test_what_is_unchecked_is_never_certified(wang: Quadruped) -> None:
-    still = gaitopt.plan_crawl(wang, gaitopt.s_columns(0, columns=1))
+    still = gaitopt.plan_crawl(wang, gaitopt.s_columns(0, columns=1), timing="velocity")
     certificate = verify(still, collisions=False, forces=ForceLimits())
     assert certificate.ok and certificate.outcome == "not all checked"
 
 
 def test_a_cubic_that_overshoots_between_its_knots_is_caught(wang: Quadruped) -> None:
     """At rest at every knot, within limits on average, too fast in between."""
-    still = gaitopt.plan_crawl(wang, gaitopt.s_columns(0, columns=1))
+    still = gaitopt.plan_crawl(wang, gaitopt.s_columns(0, columns=1), timing="velocity")
     values = still.path.knots()[0]
     limit, duration = float(wang.velocity_limits[0]), 1.0
     way = 0.8 * limit * duration
@@ -299,6 +301,6 @@ def test_a_violation_is_raised_with_its_numbers(short_plan: Plan) -> None:
 def test_meshes_leave_collisions_unchecked_and_say_so() -> None:
     go2 = gaitopt.load_robot("go2")
     plan = gaitopt.plan_crawl(go2, s_columns(0, columns=2, robot=go2), body_height=0.27,
-                              swing_height=0.03)  # fmt: skip
+                              swing_height=0.03, timing="velocity")  # fmt: skip
     check = verify(plan)["self-collision"]
     assert check.status == "unchecked" and "meshes" in check.note

@@ -132,7 +132,9 @@ def test_a_body_that_may_fall_freely_has_no_bound() -> None:
 
 def test_the_ground_is_below_the_feet_that_stand(wang: Quadruped) -> None:
     """As planners have it: the mean of the standing feet of a phase, and their balls' radius."""
-    rough = gaitopt.plan_crawl(wang, gaitopt.s_columns(5, columns=3, height_jitter=0.03))
+    rough = gaitopt.plan_crawl(
+        wang, gaitopt.s_columns(5, columns=3, height_jitter=0.03), timing="velocity"
+    )
     motion = trace(rough)
     ground = ground_below(rough, motion)
     flown = dict.fromkeys(LEGS, 0)
@@ -178,7 +180,7 @@ def test_a_claim_is_judged_and_its_absence_told(swaying: Plan) -> None:
 @pytest.fixture(scope="module")
 def dynamic(wang: gaitopt.Quadruped) -> Plan:
     return gaitopt.plan_route(wang, gaitopt.s_columns(0, columns=3), free="dynamic",
-                              stability_margin=0.02)  # fmt: skip
+                              stability_margin=0.02, timing="velocity")  # fmt: skip
 
 
 def asking(plan: Plan, **settings: object) -> Plan:
@@ -199,7 +201,9 @@ def test_a_dynamic_walk_is_held_to_what_was_asked_of_it(dynamic: Plan) -> None:
 
 
 def test_a_static_walk_cannot_pass_for_a_dynamic_one(wang: gaitopt.Quadruped) -> None:
-    plan = gaitopt.plan_route(wang, gaitopt.s_columns(0, columns=2), free="posture")
+    plan = gaitopt.plan_route(
+        wang, gaitopt.s_columns(0, columns=2), free="posture", timing="velocity"
+    )
     named = (*plan.settings.to_dict()["free"], "dynamic")
     with pytest.raises(gaitopt.InputError, match="needs an acceleration_limit"):
         asking(plan, free=named)

@@ -102,7 +102,7 @@ def test_a_csv_of_ones_own_is_walked_in_the_fastest_order(
     assert result.exit_code == 0, result.output
     plan = gaitopt.load_plan(tmp_path / "out" / "plan.npz")
     assert plan.settings.speed == 0.05 and len(plan.phases) == 8
-    in_order = gaitopt.plan_crawl(plan.robot, footholds, speed=0.05)
+    in_order = gaitopt.plan_crawl(plan.robot, footholds, speed=0.05, timing="velocity")
     assert plan.duration <= in_order.duration and "SSM" in result.output
 
 
@@ -117,7 +117,7 @@ def test_a_time_optimal_walk_is_compared_with_the_papers(
     assert result.exit_code == 0, result.output
     plan = gaitopt.load_plan(tmp_path / "out" / "plan.npz")
     assert plan.settings.acceleration_limit == 6.0 and float(plan.record.windows) > 1
-    paper = gaitopt.plan_crawl(plan.robot, plan.footholds)
+    paper = gaitopt.plan_crawl(plan.robot, plan.footholds, timing="velocity")
     assert f"{paper.duration / plan.duration:.2f} times as fast as the paper's" in result.output
 
 
@@ -234,7 +234,7 @@ def test_a_walk_that_has_forces_is_certified(
     command: Command, wang: gaitopt.Quadruped, tmp_path: Path
 ) -> None:
     plan = gaitopt.plan_crawl(wang, gaitopt.s_columns(0, columns=2), objective="time",
-                              free="route", acceleration_limit=2.0)  # fmt: skip
+                              free="route", acceleration_limit=2.0, timing="velocity")  # fmt: skip
     plan.save(tmp_path / "plan.npz")
     result = command("verify", str(tmp_path / "plan.npz"))
     assert result.exit_code == 0 and "wang2020: certified" in result.output

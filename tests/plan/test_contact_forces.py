@@ -23,7 +23,9 @@ ROBOTS = ["wang2020", "a1", "go2", "anymal_c"]
 @pytest.fixture(scope="module", params=ROBOTS)
 def walk(request: pytest.FixtureRequest) -> Plan:
     robot = gaitopt.load_robot(request.param)
-    return gaitopt.plan_crawl(robot, gaitopt.s_columns(0, columns=3, robot=robot))
+    return gaitopt.plan_crawl(
+        robot, gaitopt.s_columns(0, columns=3, robot=robot), timing="velocity"
+    )
 
 
 @pytest.mark.parametrize("torque_share", [0.9, 0.45])

@@ -127,7 +127,7 @@ def test_a_plan_survives_pickling(short_plan: Plan) -> None:
 
 def test_a_plan_of_no_steps_survives_its_file(tmp_path: Path) -> None:
     robot = gaitopt.load_robot("wang2020")
-    still = gaitopt.plan_crawl(robot, gaitopt.s_columns(0, columns=1))
+    still = gaitopt.plan_crawl(robot, gaitopt.s_columns(0, columns=1), timing="velocity")
     still.save(tmp_path / "still.npz")
     assert same(gaitopt.load_plan(tmp_path / "still.npz"), still)
 

@@ -33,7 +33,9 @@ def test_what_says_nothing_is_refused(value: object) -> None:
 
 def test_a_planned_walk_tells_its_residuals() -> None:
     robot = gaitopt.load_robot("wang2020")
-    plan = gaitopt.plan_route(robot, gaitopt.s_columns(0, columns=2), free="overlap")
+    plan = gaitopt.plan_route(
+        robot, gaitopt.s_columns(0, columns=2), free="overlap", timing="velocity"
+    )
     record = plan.record
     assert isinstance(record, RouteRecord) and record.solver_iterations is not None
     assert record.violation is not None and record.violation <= 1e-6

@@ -27,7 +27,7 @@ def hung_up(robot: Quadruped, settings: SimulationSettings, seconds: float) -> t
     import mujoco
 
     gains = ControlGains.for_robot(robot)
-    plan = gaitopt.plan_crawl(robot, gaitopt.s_columns(0, columns=1))
+    plan = gaitopt.plan_crawl(robot, gaitopt.s_columns(0, columns=1), timing="velocity")
     sim = build_sim_model(robot, plan.footholds, gains, settings)
     sim.model.opt.gravity[:] = 0.0
     data = mujoco.MjData(sim.model)

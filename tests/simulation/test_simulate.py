@@ -19,7 +19,7 @@ pytest.importorskip("mujoco")
 
 @pytest.fixture(scope="module")
 def short_plan(wang: Quadruped) -> Plan:
-    return gaitopt.plan_crawl(wang, gaitopt.s_columns(3, columns=3))
+    return gaitopt.plan_crawl(wang, gaitopt.s_columns(3, columns=3), timing="velocity")
 
 
 @pytest.fixture(scope="module")
@@ -58,7 +58,7 @@ def test_the_record_says_so_too(short_plan: Plan, walk: SimulationResult) -> Non
 
 
 def test_the_same_walk_twice_is_the_same_walk(wang: Quadruped) -> None:
-    plan = gaitopt.plan_crawl(wang, gaitopt.s_columns(1, columns=2))
+    plan = gaitopt.plan_crawl(wang, gaitopt.s_columns(1, columns=2), timing="velocity")
     first, second = simulate(plan), simulate(plan)
     assert np.array_equal(first.motion.q, second.motion.q)
     assert np.array_equal(first.peak_torques, second.peak_torques)
@@ -66,7 +66,7 @@ def test_the_same_walk_twice_is_the_same_walk(wang: Quadruped) -> None:
 
 
 def test_standing_still_nothing_moves(wang: Quadruped) -> None:
-    plan = gaitopt.plan_crawl(wang, gaitopt.s_columns(0, columns=1))
+    plan = gaitopt.plan_crawl(wang, gaitopt.s_columns(0, columns=1), timing="velocity")
     result = simulate(plan, SimulationSettings(watch_time=2.0))
     assert result.finished and result.steps == 0
     assert result.body_error < 1e-3 and result.slip < 1e-4
@@ -81,7 +81,7 @@ def test_standing_still_the_ground_carries_the_weight(wang: Quadruped) -> None:
     from gaitopt.simulation.model import build_sim_model
     from gaitopt.simulation.simulate import _Run
 
-    plan = gaitopt.plan_crawl(wang, gaitopt.s_columns(0, columns=1))
+    plan = gaitopt.plan_crawl(wang, gaitopt.s_columns(0, columns=1), timing="velocity")
     settings = SimulationSettings(stand_time=1.0)
     controller = TrackingController(plan, dt=settings.control_interval)
     sim = build_sim_model(wang, plan.footholds, controller.gains, settings)
@@ -169,7 +169,12 @@ def test_time_optimal_walks_cross_within_the_servos_limits(
 ) -> None:
     """Joints at their limits most of the time, velocities that jump: no joint is 20 % too fast."""
     plan = gaitopt.plan_crawl(
-        wang, gaitopt.s_columns(3, columns=5), objective="time", free=row, stability_margin=margin
+        wang,
+        gaitopt.s_columns(3, columns=5),
+        objective="time",
+        free=row,
+        stability_margin=margin,
+        timing="velocity",
     )
     result = simulate(plan)
     assert result.succeeded, str(result)
@@ -188,6 +193,7 @@ def test_the_dynamic_row_is_walked_without_a_stop(wang: Quadruped) -> None:
         objective="time",
         free="dynamic",
         stability_margin=0.03,
+        timing="velocity",
     )
     result = simulate(plan)
     assert result.passed, str(result)
@@ -202,6 +208,7 @@ def test_servos_without_a_speed_limit_correct_faster_than_joints_may(wang: Quadr
         objective="time",
         free="height",
         stability_margin=0.03,
+        timing="velocity",
     )
     free = simulate(plan, SimulationSettings(rate_limits=False))
     assert free.rate_use > simulate(plan).rate_use
@@ -210,7 +217,7 @@ def test_servos_without_a_speed_limit_correct_faster_than_joints_may(wang: Quadr
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_the_papers_walk_crosses_all_columns(wang: Quadruped, seed: int) -> None:
-    result = simulate(gaitopt.plan_crawl(wang, gaitopt.s_columns(seed)))
+    result = simulate(gaitopt.plan_crawl(wang, gaitopt.s_columns(seed), timing="velocity"))
     assert result.succeeded, str(result)
     assert result.rates_within
     assert result.real_time_factor > 10
@@ -225,6 +232,7 @@ def test_other_robots_walk_on_flat_ground(name: str, margin: float) -> None:
     plan = gaitopt.plan_crawl(
         robot, footholds, speed=0.2, stability_margin=margin,
         body_height=robot.standing_height, swing_height=0.04,
+        timing="velocity",
     )  # fmt: skip
     result = simulate(plan)
     assert result.passed, str(result)

@@ -16,7 +16,7 @@ from gaitopt.viewing.replay.replay import GHOST, plan_page, plan_scene, replay, 
 
 @pytest.fixture(scope="module")
 def walk(wang: Quadruped) -> Plan:
-    return gaitopt.plan_crawl(wang, gaitopt.s_columns(3, columns=2))
+    return gaitopt.plan_crawl(wang, gaitopt.s_columns(3, columns=2), timing="velocity")
 
 
 @pytest.fixture(scope="module")
@@ -60,6 +60,8 @@ def test_the_page_is_written_and_small(walk: Plan, motion: Trajectory, tmp_path:
 
 def test_another_robots_motion_is_refused(walk: Plan, motion: Trajectory) -> None:
     a1 = gaitopt.load_robot("a1")
-    plan = gaitopt.plan_crawl(a1, s_columns(0, columns=2, robot=a1), body_height=0.25)
+    plan = gaitopt.plan_crawl(
+        a1, s_columns(0, columns=2, robot=a1), body_height=0.25, timing="velocity"
+    )
     with pytest.raises(gaitopt.InputError, match="has the joints"):
         plan_scene(plan, simulated=motion)

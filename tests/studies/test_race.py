@@ -67,10 +67,13 @@ def test_lanes_hold_the_planners_own_plans(
 ) -> None:
     assert [lane.name for lane in short.lanes] == list(row_names(STATIC))
     assert (
-        short[SSM].plan.duration == gaitopt.plan_crawl(wang, terrain, objective="margin").duration
+        short[SSM].plan.duration
+        == gaitopt.plan_crawl(wang, terrain, objective="margin", timing="velocity").duration
     )  # type: ignore[union-attr]
-    assert short[PAPER].plan.duration == gaitopt.plan_crawl(wang, terrain).duration  # type: ignore[union-attr]
-    swing = plan_route(wang, terrain, free="swing")
+    assert (
+        short[PAPER].plan.duration == gaitopt.plan_crawl(wang, terrain, timing="velocity").duration
+    )  # type: ignore[union-attr]
+    swing = plan_route(wang, terrain, free="swing", timing="velocity")
     assert short.plans["swing"].duration == pytest.approx(swing.duration, rel=1e-9)
     assert short.ratio("swing") == pytest.approx(short.plans[PAPER].duration / swing.duration)
 
@@ -125,8 +128,8 @@ def test_no_walk_with_as_much_freedom_stays_below_the_bound(
     for i, name in enumerate(names):
         for other in (SSM, PAPER, "route", *names[: i + 1]):
             assert short[name].bound <= short.plans[other].duration
-    safer = plan_route(wang, terrain, free="swing", stability_margin=0.03)
-    in_windows = plan_route(wang, terrain, free="swing", horizon=4)
+    safer = plan_route(wang, terrain, free="swing", stability_margin=0.03, timing="velocity")
+    in_windows = plan_route(wang, terrain, free="swing", horizon=4, timing="velocity")
     assert short["swing"].bound < min(safer.duration, in_windows.duration)
 
 

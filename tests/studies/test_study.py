@@ -18,7 +18,7 @@ from gaitopt.terrain.columns import s_columns
 def test_a_walk_becomes_a_row_with_the_plans_figures() -> None:
     row = run_walk(Walk(seed=4, columns=3))
     robot = gaitopt.load_robot("wang2020")
-    plan = gaitopt.plan_crawl(robot, s_columns(4, columns=3, robot=robot))
+    plan = gaitopt.plan_crawl(robot, s_columns(4, columns=3, robot=robot), timing="velocity")
     assert (row.status, row.message, row.violations) == ("ok", "", "")
     assert row.duration == pytest.approx(plan.duration, rel=1e-12)
     assert row.margin == pytest.approx(plan.margin)

@@ -194,6 +194,7 @@ def build_cog_problem(
     stability_margin: float = 0.02,
     reach_fraction: float = 1.0,
     objective: Objective = "distance",
+    shifts: ArrayLike | None = None,
 ) -> CogProblem:
     """The COG problem of one step, eq. (10).
 
@@ -207,6 +208,8 @@ def build_cog_problem(
         stability_margin: ``S0`` [m].
         reach_fraction: share of the legs' reach that may be used, in (0, 1].
         objective: ``"distance"``, ``"margin"`` or ``"reach"``.
+        shifts: how much nearer to each side of the triangle than the body centre the point is that
+            keeps the margin ``(3,)`` [m]; by default it is the body centre.
 
     Raises:
         InputError: the feet of the support triangle stand in one line, or ``swing`` and
@@ -219,6 +222,7 @@ def build_cog_problem(
     (problem,) = build_cog_problems(
         robot, stance, np.array([height]), [swing], target,
         stability_margin=stability_margin, reach_fraction=reach_fraction, objective=objective,
+        shifts=None if shifts is None else np.array([shifts], dtype=np.float64),
     )  # fmt: skip
     return problem.starting_at(np.asarray(start, dtype=np.float64))
 
@@ -233,6 +237,7 @@ def build_cog_problems(
     stability_margin: float,
     reach_fraction: float,
     objective: Objective,
+    shifts: FloatArray | None = None,
 ) -> list[CogProblem]:
     """The COG problems of many steps, each beginning in the middle of its feet.
 
@@ -242,6 +247,7 @@ def build_cog_problems(
         swings: the leg that swings at each step; all ``None`` for standing only.
         footholds: where it touches down ``(S, 3)`` [m]; ``None`` for standing only.
         robot, stability_margin, reach_fraction, objective: as in :func:`build_cog_problem`.
+        shifts: as there, of every step ``(S, 3)`` [m].
 
     Raises:
         InputError: the feet of a support triangle stand in one line.
@@ -253,7 +259,10 @@ def build_cog_problems(
     feet = feet - shift[:, None]
     places = feet
     if footholds is not None:
-        blocks.append(_half_planes(feet[..., :2], swings, origins))
+        planes = _half_planes(feet[..., :2], swings, origins)
+        if shifts is not None:
+            planes[:, 2::3] += shifts
+        blocks.append(planes)
         places = np.concatenate([feet, (footholds - shift)[:, None]], axis=1)
     below = places - np.array([0.0, 0.0, 1.0]) * heights[:, None, None]
     blocks.append(np.tile([stability_margin, reach_fraction], (count, 1)))

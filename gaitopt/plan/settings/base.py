@@ -8,7 +8,7 @@ arguments of the planner. The bare defaults are the numbers of the papers' robot
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, fields, is_dataclass
+from dataclasses import asdict, dataclass, fields, is_dataclass, replace
 from difflib import get_close_matches
 from typing import Any, ClassVar, TypeVar
 
@@ -25,6 +25,9 @@ SWING_SHARE = 0.175
 MARGIN_SHARE = 0.05
 """Stability margin and clearance as a share of the standing height: 2 cm at 0.40 m."""
 
+VELOCITY, FORCES = "velocity", "forces"
+"""The two timings."""
+
 Kind = TypeVar("Kind", bound="PlanSettings")
 
 
@@ -40,6 +43,10 @@ class PlanSettings:
         heading: direction in which the body faces at the start, from the world's x axis [rad].
         acceleration_limit: of every joint [rad/s^2]; ``None`` where nothing is claimed.
         jerk_limit: of every joint [rad/s^3]; ``None`` where nothing is claimed.
+        timing: ``"forces"``: as fast as contact forces and joint torques allow; ``"velocity"``: as
+            fast as the joints' velocities allow, and nothing is said of forces.
+        forces: limits within which contact forces and joint torques must make the motion at every
+            instant; with the timing ``"forces"`` those of :class:`gaitopt.ForceLimits` by default.
     """
 
     planner: ClassVar[str] = ""
@@ -53,8 +60,11 @@ class PlanSettings:
     heading: float = 0.0
     acceleration_limit: float | None = None
     jerk_limit: float | None = None
+    timing: str = VELOCITY
+    forces: ForceLimits | None = None
 
     def __post_init__(self) -> None:
+        self._set_forces()
         set_number(self, "stability_margin", 0.0, 10.0, "m")
         set_number(self, "body_height", 1e-3, 100.0, "m")
         set_number(self, "swing_height", 0.0, 100.0, "m")
@@ -115,7 +125,28 @@ class PlanSettings:
     @property
     def promised_forces(self) -> ForceLimits | None:
         """Limits within which forces and torques are promised to make the motion; or ``None``."""
-        return None
+        return self.forces
+
+    def with_forces(self: Kind, limits: ForceLimits) -> Kind:
+        """The settings of the same motion, timed by forces within these limits."""
+        return replace(self, timing=FORCES, forces=limits)
+
+    def _set_forces(self) -> None:
+        """Check timing and forces, and complete them."""
+        one_of("timing", self.timing, (FORCES, VELOCITY))
+        forces = self.forces
+        if isinstance(forces, Mapping):
+            forces = ForceLimits.from_dict(forces)
+        if not isinstance(forces, (ForceLimits, type(None))):
+            raise InputError(f"forces must be ForceLimits or None, got {forces!r}")
+        if self.timing == VELOCITY and forces is not None:
+            raise InputError(
+                "forces are limits of the timing 'forces', got forces and the timing 'velocity'; "
+                "leave one of them out"
+            )
+        if self.timing == FORCES and forces is None:
+            forces = ForceLimits()
+        object.__setattr__(self, "forces", forces)
 
     @property
     def zmp_margin(self) -> float | None:

@@ -33,4 +33,6 @@ def settings_from_dict(planner: str, values: Mapping[str, Any]) -> PlanSettings:
     unknown = sorted(set(values) - {f.name for f in fields(kind)})
     if unknown:
         raise InputError(f"settings of {planner} have no field {unknown[0]!r}")
-    return kind(**values)
+    # Plans from before there were timings promised forces only where they stored limits of them.
+    old = "forces" if values.get("forces") else "velocity"
+    return kind(**{"timing": old, **values})

@@ -12,7 +12,7 @@ from dataclasses import fields, replace
 from typing import Any, TypeVar
 
 from gaitopt.errors import InputError
-from gaitopt.plan.settings.base import PlanSettings, check_names
+from gaitopt.plan.settings.base import VELOCITY, PlanSettings, check_names
 from gaitopt.robots.quadruped import Quadruped
 
 Kind = TypeVar("Kind", bound=PlanSettings)
@@ -44,6 +44,8 @@ def chosen_settings(
             "name, as in stability_margin=0.03"
         )
     check_names(kind, options)
+    if options.get("timing") == VELOCITY:
+        options = {"forces": None, **options}
     return replace(settings, **options)
 
 

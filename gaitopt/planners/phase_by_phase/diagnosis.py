@@ -51,7 +51,12 @@ def check_heights(robot: Quadruped, steps: CrawlSteps, settings: CrawlSettings) 
 
 
 def explain_step(
-    robot: Quadruped, steps: CrawlSteps, settings: CrawlSettings, step: int, place: FloatArray
+    robot: Quadruped,
+    steps: CrawlSteps,
+    settings: CrawlSettings,
+    step: int,
+    place: FloatArray,
+    shifts: FloatArray | None = None,
 ) -> InfeasibleStepError | SolverError:
     """The error for a step whose COG problem has no verified solution.
 
@@ -59,14 +64,16 @@ def explain_step(
         robot, steps, settings: the walk.
         step: index of the step.
         place: body centre before the step ``(2,)`` [m], in the heading frame.
+        shifts: how much nearer to each side than the body centre the point is that keeps the
+            margin ``(3,)`` [m].
 
     Returns:
         An InfeasibleStepError with the largest margin and the smallest reach fraction that allow
         the step; a SolverError if the step is possible after all.
     """
     leg = steps.legs[step]
-    best = _solve(robot, steps, settings, step, place, "margin")
-    least = _solve(robot, steps, settings, step, place, "reach")
+    best = _solve(robot, steps, settings, step, place, "margin", shifts)
+    least = _solve(robot, steps, settings, step, place, "reach", shifts)
     if best.solved and best.value > settings.stability_margin + RESERVE:
         return SolverError(
             f"step {step} ({leg}): the COG problem has a solution (margin {best.value:.4g} m) but "
@@ -138,6 +145,7 @@ def _solve(
     step: int,
     place: FloatArray,
     objective: str,
+    shifts: FloatArray | None = None,
     reach_fraction: float | None = None,
 ) -> CogSolution:
     """The solution of one step's COG problem from ``place (2,)``, with another objective."""
@@ -147,6 +155,7 @@ def _solve(
         stability_margin=settings.stability_margin,
         reach_fraction=settings.reach_fraction if reach_fraction is None else reach_fraction,
         objective=objective,  # type: ignore[arg-type]
+        shifts=shifts,
     )  # fmt: skip
     return solve_cog(problem)
 
@@ -155,7 +164,7 @@ def _inscribed_radius(
     robot: Quadruped, steps: CrawlSteps, settings: CrawlSettings, step: int, place: FloatArray
 ) -> float | None:
     """Radius of the support triangle's inscribed circle [m]: the largest margin with any legs."""
-    largest = _solve(robot, steps, settings, step, place, "margin", UNLIMITED_REACH)
+    largest = _solve(robot, steps, settings, step, place, "margin", reach_fraction=UNLIMITED_REACH)
     return largest.value if largest.solved else None
 
 

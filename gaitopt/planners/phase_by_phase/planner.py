@@ -16,6 +16,7 @@ from gaitopt.planners.phase_by_phase.diagnosis import check_heights
 from gaitopt.planners.phase_by_phase.steps import check_stance, crawl_steps
 from gaitopt.planners.phase_by_phase.targets import optimise_cogs, start_place
 from gaitopt.planners.phase_by_phase.timing import assemble_plan
+from gaitopt.retiming.retimed import retimed
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.footholds import Footholds
 
@@ -54,7 +55,8 @@ def plan_in_order(
     check_heights(robot, steps, settings)
     start = start_place(robot, steps, settings)
     solutions = optimise_cogs(robot, steps, settings, start, progress)
-    return assemble_plan(robot, footholds, settings, steps, start, solutions)
+    plan = assemble_plan(robot, footholds, settings, steps, start, solutions)
+    return plan if settings.forces is None else retimed(plan)
 
 
 def plan_at_fitting_height(

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from gaitopt.conventions import LEGS, FloatArray, Progress, rotation_z
-from gaitopt.errors import InfeasibleStepError
+from gaitopt.errors import InfeasibleStepError, SolverError
 from gaitopt.gait.crawl import WANG_SEQUENCE
 from gaitopt.optimize.cog.solver import (
     CogProblem,
@@ -18,6 +18,7 @@ from gaitopt.optimize.cog.solver import (
     solve_cog,
 )
 from gaitopt.plan.settings.crawl import CrawlSettings
+from gaitopt.planners.phase_by_phase.centre_of_mass import shifts_at_rest, shifts_in_swings
 from gaitopt.planners.phase_by_phase.diagnosis import explain_start, explain_step
 from gaitopt.planners.phase_by_phase.steps import CrawlSteps, check_stance, crawl_steps
 from gaitopt.robots.quadruped import Quadruped
@@ -26,6 +27,13 @@ from gaitopt.terrain.footholds import Footholds
 ROUNDING = 1e-9
 """Largest violation of a margin or a reach that counts as none [m]: what
 :data:`gaitopt.optimize.cog.solver.PRIMAL_TOLERANCE` allows."""
+
+
+MOST_ROUNDS = 12
+"""Most rounds in which targets for the true centre of mass are found. Walks of the robots that
+example-robot-data has took at most four."""
+MORE = 2e-6
+"""Length by which more is asked for than what was found to be needed [m], so that rounds end."""
 
 
 def start_for_any_order(
@@ -54,6 +62,8 @@ def optimise_cogs(
 ) -> list[CogSolution]:
     """The COG target of every step, each beginning at the target of the step before.
 
+    Where the settings say so, the true centre of mass keeps the margin, and not the body centre.
+
     Args:
         robot, steps, settings: the walk.
         start: body centre at the start ``(3,)`` [m], in the heading frame.
@@ -63,7 +73,33 @@ def optimise_cogs(
         InfeasibleStepError: no place of the body centre allows a step.
         SolverError: there is one, and the solver did not find it to its tolerance.
     """
-    problems = step_problems(robot, steps, settings, settings.objective)
+    if not (settings.true_com and steps.legs):
+        return _optimise(robot, steps, settings, start, None, progress)
+    shifts = shifts_at_rest(robot, steps, start)
+    for _ in range(MOST_ROUNDS):
+        solutions = _optimise(robot, steps, settings, start, shifts, progress)
+        places = np.array([s.position for s in solutions])
+        needed = shifts_in_swings(robot, steps, settings, np.column_stack([places, steps.heights]))
+        if (needed <= shifts + ROUNDING).all():
+            return solutions
+        # Only ever more, so that the rounds end.
+        shifts = np.maximum(shifts, needed + MORE)
+    raise SolverError(
+        f"the true centre of mass keeps no margin after {MOST_ROUNDS} rounds: its distance from "
+        "the body centre depends too much on where the body is; take com='body'"
+    )
+
+
+def _optimise(
+    robot: Quadruped,
+    steps: CrawlSteps,
+    settings: CrawlSettings,
+    start: FloatArray,
+    shifts: FloatArray | None,
+    progress: Progress | None,
+) -> list[CogSolution]:
+    """The targets with given distances of the centre of mass from the body centre ``(S, 3)``."""
+    problems = step_problems(robot, steps, settings, settings.objective, shifts)
     workspace = CogWorkspace()
     solutions = []
     place = start[:2]
@@ -71,7 +107,8 @@ def optimise_cogs(
         solution = solve_cog(problem.starting_at(place), workspace)
         too_small = solution.margin < settings.stability_margin - ROUNDING
         if not solution.solved or too_small:
-            raise explain_step(robot, steps, settings, s, place)
+            shift = None if shifts is None else shifts[s]
+            raise explain_step(robot, steps, settings, s, place, shift)
         solutions.append(solution)
         place = solution.position
         if progress is not None:
@@ -80,7 +117,11 @@ def optimise_cogs(
 
 
 def step_problems(
-    robot: Quadruped, steps: CrawlSteps, settings: CrawlSettings, objective: str
+    robot: Quadruped,
+    steps: CrawlSteps,
+    settings: CrawlSettings,
+    objective: str,
+    shifts: FloatArray | None = None,
 ) -> list[CogProblem]:
     """The COG problems of all steps, each beginning in the middle of its feet.
 
@@ -92,6 +133,7 @@ def step_problems(
         robot, steps.feet, steps.heights, steps.legs, steps.targets,
         stability_margin=settings.stability_margin, reach_fraction=settings.reach_fraction,
         objective=objective,  # type: ignore[arg-type]
+        shifts=shifts,
     )  # fmt: skip
 
 

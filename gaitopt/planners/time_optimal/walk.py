@@ -9,6 +9,7 @@ import numpy as np
 from gaitopt.conventions import FloatArray
 from gaitopt.errors import GaitoptError
 from gaitopt.plan.plan import Plan
+from gaitopt.plan.settings.base import VELOCITY
 from gaitopt.plan.settings.crawl import CrawlSettings
 from gaitopt.plan.settings.time_optimal import RouteSettings
 from gaitopt.planners.phase_by_phase.diagnosis import check_heights
@@ -76,7 +77,7 @@ def crawl_settings(settings: RouteSettings) -> CrawlSettings:
         stability_margin=settings.stability_margin, body_height=settings.body_height,
         swing_height=settings.swing_height, sequence=settings.order,
         reach_fraction=settings.reach_fraction, heading=settings.heading,
-        follow_terrain=settings.follow_terrain, cog_start=settings.cog_start,
+        follow_terrain=settings.follow_terrain, cog_start=settings.cog_start, timing=VELOCITY,
     )  # fmt: skip
 
 

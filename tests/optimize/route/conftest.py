@@ -50,7 +50,7 @@ def random_poses() -> Callable[..., tuple[Array, Array, Array]]:
 
 def small_walk(robot: Quadruped, variant: str, steps: int = 4, **settings: Any) -> RouteProblem:
     """The problem of the first ``steps`` of a random terrain, with all joint position limits."""
-    chosen = RouteSettings(free=VARIANTS[variant], **settings)
+    chosen = RouteSettings(free=VARIANTS[variant], **settings, timing="velocity")
     route = prepare_route(robot, gaitopt.s_columns(2, columns=3), chosen)
     _, problem = build_route(route.window(0, steps))
     return replace(problem, used_limits=np.ones((2, 12), dtype=np.bool_))

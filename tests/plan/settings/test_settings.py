@@ -30,9 +30,9 @@ PLANNERS = [(plan_crawl, CrawlSettings), (plan_gait, GaitSettings), (plan_route,
 
 
 def test_on_the_papers_robot_defaults_are_the_papers_numbers(wang: Quadruped) -> None:
-    assert CrawlSettings.for_robot(wang) == CrawlSettings()
-    assert RouteSettings.for_robot(wang) == RouteSettings()
-    settings = CrawlSettings()
+    assert CrawlSettings.for_robot(wang, timing="velocity") == CrawlSettings(timing="velocity")
+    assert RouteSettings.for_robot(wang, timing="velocity") == RouteSettings(timing="velocity")
+    settings = CrawlSettings(timing="velocity")
     assert (settings.body_height, settings.swing_height, settings.stability_margin) == (
         0.40, 0.07, 0.02,
     )  # fmt: skip
@@ -43,7 +43,10 @@ def test_lengths_grow_with_the_robot(name: str, wang: Quadruped) -> None:
     """All lengths are the same shares of the standing height as on wang2020, to 0.1 mm."""
     robot = gaitopt.load_robot(name)
     scale = robot.standing_height / wang.standing_height
-    mine, papers = RouteSettings.for_robot(robot), RouteSettings()
+    mine, papers = (
+        RouteSettings.for_robot(robot, timing="velocity"),
+        RouteSettings(timing="velocity"),
+    )
     for field in ("body_height", "swing_height", "stability_margin", "clearance"):
         assert getattr(mine, field) == pytest.approx(scale * getattr(papers, field), abs=1e-4)
 
@@ -92,7 +95,7 @@ def test_a_misspelt_setting_is_told_with_the_one_that_was_meant(
 
 def test_settings_as_one_object_are_taken_as_they_are(wang: Quadruped) -> None:
     footholds = gaitopt.s_columns(3, columns=2)
-    settings = CrawlSettings(body_height=0.37, stability_margin=0.03)
+    settings = CrawlSettings(body_height=0.37, stability_margin=0.03, timing="velocity")
     plan = plan_crawl(wang, footholds, settings)
     assert plan.settings == settings
     changed = plan_crawl(wang, footholds, settings, body_height=0.39)
@@ -102,17 +105,17 @@ def test_settings_as_one_object_are_taken_as_they_are(wang: Quadruped) -> None:
 def test_the_objective_time_takes_the_settings_of_the_time_optimal_walk(wang: Quadruped) -> None:
     footholds = gaitopt.s_columns(3, columns=2)
     by_object = plan_crawl(wang, footholds, RouteSettings(free=Freedoms.from_name("overlap"),
-                                                          swing_knots=12))  # fmt: skip
-    by_name = plan_crawl(wang, footholds, objective="time", free="overlap")
+                                                          swing_knots=12, timing="velocity"))  # fmt: skip
+    by_name = plan_crawl(wang, footholds, objective="time", free="overlap", timing="velocity")
     assert by_object.settings == by_name.settings and by_object.duration == by_name.duration
     with pytest.raises(InputError, match="takes RouteSettings, got CrawlSettings"):
-        plan_crawl(wang, footholds, CrawlSettings(), objective="time")
+        plan_crawl(wang, footholds, CrawlSettings(timing="velocity"), objective="time")
 
 
 def test_settings_of_another_planner_are_refused(wang: Quadruped) -> None:
     footholds = gaitopt.s_columns(3, columns=2)
     with pytest.raises(InputError, match=r"must be RouteSettings, got .*stability_margin="):
-        plan_route(wang, footholds, CrawlSettings())  # type: ignore[arg-type]
+        plan_route(wang, footholds, CrawlSettings(timing="velocity"))  # type: ignore[arg-type]
     with pytest.raises(InputError, match="settings must be CrawlSettings, got 'margin'"):
         plan_crawl(wang, footholds, "margin")  # type: ignore[arg-type]
     trot = gaitopt.trot(0.5)
@@ -123,21 +126,24 @@ def test_settings_of_another_planner_are_refused(wang: Quadruped) -> None:
 @pytest.mark.parametrize("name", ["acceleration_limit", "jerk_limit"])
 def test_a_walk_phase_by_phase_promises_no_accelerations(name: str) -> None:
     with pytest.raises(InputError, match=f"{name} goes with the objective 'time'"):
-        CrawlSettings(**{name: 5.0})  # type: ignore[arg-type]
+        CrawlSettings(**{name: 5.0}, timing="velocity")  # type: ignore[arg-type]
 
 
 def test_a_free_order_is_none_until_it_is_found() -> None:
-    settings = CrawlSettings(sequence="free")
-    assert settings.swing_legs(3) is None and settings.order == CrawlSettings().sequence
+    settings = CrawlSettings(sequence="free", timing="velocity")
+    assert (
+        settings.swing_legs(3) is None
+        and settings.order == CrawlSettings(timing="velocity").sequence
+    )
 
 
 def test_a_body_height_is_searched_for_where_none_is_given() -> None:
     """At its standing height hyq's joints do not let it walk; somewhat higher they do."""
     hyq = gaitopt.load_robot("hyq")
     footholds = gaitopt.s_columns(0, columns=3, robot=hyq)
-    plan = plan_crawl(hyq, footholds)
+    plan = plan_crawl(hyq, footholds, timing="velocity")
     assert plan.settings.body_height > hyq.standing_height
-    timed = plan_crawl(hyq, footholds, objective="time", free="overlap")
+    timed = plan_crawl(hyq, footholds, objective="time", free="overlap", timing="velocity")
     assert timed.settings.body_height == plan.settings.body_height
     with pytest.raises(gaitopt.InfeasibleStepError, match="would turn to"):
-        plan_crawl(hyq, footholds, body_height=hyq.standing_height)
+        plan_crawl(hyq, footholds, body_height=hyq.standing_height, timing="velocity")

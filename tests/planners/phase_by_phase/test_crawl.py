@@ -144,7 +144,7 @@ def test_at_a_slow_given_speed_time_is_length_over_speed(
     wang: Quadruped, columns: Footholds
 ) -> None:
     """[Wang2020], V.B.3: why 5 mm/s cannot give the paper's 272 s."""
-    plan = plan_crawl(wang, columns, speed=0.005)
+    plan = plan_crawl(wang, columns, speed=0.005, timing="velocity")
     lengths = plan.cog_distance
     for leg in LEGS:
         hops = np.diff(columns[leg], axis=0)
@@ -157,7 +157,7 @@ def test_at_a_slow_given_speed_time_is_length_over_speed(
 
 
 def test_a_given_speed_gives_way_to_the_joint_limits(plan: Plan) -> None:
-    fast = plan_crawl(plan.robot, plan.footholds, speed=10.0)
+    fast = plan_crawl(plan.robot, plan.footholds, speed=10.0, timing="velocity")
     assert fast.duration == pytest.approx(plan.duration, rel=1e-9)
 
 
@@ -168,7 +168,7 @@ def test_doubling_the_joint_limits_halves_the_time(
         wang.urdf.replace(repr(float(LIMIT)), repr(2 * float(LIMIT))), "swift"
     )
     assert swift.velocity_limits == pytest.approx(2 * LIMIT)
-    doubled = plan_crawl(swift, columns)
+    doubled = plan_crawl(swift, columns, timing="velocity")
     assert doubled.duration == pytest.approx(plan.duration / 2, rel=1e-9)
 
 
@@ -177,7 +177,7 @@ def test_turning_the_world_turns_the_walk(wang: Quadruped, columns: Footholds, p
     c, s = np.cos(angle), np.sin(angle)
     turn = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
     turned = Footholds({leg: columns[leg] @ turn.T + [3.0, -2.0, 0.5] for leg in LEGS})
-    other = plan_crawl(wang, turned, heading=angle)
+    other = plan_crawl(wang, turned, heading=angle, timing="velocity")
     assert other.duration == pytest.approx(plan.duration, rel=1e-9)
     times = np.linspace(0, plan.duration, 50)
     a, b = plan.at(times), other.at(times * other.duration / plan.duration)
@@ -189,13 +189,16 @@ def test_a_mirrored_world_mirrors_the_walk(wang: Quadruped, columns: Footholds, 
     partner = {"LF": "RF", "LH": "RH", "RH": "LH", "RF": "LF"}
     mirrored = Footholds({partner[leg]: columns[leg] * [1, -1, 1] for leg in LEGS})
     sequence = tuple(partner[leg] for leg in ("RH", "RF", "LH", "LF"))
-    other = plan_crawl(wang, mirrored, sequence=sequence)
+    other = plan_crawl(wang, mirrored, sequence=sequence, timing="velocity")
     assert other.duration == pytest.approx(plan.duration, rel=1e-9)
     assert other.cog_distance == pytest.approx(plan.cog_distance, rel=1e-6)
 
 
 def test_the_paper_moves_less_and_the_margin_method_stands_safer(plan: Plan) -> None:
-    shortest, safest = plan, plan_crawl(plan.robot, plan.footholds, objective="margin")
+    shortest, safest = (
+        plan,
+        plan_crawl(plan.robot, plan.footholds, objective="margin", timing="velocity"),
+    )
     assert shortest.cog_distance < 0.3 * safest.cog_distance
     assert shortest.duration < safest.duration
     assert safest.margin > shortest.margin
@@ -231,7 +234,7 @@ def test_limits_tell_which_joint_holds_the_phase_back_and_when(plan: Plan) -> No
 
 def test_uneven_ground_is_walked_and_judged_on_its_projection(wang: Quadruped) -> None:
     rough = gaitopt.s_columns(5, height_jitter=0.03)
-    plan = plan_crawl(wang, rough)
+    plan = plan_crawl(wang, rough, timing="velocity")
     assert plan.margin >= 0.02 - 1e-9
     for phase in plan.phases:
         if phase.kind == "swing":
@@ -246,8 +249,8 @@ def test_stairs_need_a_body_that_follows(wang: Quadruped, columns: Footholds) ->
     rise = np.array([0.0, 0.0, 0.04])
     stairs = Footholds({leg: columns[leg] + np.outer(np.arange(17), rise) for leg in LEGS})
     with pytest.raises(InfeasibleStepError, match="follow_terrain=True"):
-        plan_crawl(wang, stairs)
-    plan = plan_crawl(wang, stairs, follow_terrain=True)
+        plan_crawl(wang, stairs, timing="velocity")
+    plan = plan_crawl(wang, stairs, follow_terrain=True, timing="velocity")
     motion = plan.sample(0.5)
     assert motion.cog[-1, 2] - motion.cog[0, 2] == pytest.approx(0.64, abs=0.04)
     above = motion.cog[:, 2] - motion.feet[:, :, 2].mean(axis=1)
@@ -256,7 +259,7 @@ def test_stairs_need_a_body_that_follows(wang: Quadruped, columns: Footholds) ->
 
 
 def test_following_level_ground_changes_nothing(plan: Plan) -> None:
-    follow = plan_crawl(plan.robot, plan.footholds, follow_terrain=True)
+    follow = plan_crawl(plan.robot, plan.footholds, follow_terrain=True, timing="velocity")
     assert follow.duration == pytest.approx(plan.duration, rel=1e-12)
 
 
@@ -266,7 +269,7 @@ def test_following_level_ground_changes_nothing(plan: Plan) -> None:
 )  # fmt: skip
 def test_every_robot_with_roll_joints_walks_columns_to_its_size_with_defaults(name: str) -> None:
     robot = gaitopt.load_robot(name)
-    plan = plan_crawl(robot, s_columns(1, columns=5, robot=robot))
+    plan = plan_crawl(robot, s_columns(1, columns=5, robot=robot), timing="velocity")
     motion = plan.at(np.linspace(0, plan.duration, 300))
     assert feet_by_pinocchio(robot, motion.q) == pytest.approx(motion.feet, abs=1e-9)
     rates = np.abs(plan.path.coefficients[0][:, 6:])
@@ -282,7 +285,7 @@ def test_every_robot_with_roll_joints_walks_columns_to_its_size_with_defaults(na
 
 
 def test_a_walk_of_no_steps_stands(wang: Quadruped) -> None:
-    plan = plan_crawl(wang, flat_footholds(wang, 1, 0.1))
+    plan = plan_crawl(wang, flat_footholds(wang, 1, 0.1), timing="velocity")
     assert (plan.duration, plan.phases, plan.mean_speed) == (0.0, (), 0.0)
     motion = plan.sample(0.1)
     assert len(motion) == 1 and motion.contacts.all()
@@ -291,18 +294,18 @@ def test_a_walk_of_no_steps_stands(wang: Quadruped) -> None:
 
 def test_the_body_can_be_told_where_to_start(wang: Quadruped) -> None:
     footholds = flat_footholds(wang, 2, 0.1)
-    plan = plan_crawl(wang, footholds, cog_start=(0.03, -0.02))
+    plan = plan_crawl(wang, footholds, cog_start=(0.03, -0.02), timing="velocity")
     assert plan.phases[0].cog_start == pytest.approx([0.03, -0.02, 0.4])
     with pytest.raises(InfeasibleStepError, match=r"cannot start at \[2.0, 0.0\]: reach"):
-        plan_crawl(wang, footholds, cog_start=(2.0, 0.0))
+        plan_crawl(wang, footholds, cog_start=(2.0, 0.0), timing="velocity")
     with pytest.raises(InputError, match="two finite numbers"):
-        plan_crawl(wang, footholds, cog_start=(np.nan, 0.0))
+        plan_crawl(wang, footholds, cog_start=(np.nan, 0.0), timing="velocity")
 
 
 def test_a_margin_too_large_is_told_with_the_largest_that_works(wang: Quadruped) -> None:
     footholds = flat_footholds(wang, 3, 0.1)
     with pytest.raises(InfeasibleStepError) as caught:
-        plan_crawl(wang, footholds, stability_margin=0.25)
+        plan_crawl(wang, footholds, stability_margin=0.25, timing="velocity")
     error = caught.value
     assert (error.step, error.leg, error.margin) == (0, "RH", 0.25)
     assert error.largest_margin is not None and 0.05 < error.largest_margin < 0.15
@@ -317,7 +320,7 @@ def test_the_advice_of_an_error_is_right(wang: Quadruped) -> None:
     footholds = flat_footholds(wang, 2, 0.4)
     asked: dict[str, Any] = {"body_height": 0.5, "stability_margin": 0.05, "reach_fraction": 0.97}
     with pytest.raises(InfeasibleStepError) as caught:
-        plan_crawl(wang, footholds, **asked)
+        plan_crawl(wang, footholds, **asked, timing="velocity")
     error = caught.value
     assert error.step == 0 and set(error.conflicts) == {"margin RF-LF", "reach RH foothold"}
     assert error.largest_margin == pytest.approx(0.036, abs=1e-3)
@@ -334,7 +337,7 @@ def test_the_advice_of_an_error_is_right(wang: Quadruped) -> None:
 def _first_refused(robot: Quadruped, footholds: Footholds, settings: dict[str, Any]) -> int | None:
     """The step that cannot be made with these settings, if any."""
     try:
-        plan_crawl(robot, footholds, **settings)
+        plan_crawl(robot, footholds, **settings, timing="velocity")
     except InfeasibleStepError as error:
         return error.step
     return None
@@ -343,7 +346,7 @@ def _first_refused(robot: Quadruped, footholds: Footholds, settings: dict[str, A
 def test_footholds_out_of_reach_are_named(wang: Quadruped) -> None:
     footholds = flat_footholds(wang, 3, 0.9)
     with pytest.raises(InfeasibleStepError) as caught:
-        plan_crawl(wang, footholds)
+        plan_crawl(wang, footholds, timing="velocity")
     error = caught.value
     assert error.largest_margin is None
     assert error.needed_reach_fraction is not None and error.needed_reach_fraction > 1
@@ -354,34 +357,36 @@ def test_footholds_out_of_reach_are_named(wang: Quadruped) -> None:
 def test_a_first_stance_too_wide_is_named(wang: Quadruped) -> None:
     wide = {leg: p * [1.0, 8.0, 1.0] for leg, p in flat_footholds(wang, 2, 0.1).points.items()}
     with pytest.raises(InfeasibleStepError, match="first footholds lie too far apart"):
-        plan_crawl(wang, Footholds(wide))
+        plan_crawl(wang, Footholds(wide), timing="velocity")
 
 
 def test_a_height_that_no_leg_reaches_is_named(wang: Quadruped, columns: Footholds) -> None:
     with pytest.raises(InfeasibleStepError, match=r"take body_height below 0\.57 m"):
-        plan_crawl(wang, columns, body_height=0.6)
+        plan_crawl(wang, columns, body_height=0.6, timing="velocity")
 
 
 def test_a_swing_that_folds_the_leg_too_far_is_named(wang: Quadruped, columns: Footholds) -> None:
     with pytest.raises(InfeasibleStepError, match="change swing_height or body_height"):
-        plan_crawl(wang, columns, swing_height=0.33, body_height=0.40)
+        plan_crawl(wang, columns, swing_height=0.33, body_height=0.40, timing="velocity")
 
 
 def test_a_joint_beyond_its_limits_is_named() -> None:
     hyq = gaitopt.load_robot("hyq")
     with pytest.raises(InfeasibleStepError, match=r"joint lh_hfe_joint would turn to -1\.\d+ rad"):
-        plan_crawl(hyq, s_columns(robot=hyq), body_height=0.54, swing_height=0.095)
+        plan_crawl(
+            hyq, s_columns(robot=hyq), body_height=0.54, swing_height=0.095, timing="velocity"
+        )
 
 
 def test_legs_without_roll_are_refused(columns: Footholds) -> None:
     with pytest.raises(InputError, match="solo8: leg LF has no roll joint"):
-        plan_crawl(gaitopt.load_robot("solo8"), columns)
+        plan_crawl(gaitopt.load_robot("solo8"), columns, timing="velocity")
 
 
 def test_a_joint_without_velocity_limit_is_named(wang: Quadruped, columns: Footholds) -> None:
     still = gaitopt.Quadruped.from_urdf(wang.urdf.replace(repr(float(LIMIT)), "0.0"))
     with pytest.raises(InputError, match="joint LF_HAA has no velocity limit"):
-        plan_crawl(still, columns)
+        plan_crawl(still, columns, timing="velocity")
 
 
 @pytest.mark.parametrize(
@@ -406,20 +411,20 @@ def test_settings_out_of_range(
     wang: Quadruped, columns: Footholds, setting: dict[str, Any], words: str
 ) -> None:
     with pytest.raises(InputError, match=words):
-        plan_crawl(wang, columns, **setting)
+        plan_crawl(wang, columns, **setting, timing="velocity")
 
 
 def test_progress_is_reported(wang: Quadruped) -> None:
     seen: list[tuple[int, int]] = []
     plan_crawl(wang, gaitopt.s_columns(0, columns=3),
-               progress=lambda done, total: seen.append((done, total)))  # fmt: skip
+               progress=lambda done, total: seen.append((done, total)), timing="velocity")  # fmt: skip
     assert seen == [(k, 8) for k in range(1, 9)]
 
 
 def test_many_random_terrains_are_walked(wang: Quadruped) -> None:
     times = []
     for seed in range(40):
-        plan = plan_crawl(wang, gaitopt.s_columns(seed))
+        plan = plan_crawl(wang, gaitopt.s_columns(seed), timing="velocity")
         assert plan.margin >= 0.02 - 1e-9
         times.append(plan.duration)
     assert min(times) > 205 and max(times) < 236
@@ -436,7 +441,11 @@ def test_a_joint_that_belongs_to_no_leg_stands_still(
     wang: Quadruped, columns: Footholds, plan: Plan
 ) -> None:
     """A neck that may not move at all must not divide 0 by 0."""
-    headed = plan_crawl(Quadruped.from_urdf(wang.urdf.replace("</robot>", NECK), "headed"), columns)
+    headed = plan_crawl(
+        Quadruped.from_urdf(wang.urdf.replace("</robot>", NECK), "headed"),
+        columns,
+        timing="velocity",
+    )
     assert headed.duration == pytest.approx(plan.duration, rel=1e-12)
     motion = headed.sample(1.0)
     assert np.isfinite(motion.q).all()
@@ -449,7 +458,7 @@ def test_far_coordinates_change_nothing(
 ) -> None:
     """Maps count in hundreds of kilometres."""
     far = Footholds({leg: columns[leg] + [east, -east / 2, 0.0] for leg in LEGS})
-    away = plan_crawl(wang, far)
+    away = plan_crawl(wang, far, timing="velocity")
     assert away.duration == pytest.approx(plan.duration, rel=1e-6)
     assert away.margin == pytest.approx(0.02, abs=1e-8)
 
@@ -466,14 +475,14 @@ def test_swapped_legs_are_noticed(
 ) -> None:
     swapped = Footholds({leg: columns[swap.get(leg, leg)] for leg in LEGS})
     with pytest.raises(InputError, match=words):
-        plan_crawl(wang, swapped)
+        plan_crawl(wang, swapped, timing="velocity")
 
 
 def test_a_forgotten_heading_is_noticed(wang: Quadruped, columns: Footholds) -> None:
     sideways = Footholds({leg: columns[leg][:, [1, 0, 2]] * [-1, 1, 1] for leg in LEGS})
     with pytest.raises(InputError, match="swap the footholds of these legs, or set heading"):
-        plan_crawl(wang, sideways)
-    assert plan_crawl(wang, sideways, heading=np.pi / 2).margin >= 0.02 - 1e-9
+        plan_crawl(wang, sideways, timing="velocity")
+    assert plan_crawl(wang, sideways, heading=np.pi / 2, timing="velocity").margin >= 0.02 - 1e-9
 
 
 @pytest.mark.parametrize(("name", "height"), [("anymal", 0.10), ("solo12", 0.03)])
@@ -482,7 +491,12 @@ def test_a_body_too_low_is_refused_rather_than_walked_wrongly(name: str, height:
     robot = gaitopt.load_robot(name)
     with pytest.raises(InfeasibleStepError, match=r"knee allows|more than half a turn"):
         plan_crawl(
-            robot, s_columns(robot=robot), objective="margin", body_height=height, swing_height=0.01
+            robot,
+            s_columns(robot=robot),
+            objective="margin",
+            body_height=height,
+            swing_height=0.01,
+            timing="velocity",
         )
 
 
@@ -500,7 +514,7 @@ def test_arguments_of_another_kind(
     wang: Quadruped, columns: Footholds, arguments: dict[str, Any], words: str
 ) -> None:
     with pytest.raises(InputError, match=words):
-        plan_crawl(**{"robot": wang, "footholds": columns, **arguments})
+        plan_crawl(**{"robot": wang, "footholds": columns, **arguments}, timing="velocity")
 
 
 def test_the_printed_advice_can_be_followed_to_the_letter(wang: Quadruped) -> None:
@@ -511,7 +525,7 @@ def test_the_printed_advice_can_be_followed_to_the_letter(wang: Quadruped) -> No
             footholds = flat_footholds(wang, 2, stride)
             asked = {"body_height": height, "stability_margin": 0.05, "reach_fraction": 0.97}
             try:
-                plan_crawl(wang, footholds, **asked)  # type: ignore[arg-type]
+                plan_crawl(wang, footholds, **asked, timing="velocity")  # type: ignore[arg-type]
             except InfeasibleStepError as error:
                 found = re.search(r"need reach_fraction (\d\.\d+)", str(error))
                 if found and float(found[1]) <= 1.0:

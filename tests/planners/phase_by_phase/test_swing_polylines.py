@@ -40,7 +40,7 @@ def test_points_of_a_curve_s_polyline_lie_on_the_curve() -> None:
 
 @pytest.mark.parametrize("name", SWINGS)
 def test_crawls_with_any_swing_are_certified(wang: Quadruped, name: str) -> None:
-    plan = gaitopt.plan_crawl(wang, gaitopt.s_columns(4, columns=3), swing=name)
+    plan = gaitopt.plan_crawl(wang, gaitopt.s_columns(4, columns=3), swing=name, timing="velocity")
     certificate = gaitopt.verify(plan, collisions=False)
     assert certificate.ok, certificate.report()
     assert certificate["joint velocities"].worst == pytest.approx(1.0)
@@ -49,16 +49,20 @@ def test_crawls_with_any_swing_are_certified(wang: Quadruped, name: str) -> None
 def test_every_other_swing_is_faster_than_the_box(wang: Quadruped) -> None:
     """A box is the longest path of this height."""
     terrain = gaitopt.s_columns(4, columns=3)
-    times = {n: gaitopt.plan_crawl(wang, terrain, swing=n).duration for n in SWINGS}
+    times = {
+        n: gaitopt.plan_crawl(wang, terrain, swing=n, timing="velocity").duration for n in SWINGS
+    }
     assert max(times, key=times.__getitem__) == "box"
 
 
 def test_uneven_ground_and_other_robots(wang: Quadruped) -> None:
     rough = gaitopt.s_columns(5, columns=3, height_jitter=0.03)
-    plan = gaitopt.plan_crawl(wang, rough, swing="parabola path", follow_terrain=True)
+    plan = gaitopt.plan_crawl(
+        wang, rough, swing="parabola path", follow_terrain=True, timing="velocity"
+    )
     assert gaitopt.verify(plan, collisions=False).ok
 
 
 def test_unknown_swings_are_refused(wang: Quadruped) -> None:
     with pytest.raises(InputError, match="swing must be one of 'box'"):
-        gaitopt.plan_crawl(wang, gaitopt.s_columns(0, columns=2), swing="loop")
+        gaitopt.plan_crawl(wang, gaitopt.s_columns(0, columns=2), swing="loop", timing="velocity")

@@ -18,14 +18,16 @@ def short() -> Footholds:
 @pytest.fixture(scope="session")
 def plans(wang: Quadruped, short: Footholds) -> dict[str, Plan]:
     """The plan of every variant over these footholds."""
-    return {variant: plan_route(wang, short, free=variant) for variant in VARIANTS}
+    return {
+        variant: plan_route(wang, short, free=variant, timing="velocity") for variant in VARIANTS
+    }
 
 
 @pytest.fixture(scope="session")
 def com_plans(wang: Quadruped, short: Footholds) -> dict[str, Plan]:
     """The same of all static variants, with the margin of the true centre of mass."""
     return {
-        variant: plan_route(wang, short, free=variant, com="model")
+        variant: plan_route(wang, short, free=variant, com="model", timing="velocity")
         for variant, free in VARIANTS.items()
         if not free.dynamic
     }

@@ -88,7 +88,9 @@ def test_the_true_com_costs_little_time(
 def test_dense_com_and_shortfall_are_those_of_pinocchio(wang: Quadruped) -> None:
     """Where the margin is lost: in the first guess, for which the body centre keeps it."""
     free = VARIANTS["height"]
-    settings = RouteSettings(free=free, heading=0.4, com="model", stability_margin=0.03)
+    settings = RouteSettings(
+        free=free, heading=0.4, com="model", stability_margin=0.03, timing="velocity"
+    )
     turn = rotation_z(0.4)
     straight = gaitopt.s_columns(5, columns=3)
     footholds = Footholds({leg: straight[leg] @ turn.T for leg in LEGS}, straight.radius)
@@ -108,7 +110,7 @@ def test_dense_com_and_shortfall_are_those_of_pinocchio(wang: Quadruped) -> None
 
 
 def test_only_rows_beside_a_shortfall_are_raised(wang: Quadruped, short: Footholds) -> None:
-    settings = RouteSettings(free=VARIANTS["swing"], com="model")
+    settings = RouteSettings(free=VARIANTS["swing"], com="model", timing="velocity")
     route = prepare_route(wang, short, settings)
     knots, problem = build_route(route)
     assert problem.com is not None
@@ -122,7 +124,7 @@ def test_only_rows_beside_a_shortfall_are_raised(wang: Quadruped, short: Foothol
 
 def test_every_knot_but_the_first_has_rows(wang: Quadruped, short: Footholds) -> None:
     """At the first knot the robot stands where it stands."""
-    settings = RouteSettings(free=VARIANTS["swing"], com="model")
+    settings = RouteSettings(free=VARIANTS["swing"], com="model", timing="velocity")
     route = prepare_route(wang, short, settings)
     _, problem = build_route(route)
     assert problem.com is not None
@@ -132,8 +134,8 @@ def test_every_knot_but_the_first_has_rows(wang: Quadruped, short: Footholds) ->
 def test_a_horizon_and_a_free_order_keep_the_margin(wang: Quadruped, short: Footholds) -> None:
     footholds = gaitopt.s_columns(1, columns=5)
     for plan in (
-        plan_route(wang, footholds, free="swing", com="model", horizon=8),
-        plan_route(wang, short, free="height", com="model", sequence="free"),
+        plan_route(wang, footholds, free="swing", com="model", horizon=8, timing="velocity"),
+        plan_route(wang, short, free="height", com="model", sequence="free", timing="velocity"),
     ):
         assert plan.settings.true_com
         gaitopt.verify(plan, collisions=False).raise_for_violations()
@@ -144,7 +146,12 @@ def test_other_robots_keep_the_margin(name: str) -> None:
     robot = gaitopt.load_robot(name)
     footholds = s_columns(0, columns=3, robot=robot)
     plan = plan_route(
-        robot, footholds, free="height", com="model", body_height=robot.standing_height
+        robot,
+        footholds,
+        free="height",
+        com="model",
+        body_height=robot.standing_height,
+        timing="velocity",
     )
     gaitopt.verify(plan, collisions=False).raise_for_violations()
     assert least_margin(plan) >= plan.settings.stability_margin
@@ -155,7 +162,7 @@ def test_a_turned_walk_takes_the_same_time(
 ) -> None:
     turn = rotation_z(0.7)
     turned = Footholds({leg: short[leg] @ turn.T for leg in LEGS}, short.radius)
-    plan = plan_route(wang, turned, free="height", com="model", heading=0.7)
+    plan = plan_route(wang, turned, free="height", com="model", heading=0.7, timing="velocity")
     assert plan.duration == pytest.approx(com_plans["height"].duration, rel=1e-3)
     gaitopt.verify(plan, collisions=False).raise_for_violations()
 

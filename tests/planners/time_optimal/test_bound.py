@@ -35,4 +35,4 @@ def test_bounds_are_refused_for_other_plans_and_no_window(
     with pytest.raises(InputError, match="window"):
         route_bound(plans["swing"], 0)
     with pytest.raises(InputError, match="route_bound takes"):
-        route_bound(gaitopt.plan_crawl(wang, short))
+        route_bound(gaitopt.plan_crawl(wang, short, timing="velocity"))

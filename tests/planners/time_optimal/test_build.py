@@ -29,9 +29,11 @@ def test_a_limit_of_the_knee_is_a_limit_of_reach(wang: Quadruped, reach_fraction
 def test_the_first_guess_is_the_walk_planned_phase_by_phase(
     wang: Quadruped, short: Footholds
 ) -> None:
-    route = prepare_route(wang, short, RouteSettings(free=VARIANTS["route"], stance_knots=2))
+    route = prepare_route(
+        wang, short, RouteSettings(free=VARIANTS["route"], stance_knots=2, timing="velocity")
+    )
     knots, problem = build_route(route)
-    crawl: Plan = plan_crawl(wang, short, body_height=0.40)
+    crawl: Plan = plan_crawl(wang, short, body_height=0.40, timing="velocity")
     targets = np.array([phase.cog_end for phase in crawl.phases])
     assert problem.poses[knots.phase_ends[1:], BODY] == pytest.approx(targets, abs=1e-6)
     # The foot is on a vertical or level edge of its box.
@@ -45,7 +47,7 @@ def test_the_first_guess_is_the_walk_planned_phase_by_phase(
 
 @pytest.mark.parametrize("variant", VARIANTS)
 def test_what_is_not_free_is_no_unknown(wang: Quadruped, short: Footholds, variant: str) -> None:
-    settings = RouteSettings.for_robot(wang, free=variant)
+    settings = RouteSettings.for_robot(wang, free=variant, timing="velocity")
     knots, problem = build_route(prepare_route(wang, short, settings))
     unknown = problem.unknown >= 0
     assert not unknown[0].any() and unknown[1:, :2].all()
@@ -60,7 +62,9 @@ def test_what_is_not_free_is_no_unknown(wang: Quadruped, short: Footholds, varia
 
 def test_rows_hold_feet_and_body_where_they_are_to_be(wang: Quadruped, short: Footholds) -> None:
     """A foot above its column, one outside it, one too low; a body that is tilted too far."""
-    route = prepare_route(wang, short, RouteSettings(free=VARIANTS["posture"], swing_knots=8))
+    route = prepare_route(
+        wang, short, RouteSettings(free=VARIANTS["posture"], swing_knots=8, timing="velocity")
+    )
     knots, problem = build_route(route)
     first = int(knots.flights[0, 0]) + 1
     poses = problem.poses.copy()

@@ -45,7 +45,14 @@ def test_a_large_clearance_and_uneven_columns_are_kept_clear_of(
 ) -> None:
     """A foot far below its goal cuts a large corner as a spline; in joint space it flies an arc."""
     footholds = gaitopt.s_columns(0, columns=3, height_jitter=jitter)
-    plan = plan_route(wang, footholds, free=variant, clearance=clearance, acceleration_limit=limit)
+    plan = plan_route(
+        wang,
+        footholds,
+        free=variant,
+        clearance=clearance,
+        acceleration_limit=limit,
+        timing="velocity",
+    )
     least = lowest_outside(plan)
     assert clearance <= plan.record.clearance <= least
     check = gaitopt.verify(plan, collisions=False)["swing clearance"]
@@ -54,5 +61,5 @@ def test_a_large_clearance_and_uneven_columns_are_kept_clear_of(
 
 def test_windows_keep_the_clearance(wang: Quadruped) -> None:
     footholds = gaitopt.s_columns(1, columns=4, height_jitter=0.03)
-    plan = plan_route(wang, footholds, free="dynamic", horizon=4)
+    plan = plan_route(wang, footholds, free="dynamic", horizon=4, timing="velocity")
     assert 0.02 <= plan.record.clearance <= lowest_outside(plan)

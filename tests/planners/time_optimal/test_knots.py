@@ -16,7 +16,9 @@ STANCE, SWING = 3, 8
 
 @pytest.fixture(scope="module")
 def route(wang: Quadruped, short: Footholds) -> Route:
-    settings = RouteSettings(free=VARIANTS["swing"], stance_knots=STANCE, swing_knots=SWING)
+    settings = RouteSettings(
+        free=VARIANTS["swing"], stance_knots=STANCE, swing_knots=SWING, timing="velocity"
+    )
     return prepare_route(wang, short, settings)
 
 

@@ -39,19 +39,19 @@ def test_settings_are_checked_before_anything_is_planned(
 ) -> None:
     far = gaitopt.s_columns(0, columns=3, forward=5.0)  # impossible: planning would say so
     with pytest.raises(InputError, match=words):
-        plan_route(wang, far, sequence=sequence, **options)
+        plan_route(wang, far, sequence=sequence, **options, timing="velocity")
 
 
 def test_robot_and_footholds_in_the_wrong_order_are_refused(
     wang: Quadruped, short: Footholds
 ) -> None:
     with pytest.raises(InputError, match="takes a Quadruped"):
-        plan_route(short, wang)  # type: ignore[arg-type]
+        plan_route(short, wang, timing="velocity")  # type: ignore[arg-type]
 
 
 def test_freedoms_may_be_named_in_any_order(wang: Quadruped, short: Footholds) -> None:
     """A set that is no variant has the names of what is free as its own."""
-    plan = plan_route(wang, short, free={"height", "overlap"})
+    plan = plan_route(wang, short, free={"height", "overlap"}, timing="velocity")
     assert plan.settings.free == Freedoms(overlap=True, height=True)
     assert plan.settings.free.variant == "overlap+height"
     assert np.ptp(plan.path.knots()[:, 2]) > 0.01
@@ -59,23 +59,27 @@ def test_freedoms_may_be_named_in_any_order(wang: Quadruped, short: Footholds) -
 
 
 def test_plan_crawl_passes_options_on(wang: Quadruped, short: Footholds) -> None:
-    plan = gaitopt.plan_crawl(wang, short, objective="time", acceleration_limit=6.0, horizon=4)
+    plan = gaitopt.plan_crawl(
+        wang, short, objective="time", acceleration_limit=6.0, horizon=4, timing="velocity"
+    )
     assert plan.settings.acceleration_limit == 6.0 and plan.record.windows > 1
     with pytest.raises(InputError, match="go with the objective 'time'"):
-        gaitopt.plan_crawl(wang, short, horizon=4)
+        gaitopt.plan_crawl(wang, short, horizon=4, timing="velocity")
 
 
 def test_plan_crawl_passes_the_kind_of_margin_on(
     wang: Quadruped, short: Footholds, com_plans: dict[str, Plan]
 ) -> None:
-    plan = gaitopt.plan_crawl(wang, short, objective="time", free="swing", com="model")
+    plan = gaitopt.plan_crawl(
+        wang, short, objective="time", free="swing", com="model", timing="velocity"
+    )
     assert plan.duration == com_plans["swing"].duration
     with pytest.raises(InputError, match="go with the objective 'time'"):
-        gaitopt.plan_crawl(wang, short, com="model")
+        gaitopt.plan_crawl(wang, short, com="model", timing="velocity")
 
 
 def test_the_walk_that_an_error_offers_says_whose_margin_it_keeps(
     wang: Quadruped, short: Footholds
 ) -> None:
     with pytest.raises(RouteError, match="its margin is that of the body centre"):
-        plan_route(wang, short, free="swing", com="model", iterations=4)
+        plan_route(wang, short, free="swing", com="model", iterations=4, timing="velocity")

@@ -70,7 +70,12 @@ def test_a_start_with_a_small_margin_is_walked_from(
     """10 mm inside four feet, where 20 mm are asked for: every flight keeps all of it."""
     footholds = gaitopt.s_columns(0, columns=3)
     plan = plan_route(
-        wang, footholds, free=variant, acceleration_limit=limit, cog_start=(0.0, 0.14)
+        wang,
+        footholds,
+        free=variant,
+        acceleration_limit=limit,
+        cog_start=(0.0, 0.14),
+        timing="velocity",
     )
     margins = [phase.margin for phase in plan.phases]
     assert 0.005 < margins[0] < 0.0103 and min(margins[1:]) >= 0.02
@@ -84,7 +89,7 @@ def test_the_time_does_not_depend_on_how_the_walk_is_turned(
 ) -> None:
     turn = rotation_z(0.7).T
     turned = Footholds({leg: short[leg] @ turn + [5.0, -3.0, 0.2] for leg in LEGS}, short.radius)
-    plan = plan_route(wang, turned, free="posture", heading=0.7)
+    plan = plan_route(wang, turned, free="posture", heading=0.7, timing="velocity")
     assert plan.duration == pytest.approx(plans["posture"].duration, rel=1e-3)
     gaitopt.verify(plan, collisions=False).raise_for_violations()
 
@@ -92,12 +97,17 @@ def test_the_time_does_not_depend_on_how_the_walk_is_turned(
 def test_left_and_right_take_the_same_time(
     plans: dict[str, Plan], wang: Quadruped, short: Footholds
 ) -> None:
-    other = plan_route(wang, mirrored(short), free="height", sequence=("LH", "LF", "RH", "RF"))
+    other = plan_route(
+        wang, mirrored(short), free="height", sequence=("LH", "LF", "RH", "RF"), timing="velocity"
+    )
     assert other.duration == pytest.approx(plans["height"].duration, rel=2e-3)
 
 
 def test_a_larger_margin_takes_longer_and_is_kept(wang: Quadruped, short: Footholds) -> None:
-    plans = [plan_route(wang, short, free="height", stability_margin=s) for s in (0.0, 0.02, 0.04)]
+    plans = [
+        plan_route(wang, short, free="height", stability_margin=s, timing="velocity")
+        for s in (0.0, 0.02, 0.04)
+    ]
     assert np.all(np.diff([plan.duration for plan in plans]) > 0)
     for plan in plans:
         assert plan.margin >= plan.settings.stability_margin
@@ -105,8 +115,8 @@ def test_a_larger_margin_takes_longer_and_is_kept(wang: Quadruped, short: Footho
 
 def test_a_horizon_loses_little_time(wang: Quadruped) -> None:
     footholds = gaitopt.s_columns(1, columns=6)
-    whole = plan_route(wang, footholds, free="swing")
-    plan = plan_route(wang, footholds, free="swing", horizon=8)
+    whole = plan_route(wang, footholds, free="swing", timing="velocity")
+    plan = plan_route(wang, footholds, free="swing", horizon=8, timing="velocity")
     gaitopt.verify(plan, collisions=False).raise_for_violations()
     assert plan.duration < 1.02 * whole.duration
 
@@ -115,8 +125,8 @@ def test_a_horizon_loses_little_time(wang: Quadruped) -> None:
 def test_other_robots_walk_twice_as_fast_as_phase_by_phase(name: str) -> None:
     robot = gaitopt.load_robot(name)
     footholds, height = s_columns(0, columns=3, robot=robot), robot.standing_height
-    paper = gaitopt.plan_crawl(robot, footholds, body_height=height)
-    plan = plan_route(robot, footholds, free="height", body_height=height)
+    paper = gaitopt.plan_crawl(robot, footholds, body_height=height, timing="velocity")
+    plan = plan_route(robot, footholds, free="height", body_height=height, timing="velocity")
     gaitopt.verify(plan).raise_for_violations()
     assert plan.duration < paper.duration / 2.0
 
@@ -126,7 +136,9 @@ def test_joints_that_turn_faster_walk_faster_by_as_much(wang: Quadruped, variant
     """Time scales with the joints' limits: nothing else in the problem has a time in it."""
     fast, footholds = gaitopt.load_robot("wang2020-fast"), gaitopt.s_columns(0, columns=4)
     ratio = fast.legs["LF"].velocity_limits[0] / wang.legs["LF"].velocity_limits[0]
-    slow_plan, fast_plan = (plan_route(robot, footholds, free=variant) for robot in (wang, fast))
+    slow_plan, fast_plan = (
+        plan_route(robot, footholds, free=variant, timing="velocity") for robot in (wang, fast)
+    )
     assert ratio > 15.0
     assert fast_plan.duration * ratio == pytest.approx(slow_plan.duration, rel=0.02)
     gaitopt.verify(fast_plan, collisions=False).raise_for_violations()
@@ -134,18 +146,20 @@ def test_joints_that_turn_faster_walk_faster_by_as_much(wang: Quadruped, variant
 
 def test_walks_over_uneven_columns_are_certified(wang: Quadruped) -> None:
     footholds = gaitopt.s_columns(4, columns=3, height_jitter=0.03)
-    gaitopt.verify(plan_route(wang, footholds, free="posture")).raise_for_violations()
+    gaitopt.verify(
+        plan_route(wang, footholds, free="posture", timing="velocity")
+    ).raise_for_violations()
 
 
 def test_standing_still_is_a_plan(wang: Quadruped) -> None:
-    plan = plan_route(wang, gaitopt.s_columns(0, columns=1))
+    plan = plan_route(wang, gaitopt.s_columns(0, columns=1), timing="velocity")
     assert plan.duration == 0.0 and plan.phases == ()
 
 
 def test_no_convergence_is_no_plan(wang: Quadruped, short: Footholds) -> None:
     """The error names steps, offers the walk phase by phase and keeps the solver's report."""
     with pytest.raises(RouteError, match=r"iteration limit.*at steps [0-7]") as caught:
-        plan_route(wang, short, free="swing", iterations=4)
+        plan_route(wang, short, free="swing", iterations=4, timing="velocity")
     error = caught.value
     assert error.steps and all(0 <= step < 8 for step in error.steps)
     assert error.plan is not None
@@ -159,21 +173,24 @@ def test_a_window_without_convergence_names_its_steps(wang: Quadruped) -> None:
     """Of twelve steps the first window has four."""
     footholds = gaitopt.s_columns(1, columns=4)
     with pytest.raises(RouteError, match=r"over steps 0 to 3 ") as caught:
-        plan_route(wang, footholds, free="swing", horizon=4, iterations=3)
+        plan_route(wang, footholds, free="swing", horizon=4, iterations=3, timing="velocity")
     assert all(0 <= step < 4 for step in caught.value.steps)
 
 
 def test_an_impossible_margin_names_the_step(wang: Quadruped, short: Footholds) -> None:
     with pytest.raises(InfeasibleStepError, match="margin"):
-        plan_route(wang, short, stability_margin=0.2)
+        plan_route(wang, short, stability_margin=0.2, timing="velocity")
 
 
 def test_a_free_order_is_the_fastest_of_all_that_are_tried(
     wang: Quadruped, short: Footholds
 ) -> None:
     """The six cycles, and the order that is searched for phase by phase."""
-    plan = plan_route(wang, short, free="height", sequence="free")
-    cycles = [plan_route(wang, short, free="height", sequence=order) for order in CRAWL_SEQUENCES]
+    plan = plan_route(wang, short, free="height", sequence="free", timing="velocity")
+    cycles = [
+        plan_route(wang, short, free="height", sequence=order, timing="velocity")
+        for order in CRAWL_SEQUENCES
+    ]
     assert plan.duration <= min(cycle.duration for cycle in cycles)
     assert plan.record.orders_feasible == 7
     gaitopt.verify(plan, collisions=False).raise_for_violations()
@@ -186,7 +203,7 @@ def test_progress_counts_steps_window_by_window(wang: Quadruped) -> None:
     def told(horizon: int | None, free: str = "swing") -> list[tuple[int, int]]:
         calls: list[tuple[int, int]] = []
         plan_route(wang, footholds, free=free, horizon=horizon,
-                   progress=lambda done, total: calls.append((done, total)))  # fmt: skip
+                   progress=lambda done, total: calls.append((done, total)), timing="velocity")  # fmt: skip
         return calls
 
     assert told(None) == [(0, 12), (12, 12)]
@@ -199,5 +216,5 @@ def test_progress_counts_orders_and_plan_crawl_passes_it_on(
 ) -> None:
     calls: list[tuple[int, int]] = []
     gaitopt.plan_crawl(wang, short, objective="time", sequence="free", free="route",
-                       progress=lambda done, total: calls.append((done, total)))  # fmt: skip
+                       progress=lambda done, total: calls.append((done, total)), timing="velocity")  # fmt: skip
     assert calls == [(k, 7) for k in range(8)]

@@ -36,7 +36,7 @@ def test_the_nearest_side_is_as_far_as_the_margin(flies: bool) -> None:
 def test_every_knot_has_the_sides_of_the_feet_that_stand_on_its_span(
     wang: Quadruped, short: Footholds
 ) -> None:
-    knots, _ = build_route(prepare_route(wang, short, RouteSettings()))
+    knots, _ = build_route(prepare_route(wang, short, RouteSettings(timing="velocity")))
     rows = support_on_spans(knots)
     assert (np.diff(rows.knot) >= 0).all()
     counts = np.bincount(rows.knot, minlength=len(knots.feet))

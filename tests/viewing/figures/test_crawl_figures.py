@@ -37,18 +37,18 @@ from gaitopt.viewing.figures.margin import margin_line
 @pytest.fixture(scope="module")
 def plan(wang: Quadruped) -> Plan:
     """Four cycles of the paper's method."""
-    return plan_crawl(wang, s_columns(0, columns=5, forward=0.4))
+    return plan_crawl(wang, s_columns(0, columns=5, forward=0.4), timing="velocity")
 
 
 @pytest.fixture(scope="module")
 def ssm(plan: Plan) -> Plan:
     """The same with the largest margin."""
-    return plan_crawl(plan.robot, plan.footholds, objective="margin")
+    return plan_crawl(plan.robot, plan.footholds, objective="margin", timing="velocity")
 
 
 @pytest.fixture(scope="module")
 def standing(wang: Quadruped) -> Plan:
-    return plan_crawl(wang, s_columns(0, columns=1))
+    return plan_crawl(wang, s_columns(0, columns=1), timing="velocity")
 
 
 @pytest.fixture(scope="module")
@@ -74,7 +74,7 @@ def strange_plan(name: str) -> Plan:
     height, step = {"a1": (0.27, 0.06), "anymal_c": (0.45, 0.1), "hyq": (0.62, 0.08)}[name]
     robot = load_robot(name)
     return plan_crawl(robot, below_hips(robot, 0.7, step), body_height=height, swing_height=0.04,
-                      heading=0.7, follow_terrain=True)  # fmt: skip
+                      heading=0.7, follow_terrain=True, timing="velocity")  # fmt: skip
 
 
 def by_gid(ax: Axes, gid: str) -> Any:

@@ -63,7 +63,7 @@ def walking() -> Plan:
 
 @pytest.fixture(scope="module")
 def standing() -> Plan:
-    return plan_crawl(load_robot("wang2020"), s_columns(0, columns=1))
+    return plan_crawl(load_robot("wang2020"), s_columns(0, columns=1), timing="velocity")
 
 
 def drawn(ax: Axes, gid: str) -> FloatArray:

@@ -21,7 +21,9 @@ from gaitopt.viewing.replay.replay import replay_html
 @pytest.fixture(scope="module")
 def walk() -> gaitopt.Plan:
     return gaitopt.plan_crawl(
-        gaitopt.load_robot("wang2020"), gaitopt.s_columns(0, columns=2, forward=0.09)
+        gaitopt.load_robot("wang2020"),
+        gaitopt.s_columns(0, columns=2, forward=0.09),
+        timing="velocity",
     )
 
 

@@ -44,9 +44,9 @@ def plans(wang: Quadruped) -> dict[str, Plan]:
     """Eight steps in three ways."""
     columns = gaitopt.s_columns(0, columns=3)
     return {
-        "the paper": gaitopt.plan_crawl(wang, columns),
-        "swing": plan_route(wang, columns, free="swing"),
-        "height": plan_route(wang, columns, free="height"),
+        "the paper": gaitopt.plan_crawl(wang, columns, timing="velocity"),
+        "swing": plan_route(wang, columns, free="swing", timing="velocity"),
+        "height": plan_route(wang, columns, free="height", timing="velocity"),
     }
 
 
@@ -148,7 +148,7 @@ def test_robots_and_columns_of_neighbours_keep_apart(
 
 def test_lanes_nest_where_the_route_bends(wang: Quadruped) -> None:
     """Lanes of an S need less room than the S is wide."""
-    plan = gaitopt.plan_crawl(wang, gaitopt.s_columns(0))
+    plan = gaitopt.plan_crawl(wang, gaitopt.s_columns(0), timing="velocity")
     wide = line_up({"a": plan, "b": plan})
     pitch = np.linalg.norm(wide[1].offset - wide[0].offset)
     assert pitch < np.ptp(plan.footholds.array[..., 1]) + 0.3
@@ -158,8 +158,12 @@ def test_robots_and_terrains_of_all_sizes_stand_on_one_ground(wang: Quadruped) -
     small = gaitopt.load_robot("a1")
     terrain = gaitopt.s_columns(1, columns=2, body_length=0.36, body_width=0.26, forward=0.05)
     plans = {
-        "large": gaitopt.plan_crawl(wang, gaitopt.s_columns(0, columns=2, height_jitter=0.03)),
-        "small": gaitopt.plan_crawl(small, terrain, body_height=0.28, swing_height=0.03),
+        "large": gaitopt.plan_crawl(
+            wang, gaitopt.s_columns(0, columns=2, height_jitter=0.03), timing="velocity"
+        ),
+        "small": gaitopt.plan_crawl(
+            small, terrain, body_height=0.28, swing_height=0.03, timing="velocity"
+        ),
     }
     scene = race_scene(line_up(plans))
     poses = frames_at(scene, 0.0)

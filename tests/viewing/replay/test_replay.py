@@ -54,7 +54,7 @@ def robot():
 @pytest.fixture(scope="module")
 def walk(robot):
     """Eight steps of the paper's walk."""
-    return plan_crawl(robot, s_columns(0, columns=3, forward=0.18))
+    return plan_crawl(robot, s_columns(0, columns=3, forward=0.18), timing="velocity")
 
 
 @pytest.fixture(scope="module")
@@ -161,11 +161,11 @@ def test_a_robot_whose_joints_lie_askew_moves_as_planned():
 def plan_settings():
     from gaitopt.plan.settings.crawl import CrawlSettings
 
-    return CrawlSettings()
+    return CrawlSettings(timing="velocity")
 
 
 def test_a_plan_without_motion_is_a_still_picture(robot, tmp_path):
-    plan = plan_crawl(robot, s_columns(0, columns=1))
+    plan = plan_crawl(robot, s_columns(0, columns=1), timing="velocity")
     assert plan.duration == 0
     assert replay(plan, tmp_path / "still.html").is_file()
 
@@ -300,7 +300,7 @@ def test_mesh_files_outside_the_folder_are_not_opened(tmp_path, name):
 
 
 def test_the_main_job_is_small_quick_and_self_contained(robot, tmp_path):
-    plan = plan_crawl(robot, s_columns(0))
+    plan = plan_crawl(robot, s_columns(0), timing="velocity")
     replay_html(plan)  # imports
     start = time.perf_counter()
     path = replay(plan, tmp_path / "walk.html")

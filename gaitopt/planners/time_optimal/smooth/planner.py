@@ -22,6 +22,7 @@ from gaitopt.planners.time_optimal.smooth.rounds import (
 from gaitopt.planners.time_optimal.smooth.window import SmoothWindow
 from gaitopt.planners.time_optimal.smooth.windows import plan_in_windows
 from gaitopt.planners.time_optimal.walk import Route
+from gaitopt.retiming.retimed import retimed
 
 RESCUE_WINDOW = 16
 """Steps of the windows in which a walk is planned that was not found as a whole."""
@@ -60,7 +61,8 @@ def smooth_plan(route: Route, progress: Progress | None = None) -> Plan:
         windows=len(shares) or None,
         window_share=max(shares, default=None),
     )
-    return Plan(route.robot, route.footholds, settings, phases, found.path, record)
+    plan = Plan(route.robot, route.footholds, settings, phases, found.path, record)
+    return plan if settings.forces is None else retimed(plan)
 
 
 def _record(route: Route, found: FoundMotion, solutions: list[DynamicSolution]) -> RouteRecord:

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from time import process_time
 
 import numpy as np
 
 from gaitopt.conventions import FloatArray, Progress
-from gaitopt.dynamics.contacts import ForceLimits
 from gaitopt.interior_point.solver import Solution
 from gaitopt.motion.path import MotionPath
 from gaitopt.optimize.route.legs import StackedLegs
@@ -26,11 +24,8 @@ from gaitopt.planners.time_optimal.straight.phases import straight_phases
 from gaitopt.planners.time_optimal.straight.solve import solve_in_windows, solve_whole
 from gaitopt.planners.time_optimal.straight.stops import StoppingMotion, stopping_path
 from gaitopt.planners.time_optimal.walk import Route
+from gaitopt.retiming.retimed import retimed
 
-FORCE_RESERVE = 0.02
-"""Share by which forces are planned within tighter limits than are promised, for what happens
-between two places of the grid. With it the walks of go2, a1, anymal_c and wang2020 over 8 steps are
-certified; the certificate judges every plan anew."""
 WORST_STEPS = 3
 """How many knots an error blames."""
 
@@ -74,20 +69,8 @@ def straight_plan(route: Route, progress: Progress | None = None) -> Plan:
         complementarity=last.complementarity() * problem.time_unit,
         clearance=clearance,
     )
-    return Plan(route.robot, route.footholds, settings, phases, path, record)
-
-
-def tightened(limits: ForceLimits) -> ForceLimits:
-    """Limits that leave a reserve for what happens between the places at which they are kept."""
-    share = 1.0 - FORCE_RESERVE
-    on_four = limits.reserve / 2.0 if limits.reserve_on_four is None else limits.reserve_on_four
-    return replace(
-        limits,
-        friction=share * limits.friction,
-        reserve=limits.reserve + FORCE_RESERVE / 10.0,
-        reserve_on_four=on_four + FORCE_RESERVE / 10.0,
-        torque_share=share * limits.torque_share,
-    )
+    plan = Plan(route.robot, route.footholds, settings, phases, path, record)
+    return plan if settings.forces is None else retimed(plan)
 
 
 def _check_margin(
@@ -123,14 +106,9 @@ def _checked_clearance(
 def _with_stops(
     route: Route, knots: RouteKnots, legs: StackedLegs, poses: FloatArray
 ) -> tuple[DensePath, MotionPath]:
-    """The motion through poses with bounded accelerations or forces: it stops at every corner.
-
-    Raises:
-        InfeasibleStepError: there are no forces, not even at rest.
-    """
-    settings = route.settings
-    limit = np.inf if settings.acceleration_limit is None else settings.acceleration_limit
-    forces = None if settings.forces is None else tightened(settings.forces)
-    motion = StoppingMotion.of(route.robot, settings.heading, legs, knots, poses, limit, forces)
+    """The motion through poses with bounded accelerations: it stops at every corner."""
+    settings, limit = route.settings, route.settings.acceleration_limit
+    assert limit is not None
+    motion = StoppingMotion.of(route.robot, settings.heading, legs, knots, poses, limit)
     motion, path = stopping_path(motion, limit)
     return motion.dense_path(), path

@@ -14,13 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gaitopt.conventions import LEGS, BoolArray, FloatArray
-from gaitopt.dynamics.contacts import ForceLimits
-from gaitopt.dynamics.force_timing import fastest_with_forces
-from gaitopt.dynamics.forces import build_force_problem, solve_forces
-from gaitopt.dynamics.path_programs import PathIntervals, TimingLimits
-from gaitopt.dynamics.whole_body import motion_of_path, path_dynamics
-from gaitopt.errors import InfeasibleStepError
+from gaitopt.conventions import FloatArray
 from gaitopt.motion.differences import time_derivatives
 from gaitopt.motion.path import MotionPath
 from gaitopt.motion.retiming import (
@@ -109,18 +103,14 @@ class StoppingMotion(FootholdMotion):
     @classmethod
     def of(
         cls, robot: Quadruped, heading: float, legs: StackedLegs, knots: RouteKnots,
-        poses: FloatArray, limit: float, forces: ForceLimits | None = None,
+        poses: FloatArray, limit: float,
     ) -> StoppingMotion:  # fmt: skip
         """The fastest motion through poses ``(K, 9)``, with limits kept at the places of the grid.
 
         Args:
             robot, heading, legs, knots: of the walk.
             poses: at all knots ``(K, 9)``.
-            limit: of joint accelerations [rad/s^2]; infinite for none.
-            forces: limits within which contact forces and torques make the motion, if asked for.
-
-        Raises:
-            InfeasibleStepError: along a line there are no such forces, not even at rest.
+            limit: of joint accelerations [rad/s^2].
         """
         lines = straight_lines(knots, poses)
         count = len(lines.interval)
@@ -130,18 +120,10 @@ class StoppingMotion(FootholdMotion):
             d.reshape(PIECES_PER_LINE + 1, count, JOINTS)
             for d in time_derivatives(lambda s: motion.joints_along(line, s), share, SHARE_STEP)
         )
-        velocity_limits = legs.velocity_limits.ravel()
-        if forces is None:
-            squared_speeds = time_optimal_parametrisation(
-                first, second, GRID, velocity_limits, limit
-            )
-            return replace(motion, squared_speeds=squared_speeds)
-        with np.errstate(divide="ignore"):
-            fastest = ((velocity_limits / np.abs(first)) ** 2).min(axis=2)
-        fastest[[0, -1]] = 0.0
-        flat = (fastest.ravel(), first.reshape(-1, JOINTS), second.reshape(-1, JOINTS))
-        timing = TimingLimits(*flat, limit)
-        return replace(motion, squared_speeds=motion.speeds_with_forces(forces, timing))
+        squared_speeds = time_optimal_parametrisation(
+            first, second, GRID, legs.velocity_limits.ravel(), limit
+        )
+        return replace(motion, squared_speeds=squared_speeds)
 
     @cached_property
     def times(self) -> FloatArray:
@@ -160,60 +142,6 @@ class StoppingMotion(FootholdMotion):
     def joints_along(self, line: np.ndarray, share: FloatArray) -> FloatArray:
         """Joint angles leg by leg ``(N, 12)`` [rad] at shares of lines."""
         return self.joints_of(self._poses_along(line, share), self._contacts_on(line))
-
-    def speeds_with_forces(self, forces: ForceLimits, timing: TimingLimits) -> FloatArray:
-        """Squared speeds ``(PIECES_PER_LINE + 1, L)`` that contact forces and torques can make.
-
-        Raises:
-            InfeasibleStepError: along a line there are no such forces, not even at rest.
-        """
-        count = len(self.lines.interval)
-        line, share = np.tile(np.arange(count), len(GRID)), np.repeat(GRID, count)
-        contacts = self._contacts_on(line)
-
-        def values(s: FloatArray) -> FloatArray:
-            return self.values_of(self._poses_along(line, s), contacts)
-
-        places = values(share)
-        along = path_dynamics(self.robot, places, *time_derivatives(values, share, SHARE_STEP))
-        intervals = self._intervals()
-        found = fastest_with_forces(self.robot, along, intervals, forces, timing)
-        if found.stuck.any():
-            first = int(np.argmax(found.stuck))
-            interval = int(found.places[first])
-            raise self._no_forces(
-                forces, places[[intervals.begin[interval]]], intervals.standing[[interval]], first
-            )
-        squares = np.zeros((PIECES_PER_LINE + 1, count))
-        squares[1:] = found.end.reshape(count, PIECES_PER_LINE).T
-        return squares
-
-    def _intervals(self) -> PathIntervals:
-        """The pieces of all lines, line by line; each line is a chain."""
-        count = len(self.lines.interval)
-        line, piece = np.divmod(np.arange(count * PIECES_PER_LINE), PIECES_PER_LINE)
-        return PathIntervals(
-            begin=piece * count + line,
-            end=(piece + 1) * count + line,
-            lengths=np.diff(GRID)[piece],
-            standing=self._contacts_on(line).flying.stands,
-            first=PIECES_PER_LINE * np.arange(count + 1),
-        )
-
-    def _no_forces(
-        self, forces: ForceLimits, place: FloatArray, stands: BoolArray, line: int
-    ) -> InfeasibleStepError:
-        """The error of a line along which the robot cannot even rest, at the ``place (1, n)``."""
-        rest = motion_of_path(self.robot, place, np.zeros_like(place), np.zeros_like(place))
-        conflicts = solve_forces(build_force_problem(self.robot, rest, stands, forces)).conflicts(0)
-        interval = int(self.lines.interval[line])
-        step, leg = int(self.knots.step[interval]), LEGS[int(self.knots.leg[interval])]
-        return InfeasibleStepError(
-            f"step {step} ({leg}): no contact forces hold the robot here, not even at rest: "
-            f"{'; '.join(conflicts)}; take another stability_margin or body_height, or allow more "
-            "friction or torque",
-            step=step, leg=leg, conflicts=tuple(conflicts),
-        )  # fmt: skip
 
     def dense_path(self) -> DensePath:
         """The motion at all places of the grid, for the phases of a plan.

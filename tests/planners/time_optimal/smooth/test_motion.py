@@ -20,7 +20,9 @@ from gaitopt.planners.time_optimal.walk import Route, prepare_route
 
 @pytest.fixture(scope="module")
 def route(wang: Quadruped, short: Footholds) -> Route:
-    settings = RouteSettings(free=VARIANTS["posture"], acceleration_limit=6.0, stance_knots=3)
+    settings = RouteSettings(
+        free=VARIANTS["posture"], acceleration_limit=6.0, stance_knots=3, timing="velocity"
+    )
     return prepare_route(wang, short, settings).window(0, 4)
 
 

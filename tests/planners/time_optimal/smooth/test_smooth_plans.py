@@ -18,7 +18,7 @@ MARGIN = 0.03
 
 @pytest.fixture(scope="module")
 def dynamic(wang: Quadruped, short: Footholds) -> Plan:
-    return plan_route(wang, short, free="dynamic", stability_margin=MARGIN)
+    return plan_route(wang, short, free="dynamic", stability_margin=MARGIN, timing="velocity")
 
 
 def test_a_dynamic_walk_is_certified_and_fast(dynamic: Plan, short_plan: Plan) -> None:
@@ -78,7 +78,8 @@ def test_a_stricter_acceleration_limit_costs_more_time(
     plans: dict[str, Plan], wang: Quadruped, short: Footholds, variant: str
 ) -> None:
     loose, strict = (
-        plan_route(wang, short, free=variant, acceleration_limit=a) for a in (12.0, 4.0)
+        plan_route(wang, short, free=variant, acceleration_limit=a, timing="velocity")
+        for a in (12.0, 4.0)
     )
     for plan in (loose, strict):
         gaitopt.verify(plan).raise_for_violations()
@@ -91,7 +92,7 @@ def test_a_plan_tells_the_margin_that_its_zmp_keeps(
 ) -> None:
     """As a number; a walk that is statically stable promises nothing of the kind."""
     assert dynamic.record.zmp_margin == MARGIN
-    static = plan_route(wang, short, free="swing", acceleration_limit=8.0)
+    static = plan_route(wang, short, free="swing", acceleration_limit=8.0, timing="velocity")
     assert static.record.zmp_margin is None
 
 
@@ -100,7 +101,14 @@ def test_a_horizon_loses_little_time(wang: Quadruped, variant: str) -> None:
     """Windows go on in motion, and the joints keep their limits where two of them meet."""
     footholds = gaitopt.s_columns(1, columns=5)
     whole, near = (
-        plan_route(wang, footholds, free=variant, acceleration_limit=6.0, horizon=horizon)
+        plan_route(
+            wang,
+            footholds,
+            free=variant,
+            acceleration_limit=6.0,
+            horizon=horizon,
+            timing="velocity",
+        )
         for horizon in (None, 8)
     )
     gaitopt.verify(near).raise_for_violations()
@@ -112,7 +120,9 @@ def test_a_horizon_loses_little_time(wang: Quadruped, variant: str) -> None:
 
 def test_windows_begin_in_motion(wang: Quadruped) -> None:
     """Where one begins the robot neither stands nor slows down: it has steps ahead."""
-    plan = plan_route(wang, gaitopt.s_columns(1, columns=5), free="dynamic", horizon=8)
+    plan = plan_route(
+        wang, gaitopt.s_columns(1, columns=5), free="dynamic", horizon=8, timing="velocity"
+    )
     speed = np.abs(plan.path.evaluate([swing.end for swing in plan.swings], 1)[:, 6:]).max(axis=1)
     last_kept = np.array([3, 7])
     assert (speed[last_kept] > 0.5 * np.median(speed[:-1])).all()
@@ -123,7 +133,7 @@ def test_windows_begin_in_motion(wang: Quadruped) -> None:
 @pytest.mark.parametrize("seed", [2, 19])
 def test_terrains_that_once_failed_are_certified(wang: Quadruped, seed: int) -> None:
     """Their solutions lost the margin once the motion was stretched to what its joints need."""
-    plan = plan_route(wang, gaitopt.s_columns(seed), free="dynamic")
+    plan = plan_route(wang, gaitopt.s_columns(seed), free="dynamic", timing="velocity")
     gaitopt.verify(plan).raise_for_violations()
     assert plan.duration < 45.0
     assert float(plan.record.violation) <= 1e-6
@@ -134,10 +144,12 @@ def test_robots_with_fast_joints_walk_dynamically(name: str) -> None:
     """Tens of times as fast as wang2020, and quick enough to fall: the ground always bears load."""
     robot = gaitopt.load_robot(name)
     footholds = s_columns(1, columns=3, robot=robot)
-    plan = plan_route(robot, footholds, free="dynamic", body_height=robot.standing_height)
+    plan = plan_route(
+        robot, footholds, free="dynamic", body_height=robot.standing_height, timing="velocity"
+    )
     gaitopt.verify(plan).raise_for_violations()
     static = plan_route(robot, footholds, free="swing", body_height=robot.standing_height,
-                        acceleration_limit=plan.settings.acceleration_limit)  # fmt: skip
+                        acceleration_limit=plan.settings.acceleration_limit, timing="velocity")  # fmt: skip
     gaitopt.verify(static).raise_for_violations()
     assert plan.duration < 0.8 * static.duration < 2.0
     step = 1e-4

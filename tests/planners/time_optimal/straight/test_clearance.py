@@ -19,7 +19,7 @@ from gaitopt.planners.time_optimal.straight.clearance import (
 )
 from gaitopt.planners.time_optimal.walk import prepare_route
 
-SETTINGS = RouteSettings(free=VARIANTS["swing"])
+SETTINGS = RouteSettings(free=VARIANTS["swing"], timing="velocity")
 WANTED = SETTINGS.clearance + SETTINGS.clearance_reserve
 
 

@@ -19,7 +19,7 @@ from gaitopt.planners.time_optimal.walk import prepare_route
 def test_every_piece_takes_what_its_slowest_joint_needs(
     wang: Quadruped, short: Footholds, variant: str
 ) -> None:
-    settings = RouteSettings(free=VARIANTS[variant])
+    settings = RouteSettings(free=VARIANTS[variant], timing="velocity")
     knots, problem = build_route(prepare_route(wang, short, settings))
     dense = densify(wang, settings, knots, problem.legs, problem.poses)
     need = np.abs(np.diff(dense.joints, axis=0)) / wang.velocity_limits
@@ -29,7 +29,7 @@ def test_every_piece_takes_what_its_slowest_joint_needs(
 
 
 def test_standing_feet_slip_no_more_than_the_tolerance(wang: Quadruped, short: Footholds) -> None:
-    settings = RouteSettings(free=VARIANTS["swing"])
+    settings = RouteSettings(free=VARIANTS["swing"], timing="velocity")
     knots, problem = build_route(prepare_route(wang, short, settings))
     dense = densify(wang, settings, knots, problem.legs, problem.poses)
     pieces = np.diff(dense.at_knots)
@@ -40,7 +40,7 @@ def test_standing_feet_slip_no_more_than_the_tolerance(wang: Quadruped, short: F
 
 
 def test_the_path_passes_through_the_poses(wang: Quadruped, short: Footholds) -> None:
-    settings = RouteSettings(free=VARIANTS["posture"])
+    settings = RouteSettings(free=VARIANTS["posture"], timing="velocity")
     knots, problem = build_route(prepare_route(wang, short, settings))
     dense = densify(wang, settings, knots, problem.legs, problem.poses)
     assert dense.body_centre[dense.at_knots] == pytest.approx(problem.poses[:, :3], abs=1e-12)
@@ -52,7 +52,7 @@ def test_the_path_passes_through_the_poses(wang: Quadruped, short: Footholds) ->
 
 
 def test_poses_out_of_reach_are_refused(wang: Quadruped, short: Footholds) -> None:
-    settings = RouteSettings(free=VARIANTS["swing"])
+    settings = RouteSettings(free=VARIANTS["swing"], timing="velocity")
     knots, problem = build_route(prepare_route(wang, short, settings))
     poses = problem.poses.copy()
     poses[5, 2] += 1.0

@@ -38,7 +38,9 @@ def test_robots_that_people_own_get_forces_too(name: str) -> None:
 
 
 def test_forces_cost_time_where_joints_are_quick(walk: Plan) -> None:
-    kinematic = gaitopt.plan_crawl(walk.robot, walk.footholds, objective="time", free="route")
+    kinematic = gaitopt.plan_crawl(
+        walk.robot, walk.footholds, objective="time", free="route", timing="velocity"
+    )
     assert walk.duration > 1.5 * kinematic.duration
     assert gaitopt.verify(kinematic, forces=LIMITS).outcome == "kinematics only"
 
@@ -81,4 +83,4 @@ def test_where_the_robot_cannot_even_rest_the_limits_in_the_way_are_named(walk: 
 )
 def test_settings_that_make_no_sense_are_refused(options: dict[str, object], words: str) -> None:
     with pytest.raises(InputError, match=words):
-        RouteSettings(**options)  # type: ignore[arg-type]
+        RouteSettings(**options, timing="velocity")  # type: ignore[arg-type]

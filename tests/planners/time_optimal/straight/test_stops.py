@@ -16,7 +16,9 @@ from gaitopt.planners.time_optimal.walk import prepare_route
 
 def test_lines_end_where_directions_change(wang: Quadruped, short: Footholds) -> None:
     """A still body and a box: three lines of the foot for every step, and one of the body."""
-    route = prepare_route(wang, short, RouteSettings(free=VARIANTS["route"], stance_knots=2))
+    route = prepare_route(
+        wang, short, RouteSettings(free=VARIANTS["route"], stance_knots=2, timing="velocity")
+    )
     knots, problem = build_route(route)
     lines = straight_lines(knots, problem.poses)
     # The body may stay where it is.
@@ -31,7 +33,10 @@ def test_a_box_with_bounded_accelerations_is_certified_and_costs_time(
     plans: dict[str, Plan], wang: Quadruped, short: Footholds, variant: str
 ) -> None:
     """The less the higher the limit."""
-    fast, slow = (plan_route(wang, short, free=variant, acceleration_limit=a) for a in (500.0, 6.0))
+    fast, slow = (
+        plan_route(wang, short, free=variant, acceleration_limit=a, timing="velocity")
+        for a in (500.0, 6.0)
+    )
     for plan in (fast, slow):
         gaitopt.verify(plan).raise_for_violations()
         assert plan.path.jumps(1).max() < 1e-6
@@ -44,7 +49,7 @@ def test_a_box_with_bounded_accelerations_is_certified_and_costs_time(
 
 def test_a_box_swing_is_at_rest_four_times(wang: Quadruped, short: Footholds) -> None:
     """With a still body: at lift-off, at both corners, and at touchdown."""
-    plan = plan_route(wang, short, free="route", acceleration_limit=6.0)
+    plan = plan_route(wang, short, free="route", acceleration_limit=6.0, timing="velocity")
     for swing in plan.swings:
         times = np.linspace(swing.start, swing.end, 4001)
         speed = np.abs(plan.path.evaluate(times, 1)).max(axis=1)
@@ -54,5 +59,11 @@ def test_a_box_swing_is_at_rest_four_times(wang: Quadruped, short: Footholds) ->
 
 
 def test_without_steps_body_and_time_stand_still(wang: Quadruped) -> None:
-    plan = plan_route(wang, gaitopt.s_columns(0, columns=1), free="route", acceleration_limit=6.0)
+    plan = plan_route(
+        wang,
+        gaitopt.s_columns(0, columns=1),
+        free="route",
+        acceleration_limit=6.0,
+        timing="velocity",
+    )
     assert plan.duration == 0.0

@@ -1,0 +1,74 @@
+"""The true centre of mass in Area A of [Wang2020], eq. (10), in place of the body centre.
+
+The true centre of mass (COM) is not the body centre, and it moves in the body while a foot swings.
+How far it is from the body centre depends on the target that is looked for. So the targets are
+found anew until the distances from the sides that they were found for hold for them.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gaitopt.conventions import LEGS, OTHER_LEGS, FloatArray
+from gaitopt.optimize.route.centre_of_mass import MassDistribution
+from gaitopt.plan.settings.crawl import CrawlSettings
+from gaitopt.planners.phase_by_phase.steps import CrawlSteps
+from gaitopt.planners.phase_by_phase.swing_polylines import swing_polylines
+from gaitopt.robots.quadruped import Quadruped
+from gaitopt.robots.whole_body import joints_from_feet_in_body
+from gaitopt.stability.support import triangle_half_planes
+
+PLACES = 5
+"""Places on each edge of a swing at which the COM is looked at."""
+RESERVE = 2e-5
+"""Length that is added to what was found, for what is between those places [m]."""
+
+
+def shifts_at_rest(robot: Quadruped, steps: CrawlSteps, start: FloatArray) -> FloatArray:
+    """How much nearer than the body centre the COM is to each side, in the first stance ``(S, 3)``.
+
+    Args:
+        robot, steps: the walk.
+        start: body centre at the start ``(3,)`` [m], in the heading frame.
+    """
+    joints = joints_from_feet_in_body(robot, steps.feet[:1] - start + robot.centre)
+    offset = MassDistribution.of(robot).com_in_body(_by_leg(robot, joints))
+    return np.asarray(-np.einsum("sij,j->si", _normals(steps), offset[0, :2]) + RESERVE)
+
+
+def shifts_in_swings(
+    robot: Quadruped, steps: CrawlSteps, settings: CrawlSettings, cogs: FloatArray
+) -> FloatArray:
+    """How much nearer than the body centre the COM comes to each side during swings ``(S, 3)`` [m].
+
+    Args:
+        robot, steps, settings: the walk.
+        cogs: body centre during each swing ``(S, 3)`` [m], in the heading frame.
+    """
+    starts = steps.feet[np.arange(len(steps.legs)), steps.indices]
+    corners = swing_polylines(settings.swing, starts, steps.targets, settings.swing_height)
+    share = np.arange(PLACES)[:, None] / PLACES
+    inner = corners[:, :-1, None] + np.diff(corners, axis=1)[:, :, None] * share
+    foot = np.concatenate([inner.reshape(len(corners), -1, 3), corners[:, -1:]], axis=1)
+    count = foot.shape[1]
+    feet = np.repeat(steps.feet[:, None], count, axis=1)
+    feet[np.arange(len(foot)), :, steps.indices] = foot
+    local = (feet - cogs[:, None, None] + robot.centre).reshape(-1, len(LEGS), 3)
+    # A foot out of reach has no joint angles; the step is refused later, with the reason.
+    with np.errstate(invalid="ignore"):
+        joints = joints_from_feet_in_body(robot, local)
+    offsets = MassDistribution.of(robot).com_in_body(_by_leg(robot, joints))
+    nearer = -np.einsum("sij,snj->sni", _normals(steps), offsets[:, :2].reshape(-1, count, 2))
+    return np.asarray(np.nan_to_num(nearer, nan=-np.inf).max(axis=1) + RESERVE)
+
+
+def _by_leg(robot: Quadruped, joints: FloatArray) -> FloatArray:
+    """Joint angles leg by leg ``(N, 4, 3)`` of those in the robot's order ``(N, nj)``."""
+    return joints[:, robot.leg_joint_columns].reshape(-1, len(LEGS), 3)
+
+
+def _normals(steps: CrawlSteps) -> FloatArray:
+    """Inward normals of the support triangles' sides ``(S, 3, 2)``."""
+    standing = OTHER_LEGS[steps.indices][..., None]
+    corners = np.take_along_axis(steps.feet[..., :2], standing, axis=1)
+    return triangle_half_planes(corners)[0]

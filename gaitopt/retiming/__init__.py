@@ -1,0 +1,1 @@
+"""Timing of plans by contact forces: the same course, as fast as forces and torques allow."""

@@ -1,0 +1,90 @@
+"""``retimed``: a plan's motion as fast as contact forces and joint torques allow."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from gaitopt.dynamics.contacts import ForceLimits
+from gaitopt.errors import InputError
+from gaitopt.motion.path import MotionPath
+from gaitopt.plan.phase import Phase
+from gaitopt.plan.plan import Plan
+from gaitopt.plan.settings.crawl import CrawlSettings
+from gaitopt.retiming.paced import PacedCourse, paced, within_limits
+
+PLANNED_SHARE = 0.02
+"""Share by which forces are planned within tighter limits than are promised, for what happens
+between two places of the grid. With it the walks of go2, a1, anymal_c and wang2020 over 8 steps are
+certified; the certificate judges every plan anew."""
+NORMAL_FORCE_RESERVE = 0.002
+"""The same for least normal forces, as a share of the weight."""
+BY_TIMING = ("joint velocity", "speed")
+"""Kinds of limits of phases that belong to a plan's old timing."""
+
+
+def retimed(plan: Plan, forces: ForceLimits | None = None) -> Plan:
+    """The same motion as fast as contact forces, joint torques and joint velocities allow.
+
+    Body and feet go where the plan has them go; only when they are where changes. A plan whose
+    velocities jump (a walk phase by phase) stops at the end of every straight line; a smooth one
+    is followed without stops, through landings and lift-offs. The timing is the fastest one along
+    its grid, on whose intervals the acceleration along the path is constant ([Pham2018], with
+    contact forces).
+
+    Args:
+        plan: from any planner.
+        forces: limits on forces and torques; those that the plan promises, or else the defaults of
+            :class:`ForceLimits`.
+
+    Returns:
+        A plan that promises contact forces within these limits. :func:`gaitopt.verify` checks it.
+
+    Raises:
+        InputError: the plan promises a jerk limit, which new timings do not keep.
+        InfeasibleStepError: somewhere along the path there are no forces at any speed; names the
+            step, and the limits that are in the way.
+        SolverError: feet cannot be kept on their course.
+    """
+    limits = forces or plan.settings.promised_forces or ForceLimits()
+    settings = plan.settings.with_forces(limits)
+    if settings.jerk_limit is not None:
+        raise InputError("retimed keeps no jerk limit: take a plan whose jerk_limit is None")
+    if not np.ptp(plan.path.knots(), axis=0).any():
+        return replace(plan, settings=settings)
+    limit = np.inf if settings.acceleration_limit is None else settings.acceleration_limit
+    speed = np.inf
+    if isinstance(settings, CrawlSettings) and settings.speed != "max":
+        speed = float(settings.speed)
+    motion, path = within_limits(paced(plan, tightened(limits), limit, speed), limit)
+    return replace(plan, settings=settings, path=path, phases=_phases(plan, motion, path))
+
+
+def tightened(limits: ForceLimits) -> ForceLimits:
+    """Limits that leave a reserve for what happens between the places at which they are kept."""
+    share = 1.0 - PLANNED_SHARE
+    on_four = limits.reserve / 2.0 if limits.reserve_on_four is None else limits.reserve_on_four
+    return replace(
+        limits,
+        friction=share * limits.friction,
+        reserve=limits.reserve + NORMAL_FORCE_RESERVE,
+        reserve_on_four=on_four + NORMAL_FORCE_RESERVE,
+        torque_share=share * limits.torque_share,
+    )
+
+
+def _phases(plan: Plan, motion: PacedCourse, path: MotionPath) -> tuple[Phase, ...]:
+    """The plan's phases, when they are now: each begins and ends at a knot of the path."""
+    old = np.array([[p.start, p.end] for p in plan.phases])
+    new = motion.new_times(old.ravel())
+    after = np.clip(np.searchsorted(path.times, new), 1, len(path.times) - 1)
+    nearer = new - path.times[after - 1] < path.times[after] - new
+    starts, ends = path.times[after - nearer].reshape(-1, 2).T
+    return tuple(
+        replace(
+            phase, start=start, duration=max(end - start, 0.0),
+            limited_by=tuple(x for x in phase.limited_by if x.kind not in BY_TIMING),
+        )
+        for phase, start, end in zip(plan.phases, starts.tolist(), ends.tolist(), strict=True)
+    )  # fmt: skip
