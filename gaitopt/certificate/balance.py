@@ -67,7 +67,7 @@ def zmp(plan: Plan, motion: Motion) -> Check | None:
     promised = plan.settings.zmp_margin
     claimed = plan.record.zmp_margin if promised is None else promised
     if not isinstance(claimed, float) or not np.isfinite(claimed):
-        if plan.settings.static:
+        if plan.settings.static or plan.settings.promised_forces:
             return None
         return unchecked(name, "m", "the plan's record holds no zmp_margin")
     points, deviations = zmp_of_centre(plan, motion)

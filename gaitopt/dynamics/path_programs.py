@@ -265,7 +265,7 @@ def _torques(
     weight, n = robot.mass * GRAVITY, len(terms)
     largest = limits.torque_share * effort_limits(robot).limits
     known = np.flatnonzero(np.isfinite(largest))
-    levers = jacobians[..., 6 + known].reshape(n, -1, len(known))
+    levers = jacobians[..., 6 + known].reshape(n, plain.shape[1], len(known))
     by_force = weight / largest[known][:, None] * np.swapaxes(levers, 1, 2)
     torque = terms[:, 6 + known] / largest[known][:, None] - by_force @ plain
     return torque, -by_force @ basis

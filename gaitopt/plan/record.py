@@ -69,6 +69,7 @@ class RouteRecord(PlanRecord):
         windows, window_share: with a horizon, how many windows were planned, and the largest time
             that one took, as a share of the time that the robot walks on what is kept of it.
         orders_feasible: with a free order, how many orders of legs gave a plan.
+        instead: why the plan is the walk phase by phase, with box swings, and not along splines.
     """
 
     planner: ClassVar[str] = "route"
@@ -83,6 +84,7 @@ class RouteRecord(PlanRecord):
     windows: int | None = None
     window_share: float | None = None
     orders_feasible: int | None = None
+    instead: str | None = None
 
 
 @dataclass(frozen=True)

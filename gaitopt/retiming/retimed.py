@@ -12,7 +12,8 @@ from gaitopt.motion.path import MotionPath
 from gaitopt.plan.phase import Phase
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.settings.crawl import CrawlSettings
-from gaitopt.retiming.paced import PacedCourse, paced, within_limits
+from gaitopt.retiming.paced import PacedCourse
+from gaitopt.retiming.pacing import paced
 
 PLANNED_SHARE = 0.02
 """Share by which forces are planned within tighter limits than are promised, for what happens
@@ -57,7 +58,7 @@ def retimed(plan: Plan, forces: ForceLimits | None = None) -> Plan:
     speed = np.inf
     if isinstance(settings, CrawlSettings) and settings.speed != "max":
         speed = float(settings.speed)
-    motion, path = within_limits(paced(plan, tightened(limits), limit, speed), limit)
+    motion, path = paced(plan, tightened(limits), limit, speed)
     return replace(plan, settings=settings, path=path, phases=_phases(plan, motion, path))
 
 

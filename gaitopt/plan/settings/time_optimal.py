@@ -76,7 +76,7 @@ class RouteSettings(FootholdSettings):
         counts += [] if self.horizon is None else [("horizon", 2, MOST_STEPS)]
         for name, least, most in counts:
             object.__setattr__(self, name, check_count(name, getattr(self, name), least, most))
-        if self.acceleration_limit is None and not self.static:
+        if not (self.smooth or self.static):
             raise InputError("free: a dynamic walk needs an acceleration_limit")
         if self.smooth and self.free.swing and not self.free.overlap:
             raise InputError(
@@ -95,10 +95,9 @@ class RouteSettings(FootholdSettings):
         forces = options.get("timing") in (None, FORCES)
         free = Freedoms.of(options.get("free") or VARIANTS["swing"])
         # A foot on a free curve goes on without a stop, so forces ask for a smooth path.
-        bounded = free.dynamic or (forces and free.swing)
-        limit = _acceleration(robot, bounded, options.get("acceleration_limit"))
-        stops = (limit is not None or forces) and not free.swing
-        smooth = limit is not None and free.swing
+        limit = _acceleration(robot, free.dynamic and not forces, options.get("acceleration_limit"))
+        bounded = limit is not None or forces
+        stops, smooth = (bounded and free.swing is curved for curved in (False, True))
         knots = {
             "stance_knots": 1 if stops else 3 if smooth else 4 if free.posture else 2,
             "swing_knots": 8 if free.swing else 6 if stops else 12,
@@ -120,8 +119,8 @@ class RouteSettings(FootholdSettings):
 
     @property
     def zmp_margin(self) -> float | None:
-        """The stability margin, of a dynamic walk."""
-        return None if self.static else self.stability_margin
+        """The stability margin, of a dynamic walk that promises no forces."""
+        return None if self.static or self.forces else self.stability_margin
 
     @property
     def stops(self) -> bool:
@@ -130,8 +129,12 @@ class RouteSettings(FootholdSettings):
 
     @property
     def smooth(self) -> bool:
-        """Whether joint accelerations are bounded."""
-        return self.acceleration_limit is not None
+        """Whether the motion is to have no corners but at stops.
+
+        So it is where joint accelerations are bounded, and where forces set the timing of a free
+        swing curve.
+        """
+        return self.acceleration_limit is not None or (self.forces is not None and self.free.swing)
 
 
 def _acceleration(robot: Quadruped, bounded: bool, asked: Any) -> Any:

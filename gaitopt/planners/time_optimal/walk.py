@@ -6,12 +6,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gaitopt.conventions import FloatArray
+from gaitopt.conventions import GRAVITY, FloatArray
 from gaitopt.errors import GaitoptError
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.settings.base import VELOCITY
 from gaitopt.plan.settings.crawl import CrawlSettings
-from gaitopt.plan.settings.time_optimal import RouteSettings
+from gaitopt.plan.settings.time_optimal import RAMP, RouteSettings
 from gaitopt.planners.phase_by_phase.diagnosis import check_heights
 from gaitopt.planners.phase_by_phase.planner import plan_in_order
 from gaitopt.planners.phase_by_phase.steps import CrawlSteps, check_robot, check_stance, crawl_steps
@@ -19,6 +19,10 @@ from gaitopt.planners.phase_by_phase.targets import optimise_cogs, start_place
 from gaitopt.robots.collision_shapes import CollisionPairs
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.footholds import Footholds
+
+FORCE_ACCELERATION = 3.0
+"""Largest acceleration of a leg's end by that of one joint, in units of gravity, of splines whose
+timing forces set."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,6 +57,20 @@ class Route:
         """Intervals of each step."""
         return self.settings.stance_knots + self.settings.swing_knots
 
+    @property
+    def acceleration_limit(self) -> float:
+        """Limit of joint accelerations along splines [rad/s^2].
+
+        Where forces set the timing and no other is asked for, it only keeps the spline from
+        bending more than what forces could follow.
+        """
+        asked = self.settings.acceleration_limit
+        if asked is not None:
+            return asked
+        legs = self.robot.legs.values()
+        quick = min(float(leg.velocity_limits.min()) for leg in legs) / RAMP
+        return min(quick, FORCE_ACCELERATION * GRAVITY / max(leg.reach for leg in legs))
+
     def window(self, first: int, last: int) -> Route:
         """The steps from ``first`` up to, not including, ``last``, counted within this route."""
         s, inside = self.steps, slice(first, last)
@@ -78,6 +96,7 @@ def crawl_settings(settings: RouteSettings) -> CrawlSettings:
         swing_height=settings.swing_height, sequence=settings.order,
         reach_fraction=settings.reach_fraction, heading=settings.heading,
         follow_terrain=settings.follow_terrain, cog_start=settings.cog_start, timing=VELOCITY,
+        com=settings.com,
     )  # fmt: skip
 
 

@@ -34,6 +34,8 @@ MOST_STRETCH = 1.005
 """Most that time is stretched in the end."""
 LIMIT_OVERCORRECTION = 1.5
 """How many times what is too much is taken off a limit, once limits are only tightened."""
+MOST_CORRECTION = 0.1
+"""Most by which a row of the ZMP is corrected at once [m]."""
 LEAST_LIMIT_SHARE, MOST_LIMIT_SHARE = -0.75, 1.75
 """Range of the limits in rows, as shares of the joints' limits.
 
@@ -65,8 +67,14 @@ def with_corrected_limits(
         knot = zmp.knot + first
         # A row sees the control point of the body centre, with the acceleration of its span.
         centre, acceleration = motion.poses[knot, BODY], 2.0 * motion.parabolas[0, knot, BODY]
-        at_knot = (zmp.normal * point_mass_zmp(centre, acceleration, zmp.ground)).sum(axis=1)
+        seen_there = np.where(
+            np.isfinite(zmp.gravity)[:, None],
+            point_mass_zmp(centre, acceleration, zmp.ground), centre[:, :2],
+        )  # fmt: skip
+        at_knot = (zmp.normal * seen_there).sum(axis=1)
         beyond = at_knot - _least_along_normals(problem, window, motion)
+        # Where the ground bears almost no load the ZMP says nothing.
+        beyond = np.clip(np.nan_to_num(beyond, nan=0.0), -MOST_CORRECTION, MOST_CORRECTION)
         reserve = ZMP_RESERVE * window.reserves[zmp.knot]
         zmp = zmp._replace(offset=zmp.least + reserve + beyond)
     return replace(
@@ -96,6 +104,7 @@ def with_tightened_limits(
     if len(zmp.knot):
         wanted = zmp.least + TIGHTENING_RESERVES * ZMP_RESERVE * window.reserves[zmp.knot]
         missing = np.maximum(wanted - _least_along_normals(problem, window, motion), 0.0)
+        missing = np.minimum(np.nan_to_num(missing, nan=0.0), MOST_CORRECTION)
         zmp = zmp._replace(offset=zmp.offset + LIMIT_OVERCORRECTION * missing)
     return replace(
         problem, interval_velocity_limits=limits[0], acceleration_limits=limits[1], zmp=zmp
@@ -140,14 +149,19 @@ def _least_along_normals(
 ) -> FloatArray:
     """Least ``normal . zmp`` on the span of each of the ZMP's rows ``(M,)`` [m].
 
-    As the motion is now, and with all the stretch that it may get: this moves the ZMP.
+    As the motion is now, and with all the stretch that it may get: this moves the ZMP. Rows of
+    infinite gravity are about the centre of mass.
     """
     zmp, knot = problem.zmp, problem.zmp.knot + window.first_knot
-    now, stretched = (
-        np.einsum("mi,msi->ms", zmp.normal, one.zero_moment_points()[knot]).min(axis=1)
-        for one in (motion, motion.slower(MOST_STRETCH))
-    )
-    return np.asarray(np.minimum(now, stretched))
+    static = np.isinf(zmp.gravity)
+    points = [motion.zero_moment_points(), motion.slower(MOST_STRETCH).zero_moment_points()]
+    found = []
+    for point in points:
+        known = point[knot]
+        if static.any():
+            known[static] = motion.centres_of_mass()[knot[static]]
+        found.append(np.einsum("mi,msi->ms", zmp.normal, known).min(axis=1))
+    return np.asarray(np.minimum(*found))
 
 
 def sampled_stretch(window: SmoothWindow, motion: SplineMotion) -> float:

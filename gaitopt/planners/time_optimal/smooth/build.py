@@ -11,7 +11,8 @@ from dataclasses import fields
 
 import numpy as np
 
-from gaitopt.conventions import GRAVITY, FloatArray
+from gaitopt.conventions import GRAVITY, LEGS, FloatArray
+from gaitopt.optimize.route.centre_of_mass import MassDistribution
 from gaitopt.optimize.route.dynamic_layout import ZmpRows
 from gaitopt.optimize.route.dynamic_problem import DynamicRouteProblem
 from gaitopt.optimize.route.layout import TIME_UNIT_ROTATION, Rows
@@ -20,6 +21,8 @@ from gaitopt.optimize.route.problem import RouteProblem
 from gaitopt.plan.settings.time_optimal import RouteSettings
 from gaitopt.planners.time_optimal.knots import RouteKnots
 from gaitopt.planners.time_optimal.support import support_on_spans
+from gaitopt.planners.time_optimal.walk import Route
+from gaitopt.robots.quadruped import Quadruped
 
 FIRST_ACCELERATION_SHARE, FIRST_VELOCITY_SHARE = 0.85, 0.97
 """Limits in rows of the first round, as shares of the joints' limits: more is asked for between
@@ -35,47 +38,55 @@ lift-off, where this margin is less than what is asked for later.
 
 To move toward the middle its body accelerates, and so its ZMP has to move outward first.
 """
+FORCE_ZMP_SHARE = 0.4
+"""Share of the stability margin that the ZMP of all links keeps where forces set the timing. It
+leaves the least normal forces that a plan promises, and something for friction."""
+FORCE_TIME_SHARE = 0.5
+"""Least unit of time where forces set the timing, as a share of the time in which a pendulum as
+long as a leg turns by one radian."""
 LEAST_LOAD_SHARE = 0.2
 """Share of the weight that the ground bears at least, where joints are fast enough for less."""
 DYNAMIC_QUADRATIC_WEIGHT = 3.0
 """Factor by which the quadratic term in the times has more weight in a dynamic walk."""
 
 
-def build_smooth(
-    base: RouteProblem, knots: RouteKnots, settings: RouteSettings, foot_radius: float
-) -> DynamicRouteProblem:
+def build_smooth(base: RouteProblem, knots: RouteKnots, route: Route) -> DynamicRouteProblem:
     """The problem with bounded joint accelerations, on the knots of one without.
 
     Args:
         base: the problem without acceleration limits; its rows of the support polygon are replaced
             by others.
         knots: its knots.
-        settings: of the walk.
-        foot_radius: how far the ground lies below the footholds [m].
+        route: the walk.
     """
+    settings, limit = route.settings, route.acceleration_limit
     dynamic = settings.free.dynamic
-    assert settings.acceleration_limit is not None
-    balance = np.abs(base.rows.linear[:, :2]).sum(axis=1) > 0
-    rows = base.rows.chosen(~balance)
-    zmp = _zmp_rows(knots, settings, base.poses[0, :2], foot_radius)
-    time_unit, quadratic_weight = base.time_unit, base.quadratic_weight
-    if dynamic:
+    rows = base.rows
+    if not settings.true_com:
+        rows = rows.chosen(np.abs(rows.linear[:, :2]).sum(axis=1) == 0)
+    zmp = _balance_rows(base, knots, settings, route.robot)
+    least_unit = 0.0
+    if settings.forces:
+        # Forces, and not the joints, set the times of robots with fast joints.
+        least_unit = FORCE_TIME_SHARE * float(np.sqrt(base.legs.reach.max() / GRAVITY))
+    elif dynamic:
         # The time that a joint takes from rest to rest for the rotation of a unit of time.
-        slowest = 2.0 * float(np.sqrt(TIME_UNIT_ROTATION / settings.acceleration_limit))
-        time_unit = max(time_unit, slowest)
+        least_unit = 2.0 * float(np.sqrt(TIME_UNIT_ROTATION / limit))
+    time_unit, quadratic_weight = max(base.time_unit, least_unit), base.quadratic_weight
+    if dynamic or settings.forces:
         quadratic_weight *= DYNAMIC_QUADRATIC_WEIGHT
-        if settings.acceleration_limit * base.legs.reach.max() > (1.0 - LEAST_LOAD_SHARE) * GRAVITY:
+        if limit * base.legs.reach.max() > (1.0 - LEAST_LOAD_SHARE) * GRAVITY:
             zmp = ZmpRows.joined([zmp, _load_rows(base.knots)])
-    else:
+    elif not settings.true_com:
         rows = _with_centre_rows(rows, zmp)
         zmp = zmp.chosen(np.zeros(0, dtype=int))
     shared = {f.name: getattr(base, f.name) for f in fields(RouteProblem)}
     shared |= {"rows": rows, "time_unit": time_unit, "quadratic_weight": quadratic_weight}
+    # The rows of the true centre of mass are among those of the ZMP, with infinite gravity.
+    shared["com"] = None
     return DynamicRouteProblem(
         **shared,
-        acceleration_limits=np.full(
-            (2, base.knots, JOINTS), FIRST_ACCELERATION_SHARE * settings.acceleration_limit
-        ),
+        acceleration_limits=np.full((2, base.knots, JOINTS), FIRST_ACCELERATION_SHARE * limit),
         interval_velocity_limits=np.tile(
             FIRST_VELOCITY_SHARE * base.velocity_limits, (2, base.knots - 1, 1)
         ),
@@ -93,17 +104,41 @@ def start_margin(standing: FloatArray, wanted: float) -> FloatArray:
     return np.asarray(np.where(standing < wanted, START_SHARE * standing, wanted))
 
 
-def _zmp_rows(
-    knots: RouteKnots, settings: RouteSettings, start: FloatArray, foot_radius: float
+def _balance_rows(
+    base: RouteProblem, knots: RouteKnots, settings: RouteSettings, robot: Quadruped
 ) -> ZmpRows:
+    """Rows that keep the ZMP inside the support polygon, and the true centre of mass if asked for.
+
+    Where forces set the timing the ZMP keeps a share of the margin only.
+    """
+    margin, radius = settings.stability_margin, robot.foot_radius
+    if not settings.true_com:
+        return _zmp_rows(knots, margin, base.poses[0, :2], radius)
+    joints = base.legs.joints(base.poses, knots.feet, knots.in_air).reshape(-1, len(LEGS), 3)
+    com = MassDistribution.of(robot).com(base.poses, joints)[:, :2]
+    share = FORCE_ZMP_SHARE if settings.forces else 1.0
+    parts = []
+    if settings.forces or settings.free.dynamic:
+        parts.append(_zmp_rows(knots, share * margin, com[0], radius))
+    if not settings.free.dynamic:
+        static = _zmp_rows(knots, margin, com[0], radius)
+        parts.append(static._replace(gravity=np.full(len(static.knot), np.inf)))
+    rows = ZmpRows.joined(parts)
+    # A row sees the body centre. In later rounds this is corrected by what the motion really does.
+    beside = (rows.normal * (base.poses[:, :2] - com)[rows.knot]).sum(axis=1)
+    return rows._replace(offset=rows.offset + beside)
+
+
+def _zmp_rows(knots: RouteKnots, wanted: float, start: FloatArray, foot_radius: float) -> ZmpRows:
     """Rows that keep the ZMP inside the support polygon on the span of every knot.
 
     Args:
-        knots, settings: of the walk.
-        start: body centre at the start ``(2,)`` [m].
+        knots: of the walk.
+        wanted: the margin [m].
+        start: centre of mass at the start ``(2,)`` [m].
         foot_radius: how far the ground lies below the footholds [m].
     """
-    sides, wanted = support_on_spans(knots), settings.stability_margin
+    sides = support_on_spans(knots)
     least = sides.offset + wanted
     offset = least + FIRST_ZMP_RESERVE
     ground = knots.ground_on_spans[sides.knot] - foot_radius

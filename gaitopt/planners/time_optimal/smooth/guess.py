@@ -4,8 +4,12 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
 from gaitopt.conventions import FloatArray
 from gaitopt.interior_point.solver import minimise
+from gaitopt.plan.plan import Plan
+from gaitopt.plan.settings.base import VELOCITY
 from gaitopt.planners.time_optimal.build import build_route
 from gaitopt.planners.time_optimal.walk import Route
 
@@ -13,6 +17,8 @@ ROUGH = 0.1
 """Tolerance with which the walk without acceleration limits is solved."""
 LONGER = 2.0
 """Factor by which spans of the first guess are longer than times without acceleration limits."""
+LEAST_SPAN = 1e-3
+"""Shortest span of a guess [s], where a phase of the walk phase by phase takes no time."""
 LONGER_BY = 0.1
 """What is added to them, in units of the problem's time: some of these times are zero."""
 
@@ -30,7 +36,9 @@ def rough_guess(
         start: pose at the first knot ``(9,)``; by default where the robot stands.
     """
     free = replace(route.settings.free, dynamic=False)
-    settings = replace(route.settings, free=free, acceleration_limit=None)
+    settings = replace(
+        route.settings, free=free, acceleration_limit=None, timing=VELOCITY, forces=None
+    )
     _, problem = build_route(replace(route, settings=settings))
     if start is not None:
         problem = problem.with_start(start)
@@ -38,3 +46,16 @@ def rough_guess(
                         barrier=problem.first_barrier)  # fmt: skip
     poses = problem.unpack(solution.x)[0] if solution.solved else problem.poses
     return poses, LONGER * problem.least_times(poses) + LONGER_BY * time_unit
+
+
+def guess_with_forces(route: Route, plan: Plan) -> tuple[FloatArray, FloatArray]:
+    """Poses and spans of a walk phase by phase, at the speed that forces allow.
+
+    Args:
+        route: the walk.
+        plan: the same walk planned phase by phase, timed by forces.
+    """
+    settings = route.settings
+    intervals = [settings.stance_knots, settings.swing_knots] * route.count
+    share = np.array([p.duration for p in plan.phases]) / intervals
+    return build_route(route)[1].poses, np.repeat(np.maximum(share, LEAST_SPAN), intervals)

@@ -14,15 +14,21 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gaitopt.conventions import LEGS, OTHER_LEGS, FloatArray
+from gaitopt.conventions import LEGS, OTHER_LEGS, FloatArray, rotation_z
+from gaitopt.dynamics.whole_body import motion_of_path
 from gaitopt.motion.differences import time_derivatives
+from gaitopt.optimize.route.centre_of_mass import MassDistribution
 from gaitopt.optimize.route.legs import BODY, FOOT, JOINTS
 from gaitopt.planners.time_optimal.foothold_motion import Contacts, FootholdMotion
 from gaitopt.stability.margins import static_stability_margin
-from gaitopt.stability.zmp import point_mass_zmp
+from gaitopt.stability.zmp import point_mass_zmp, whole_body_zmp
 
 SAMPLES = 7
 """Samples on each span at which a motion is measured; an odd number, so that one is its middle."""
+
+
+FAR_AWAY = 1e3
+"""Place that stands for that of a ZMP that does not exist [m]."""
 
 
 class JointDemand(NamedTuple):
@@ -54,10 +60,13 @@ class SplineMotion(FootholdMotion):
         robot, heading, legs, knots: of the walk.
         poses: control points ``(K, 9)``.
         spans: length of every knot's span ``(K,)`` [s].
+        whole_body: whether the centre of mass and the ZMP are those of all links, and not of a
+            point mass at the body centre.
     """
 
     poses: FloatArray
     spans: FloatArray
+    whole_body: bool = False
 
     def slower(self, stretch: float) -> SplineMotion:
         """The same motion in ``stretch`` times the time."""
@@ -110,29 +119,50 @@ class SplineMotion(FootholdMotion):
             np.stack([acceleration.max(axis=1), -acceleration.min(axis=1)]),
         )
 
+    def centres_of_mass(self) -> FloatArray:
+        """Centre of mass at the samples of each span ``(K, SAMPLES, 2)`` [m]."""
+        times, span = self.samples
+        poses = self.poses_at(times, span)
+        if not self.whole_body:
+            return poses[:, :2].reshape(-1, SAMPLES, 2)
+        joints = self.joints_of(poses, self.contacts(span)).reshape(-1, len(LEGS), 3)
+        found = MassDistribution.of(self.robot).com(poses, joints)
+        return np.asarray(found[:, :2].reshape(-1, SAMPLES, 2))
+
     def zero_moment_points(self) -> FloatArray:
         """ZMP at the samples of each span ``(K, SAMPLES, 2)`` [m].
 
-        Of a point mass at the body centre, on the mean height of the ground below standing feet.
+        On the mean height of the ground below standing feet. NaN where the ground would have to
+        pull.
         """
         times, span = self.samples
+        if self.whole_body:
+            return self._whole_body_zmp(times, span).reshape(-1, SAMPLES, 2)
         ground = self.knots.ground_on_spans[span] - self.robot.foot_radius
         centre = self.poses_at(times, span)[:, BODY]
         acceleration = 2.0 * self.parabolas[0, span][:, BODY]
         return point_mass_zmp(centre, acceleration, ground).reshape(-1, SAMPLES, 2)
 
+    def _whole_body_zmp(self, times: FloatArray, span: np.ndarray) -> FloatArray:
+        """ZMP of all links ``(N, 2)`` [m], in the heading frame."""
+        ground = self.knots.ground_on_spans[span] - self.robot.foot_radius
+        values = self.values_at(times, span)
+        changes = time_derivatives(lambda t: self.values_at(t, span), times)
+        motion = motion_of_path(self.robot, values, *changes)
+        found = whole_body_zmp(self.robot.model, *motion, ground)
+        return np.asarray(found @ rotation_z(self.heading)[:2, :2])
+
     def margins(self, dynamic: bool) -> FloatArray:
         """Least stability margin at the samples of each span ``(K,)`` [m].
 
         Args:
-            dynamic: whether it is that of the zero moment point; else of the body centre.
+            dynamic: whether it is that of the zero moment point; else of the centre of mass.
         """
-        times, span = self.samples
+        span = self.samples[1]
         feet, flying = self.knots.feet[span], self.knots.flying_on_spans.at(span)
-        point = self.poses_at(times, span)[:, :2]
-        if dynamic:
-            point = self.zero_moment_points().reshape(-1, 2)
-        out = np.empty(len(times))
+        points = self.zero_moment_points() if dynamic else self.centres_of_mass()
+        point = np.nan_to_num(points.reshape(-1, 2), nan=FAR_AWAY)
+        out = np.empty(len(span))
         for leg in range(len(LEGS)):
             three = flying.flies & (flying.leg == leg)
             out[three] = static_stability_margin(feet[three][:, OTHER_LEGS[leg]], point[three])

@@ -6,13 +6,15 @@ from dataclasses import replace
 from time import process_time
 
 from gaitopt.conventions import Progress
-from gaitopt.errors import RouteError
+from gaitopt.errors import InfeasibleStepError, RouteError, SolverError
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.record import RouteRecord
+from gaitopt.plan.settings.base import FORCES
+from gaitopt.planners.phase_by_phase.planner import plan_in_order
 from gaitopt.planners.time_optimal.build import build_route
 from gaitopt.planners.time_optimal.smooth.build import build_smooth
 from gaitopt.planners.time_optimal.smooth.clearance import lowest_heights
-from gaitopt.planners.time_optimal.smooth.guess import rough_guess
+from gaitopt.planners.time_optimal.smooth.guess import guess_with_forces, rough_guess
 from gaitopt.planners.time_optimal.smooth.phases import smooth_phases
 from gaitopt.planners.time_optimal.smooth.rounds import (
     DynamicSolution,
@@ -21,7 +23,7 @@ from gaitopt.planners.time_optimal.smooth.rounds import (
 )
 from gaitopt.planners.time_optimal.smooth.window import SmoothWindow
 from gaitopt.planners.time_optimal.smooth.windows import plan_in_windows
-from gaitopt.planners.time_optimal.walk import Route
+from gaitopt.planners.time_optimal.walk import Route, crawl_settings
 from gaitopt.retiming.retimed import retimed
 
 RESCUE_WINDOW = 16
@@ -29,11 +31,52 @@ RESCUE_WINDOW = 16
 
 
 def smooth_plan(route: Route, progress: Progress | None = None) -> Plan:
-    """Plan a walk with bounded joint accelerations.
+    """Plan a walk along splines: with bounded joint accelerations, or timed by forces.
+
+    Where forces set the timing, the walk phase by phase, with box swings, is one of those among
+    which the planner may choose. It is taken where the splines are slower, or are not found.
 
     Args:
         route: the walk.
         progress: called with (steps done, steps in all) before every window but the first.
+
+    Raises:
+        InfeasibleStepError: no walk phase by phase is possible with forces.
+        RouteError, SolverError: as in :func:`_along_splines`, where no forces are asked for.
+    """
+    if route.settings.forces is None:
+        return _along_splines(route, progress, None)
+    boxes = _phase_by_phase(route)
+    try:
+        found = retimed(_along_splines(route, progress, boxes))
+    except (InfeasibleStepError, SolverError) as error:
+        reason = f"no walk along splines was found: {error}"
+        assert isinstance(boxes.record, RouteRecord)
+        return replace(boxes, record=replace(boxes.record, instead=reason))
+    return found if found.duration <= boxes.duration else boxes
+
+
+def _phase_by_phase(route: Route) -> Plan:
+    """The walk phase by phase, timed by forces, as a plan of the route's settings."""
+    began, settings = process_time(), route.settings
+    crawl = replace(crawl_settings(settings), timing=FORCES, forces=settings.forces)
+    plan = plan_in_order(route.robot, route.footholds, crawl)
+    if settings.acceleration_limit is not None:
+        plan = retimed(replace(plan, settings=settings))
+    record = RouteRecord(
+        stability=plan.record.stability,
+        solver_seconds=process_time() - began,
+        instead="the walk phase by phase is faster than the one along splines that was found",
+    )
+    return replace(plan, settings=settings, record=record)
+
+
+def _along_splines(route: Route, progress: Progress | None, boxes: Plan | None) -> Plan:
+    """Plan a walk along splines, with bounded joint accelerations.
+
+    Args:
+        route, progress: as in :func:`smooth_plan`.
+        boxes: the walk phase by phase, as first guess where forces set the timing.
 
     Raises:
         RouteError: no convergence, or no motion through a solution keeps all limits.
@@ -41,11 +84,15 @@ def smooth_plan(route: Route, progress: Progress | None = None) -> Plan:
     """
     began, settings = process_time(), route.settings
     knots, base = build_route(route)
-    problem = build_smooth(base, knots, settings, route.robot.foot_radius)
+    problem = build_smooth(base, knots, route)
     horizon, shares = settings.horizon, list[float]()
     if horizon is None:
         try:
-            poses, spans = rough_guess(route, problem.time_unit)
+            poses, spans = (
+                rough_guess(route, problem.time_unit)
+                if boxes is None
+                else guess_with_forces(route, boxes)
+            )
             whole = SmoothWindow.whole(route, replace(problem, poses=poses), knots, spans)
             found, solutions = best_motion(whole)
         except RouteError:
@@ -61,8 +108,7 @@ def smooth_plan(route: Route, progress: Progress | None = None) -> Plan:
         windows=len(shares) or None,
         window_share=max(shares, default=None),
     )
-    plan = Plan(route.robot, route.footholds, settings, phases, found.path, record)
-    return plan if settings.forces is None else retimed(plan)
+    return Plan(route.robot, route.footholds, settings, phases, found.path, record)
 
 
 def _record(route: Route, found: FoundMotion, solutions: list[DynamicSolution]) -> RouteRecord:
@@ -72,9 +118,12 @@ def _record(route: Route, found: FoundMotion, solutions: list[DynamicSolution]) 
     """
     problem, dynamic = found.solutions[-1].problem, route.settings.free.dynamic
     whole = SmoothWindow.whole(route, problem, found.motion.knots, found.motion.spans[:-1])
-    stability = "static margin of the body centre, on the horizontal projection"
+    centre = "true centre of mass" if route.settings.true_com else "body centre"
+    stability = f"static margin of the {centre}, on the horizontal projection"
     zmp_margin = None
-    if dynamic:
+    if dynamic and route.settings.forces:
+        stability = "contact forces of the whole robot"
+    elif dynamic:
         stability = "ZMP of a point mass at the body centre"
         # Less than the settings ask for, where the robot stands with less at first.
         zmp_margin = float(whole.wanted_margins(found.motion).min())

@@ -210,10 +210,13 @@ def judge(
     stretch = sampled_stretch(window, motion)
     if stretch > most_stretch or not clearance_is_kept(window, motion):
         return Judgement(None, stretch)
-    # The ZMP of a stretched motion lies on the line between that of the motion itself and the body
-    # centre, and a margin is a concave function of the point: so both ends are enough.
-    wanted, dynamic = window.wanted_margins(motion), window.route.settings.free.dynamic
-    for one in (motion, motion.slower(most_stretch)):
+    # The ZMP of a stretched motion lies on the line between that of the motion itself and the
+    # centre of mass, and a margin is a concave function of the point: so both ends are enough.
+    settings, wanted = window.route.settings, window.wanted_margins(motion)
+    dynamic = settings.free.dynamic
+    # Where forces set the timing they are what keeps a dynamic walk in balance, not its ZMP.
+    judged = () if dynamic and settings.forces else (motion, motion.slower(most_stretch))
+    for one in judged[: 2 if dynamic else 1]:
         if (one.margins(dynamic)[first:] < wanted).any():
             return Judgement(None, stretch)
     path = motion.path()

@@ -64,7 +64,7 @@ class SmoothWindow:
     @property
     def acceleration_limit(self) -> float:
         """Limit of all joint accelerations [rad/s^2]."""
-        return float(self.route.settings.acceleration_limit or np.inf)
+        return self.route.acceleration_limit
 
     @cached_property
     def reserves(self) -> FloatArray:
@@ -81,6 +81,7 @@ class SmoothWindow:
             self.route.robot, self.route.settings.heading, self.problem.legs, self.knots,
             np.concatenate([self.poses_before, poses]),
             np.concatenate([self.spans_before, spans, spans[-1:]]),
+            self.route.settings.true_com,
         )  # fmt: skip
 
     def wanted_margins(self, motion: SplineMotion) -> FloatArray:
@@ -92,6 +93,8 @@ class SmoothWindow:
         margin = self.route.settings.stability_margin
         out = np.full(len(motion.spans) - self.first_knot, margin)
         if self.first_knot == 0:
-            standing = static_stability_margin(motion.knots.feet[:1], motion.poses[:1, :2])
+            standing = static_stability_margin(
+                motion.knots.feet[:1], motion.centres_of_mass()[0, :1]
+            )
             out[: motion.knots.phase_ends[1]] = start_margin(standing, margin)
         return out

@@ -186,7 +186,8 @@ class _Planned:
             RouteError: it does not keep its limits.
         """
         motion = SplineMotion(self.route.robot, self.route.settings.heading, self.problem.legs,
-                              self.knots, self.poses, self.spans)  # fmt: skip
+                              self.knots, self.poses, self.spans,
+                              self.route.settings.true_com)  # fmt: skip
         whole = SmoothWindow.whole(self.route, self.problem, self.knots, self.spans[:-1])
         kept = judge(whole, motion).kept
         solutions = tuple(found.solutions[0] for found in self.used.values())
