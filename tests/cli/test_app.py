@@ -102,7 +102,7 @@ def test_a_csv_of_ones_own_is_walked_in_the_fastest_order(
     assert result.exit_code == 0, result.output
     plan = gaitopt.load_plan(tmp_path / "out" / "plan.npz")
     assert plan.settings.speed == 0.05 and len(plan.phases) == 8
-    in_order = gaitopt.plan_crawl(plan.robot, footholds, speed=0.05, timing="velocity")
+    in_order = gaitopt.plan_crawl(plan.robot, footholds, speed=0.05)
     assert plan.duration <= in_order.duration and "SSM" in result.output
 
 

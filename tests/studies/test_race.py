@@ -150,11 +150,11 @@ def test_bounds_are_left_out_on_demand(wang: Quadruped) -> None:
 
 def test_rows_that_fail_say_why_and_the_others_go_on(wang: Quadruped) -> None:
     columns = gaitopt.s_columns(0, columns=2)
-    found = race(wang, columns, ["dynamic", "ssm"], certify=False, com="model")
-    assert found["dynamic"].plan is None and "com='model'" in found["dynamic"].error
+    found = race(wang, columns, ["dynamic", "ssm"], certify=False, speed=0.05)
+    assert found["dynamic"].plan is None and "no setting 'speed'" in found["dynamic"].error
     assert list(found.plans) == [SSM, PAPER]
     assert np.isnan(found.ratio("dynamic")) and found.ratio(SSM) < 1
-    assert "dynamic: failed: com='model' keeps static stability" in str(found)
+    assert "dynamic: failed: RouteSettings has no setting 'speed'" in str(found)
 
 
 def test_a_terrain_that_no_row_can_walk_is_named_once(wang: Quadruped) -> None:

@@ -9,7 +9,6 @@ import numpy as np
 from gaitopt.errors import RouteError
 from gaitopt.interior_point.solver import Solution
 from gaitopt.optimize.route.problem import RouteProblem
-from gaitopt.plan.plan import Plan
 from gaitopt.planners.time_optimal.walk import Route
 
 
@@ -60,24 +59,15 @@ def route_error(
     steps = tuple(sorted(route.first_step + step for step in within))
     last = route.first_step + (problem.knots - 1) // route.intervals - 1
     plan = route.phase_by_phase()
+    offer = " failed, too" if plan is None else f" ({plan.duration:.1f} s) is in .plan"
     return RouteError(
         f"no time-optimal route over steps {route.first_step} to {last} was found: "
         f"{reason or solution.status}. After {solution.iterations} iterations the largest "
         f"residuals are at steps {', '.join(map(str, steps))}: gradient "
         f"{solution.stationarity():.2g}, violation {solution.violation():.2g}. Free less, or take "
-        f"the walk planned phase by phase, which{_offer(route, plan)}",
+        f"the walk planned phase by phase, which{offer}",
         steps, plan, _report(solution),
     )  # fmt: skip
-
-
-def _offer(route: Route, plan: Plan | None) -> str:
-    """What the error's message says of the walk planned phase by phase."""
-    if plan is None:
-        return " failed, too"
-    offer = f" ({plan.duration:.1f} s) is in .plan"
-    if route.settings.true_com:
-        offer += " (its margin is that of the body centre)"
-    return offer
 
 
 def _report(solution: Solution[RouteProblem]) -> str:

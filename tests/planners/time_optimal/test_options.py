@@ -8,7 +8,17 @@ import numpy as np
 import pytest
 
 import gaitopt
-from gaitopt import Footholds, Freedoms, InputError, Plan, Quadruped, RouteError, plan_route
+from gaitopt import (
+    Footholds,
+    ForceLimits,
+    Freedoms,
+    InputError,
+    Plan,
+    Quadruped,
+    RouteError,
+    plan_route,
+)
+from gaitopt.plan.settings.freedoms import VARIANTS
 
 
 @pytest.mark.parametrize(
@@ -29,8 +39,11 @@ from gaitopt import Footholds, Freedoms, InputError, Plan, Quadruped, RouteError
         ({"acceleration_limit": 1e-9}, "more than 10 s to its velocity limit"),
         ({"acceleration_limit": np.nan}, "acceleration_limit must be a number"),
         ({"com": "mass"}, "com must be one of 'body', 'model', got 'mass'"),
-        ({"com": "model", "acceleration_limit": 6.0}, "leave 'dynamic' and acceleration_limit out"),
-        ({"com": "model", "free": "dynamic"}, "leave 'dynamic' and acceleration_limit out"),
+        ({"timing": "power"}, "timing must be one of 'forces', 'velocity', got 'power'"),
+        (
+            {"forces": ForceLimits(), "timing": "velocity"},
+            "forces are limits of the timing 'forces'",
+        ),
     ],
 )
 @pytest.mark.parametrize("sequence", [("RH", "RF", "LH", "LF"), "free"])
@@ -39,7 +52,7 @@ def test_settings_are_checked_before_anything_is_planned(
 ) -> None:
     far = gaitopt.s_columns(0, columns=3, forward=5.0)  # impossible: planning would say so
     with pytest.raises(InputError, match=words):
-        plan_route(wang, far, sequence=sequence, **options, timing="velocity")
+        plan_route(wang, far, sequence=sequence, **{"timing": "velocity", **options})
 
 
 def test_robot_and_footholds_in_the_wrong_order_are_refused(
@@ -74,12 +87,24 @@ def test_plan_crawl_passes_the_kind_of_margin_on(
         wang, short, objective="time", free="swing", com="model", timing="velocity"
     )
     assert plan.duration == com_plans["swing"].duration
-    with pytest.raises(InputError, match="go with the objective 'time'"):
-        gaitopt.plan_crawl(wang, short, com="model", timing="velocity")
 
 
-def test_the_walk_that_an_error_offers_says_whose_margin_it_keeps(
-    wang: Quadruped, short: Footholds
+@pytest.mark.parametrize("com", ["model", "body"])
+def test_the_walk_that_an_error_offers_keeps_the_margin_that_was_asked_for(
+    wang: Quadruped, short: Footholds, com: str
 ) -> None:
-    with pytest.raises(RouteError, match="its margin is that of the body centre"):
-        plan_route(wang, short, free="swing", com="model", iterations=4, timing="velocity")
+    with pytest.raises(RouteError, match=r"phase by phase, which \(.* s\) is in .plan$") as caught:
+        plan_route(wang, short, free="swing", com=com, iterations=4, timing="velocity")
+    offered = caught.value.plan
+    assert offered is not None and offered.settings.com == com
+    gaitopt.verify(offered, collisions=False).raise_for_violations()
+
+
+@pytest.mark.parametrize("free", VARIANTS)
+@pytest.mark.parametrize("limit", [None, 6.0])
+def test_whose_margin_is_kept_goes_with_every_variant(free: str, limit: float | None) -> None:
+    limited = {"acceleration_limit": 6.0 if free == "dynamic" else limit}
+    for timing, default in (("velocity", "body"), ("forces", "model")):
+        for com in ("body", "model"):
+            assert gaitopt.RouteSettings(free=free, timing=timing, com=com, **limited).com == com
+        assert gaitopt.RouteSettings(free=free, timing=timing, **limited).com == default

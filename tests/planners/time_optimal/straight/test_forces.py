@@ -76,11 +76,11 @@ def test_where_the_robot_cannot_even_rest_the_limits_in_the_way_are_named(walk: 
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"forces": LIMITS, "free": "swing"}, "box swings only"),
+        ({"forces": LIMITS, "timing": "velocity"}, "limits of the timing 'forces'"),
         ({"forces": 0.6}, "forces must be ForceLimits or None"),
         ({"forces": {"friction": 0.6, "luck": 1.0}}, "no force limits"),
     ],
 )
 def test_settings_that_make_no_sense_are_refused(options: dict[str, object], words: str) -> None:
     with pytest.raises(InputError, match=words):
-        RouteSettings(**options, timing="velocity")  # type: ignore[arg-type]
+        RouteSettings(**options)  # type: ignore[arg-type]
