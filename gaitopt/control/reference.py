@@ -8,7 +8,7 @@ import numpy as np
 
 from gaitopt.control.clock import WalkClock, walk_clock
 from gaitopt.control.gains import ControlGains
-from gaitopt.conventions import LEGS, BoolArray, FloatArray
+from gaitopt.conventions import GRAVITY, LEGS, BoolArray, FloatArray
 from gaitopt.errors import InputError
 from gaitopt.plan.plan import Plan
 from gaitopt.robots.quadruped import Quadruped
@@ -156,6 +156,11 @@ def build_reference(plan: Plan, gains: ControlGains, dt: float) -> Reference:
 
 def _windows(plan: Plan, clock: WalkClock, gains: ControlGains) -> tuple[float, float]:
     """Times over which joints and body are averaged [s]."""
+    if plan.settings.promised_forces and plan.settings.static:
+        # Its body accelerates and brakes as hard as forces allow. Contact forces that jump are not
+        # there at once in the feet, so they are spread over the time of a pendulum as tall as it.
+        pendulum = float(np.sqrt(plan.robot.standing_height / GRAVITY))
+        return gains.smoothing, max(gains.smoothing, gains.body_smoothing, pendulum)
     jumps = float(plan.path.jumps(1)[:, :6].max(initial=0.0))
     # A clock that stops makes a smooth path jump.
     wide = gains.body_smoothing if jumps > LARGEST_JUMP or clock.paused > 0.0 else 0.0
