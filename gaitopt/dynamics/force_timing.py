@@ -109,6 +109,7 @@ def _part(intervals: PathIntervals, group: range) -> PathIntervals:
     return PathIntervals(
         intervals.begin[own], intervals.end[own], intervals.lengths[own], intervals.standing[own],
         intervals.first[group[0] : group[-1] + 2] - first,
+        None if intervals.even is None else intervals.even[own],
     )  # fmt: skip
 
 
@@ -121,7 +122,10 @@ class _Chain:
     ) -> None:  # fmt: skip
         self._programs = [rows.programs[k] for k in own]
         self._unit = float(rows.units[own[0]])
-        self._steps = (2.0 * intervals.lengths[own]).tolist()
+        steps = 2.0 * intervals.lengths[own]
+        if intervals.even is not None:
+            steps = np.where(intervals.even[own], 0.0, steps)
+        self._steps = steps.tolist()
         self._edges = rows.edges[own].tolist()
         tops = np.minimum(timing.squares / self._unit, NO_BOUND)
         self._top = tops[intervals.begin[own]].tolist()

@@ -34,6 +34,8 @@ class PathIntervals:
         lengths: of the intervals, in the path's parameter ``(K,)``.
         standing: which feet stand ``(K, 4)``.
         first: first interval of each chain, and ``K`` ``(C + 1,)``.
+        even: intervals that are followed at constant speed ``(K,)``; none by default. It suits
+            places where the path itself begins or ends at rest: speeds along it may be any there.
     """
 
     begin: np.ndarray
@@ -41,6 +43,7 @@ class PathIntervals:
     lengths: FloatArray
     standing: BoolArray
     first: np.ndarray
+    even: BoolArray | None = None
 
     def __len__(self) -> int:
         return len(self.lengths)
@@ -153,13 +156,14 @@ def _rows(
     points = _point_rows(robot, dynamics, limits, pattern, samples)
     here, there = places[: len(own)], places[len(own) :]
     n, free = len(own), points.by_z.shape[2]
-    step = 2.0 * intervals.lengths[own]
+    varies = np.ones(n) if intervals.even is None else np.where(intervals.even[own], 0.0, 1.0)
+    step = 2.0 * intervals.lengths[own] * varies
     matrices, lows, highs = [], [], []
 
     def add(by_u: FloatArray, by_x: FloatArray, by_z: FloatArray | None, at: int,
             low: FloatArray, high: FloatArray) -> None:  # fmt: skip
         block = np.zeros((n, by_u.shape[1], 2 + 2 * free))
-        block[:, :, 0], block[:, :, 1] = by_u, by_x
+        block[:, :, 0], block[:, :, 1] = by_u * varies[:, None], by_x
         if by_z is not None:
             block[:, :, 2 + at * free : 2 + (at + 1) * free] = by_z
         matrices.append(block)

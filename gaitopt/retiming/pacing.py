@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gaitopt.conventions import FloatArray
+from gaitopt.conventions import BoolArray, FloatArray
 from gaitopt.dynamics.contacts import ForceLimits
 from gaitopt.dynamics.force_timing import fastest_with_forces
 from gaitopt.dynamics.forces import build_force_problem, solve_forces
@@ -26,15 +26,29 @@ from gaitopt.plan.plan import Plan
 from gaitopt.retiming.course import AT_REST, Course, Grid, course_of
 from gaitopt.retiming.paced import PacedCourse
 
-FASTEST = 1e4
-"""Largest squared speed along a smooth course, whose parameter is its old time: a motion becomes at
-most a hundred times as fast. Only waiting, where nothing moves, has no other limit."""
 STRETCH_RESERVE = 1e-6
 """Share of time that is added where a motion is stretched, so that rounding exceeds no limit."""
 ENOUGH = 1.002
 """A motion that needs no more stretch than this is not timed anew."""
 MOST_ROUNDS = 4
 """Most times that a motion is timed. Each round takes at least a quarter off what is too much."""
+
+
+@dataclass(frozen=True)
+class OtherLimits:
+    """What bounds the speed besides forces, torques and joint velocities.
+
+    Attributes:
+        acceleration: of all joints [rad/s^2]; infinite for none.
+        speed: of body and feet on straight lines [m/s].
+        faster: how many times as fast as the plan a smooth motion becomes at most; a straight line
+            takes at least this part of a second. Only waiting, where nothing moves, has no other
+            limit.
+    """
+
+    acceleration: float = np.inf
+    speed: float = np.inf
+    faster: float = 100.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,6 +61,8 @@ class Pacing:
         dynamics: at both ends of all intervals, one after another.
         limits: on forces and torques.
         timing: other limits, at the same samples.
+        even: intervals that are followed at constant speed, as the course begins or ends at rest
+            there ``(K,)``.
     """
 
     plan: Plan
@@ -55,16 +71,16 @@ class Pacing:
     dynamics: PathDynamics
     limits: ForceLimits
     timing: TimingLimits
+    even: BoolArray
 
     @classmethod
-    def of(cls, plan: Plan, limits: ForceLimits, acceleration_limit: float, speed: float) -> Pacing:
+    def of(cls, plan: Plan, limits: ForceLimits, others: OtherLimits) -> Pacing:
         """Of a plan that moves.
 
         Args:
             plan: the plan.
             limits: on forces and torques.
-            acceleration_limit: of all joints [rad/s^2]; infinite for none.
-            speed: of body and feet that is not exceeded on straight lines [m/s].
+            others: what bounds the speed besides.
         """
         course = course_of(plan)
         robot, grid = course.robot, course.grid()
@@ -74,13 +90,16 @@ class Pacing:
         with np.errstate(divide="ignore"):
             squares = ((robot.velocity_limits / np.abs(joints)) ** 2).min(axis=1)
             # A line on which nothing moves is no line, so no 0 is divided by 0.
-            given = (speed / course.way(piece)) ** 2
-        squares = np.minimum(np.minimum(squares, given), FASTEST)
+            given = (others.speed / course.way(piece)) ** 2
+        squares = np.minimum(np.minimum(squares, given), others.faster**2)
         ends = np.concatenate([2 * grid.first[:-1], 2 * grid.first[1:] - 1])
-        squares[ends[np.abs(first[ends]).max(axis=1) > AT_REST]] = 0.0
-        timing = TimingLimits(squares, joints, bend, acceleration_limit)
+        rests = np.abs(first[ends]).max(axis=1) <= AT_REST
+        squares[ends[~rests]] = 0.0
+        even = np.zeros(len(grid.piece), dtype=np.bool_)
+        even[ends[rests] // 2] = True
+        timing = TimingLimits(squares, joints, bend, others.acceleration)
         dynamics = path_dynamics(robot, values, first, second)
-        return cls(plan, course, grid, dynamics, limits, timing)
+        return cls(plan, course, grid, dynamics, limits, timing, even)
 
     def fastest(self) -> PacedCourse:
         """The course with its fastest timing.
@@ -92,7 +111,7 @@ class Pacing:
         intervals = PathIntervals(
             begin=2 * np.arange(count), end=2 * np.arange(count) + 1,
             lengths=grid.end - grid.begin, standing=self.course.standing[grid.piece],
-            first=grid.first,
+            first=grid.first, even=self.even,
         )  # fmt: skip
         found = fastest_with_forces(
             self.course.robot, self.dynamics, intervals, self.limits, self.timing
@@ -132,26 +151,24 @@ class Pacing:
         )  # fmt: skip
 
 
-def paced(
-    plan: Plan, limits: ForceLimits, acceleration_limit: float, speed: float = np.inf
-) -> tuple[PacedCourse, MotionPath]:
+def paced(plan: Plan, limits: ForceLimits, others: OtherLimits) -> tuple[PacedCourse, MotionPath]:
     """A plan's course at the highest speed that forces, torques and joints allow, and its path.
 
     Args:
-        plan, limits, acceleration_limit, speed: as in :meth:`Pacing.of`.
+        plan, limits, others: as in :meth:`Pacing.of`.
 
     Raises:
         InfeasibleStepError: somewhere there is no speed at which forces exist.
         SolverError: feet leave their course however short the intervals are.
     """
-    pacing = Pacing.of(plan, limits, acceleration_limit, speed)
+    pacing = Pacing.of(plan, limits, others)
     robot, rounds = plan.robot, 0
     columns = robot.leg_joint_columns
     velocities = robot.velocity_limits[columns]
     while True:
         motion = pacing.fastest()
         path, rounds = motion.path(), rounds + 1
-        needed = legs_needed_stretch(robot, path, 0.0, velocities, acceleration_limit, 1)
+        needed = legs_needed_stretch(robot, path, 0.0, velocities, others.acceleration, 1)
         if needed <= ENOUGH or rounds == MOST_ROUNDS:
             break
         sizes = largest_sizes(path, 1)[:, BASE_COLUMNS + columns]

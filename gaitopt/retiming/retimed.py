@@ -11,9 +11,11 @@ from gaitopt.errors import InputError
 from gaitopt.motion.path import MotionPath
 from gaitopt.plan.phase import Phase
 from gaitopt.plan.plan import Plan
+from gaitopt.plan.settings.base import PlanSettings
+from gaitopt.plan.settings.by_velocity import GaitSettings
 from gaitopt.plan.settings.crawl import CrawlSettings
 from gaitopt.retiming.paced import PacedCourse
-from gaitopt.retiming.pacing import paced
+from gaitopt.retiming.pacing import OtherLimits, paced
 
 PLANNED_SHARE = 0.02
 """Share by which forces are planned within tighter limits than are promised, for what happens
@@ -54,12 +56,21 @@ def retimed(plan: Plan, forces: ForceLimits | None = None) -> Plan:
         raise InputError("retimed keeps no jerk limit: take a plan whose jerk_limit is None")
     if not np.ptp(plan.path.knots(), axis=0).any():
         return replace(plan, settings=settings)
-    limit = np.inf if settings.acceleration_limit is None else settings.acceleration_limit
-    speed = np.inf
-    if isinstance(settings, CrawlSettings) and settings.speed != "max":
-        speed = float(settings.speed)
-    motion, path = paced(plan, tightened(limits), limit, speed)
+    motion, path = paced(plan, tightened(limits), _other_limits(settings))
     return replace(plan, settings=settings, path=path, phases=_phases(plan, motion, path))
+
+
+def _other_limits(settings: PlanSettings) -> OtherLimits:
+    """What the settings ask for beside forces."""
+    others = OtherLimits()
+    if settings.acceleration_limit is not None:
+        others = replace(others, acceleration=settings.acceleration_limit)
+    if isinstance(settings, CrawlSettings) and settings.speed != "max":
+        others = replace(others, speed=float(settings.speed))
+    if isinstance(settings, GaitSettings):
+        # A gait has the velocity that was asked for, and is slower only where it has to be.
+        others = replace(others, faster=1.0)
+    return others
 
 
 def tightened(limits: ForceLimits) -> ForceLimits:

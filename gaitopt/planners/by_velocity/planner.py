@@ -23,6 +23,7 @@ from gaitopt.planners.by_velocity.limits import LegLengths, explain, find_violat
 from gaitopt.planners.by_velocity.motion import GaitMotion
 from gaitopt.planners.by_velocity.phases import gait_phases, smallest_zmp_margin
 from gaitopt.planners.by_velocity.sway import sway_path
+from gaitopt.retiming.retimed import retimed
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.footholds import Footholds
 
@@ -74,6 +75,10 @@ def plan_gait(
             :meth:`gaitopt.GaitSettings.for_robot`. ``velocity`` is forward and sideways in the
             body's axes, or a forward velocity alone [m/s].
 
+    With ``timing="forces"`` contact forces and joint torques exist at every instant, within
+    ``forces``, and the robot is slower than asked where they require it. Feet are points, so a
+    trot whose ZMP leaves the line between two feet has none.
+
     Returns:
         The plan. Its record holds ``zmp_margin``, the smallest margin of the body centre's ZMP
         while any foot stands [m] (for a trot: minus the distance from the support line), and
@@ -81,6 +86,7 @@ def plan_gait(
 
     Raises:
         InputError: a setting is unknown or out of range, or neither distance nor duration is given.
+        InfeasibleStepError: with ``timing="forces"``, somewhere there are no forces at any speed.
         InfeasibleSpeedError: a joint or a leg's reach does not allow the velocity; names the
             fastest one that is possible.
         SolverError: no sway of the body was found.
@@ -115,7 +121,8 @@ def _planned(robot: Quadruped, settings: GaitSettings, progress: Progress | None
     phases, record = gait_phases(motion, path)
     if progress is not None:
         progress(stages, stages)
-    return Plan(robot, motion.footholds, settings, phases, path, record)
+    plan = Plan(robot, motion.footholds, settings, phases, path, record)
+    return plan if settings.forces is None else retimed(plan)
 
 
 def _attempt(

@@ -32,6 +32,7 @@ from gaitopt.planners.over_obstacle.clearance import Approach, Surroundings
 from gaitopt.planners.over_obstacle.layout import Gaps
 from gaitopt.planners.over_obstacle.route import Demand, StrideRoute
 from gaitopt.planners.over_obstacle.search import find_route, widened
+from gaitopt.retiming.retimed import retimed
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.obstacles import Obstacle
 
@@ -156,7 +157,8 @@ def _attempt(
             gaps = Gaps(*(gap + more for gap in route.demand.gaps))
             demand = route.demand._replace(foot=route.demand.foot + more, gaps=gaps)
         else:
-            return plan_of(route, pieces, _record(route, around, closest, foot))
+            plan = plan_of(route, pieces, _record(route, around, closest, foot))
+            return plan if settings.forces is None else retimed(plan)
     raise StrideFault(
         f"{f'leg {closest.seen.leg}' if closest.seen.leg else 'the body'} comes within "
         f"{closest.proven:.4g} m of the obstacle after {ROUNDS} rounds",
