@@ -20,6 +20,7 @@ from gaitopt.certificate.derivative_bounds import LinkBounds, product
 from gaitopt.certificate.enclosure import Pieces, acceleration_bound, chord_deviation
 from gaitopt.certificate.force_margins import Stance
 from gaitopt.certificate.force_samples import ForceSamples, chain_model, sample_forces
+from gaitopt.certificate.inertial_deviations import InertialDeviations
 from gaitopt.certificate.trace import foot_chain, owners
 from gaitopt.conventions import GRAVITY, LEGS, BoolArray, FloatArray
 from gaitopt.dynamics.contacts import ForceLimits
@@ -121,10 +122,15 @@ def _judge_pieces(plan: Plan, limits: ForceLimits, pieces: Pieces) -> _Judged:
             for end in (0, 1)]  # fmt: skip
     left, bound = np.empty(len(phase)), np.empty(len(phase))
     where = [""] * len(phase)
-    for p in np.unique(phase):
-        mine = np.flatnonzero(phase == p)
-        judge = _PhaseJudge.of(plan, limits, pieces, mine, standing[mine[0]], ends)
-        each, taken, names = judge.left()
+    groups = [np.flatnonzero(phase == p) for p in np.unique(phase)]
+    judges = [_PhaseJudge.of(plan, limits, pieces, mine, standing[mine[0]], ends)
+              for mine in groups]  # fmt: skip
+    off = np.empty(len(phase))
+    for mine, judge in zip(groups, judges, strict=True):
+        off[mine] = judge.off_centre
+    deviations = InertialDeviations.of(plan.robot, pieces, off)
+    for mine, judge in zip(groups, judges, strict=True):
+        each, taken, names = judge.left(deviations.chosen(mine))
         tightest = each.argmin(axis=1)
         rows = np.arange(len(mine))
         left[mine], bound[mine] = each[rows, tightest], taken[rows, tightest]
@@ -181,8 +187,17 @@ class _PhaseJudge:
         points = middle - np.array([0.0, 0.0, plan.robot.foot_radius])
         return cls(plan, pieces, Stance(plan.robot, limits, feet, points), both, slip)
 
-    def left(self) -> tuple[FloatArray, FloatArray, list[str]]:
-        """What each limit leaves on every piece, how much of it the bounds took, and its name."""
+    @property
+    def off_centre(self) -> FloatArray:
+        """How far the base is from the middle of the contact points at each start ``(P,)`` [m]."""
+        return np.asarray(np.linalg.norm(self.ends[0].base - self.stance.centre, axis=1))
+
+    def left(self, deviations: InertialDeviations) -> tuple[FloatArray, FloatArray, list[str]]:
+        """What each limit leaves on every piece, how much of it the bounds took, and its name.
+
+        Args:
+            deviations: bounds on the inertial forces of these pieces.
+        """
         stance = self.stance
         at_ends, forces, unbalanced = [], [], []
         for end in self.ends:
@@ -190,7 +205,7 @@ class _PhaseJudge:
             forces.append(force)
             unbalanced.append(rest)
             at_ends.append(stance.left(force, torques))
-        taken, rest = self._taken(np.stack(forces))
+        taken, rest = self._taken(np.stack(forces), deviations)
         over = UNBALANCED * stance.weight - np.maximum(*unbalanced) - rest
         if stance.makes_any_wrench:
             over = np.full_like(over, np.inf)
@@ -212,61 +227,42 @@ class _PhaseJudge:
         )
         return forces, torques, size
 
-    def _taken(self, forces: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def _taken(
+        self, forces: FloatArray, deviations: InertialDeviations
+    ) -> tuple[FloatArray, FloatArray]:
         """What the time between samples takes off each limit ``(P, r)``, and off the balance [N].
 
         Args:
             forces: at both ends ``(2, P, k, 3)`` [N].
+            deviations: bounds on the inertial forces.
         """
-        stance, lengths = self.stance, self.pieces.lengths
-        bounds = LinkBounds.of(chain_model(self.plan.robot), self.pieces)
-        off = np.linalg.norm(self.ends[0].base - stance.centre, axis=1)
-        base = bounds.base.copy()
-        base[0] += off
-        model, links = bounds.model, range(1, bounds.model.njoints)
-        force = chord_deviation(np.sum([bounds.inertial_force(j)[2] for j in links], 0), lengths)
-        moments = [
-            bounds.inertial_moment(j, base + bounds.lever(j, 1, model.inertias[j].lever))[2]
-            for j in links
-        ]
-        moment = chord_deviation(np.sum(moments, axis=0), lengths)
+        stance, force = self.stance, deviations.force
         sizes = np.linalg.norm(forces, axis=3).max(axis=0)
-        moment = moment + (sizes * self.slip).sum(axis=1)
+        moment = deviations.moment + (sizes * self.slip).sum(axis=1)
         more = stance.correction(force, moment)
-        torques = self._torque_deviations(bounds, forces, more) / stance.reach
+        torques = self._torque_deviations(deviations, forces, more) / stance.reach
         sides = len(stance.friction_rows)
         unbalanced = force + moment / stance.reach if len(stance.feet) < 3 else np.zeros_like(force)
         return np.concatenate([np.repeat(more, sides, axis=1), more, torques], axis=1), unbalanced
 
     def _torque_deviations(
-        self, bounds: LinkBounds, forces: FloatArray, more: FloatArray
+        self, deviations: InertialDeviations, forces: FloatArray, more: FloatArray
     ) -> FloatArray:
         """How far each joint's torque leaves its chord ``(P, nj)`` [N m].
 
         With forces that may be ``more (P, k)`` than those that change linearly [N].
         """
-        robot, lengths, model = self.plan.robot, self.pieces.lengths, bounds.model
-        out = np.zeros((len(lengths), len(robot.joint_names)))
-        for column, name in enumerate(robot.joint_names):
-            joint = model.getJointId(name)
-            moment = np.sum([
-                bounds.inertial_moment(i, bounds.lever(i, joint, model.inertias[i].lever))
-                for i in bounds.carried(joint)
-            ], axis=0)  # fmt: skip
-            extra = np.zeros_like(lengths)
-            for k, foot in enumerate(self.stance.feet.tolist()):
-                if name not in robot.legs[LEGS[foot]].joints:
-                    continue
-                frame = model.frames[model.getFrameId(robot.legs[LEGS[foot]].foot)]
-                arm = bounds.lever(frame.parentJoint, joint, frame.placement.translation)
-                arm[0] += robot.foot_radius
-                size = np.linalg.norm(forces[:, :, k], axis=2).max(axis=0)
-                change = np.linalg.norm(forces[1, :, k] - forces[0, :, k], axis=1)
-                # A robot that only stands has one piece, of no length.
-                slope = np.divide(change, lengths, out=np.zeros_like(change), where=lengths > 0.0)
-                series = np.stack([size, slope, np.zeros_like(size)])
-                moment = moment + product(arm, series)
-                extra += arm[0] * more[:, k]
-            axis = bounds.rotations[joint]
-            out[:, column] = chord_deviation(product(axis, moment)[2], lengths) + extra
-        return out
+        robot, lengths = self.plan.robot, self.pieces.lengths
+        moment = deviations.joint_moments.copy()
+        extra = np.zeros(moment.shape[1:])
+        for k, foot in enumerate(self.stance.feet.tolist()):
+            columns = list(robot.leg_columns[LEGS[foot]])
+            size = np.linalg.norm(forces[:, :, k], axis=2).max(axis=0)
+            change = np.linalg.norm(forces[1, :, k] - forces[0, :, k], axis=1)
+            # A robot that only stands has one piece, of no length.
+            slope = np.divide(change, lengths, out=np.zeros_like(change), where=lengths > 0.0)
+            series = np.stack([size, slope, np.zeros_like(size)])[:, None]
+            moment[:, columns] += product(deviations.arms[:, columns], series)
+            extra[columns] = deviations.arms[0, columns] * more[:, k]
+        found = chord_deviation(product(deviations.axes, moment)[2], lengths) + extra
+        return np.asarray(found.T)
