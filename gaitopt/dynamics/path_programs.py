@@ -23,6 +23,10 @@ feet on one line then ask for forces without bound, which no limit allows."""
 ZERO_SINGULAR_VALUE = 1e-12
 """Least singular value that is divided by, so that feet on one line give no division by zero."""
 
+LEAST_ROW = 1e-6
+"""Size of a row below which it is not scaled to one: a millionth of the weight or of a torque limit
+is rounding."""
+
 
 @dataclass(frozen=True, eq=False)
 class PathIntervals:
@@ -187,7 +191,7 @@ def _rows(
     add(step[:, None], one, None, 0, 0.0 * one, NO_BOUND * one)
     matrix, low, high = (np.concatenate(parts, axis=1) for parts in (matrices, lows, highs))
     size = np.linalg.norm(matrix, axis=2)
-    size[size == 0.0] = 1.0
+    size[size < LEAST_ROW] = 1.0
     matrix /= size[..., None]
     low = np.where(low > -NO_BOUND, low / size, -NO_BOUND)
     high = np.where(high < NO_BOUND, high / size, NO_BOUND)
@@ -237,7 +241,7 @@ def _point_rows(
     missing = np.swapaxes(left[:, :, rank:], 1, 2) @ wrench
     normals = dynamics.contacts.normals[np.ix_(samples, feet)]
     forces = plain.reshape(n, len(feet), 3, 3)
-    bases = basis.reshape(n, len(feet), 3, -1)
+    bases = basis.reshape(n, len(feet), 3, basis.shape[2])
     pyramids = pyramid_rows(limits, normals) if len(feet) else np.zeros((n, 0, limits.sides, 3))
     slip = pyramids @ forces, pyramids @ bases
     press = (np.einsum("nfi,nfik->nfk", normals, forces),
@@ -245,10 +249,10 @@ def _point_rows(
     torque, turning = _torques(robot, terms, jacobians, plain, basis, limits)
     free = basis.shape[2]
     by_terms = np.concatenate([slip[0].reshape(n, -1, 3), press[0], torque, missing], axis=1)
-    by_z = np.concatenate(
-        [slip[1].reshape(n, -1, free), press[1], turning, np.zeros((n, 6 - rank, free))], axis=1
-    )
     sides = len(feet) * limits.sides
+    by_z = np.concatenate(
+        [slip[1].reshape(n, sides, free), press[1], turning, np.zeros((n, 6 - rank, free))], axis=1
+    )
     floor = np.concatenate([np.zeros(sides), limits.least_normal_shares(pattern)[feet],
                             -np.ones(torque.shape[1]), np.zeros(6 - rank)])  # fmt: skip
     ceiling = np.concatenate([np.full(sides + len(feet), NO_BOUND), np.ones(torque.shape[1]),
