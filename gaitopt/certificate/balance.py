@@ -65,9 +65,12 @@ def zmp(plan: Plan, motion: Motion) -> Check | None:
     """
     name = "ZMP of the body centre"
     promised = plan.settings.zmp_margin
+    if promised is None and plan.settings.promised_forces:
+        # Contact forces are what is promised, and the ZMP follows from them.
+        return None
     claimed = plan.record.zmp_margin if promised is None else promised
     if not isinstance(claimed, float) or not np.isfinite(claimed):
-        if plan.settings.static or plan.settings.promised_forces:
+        if plan.settings.static:
             return None
         return unchecked(name, "m", "the plan's record holds no zmp_margin")
     points, deviations = zmp_of_centre(plan, motion)

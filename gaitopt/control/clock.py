@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 
 from gaitopt.conventions import BoolArray, FloatArray, frozen
 from gaitopt.errors import InputError
+from gaitopt.motion.path import BASE_COLUMNS
 from gaitopt.plan.plan import Plan
 
 
@@ -74,11 +75,15 @@ SAME_INSTANT = 1e-9
 are known to 1e-12 s."""
 
 
+AT_REST = 1e-3
+"""Largest velocity at which the body counts as at rest [m/s, rad/s]."""
+
+
 def walk_clock(plan: Plan, handover_time: float) -> WalkClock:
     """The clock on which every foot has stood for a while before another lifts off.
 
     A plan that promises no static stability cannot stop in the middle of its motion: its clock
-    never stands still.
+    never stands still. A plan that promises contact forces stops only where its body is at rest.
 
     Args:
         plan: the motion.
@@ -87,11 +92,18 @@ def walk_clock(plan: Plan, handover_time: float) -> WalkClock:
     if not (plan.settings.static and handover_time > 0.0):
         return WalkClock(np.zeros(0), np.zeros(0))
     landings = np.sort([swing.end for swing in plan.swings])
+    # Forces were planned for the motion as it is, without stops.
+    flowing = plan.settings.promised_forces is not None
     stops, pauses = [], []
     for stop in np.unique([swing.start for swing in plan.swings]):
         before = landings[landings <= stop + SAME_INSTANT]
         missing = handover_time - (stop - before[-1]) if len(before) else 0.0
-        if missing > 0.0:
+        if missing > 0.0 and not (flowing and _moves(plan, float(stop))):
             stops.append(stop)
             pauses.append(missing)
     return WalkClock(np.array(stops), np.array(pauses))
+
+
+def _moves(plan: Plan, time: float) -> bool:
+    """Whether the body moves at an instant."""
+    return bool(np.abs(plan.path.evaluate([time], 1)[0, :BASE_COLUMNS]).max() > AT_REST)

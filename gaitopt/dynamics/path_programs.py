@@ -62,12 +62,14 @@ class TimingLimits:
         first, second: derivatives of the joints whose acceleration is limited, by the path's
             parameter ``(S, n)``.
         acceleration: limit of their accelerations [rad/s^2]; infinite for none.
+        slack: what every side of a friction pyramid keeps, as a share of the weight.
     """
 
     squares: FloatArray
     first: FloatArray
     second: FloatArray
     acceleration: float = np.inf
+    slack: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,7 +159,7 @@ def _rows(
     samples, places = np.unique(
         np.concatenate([intervals.begin[own], intervals.end[own]]), return_inverse=True
     )
-    points = _point_rows(robot, dynamics, limits, pattern, samples)
+    points = _point_rows(robot, dynamics, limits, pattern, samples, timing.slack)
     here, there = places[: len(own)], places[len(own) :]
     n, free = len(own), points.by_z.shape[2]
     varies = np.ones(n) if intervals.even is None else np.where(intervals.even[own], 0.0, 1.0)
@@ -219,6 +221,7 @@ def _point_rows(
     limits: ForceLimits,
     pattern: BoolArray,
     samples: np.ndarray,
+    slack: float,
 ) -> _PointRows:
     """The limits at samples at which the feet of ``pattern (4,)`` stand."""
     feet, n = np.flatnonzero(pattern), len(samples)
@@ -253,7 +256,7 @@ def _point_rows(
     by_z = np.concatenate(
         [slip[1].reshape(n, sides, free), press[1], turning, np.zeros((n, 6 - rank, free))], axis=1
     )
-    floor = np.concatenate([np.zeros(sides), limits.least_normal_shares(pattern)[feet],
+    floor = np.concatenate([np.full(sides, slack), limits.least_normal_shares(pattern)[feet],
                             -np.ones(torque.shape[1]), np.zeros(6 - rank)])  # fmt: skip
     ceiling = np.concatenate([np.full(sides + len(feet), NO_BOUND), np.ones(torque.shape[1]),
                               np.zeros(6 - rank)])  # fmt: skip

@@ -23,14 +23,27 @@ from gaitopt.motion.path import BASE_COLUMNS, MotionPath
 from gaitopt.motion.pieces import stretched
 from gaitopt.motion.retiming import legs_needed_stretch
 from gaitopt.plan.plan import Plan
-from gaitopt.retiming.course import AT_REST, Course, Grid, course_of
+from gaitopt.retiming.course import AT_REST, Course, Grid
 from gaitopt.retiming.paced import PacedCourse
+from gaitopt.retiming.smooth import smooth_course
+from gaitopt.retiming.straight import straight_course
 
+FRICTION_SLACK = 0.004
+"""What every side of a friction pyramid keeps on the grid, as a share of the weight, for what
+happens between its places: a share of the friction of a foot that carries little is next to
+nothing."""
 STRETCH_RESERVE = 1e-6
 """Share of time that is added where a motion is stretched, so that rounding exceeds no limit."""
+PLANNED_SHARE = 0.02
+"""Share by which forces are planned within tighter limits than are promised at places of the grid,
+for what happens between them. The certificate judges every plan anew."""
+MIDDLE_SHARE = 0.005
+"""The same in the middle between two places: what exceeds that is timed anew."""
+LESS = 0.9
+"""Share of a squared speed that is allowed where it had no forces."""
 ENOUGH = 1.002
-"""A motion that needs no more stretch than this is not timed anew."""
-MOST_ROUNDS = 4
+"""A motion whose joint velocities exceed their limits by less is not timed anew."""
+MOST_ROUNDS = 5
 """Most times that a motion is timed. Each round takes at least a quarter off what is too much."""
 
 
@@ -63,6 +76,7 @@ class Pacing:
         timing: other limits, at the same samples.
         even: intervals that are followed at constant speed, as the course begins or ends at rest
             there ``(K,)``.
+        middle: limits on forces and torques in the middle of intervals.
     """
 
     plan: Plan
@@ -72,17 +86,20 @@ class Pacing:
     limits: ForceLimits
     timing: TimingLimits
     even: BoolArray
+    middle: ForceLimits
 
     @classmethod
-    def of(cls, plan: Plan, limits: ForceLimits, others: OtherLimits) -> Pacing:
+    def of(cls, plan: Plan, limits: ForceLimits, others: OtherLimits, rounding: float) -> Pacing:
         """Of a plan that moves.
 
         Args:
             plan: the plan.
-            limits: on forces and torques.
+            limits: on forces and torques that are promised.
             others: what bounds the speed besides.
+            rounding: of corners of flights along straight lines (:func:`straight_course`).
         """
-        course = course_of(plan)
+        lines = plan.path.degree <= 1
+        course: Course = straight_course(plan, rounding) if lines else smooth_course(plan)
         robot, grid = course.robot, course.grid()
         s, piece = np.stack([grid.begin, grid.end], axis=1).ravel(), np.repeat(grid.piece, 2)
         values, first, second = course.states(s, piece)
@@ -97,9 +114,12 @@ class Pacing:
         squares[ends[~rests]] = 0.0
         even = np.zeros(len(grid.piece), dtype=np.bool_)
         even[ends[rests] // 2] = True
-        timing = TimingLimits(squares, joints, bend, others.acceleration)
+        timing = TimingLimits(squares, joints, bend, others.acceleration, FRICTION_SLACK)
         dynamics = path_dynamics(robot, values, first, second)
-        return cls(plan, course, grid, dynamics, limits, timing, even)
+        return cls(
+            plan, course, grid, dynamics, tightened(limits, PLANNED_SHARE), timing, even,
+            tightened(limits, MIDDLE_SHARE),
+        )  # fmt: skip
 
     def fastest(self) -> PacedCourse:
         """The course with its fastest timing.
@@ -120,16 +140,43 @@ class Pacing:
             raise self._impossible(int(found.places[int(np.argmax(found.stuck))]))
         return PacedCourse(self.course, grid, found.begin, found.end)
 
-    def slowed(self, share: FloatArray) -> Pacing:
-        """The same with lower speeds about intervals on which joints turn too fast.
+    def slowed(self, motion: PacedCourse, path: MotionPath) -> Pacing | None:
+        """The same with lower speeds where a motion exceeds limits between places of the grid.
 
         Args:
-            share: largest joint velocity on each interval, as a share of its limit ``(K,)``.
+            motion, path: the fastest motion, and its path.
+
+        Returns:
+            ``None`` where no limit is exceeded by more than a little.
         """
-        most = np.maximum(share, 1.0)
-        around = np.maximum(np.append(most[1:], 1.0), np.append(1.0, most[:-1]))
-        factor = np.repeat(np.maximum(most, around), 2) ** 2
-        return replace(self, timing=replace(self.timing, squares=self.timing.squares / factor))
+        velocity = self._velocity_use(motion, path)
+        forced = self._without_forces(motion, path)
+        if velocity.max() <= ENOUGH and not forced.any():
+            return None
+        share = _and_neighbours(np.where(velocity > ENOUGH, velocity, 1.0))
+        squares = self.timing.squares / np.repeat(share, 2) ** 2
+        found = np.stack([motion.begin, motion.end], axis=1).ravel()
+        held = np.repeat(_and_neighbours(forced.astype(np.float64)) > 0.0, 2)
+        # Places at which the robot stops are 0 already.
+        squares = np.where(held, np.minimum(squares, LESS * found), squares)
+        return replace(self, timing=replace(self.timing, squares=squares))
+
+    def _velocity_use(self, motion: PacedCourse, path: MotionPath) -> FloatArray:
+        """Largest joint velocity on each interval, as a share of its limit ``(K,)``."""
+        robot = self.course.robot
+        columns = robot.leg_joint_columns
+        sizes = largest_sizes(path, 1)[:, BASE_COLUMNS + columns]
+        owner = motion.interval_at((path.times[1:] + path.times[:-1]) / 2.0)
+        share = np.zeros(len(motion.begin))
+        np.maximum.at(share, owner, (sizes / robot.velocity_limits[columns]).max(axis=1))
+        return share
+
+    def _without_forces(self, motion: PacedCourse, path: MotionPath) -> BoolArray:
+        """Intervals in whose middle no forces keep the limits ``(K,)``."""
+        robot, middles = self.course.robot, (motion.times[1:] + motion.times[:-1]) / 2.0
+        moved = motion_of_path(robot, *(path.evaluate(middles, k) for k in range(3)))
+        standing = self.course.standing[self.grid.piece]
+        return ~solve_forces(build_force_problem(robot, moved, standing, self.middle)).feasible
 
     def _impossible(self, interval: int) -> InfeasibleStepError:
         """The error of an interval on which no motion was found."""
@@ -151,32 +198,53 @@ class Pacing:
         )  # fmt: skip
 
 
-def paced(plan: Plan, limits: ForceLimits, others: OtherLimits) -> tuple[PacedCourse, MotionPath]:
+def paced(
+    plan: Plan, limits: ForceLimits, others: OtherLimits, rounding: float
+) -> tuple[PacedCourse, MotionPath]:
     """A plan's course at the highest speed that forces, torques and joints allow, and its path.
 
     Args:
-        plan, limits, others: as in :meth:`Pacing.of`.
+        plan, limits, others, rounding: as in :meth:`Pacing.of`.
 
     Raises:
         InfeasibleStepError: somewhere there is no speed at which forces exist.
         SolverError: feet leave their course however short the intervals are.
     """
-    pacing = Pacing.of(plan, limits, others)
-    robot, rounds = plan.robot, 0
-    columns = robot.leg_joint_columns
-    velocities = robot.velocity_limits[columns]
-    while True:
+    pacing: Pacing | None = Pacing.of(plan, limits, others, rounding)
+    for _ in range(MOST_ROUNDS):
+        assert pacing is not None
         motion = pacing.fastest()
-        path, rounds = motion.path(), rounds + 1
-        needed = legs_needed_stretch(robot, path, 0.0, velocities, others.acceleration, 1)
-        if needed <= ENOUGH or rounds == MOST_ROUNDS:
+        path = motion.path()
+        pacing = pacing.slowed(motion, path)
+        if pacing is None:
             break
-        sizes = largest_sizes(path, 1)[:, BASE_COLUMNS + columns]
-        owner = motion.interval_at((path.times[1:] + path.times[:-1]) / 2.0)
-        share = np.zeros(len(motion.begin))
-        np.maximum.at(share, owner, (sizes / velocities).max(axis=1))
-        pacing = pacing.slowed(share)
+    robot = plan.robot
+    velocities = robot.velocity_limits[robot.leg_joint_columns]
+    needed = legs_needed_stretch(robot, path, 0.0, velocities, others.acceleration, 1)
     if needed <= 1.0:
         return motion, path
     factor = needed * (1.0 + STRETCH_RESERVE)
     return replace(motion, stretch=factor), stretched(path, factor)
+
+
+def _and_neighbours(values: FloatArray) -> FloatArray:
+    """The largest of each value and its two neighbours ``(K,)``."""
+    wide = np.pad(values, 1, mode="edge")
+    return np.asarray(np.max([wide[:-2], wide[1:-1], wide[2:]], axis=0))
+
+
+def tightened(limits: ForceLimits, share: float) -> ForceLimits:
+    """Limits that leave a reserve.
+
+    Args:
+        limits: that are promised.
+        share: of friction and torques, and a tenth of it of the weight.
+    """
+    on_four = limits.reserve / 2.0 if limits.reserve_on_four is None else limits.reserve_on_four
+    return replace(
+        limits,
+        friction=(1.0 - share) * limits.friction,
+        reserve=limits.reserve + 0.1 * share,
+        reserve_on_four=on_four + 0.1 * share,
+        torque_share=(1.0 - share) * limits.torque_share,
+    )

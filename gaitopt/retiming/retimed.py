@@ -8,6 +8,7 @@ import numpy as np
 
 from gaitopt.dynamics.contacts import ForceLimits
 from gaitopt.errors import InputError
+from gaitopt.inputs import check_number
 from gaitopt.motion.path import MotionPath
 from gaitopt.plan.phase import Phase
 from gaitopt.plan.plan import Plan
@@ -17,22 +18,17 @@ from gaitopt.plan.settings.crawl import CrawlSettings
 from gaitopt.retiming.paced import PacedCourse
 from gaitopt.retiming.pacing import OtherLimits, paced
 
-PLANNED_SHARE = 0.02
-"""Share by which forces are planned within tighter limits than are promised, for what happens
-between two places of the grid. With it the walks of go2, a1, anymal_c and wang2020 over 8 steps are
-certified; the certificate judges every plan anew."""
-NORMAL_FORCE_RESERVE = 0.002
-"""The same for least normal forces, as a share of the weight."""
 BY_TIMING = ("joint velocity", "speed")
 """Kinds of limits of phases that belong to a plan's old timing."""
 
 
-def retimed(plan: Plan, forces: ForceLimits | None = None) -> Plan:
+def retimed(plan: Plan, forces: ForceLimits | None = None, *, rounding: float = 0.0) -> Plan:
     """The same motion as fast as contact forces, joint torques and joint velocities allow.
 
     Body and feet go where the plan has them go; only when they are where changes. A plan whose
-    velocities jump (a walk phase by phase) stops at the end of every straight line; a smooth one
-    is followed without stops, through landings and lift-offs. The timing is the fastest one along
+    velocities jump (a walk phase by phase) stops at the end of every straight line, save where
+    corners of flights are rounded; a smooth one is followed without stops, through landings and
+    lift-offs. The timing is the fastest one along
     its grid, on whose intervals the acceleration along the path is constant ([Pham2018], with
     contact forces).
 
@@ -40,23 +36,28 @@ def retimed(plan: Plan, forces: ForceLimits | None = None) -> Plan:
         plan: from any planner.
         forces: limits on forces and torques; those that the plan promises, or else the defaults of
             :class:`ForceLimits`.
+        rounding: how far from each corner of a foot's flight along straight lines its rounding
+            begins and ends, as a share of the shorter of its two lines, from 0 to 0.5. A foot does
+            not stop at rounded corners.
 
     Returns:
         A plan that promises contact forces within these limits. :func:`gaitopt.verify` checks it.
 
     Raises:
-        InputError: the plan promises a jerk limit, which new timings do not keep.
+        InputError: the plan promises a jerk limit, which new timings do not keep, or ``rounding``
+            is out of range.
         InfeasibleStepError: somewhere along the path there are no forces at any speed; names the
             step, and the limits that are in the way.
         SolverError: feet cannot be kept on their course.
     """
+    check_number("rounding", rounding, 0.0, 0.5, "")
     limits = forces or plan.settings.promised_forces or ForceLimits()
     settings = plan.settings.with_forces(limits)
     if settings.jerk_limit is not None:
         raise InputError("retimed keeps no jerk limit: take a plan whose jerk_limit is None")
     if not np.ptp(plan.path.knots(), axis=0).any():
         return replace(plan, settings=settings)
-    motion, path = paced(plan, tightened(limits), _other_limits(settings))
+    motion, path = paced(plan, limits, _other_limits(settings), rounding)
     return replace(plan, settings=settings, path=path, phases=_phases(plan, motion, path))
 
 
@@ -71,19 +72,6 @@ def _other_limits(settings: PlanSettings) -> OtherLimits:
         # A gait has the velocity that was asked for, and is slower only where it has to be.
         others = replace(others, faster=1.0)
     return others
-
-
-def tightened(limits: ForceLimits) -> ForceLimits:
-    """Limits that leave a reserve for what happens between the places at which they are kept."""
-    share = 1.0 - PLANNED_SHARE
-    on_four = limits.reserve / 2.0 if limits.reserve_on_four is None else limits.reserve_on_four
-    return replace(
-        limits,
-        friction=share * limits.friction,
-        reserve=limits.reserve + NORMAL_FORCE_RESERVE,
-        reserve_on_four=on_four + NORMAL_FORCE_RESERVE,
-        torque_share=share * limits.torque_share,
-    )
 
 
 def _phases(plan: Plan, motion: PacedCourse, path: MotionPath) -> tuple[Phase, ...]:

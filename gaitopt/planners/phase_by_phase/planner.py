@@ -20,6 +20,10 @@ from gaitopt.retiming.retimed import retimed
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.footholds import Footholds
 
+BOX_ROUNDING = 0.4
+"""Rounding of the corners of box swings where forces set the timing (:func:`gaitopt.retimed`). So
+the foot does not stop at them: 16 steps of anymal_c take 6.3 s with it and 7.4 s without, of go2
+3.8 and 4.3 s (seed 0)."""
 HEIGHTS = (14, 15, 16, 17, 13, 12, 11)
 """Body heights that are tried one after the other, in fourteenths of the height in the settings.
 
@@ -56,7 +60,9 @@ def plan_in_order(
     start = start_place(robot, steps, settings)
     solutions = optimise_cogs(robot, steps, settings, start, progress)
     plan = assemble_plan(robot, footholds, settings, steps, start, solutions)
-    return plan if settings.forces is None else retimed(plan)
+    if settings.forces is None:
+        return plan
+    return retimed(plan, rounding=BOX_ROUNDING if settings.swing == "box" else 0.0)
 
 
 def plan_at_fitting_height(

@@ -50,7 +50,7 @@ def smooth_plan(route: Route, progress: Progress | None = None) -> Plan:
     try:
         found = retimed(_along_splines(route, progress, boxes))
     except (InfeasibleStepError, SolverError) as error:
-        reason = f"no walk along splines was found: {error}"
+        reason = f"no walk along splines was found: {str(error).split(';')[0]}"
         assert isinstance(boxes.record, RouteRecord)
         return replace(boxes, record=replace(boxes.record, instead=reason))
     return found if found.duration <= boxes.duration else boxes
@@ -68,7 +68,9 @@ def _phase_by_phase(route: Route) -> Plan:
         solver_seconds=process_time() - began,
         instead="the walk phase by phase is faster than the one along splines that was found",
     )
-    return replace(plan, settings=settings, record=record)
+    # The body rests while a foot flies, so the walk is static whatever was free.
+    static = replace(settings, free=replace(settings.free, dynamic=False))
+    return replace(plan, settings=static, record=record)
 
 
 def _along_splines(route: Route, progress: Progress | None, boxes: Plan | None) -> Plan:
