@@ -160,12 +160,13 @@ class _Chain:
                 return i
             u, x = found
             after[i] = max(x + self._steps[i] * u, 0.0)
-            most[i] = high = max(SLOWER * x, 0.0)
+            high = max(x, 0.0)
+            most[i] = SLOWER * high
             if not resting:
                 found = self._solve(i, (0.0, self._top[i]), (low, limit), fastest=False)
-                least[i] = low = 0.0 if found is None or found[1] < NOTHING else found[1] / SLOWER
-                if low > high:
-                    return i
+                slowest = 0.0 if found is None else found[1]
+                # In flight one speed is possible, so the least one is the largest one.
+                least[i] = low = 0.0 if slowest < NOTHING else min(slowest / SLOWER, most[i])
         return least, most, after
 
     def _forward(

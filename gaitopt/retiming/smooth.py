@@ -89,6 +89,7 @@ def smooth_course(plan: Plan) -> SmoothCourse:
     fine = cut(path, longest[phase])
     largest = np.abs(path.evaluate(path.times, 1)).max(axis=0)
     jumps = np.abs(fine.jumps(1)) > SMOOTH_JUMP * largest + AT_REST
-    stops = np.flatnonzero(jumps.any(axis=1)) + 1
+    still = np.abs(fine.evaluate(fine.times[1:-1], 1)).max(axis=1) <= AT_REST
+    stops = np.flatnonzero(jumps.any(axis=1) | still) + 1
     standing = np.array(plan.at((fine.times[1:] + fine.times[:-1]) / 2.0).contacts)
     return SmoothCourse(plan.robot, fine, standing, stops)

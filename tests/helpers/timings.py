@@ -10,7 +10,7 @@ from gaitopt import Plan, Quadruped
 from gaitopt.motion.pieces import stretched
 
 ROBOTS = ("a1", "go2", "anymal_c", "wang2020")
-MARGIN = 0.09
+MARGIN = 0.07
 """Stability margin, as a share of the standing height."""
 
 

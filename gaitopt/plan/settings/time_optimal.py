@@ -78,8 +78,8 @@ class RouteSettings(FootholdSettings):
             object.__setattr__(self, name, check_count(name, getattr(self, name), least, most))
         if self.true_com and not self.static and self.forces is None:
             raise InputError(
-                "com='model' does not go with a dynamic walk of the timing 'velocity', whose ZMP is "
-                "that of the body centre; leave com out, or take timing='forces'"
+                "com='model' does not go with a dynamic walk of the timing 'velocity', whose ZMP "
+                "is that of the body centre; leave com out, or take timing='forces'"
             )
         if not (self.smooth or self.static):
             raise InputError("free: a dynamic walk needs an acceleration_limit")

@@ -44,8 +44,8 @@ def test_gaits_and_striding_are_by_velocity(kind: Any) -> None:
 def test_forces_ask_for_a_larger_margin(kind: Any, name: str) -> None:
     robot = gaitopt.load_robot(name)
     height = robot.standing_height
-    assert kind.for_robot(robot).stability_margin == round(0.09 * height, 4)
-    assert kind.for_robot(robot, timing=None).stability_margin == round(0.09 * height, 4)
+    assert kind.for_robot(robot).stability_margin == round(0.07 * height, 4)
+    assert kind.for_robot(robot, timing=None).stability_margin == round(0.07 * height, 4)
     slow = kind.for_robot(robot, timing="velocity")
     assert slow.stability_margin == round(0.05 * height, 4)
     assert kind.for_robot(robot, stability_margin=0.01).stability_margin == 0.01

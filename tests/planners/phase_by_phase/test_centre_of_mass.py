@@ -33,7 +33,7 @@ def test_the_true_centre_of_mass_keeps_the_margin(default: Plan) -> None:
     """And the optimum has no more than it has to, up to the reserve between samples."""
     settings = default.settings
     assert settings.timing == "forces" and settings.true_com
-    assert settings.stability_margin == round(0.09 * default.robot.standing_height, 4)
+    assert settings.stability_margin == round(0.07 * default.robot.standing_height, 4)
     margins = gaitopt.com_margin(default, in_swings(default))[1]
     assert settings.stability_margin <= margins.min() < settings.stability_margin + 1e-4
 
