@@ -57,8 +57,8 @@ SpeedOption = Annotated[
 ]  # fmt: skip
 MarginOption = Annotated[
     float | None,
-    typer.Option(help="Stability margin S0, in metres; 0.02 for wang2020, in proportion to the "
-                 "robot's size for others.",
+    typer.Option(help="Stability margin S0, in metres. Default: 0.07 of the standing height, 0.028 "
+                 "for wang2020; with --timing velocity 0.05 of it, 0.02 for wang2020.",
                  rich_help_panel="How", show_default=False),
 ]  # fmt: skip
 HeightOption = Annotated[
