@@ -271,7 +271,6 @@ def test_a_hop_takes_off_and_lands_with_the_speed_that_its_height_asks_for(
     assert chain.times(found)[: air.start].sum() < 0.5
 
 
-@pytest.mark.xfail(strict=True, reason="SLOWER is applied on every interval of a flight")
 @pytest.mark.parametrize("name", ["go2", "wang2020"])
 def test_a_higher_hop(name: str) -> None:
     chain, _ = hop(name, 0.03)

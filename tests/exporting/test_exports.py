@@ -66,8 +66,13 @@ def test_a_bad_request_leaves_nothing(short_plan: Plan, tmp_path: Path, export) 
 def test_by_default_the_knots_are_written_and_nothing_is_lost(tmp_path: Path) -> None:
     """A fast robot's whole walk lasts seconds: samples at a fixed rate would cut its corners."""
     robot = gaitopt.load_robot("a1")
-    plan = gaitopt.plan_crawl(robot, s_columns(0, columns=3, robot=robot),
-                              body_height=robot.standing_height, swing_height=0.04, timing="velocity")  # fmt: skip
+    plan = gaitopt.plan_crawl(
+        robot,
+        s_columns(0, columns=3, robot=robot),
+        body_height=robot.standing_height,
+        swing_height=0.04,
+        timing="velocity",
+    )
     gaitopt.export_ros(plan, tmp_path / "walk.yaml")
     points = yaml.safe_load((tmp_path / "walk.yaml").read_text())["points"]
     stamps = [p["time_from_start"] for p in points]

@@ -130,17 +130,10 @@ def test_a_little_faster_is_too_fast(pair: Pair) -> None:
 def test_a_slower_plan_of_the_same_course_gets_the_same_timing(pair: Pair) -> None:
     for factor in (0.7, 3.0):
         again = retimed(slower(pair.old, factor))
-        assert again.duration == pytest.approx(pair.new.duration, rel=1e-9)
+        # Speeds are 1e-9 less than the largest ones on each interval, and there are many.
+        assert again.duration == pytest.approx(pair.new.duration, rel=1e-7)
 
 
-@pytest.fixture
-def stops_are_known(request: pytest.FixtureRequest, pair: Pair) -> None:
-    """A fault that is known: at stops within a smooth path no joint velocity bounds the speed."""
-    if pair.old.robot.name == "wang2020":
-        request.applymarker(pytest.mark.xfail(strict=True, reason="stops within smooth courses"))
-
-
-@pytest.mark.usefixtures("stops_are_known")
 def test_a_second_time_changes_nothing(pair: Pair) -> None:
     """A retimed plan is smooth, so its course is known in another way."""
     again = retimed(pair.new)
@@ -148,7 +141,6 @@ def test_a_second_time_changes_nothing(pair: Pair) -> None:
     assert_certified(again)
 
 
-@pytest.mark.usefixtures("stops_are_known")
 def test_a_slower_smooth_plan_gets_the_same_timing(pair: Pair) -> None:
     again = retimed(slower(pair.new, 2.5))
     assert again.duration == pytest.approx(pair.new.duration, rel=1e-3)

@@ -104,8 +104,11 @@ def test_settings_as_one_object_are_taken_as_they_are(wang: Quadruped) -> None:
 
 def test_the_objective_time_takes_the_settings_of_the_time_optimal_walk(wang: Quadruped) -> None:
     footholds = gaitopt.s_columns(3, columns=2)
-    by_object = plan_crawl(wang, footholds, RouteSettings(free=Freedoms.from_name("overlap"),
-                                                          swing_knots=12, timing="velocity"))  # fmt: skip
+    by_object = plan_crawl(
+        wang,
+        footholds,
+        RouteSettings(free=Freedoms.from_name("overlap"), swing_knots=12, timing="velocity"),
+    )
     by_name = plan_crawl(wang, footholds, objective="time", free="overlap", timing="velocity")
     assert by_object.settings == by_name.settings and by_object.duration == by_name.duration
     with pytest.raises(InputError, match="takes RouteSettings, got CrawlSettings"):

@@ -416,8 +416,12 @@ def test_settings_out_of_range(
 
 def test_progress_is_reported(wang: Quadruped) -> None:
     seen: list[tuple[int, int]] = []
-    plan_crawl(wang, gaitopt.s_columns(0, columns=3),
-               progress=lambda done, total: seen.append((done, total)), timing="velocity")  # fmt: skip
+    plan_crawl(
+        wang,
+        gaitopt.s_columns(0, columns=3),
+        progress=lambda done, total: seen.append((done, total)),
+        timing="velocity",
+    )
     assert seen == [(k, 8) for k in range(1, 9)]
 
 

@@ -202,8 +202,14 @@ def test_progress_counts_steps_window_by_window(wang: Quadruped) -> None:
 
     def told(horizon: int | None, free: str = "swing") -> list[tuple[int, int]]:
         calls: list[tuple[int, int]] = []
-        plan_route(wang, footholds, free=free, horizon=horizon,
-                   progress=lambda done, total: calls.append((done, total)), timing="velocity")  # fmt: skip
+        plan_route(
+            wang,
+            footholds,
+            free=free,
+            horizon=horizon,
+            progress=lambda done, total: calls.append((done, total)),
+            timing="velocity",
+        )
         return calls
 
     assert told(None) == [(0, 12), (12, 12)]
@@ -215,6 +221,13 @@ def test_progress_counts_orders_and_plan_crawl_passes_it_on(
     wang: Quadruped, short: Footholds
 ) -> None:
     calls: list[tuple[int, int]] = []
-    gaitopt.plan_crawl(wang, short, objective="time", sequence="free", free="route",
-                       progress=lambda done, total: calls.append((done, total)), timing="velocity")  # fmt: skip
+    gaitopt.plan_crawl(
+        wang,
+        short,
+        objective="time",
+        sequence="free",
+        free="route",
+        progress=lambda done, total: calls.append((done, total)),
+        timing="velocity",
+    )
     assert calls == [(k, 7) for k in range(8)]

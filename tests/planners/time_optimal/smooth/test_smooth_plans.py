@@ -148,8 +148,14 @@ def test_robots_with_fast_joints_walk_dynamically(name: str) -> None:
         robot, footholds, free="dynamic", body_height=robot.standing_height, timing="velocity"
     )
     gaitopt.verify(plan).raise_for_violations()
-    static = plan_route(robot, footholds, free="swing", body_height=robot.standing_height,
-                        acceleration_limit=plan.settings.acceleration_limit, timing="velocity")  # fmt: skip
+    static = plan_route(
+        robot,
+        footholds,
+        free="swing",
+        body_height=robot.standing_height,
+        acceleration_limit=plan.settings.acceleration_limit,
+        timing="velocity",
+    )
     gaitopt.verify(static).raise_for_violations()
     assert plan.duration < 0.8 * static.duration < 2.0
     step = 1e-4
