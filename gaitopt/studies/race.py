@@ -211,7 +211,7 @@ def _planned(robot: Quadruped, footholds: Footholds, name: str, settings: dict[s
     settings = {"timing": VELOCITY, **settings}
     if name in (SSM, PAPER):
         objective: Any = "margin" if name == SSM else "distance"
-        # Walks phase by phase have no such setting: their margin is that of the body centre.
+        # The paper and its baseline keep the margin of the body centre, whatever the others do.
         shared = {name: value for name, value in settings.items() if name != "com"}
         return plan_crawl(robot, footholds, objective=objective, **shared)
     from gaitopt.planners.time_optimal.planner import plan_route
