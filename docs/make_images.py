@@ -30,7 +30,7 @@ def replay(target: Path) -> None:
     """The replay of the paper's walk in the middle of a swing, as Chromium draws it."""
     from gaitopt.viewing.replay.replay import replay as write_replay
 
-    plan = plan_crawl(load_robot("wang2020"), s_columns(0))
+    plan = plan_crawl(load_robot("wang2020"), s_columns(0), timing="velocity")
     # In the middle of the walk, a swing at the very margin: the COG on the inner triangle's side.
     swings = [p for p in plan.phases if p.kind == "swing" and p.margin < plan.margin + 1e-6]
     middle = min(swings, key=lambda p: abs(p.start - 0.55 * plan.duration))
@@ -44,7 +44,7 @@ def feasible_area(target: Path) -> None:
     """Areas A and B before a step at which the reach of a leg counts (hips 0.555 m high)."""
     from gaitopt.viewing.figures.crawl_figures import plot_feasible_area
 
-    plan = plan_crawl(load_robot("wang2020"), s_columns(0), body_height=0.555)
+    plan = plan_crawl(load_robot("wang2020"), s_columns(0), timing="velocity", body_height=0.555)
     paint(plot_feasible_area(plan, 40), target)
 
 
@@ -52,7 +52,8 @@ def joint_velocities(target: Path) -> None:
     """Joint velocities of the paper's walk, and of one cycle of it."""
     from gaitopt.viewing.figures.crawl_figures import plot_joint_velocities
 
-    paint(plot_joint_velocities(plan_crawl(load_robot("wang2020"), s_columns(0))), target)
+    plan = plan_crawl(load_robot("wang2020"), s_columns(0), timing="velocity")
+    paint(plot_joint_velocities(plan), target)
 
 
 def leg(target: Path) -> None:
