@@ -106,5 +106,9 @@ def test_whose_margin_is_kept_goes_with_every_variant(free: str, limit: float | 
     limited = {"acceleration_limit": 6.0 if free == "dynamic" else limit}
     for timing, default in (("velocity", "body"), ("forces", "model")):
         for com in ("body", "model"):
+            if (free, timing, com) == ("dynamic", "velocity", "model"):
+                with pytest.raises(InputError, match="that of the body centre; leave com out"):
+                    gaitopt.RouteSettings(free=free, timing=timing, com=com, **limited)
+                continue
             assert gaitopt.RouteSettings(free=free, timing=timing, com=com, **limited).com == com
         assert gaitopt.RouteSettings(free=free, timing=timing, **limited).com == default
