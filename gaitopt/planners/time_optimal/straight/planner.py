@@ -13,6 +13,7 @@ from gaitopt.optimize.route.legs import StackedLegs
 from gaitopt.optimize.route.problem import RouteProblem
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.record import RouteRecord
+from gaitopt.planners.phase_by_phase.planner import BOX_ROUNDING
 from gaitopt.planners.time_optimal.balance import margin_shortfall
 from gaitopt.planners.time_optimal.build import build_route
 from gaitopt.planners.time_optimal.dense import RESERVE_KEPT, DensePath
@@ -70,7 +71,7 @@ def straight_plan(route: Route, progress: Progress | None = None) -> Plan:
         clearance=clearance,
     )
     plan = Plan(route.robot, route.footholds, settings, phases, path, record)
-    return plan if settings.forces is None else retimed(plan)
+    return plan if settings.forces is None else retimed(plan, rounding=BOX_ROUNDING)
 
 
 def _check_margin(
