@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from gaitopt.conventions import FloatArray
@@ -38,6 +40,21 @@ def com_margin(plan: Plan, times: FloatArray | None = None) -> tuple[FloatArray,
         times = np.union1d(plan.path.times, ends)
     motion = plan.at(times)
     return motion.t, margins_over(motion, true_com(plan.robot, motion.q))
+
+
+def with_com_margins(plan: Plan) -> Plan:
+    """The plan with the true COM's margins in its phases; phases of no duration stay as they are.
+
+    Args:
+        plan: whose feet that stand are three at least.
+    """
+    times, margins = com_margin(plan)
+    phases = list(plan.phases)
+    for i, phase in enumerate(phases):
+        first, last = np.searchsorted(times, [phase.start, phase.end])
+        if last > first:
+            phases[i] = replace(phase, margin=float(margins[first:last].min()))
+    return replace(plan, phases=tuple(phases))
 
 
 def margins_over(motion: Trajectory, points: FloatArray) -> FloatArray:

@@ -10,6 +10,7 @@ from dataclasses import replace
 
 from gaitopt.conventions import Progress
 from gaitopt.errors import InfeasibleStepError
+from gaitopt.plan.com_margin import with_com_margins
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.settings.crawl import CrawlSettings
 from gaitopt.planners.phase_by_phase.diagnosis import check_heights
@@ -60,9 +61,9 @@ def plan_in_order(
     start = start_place(robot, steps, settings)
     solutions = optimise_cogs(robot, steps, settings, start, progress)
     plan = assemble_plan(robot, footholds, settings, steps, start, solutions)
-    if settings.forces is None:
-        return plan
-    return retimed(plan, rounding=BOX_ROUNDING if settings.swing == "box" else 0.0)
+    if settings.forces is not None:
+        plan = retimed(plan, rounding=BOX_ROUNDING if settings.swing == "box" else 0.0)
+    return with_com_margins(plan) if settings.true_com else plan
 
 
 def plan_at_fitting_height(

@@ -63,8 +63,9 @@ def assemble_plan(
     phases = crawl_phases(
         robot, settings, steps, cogs, solutions, timed.times, timed.ends, timed.slowest
     )
+    centre = "true centre of mass" if settings.true_com else "body centre"
     record = CrawlRecord(
-        stability="static margin of the body centre, on the horizontal projection",
+        stability=f"static margin of the {centre}, on the horizontal projection",
         cog_error_bound=max((s.error_bound for s in solutions), default=0.0),
     )
     return Plan(robot, footholds, settings, phases, timed.path, record)

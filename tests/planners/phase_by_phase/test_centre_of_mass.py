@@ -29,6 +29,17 @@ def default(request: pytest.FixtureRequest) -> Plan:
     return walk(request.param)
 
 
+def test_phases_tell_the_margin_of_the_true_centre_of_mass(default: Plan) -> None:
+    asked = default.settings.stability_margin
+    assert asked <= default.margin < asked + 1e-4
+    assert "true centre of mass" in default.record.stability
+    for phase in default.phases:
+        if phase.duration > 0.0:
+            inside = np.linspace(phase.start, phase.end, 202)[1:-1]
+            found = gaitopt.com_margin(default, inside)[1].min()
+            assert phase.margin == pytest.approx(found, abs=2e-4)
+
+
 def test_the_true_centre_of_mass_keeps_the_margin(default: Plan) -> None:
     """And the optimum has no more than it has to, up to the reserve between samples."""
     settings = default.settings
