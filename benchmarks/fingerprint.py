@@ -60,7 +60,8 @@ def columns(
 def crawl(name: str = "wang2020", over: Mapping[str, Any] = {}, **more: Any) -> Case:
     """A crawl over columns; ``over`` are arguments of :func:`columns`."""
     *_, body, swing = SIZES[name]
-    given = {"stability_margin": 0.02, "body_height": body, "swing_height": swing, **more}
+    given = {"stability_margin": 0.02, "body_height": body, "swing_height": swing,
+             "timing": "velocity", **more}  # fmt: skip
     planner = given.pop("planner", gaitopt.plan_crawl)
     return lambda: planner(robot(name), columns(name, **over), **given)
 

@@ -13,7 +13,8 @@ from benchmarks.walks import MAIN_STEPS
 _ROOT = Path(__file__).resolve().parent.parent
 _IMPORT = "import gaitopt"
 _FIRST_PLAN = (
-    "import gaitopt; gaitopt.plan_crawl(gaitopt.load_robot('wang2020'), gaitopt.s_columns(0))"
+    "import gaitopt; gaitopt.plan_crawl(gaitopt.load_robot('wang2020'), gaitopt.s_columns(0),"
+    " timing='velocity')"
 )
 
 

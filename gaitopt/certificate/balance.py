@@ -61,7 +61,8 @@ def zmp(plan: Plan, motion: Motion) -> Check | None:
     the settings ask for one, the ZMP stays inside the support, without a margin, in the first
     stance phase, which begins wherever the robot stands. Where the base's velocity jumps, or the
     load on the ground may vanish, the margin counts as minus infinity. ``None`` where there is no
-    margin to check. See :mod:`gaitopt.certificate.zero_moment`.
+    margin to check, or where contact forces are promised instead. See
+    :mod:`gaitopt.certificate.zero_moment`.
     """
     name = "ZMP of the body centre"
     promised = plan.settings.zmp_margin

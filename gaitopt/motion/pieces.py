@@ -26,6 +26,31 @@ def stretched(path: MotionPath, factor: float) -> MotionPath:
     return MotionPath(path.times * factor, path.coefficients / factor**powers)
 
 
+def piece_values(
+    coefficients: FloatArray, since: FloatArray, piece: np.ndarray, order: int = 0
+) -> FloatArray:
+    """Values of piecewise polynomials, or of a derivative, by the polynomials of given pieces.
+
+    ``scipy.interpolate.PPoly`` chooses the piece by the place; at a border it is the later one.
+
+    Args:
+        coefficients: of ``P`` pieces, highest power first ``(degree + 1, P, n)``.
+        since: places, since the begin of their pieces ``(N,)``.
+        piece: the piece of each place ``(N,)``.
+        order: of the derivative; 0 for the values.
+
+    Returns:
+        ``(N, n)``.
+    """
+    for _ in range(order):
+        powers = np.arange(len(coefficients) - 1, 0, -1)
+        coefficients = coefficients[:-1] * powers[:, None, None]
+    out = np.zeros((len(since), coefficients.shape[2]))
+    for power in coefficients:
+        out = out * since[:, None] + power[piece]
+    return out
+
+
 def quintic_hermite(lengths: FloatArray, begin: States, end: States) -> FloatArray:
     """Coefficients of the quintics with given states at both ends of intervals.
 

@@ -152,7 +152,11 @@ def _accelerations(
     return low, high
 
 
-def interval_times(squares: FloatArray, grid: FloatArray) -> FloatArray:
-    """Times of all intervals ``(N, L)`` [s] for squared path speeds ``(N + 1, L)`` at ``grid``."""
-    speeds = np.sqrt(squares)
-    return np.asarray(2.0 * np.diff(grid)[:, None] / (speeds[1:] + speeds[:-1]))
+def interval_times(begin: FloatArray, end: FloatArray, lengths: FloatArray) -> FloatArray:
+    """Times of intervals with a constant path acceleration ``(...)`` [s].
+
+    Args:
+        begin, end: squared path speeds at their ends ``(...)``.
+        lengths: of the intervals, in the path's parameter, broadcast to them.
+    """
+    return np.asarray(2.0 * lengths / (np.sqrt(begin) + np.sqrt(end)))

@@ -34,12 +34,17 @@ def com_margin(plan: Plan, times: FloatArray | None = None) -> tuple[FloatArray,
     Returns:
         The times ``(N,)`` [s] and the margins ``(N,)`` [m], on the horizontal projection.
     """
-    if times is None:
-        # A swing's last instant, with its foot still in the air, lies just before a knot.
-        ends = np.nextafter([p.end for p in plan.phases if p.duration > 0], 0.0)
-        times = np.union1d(plan.path.times, ends)
-    motion = plan.at(times)
+    motion = plan.at(times_of_margins(plan) if times is None else times)
     return motion.t, margins_over(motion, true_com(plan.robot, motion.q))
+
+
+def times_of_margins(plan: Plan) -> FloatArray:
+    """Every knot of a plan's path, and the last instant of every phase ``(N,)`` [s].
+
+    A swing's last instant, with its foot still in the air, lies just before a knot.
+    """
+    ends = np.nextafter([p.end for p in plan.phases if p.duration > 0], 0.0)
+    return np.union1d(plan.path.times, ends)
 
 
 def with_com_margins(plan: Plan) -> Plan:

@@ -11,6 +11,7 @@ from gaitopt.conventions import FloatArray
 from gaitopt.motion.body_and_feet import foot_errors
 from gaitopt.motion.path import MotionPath
 from gaitopt.motion.pieces import States
+from gaitopt.motion.retiming import interval_times
 from gaitopt.motion.smooth_path import smooth_path
 from gaitopt.retiming.course import Course, Grid
 
@@ -39,8 +40,7 @@ class PacedCourse:
     @cached_property
     def times(self) -> FloatArray:
         """When each interval begins, and when the last one ends ``(K + 1,)`` [s]."""
-        lengths = self.grid.end - self.grid.begin
-        taken = 2.0 * lengths / (np.sqrt(self.begin) + np.sqrt(self.end))
+        taken = interval_times(self.begin, self.end, self.grid.end - self.grid.begin)
         return self.stretch * np.concatenate([[0.0], np.cumsum(taken)])
 
     @cached_property

@@ -1,8 +1,8 @@
 """How fast a course is followed: as fast as forces, torques and joints allow, at every instant.
 
-The timing keeps all limits at the places of its grid. Between them a joint may turn faster: the
-places around are then slowed down, and the timing is found anew. The little that is left is removed
-by stretching the whole motion in time.
+The timing keeps all limits at the places of its grid. Between them a joint may turn faster, or
+forces may be missing: the places around are then slowed down, and the timing is found anew. The
+little by which joints still exceed their limits is removed by stretching the whole motion in time.
 """
 
 from __future__ import annotations
@@ -17,11 +17,12 @@ from gaitopt.dynamics.force_timing import fastest_with_forces
 from gaitopt.dynamics.forces import build_force_problem, solve_forces
 from gaitopt.dynamics.path_programs import PathIntervals, TimingLimits
 from gaitopt.dynamics.whole_body import PathDynamics, motion_of_path, path_dynamics
-from gaitopt.errors import InfeasibleStepError
+from gaitopt.errors import InfeasibleStepError, SolverError
 from gaitopt.motion.bounds import largest_sizes
 from gaitopt.motion.path import BASE_COLUMNS, MotionPath
 from gaitopt.motion.pieces import stretched
-from gaitopt.motion.retiming import legs_needed_stretch
+from gaitopt.motion.retiming import legs_needed_stretch, time_optimal_parametrisation
+from gaitopt.plan.phase import Phase
 from gaitopt.plan.plan import Plan
 from gaitopt.retiming.course import AT_REST, Course, Grid
 from gaitopt.retiming.paced import PacedCourse
@@ -71,30 +72,30 @@ class Pacing:
     Attributes:
         plan: whose course it is.
         course, grid: where the motion goes, and its intervals.
-        dynamics: at both ends of all intervals, one after another.
-        limits: on forces and torques.
+        promised: limits on forces and torques; ``None`` where nothing is promised of them.
+        dynamics: at both ends of all intervals, one after another; ``None`` without forces.
         timing: other limits, at the same samples.
         even: intervals that are followed at constant speed, as the course begins or ends at rest
             there ``(K,)``.
-        middle: limits on forces and torques in the middle of intervals.
     """
 
     plan: Plan
     course: Course
     grid: Grid
-    dynamics: PathDynamics
-    limits: ForceLimits
+    promised: ForceLimits | None
+    dynamics: PathDynamics | None
     timing: TimingLimits
     even: BoolArray
-    middle: ForceLimits
 
     @classmethod
-    def of(cls, plan: Plan, limits: ForceLimits, others: OtherLimits, rounding: float) -> Pacing:
+    def of(
+        cls, plan: Plan, promised: ForceLimits | None, others: OtherLimits, rounding: float
+    ) -> Pacing:
         """Of a plan that moves.
 
         Args:
             plan: the plan.
-            limits: on forces and torques that are promised.
+            promised: limits on forces and torques, if any.
             others: what bounds the speed besides.
             rounding: of corners of flights along straight lines (:func:`straight_course`).
         """
@@ -115,11 +116,8 @@ class Pacing:
         even = np.zeros(len(grid.piece), dtype=np.bool_)
         even[ends[rests] // 2] = True
         timing = TimingLimits(squares, joints, bend, others.acceleration, FRICTION_SLACK)
-        dynamics = path_dynamics(robot, values, first, second)
-        return cls(
-            plan, course, grid, dynamics, tightened(limits, PLANNED_SHARE), timing, even,
-            tightened(limits, MIDDLE_SHARE),
-        )  # fmt: skip
+        dynamics = None if promised is None else path_dynamics(robot, values, first, second)
+        return cls(plan, course, grid, promised, dynamics, timing, even)
 
     def fastest(self) -> PacedCourse:
         """The course with its fastest timing.
@@ -127,18 +125,36 @@ class Pacing:
         Raises:
             InfeasibleStepError: somewhere there is no speed at which forces exist.
         """
+        if self.promised is None or self.dynamics is None:
+            return self._fastest_of_joints()
         grid, count = self.grid, len(self.grid.piece)
         intervals = PathIntervals(
             begin=2 * np.arange(count), end=2 * np.arange(count) + 1,
             lengths=grid.end - grid.begin, standing=self.course.standing[grid.piece],
             first=grid.first, even=self.even,
         )  # fmt: skip
+        limits = tightened(self.promised, PLANNED_SHARE)
         found = fastest_with_forces(
-            self.course.robot, self.dynamics, intervals, self.limits, self.timing
+            self.course.robot, self.dynamics, intervals, limits, self.timing
         )
         if found.stuck.any():
-            raise self._impossible(int(found.places[int(np.argmax(found.stuck))]))
+            raise self._impossible(limits, int(found.places[int(np.argmax(found.stuck))]))
         return PacedCourse(self.course, grid, found.begin, found.end)
+
+    def _fastest_of_joints(self) -> PacedCourse:
+        """The same within limits of the joints alone, for chains that all have the same grid."""
+        grid, chains = self.grid, len(self.grid.first) - 1
+        first, second = (
+            np.concatenate([d[::2].reshape(chains, -1, d.shape[1]),
+                            d[1::2].reshape(chains, -1, d.shape[1])[:, -1:]], axis=1)
+            for d in (self.timing.first, self.timing.second)
+        )  # fmt: skip
+        edges = np.append(grid.begin[: grid.first[1]], grid.end[grid.first[1] - 1])
+        squares = time_optimal_parametrisation(
+            np.swapaxes(first, 0, 1), np.swapaxes(second, 0, 1), edges,
+            self.course.robot.velocity_limits, self.timing.acceleration,
+        )  # fmt: skip
+        return PacedCourse(self.course, grid, squares[:-1].T.ravel(), squares[1:].T.ravel())
 
     def slowed(self, motion: PacedCourse, path: MotionPath) -> Pacing | None:
         """The same with lower speeds where a motion exceeds limits between places of the grid.
@@ -147,10 +163,12 @@ class Pacing:
             motion, path: the fastest motion, and its path.
 
         Returns:
-            ``None`` where no limit is exceeded by more than a little.
+            ``None`` where no limit is exceeded by more than a little, or no forces are promised.
         """
+        if self.promised is None:
+            return None
         velocity = self._velocity_use(motion, path)
-        forced = self._without_forces(motion, path)
+        forced = self._without_forces(motion, path, tightened(self.promised, MIDDLE_SHARE))
         if velocity.max() <= ENOUGH and not forced.any():
             return None
         share = _and_neighbours(np.where(velocity > ENOUGH, velocity, 1.0))
@@ -160,6 +178,23 @@ class Pacing:
         # Places at which the robot stops are 0 already.
         squares = np.where(held, np.minimum(squares, LESS * found), squares)
         return replace(self, timing=replace(self.timing, squares=squares))
+
+    def check(self, motion: PacedCourse, path: MotionPath) -> None:
+        """Refuse a motion that has no forces in the middle of an interval.
+
+        Raises:
+            SolverError: it has none; names the step and the time.
+        """
+        if self.promised is None:
+            return
+        missing = np.flatnonzero(self._without_forces(motion, path, self.promised))
+        if missing.size:
+            phase, time = self._phase(int(missing[0])), float(motion.times[missing[0]])
+            raise SolverError(
+                f"step {phase.step} ({phase.leg}): no timing was found whose contact forces exist "
+                f"between the places at which they were looked for, near {time:.3f} s; take "
+                "another stability_margin or swing_height, or allow more friction or torque"
+            )
 
     def _velocity_use(self, motion: PacedCourse, path: MotionPath) -> FloatArray:
         """Largest joint velocity on each interval, as a share of its limit ``(K,)``."""
@@ -171,22 +206,27 @@ class Pacing:
         np.maximum.at(share, owner, (sizes / robot.velocity_limits[columns]).max(axis=1))
         return share
 
-    def _without_forces(self, motion: PacedCourse, path: MotionPath) -> BoolArray:
+    def _without_forces(
+        self, motion: PacedCourse, path: MotionPath, limits: ForceLimits
+    ) -> BoolArray:
         """Intervals in whose middle no forces keep the limits ``(K,)``."""
         robot, middles = self.course.robot, (motion.times[1:] + motion.times[:-1]) / 2.0
         moved = motion_of_path(robot, *(path.evaluate(middles, k) for k in range(3)))
         standing = self.course.standing[self.grid.piece]
-        return ~solve_forces(build_force_problem(robot, moved, standing, self.middle)).feasible
+        return ~solve_forces(build_force_problem(robot, moved, standing, limits)).feasible
 
-    def _impossible(self, interval: int) -> InfeasibleStepError:
+    def _phase(self, interval: int) -> Phase:
+        """The phase of the plan that an interval is part of."""
+        middle = (self.grid.begin[interval] + self.grid.end[interval]) / 2.0
+        return self.plan.phase_at(float(np.interp(middle, *self.course.marks[::-1])))
+
+    def _impossible(self, limits: ForceLimits, interval: int) -> InfeasibleStepError:
         """The error of an interval on which no motion was found."""
-        course, grid = self.course, self.grid
-        piece = grid.piece[[interval]]
-        value = course.states(grid.begin[[interval]], piece)[0]
+        course, piece = self.course, self.grid.piece[[interval]]
+        value = course.states(self.grid.begin[[interval]], piece)[0]
         rest = motion_of_path(course.robot, value, np.zeros_like(value), np.zeros_like(value))
-        problem = build_force_problem(course.robot, rest, course.standing[piece], self.limits)
-        conflicts = solve_forces(problem).conflicts(0)
-        phase = self.plan.phase_at(float(np.interp(grid.begin[interval], *course.marks[::-1])))
+        problem = build_force_problem(course.robot, rest, course.standing[piece], limits)
+        conflicts, phase = solve_forces(problem).conflicts(0), self._phase(interval)
         how = (
             f"not even at rest: {'; '.join(conflicts)}" if conflicts else
             "in motion: the robot could rest here, but cannot go on along its path at any speed"
@@ -199,25 +239,28 @@ class Pacing:
 
 
 def paced(
-    plan: Plan, limits: ForceLimits, others: OtherLimits, rounding: float
+    plan: Plan, promised: ForceLimits | None, others: OtherLimits, rounding: float
 ) -> tuple[PacedCourse, MotionPath]:
     """A plan's course at the highest speed that forces, torques and joints allow, and its path.
 
     Args:
-        plan, limits, others, rounding: as in :meth:`Pacing.of`.
+        plan, promised, others, rounding: as in :meth:`Pacing.of`.
 
     Raises:
         InfeasibleStepError: somewhere there is no speed at which forces exist.
-        SolverError: feet leave their course however short the intervals are.
+        SolverError: feet leave their course however short the intervals are, or between the places
+            of the grid there are no forces.
     """
-    pacing: Pacing | None = Pacing.of(plan, limits, others, rounding)
+    pacing = Pacing.of(plan, promised, others, rounding)
     for _ in range(MOST_ROUNDS):
-        assert pacing is not None
         motion = pacing.fastest()
         path = motion.path()
-        pacing = pacing.slowed(motion, path)
-        if pacing is None:
+        slower = pacing.slowed(motion, path)
+        if slower is None:
             break
+        pacing = slower
+    else:
+        pacing.check(motion, path)
     robot = plan.robot
     velocities = robot.velocity_limits[robot.leg_joint_columns]
     needed = legs_needed_stretch(robot, path, 0.0, velocities, others.acceleration, 1)

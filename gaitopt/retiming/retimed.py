@@ -15,6 +15,7 @@ from gaitopt.plan.plan import Plan
 from gaitopt.plan.settings.base import PlanSettings
 from gaitopt.plan.settings.by_velocity import GaitSettings
 from gaitopt.plan.settings.crawl import CrawlSettings
+from gaitopt.plan.zmp_margin import with_zmp_margins
 from gaitopt.retiming.paced import PacedCourse
 from gaitopt.retiming.pacing import OtherLimits, paced
 
@@ -25,12 +26,12 @@ BY_TIMING = ("joint velocity", "speed")
 def retimed(plan: Plan, forces: ForceLimits | None = None, *, rounding: float = 0.0) -> Plan:
     """The same motion as fast as contact forces, joint torques and joint velocities allow.
 
-    Body and feet go where the plan has them go; only when they are where changes. A plan whose
-    velocities jump (a walk phase by phase) stops at the end of every straight line, save where
-    corners of flights are rounded; a smooth one is followed without stops, through landings and
-    lift-offs. The timing is the fastest one along
-    its grid, on whose intervals the acceleration along the path is constant ([Pham2018], with
-    contact forces).
+    Body and feet go where the plan has them go, at other times. A plan whose velocities jump (a
+    walk phase by phase) stops at the end of every straight line, save where corners of flights are
+    rounded. A smooth plan is followed without stops, through landings and lift-offs. The timing is
+    the fastest one on a grid along the course, with a constant acceleration on each interval
+    ([Pham2018], with contact forces), and with the reserves that it needs between the grid's
+    places.
 
     Args:
         plan: from any planner.
@@ -48,7 +49,8 @@ def retimed(plan: Plan, forces: ForceLimits | None = None, *, rounding: float = 
             is out of range.
         InfeasibleStepError: somewhere along the path there are no forces at any speed; names the
             step, and the limits that are in the way.
-        SolverError: feet cannot be kept on their course.
+        SolverError: feet cannot be kept on their course, or no timing was found that has forces
+            between the places at which they are looked for.
     """
     check_number("rounding", rounding, 0.0, 0.5, "")
     limits = forces or plan.settings.promised_forces or ForceLimits()
@@ -57,8 +59,28 @@ def retimed(plan: Plan, forces: ForceLimits | None = None, *, rounding: float = 
         raise InputError("retimed keeps no jerk limit: take a plan whose jerk_limit is None")
     if not np.ptp(plan.path.knots(), axis=0).any():
         return replace(plan, settings=settings)
-    motion, path = paced(plan, limits, _other_limits(settings), rounding)
-    return replace(plan, settings=settings, path=path, phases=_phases(plan, motion, path))
+    found = _timed(replace(plan, settings=settings), limits, rounding)
+    return found if settings.static else with_zmp_margins(found)
+
+
+def stopped(plan: Plan) -> Plan:
+    """The same straight lines with the accelerations that the plan's settings allow.
+
+    The motion stops at the end of every line. Nothing is said of forces.
+
+    Args:
+        plan: whose path is of degree one.
+
+    Raises:
+        SolverError: feet cannot be kept on their course.
+    """
+    return _timed(plan, None, 0.0) if np.ptp(plan.path.knots(), axis=0).any() else plan
+
+
+def _timed(plan: Plan, limits: ForceLimits | None, rounding: float) -> Plan:
+    """A plan that moves, as fast as forces within ``limits`` and its settings allow."""
+    motion, path = paced(plan, limits, _other_limits(plan.settings), rounding)
+    return replace(plan, path=path, phases=_phases(plan, motion, path))
 
 
 def _other_limits(settings: PlanSettings) -> OtherLimits:

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
 from gaitopt.conventions import BoolArray, FloatArray
 from gaitopt.motion.path import BASE_COLUMNS, MotionPath
-from gaitopt.motion.pieces import States, cut
+from gaitopt.motion.pieces import States, cut, piece_values
 from gaitopt.plan.plan import Plan
 from gaitopt.retiming.course import AT_REST, Course, Grid
 from gaitopt.robots.quadruped import Quadruped
@@ -31,7 +30,7 @@ class SmoothCourse(Course):
         robot: the robot.
         path: whose velocities jump at stops only.
         standing: which feet stand on each segment ``(P, 4)``.
-        stops: knots at which velocities jump, so that the motion stops there.
+        stops: knots at which the motion stops: velocities jump there, or are zero.
     """
 
     robot: Quadruped
@@ -39,22 +38,15 @@ class SmoothCourse(Course):
     standing: BoolArray
     stops: np.ndarray
 
-    @cached_property
-    def _derivatives(self) -> list[FloatArray]:
-        """Coefficients of the path and of its two derivatives, highest power first."""
-        out = [self.path.coefficients]
-        for _ in range(2):
-            powers = np.arange(len(out[-1]) - 1, 0, -1)
-            out.append(out[-1][:-1] * powers[:, None, None])
-        return out
-
     def states(self, s: FloatArray, piece: np.ndarray) -> States:
-        local = (s - self.path.times[piece])[:, None]
-        value, first, second = (self._at(c, local, piece) for c in self._derivatives)
+        since = s - self.path.times[piece]
+        value, first, second = (
+            piece_values(self.path.coefficients, since, piece, order) for order in range(3)
+        )
         return value, first, second
 
     def feet(self, s: FloatArray, piece: np.ndarray) -> FloatArray:
-        values = self._at(self._derivatives[0], (s - self.path.times[piece])[:, None], piece)
+        values = piece_values(self.path.coefficients, s - self.path.times[piece], piece)
         base, joints = values[:, :BASE_COLUMNS], values[:, BASE_COLUMNS:]
         return feet_from_joints(self.robot, base[:, :3], base[:, 3:], joints)
 
@@ -69,13 +61,6 @@ class SmoothCourse(Course):
     @property
     def marks(self) -> tuple[FloatArray, FloatArray]:
         return self.path.times, self.path.times
-
-    @staticmethod
-    def _at(coefficients: FloatArray, local: FloatArray, piece: np.ndarray) -> FloatArray:
-        out = np.zeros((len(local), coefficients.shape[2]))
-        for power in coefficients:
-            out = out * local + power[piece]
-        return out
 
 
 def smooth_course(plan: Plan) -> SmoothCourse:

@@ -2,21 +2,22 @@
 
 A motion that turns at a corner stops there. A foot that flies along a box need not follow its
 corners exactly, and so needs no stop: each corner is replaced by a quintic curve between two points
-on the lines beside it, with the directions of the lines and no curvature at its ends.
+on the lines beside it, with the directions of the lines and no curvature at its ends. The chords of
+a curved swing have shallow corners only because it was sampled: a cubic spline leads through them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from gaitopt.conventions import LEGS, BoolArray, FloatArray
 from gaitopt.motion.body_and_feet import path_states
 from gaitopt.motion.path import BASE_COLUMNS
-from gaitopt.motion.pieces import QUINTIC, States, quintic_hermite
+from gaitopt.motion.pieces import QUINTIC, States, piece_values, quintic_hermite
 from gaitopt.plan.plan import Plan
 from gaitopt.retiming.course import Course, Grid
 from gaitopt.robots.quadruped import Quadruped
@@ -28,17 +29,21 @@ plan lie on their line to 1e-12 m, and are at least 1e-5 m apart."""
 LEAST_MOTION = 1e-9
 """An interval on which base and feet change by less is left out [m or rad]."""
 INTERVALS = 24
-"""Intervals of a chain of one line, and of each line in a chain of several: the acceleration along
+"""Intervals of a chain of one line, and of the lines of a chain of several: the acceleration along
 the course is constant on each."""
-BLEND_LENGTH = 1.6
-"""Length of a rounded corner's curve over its distance from the corner: near that of a quarter of
-a circle, 1.57, so that the foot's speed changes little along it."""
 CORNER_INTERVALS = 32
-"""Intervals of a rounded corner, along which accelerations change most."""
-COSINES = (1.0 - np.cos(np.pi * np.arange(INTERVALS + 1) / INTERVALS)) / 2.0
-"""Places along a line from rest to rest."""
-QUARTER = np.sin(np.pi / 2.0 * np.arange(INTERVALS // 2 + 1) / (INTERVALS // 2))
-"""Places along a line that ends at rest."""
+"""Intervals of a corner of a right angle that is rounded, along which accelerations change most;
+others have as many as their angle asks for."""
+LEAST_INTERVALS = 2
+"""Fewest intervals of a piece."""
+SHALLOW = float(np.cos(np.radians(30.0)))
+"""Cosine of the angle below which all corners of a flight are those of a sampled curve. Those of
+swing curves turn by up to 20 degrees (8 cm long, 6 cm high), those of boxes by up to 90."""
+CHORD_INTERVALS = 3
+"""Intervals of a chord of a sampled curve."""
+SHORTEST_CORNER = 1.0
+"""Least length of a rounded corner's curve over its distance from the corner, where a foot turns
+back."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +56,7 @@ class StraightCourse(Course):
             piece's begin ``(6, P, 18)``.
         edges: ``s`` where the pieces begin, and where the last one ends ``(P + 1,)``.
         standing: which feet stand on each piece ``(P, 4)``.
+        intervals: how many intervals of the timing each piece has ``(P,)``.
         chains: first piece of each chain, and ``P`` ``(C + 1,)``.
         old: times at the begin and the end of each chain in the plan ``(C, 2)`` [s].
     """
@@ -59,6 +65,7 @@ class StraightCourse(Course):
     coefficients: FloatArray
     edges: FloatArray
     standing: BoolArray
+    intervals: np.ndarray
     chains: np.ndarray
     old: FloatArray
 
@@ -79,7 +86,7 @@ class StraightCourse(Course):
     def grid(self) -> Grid:
         begins, ends, pieces, first = [], [], [], [0]
         for a, b in zip(self.chains[:-1].tolist(), self.chains[1:].tolist(), strict=True):
-            places = _chain_places(self.edges[a : b + 1])
+            places = _chain_places(self.edges[a : b + 1], self.intervals[a:b])
             begins.append(places[:-1])
             ends.append(places[1:])
             middles = (places[1:] + places[:-1]) / 2.0
@@ -94,16 +101,8 @@ class StraightCourse(Course):
         return self.old.ravel(), places.ravel()
 
     def _at(self, s: FloatArray, piece: np.ndarray, order: int) -> FloatArray:
-        """A derivative of base and feet ``(N, 18)``."""
-        local = (s - self.edges[piece])[:, None]
-        coefficients = self.coefficients
-        for _ in range(order):
-            powers = np.arange(len(coefficients) - 1, 0, -1)
-            coefficients = coefficients[:-1] * powers[:, None, None]
-        out = np.zeros((len(local), coefficients.shape[2]))
-        for power in coefficients:
-            out = out * local + power[piece]
-        return out
+        """Base and feet, or a derivative ``(N, 18)``."""
+        return piece_values(self.coefficients, s - self.edges[piece], piece, order)
 
 
 def straight_course(plan: Plan, rounding: float) -> StraightCourse:
@@ -117,7 +116,7 @@ def straight_course(plan: Plan, rounding: float) -> StraightCourse:
     lines = _lines(plan)
     pieces: list[_Piece] = []
     chains, old = [0], []
-    for group in _groups(lines, rounding > 0.0):
+    for group in _groups(lines) if rounding > 0.0 else [[i] for i in range(len(lines.begin))]:
         first, last = group[0], group[-1]
         old.append([lines.old[first, 0], lines.old[last, 1]])
         corners = np.concatenate([lines.begin[group[:1]], lines.end[group]])
@@ -126,7 +125,8 @@ def straight_course(plan: Plan, rounding: float) -> StraightCourse:
     edges = np.concatenate([[0.0], np.cumsum([piece.length for piece in pieces])])
     return StraightCourse(
         plan.robot, np.stack([piece.coefficients for piece in pieces], axis=1), edges,
-        np.array([piece.standing for piece in pieces]), np.array(chains), np.array(old),
+        np.array([piece.standing for piece in pieces]),
+        np.array([piece.intervals for piece in pieces]), np.array(chains), np.array(old),
     )  # fmt: skip
 
 
@@ -148,11 +148,19 @@ class _Lines(NamedTuple):
 
 
 class _Piece(NamedTuple):
-    """A polynomial piece of the length ``length``, with coefficients ``(6, 18)``."""
+    """A polynomial piece.
+
+    Attributes:
+        coefficients: highest power first ``(6, 18)``.
+        length: in the course's parameter.
+        standing: which feet stand ``(4,)``.
+        intervals: how many intervals of the timing it has.
+    """
 
     coefficients: FloatArray
     length: float
     standing: BoolArray
+    intervals: int
 
 
 def _lines(plan: Plan) -> _Lines:
@@ -182,19 +190,14 @@ def _lines(plan: Plan) -> _Lines:
     return _Lines(begin, end, standing[first], phase[first], old)
 
 
-def _groups(lines: _Lines, together: bool) -> list[list[int]]:
-    """Lines that are followed without a stop.
-
-    Args:
-        lines: all lines.
-        together: whether the lines of one foot's flight, while the body rests, are one group.
-    """
+def _groups(lines: _Lines) -> list[list[int]]:
+    """Lines that are followed without a stop: those of one foot's flight while the body rests."""
     groups = [[0]]
     still = np.linalg.norm((lines.end - lines.begin)[:, :BASE_COLUMNS], axis=1) <= LEAST_MOTION
-    for line in range(1, len(lines.begin)):
+    for line in range(1, len(still)):
         before = line - 1
         goes_on = lines.phase[line] == lines.phase[before] and still[line] and still[before]
-        if together and goes_on and (~lines.standing[line]).sum() == 1:
+        if goes_on and (~lines.standing[line]).sum() == 1:
             groups[-1].append(line)
         else:
             groups.append([line])
@@ -207,45 +210,80 @@ def _rounded(corners: FloatArray, standing: BoolArray, rounding: float) -> list[
     A chain of one line has the length one, others that of the foot's way.
     """
     change = np.diff(corners, axis=0)
-    lengths = np.linalg.norm(change, axis=1)
     if len(change) == 1:
-        coefficients = np.zeros((QUINTIC + 1, corners.shape[1]))
-        coefficients[-2:] = change[0], corners[0]
-        return [_Piece(coefficients, 1.0, standing)]
+        return [_line(corners[0], change[0], 1.0, standing, INTERVALS)]
+    lengths = np.linalg.norm(change, axis=1)
     directions = change / lengths[:, None]
-    radii = np.zeros(len(corners))
-    radii[1:-1] = rounding * np.minimum(lengths[1:], lengths[:-1])
+    if (directions[1:] * directions[:-1]).sum(axis=1).min() > SHALLOW:
+        return _curve(corners, lengths, standing)
+    # How far from each corner its rounding begins and ends; both ends of the chain are no corners.
+    reach = np.zeros(len(corners))
+    reach[1:-1] = rounding * np.minimum(lengths[1:], lengths[:-1])
     pieces = []
     for i, direction in enumerate(directions):
-        rest = float(lengths[i] - radii[i] - radii[i + 1])
-        if rest > LEAST_MOTION:
-            coefficients = np.zeros((QUINTIC + 1, corners.shape[1]))
-            coefficients[-2:] = direction, corners[i] + radii[i] * direction
-            pieces.append(_Piece(coefficients, rest, standing))
+        length = float(lengths[i] - reach[i] - reach[i + 1])
+        if length > LEAST_MOTION:
+            at_end = i in (0, len(directions) - 1)
+            count = INTERVALS // 2 if at_end else INTERVALS * length / float(lengths.sum())
+            begin = corners[i] + reach[i] * direction
+            pieces.append(_line(begin, direction, length, standing, count))
         if i + 1 < len(directions):
-            radius, turned = radii[i + 1], directions[i + 1]
-            ends = [corners[i + 1] - radius * direction, corners[i + 1] + radius * turned]
-            length, none = BLEND_LENGTH * float(radius), np.zeros((1, corners.shape[1]))
-            blend = quintic_hermite(
-                np.array([length]), (ends[0][None], direction[None], none),
-                (ends[1][None], turned[None], none),
-            )  # fmt: skip
-            pieces.append(_Piece(blend[:, 0], length, standing))
+            turned = directions[i + 1]
+            pieces.append(_corner(corners[i + 1], direction, turned, float(reach[i + 1]), standing))
     return pieces
 
 
-def _chain_places(edges: Sequence[float] | FloatArray) -> FloatArray:
+def _curve(corners: FloatArray, lengths: FloatArray, standing: BoolArray) -> list[_Piece]:
+    """The cubic spline through ``corners (m + 1, 18)``, with pieces of the ``lengths (m,)``."""
+    spline = CubicSpline(np.concatenate([[0.0], np.cumsum(lengths)]), corners)
+    coefficients = np.pad(spline.c, ((QUINTIC + 1 - len(spline.c), 0), (0, 0), (0, 0)))
+    counts = np.full(len(lengths), CHORD_INTERVALS)
+    counts[[0, -1]] = INTERVALS // 2
+    return [
+        _Piece(coefficients[:, i], float(length), standing, int(counts[i]))
+        for i, length in enumerate(lengths)
+    ]
+
+
+def _line(
+    begin: FloatArray, direction: FloatArray, length: float, standing: BoolArray, intervals: float
+) -> _Piece:
+    """A straight piece from ``begin (18,)`` along ``direction (18,)``."""
+    coefficients = np.zeros((QUINTIC + 1, len(begin)))
+    coefficients[-2:] = direction, begin
+    return _Piece(coefficients, length, standing, max(round(intervals), LEAST_INTERVALS))
+
+
+def _corner(
+    corner: FloatArray, before: FloatArray, after: FloatArray, reach: float, standing: BoolArray
+) -> _Piece:
+    """A rounded ``corner (18,)``, from ``reach`` before it to ``reach`` after it."""
+    angle = float(np.arccos(np.clip(before @ after, -1.0, 1.0)))
+    # The length of a circle's arc, so that the foot's speed changes little along the curve.
+    length = reach * max(angle / np.tan(angle / 2.0) if angle else 2.0, SHORTEST_CORNER)
+    none = np.zeros((1, len(corner)))
+    curve = quintic_hermite(
+        np.array([length]),
+        ((corner - reach * before)[None], before[None], none),
+        ((corner + reach * after)[None], after[None], none),
+    )
+    count = max(int(np.ceil(CORNER_INTERVALS * angle / (np.pi / 2.0))), LEAST_INTERVALS)
+    return _Piece(curve[:, 0], length, standing, count)
+
+
+def _chain_places(edges: FloatArray, counts: np.ndarray) -> FloatArray:
     """Places of a chain's grid: dense at its ends, where the speed grows as the square root.
 
     Args:
-        edges: of its pieces.
+        edges: of its pieces ``(P + 1,)``.
+        counts: intervals of each ``(P,)``.
     """
-    at = np.asarray(edges, dtype=np.float64)
-    if len(at) == 2:
-        return np.asarray(at[0] + (at[1] - at[0]) * COSINES)
-    # Dense toward the stops at both ends; every second piece is a rounded corner.
-    found = [at[0] + (at[1] - at[0]) * (1.0 - QUARTER[::-1]), at[-2] + (at[-1] - at[-2]) * QUARTER]
-    for i in range(1, len(at) - 2):
-        count = CORNER_INTERVALS if i % 2 else INTERVALS // 2
-        found.append(np.linspace(at[i], at[i + 1], count + 1))
-    return np.unique(np.concatenate(found))
+    shares = [np.linspace(0.0, 1.0, count + 1) for count in counts.tolist()]
+    if len(counts) == 1:
+        shares = [(1.0 - np.cos(np.pi * shares[0])) / 2.0]
+    else:
+        shares[0] = 1.0 - np.cos(np.pi / 2.0 * shares[0])
+        shares[-1] = np.sin(np.pi / 2.0 * shares[-1])
+    lengths = np.diff(edges)
+    inner = [edges[i] + lengths[i] * share[:-1] for i, share in enumerate(shares)]
+    return np.append(np.concatenate(inner), edges[-1])

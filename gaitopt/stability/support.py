@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from gaitopt.conventions import FloatArray
 from gaitopt.errors import InputError
@@ -101,12 +102,13 @@ def pair_lines(feet: FloatArray) -> tuple[FloatArray, FloatArray, np.ndarray]:
     return normals, offsets, (heights >= -ROUNDING).all(axis=-1)
 
 
-def shrunken_polygon(corners: FloatArray, margin: float) -> FloatArray:
+def shrunken_polygon(corners: FloatArray, margin: ArrayLike) -> FloatArray:
     """Corners of the support polygon with each side moved inward by ``margin``.
 
     Args:
         corners: feet ``(m, 2)`` or ``(m, 3)`` [m].
-        margin: the stability margin ``S0`` [m].
+        margin: the stability margin ``S0`` [m], or one for each side ``(k,)``, in the order of
+            :func:`support_half_planes`.
 
     Returns:
         ``(k, 2)`` counter-clockwise [m]; empty when the margin leaves nothing. Area A of
@@ -114,7 +116,7 @@ def shrunken_polygon(corners: FloatArray, margin: float) -> FloatArray:
     """
     planes = support_half_planes(corners)
     origin = np.asarray(corners, dtype=np.float64)[0, :2]
-    normals, offsets = planes.normals, planes.offsets - planes.normals @ origin + margin
+    normals, offsets = planes.normals, planes.offsets - planes.normals @ origin + np.asarray(margin)
     found = []
     for i in range(len(offsets)):
         for j in range(i + 1, len(offsets)):

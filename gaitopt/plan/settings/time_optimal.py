@@ -32,8 +32,9 @@ class RouteSettings(FootholdSettings):
             variant, or the names of what is free. The variants: ``"route"`` frees nothing;
             ``"overlap"``: the body moves during swings; ``"swing"``: the swing curve, too;
             ``"height"``: the body's height, too; ``"posture"``: its roll, pitch and yaw, too;
-            ``"dynamic"``: the ZMP of a point mass at the body centre keeps the stability margin at
-            every instant, in place of the body centre itself, and joint accelerations are bounded.
+            ``"dynamic"``: contact forces keep the balance, and no static margin is kept; with the
+            timing ``"velocity"`` the ZMP of a point mass at the body centre keeps the stability
+            margin at every instant, and joint accelerations are bounded.
             A ``body_height`` that is free begins at the one that is given.
         clearance: a foot that flies on a free curve is this much higher than the higher of its two
             footholds wherever it is not within the columns' radius of one of their axes [m].
@@ -85,8 +86,8 @@ class RouteSettings(FootholdSettings):
             raise InputError("free: a dynamic walk needs an acceleration_limit")
         if self.smooth and self.free.swing and not self.free.overlap:
             raise InputError(
-                "acceleration_limit with a free 'swing' needs 'overlap' to be free, too: the "
-                "swing's spline moves with the body's"
+                "a free 'swing' needs 'overlap' to be free, too, with an acceleration_limit or the "
+                "timing 'forces': the swing's spline moves with the body's"
             )
 
     @classmethod
@@ -126,11 +127,6 @@ class RouteSettings(FootholdSettings):
     def zmp_margin(self) -> float | None:
         """The stability margin, of a dynamic walk that promises no forces."""
         return None if self.static or self.forces else self.stability_margin
-
-    @property
-    def stops(self) -> bool:
-        """Whether body and foot stop wherever they change direction."""
-        return self.smooth and self.forces is None and not self.free.swing
 
     @property
     def smooth(self) -> bool:

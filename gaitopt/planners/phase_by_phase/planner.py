@@ -19,10 +19,11 @@ from gaitopt.planners.phase_by_phase.targets import optimise_cogs, start_place
 from gaitopt.planners.phase_by_phase.timing import assemble_plan
 from gaitopt.retiming.retimed import retimed
 from gaitopt.robots.quadruped import Quadruped
+from gaitopt.swing.catalogue import PATTERNS
 from gaitopt.terrain.footholds import Footholds
 
-BOX_ROUNDING = 0.4
-"""Rounding of the corners of box swings where forces set the timing (:func:`gaitopt.retimed`). So
+ROUNDING = 0.4
+"""Rounding of the corners of swings where forces set the timing (:func:`gaitopt.retimed`). So
 the foot does not stop at them: 16 steps of anymal_c take 6.3 s with it and 7.4 s without, of go2
 3.8 and 4.3 s (seed 0)."""
 HEIGHTS = (14, 15, 16, 17, 13, 12, 11)
@@ -62,7 +63,8 @@ def plan_in_order(
     solutions = optimise_cogs(robot, steps, settings, start, progress)
     plan = assemble_plan(robot, footholds, settings, steps, start, solutions)
     if settings.forces is not None:
-        plan = retimed(plan, rounding=BOX_ROUNDING if settings.swing == "box" else 0.0)
+        # Ways over an obstacle keep their corners, and with them their distance from it.
+        plan = retimed(plan, rounding=0.0 if settings.swing in PATTERNS else ROUNDING)
     return with_com_margins(plan) if settings.true_com else plan
 
 

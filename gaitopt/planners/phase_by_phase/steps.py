@@ -33,6 +33,12 @@ class CrawlSteps:
     heights: FloatArray
     start_height: float
 
+    def part(self, first: int, last: int) -> CrawlSteps:
+        """The steps from ``first`` up to, not including, ``last``."""
+        own = slice(first, last)
+        return CrawlSteps(self.legs[own], self.feet[own], self.targets[own], self.heights[own],
+                          self.start_height)  # fmt: skip
+
     @cached_property
     def indices(self) -> np.ndarray:
         """Index of each step's leg in :data:`gaitopt.LEGS` ``(S,)``."""

@@ -32,6 +32,9 @@ ROUNDING = 1e-9
 MOST_ROUNDS = 12
 """Most rounds in which targets for the true centre of mass are found. Walks of the robots that
 example-robot-data has took at most four."""
+SHIFT_ROUNDS = 4
+"""Rounds in which the shifts at the largest margin are looked for. They change by at most a third
+of what the body moves, as legs have less than a third of the mass of the robots that were tried."""
 MORE = 2e-6
 """Length by which more is asked for than what was found to be needed [m], so that rounds end."""
 
@@ -98,22 +101,60 @@ def _optimise(
     shifts: FloatArray | None,
     progress: Progress | None,
 ) -> list[CogSolution]:
-    """The targets with given distances of the centre of mass from the body centre ``(S, 3)``."""
+    """The targets, where the centre of mass is nearer to each side than the body centre.
+
+    Args:
+        robot, steps, settings, start, progress: as in :func:`optimise_cogs`.
+        shifts: by how much ``(S, 3)`` [m]; ``None`` for the body centre itself. Those of a step
+            that is impossible with them are replaced by those at its largest margin.
+    """
     problems = step_problems(robot, steps, settings, settings.objective, shifts)
     workspace = CogWorkspace()
     solutions = []
     place = start[:2]
     for s, problem in enumerate(problems):
         solution = solve_cog(problem.starting_at(place), workspace)
-        too_small = solution.margin < settings.stability_margin - ROUNDING
-        if not solution.solved or too_small:
-            shift = None if shifts is None else shifts[s]
-            raise explain_step(robot, steps, settings, s, place, shift)
+        if shifts is not None and not _is_possible(solution, settings):
+            # The shifts were found for another place of the body, and may be too large here.
+            shifts[s] = _shifts_at_largest_margin(robot, steps.part(s, s + 1), settings, shifts[s])
+            (problem,) = step_problems(
+                robot, steps.part(s, s + 1), settings, settings.objective, shifts[s : s + 1]
+            )
+            solution = solve_cog(problem.starting_at(place), workspace)
+        if not _is_possible(solution, settings):
+            raise explain_step(
+                robot, steps, settings, s, place, None if shifts is None else shifts[s]
+            )
         solutions.append(solution)
         place = solution.position
         if progress is not None:
             progress(s + 1, len(problems))
     return solutions
+
+
+def _is_possible(solution: CogSolution, settings: CrawlSettings) -> bool:
+    """Whether a solution is one, with the margin that is asked for."""
+    return solution.solved and solution.margin >= settings.stability_margin - ROUNDING
+
+
+def _shifts_at_largest_margin(
+    robot: Quadruped, step: CrawlSteps, settings: CrawlSettings, shifts: FloatArray
+) -> FloatArray:
+    """How much nearer to each side the centre of mass is where its margin is largest ``(3,)`` [m].
+
+    Args:
+        robot, settings: of the walk.
+        step: the step alone.
+        shifts: a first guess ``(3,)`` [m].
+    """
+    for _ in range(SHIFT_ROUNDS):
+        (problem,) = step_problems(robot, step, settings, "margin", shifts[None])
+        best = solve_cog(problem)
+        if not best.solved:
+            break
+        cogs = np.append(best.position, step.heights)[None]
+        shifts = shifts_in_swings(robot, step, settings, cogs)[0]
+    return shifts
 
 
 def step_problems(

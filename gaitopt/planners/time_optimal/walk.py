@@ -73,13 +73,10 @@ class Route:
 
     def window(self, first: int, last: int) -> Route:
         """The steps from ``first`` up to, not including, ``last``, counted within this route."""
-        s, inside = self.steps, slice(first, last)
-        steps = CrawlSteps(
-            s.legs[inside], s.feet[inside], s.targets[inside], s.heights[inside], s.start_height
-        )
         return replace(
-            self, steps=steps, cogs=self.cogs[first : last + 1], first_step=self.first_step + first
-        )
+            self, steps=self.steps.part(first, last), cogs=self.cogs[first : last + 1],
+            first_step=self.first_step + first,
+        )  # fmt: skip
 
     def phase_by_phase(self) -> Plan | None:
         """The plan of [Wang2020] over all footholds; ``None`` where it is not possible."""

@@ -11,9 +11,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from gaitopt.conventions import LEGS, FloatArray, leg_index
 from gaitopt.errors import InputError
+from gaitopt.plan.com_margin import true_com
 from gaitopt.plan.phase import Phase
 from gaitopt.plan.plan import Plan
 from gaitopt.robots.rotations import rpy_to_matrix
@@ -32,6 +34,8 @@ TOLERANCE = 2e-9
 CUT_OFF = 4.0
 """Distance at which outlines are cut off, as a multiple of the longest leg. Chosen here: no place
 from which a leg reaches its foot is so far away."""
+SWING_SAMPLES = 41
+"""Instants of a swing at which the true centre of mass is looked at."""
 GRID = 24
 """Places that are tried in each direction to find one inside. Chosen here: a region that is missed
 would be smaller than a 24th of the stance, which cannot be seen."""
@@ -56,6 +60,7 @@ class FeasibleArea:
         common: outline ``(n, 2)`` of the places that satisfy all constraints; empty if none does.
         active: names of the constraints that are active at the target.
         margin: ``S0`` [m].
+        margin_of: what keeps it.
     """
 
     step: int
@@ -71,6 +76,7 @@ class FeasibleArea:
     common: FloatArray
     active: tuple[str, ...]
     margin: float
+    margin_of: str
 
 
 def feasible_area(plan: Plan, step: int) -> FeasibleArea:
@@ -106,13 +112,17 @@ def feasible_area(plan: Plan, step: int) -> FeasibleArea:
     margin = plan.settings.stability_margin
     support = swing.support if swing is not None else phase.support
     triangle = np.array([feet[leg_index(leg), :2] for leg in support]).reshape(-1, 2)
-    sides = polygon_slack(triangle, margin)
+    wanted: FloatArray = np.array(margin)
+    sides = polygon_slack(triangle, wanted)
+    if sides and swing is not None and plan.settings.true_com:
+        wanted = margin + _shifts(plan, swing, triangle)
+        sides = polygon_slack(triangle, wanted)
 
     def slack(p: FloatArray) -> FloatArray:
         every = [s(p)[:, None] for s in slacks.values()] + ([sides(p)] if sides else [])
         return np.asarray(np.concatenate(every, axis=1).min(axis=1))
 
-    shrunken = shrunken_polygon(triangle, margin) if sides else EMPTY
+    shrunken = shrunken_polygon(triangle, wanted) if sides else EMPTY
     ends = np.array([phase.cog_end[:2], phase.cog_start[:2]])
     return FeasibleArea(
         step=int(step),
@@ -130,7 +140,22 @@ def feasible_area(plan: Plan, step: int) -> FeasibleArea:
         ),
         active=_active(phase),
         margin=margin,
+        margin_of="true centre of mass" if plan.settings.true_com else "body centre",
     )
+
+
+def _shifts(plan: Plan, swing: Phase, triangle: FloatArray) -> FloatArray:
+    """How much nearer to each side than the body centre the true centre of mass comes ``(k,)`` [m].
+
+    Args:
+        plan: the plan.
+        swing: during which it comes there.
+        triangle: feet that stand ``(k, 2)`` [m].
+    """
+    times = np.linspace(swing.start, np.nextafter(swing.end, 0.0), SWING_SAMPLES)
+    motion = plan.at(times)
+    beside = (true_com(plan.robot, motion.q) - motion.cog)[:, :2]
+    return np.asarray(-(beside @ support_half_planes(triangle).normals.T).min(axis=0))
 
 
 def reach_slack(
@@ -156,12 +181,12 @@ def reach_slack(
     return slack
 
 
-def polygon_slack(corners: FloatArray, margin: float) -> Slack | None:
+def polygon_slack(corners: FloatArray, margin: ArrayLike) -> Slack | None:
     """The slack of the margin as a function of the COG's place, ``(n, m)`` [m]: eq. (1).
 
     Args:
         corners: of the support polygon ``(m, 2)`` [m].
-        margin: distance from its sides that is asked for [m].
+        margin: distance from its sides that is asked for [m], one for all or one for each.
 
     Returns:
         The function; ``None`` for feet that support no area.
@@ -172,7 +197,8 @@ def polygon_slack(corners: FloatArray, margin: float) -> Slack | None:
         planes = support_half_planes(corners)
     except InputError:
         return None
-    return lambda places: np.asarray(places @ planes.normals.T - planes.offsets - margin)
+    wanted = np.asarray(margin)
+    return lambda places: np.asarray(places @ planes.normals.T - planes.offsets - wanted)
 
 
 def outline(

@@ -188,8 +188,9 @@ def _keys(area: FeasibleArea) -> list[Any]:
     if len(area.triangle):
         keys.append(line_key("support polygon of " + ", ".join(area.support), TRIANGLE))
     if len(area.shrunken):
-        keys.append(line_key(f"Area A: shrunken by $S_0$ = {1e3 * area.margin:g} mm", SHRUNKEN,
-                             "--"))  # fmt: skip
+        whose = "" if area.margin_of == "body centre" else f", of the {area.margin_of}"
+        keys.append(line_key(f"Area A: shrunken by $S_0$ = {1e3 * area.margin:g} mm{whose}",
+                             SHRUNKEN, "--"))  # fmt: skip
     keys.append(line_key("Area B: reach of the legs", MUTED))
     if area.foothold is not None:
         keys.append(line_key(f"reach of {area.leg} to its next foothold",

@@ -36,7 +36,14 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-PLAN_STYLES = (("#1b4f8f", "-"), ("#b35806", "--"), ("#5e3c99", "-."), ("#4d4d4d", ":"))
+PLAN_STYLES = (
+    ("#1b4f8f", "-"),
+    ("#b35806", "--"),
+    ("#5e3c99", "-."),
+    ("#4d4d4d", ":"),
+    ("#2a7f62", (0, (6, 1, 1, 1, 1, 1))),
+    ("#9c3868", (0, (1, 1))),
+)
 """Colours and line styles of plans that are compared."""
 VELOCITY_POINTS = 20_000
 """Points of a line of velocities before it is thinned out, about."""

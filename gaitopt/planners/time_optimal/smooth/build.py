@@ -1,8 +1,10 @@
 """The problem of a smooth walk: bounded joint accelerations, and balance on every span.
 
-A dynamic walk keeps its zero moment point inside the support polygon. It is that of a point mass at
-the body centre. Any other smooth walk keeps the body centre itself inside. The problem looks at
-knots; :mod:`gaitopt.planners.time_optimal.smooth.between` looks at the motion between them.
+A dynamic walk keeps its zero moment point inside the support polygon; any other smooth walk keeps
+the body centre or the true centre of mass inside. Where forces set the timing the walk keeps its
+ZMP inside as well, which then is that of all links; else it is that of a point mass at the body
+centre. The problem looks at knots; :mod:`gaitopt.planners.time_optimal.smooth.between` looks at the
+motion between them.
 """
 
 from __future__ import annotations

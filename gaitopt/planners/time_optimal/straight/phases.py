@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 
 from gaitopt.conventions import OTHER_LEGS, rotation_z
-from gaitopt.plan.phase import Limit, Phase
+from gaitopt.plan.phase import Phase
 from gaitopt.planners.phase_by_phase.phases import speed_limits, step_phases
 from gaitopt.planners.time_optimal.balance import dense_com
 from gaitopt.planners.time_optimal.dense import DensePath
@@ -32,9 +32,6 @@ def straight_phases(route: Route, knots: RouteKnots, dense: DensePath) -> tuple[
         if is_swing:
             feet = feet[OTHER_LEGS[steps.indices[step]]]
         margins[phase] = static_stability_margin(feet, point[a : b + 1]).min()
-    limits: list[tuple[Limit, ...]] | None = None
-    if not settings.stops:
-        # With stops no single joint sets the time of a phase.
-        limits = speed_limits(route.robot, dense.times, ends, dense.slowest_joint)
+    limits = speed_limits(route.robot, dense.times, ends, dense.slowest_joint)
     centres = dense.body_centre @ rotation_z(settings.heading).T
     return step_phases(steps, settings.heading, dense.times[ends], centres[ends], margins, limits)

@@ -6,14 +6,12 @@ from time import process_time
 
 import numpy as np
 
-from gaitopt.conventions import FloatArray, Progress
+from gaitopt.conventions import Progress
 from gaitopt.interior_point.solver import Solution
-from gaitopt.motion.path import MotionPath
-from gaitopt.optimize.route.legs import StackedLegs
 from gaitopt.optimize.route.problem import RouteProblem
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.record import RouteRecord
-from gaitopt.planners.phase_by_phase.planner import BOX_ROUNDING
+from gaitopt.planners.phase_by_phase.planner import ROUNDING
 from gaitopt.planners.time_optimal.balance import margin_shortfall
 from gaitopt.planners.time_optimal.build import build_route
 from gaitopt.planners.time_optimal.dense import RESERVE_KEPT, DensePath
@@ -23,9 +21,8 @@ from gaitopt.planners.time_optimal.straight.clearance import flight_heights
 from gaitopt.planners.time_optimal.straight.densify import densify
 from gaitopt.planners.time_optimal.straight.phases import straight_phases
 from gaitopt.planners.time_optimal.straight.solve import solve_in_windows, solve_whole
-from gaitopt.planners.time_optimal.straight.stops import StoppingMotion, stopping_path
 from gaitopt.planners.time_optimal.walk import Route
-from gaitopt.retiming.retimed import retimed
+from gaitopt.retiming.retimed import retimed, stopped
 
 WORST_STEPS = 3
 """How many knots an error blames."""
@@ -56,8 +53,6 @@ def straight_plan(route: Route, progress: Progress | None = None) -> Plan:
         _check_margin(route, knots, dense, last)
     clearance = _checked_clearance(route, knots, dense, last) if settings.free.swing else None
     path = dense.motion_path()
-    if settings.stops:
-        dense, path = _with_stops(route, knots, problem.legs, poses)
     phases = straight_phases(route, knots, dense)
     centre = "true centre of mass" if settings.true_com else "body centre"
     record = RouteRecord(
@@ -71,7 +66,9 @@ def straight_plan(route: Route, progress: Progress | None = None) -> Plan:
         clearance=clearance,
     )
     plan = Plan(route.robot, route.footholds, settings, phases, path, record)
-    return plan if settings.forces is None else retimed(plan, rounding=BOX_ROUNDING)
+    if settings.forces is not None:
+        return retimed(plan, rounding=ROUNDING)
+    return stopped(plan) if settings.smooth else plan
 
 
 def _check_margin(
@@ -102,14 +99,3 @@ def _checked_clearance(
     if lowest.min() < route.settings.clearance:
         raise route_error(route, solution, Reason.CLEARANCE, np.argsort(lowest)[:WORST_STEPS] + 1)
     return float(lowest.min())
-
-
-def _with_stops(
-    route: Route, knots: RouteKnots, legs: StackedLegs, poses: FloatArray
-) -> tuple[DensePath, MotionPath]:
-    """The motion through poses with bounded accelerations: it stops at every corner."""
-    settings, limit = route.settings, route.settings.acceleration_limit
-    assert limit is not None
-    motion = StoppingMotion.of(route.robot, settings.heading, legs, knots, poses, limit)
-    motion, path = stopping_path(motion, limit)
-    return motion.dense_path(), path

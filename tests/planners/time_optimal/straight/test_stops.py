@@ -7,25 +7,6 @@ import pytest
 
 import gaitopt
 from gaitopt import Footholds, Plan, Quadruped, plan_route
-from gaitopt.plan.settings.freedoms import VARIANTS
-from gaitopt.plan.settings.time_optimal import RouteSettings
-from gaitopt.planners.time_optimal.build import build_route
-from gaitopt.planners.time_optimal.straight.stops import straight_lines
-from gaitopt.planners.time_optimal.walk import prepare_route
-
-
-def test_lines_end_where_directions_change(wang: Quadruped, short: Footholds) -> None:
-    """A still body and a box: three lines of the foot for every step, and one of the body."""
-    route = prepare_route(
-        wang, short, RouteSettings(free=VARIANTS["route"], stance_knots=2, timing="velocity")
-    )
-    knots, problem = build_route(route)
-    lines = straight_lines(knots, problem.poses)
-    # The body may stay where it is.
-    moves = np.abs(np.diff(problem.poses[knots.phase_ends[::2], :2], axis=0)).max(axis=1) > 1e-9
-    counts = np.column_stack([moves, np.full(8, 3)]).ravel()
-    assert moves.any()
-    assert np.array_equal(lines.before_knot[knots.phase_ends], [0, *np.cumsum(counts)])
 
 
 @pytest.mark.parametrize("variant", ["route", "overlap"])
