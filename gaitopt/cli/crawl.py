@@ -64,7 +64,7 @@ def walk(
     acceleration_limit: AccelerationOption = None,
     horizon: HorizonOption = None,
     timing: TimingOption = Timing.forces,
-    friction: FrictionOption = 0.6,
+    friction: FrictionOption = None,
     out: OutOption = Path("out"),
 ) -> None:
     """Plan a walk, compare it with the paper's baselines, and write plan, replay and figures."""
@@ -80,7 +80,7 @@ def walk(
         stability_margin, body_height, swing_height, sequence, reach_fraction, heading,
         follow_terrain,
     )  # fmt: skip
-    limits = ForceLimits(friction=friction) if timing is Timing.forces else None
+    limits = None if friction is None else ForceLimits(friction=friction)
     with progress_bar("planning") as tick:
         plan = plan_crawl(
             model, places, objective=objective.value, speed=parse_speed(speed), free=free,

@@ -134,7 +134,11 @@ TimingOption = Annotated[
                  "joint velocities alone, as in the paper (nothing is promised of forces).",
                  rich_help_panel="How"),
 ]  # fmt: skip
-FrictionOption = Annotated[float, typer.Option(help="Friction between feet and ground.", min=0.01)]
+FrictionOption = Annotated[
+    float | None,
+    typer.Option(help="Friction between feet and ground, for contact forces (0.6 by default).",
+                 min=0.01, show_default=False),
+]  # fmt: skip
 JobsOption = Annotated[
     int, typer.Option(help="Number of processes for many terrains; -1 for one on each core.")
 ]

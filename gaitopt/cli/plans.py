@@ -48,7 +48,7 @@ def verify(
     plan: PlanArgument,
     collisions: CollisionsOption = True,
     forces: ForcesOption = True,
-    friction: FrictionOption = 0.6,
+    friction: FrictionOption = None,
 ) -> None:
     """Judge a plan at every instant.
 
@@ -59,7 +59,9 @@ def verify(
     from gaitopt.certificate.verify import verify as certify
     from gaitopt.dynamics.contacts import ForceLimits
 
-    limits = ForceLimits(friction=friction) if forces else None
+    limits = None
+    if forces:
+        limits = ForceLimits() if friction is None else ForceLimits(friction=friction)
     certificate = certify(open_plan(plan), collisions=collisions, forces=limits)
     terminal().print(certificate.table())
     codes = {Outcome.CERTIFIED: 0, Outcome.VIOLATED: 1}

@@ -29,6 +29,8 @@ from gaitopt.dynamics.small_programs import NO_BOUND
 from gaitopt.dynamics.whole_body import PathDynamics
 from gaitopt.robots.quadruped import Quadruped
 
+MOST_INTERVALS = 2000
+"""Intervals whose rows are computed at once: about 20 kB each."""
 SLOWER = 1.0 - 1e-9
 """Share of a largest squared speed that is used: the next sweep then never fails by rounding."""
 NOTHING = 1e-12
@@ -86,10 +88,6 @@ def fastest_with_forces(
             else:
                 begin[first:last], end[first:last] = found
     return ForceTiming(begin, end, stuck, places)
-
-
-MOST_INTERVALS = 2000
-"""Intervals whose rows are computed at once: about 20 kB each."""
 
 
 def _groups(first: np.ndarray) -> list[range]:

@@ -83,8 +83,10 @@ def build_force_problem(
         times: of the samples ``(N,)`` [s], for the report; 0, 1, 2, ... by default.
 
     Raises:
-        InputError: shapes do not fit, a number is not finite, or a normal has no direction.
+        InputError: shapes do not fit, a number is not finite, a normal has no direction, or the
+            robot has no mass.
     """
+    robot.require_masses()
     equations = equations_of_motion(robot, motion, normals)
     count = len(equations)
     flags = np.array(standing)

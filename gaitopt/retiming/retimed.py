@@ -45,14 +45,15 @@ def retimed(plan: Plan, forces: ForceLimits | None = None, *, rounding: float = 
         A plan that promises contact forces within these limits. :func:`gaitopt.verify` checks it.
 
     Raises:
-        InputError: the plan promises a jerk limit, which new timings do not keep, or ``rounding``
-            is out of range.
+        InputError: the robot has no mass, the plan promises a jerk limit, which new timings do not
+            keep, or ``rounding`` is out of range.
         InfeasibleStepError: somewhere along the path there are no forces at any speed; names the
             step, and the limits that are in the way.
         SolverError: feet cannot be kept on their course, or no timing was found that has forces
             between the places at which they are looked for.
     """
     check_number("rounding", rounding, 0.0, 0.5, "")
+    plan.robot.require_masses()
     limits = forces or plan.settings.promised_forces or ForceLimits()
     settings = plan.settings.with_forces(limits)
     if settings.jerk_limit is not None:

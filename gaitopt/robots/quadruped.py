@@ -216,6 +216,18 @@ class Quadruped:
                         'the URDF (<limit velocity="...">)'
                     )
 
+    def require_masses(self) -> None:
+        """Refuse a robot without mass: nothing can be said of its forces or its centre of mass.
+
+        Raises:
+            InputError: names the robot and the way out.
+        """
+        if not self.mass > 0.0:
+            raise InputError(
+                f"{self.name}: its URDF has no masses (<inertial>), so its centre of mass and "
+                "contact forces are not known; add them, or plan with timing='velocity'"
+            )
+
     def neutral_joints(self) -> FloatArray:
         """Joint angles ``(nj,)`` [rad] nearest to zero within the limits.
 

@@ -242,6 +242,14 @@ def test_a_walk_that_has_forces_is_certified(
     assert slippery.exit_code == 3 and "not promised" in " ".join(slippery.output.split())
 
 
+def test_friction_is_refused_where_nothing_is_said_of_forces(
+    error_of: Callable[..., str], tmp_path: Path
+) -> None:
+    error = error_of("walk", "--timing", "velocity", "--friction", "0.4", "--out", str(tmp_path))
+    assert "forces are limits of the timing 'forces'" in error
+    assert not list(tmp_path.iterdir())
+
+
 def test_names_with_brackets_are_no_markup(shell: Any, short_plan: Plan, tmp_path: Path) -> None:
     source = tmp_path / "[bold]q[" / "p.npz"
     source.parent.mkdir()

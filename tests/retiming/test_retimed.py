@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -310,3 +311,15 @@ def test_a_retimed_plan_survives_its_file(pairs: dict[str, Pair], tmp_path: Path
         (p.kind, p.leg, p.start, p.duration) for p in plan.phases
     ]
     np.testing.assert_array_equal(loaded.path.coefficients, plan.path.coefficients)
+
+
+def test_a_robot_without_masses_is_told_what_to_do() -> None:
+    """Some files have no inertias. Joint velocities are all that bounds such a robot."""
+    urdf = re.sub(r"<inertial>.*?</inertial>", "", gaitopt.load_robot("wang2020").urdf, flags=re.S)
+    robot = gaitopt.Quadruped.from_urdf(urdf, "bare")
+    footholds = gaitopt.s_columns(0, columns=2)
+    with pytest.raises(InputError, match=r"bare: its URDF has no masses.*timing='velocity'"):
+        gaitopt.plan_crawl(robot, footholds)
+    plan = gaitopt.plan_crawl(robot, footholds, timing="velocity")
+    with pytest.raises(InputError, match="no masses"):
+        retimed(plan)

@@ -65,8 +65,14 @@ class MassDistribution:
 
     @classmethod
     def of(cls, robot: Quadruped) -> MassDistribution:
-        """Read off the Pinocchio model, joints that no leg owns at their neutral angles."""
+        """Read off the Pinocchio model, joints that no leg owns at their neutral angles.
+
+        Raises:
+            InputError: the robot has no mass.
+        """
         import pinocchio as pin
+
+        robot.require_masses()
 
         model, data = robot.model, robot.model.createData()
         q = pin.neutral(model)

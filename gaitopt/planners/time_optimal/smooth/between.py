@@ -154,13 +154,14 @@ def _least_along_normals(
     """
     zmp, knot = problem.zmp, problem.zmp.knot + window.first_knot
     static = np.isinf(zmp.gravity)
-    points = [motion.zero_moment_points(), motion.slower(MOST_STRETCH).zero_moment_points()]
+    # The centre of mass is where it is, however the motion is stretched.
+    centres = motion.centres_of_mass()[knot[static]] if static.any() else None
     found = []
-    for point in points:
-        known = point[knot]
-        if static.any():
-            known[static] = motion.centres_of_mass()[knot[static]]
-        found.append(np.einsum("mi,msi->ms", zmp.normal, known).min(axis=1))
+    for one in (motion, motion.slower(MOST_STRETCH)):
+        points = one.zero_moment_points()[knot]
+        if centres is not None:
+            points[static] = centres
+        found.append(np.einsum("mi,msi->ms", zmp.normal, points).min(axis=1))
     return np.asarray(np.minimum(*found))
 
 

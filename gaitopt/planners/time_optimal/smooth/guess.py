@@ -1,4 +1,8 @@
-"""The first guess of a smooth walk: the same walk without acceleration limits, roughly solved."""
+"""The first guess of a smooth walk: another walk over the same footholds, which is quickly found.
+
+It is the one without acceleration limits, roughly solved, or the one phase by phase, where forces
+set the timing.
+"""
 
 from __future__ import annotations
 
