@@ -11,14 +11,30 @@ second copy on purpose: an error in one of them is seen by the other.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from math import comb
-from typing import Any
+from dataclasses import dataclass, field
+from math import comb, perm
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from gaitopt.conventions import FloatArray
+from gaitopt.conventions import FloatArray, frozen
 from gaitopt.motion.path import MotionPath
+
+SAME_PLACE = 1e-12
+"""Difference of two places up to which one sample stands for both [m, rad]: pieces that meet in
+exact arithmetic differ by about 1e-16 times their terms."""
+
+
+class Places(NamedTuple):
+    """The places at the ends of pieces, each once where one piece goes on from the last one.
+
+    Attributes:
+        values: of the path's columns ``(U, n)``.
+        ends: numbers of the places at the starts and at the ends of the pieces ``(2, P)``.
+    """
+
+    values: FloatArray
+    ends: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,6 +49,9 @@ class Pieces:
     starts: FloatArray
     lengths: FloatArray
     coefficients: FloatArray
+    _enclosures: dict[int, tuple[FloatArray, FloatArray]] = field(
+        default_factory=dict, init=False, repr=False
+    )
 
     @classmethod
     def of(cls, path: MotionPath) -> Pieces:
@@ -61,6 +80,17 @@ class Pieces:
         """Values at the start and the end of every piece ``(P, n)``."""
         return self.at_ends(0)
 
+    def places(self) -> Places:
+        """The places at both ends of all pieces, without those that are there twice."""
+        starts, ends = self.values()
+        apart = np.ones(len(starts), dtype=np.bool_)
+        # A comparison with NaN is false: what is no number is a place of its own.
+        apart[:-1] = ~(np.abs(ends[:-1] - starts[1:]) <= SAME_PLACE).all(axis=1)
+        own = np.flatnonzero(apart)
+        last = np.arange(1, len(starts) + 1)
+        last[own] = len(starts) + np.arange(len(own))
+        return Places(np.concatenate([starts, ends[own]]), np.stack([np.arange(len(starts)), last]))
+
     def at_ends(self, derivative: int) -> tuple[FloatArray, FloatArray]:
         """A derivative at the start and the end of every piece ``(P, n)``."""
         start, end = (np.zeros_like(self.coefficients[0]) for _ in range(2))
@@ -72,21 +102,28 @@ class Pieces:
         return start, end
 
     def enclosure(self, derivative: int = 0) -> tuple[FloatArray, FloatArray]:
-        """Lowest and highest value that a derivative can take on each piece ``(P, n)``."""
+        """Lowest and highest value that a derivative can take on each piece ``(P, n)``.
+
+        The arrays are read-only, for they are kept for the next check.
+        """
+        if derivative not in self._enclosures:
+            found = self._bernstein(derivative)
+            low, high = found.min(axis=0), found.max(axis=0)
+            self._enclosures[derivative] = frozen(low), frozen(high)
+        return self._enclosures[derivative]
+
+    def _bernstein(self, derivative: int) -> FloatArray:
+        """Bernstein coefficients of a derivative ``(d + 1, P, n)``."""
         powers = self.coefficients[::-1]
-        degree = len(powers) - 1
-        scaled = []
-        for k in range(derivative, degree + 1):
-            factor = np.prod(np.arange(k - derivative + 1, k + 1), dtype=float)
-            scaled.append(factor * powers[k] * self.lengths[:, None] ** (k - derivative))
-        if not scaled:
-            zero = np.zeros_like(powers[0])
-            return zero, zero
-        d = len(scaled) - 1
-        bernstein = [
-            sum(comb(i, k) / comb(d, k) * scaled[k] for k in range(i + 1)) for i in range(d + 1)
-        ]
-        return np.min(bernstein, axis=0), np.max(bernstein, axis=0)
+        degree = len(powers) - 1 - derivative
+        if degree < 0:
+            return np.zeros_like(powers[:1])
+        factors = [perm(k, derivative) * self.lengths ** (k - derivative)
+                   for k in range(derivative, len(powers))]  # fmt: skip
+        scaled = np.stack(factors)[:, :, None] * powers[derivative:]
+        shares = [[comb(i, k) / comb(degree, k) for k in range(degree + 1)]
+                  for i in range(degree + 1)]  # fmt: skip
+        return np.asarray(np.tensordot(shares, scaled, axes=1))
 
     def largest(self, derivative: int) -> FloatArray:
         """Largest size that a derivative can have on each piece ``(P, n)``."""

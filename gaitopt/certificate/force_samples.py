@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
+from gaitopt.certificate.enclosure import Pieces
 from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.robots.quadruped import Quadruped
 
@@ -57,33 +58,75 @@ def sample_forces(
     robot: Quadruped, values: FloatArray, rates: FloatArray, accelerations: FloatArray
 ) -> ForceSamples:
     """Evaluate path values and their first two derivatives ``(N, 6 + nj)``."""
+    return _samples(robot, values, np.arange(len(values)), rates, accelerations)
+
+
+def sample_ends(robot: Quadruped, pieces: Pieces) -> tuple[ForceSamples, ForceSamples]:
+    """Samples at the starts and at the ends of pieces.
+
+    Where one piece goes on from another they share their place, and velocity and acceleration,
+    which may jump there, are each one's own.
+    """
+    places = pieces.places()
+    rates, accelerations = (np.concatenate(pieces.at_ends(k)) for k in (1, 2))
+    both = _samples(robot, places.values, places.ends.ravel(), rates, accelerations)
+    starts = np.arange(len(pieces.starts))
+    return both.chosen(starts), both.chosen(starts + len(starts))
+
+
+def _samples(
+    robot: Quadruped, places: FloatArray, at: np.ndarray, rates: FloatArray,
+    accelerations: FloatArray,
+) -> ForceSamples:  # fmt: skip
+    """Samples of motions that are at the places with the numbers ``at (N,)``."""
     model = chain_model(robot)
-    data = model.createData()
-    frames = [model.getFrameId(robot.legs[leg].foot) for leg in LEGS]
-    count, joints = len(values), len(robot.joint_names)
-    forces = np.empty((count, 6 + joints))
-    feet, whole = np.empty((count, 4, 3)), np.empty((count, 4, 6, joints))
-    for i in range(count):
-        q, v, a = (_chain(part[i]) for part in (values, rates, accelerations))
-        forces[i] = pin.rnea(model, data, q, v, a)
-        pin.computeJointJacobians(model, data, q)
-        pin.updateFramePlacements(model, data)
-        for k, frame in enumerate(frames):
-            feet[i, k] = data.oMf[frame].translation
-            jacobian = pin.getFrameJacobian(model, data, frame, pin.LOCAL_WORLD_ALIGNED)
-            whole[i, k] = jacobian[:, 6:]
-    # The contact lies below the ball's centre, and turns with the foot: v + w x (0, 0, -r).
-    jacobians = whole[:, :, :3].copy()
-    jacobians[:, :, 0] -= robot.foot_radius * whole[:, :, 4]
-    jacobians[:, :, 1] += robot.foot_radius * whole[:, :, 3]
+    q = _chain(places)
+    feet, jacobians = _contact_geometry(robot, model, q)
+    forces = _inverse_dynamics(model, q[at], _chain(rates), _chain(accelerations))
+    values = places[at]
     return ForceSamples(
-        forces[:, :3], _moments(values, forces[:, 3:6]), values[:, :3], forces[:, 6:], feet,
-        jacobians,
+        forces[:, :3], _moments(values, forces[:, 3:6]), values[:, :3], forces[:, 6:], feet[at],
+        jacobians[at],
     )  # fmt: skip
 
 
-def _chain(row: FloatArray) -> FloatArray:
-    return np.concatenate([row[_ORDER], row[6:]])
+def _chain(rows: FloatArray) -> FloatArray:
+    return np.concatenate([rows[:, _ORDER], rows[:, 6:]], axis=1)
+
+
+def _inverse_dynamics(model: Any, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
+    """Generalised forces without contact forces ``(N, 6 + nj)``."""
+    data = model.createData()
+    out = np.empty_like(q)
+    for row, sample in enumerate(zip(q, v, a, strict=True)):
+        out[row] = pin.rnea(model, data, *sample)
+    return out
+
+
+def _contact_geometry(robot: Quadruped, model: Any, q: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Foot frames ``(N, 4, 3)`` and Jacobians of their contact points ``(N, 4, 3, nj)`` [m]."""
+    data = model.createData()
+    frames = [model.getFrameId(robot.legs[leg].foot) for leg in LEGS]
+    feet, spatial = np.empty((len(q), 4, 3)), np.empty((len(q), 6, model.nv))
+    # Views of Pinocchio's memory, which every sample overwrites.
+    seen = [data.oMf[frame].translation for frame in frames]
+    for row, place in enumerate(q):
+        spatial[row] = pin.computeJointJacobians(model, data, place)
+        for k, frame in enumerate(frames):
+            pin.updateFramePlacement(model, data, frame)
+            feet[row, k] = seen[k]
+    # The contact lies below the ball's centre, and turns with the foot. Pinocchio's Jacobians tell
+    # the velocity of the body's point at the world's origin: v + w x p.
+    points = feet - np.array([0.0, 0.0, robot.foot_radius])
+    jacobians = np.zeros((len(q), 4, 3, len(robot.joint_names)))
+    for k, leg in enumerate(LEGS):
+        columns = list(robot.leg_columns[leg])
+        linear, angular = np.split(spatial[:, :, 6:][:, :, columns], 2, axis=1)
+        x, y, z = points[:, k, :, None].swapaxes(0, 1)
+        turned = [angular[:, 1] * z - angular[:, 2] * y, angular[:, 2] * x - angular[:, 0] * z,
+                  angular[:, 0] * y - angular[:, 1] * x]  # fmt: skip
+        jacobians[:, k][:, :, columns] = linear + np.stack(turned, axis=1)
+    return feet, jacobians
 
 
 def _moments(values: FloatArray, generalised: FloatArray) -> FloatArray:

@@ -19,7 +19,7 @@ from gaitopt.certificate.check import FORCES, Check, column_name, judged, phase_
 from gaitopt.certificate.derivative_bounds import LinkBounds, product
 from gaitopt.certificate.enclosure import Pieces, acceleration_bound, chord_deviation
 from gaitopt.certificate.force_margins import Stance
-from gaitopt.certificate.force_samples import ForceSamples, chain_model, sample_forces
+from gaitopt.certificate.force_samples import ForceSamples, chain_model, sample_ends
 from gaitopt.certificate.inertial_deviations import InertialDeviations
 from gaitopt.certificate.trace import foot_chain, owners
 from gaitopt.conventions import GRAVITY, LEGS, BoolArray, FloatArray
@@ -118,8 +118,7 @@ def _some(judged_pieces: _Judged, which: np.ndarray) -> _Judged:
 def _judge_pieces(plan: Plan, limits: ForceLimits, pieces: Pieces) -> _Judged:
     """Of every piece the least that a limit leaves, with samples at both of its ends."""
     phase, standing = owners(plan, pieces)
-    ends = [sample_forces(plan.robot, *(pieces.at_ends(k)[end] for k in (0, 1, 2)))
-            for end in (0, 1)]  # fmt: skip
+    ends = sample_ends(plan.robot, pieces)
     left, bound = np.empty(len(phase)), np.empty(len(phase))
     where = [""] * len(phase)
     groups = [np.flatnonzero(phase == p) for p in np.unique(phase)]
@@ -170,7 +169,7 @@ class _PhaseJudge:
     @classmethod
     def of(
         cls, plan: Plan, limits: ForceLimits, pieces: Pieces, mine: np.ndarray,
-        standing: BoolArray, ends: list[ForceSamples],
+        standing: BoolArray, ends: tuple[ForceSamples, ForceSamples],
     ) -> _PhaseJudge:  # fmt: skip
         """Those of the pieces ``mine``."""
         pieces = pieces.chosen(mine)

@@ -72,9 +72,8 @@ def trace(plan: Plan) -> Motion:
     counts = np.clip(counts, 1, min(MOST_CUTS, max(MOST_PIECES // len(counts), 1)))
     owner = np.repeat(np.arange(len(counts)), counts)
     pieces = pieces.cut(counts)
-    starts, ends = pieces.values()
-    both = [_sample(plan, np.asarray(values)) for values in (starts, ends)]
-    feet_at, com_at, cog_at = (np.stack(pair) for pair in zip(*both, strict=True))
+    places = pieces.places()
+    feet_at, com_at, cog_at = (each[places.ends] for each in _sample(plan, places.values))
     return Motion(
         pieces=pieces,
         phase=phase[owner],
@@ -125,15 +124,18 @@ def _sample(plan: Plan, values: FloatArray) -> tuple[FloatArray, FloatArray, Flo
     data = model.createData()
     frames = [model.getFrameId(plan.robot.legs[leg].foot) for leg in LEGS]
     count = len(values)
-    feet, com, cog = np.empty((count, 4, 3)), np.empty((count, 3)), np.empty((count, 3))
-    centre = plan.robot.body_axes @ plan.robot.centre
+    feet, com = np.empty((count, 4, 3)), np.empty((count, 3))
+    base, turn = np.empty((count, 3)), np.empty((count, 3, 3))
+    # Views of Pinocchio's memory, which every sample overwrites.
+    seen = [data.oMf[frame].translation for frame in frames]
+    seen_com, seen_base, seen_turn = data.com[0], data.oMi[1].translation, data.oMi[1].rotation
     for row, q in enumerate(configurations(values)):
-        com[row] = pin.centerOfMass(model, data, q)
-        pin.updateFramePlacements(model, data)
-        cog[row] = data.oMi[1].act(centre)
+        pin.centerOfMass(model, data, q, False)
         for i, frame in enumerate(frames):
-            feet[row, i] = data.oMf[frame].translation
-    return feet, com, cog
+            pin.updateFramePlacement(model, data, frame)
+            feet[row, i] = seen[i]
+        com[row], base[row], turn[row] = seen_com, seen_base, seen_turn
+    return feet, com, base + turn @ (plan.robot.body_axes @ plan.robot.centre)
 
 
 def _com_deviation(plan: Plan, pieces: Pieces) -> FloatArray:
