@@ -100,7 +100,7 @@ def build_sim_model(
     _set_options(mujoco, spec, settings)
     _add_feet(mujoco, spec, robot, settings)
     columns = _add_ground(mujoco, spec, robot, footholds, settings)
-    _add_servos(mujoco, spec, robot, gains, settings)
+    _add_servos(mujoco, spec, robot, gains)
     # Now that the feet have their balls, links that do not move may go: anymal_c has sixty.
     spec.compiler.fusestatic = True
     try:
@@ -181,26 +181,20 @@ def _add_ground(
     return names
 
 
-def _add_servos(
-    mujoco: Any, spec: Any, robot: Quadruped, gains: ControlGains, settings: SimulationSettings
-) -> None:
-    """Add the joints' servos, whose torque is ``kp ctrl - kp q - kd dq``, with the URDF's limits.
+def _add_servos(mujoco: Any, spec: Any, robot: Quadruped, gains: ControlGains) -> None:
+    """Add the joints' servos: torques ``ctrl - kd dq``.
 
-    Torques that are fed forward enter through ``ctrl``, so that the limits hold for the sum.
+    Limits of torques and speeds are kept by :class:`gaitopt.simulation.servos.Servos`.
     """
-    stiffness, damping = gains.joint_stiffness, gains.joint_damping
-    for name, effort in zip(robot.joint_names, robot.effort_limits, strict=True):
+    for name in robot.joint_names:
         servo = spec.add_actuator(name=f"gaitopt servo {name}", target=name)
         servo.trntype = mujoco.mjtTrn.mjTRN_JOINT
         servo.gaintype = mujoco.mjtGain.mjGAIN_FIXED
         servo.biastype = mujoco.mjtBias.mjBIAS_AFFINE
-        servo.gainprm[0] = stiffness
-        servo.biasprm[:3] = [0.0, -stiffness, -damping]
-        if settings.torque_limits and np.isfinite(effort):
-            servo.forcelimited = 1
-            servo.forcerange = [-effort, effort]
+        servo.gainprm[0] = 1.0
+        servo.biasprm[:3] = [0.0, 0.0, -gains.joint_damping]
     for joint in spec.joints:
-        # The servos' own limits hold; MuJoCo would clip to the URDF's once more, unseen.
+        # The servos keep the limits; MuJoCo would clip to the URDF's once more, unseen.
         joint.actfrclimited = 0
 
 

@@ -20,6 +20,10 @@ from gaitopt.robots.quadruped import Quadruped
 from gaitopt.simulation.model import SimModel, import_mujoco
 from gaitopt.simulation.settings import SimulationSettings
 
+MOST_ROUNDS = 5
+"""How often a step is done at most until it is known which joints are at their torque limits. One
+round is enough where none is, two where the same joints stay there."""
+
 
 class Servos:
     """The servos of one simulation, and their record over every step of the physics.
@@ -36,6 +40,8 @@ class Servos:
         self._sim, self._timestep = sim, settings.timestep
         self._stiffness, self._damping = gains.joint_stiffness, gains.joint_damping
         self._speed_torques = speed_torques(robot.velocity_limits, gains, settings)
+        unlimited = np.full(len(sim.ctrl), np.inf)
+        self._efforts = np.array(robot.effort_limits) if settings.torque_limits else unlimited
         self.start_record()
 
     def start_record(self) -> None:
@@ -45,23 +51,45 @@ class Servos:
         self.energy = 0.0
 
     def drive(self, data: Any, command: Command, steps: int) -> None:
-        """Step the physics ``steps`` times under a command.
-
-        The torque of MuJoCo's actuators is ``kp (ctrl - q) - kd dq``, whose last term is implicit
-        in time, which keeps stiff servos stable. Everything else enters through ``ctrl``.
-        """
-        sim, qpos, qvel, ctrl = self._sim, data.qpos, data.qvel, data.ctrl
+        """Step the physics ``steps`` times under a command."""
+        sim, qpos, qvel = self._sim, data.qpos, data.qvel
         wanted = self._stiffness * command.angles + self._damping * command.rates
         largest = self._speed_torques
         for _ in range(steps):
-            q = qpos[sim.qpos]
-            torque = np.minimum(np.maximum(wanted - self._stiffness * q, -largest), largest)
-            ctrl[sim.ctrl] = q + (torque + command.torque) / self._stiffness
-            self._step(sim.model, data)
-            applied, rate = data.actuator_force[sim.ctrl], qvel[sim.qvel]
+            torque = np.minimum(
+                np.maximum(wanted - self._stiffness * qpos[sim.qpos], -largest), largest
+            )
+            applied, rate = self._advance(data, torque + command.torque), qvel[sim.qvel]
             np.fmax(self.peak_torques, np.abs(applied), out=self.peak_torques)
             np.fmax(self.peak_rates, np.abs(rate), out=self.peak_rates)
             self.energy += float(np.maximum(applied * rate, 0.0).sum()) * self._timestep
+
+    def _advance(self, data: Any, torque: FloatArray) -> FloatArray:
+        """One step of the physics under the torques ``torque - kd dq``, within their limits.
+
+        The damping counts at the end of the step (it is implicit in time), which keeps stiff
+        servos of light legs stable. So it is only known after the step whether a torque is within
+        its limit. Where it is not, the step is done again with the torque at its limit.
+
+        Returns:
+            The torques ``(nj,)`` [N m] that were applied.
+        """
+        sim, columns = self._sim, self._sim.ctrl
+        before = (data.time, data.qpos.copy(), data.qvel.copy(), data.qacc_warmstart.copy())
+        limited, bound = np.zeros(len(torque), dtype=np.bool_), np.zeros(len(torque))
+        for rounds in range(MOST_ROUNDS):
+            if rounds:
+                data.time, data.qpos[:], data.qvel[:], data.qacc_warmstart[:] = before
+            data.ctrl[columns] = np.where(limited, bound, torque)
+            sim.model.actuator_biasprm[columns, 2] = np.where(limited, 0.0, -self._damping)
+            self._step(sim.model, data)
+            asked = torque - self._damping * data.qvel[sim.qvel]
+            applied = np.where(limited, bound, asked)
+            over = np.abs(asked) > self._efforts
+            if (over == limited).all():
+                break
+            limited, bound = over, np.clip(asked, -self._efforts, self._efforts)
+        return applied
 
 
 def speed_torques(

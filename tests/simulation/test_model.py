@@ -87,13 +87,6 @@ def test_masses_can_be_wrong(wang: Quadruped) -> None:
     assert float(sim.model.body_mass.sum()) == pytest.approx(13 * 1.1 + 12 * 0.9)
 
 
-def test_servos_keep_to_the_urdfs_torques(wang: Quadruped) -> None:
-    sim = model_of(wang)
-    limits = sim.model.actuator_forcerange[sim.ctrl]
-    assert limits[:, 1] == pytest.approx(wang.model.effortLimit[6:])
-    assert limits[:, 0] == pytest.approx(-wang.model.effortLimit[6:])
-
-
 @pytest.mark.parametrize(
     "settings",
     [
