@@ -1,0 +1,128 @@
+"""What forces and torques allow at places of a path, as rows.
+
+At a place the contact forces that make the motion are ``f = F (u, x, 1) + N z``: linear in the
+path acceleration ``u``, the squared path speed ``x`` and free coordinates ``z``, of which there
+are three on three feet and six on four. So all limits are rows of ``u``, ``x`` and ``z``. Those of
+all places with the same standing feet are computed at once, without a loop.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gaitopt.conventions import GRAVITY, BoolArray, FloatArray
+from gaitopt.dynamics.contacts import ForceLimits, effort_limits, pyramid_rows
+from gaitopt.dynamics.small_programs import NO_BOUND
+from gaitopt.dynamics.whole_body import PathDynamics
+from gaitopt.robots.quadruped import Quadruped
+
+RANK = {0: 0, 1: 3, 2: 5}
+"""Rank of the base's six equations in the forces of so few feet; of more feet it is six. Three
+feet on one line then ask for forces without bound, which no limit allows."""
+ZERO_SINGULAR_VALUE = 1e-12
+"""Least singular value that is divided by, so that feet on one line give no division by zero."""
+SAME_GRASP = 1e-13
+"""Largest difference of two grasp matrices, of order one, that are taken for the same: a few times
+their rounding. While the body rests, feet that stand have the same matrix at every place."""
+
+
+@dataclass(frozen=True, eq=False)
+class PlaceRows:
+    """Limits of forces and torques at places: ``low <= by_u u + by_x x + by_z z <= high``.
+
+    In shares of the weight and of torque limits; arrays over ``n`` places, ``r`` rows and ``d``
+    coordinates of the contact forces.
+    """
+
+    by_u: FloatArray
+    by_x: FloatArray
+    by_z: FloatArray
+    low: FloatArray
+    high: FloatArray
+
+
+def place_rows(
+    robot: Quadruped,
+    dynamics: PathDynamics,
+    limits: ForceLimits,
+    pattern: BoolArray,
+    samples: np.ndarray,
+    slack: float,
+) -> PlaceRows:
+    """The limits at samples at which the same feet stand.
+
+    Args:
+        robot: the robot.
+        dynamics: at all samples.
+        limits: on forces and torques.
+        pattern: which feet stand ``(4,)``.
+        samples: the places ``(n,)``.
+        slack: what every side of a friction pyramid keeps, as a share of the weight.
+    """
+    feet, n = np.flatnonzero(pattern), len(samples)
+    weight, length = robot.mass * GRAVITY, robot.stance_size[0] / 2.0
+    # (n, nv, 3): what u, x and 1 ask for.
+    terms = np.stack(
+        [dynamics.acceleration[samples], dynamics.speed[samples], dynamics.gravity[samples]], axis=2
+    )
+    scale = np.array([1.0] * 3 + [1.0 / length] * 3)[:, None]
+    wrench = scale * terms[:, :6] / weight
+    jacobians = dynamics.contacts.jacobians[np.ix_(samples, feet)]
+    grasp = scale * np.moveaxis(jacobians[..., :6], -1, 1).reshape(n, 6, 3 * len(feet))
+    left, values, right = _decomposed(grasp)
+    rank = RANK.get(len(feet), 6)
+    share = np.swapaxes(left[:, :, :rank], 1, 2) @ wrench
+    share /= np.maximum(values[:, :rank, None], ZERO_SINGULAR_VALUE)
+    plain = np.swapaxes(right[:, :rank], 1, 2) @ share
+    basis = np.swapaxes(right[:, rank:], 1, 2)
+    # What the feet cannot make must vanish by itself.
+    missing = np.swapaxes(left[:, :, rank:], 1, 2) @ wrench
+    normals = dynamics.contacts.normals[np.ix_(samples, feet)]
+    forces = plain.reshape(n, len(feet), 3, 3)
+    bases = basis.reshape(n, len(feet), 3, basis.shape[2])
+    pyramids = pyramid_rows(limits, normals) if len(feet) else np.zeros((n, 0, limits.sides, 3))
+    slip = pyramids @ forces, pyramids @ bases
+    upward = normals[:, :, None]
+    press = (upward @ forces)[:, :, 0], (upward @ bases)[:, :, 0]
+    torque, turning = _torques(robot, terms, jacobians, plain, basis, limits)
+    free = basis.shape[2]
+    by_terms = np.concatenate([slip[0].reshape(n, -1, 3), press[0], torque, missing], axis=1)
+    sides = len(feet) * limits.sides
+    by_z = np.concatenate(
+        [slip[1].reshape(n, sides, free), press[1], turning, np.zeros((n, 6 - rank, free))], axis=1
+    )
+    floor = np.concatenate([np.full(sides, slack), limits.least_normal_shares(pattern)[feet],
+                            -np.ones(torque.shape[1]), np.zeros(6 - rank)])  # fmt: skip
+    ceiling = np.concatenate([np.full(sides + len(feet), NO_BOUND), np.ones(torque.shape[1]),
+                              np.zeros(6 - rank)])  # fmt: skip
+    rest = by_terms[..., 2]
+    high = np.where(ceiling < NO_BOUND, ceiling - rest, NO_BOUND)
+    return PlaceRows(by_terms[..., 0], by_terms[..., 1], by_z, floor - rest, high)
+
+
+def _decomposed(grasp: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Singular value decompositions of ``grasp (n, 6, 3 k)``; of neighbours that agree only one."""
+    new = np.ones(len(grasp), dtype=np.bool_)
+    new[1:] = np.abs(np.diff(grasp, axis=0)).max(axis=(1, 2), initial=0.0) > SAME_GRASP
+    left, values, right = np.linalg.svd(grasp[new])
+    run = np.cumsum(new) - 1
+    return left[run], values[run], right[run]
+
+
+def _torques(
+    robot: Quadruped, terms: FloatArray, jacobians: FloatArray, plain: FloatArray,
+    basis: FloatArray, limits: ForceLimits,
+) -> tuple[FloatArray, FloatArray]:  # fmt: skip
+    """Torques as shares of what may be used: of u, x and 1 ``(n, t, 3)``, and of z ``(n, t, d)``.
+
+    Joints without a known limit are left out.
+    """
+    weight, n = robot.mass * GRAVITY, len(terms)
+    largest = limits.torque_share * effort_limits(robot).limits
+    known = np.flatnonzero(np.isfinite(largest))
+    levers = jacobians[..., 6 + known].reshape(n, plain.shape[1], len(known))
+    by_force = weight / largest[known][:, None] * np.swapaxes(levers, 1, 2)
+    torque = terms[:, 6 + known] / largest[known][:, None] - by_force @ plain
+    return torque, -by_force @ basis
