@@ -1,21 +1,29 @@
-"""What friction, normal forces and torques leave over in one phase, with the best contact forces.
+"""What friction, normal forces and torques leave over in one phase.
 
 In a phase the contact points stand still, so the equations of the base ``G f = w`` have a constant
-matrix ``G``. Forces that solve them are ``f = G^+ w + N z``. A linear program looks for the ``z``
-whose tightest limit leaves the most; what it leaves is computed afresh from its forces.
+matrix ``G``. Forces that solve them are ``f = G^+ w + N z``, with any ``z``.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
-from gaitopt.conventions import GRAVITY, LEGS, FloatArray
-from gaitopt.dynamics.contacts import ForceLimits, effort_limits, pyramid_rows
-from gaitopt.dynamics.small_programs import NO_BOUND, solve_linear
+from gaitopt.certificate.enclosure import chord_deviation
+from gaitopt.conventions import GRAVITY, LEGS, FloatArray, frozen
+from gaitopt.dynamics.contacts import ForceLimits, effort_limits, pyramid_rows, torque_bounds
 from gaitopt.robots.quadruped import Quadruped
+
+
+class TorqueLimits(NamedTuple):
+    """Least and largest torques at samples, each ``(n, nj)`` [N m]; infinite where not known."""
+
+    low: FloatArray
+    high: FloatArray
+
 
 RANK = 1e-9
 """Share of the largest singular value below which one is zero: rounding leaves about 1e-16."""
@@ -95,11 +103,10 @@ class Stance:
         by_moment = np.linalg.norm(blocks[:, :, 3:], ord=2, axis=(1, 2))
         return np.asarray(force[:, None] * by_force + moment[:, None] * by_moment)
 
-    @cached_property
+    @property
     def friction_rows(self) -> FloatArray:
         """Sides of the friction pyramid, of unit length ``(sides, 3)``."""
-        rows = pyramid_rows(self.limits)
-        return np.asarray(rows / np.linalg.norm(rows, axis=1, keepdims=True))
+        return _unit_rows(self.limits)
 
     @cached_property
     def least_normals(self) -> FloatArray:
@@ -107,10 +114,45 @@ class Stance:
         standing = np.isin(np.arange(len(LEGS)), self.feet)
         return np.asarray(self.weight * self.limits.least_normal_shares(standing)[self.feet])
 
-    @cached_property
-    def torque_limits(self) -> FloatArray:
-        """Torque that each joint may use ``(nj,)`` [N m]; infinite where it is not known."""
-        return np.asarray(self.limits.torque_share * effort_limits(self.robot).limits)
+    def torque_limits(self, speeds: FloatArray) -> TorqueLimits:
+        """Limits of the torques at samples.
+
+        Args:
+            speeds: of the joints ``(n, nj)`` [rad/s].
+        """
+        return TorqueLimits(*torque_bounds(self.robot, self.limits, speeds))
+
+    def torque_loss(
+        self, ends: tuple[FloatArray, FloatArray], least: FloatArray, most: FloatArray,
+        jerk: FloatArray, lengths: FloatArray,
+    ) -> FloatArray:  # fmt: skip
+        """How far limits that fall with the speed leave their chords at most ``(P, nj)`` [N m].
+
+        The torque that drives a joint falls along a line, and so the limit is a concave function of
+        the speed, up to the speed without load: it lies above its chord, but for what the speed
+        leaves its own chord by. Beyond that speed it is the largest fall on the piece that counts.
+
+        Args:
+            ends: speeds of the joints at both ends of the pieces, each ``(P, nj)`` [rad/s].
+            least, most: bounds on the speeds on each piece ``(P, nj)`` [rad/s].
+            jerk: bounds on the size of their second derivatives ``(P, nj)`` [rad/s^3].
+            lengths: of the pieces ``(P,)`` [s].
+        """
+        line = self.limits.torque_line
+        if line is None:
+            return np.zeros_like(least)
+        whole = self.limits.torque_share * effort_limits(self.robot).limits
+        known = np.isfinite(whole)
+        fastest = self.torque_limits(least).low[:, known], self.torque_limits(most).high[:, known]
+        fall = np.zeros_like(least)
+        for speeds in ends:
+            at = self.torque_limits(speeds)
+            falls = fastest[0] - at.low[:, known], at.high[:, known] - fastest[1]
+            fall[:, known] = np.maximum(fall[:, known], np.maximum(*falls))
+        span = (line.no_load - line.knee) * self.robot.velocity_limits
+        bent = np.where(known, whole, 0.0) / span * chord_deviation(jerk, lengths[:, None])
+        within = np.maximum(-least, most) <= line.no_load * self.robot.velocity_limits
+        return np.asarray(np.where(within, np.minimum(bent, fall), fall))
 
     @cached_property
     def names(self) -> list[str]:
@@ -123,65 +165,21 @@ class Stance:
             *(f"torque {name}" for name in self.robot.joint_names),
         ]
 
-    def left(self, forces: FloatArray, torques: FloatArray) -> FloatArray:
+    def left(self, forces: FloatArray, torques: FloatArray, limits: TorqueLimits) -> FloatArray:
         """What each limit leaves ``(n, r)`` [N].
 
         Args:
             forces: contact forces ``(n, k, 3)`` [N].
             torques: of the joints ``(n, nj)`` [N m].
+            limits: of the torques.
         """
-        count = len(forces)
-        friction = np.einsum("sd,nkd->nks", self.friction_rows, forces).reshape(count, -1)
+        friction = (forces @ self.friction_rows.T).reshape(len(forces), -1)
         normal = forces[:, :, 2] - self.least_normals
-        torque = (self.torque_limits - np.abs(torques)) / self.reach
+        torque = np.minimum(limits.high - torques, torques - limits.low) / self.reach
         return np.concatenate([friction, normal, torque], axis=1)
 
-    def best_forces(
-        self, wrench: FloatArray, free: FloatArray, jacobians: FloatArray
-    ) -> FloatArray:
-        """Contact forces whose tightest limit leaves the most ``(n, k, 3)`` [N].
 
-        Args:
-            wrench: force and moment about the centre ``(n, 6)``.
-            free: joint torques without contact forces ``(n, nj)`` [N m].
-            jacobians: of the standing feet ``(n, k, 3, nj)``.
-        """
-        count, feet = len(wrench), len(self.feet)
-        plain = wrench @ self.inverse.T
-        if not self.directions.shape[1]:
-            return np.asarray(plain.reshape(count, feet, 3))
-        rows, low = self._rows(plain, free, jacobians.reshape(count, 3 * feet, -1))
-        costs = np.zeros(rows.shape[2])
-        costs[-1] = -1.0
-        high = np.full(rows.shape[1], NO_BOUND)
-        out = plain.copy()
-        for i in range(count):
-            program = (costs, rows[i], low[i] / self.weight, high)
-            found = solve_linear(*program) or solve_linear(*program, by_highs=True)
-            if found is not None:
-                out[i] += self.weight * (self.directions @ found.point[:-1])
-        return np.asarray(out.reshape(count, feet, 3))
-
-    def _rows(
-        self, plain: FloatArray, free: FloatArray, jacobians: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
-        """Rows ``A (n, r, d + 1)`` and ``b (n, r)`` of ``A (z, s) >= b``, in units of forces."""
-        count, feet, basis = len(plain), len(self.feet), self.directions
-        friction = np.einsum("sd,kdf->ksf", self.friction_rows, basis.reshape(feet, 3, -1))
-        friction = friction.reshape(-1, basis.shape[1])
-        now = np.einsum("sd,nkd->nks", self.friction_rows, plain.reshape(count, feet, 3))
-        level, ground = basis[2::3], plain[:, 2::3]
-        known = np.isfinite(self.torque_limits) & (np.abs(jacobians).max(axis=(0, 1)) > 0.0)
-        moved = np.swapaxes(jacobians[:, :, known], 1, 2) @ basis / self.reach
-        torque = free[:, known] - np.einsum("nfj,nf->nj", jacobians[:, :, known], plain)
-        limit = self.torque_limits[known]
-        fixed = np.concatenate([friction, level])
-        matrix = np.concatenate(
-            [np.broadcast_to(fixed, (count, *fixed.shape)), moved, -moved], axis=1
-        )
-        low = np.concatenate([
-            -now.reshape(count, -1), self.least_normals - ground,
-            -(limit - torque) / self.reach, -(limit + torque) / self.reach,
-        ], axis=1)  # fmt: skip
-        slack = np.full((*matrix.shape[:2], 1), -1.0)
-        return np.concatenate([matrix, slack], axis=2), low
+@lru_cache(maxsize=8)
+def _unit_rows(limits: ForceLimits) -> FloatArray:
+    rows = pyramid_rows(limits)
+    return frozen(rows / np.linalg.norm(rows, axis=1, keepdims=True))

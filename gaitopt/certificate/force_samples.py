@@ -31,6 +31,7 @@ class ForceSamples:
         moment: that they must make about the base's origin ``(N, 3)`` [N m].
         base: the base's origin ``(N, 3)`` [m].
         torques: of the joints, were there no contact forces ``(N, nj)`` [N m].
+        speeds: of the joints ``(N, nj)`` [rad/s].
         feet: foot frames ``(N, 4, 3)`` [m].
         jacobians: of the feet's contact points by the joints ``(N, 4, 3, nj)`` [m].
     """
@@ -39,8 +40,14 @@ class ForceSamples:
     moment: FloatArray
     base: FloatArray
     torques: FloatArray
+    speeds: FloatArray
     feet: FloatArray
     jacobians: FloatArray
+
+    @classmethod
+    def joined(cls, *parts: ForceSamples) -> ForceSamples:
+        """The samples of all parts, one after the other."""
+        return cls(*(np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(cls)))
 
     def chosen(self, which: np.ndarray) -> ForceSamples:
         """Some of the samples, by a mask or their numbers."""
@@ -85,8 +92,8 @@ def _samples(
     forces = _inverse_dynamics(model, q[at], _chain(rates), _chain(accelerations))
     values = places[at]
     return ForceSamples(
-        forces[:, :3], _moments(values, forces[:, 3:6]), values[:, :3], forces[:, 6:], feet[at],
-        jacobians[at],
+        forces[:, :3], _moments(values, forces[:, 3:6]), values[:, :3], forces[:, 6:], rates[:, 6:],
+        feet[at], jacobians[at],
     )  # fmt: skip
 
 

@@ -68,7 +68,7 @@ def trace(plan: Plan) -> Motion:
     pieces = Pieces.of(plan.path)
     phase, standing = owners(plan, pieces)
     aim = np.where(standing, STANDING_DEVIATION, FLYING_DEVIATION)
-    counts = np.ceil(np.sqrt((_deviations(feet, pieces) / aim).max(axis=1))).astype(int)
+    counts = np.ceil(np.sqrt((deviations(feet, pieces) / aim).max(axis=1))).astype(int)
     counts = np.clip(counts, 1, min(MOST_CUTS, max(MOST_PIECES // len(counts), 1)))
     owner = np.repeat(np.arange(len(counts)), counts)
     pieces = pieces.cut(counts)
@@ -81,13 +81,13 @@ def trace(plan: Plan) -> Motion:
         feet=feet_at,
         com=com_at,
         cog=cog_at,
-        feet_deviation=_deviations(feet, pieces),
+        feet_deviation=deviations(feet, pieces),
         com_deviation=_com_deviation(plan, pieces),
-        cog_deviation=_deviations([centre], pieces)[:, 0],
+        cog_deviation=deviations([centre], pieces)[:, 0],
     )
 
 
-def _deviations(chains: Sequence[Chain], pieces: Pieces) -> FloatArray:
+def deviations(chains: Sequence[Chain], pieces: Pieces) -> FloatArray:
     """How far the points of ``n`` chains leave their chords at most ``(P, n)`` [m]."""
     rates, accelerations = pieces.largest(1), pieces.largest(2)
     bounds = [acceleration_bound(chain, rates, accelerations) for chain in chains]

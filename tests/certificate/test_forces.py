@@ -14,9 +14,10 @@ from gaitopt import Plan, Quadruped
 from gaitopt.certificate.check import Verdict
 from gaitopt.certificate.derivative_bounds import LinkBounds
 from gaitopt.certificate.enclosure import Pieces
+from gaitopt.certificate.force_margins import Stance
 from gaitopt.certificate.force_samples import chain_model, sample_forces
 from gaitopt.certificate.forces import contact_forces
-from gaitopt.dynamics.contacts import ForceLimits
+from gaitopt.dynamics.contacts import ForceLimits, TorqueLine
 from gaitopt.dynamics.whole_body import equations_of_motion, motion_of_path
 from gaitopt.motion.path import MotionPath
 from gaitopt.robots.rotations import rpy_to_matrix
@@ -169,6 +170,47 @@ def shaken(path: MotionPath, start: float, length: float, column: int, size: flo
                 moved = P.polyadd(moved, 64.0 * size * bump)
             out[degree - len(moved) + 1 :, i, c] = moved[::-1]
     return MotionPath(edges, out)
+
+
+def test_a_torque_that_falls_with_the_speed_is_judged_as_at_dense_samples(slow: Plan) -> None:
+    """At the ends of a bisection dense samples have forces, and have none where a bit less is."""
+    low, high = 0.5, 2.0
+    while high > 1.02 * low:
+        middle = np.sqrt(low * high)
+        good = contact_forces(slow, falling(middle)).status is Verdict.OK
+        low, high = (low, middle) if good else (middle, high)
+    check = contact_forces(slow, falling(low))
+    assert check.status is Verdict.VIOLATED and check.where.startswith("torque")
+    for no_load, good in ((high, True), (0.97 * low, False)):
+        dense = gaitopt.contact_forces(slow, limits=falling(no_load), dt=0.05)
+        assert (dense.feasible_share == 1.0) is good
+
+
+def falling(no_load: float) -> ForceLimits:
+    """Limits with a torque that falls from half the speed without load."""
+    return replace(LIMITS, torque_line=TorqueLine(no_load / 2.0, no_load))
+
+
+@pytest.mark.parametrize("no_load", [0.3, 0.6, 5.0])
+def test_a_limit_that_falls_with_the_speed_is_not_below_its_bound(
+    wang: Quadruped, no_load: float
+) -> None:
+    """Dense samples of random motions, slow ones and some that are faster than without load."""
+    piece = random_piece(wang, length=0.02)
+    stance = Stance(wang, falling(no_load), np.arange(4), np.eye(4)[:, :3])
+    largest = np.abs(along(piece, np.zeros(1), 1)[:, 6:]).max()
+    for share in (0.2, 0.5, 0.9, 1.1):
+        scale = share * no_load * wang.velocity_limits.max() / largest
+        moved = Pieces(piece.starts, piece.lengths, scale * piece.coefficients)
+        times = np.linspace(0.0, piece.lengths[0], 101)
+        limits = stance.torque_limits(along(moved, times, 1)[:, 6:])
+        ends = tuple(each[:, 6:] for each in moved.at_ends(1))
+        loss = stance.torque_loss(ends, *(e[:, 6:] for e in moved.enclosure(1)),
+                                  moved.largest(3)[:, 6:], moved.lengths)  # fmt: skip
+        part = (times / piece.lengths[0])[:, None]
+        for limit in (limits.high, -limits.low):
+            chord = limit[0] + part * (limit[-1] - limit[0])
+            assert (limit >= chord - loss - 1e-12).all()
 
 
 def test_a_robot_without_mass_is_not_judged(slow: Plan) -> None:

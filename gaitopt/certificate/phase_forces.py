@@ -1,0 +1,163 @@
+"""What every limit leaves on the pieces of one phase, with forces at both ends of each piece."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gaitopt.certificate.derivative_bounds import product
+from gaitopt.certificate.enclosure import Pieces, chord_deviation
+from gaitopt.certificate.force_margins import Stance
+from gaitopt.certificate.force_programs import ForcePrograms
+from gaitopt.certificate.force_samples import ForceSamples
+from gaitopt.certificate.inertial_deviations import InertialDeviations
+from gaitopt.conventions import LEGS, BoolArray, FloatArray
+from gaitopt.dynamics.contacts import ForceLimits
+from gaitopt.plan.plan import Plan
+
+UNBALANCED = 1e-3
+"""Share of the weight up to which a wrench that the standing feet cannot make counts as none: of
+two point feet the moment about their line, of feet in flight everything."""
+
+
+@dataclass(frozen=True, eq=False)
+class PhaseJudge:
+    """The pieces of one phase, with samples at both ends of each.
+
+    Attributes:
+        plan: the plan.
+        pieces: those of the phase.
+        stance: its standing feet.
+        ends: samples at the starts and the ends.
+        slip: how far each standing foot is from its contact point at most ``(P, k)`` [m].
+    """
+
+    plan: Plan
+    pieces: Pieces
+    stance: Stance
+    ends: tuple[ForceSamples, ForceSamples]
+    slip: FloatArray
+
+    @classmethod
+    def of(
+        cls, plan: Plan, limits: ForceLimits, pieces: Pieces, standing: BoolArray,
+        ends: tuple[ForceSamples, ForceSamples], bulge: FloatArray,
+    ) -> PhaseJudge:  # fmt: skip
+        """The judge of a phase.
+
+        Args:
+            plan, limits: the plan, and what is asked.
+            pieces: those of the phase.
+            standing: which feet stand ``(4,)``.
+            ends: samples at the starts and the ends.
+            bulge: how far each foot leaves its chord at most ``(P, 4)`` [m].
+        """
+        feet = np.flatnonzero(standing)
+        places = np.stack([end.feet[:, feet] for end in ends])
+        middle = (places.min(axis=(0, 1)) + places.max(axis=(0, 1))) / 2.0
+        slip = np.linalg.norm(places - middle, axis=3).max(axis=0) + bulge[:, feet]
+        points = middle - np.array([0.0, 0.0, plan.robot.foot_radius])
+        return cls(plan, pieces, Stance(plan.robot, limits, feet, points), ends, slip)
+
+    @property
+    def off_centre(self) -> FloatArray:
+        """How far the base is from the middle of the contact points at each start ``(P,)`` [m]."""
+        return np.asarray(np.linalg.norm(self.ends[0].base - self.stance.centre, axis=1))
+
+    def left(self, deviations: InertialDeviations) -> tuple[FloatArray, FloatArray, list[str]]:
+        """What each limit leaves on every piece, how much of it the bounds took, and its name.
+
+        Args:
+            deviations: bounds on the inertial forces of these pieces.
+        """
+        stance = self.stance
+        forces, at_samples, unbalanced = self._at_samples()
+        taken, rest = self._taken(forces, deviations)
+        over = UNBALANCED * stance.weight - unbalanced.max(axis=0) - rest
+        if stance.makes_any_wrench:
+            over = np.full_like(over, np.inf)
+        each = np.concatenate([at_samples.min(axis=0) - taken, over[:, None]], axis=1)
+        both = np.concatenate([taken, rest[:, None]], axis=1)
+        return each, both, [*stance.names, "a wrench that the standing feet cannot make"]
+
+    def _at_samples(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """The best forces, what limits leave, and what the feet cannot make, at both ends [N].
+
+        Their shapes are ``(2, P, k, 3)``, ``(2, P, r)`` and ``(2, P)``.
+        """
+        stance, at = self.stance, ForceSamples.joined(*self.ends)
+        limits = stance.torque_limits(at.speeds)
+        moment = at.moment + np.cross(at.base - stance.centre, at.force)
+        wrench = np.concatenate([at.force, moment], axis=1)
+        jacobians = at.jacobians[:, stance.feet]
+        flat = np.swapaxes(jacobians.reshape(len(wrench), -1, at.torques.shape[1]), 1, 2)
+        programs = ForcePrograms.of(stance, wrench, at.torques, jacobians, limits)
+
+        def judged(z: FloatArray) -> tuple[FloatArray, FloatArray]:
+            forces = programs.forces(z)
+            made = (flat @ forces.reshape(len(forces), -1, 1))[..., 0]
+            return forces, stance.left(forces, at.torques - made, limits)
+
+        z = programs.solve()
+        forces, left = judged(z)
+        # A comparison with NaN is false.
+        poor = np.flatnonzero(~(left >= 0.0).all(axis=1))
+        if poor.size:
+            forces, left = judged(programs.solve_again(z, poor))
+        rest = wrench - forces.reshape(len(forces), -1) @ stance.grasp.T
+        size = np.linalg.norm(rest[:, :3], axis=1)
+        size += np.linalg.norm(rest[:, 3:], axis=1) / stance.reach
+        half = len(size) // 2
+        return forces.reshape(2, half, -1, 3), left.reshape(2, half, -1), size.reshape(2, half)
+
+    def _taken(
+        self, forces: FloatArray, deviations: InertialDeviations
+    ) -> tuple[FloatArray, FloatArray]:
+        """What the time between samples takes off each limit ``(P, r)``, and off the balance [N].
+
+        Args:
+            forces: at both ends ``(2, P, k, 3)`` [N].
+            deviations: bounds on the inertial forces.
+        """
+        stance, force = self.stance, deviations.force
+        sizes = np.linalg.norm(forces, axis=3).max(axis=0)
+        moment = deviations.moment + (sizes * self.slip).sum(axis=1)
+        more = stance.correction(force, moment)
+        torques = self._torque_deviations(deviations, forces, more)
+        if stance.limits.torque_line is not None:
+            torques += self._torque_losses()
+        torques /= stance.reach
+        sides = len(stance.friction_rows)
+        unbalanced = force + moment / stance.reach if len(stance.feet) < 3 else np.zeros_like(force)
+        return np.concatenate([np.repeat(more, sides, axis=1), more, torques], axis=1), unbalanced
+
+    def _torque_losses(self) -> FloatArray:
+        """How far limits that fall with the speed leave their chords ``(P, nj)`` [N m]."""
+        pieces = self.pieces
+        least, most = (each[:, 6:] for each in pieces.enclosure(1))
+        ends = (self.ends[0].speeds, self.ends[1].speeds)
+        jerk = pieces.largest(3)[:, 6:]
+        return self.stance.torque_loss(ends, least, most, jerk, pieces.lengths)
+
+    def _torque_deviations(
+        self, deviations: InertialDeviations, forces: FloatArray, more: FloatArray
+    ) -> FloatArray:
+        """How far each joint's torque leaves its chord ``(P, nj)`` [N m].
+
+        With forces that may be ``more (P, k)`` than those that change linearly [N].
+        """
+        robot, lengths = self.plan.robot, self.pieces.lengths
+        moment = deviations.joint_moments.copy()
+        extra = np.zeros(moment.shape[1:])
+        for k, foot in enumerate(self.stance.feet.tolist()):
+            columns = list(robot.leg_columns[LEGS[foot]])
+            size = np.linalg.norm(forces[:, :, k], axis=2).max(axis=0)
+            change = np.linalg.norm(forces[1, :, k] - forces[0, :, k], axis=1)
+            # A robot that only stands has one piece, of no length.
+            slope = np.divide(change, lengths, out=np.zeros_like(change), where=lengths > 0.0)
+            series = np.stack([size, slope, np.zeros_like(size)])[:, None]
+            moment[:, columns] += product(deviations.arms[:, columns], series)
+            extra[columns] = deviations.arms[0, columns] * more[:, k]
+        found = chord_deviation(product(deviations.axes, moment)[2], lengths) + extra
+        return np.asarray(found.T)
