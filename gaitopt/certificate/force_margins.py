@@ -59,6 +59,16 @@ class Stance:
         """Length that makes forces of torques: the reach of a leg [m]."""
         return float(max(leg.reach for leg in self.robot.legs.values()))
 
+    @property
+    def tolerance(self) -> float:
+        """Size up to which a wrench that the feet cannot make counts as none [N].
+
+        Of two point feet that wrench is the moment about their line, of feet in flight everything.
+        A moment is divided by :attr:`reach`.
+        """
+        half = self.robot.stance_size[0] / 2.0
+        return float(self.limits.balance_tolerance * self.weight * half / self.reach)
+
     @cached_property
     def grasp(self) -> FloatArray:
         """``G``: from contact forces to force and moment about the centre ``(6, 3 k)``."""

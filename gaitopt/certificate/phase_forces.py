@@ -16,10 +16,6 @@ from gaitopt.conventions import LEGS, BoolArray, FloatArray
 from gaitopt.dynamics.contacts import ForceLimits
 from gaitopt.plan.plan import Plan
 
-UNBALANCED = 1e-3
-"""Share of the weight up to which a wrench that the standing feet cannot make counts as none: of
-two point feet the moment about their line, of feet in flight everything."""
-
 
 @dataclass(frozen=True, eq=False)
 class PhaseJudge:
@@ -74,7 +70,7 @@ class PhaseJudge:
         stance = self.stance
         forces, at_samples, unbalanced = self._at_samples()
         taken, rest = self._taken(forces, deviations)
-        over = UNBALANCED * stance.weight - unbalanced.max(axis=0) - rest
+        over = stance.tolerance - unbalanced.max(axis=0) - rest
         if stance.makes_any_wrench:
             over = np.full_like(over, np.inf)
         each = np.concatenate([at_samples.min(axis=0) - taken, over[:, None]], axis=1)

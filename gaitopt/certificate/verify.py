@@ -32,6 +32,8 @@ def verify(
 ) -> Certificate:
     """Judge a plan at every instant.
 
+    Masses, lengths and limits are those of the plan's URDF, which is read anew.
+
     Args:
         plan: any planner's plan.
         robot: the robot it is to run on; the plan's own by default.
@@ -48,6 +50,7 @@ def verify(
             gaitopt ships under the same name.
     """
     _refuse_other_robot(plan, robot)
+    plan = replace(plan, robot=_as_in_the_file(plan.robot))
     motion = trace(plan)
     found: list[Check | None] = [
         contacts.continuity(plan),
@@ -84,11 +87,16 @@ def _checks_of_forces(plan: Plan, asked: ForceLimits | None) -> list[Check]:
     return found or [unchecked(FORCES, "N", "not asked for", 0.0)]
 
 
+def _as_in_the_file(robot: Quadruped) -> Quadruped:
+    """The robot read anew from its URDF: whatever was changed in memory does not count."""
+    return Quadruped.from_urdf(robot.urdf, robot.name, robot.knees)
+
+
 def _refuse_other_robot(plan: Plan, robot: Quadruped | None) -> None:
     name = plan.robot.name
     if robot is None and name in (*OWN_ROBOTS, *VARIANTS):
         robot = load_robot(name)
-    if robot is not None and robot.sha256 != plan.robot.sha256:
+    if robot is not None and robot.urdf != plan.robot.urdf:
         raise RobotError(
             f"the plan was made for a {name} whose URDF has the fingerprint "
             f"{plan.robot.sha256[:12]}, and {robot.name} here has {robot.sha256[:12]}; plan again "

@@ -8,6 +8,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from numpy.typing import NDArray
+from shaken_paths import shaken
 
 import gaitopt
 from gaitopt import Plan, Quadruped
@@ -148,28 +149,6 @@ def test_a_jerk_of_five_milliseconds_between_samples_is_found(slow: Plan) -> Non
     check = contact_forces(replace(slow, path=shaken(path, start, length, joint, 1e-3)), LIMITS)
     assert check.status is Verdict.VIOLATED
     assert start - 1e-2 <= check.when <= start + length + 1e-2
-
-
-def shaken(path: MotionPath, start: float, length: float, column: int, size: float) -> MotionPath:
-    """The path with a smooth bump of one column, ``size`` high, that lasts for ``length``."""
-    from numpy.polynomial import polynomial as P
-
-    edges = np.unique(np.concatenate([path.times, [start, start + length]]))
-    degree = max(path.degree, 6)
-    out = np.zeros((degree + 1, len(edges) - 1, path.coefficients.shape[2]))
-    for i, t in enumerate(edges[:-1]):
-        k = int(path.segment(t + 1e-12))
-        for c in range(out.shape[2]):
-            powers = path.coefficients[::-1, k, c]
-            moved = np.zeros(1)
-            for power in powers[::-1]:
-                moved = P.polyadd(P.polymul(moved, [t - path.times[k], 1.0]), [power])
-            if c == column and start - 1e-12 <= t < start + length - 1e-12:
-                share = [0.0, 1.0 / length]
-                bump = P.polymul(P.polypow(share, 3), P.polypow([1.0, -1.0 / length], 3))
-                moved = P.polyadd(moved, 64.0 * size * bump)
-            out[degree - len(moved) + 1 :, i, c] = moved[::-1]
-    return MotionPath(edges, out)
 
 
 def test_a_torque_that_falls_with_the_speed_is_judged_as_at_dense_samples(slow: Plan) -> None:
