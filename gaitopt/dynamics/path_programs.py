@@ -101,7 +101,7 @@ def interval_programs(
         timing: on joint velocities and accelerations.
     """
     count = len(intervals)
-    units = _units(robot, dynamics, intervals, timing)
+    units = path_units(robot, dynamics, intervals, timing)
     programs: list[LinearProgram | None] = [None] * count
     edges = np.ones(count)
     patterns, member = np.unique(intervals.standing, axis=0, return_inverse=True)
@@ -117,7 +117,7 @@ def interval_programs(
     return IntervalPrograms([p for p in programs if p is not None], units, edges)
 
 
-def _units(
+def path_units(
     robot: Quadruped, dynamics: PathDynamics, intervals: PathIntervals, timing: TimingLimits
 ) -> FloatArray:
     """Unit of path acceleration and squared speed, one for each chain ``(K,)`` [1/s^2].

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -10,8 +11,9 @@ from numpy.typing import NDArray
 
 import gaitopt
 from gaitopt import ForceLimits, Quadruped
+from gaitopt.dynamics.chain_programs import ProgramSweeps
 from gaitopt.dynamics.force_timing import fastest_with_forces
-from gaitopt.dynamics.path_programs import PathIntervals, TimingLimits
+from gaitopt.dynamics.path_programs import PathIntervals, TimingLimits, interval_programs
 from gaitopt.dynamics.small_programs import NO_BOUND, solve_linear
 from gaitopt.dynamics.whole_body import PathDynamics, path_dynamics
 from gaitopt.robots.whole_body import joints_from_feet
@@ -143,3 +145,41 @@ def test_joint_velocities_hold_a_move_back() -> None:
     limits = ForceLimits()
     assert found(slow, limits).squares.max() == pytest.approx(0.5, rel=1e-6)
     assert duration(found(slow, limits)) > 1.5 * duration(found(fast, limits))
+
+
+@pytest.mark.parametrize(("top", "acceleration"), [(np.inf, np.inf), (0.6, np.inf), (2.0, 8.0)])
+@pytest.mark.parametrize("name", ["a1", "anymal_c"])
+def test_polygons_give_what_a_program_for_each_interval_gives(
+    name: str, top: float, acceleration: float
+) -> None:
+    given, limits = move(name, 0.08, top), ForceLimits()
+    timing = replace(given.timing, acceleration=acceleration)
+    rows = interval_programs(given.robot, given.dynamics, INTERVALS, limits, timing)
+    programs = ProgramSweeps(rows, INTERVALS, timing, np.arange(COUNT)).fastest()
+    assert not isinstance(programs, int)
+    out = fastest_with_forces(given.robot, given.dynamics, INTERVALS, limits, timing)
+    assert out.polygons.resting.all()
+    for one, other in zip(programs, (out.begin, out.end), strict=True):
+        assert other == pytest.approx(one, rel=1e-5, abs=1e-9)
+    if np.isfinite(acceleration):
+        u = (out.end - out.begin) / (2.0 * np.diff(GRID))
+        joints = timing.first[:-1] * u[:, None] + timing.second[:-1] * out.begin[:, None]
+        assert np.abs(joints).max() == pytest.approx(acceleration, rel=1e-3)
+
+
+def test_what_was_learnt_holds_for_other_velocity_limits() -> None:
+    limits, slow = ForceLimits(), move("a1", 0.05, top=0.5)
+    before = fastest_with_forces(slow.robot, slow.dynamics, INTERVALS, limits, slow.timing)
+    timing = move("a1", 0.05).timing
+    after = fastest_with_forces(slow.robot, slow.dynamics, INTERVALS, limits, timing, before)
+    anew = fastest_with_forces(slow.robot, slow.dynamics, INTERVALS, limits, timing)
+    assert after.begin == pytest.approx(anew.begin, rel=1e-6)
+    assert after.begin.max() > 1.5 * before.begin.max()
+
+
+def test_where_the_robot_cannot_rest_each_interval_is_a_program() -> None:
+    out = fastest_with_forces(
+        *move("anymal_c", 0.06)[:2], INTERVALS, ForceLimits(friction=1e-3, torque_share=0.3),
+        move("anymal_c", 0.06).timing,
+    )  # fmt: skip
+    assert not out.polygons.resting.all() and out.stuck.all()

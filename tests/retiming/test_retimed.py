@@ -160,8 +160,9 @@ def test_looser_limits_are_never_slower(
     pairs: dict[str, Pair], name: str, field: str, values: tuple[float, ...]
 ) -> None:
     given = [replace(ForceLimits(), **{field: value}) for value in values]
-    times = [retimed(pairs[name].old, limits).duration for limits in given]
-    assert times == sorted(times, reverse=True)
+    times = np.array([retimed(pairs[name].old, limits).duration for limits in given])
+    # Where a limit holds nothing back, rounding of the programs is all that differs.
+    assert (np.diff(times) <= 1e-9 * times[:-1]).all()
     if name == "go2":
         assert times[0] > 1.005 * times[-1]
 
