@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from gaitopt.errors import MissingPackageError as MissingPackageError
     from gaitopt.errors import PlanFileError as PlanFileError
     from gaitopt.errors import RobotError as RobotError
+    from gaitopt.errors import RobotWarning as RobotWarning
     from gaitopt.errors import RouteError as RouteError
     from gaitopt.errors import SolverError as SolverError
     from gaitopt.errors import UnknownNameError as UnknownNameError
@@ -130,7 +131,8 @@ _HOMES = {
     "dynamics.feasible_region": "feasible_region",
     "errors": (
         "CertificateError FootholdsError GaitoptError InfeasibleSpeedError InfeasibleStepError "
-        "InputError MissingPackageError PlanFileError RobotError RouteError SolverError "
+        "InputError MissingPackageError PlanFileError RobotError RobotWarning RouteError "
+        "SolverError "
         "UnknownNameError UnsolvedSplineError"
     ),
     "exporting.ros": "export_ros",

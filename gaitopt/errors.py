@@ -22,6 +22,10 @@ class RobotError(GaitoptError, ValueError):
     """A URDF cannot be read, or is not a robot that gaitopt can plan for."""
 
 
+class RobotWarning(UserWarning):
+    """A robot was loaded, and something in its file is missing, guessed or hardly true."""
+
+
 class FootholdsError(GaitoptError, ValueError):
     """Footholds, or the CSV file that holds them, are not valid."""
 

@@ -1,17 +1,21 @@
-"""Robots by name: gaitopt's own, those of example-robot-data, or any URDF file."""
+"""Robots by name: gaitopt's own, those of example-robot-data, or any robot file."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from importlib import resources
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
-from gaitopt.errors import MissingPackageError, RobotError
-from gaitopt.files import StrPath, read_bounded
+from gaitopt.errors import MissingPackageError, RobotError, RobotWarning
+from gaitopt.files import StrPath
+from gaitopt.robots.files.notes import Notes
+from gaitopt.robots.files.options import ReadOptions
+from gaitopt.robots.files.reading import read_file, read_text
 from gaitopt.robots.quadruped import Quadruped
-from gaitopt.robots.urdf_text import LIMIT as URDF_LIMIT
 from gaitopt.robots.urdf_text import with_velocity_limit
 
 OWN_ROBOTS: Final[tuple[str, ...]] = ("wang2020", "frog1")
@@ -24,6 +28,12 @@ With joints of 17 deg/s wang2020 cannot trot. 300 deg/s is about what the motors
 reach, and lets it trot without a URDF from elsewhere.
 """
 
+NO_NAMES: Final = ("robot", "model", "scene", "urdf", "main")
+"""Names of files that tell nothing of a robot: the name inside the file is taken instead."""
+
+OWN_NAMES: Final = (*OWN_ROBOTS, *VARIANTS)
+"""Names of all robots that come with gaitopt."""
+
 EXAMPLE_ROBOTS: Final[tuple[str, ...]] = (
     "a1", "go1", "go2", "b1", "laikago", "anymal", "anymal_c", "hyq", "solo12", "solo8",
     "quadruped",
@@ -33,48 +43,100 @@ EXAMPLE_ROBOTS: Final[tuple[str, ...]] = (
 
 def robot_names() -> tuple[str, ...]:
     """Every name that :func:`load_robot` knows."""
-    return OWN_ROBOTS + tuple(VARIANTS) + EXAMPLE_ROBOTS
+    return OWN_NAMES + EXAMPLE_ROBOTS
 
 
-def load_robot(source: StrPath, knees: Mapping[str, str] | None = None) -> Quadruped:
-    """Load a robot by name or from a URDF file.
+def load_robot(
+    source: StrPath,
+    knees: Mapping[str, str] | None = None,
+    *,
+    legs: Mapping[str, str] | None = None,
+    feet: Mapping[str, Any] | None = None,
+    foot_radius: float | None = None,
+    pose: Mapping[str, float] | None = None,
+    masses: Mapping[str, float] | str | None = None,
+    velocity_limits: float | Mapping[str, float] | None = None,
+    effort_limits: float | Mapping[str, float] | None = None,
+    package_folders: Sequence[StrPath] = (),
+    xacro_arguments: Mapping[str, str] | None = None,
+) -> Quadruped:
+    """Load a robot by name, or from a file: URDF, xacro or MJCF.
+
+    What the file leaves open is guessed, and told in :attr:`Quadruped.notes`; what the user should
+    look at is also a :class:`gaitopt.RobotWarning`. Legs may have any usual name wherever legs are
+    keys: ``LF``, ``FL``, ``front_left``.
 
     Args:
-        source: ``"wang2020"``, ``"wang2020-fast"`` (the same with joints of 300 deg/s),
-            ``"frog1"``, the name of one of example-robot-data's quadrupeds (see
-            :func:`robot_names`), or a path to a URDF file.
+        source: a name of :func:`robot_names`, as ``"wang2020"`` or ``"go2"``; a path to a file; or
+            the text of one.
         knees: side per leg, ``"forward"`` or ``"backward"``, where the knee's limits leave both
             open; front knees backward and hind knees forward by default.
+        legs: foot link or last joint of every leg, where the four legs are not found, or wrongly.
+        feet: the foot of a leg: a link, or a link and a place ``(x, y, z)`` in its frame [m].
+        foot_radius: radius of the feet [m]; from their shapes by default.
+        pose: positions of joints of no leg (head, arm, wheels) by name [rad, m]. Such joints are
+            locked, by default as near to zero as their limits allow.
+        masses: of links by name [kg]; ``"shapes"`` estimates all of them from the links' shapes;
+            ``"none"`` loads a robot without masses, for plans with ``timing="velocity"``.
+        velocity_limits: of the legs' joints [rad/s], one number or by joint.
+        effort_limits: of the legs' joints [N m], one number or by joint.
+        package_folders: folders with ROS packages, for ``package://`` and ``$(find ...)``. Folders
+            above the file and those in ``ROS_PACKAGE_PATH`` are looked into anyway.
+        xacro_arguments: of a xacro file, by name.
 
     Raises:
-        RobotError: unknown name, unreadable or malformed URDF, or no quadruped that gaitopt can
+        RobotError: unknown name, unreadable or malformed file, or no quadruped that gaitopt can
             plan for; the message says which joint or leg.
-        MissingPackageError: the name is one of example-robot-data's, which is not installed.
+        InputError: an option is not valid, or names what the robot does not have.
+        MissingPackageError: a package that provides the robot, or reads its file, is missing.
     """
-    text = str(source)
-    if text in OWN_ROBOTS:
-        return Quadruped.from_urdf(own_urdf(text).read_text("utf-8"), text, knees)
-    if text in VARIANTS:
-        name, limit = VARIANTS[text]
-        urdf = with_velocity_limit(own_urdf(name).read_text("utf-8"), math.radians(limit))
-        return Quadruped.from_urdf(urdf, text, knees)
-    if text in EXAMPLE_ROBOTS:
-        path = example_urdf(text)
-        return Quadruped.from_urdf(path.read_text("utf-8"), text, knees)
+    options = ReadOptions(
+        legs=legs, feet=feet, foot_radius=foot_radius, pose=dict(pose or {}), masses=masses,
+        velocity_limits=velocity_limits, effort_limits=effort_limits,
+        package_folders=tuple(Path(folder) for folder in package_folders),
+        xacro_arguments=dict(xacro_arguments or {}),
+    )  # fmt: skip
+    name = str(source).strip().lower()
+    if name in OWN_NAMES:
+        urdf, notes = _own_text(name), Notes()
+        if not options.empty:
+            urdf, notes = read_text(urdf, name, options)
+    elif name in EXAMPLE_ROBOTS:
+        path = example_urdf(name)
+        urdf, notes = path.read_text("utf-8"), Notes()
+        if not options.empty:
+            urdf, notes = read_file(path, options)
+    elif "<" in str(source):
+        name, (urdf, notes) = "", read_text(str(source), "robot", options)
+    else:
+        path = _user_file(source)
+        name = "" if path.stem.lower() in NO_NAMES else path.stem
+        urdf, notes = read_file(path, options)
+    robot = Quadruped.from_urdf(urdf, name or None, knees)
+    for warning in notes.warnings:
+        warnings.warn(f"{robot.name}: {warning}", RobotWarning, stacklevel=2)
+    return replace(robot, notes=notes)
+
+
+def _user_file(source: StrPath) -> Path:
+    """The file of a path; raises RobotError where there is none."""
     path = Path(source)
-    if not _is_file(path):
-        if path.suffix or len(path.parts) > 1:
-            raise RobotError(f"no URDF file at {path}; give an existing file or a robot's name")
-        raise RobotError(
-            f"unknown robot {text!r}; known are {', '.join(robot_names())}, or give a path to a "
-            "URDF file"
-        )
-    data = read_bounded(path, URDF_LIMIT, RobotError)
-    try:
-        urdf = data.decode("utf-8")
-    except UnicodeDecodeError as error:
-        raise RobotError(f"{path} is no text in UTF-8 (byte {error.start}); a URDF is") from error
-    return Quadruped.from_urdf(urdf, path.stem, knees)
+    if _is_file(path):
+        return path
+    if path.suffix or len(path.parts) > 1:
+        raise RobotError(f"no robot file at {path}; give an existing file or a robot's name")
+    raise RobotError(
+        f"unknown robot {str(source)!r}; known are {', '.join(robot_names())}, or give a path to a "
+        "robot file"
+    )
+
+
+def _own_text(name: str) -> str:
+    """The URDF of one of gaitopt's own robots."""
+    if name in VARIANTS:
+        name, limit = VARIANTS[name]
+        return with_velocity_limit(own_urdf(name).read_text("utf-8"), math.radians(limit))
+    return own_urdf(name).read_text("utf-8")
 
 
 def _is_file(path: Path) -> bool:

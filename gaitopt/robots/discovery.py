@@ -6,7 +6,8 @@ given in frames that may be rotated. Names of joints count only where geometry l
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ import pinocchio as pin
 from gaitopt.conventions import LEGS, FloatArray, frozen
 from gaitopt.errors import InputError, RobotError
 from gaitopt.robots.leg import Leg, wrap_angle
+from gaitopt.robots.leg_names import parts_of
 from gaitopt.robots.limits import position_limits, velocity_limits
 
 AXIS_TOLERANCE = 1e-6
@@ -94,29 +96,66 @@ def find_chains(model: Any) -> list[Chain]:
     return found
 
 
-def heading_axes(model: Any, chains: list[Chain]) -> FloatArray:
+def with_feet(model: Any, chains: list[Chain], feet: Mapping[str, str]) -> dict[str, Chain]:
+    """The chains by the legs whose feet are given.
+
+    Args:
+        model: the Pinocchio model.
+        chains: the legs.
+        feet: frame of the foot of every leg, by the leg's name.
+
+    Raises:
+        RobotError: a frame is not on the last joint of a chain, or two are on the same.
+    """
+    data = model.createData()
+    pin.framesForwardKinematics(model, data, pin.neutral(model))
+    named = {}
+    left = {chain.joints[-1]: chain for chain in chains}
+    for leg, link in feet.items():
+        index = model.getFrameId(link, pin.FrameType.BODY)
+        frame = model.frames[index] if index < model.nframes else None
+        chain = None if frame is None else left.pop(int(frame.parentJoint), None)
+        if chain is None:
+            raise RobotError(
+                f"{model.name}: the foot {link!r} of leg {leg} is on the last joint of no leg, or "
+                "of one that has another foot"
+            )
+        tip = frozen(data.oMf[index].translation.copy())
+        named[leg] = replace(chain, foot=link, tip=tip)
+    return named
+
+
+def heading_axes(
+    label: str, chains: list[Chain], named: Mapping[str, Chain] | None = None
+) -> FloatArray:
     """Axes of the body frame (x forward, y left, z up) as columns in the base frame ``(3, 3)``.
 
     The pitch axes give the lateral direction. Which of its two perpendiculars is forward, names
     decide (front feet lie ahead); without names it is the base's own +x, or +y.
+
+    Args:
+        label: what to call the robot in messages.
+        chains: the legs.
+        named: the legs by name, where these are known.
     """
     pitch = np.array([chain.axes[-1] for chain in chains])
     share = (pitch**2).mean(axis=0)
     if share.argmax() == 2:
         joint = chains[int(abs(pitch[:, 2]).argmax())].names[-1]
         raise RobotError(
-            f"{model.name}: joint {joint} turns about a vertical axis; legs must be "
+            f"{label}: joint {joint} turns about a vertical axis; legs must be "
             "roll-pitch-pitch or pitch-pitch"
         )
     if share.max() < LEAST_SHARE:
         raise RobotError(
-            f"{model.name}: the knees turn about axes between x and y of the base link "
+            f"{label}: the knees turn about axes between x and y of the base link "
             f"({chains[0].names[-1]} about {np.round(pitch[0], 4)}); turn the base link so that "
             "the robot faces along its x or y"
         )
     # Legs stand along the base's axes; a slightly turned pitch axis does not turn the body.
     forward = np.eye(3)[1 - share.argmax()]
-    sides = [_name_side(c) for c in chains]
+    known = {chain.names: leg for leg, chain in (named or {}).items()}
+    sides = [_name_side(c.names if c.names not in known else [known[c.names]]) for c in chains]
     ahead = sum(s * float(forward @ c.tip) for s, c in zip(sides, chains, strict=True))
     if any(sides) and ahead < 0:
         forward = -forward
@@ -124,7 +163,7 @@ def heading_axes(model: Any, chains: list[Chain]) -> FloatArray:
     return np.column_stack([forward, np.cross(up, forward), up])
 
 
-def assign_names(model: Any, chains: list[Chain], body: FloatArray) -> dict[str, Chain]:
+def assign_names(label: str, chains: list[Chain], body: FloatArray) -> dict[str, Chain]:
     """Which chain is ``LF``, ``LH``, ``RH``, ``RF``: by where its first joint sits on the body.
 
     Raises:
@@ -137,7 +176,7 @@ def assign_names(model: Any, chains: list[Chain], body: FloatArray) -> dict[str,
         name = ("L" if start[1] > 0 else "R") + ("F" if start[0] > 0 else "H")
         if name in named:
             raise RobotError(
-                f"{model.name}: legs {'-'.join(named[name].names)} and {'-'.join(chain.names)} "
+                f"{label}: legs {'-'.join(named[name].names)} and {'-'.join(chain.names)} "
                 f"both start in the body's {name} corner; a quadruped has one leg in each"
             )
         named[name] = chain
@@ -327,11 +366,7 @@ def _knee_side(
     return only or asked or (-1.0 if name.endswith("F") else 1.0)
 
 
-def _name_side(chain: Chain) -> int:
-    """+1 for a chain whose names say front, -1 for hind, 0 where they say nothing."""
-    name = chain.names[0].upper()
-    if name.startswith(("LF", "RF", "FL", "FR", "FRONT")):
-        return 1
-    if name.startswith(("LH", "RH", "HL", "HR", "BL", "BR", "RL", "RR", "HIND", "REAR", "BACK")):
-        return -1
-    return 0
+def _name_side(names: Iterable[str]) -> int:
+    """+1 for names of joints that say front, -1 for hind, 0 where they say nothing."""
+    ends = [parts_of(name)[1] for name in names]
+    return int(np.sign(ends.count("F") - ends.count("H")))

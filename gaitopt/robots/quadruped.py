@@ -16,7 +16,9 @@ from gaitopt.conventions import LEGS, FloatArray, frozen
 from gaitopt.errors import InputError, RobotError
 from gaitopt.files import silenced_stderr
 from gaitopt.robots import limits
+from gaitopt.robots.files.notes import Notes, read_notes
 from gaitopt.robots.leg import Leg
+from gaitopt.robots.leg_names import leg_of
 from gaitopt.robots.urdf_text import check_urdf
 
 CLOSED_FORM_TOLERANCE = 1e-9
@@ -25,6 +27,10 @@ are rounded to about 1e-15 m, and a leg of another kind is off by millimetres.""
 STANDING_SHARE = 0.7
 """Height of the hips of a standing robot as a share of its legs' reach. Chosen: it makes 0.40 m for
 wang2020, the height at which [Wang2020] walks."""
+
+LEVEL_FEET, LEAST_STANDING = 0.03, 0.4
+"""Largest difference of the feet's heights, and least height of the hips, of a standing robot, as
+shares of its legs' reach. Chosen: files also hold poses of lying and of other robots."""
 
 _KNEES = {"forward": 1.0, "backward": -1.0}
 
@@ -46,6 +52,7 @@ class Quadruped:
             [Wang2020] calls COG.
         knees: sides of the knees, as they were given to :meth:`from_urdf`.
         closed_form_error: largest distance between closed form and Pinocchio seen at load [m].
+        notes: what was read and guessed of the file that the URDF was made of.
     """
 
     name: str
@@ -56,6 +63,7 @@ class Quadruped:
     centre: FloatArray
     knees: Mapping[str, str] = field(default_factory=dict)
     closed_form_error: float = 0.0
+    notes: Notes = field(default_factory=Notes)
 
     @classmethod
     def from_urdf(
@@ -90,9 +98,12 @@ class Quadruped:
             raise RobotError(f"{label}: Pinocchio cannot read this URDF: {words}") from error
         if name:
             model.name = name
+        notes = read_notes(urdf, label)
         chains = discovery.find_chains(model)
-        axes = discovery.heading_axes(model, chains)
-        named = discovery.assign_names(model, chains, axes)
+        known = discovery.with_feet(model, chains, notes.feet) if notes.feet else None
+        chains = list(known.values()) if known else chains
+        axes = discovery.heading_axes(model.name, chains, known)
+        named = discovery.assign_names(model.name, chains, axes)
         legs = {
             leg: discovery.read_leg(model, leg, chain, axes, sides.get(leg))
             for leg, chain in named.items()
@@ -105,6 +116,7 @@ class Quadruped:
             body_axes=frozen(axes),
             centre=frozen(np.mean([leg.hip for leg in legs.values()], axis=0)),
             knees=MappingProxyType(dict(knees or {})),
+            notes=notes,
         )
         return replace(robot, closed_form_error=_check_closed_form(robot))
 
@@ -177,13 +189,15 @@ class Quadruped:
 
     @cached_property
     def foot_radius(self) -> float:
-        """Radius of the ball at the foot frame [m]; 0 where the URDF has no such ball.
+        """Radius of the ball at the foot frame [m]; 0 where the file tells none.
 
         Footholds and the plan's feet are places of the foot *frame*, the ball's centre; the ground
         lies this much lower.
         """
         from gaitopt.robots.feet import ball_radius
 
+        if self.notes.foot_radius is not None:
+            return self.notes.foot_radius
         return ball_radius(self.urdf, [leg.foot for leg in self.legs.values()])
 
     @property
@@ -197,10 +211,32 @@ class Quadruped:
     def standing_height(self) -> float:
         """Height of the hips above the feet of a standing robot, in whole centimetres [m].
 
-        It is :data:`STANDING_SHARE` of the legs' reach: 0.40 m for wang2020.
+        It is that of the file's standing pose, where it has one. Otherwise it is
+        :data:`STANDING_SHARE` of the legs' reach: 0.40 m for wang2020.
         """
+        told = self._told_height
+        if told is not None:
+            return told
         reach = np.mean([leg.reach + leg.drop for leg in self.legs.values()])
         return max(round(STANDING_SHARE * float(reach), 2), 0.01)
+
+    @cached_property
+    def _told_height(self) -> float | None:
+        """Height of the hips in the file's standing pose [m]; ``None`` where it is none.
+
+        In a standing pose joints keep their limits, and the feet are level.
+        """
+        heights = []
+        for leg in self.legs.values():
+            angles = np.array([self.notes.standing.get(joint, np.nan) for joint in leg.joints])
+            low, high = leg.position_limits
+            if not ((angles >= low) & (angles <= high)).all():
+                return None
+            heights.append(float(leg.hip[2] - leg.forward(angles)[2]))
+        height, spread = float(np.mean(heights)), float(np.ptp(heights))
+        reach = float(np.mean([leg.reach + leg.drop for leg in self.legs.values()]))
+        good = spread <= LEVEL_FEET * reach and LEAST_STANDING * reach <= height
+        return max(round(height, 2), 0.01) if good else None
 
     def require_velocity_limits(self) -> None:
         """Refuse a robot with a leg's joint that has no velocity limit: nothing bounds its speed.
@@ -239,13 +275,16 @@ class Quadruped:
 def _knee_sides(knees: Mapping[str, str] | None) -> dict[str, float]:
     if knees is not None and not isinstance(knees, Mapping):
         raise InputError(f"knees must map legs to 'forward' or 'backward', got {knees!r}")
+    sides = {}
     for leg, side in (knees or {}).items():
-        if leg not in LEGS or side not in _KNEES:
+        name = leg_of(str(leg))
+        if name is None or side not in _KNEES:
             raise InputError(
                 f"knees: {leg!r}: {side!r} is unknown; legs are {', '.join(LEGS)}, sides are "
                 "'forward' and 'backward'"
             )
-    return {leg: _KNEES[side] for leg, side in (knees or {}).items()}
+        sides[name] = _KNEES[side]
+    return sides
 
 
 def _check_closed_form(robot: Quadruped, configurations: int = 8) -> float:

@@ -31,6 +31,25 @@ def check_urdf(urdf: str, label: str) -> None:
     Raises:
         RobotError: the message names the link or joint, the attribute and its value.
     """
+    root = parsed_urdf(urdf, label)
+    for kind in ("link", "joint"):
+        _check_names(root, kind, label)
+    for link in root.findall("link"):
+        _check_link(link, f"{label}: link {link.get('name')}")
+    for joint in root.findall("joint"):
+        _check_joint(joint, f"{label}: joint {joint.get('name')}")
+
+
+def parsed_urdf(urdf: str, label: str) -> ElementTree.Element:
+    """The element ``<robot>`` of a URDF.
+
+    Args:
+        urdf: the text.
+        label: what to call it in the message.
+
+    Raises:
+        RobotError: the text is no URDF, too large, or could do harm when it is read.
+    """
     # A URDF needs no document type and no entities, and attacks by XML use them.
     if re.search(r"<!\s*(DOCTYPE|ENTITY)", urdf, flags=re.IGNORECASE):
         raise RobotError(
@@ -47,12 +66,7 @@ def check_urdf(urdf: str, label: str) -> None:
         raise RobotError(f"{label}: the URDF is no well-formed XML: {error}") from error
     if root.tag != "robot":
         raise RobotError(f"{label}: the outermost element is <{root.tag}>, not <robot>")
-    for kind in ("link", "joint"):
-        _check_names(root, kind, label)
-    for link in root.findall("link"):
-        _check_link(link, f"{label}: link {link.get('name')}")
-    for joint in root.findall("joint"):
-        _check_joint(joint, f"{label}: joint {joint.get('name')}")
+    return root
 
 
 def _check_names(root: ElementTree.Element, kind: str, label: str) -> None:

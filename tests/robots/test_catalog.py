@@ -10,6 +10,7 @@ import pytest
 
 from gaitopt.errors import InputError, MissingPackageError, RobotError
 from gaitopt.robots import catalog
+from gaitopt.robots.files import reading
 from gaitopt.robots.catalog import EXAMPLE_ROBOTS, OWN_ROBOTS, load_robot, own_urdf, robot_names
 
 
@@ -51,17 +52,21 @@ def test_path_gives_the_robot_of_the_file_under_its_file_name(tmp_path: Path) ->
 
 def test_path_need_not_end_in_urdf(tmp_path: Path) -> None:
     shutil.copy(own_urdf("wang2020"), tmp_path / "robot")
-    assert load_robot(tmp_path / "robot").name == "robot"
+    assert load_robot(tmp_path / "robot").name == "wang2020"
+
+
+def test_case_and_blanks_of_a_name_do_not_count() -> None:
+    assert load_robot(" Wang2020 ").sha256 == load_robot("wang2020").sha256
 
 
 def test_unknown_name_lists_the_known_ones() -> None:
     assert refusal("wang2021") == (
         "unknown robot 'wang2021'; known are wang2020, frog1, wang2020-fast, a1, go1, go2, b1, "
-        "laikago, anymal, anymal_c, hyq, solo12, solo8, quadruped, or give a path to a URDF file"
+        "laikago, anymal, anymal_c, hyq, solo12, solo8, quadruped, or give a path to a robot file"
     )
 
 
-@pytest.mark.parametrize("name", ["", "WANG2020", "anymal-c", "n" * 5000, "nul\0"])
+@pytest.mark.parametrize("name", ["", "wang_2020", "anymal-c", "n" * 5000, "nul\0"])
 def test_other_names_are_unknown(name: str) -> None:
     assert refusal(name).startswith(
         f"unknown robot {name!r}; known are wang2020, frog1, wang2020-fast, a1, "
@@ -70,13 +75,13 @@ def test_other_names_are_unknown(name: str) -> None:
 
 def test_missing_file_is_named(tmp_path: Path) -> None:
     path = tmp_path / "none.urdf"
-    assert refusal(path) == f"no URDF file at {path}; give an existing file or a robot's name"
-    assert refusal("none.urdf").startswith("no URDF file at none.urdf;")
+    assert refusal(path) == f"no robot file at {path}; give an existing file or a robot's name"
+    assert refusal("none.urdf").startswith("no robot file at none.urdf;")
 
 
 def test_folder_is_no_urdf(tmp_path: Path) -> None:
     assert refusal(tmp_path) == (
-        f"no URDF file at {tmp_path}; give an existing file or a robot's name"
+        f"no robot file at {tmp_path}; give an existing file or a robot's name"
     )
 
 
@@ -110,7 +115,7 @@ def test_malformed_file_is_named(tmp_path: Path) -> None:
 
 
 def test_file_over_the_limit_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(catalog, "URDF_LIMIT", 2_000_000)
+    monkeypatch.setattr(reading, "LIMIT", 2_000_000)
     path = tmp_path / "large.urdf"
     path.write_bytes(b" " * 2_000_001)
     assert refusal(path) == f"{path} is larger than 2 MB, the most that is read"

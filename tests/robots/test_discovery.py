@@ -350,6 +350,13 @@ def test_knee_side_may_be_asked_for(leg: str, side: str, sign: float) -> None:
     np.testing.assert_allclose(asked.forward(asked.inverse(foot)), foot, rtol=0, atol=1e-15)
 
 
+def test_knees_may_be_asked_for_by_any_usual_name_of_a_leg() -> None:
+    robot = Quadruped.from_urdf(urdf(limbs()), knees={"front_left": "forward", "RL": "backward"})
+    assert {leg: robot.legs[leg].knee for leg in LEGS} == {
+        "LF": 1.0, "LH": -1.0, "RH": 1.0, "RF": -1.0,
+    }  # fmt: skip
+
+
 def test_knee_side_that_the_limits_forbid_is_refused() -> None:
     text = urdf(with_hinge(limbs(), 0, 2, limits=(-2.5, -0.2)))
     assert Quadruped.from_urdf(text, knees={"LF": "backward"}).legs["LF"].knee == -1.0
@@ -361,7 +368,7 @@ def test_knee_side_that_the_limits_forbid_is_refused() -> None:
     )
 
 
-@pytest.mark.parametrize(("leg", "side"), [("FL", "forward"), ("LF", "up"), ("LF", "")])
+@pytest.mark.parametrize(("leg", "side"), [("XY", "forward"), ("LF", "up"), ("LF", "")])
 def test_unknown_knees_are_named(leg: str, side: str) -> None:
     with pytest.raises(InputError) as caught:
         Quadruped.from_urdf(urdf(limbs()), knees={leg: side})

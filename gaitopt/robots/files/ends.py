@@ -1,0 +1,187 @@
+"""Where the foot of a leg is: its frame, which is the centre of a ball, and the ball's radius."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gaitopt.conventions import FloatArray
+from gaitopt.errors import RobotError
+from gaitopt.robots.discovery import FOOT_WORDS
+from gaitopt.robots.files.limbs import Limb
+from gaitopt.robots.files.meshes import MeshFinder
+from gaitopt.robots.files.shapes import Ball, Solid, end_ball, farthest, solids_of
+from gaitopt.robots.files.tree import UrdfTree
+
+BESIDE = 1e-3
+"""How far a ball's centre may be from the foot link's origin, and the link stays the foot [m].
+Chosen: a tenth of the radius of small feet."""
+LARGEST_FOOT = 0.3
+"""Largest radius of a foot that is no wheel, as a share of the lower leg. Chosen."""
+BEYOND = 1.3
+"""A leg whose shape is so many times longer than its farthest link has no foot link. Chosen."""
+
+
+@dataclass(frozen=True, eq=False)
+class FootPlace:
+    """A foot.
+
+    Attributes:
+        link: the link that carries it.
+        at: its centre in that link's frame ``(3,)`` [m]; zero where the link is the foot.
+        radius: of its ball [m]; 0 where it is not known.
+        how: where this was read, in words.
+    """
+
+    link: str
+    at: FloatArray
+    radius: float
+    how: str
+
+
+def find_foot(tree: UrdfTree, leg: str, limb: Limb, finder: MeshFinder) -> FootPlace:
+    """The foot of a leg.
+
+    Args:
+        tree: the robot, with its wheels locked.
+        leg: what to call the leg in messages.
+        limb: the leg.
+        finder: where meshes are.
+
+    Raises:
+        RobotError: no link lies beyond the last joint, and no shape ends there.
+    """
+    if limb.wheel is not None:
+        return _wheel(tree, limb, finder)
+    body = tree.rigid_with(limb.end)
+    solids = {tag: {link: list(solids_of(tree, link, pose, tag, finder))
+                    for link, pose in body.items()} for tag in ("collision", "visual")}  # fmt: skip
+    shapes = _flat(solids["collision"]) or _flat(solids["visual"])
+    link = _farthest_link(body)
+    distance = float(np.linalg.norm(body[link][:3, 3]))
+    tip = farthest(shapes) if shapes else np.zeros(3)
+    longer = float(np.linalg.norm(tip)) > BEYOND * distance
+    if distance < BESIDE or (longer and not _footlike(link)):
+        return _end_of_shape(tree, leg, limb, shapes, tip)
+    return _foot_of_link(tree, link, body, solids, shapes)
+
+
+def place_asked(tree: UrdfTree, leg: str, limb: Limb, link: str, finder: MeshFinder) -> FootPlace:
+    """The foot at a link that the user names; raises RobotError where it is not on the leg."""
+    body = tree.rigid_with(limb.end)
+    if link not in body:
+        raise RobotError(
+            f"{tree.label}: feet: {link!r} is no link beyond the last joint of leg {leg}; these "
+            f"are {', '.join(body)}"
+        )
+    solids = {tag: {link: list(solids_of(tree, link, body[link], tag, finder))}
+              for tag in ("collision", "visual")}  # fmt: skip
+    shapes = _flat(solids["collision"]) or _flat(solids["visual"])
+    return _foot_of_link(tree, link, body, solids, shapes)
+
+
+def _flat(solids: dict[str, list[Solid]]) -> list[Solid]:
+    return [solid for of_link in solids.values() for solid in of_link]
+
+
+def _footlike(link: str) -> bool:
+    return any(word in link.lower() for word in FOOT_WORDS)
+
+
+def _farthest_link(body: dict[str, FloatArray]) -> str:
+    """The link farthest from the knee; of equal ones that named like a foot."""
+    return max(
+        body, key=lambda name: (round(float(np.linalg.norm(body[name][:3, 3])), 6), _footlike(name))
+    )
+
+
+def _foot_of_link(
+    tree: UrdfTree,
+    link: str,
+    body: dict[str, FloatArray],
+    solids: dict[str, dict[str, list[Solid]]],
+    shapes: list[Solid],
+) -> FootPlace:
+    """The foot at a link: where a ball is near it, that ball."""
+    place = body[link][:3, 3]
+    distance = float(np.linalg.norm(place))
+    along = place / distance if distance > BESIDE else np.array([0.0, 0.0, -1.0])
+    own = {tag: of_link.get(link, []) for tag, of_link in solids.items()}
+    balls = [end_ball(s, along) for s in shapes if s.kind == "sphere"]
+    near = [ball for ball in balls if np.linalg.norm(ball.centre - place) <= 1.5 * ball.radius]
+    if near:
+        ball = max(near, key=lambda ball: float(ball.centre @ along) + ball.radius)
+        return _placed(tree, link, body, ball, f"a ball near {link}")
+    for tag in ("collision", "visual"):
+        if own[tag]:
+            beyond = max(
+                float((ball.centre - place) @ along) + ball.radius
+                for ball in (end_ball(solid, along) for solid in own[tag])
+            )
+            if 0.0 < beyond < LARGEST_FOOT * max(distance, 0.1):
+                how = f"how far the {tag} shape of {link} goes beyond it"
+                return FootPlace(link, np.zeros(3), beyond, how)
+    ends = [end_ball(solid, along) for solid in shapes if solid.kind in ("capsule", "cylinder")]
+    near = [ball for ball in ends if np.linalg.norm(ball.centre - place) <= 1.5 * ball.radius]
+    if near:
+        ball = max(near, key=lambda ball: float(ball.centre @ along) + ball.radius)
+        return _placed(tree, link, body, ball, f"the end of a shape near {link}")
+    return FootPlace(link, np.zeros(3), 0.0, f"no shape at {link} tells a radius")
+
+
+def _placed(
+    tree: UrdfTree, link: str, body: dict[str, FloatArray], ball: Ball, how: str
+) -> FootPlace:
+    """A foot at a ball near a link."""
+    pose = body[link]
+    at = (ball.centre - pose[:3, 3]) @ pose[:3, :3]
+    if np.linalg.norm(at) <= BESIDE:
+        at = np.zeros(3)
+    return FootPlace(link, np.asarray(at), ball.radius, how)
+
+
+def _end_of_shape(
+    tree: UrdfTree, leg: str, limb: Limb, shapes: list[Solid], tip: FloatArray
+) -> FootPlace:
+    """The foot at the end of the lower leg's shapes."""
+    length = float(np.linalg.norm(tip))
+    if length < BESIDE:
+        raise RobotError(
+            f"{tree.label}: leg {leg}: no link lies beyond joint {limb.joints[-1].name}, and no "
+            f"shape of {limb.end} tells where it ends (meshes that are missing tell nothing: give "
+            "package_folders=...); add a foot link on a fixed joint at the end of the lower leg, "
+            f"or give feet={{'{leg}': ('{limb.end}', (x, y, z))}}"
+        )
+    along = tip / length
+    balls = [end_ball(solid, along) for solid in shapes]
+    ball = max(balls, key=lambda ball: float(ball.centre @ along) + ball.radius)
+    radius = min(ball.radius, LARGEST_FOOT * length)
+    centre = ball.centre + (ball.radius - radius) * along
+    return FootPlace(limb.end, centre, radius, f"the end of the shape of {limb.end}")
+
+
+def _wheel(tree: UrdfTree, limb: Limb, finder: MeshFinder) -> FootPlace:
+    """The foot at a locked wheel: in its middle, as large as the wheel."""
+    assert limb.wheel is not None
+    link, axis = limb.wheel.child, limb.wheel.axis
+    for tag in ("collision", "visual"):
+        solids = list(solids_of(tree, link, np.eye(4), tag, finder))
+        wide = [_across(solid, axis) for solid in solids]
+        if wide:
+            radius, middle = max(wide)
+            return FootPlace(link, middle * axis, radius, f"the {tag} shape of the wheel {link}")
+    centre = tree.links[link].find("inertial/origin")
+    middle = 0.0
+    if centre is not None:
+        middle = float(np.array([float(x) for x in centre.get("xyz", "0 0 0").split()]) @ axis)
+    return FootPlace(link, middle * axis, 0.0, f"the shape of the wheel {link} is missing")
+
+
+def _across(solid: Solid, axis: FloatArray) -> tuple[float, float]:
+    """A shape's radius about an axis through the origin, and its middle along the axis [m]."""
+    if len(solid.corners):
+        along = solid.corners @ axis
+        away = np.linalg.norm(solid.corners - np.outer(along, axis), axis=1)
+        return float(away.max()), float(along.min() + along.max()) / 2.0
+    return float(solid.size[0]), float(solid.pose[:3, 3] @ axis)

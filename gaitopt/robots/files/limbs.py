@@ -1,0 +1,208 @@
+"""Which four limbs of a robot are its legs.
+
+A robot may have a head, an arm, an antenna, wheels and rotors beside its legs. Legs are four serial
+chains of hinges that are alike and start at four corners of the body.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from gaitopt.conventions import LEGS, FloatArray
+from gaitopt.errors import RobotError
+from gaitopt.robots.files.tree import HINGES, Joint, UrdfTree
+from gaitopt.robots.leg_names import leg_of_names
+
+MOST_TIPS = 24
+"""Most chains among which legs are looked for: sets of four of them are tried one by one."""
+ALIKE = 0.25
+"""How much lengths of legs, and distances of hips from their middle, may differ, as a share of
+their mean. Chosen: hind legs of some robots are longer by a tenth."""
+LEG_JOINTS = (2, 3)
+"""Numbers of hinges that a leg may have."""
+CURE = "legs={'LF': 'foot link or last joint', 'LH': ..., 'RH': ..., 'RF': ...} names them"
+
+
+@dataclass(frozen=True, eq=False)
+class Limb:
+    """A leg.
+
+    Attributes:
+        joints: its two or three hinges from the body on.
+        wheel: a fourth joint, which is locked: that of a wheel, or an ankle.
+    """
+
+    joints: tuple[Joint, ...]
+    wheel: Joint | None = None
+
+    @property
+    def end(self) -> str:
+        """The link on the last hinge."""
+        return self.joints[-1].child
+
+
+def find_limbs(tree: UrdfTree, asked: Mapping[str, str] | None) -> list[Limb] | dict[str, Limb]:
+    """The four legs of a robot.
+
+    Args:
+        tree: the robot.
+        asked: foot link or last joint of each leg, by its name, where the user has named them.
+
+    Returns:
+        The legs in any order, or by name where ``asked`` names them.
+
+    Raises:
+        RobotError: there are no four legs, or more sets of four than one.
+    """
+    if asked:
+        return _asked_limbs(tree, asked)
+    paths = [tree.moving_above(tip.child) for tip in _tips(tree)]
+    paths = [path for path in paths if len(path) >= min(LEG_JOINTS)]
+    if len(paths) > MOST_TIPS:
+        paths = [path for path in paths if leg_of_names(joint.name for joint in path)]
+    poses = tree.poses()
+    found = [] if len(paths) > MOST_TIPS else _alike(tree, paths, poses)
+    if not found:
+        raise RobotError(
+            f"{tree.label}: no four legs found, which are serial chains of 2 or 3 hinges each, "
+            f"alike and at four corners of the body; the chains are: {_listed(paths)}; {CURE}"
+        )
+    best, rivals = found[0], found[1:]
+    for rival in rivals:
+        others = {limb.end for limb in rival.limbs} - {limb.end for limb in best.limbs}
+        if rival.named == best.named and rival.length > (1.0 - 0.2 * ALIKE) * best.length:
+            raise RobotError(
+                f"{tree.label}: more than four chains are like legs ({_listed(paths)}); a "
+                f"quadruped has four ({sorted(others)[0]} could be one, too): {CURE}"
+            )
+    return list(best.limbs)
+
+
+@dataclass(frozen=True)
+class _Choice:
+    """Four chains that could be the legs: how they are named, and their mean length [m]."""
+
+    limbs: tuple[Limb, ...]
+    named: bool
+    length: float
+
+
+def _alike(
+    tree: UrdfTree, paths: list[list[Joint]], poses: Mapping[str, FloatArray]
+) -> list[_Choice]:
+    """Sets of four chains that are alike; named ones first, then the longest."""
+    found = []
+    for four in combinations(paths, 4):
+        limbs = _limbs([list(path) for path in four])
+        if limbs is None:
+            continue
+        only = len(paths) == 4
+        size = _size(tree, limbs, poses, strict=not only)
+        if size is not None:
+            names = {leg_of_names(j.name for j in (*limb.joints, limb.wheel or limb.joints[-1]))
+                     for limb in limbs}  # fmt: skip
+            found.append(_Choice(limbs, names == set(LEGS), size))
+    return sorted(found, key=lambda choice: (not choice.named, -choice.length))
+
+
+def _limbs(paths: list[list[Joint]]) -> tuple[Limb, ...] | None:
+    """Four chains as legs, without the joints that two of them share; ``None`` if they are none."""
+    counted: dict[str, int] = {}
+    for path in paths:
+        for joint in path:
+            counted[joint.name] = counted.get(joint.name, 0) + 1
+    own = [[joint for joint in path if counted[joint.name] == 1] for path in paths]
+    lengths = {len(path) for path in own}
+    if any(joint.kind not in HINGES for path in own for joint in path):
+        return None
+    if lengths <= set(LEG_JOINTS):
+        return tuple(Limb(tuple(path)) for path in own)
+    if lengths == {max(LEG_JOINTS) + 1}:
+        return tuple(Limb(tuple(path[:-1]), path[-1]) for path in own)
+    return None
+
+
+def _size(
+    tree: UrdfTree, limbs: tuple[Limb, ...], poses: Mapping[str, FloatArray], *, strict: bool
+) -> float | None:
+    """Mean length of four chains [m]; ``None`` where they are not alike.
+
+    Args:
+        tree, limbs, poses: the chains.
+        strict: whether lengths are compared.
+    """
+    starts = np.array([poses[limb.joints[0].child][:2, 3] for limb in limbs])
+    corners = starts - starts.mean(axis=0)
+    lengths = np.array([_length(tree, limb, poses) for limb in limbs])
+    if not strict:
+        return float(lengths.mean())
+    # The body may face along x or y of its base: both have one hip in each corner.
+    if len({(bool(x > 0), bool(y > 0)) for x, y in corners}) != 4:
+        return None
+    for values in (lengths, np.hypot(*corners.T)):
+        if np.ptp(values) > ALIKE * values.mean():
+            return None
+    return float(lengths.mean())
+
+
+def _length(tree: UrdfTree, limb: Limb, poses: Mapping[str, FloatArray]) -> float:
+    """Length of a chain from its first joint to the farthest link at its end [m]."""
+    points = [poses[joint.child][:3, 3] for joint in limb.joints]
+    if limb.wheel is not None:
+        points.append(poses[limb.wheel.child][:3, 3])
+    end = poses[(limb.wheel or limb.joints[-1]).child]
+    places = tree.rigid_with((limb.wheel or limb.joints[-1]).child).values()
+    far = max(float(np.linalg.norm(place[:3, 3])) for place in places)
+    steps = np.linalg.norm(np.diff(points, axis=0), axis=1).sum()
+    return float(steps + far * np.linalg.norm(end[:3, 0]))
+
+
+def _tips(tree: UrdfTree) -> list[Joint]:
+    """The joints that move, and below which no other moves."""
+    return [
+        joint
+        for joint in tree.walk()
+        if not joint.fixed and all(below.fixed for below in tree.walk(joint.child))
+    ]
+
+
+def _asked_limbs(tree: UrdfTree, asked: Mapping[str, str]) -> dict[str, Limb]:
+    """The legs that the user names; raises RobotError where one is none."""
+    missing = [leg for leg in LEGS if leg not in asked]
+    if missing:
+        raise RobotError(f"{tree.label}: legs names no {' and no '.join(missing)}; {CURE}")
+    paths = []
+    for leg in LEGS:
+        name = asked[leg]
+        if name in tree.joints:
+            link = tree.joints[name].child
+        elif name in tree.links:
+            link = name
+        else:
+            raise RobotError(f"{tree.label}: legs: there is no joint or link {name!r} ({leg})")
+        paths.append(tree.moving_above(link))
+    counted = [joint.name for path in paths for joint in path]
+    limbs = {}
+    for leg, path in zip(LEGS, paths, strict=True):
+        own = [joint for joint in path if counted.count(joint.name) == 1]
+        hinges = all(joint.kind in HINGES for joint in own)
+        if not hinges or not min(LEG_JOINTS) <= len(own) <= max(LEG_JOINTS) + 1:
+            raise RobotError(
+                f"{tree.label}: legs: between the body and {asked[leg]} ({leg}) are "
+                f"{_listed([own])}; a leg has 2 or 3 hinges, and may end with a wheel"
+            )
+        limbs[leg] = Limb(tuple(own[:3]), own[3] if len(own) > 3 else None)
+    return limbs
+
+
+def _listed(paths: list[list[Joint]]) -> str:
+    """The joints of some chains, and what moves otherwise than a hinge."""
+    named = [
+        "-".join(j.name if j.kind in HINGES else f"{j.name} ({j.kind})" for j in path)
+        for path in paths[:12]
+    ]
+    return "; ".join(named) or "none"

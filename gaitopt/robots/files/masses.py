@@ -1,0 +1,218 @@
+"""Masses and inertias of a robot file: checked, given by the user, or estimated from shapes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+from xml.etree import ElementTree
+
+import numpy as np
+
+from gaitopt.conventions import FloatArray
+from gaitopt.errors import InputError, RobotError
+from gaitopt.robots.files.meshes import MeshFinder
+from gaitopt.robots.files.options import FROM_SHAPES, NO_MASSES
+from gaitopt.robots.files.shapes import Solid, solids_of
+from gaitopt.robots.files.tree import Element, UrdfTree, numbers, placement_of
+
+DENSITY = 1000.0
+"""Density with which masses are estimated from shapes [kg/m^3]. Chosen: that of water; links of
+metal with motors and hollows are about as heavy."""
+LEAST_SIZE = 0.02
+"""Radius of the ball whose inertia a link without shapes gets, at least [m]. Chosen."""
+ROUNDING = 1e-9
+"""An eigenvalue of an inertia matrix below this share of its trace counts as none."""
+CURE = (
+    "give masses={'link': kg, ...}; masses='shapes' estimates all from the links' shapes, and "
+    "masses='none' does without, which is enough for plans with timing='velocity'"
+)
+
+
+class _Inertia(NamedTuple):
+    """Mass [kg], centre of mass ``(3,)`` [m], and inertia about it ``(3, 3)`` [kg m^2]."""
+
+    mass: float
+    com: FloatArray
+    matrix: FloatArray
+
+
+def set_masses(
+    tree: UrdfTree, masses: Mapping[str, float] | str | None, finder: MeshFinder
+) -> list[str]:
+    """Put the user's masses into a robot, and check all of them.
+
+    Args:
+        tree: the robot, in which only hinges of legs move.
+        masses: of links [kg], ``"shapes"``, ``"none"``, or ``None``.
+        finder: where meshes are.
+
+    Returns:
+        Warnings.
+
+    Raises:
+        RobotError: the robot or a part that moves has no mass, or one that no body can have.
+        InputError: ``masses`` names a link that is not there.
+    """
+    warnings = []
+    if masses == FROM_SHAPES:
+        _estimate(tree, finder)
+        warnings.append(f"masses are estimated from shapes, as {DENSITY:g} kg/m^3 times the volume")
+    elif isinstance(masses, Mapping):
+        for link, mass in masses.items():
+            if link not in tree.links:
+                raise InputError(f"masses: the robot has no link {link!r}")
+            _give(tree, link, mass, finder)
+    bodies = [tree.base, *(joint.child for joint in tree.walk() if not joint.fixed)]
+    if masses == NO_MASSES:
+        return warnings
+    if not any(tree.mass(link) > 0.0 for link in tree.links):
+        raise RobotError(f"{tree.label}: no link has a mass (<inertial>); {CURE}")
+    odd = []
+    for body in bodies:
+        whole = _whole(tree, body)
+        if not whole.mass > 0.0:
+            raise RobotError(f"{tree.label}: link {body} moves and has no mass; {CURE}")
+        principal = np.linalg.eigvalsh(whole.matrix)
+        if not principal[0] > ROUNDING * principal.sum():
+            raise RobotError(
+                f"{tree.label}: the inertia of link {body} is not that of a body: its principal "
+                f"moments are {' '.join(f'{p:.3g}' for p in principal)} kg m^2; correct it, or "
+                f"{CURE}"
+            )
+        if principal[2] > principal[0] + principal[1] + ROUNDING * principal.sum():
+            odd.append(body)
+    if odd:
+        warnings.append(
+            f"inertias that no body can have (one principal moment above the sum of the others): "
+            f"{', '.join(odd[:4])}{' ...' if len(odd) > 4 else ''}; correct them in the file, or "
+            "give masses= for these links"
+        )
+    return warnings
+
+
+def _whole(tree: UrdfTree, body: str) -> _Inertia:
+    """The inertia of a link and what is fixed to it, in its frame."""
+    parts = [
+        part
+        for link, pose in tree.rigid_with(body).items()
+        if (part := _read(tree, link, pose)) is not None
+    ]
+    return _sum(parts)
+
+
+def _sum(parts: list[_Inertia]) -> _Inertia:
+    """The inertia of parts together."""
+    mass = sum(part.mass for part in parts)
+    if not mass > 0.0:
+        return _Inertia(0.0, np.zeros(3), np.zeros((3, 3)))
+    com = np.sum([part.mass * part.com for part in parts], axis=0) / mass
+    matrix = np.zeros((3, 3))
+    for part in parts:
+        away = part.com - com
+        matrix += part.matrix + part.mass * (away @ away * np.eye(3) - np.outer(away, away))
+    return _Inertia(float(mass), com, matrix)
+
+
+def _read(tree: UrdfTree, link: str, pose: FloatArray) -> _Inertia | None:
+    """A link's ``<inertial>`` in the frame in which ``pose (4, 4)`` is the link's."""
+    inertial = tree.links[link].find("inertial")
+    if inertial is None or not tree.mass(link) > 0.0:
+        return None
+    where = f"{tree.label}: link {link}: inertia"
+    element = inertial.find("inertia")
+    names = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+    values = np.zeros(6)
+    if element is not None:
+        values = numbers(" ".join(element.get(name, "0") for name in names), 6, where)
+    xx, xy, xz, yy, yz, zz = values
+    own = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    frame = pose @ placement_of(inertial, where)
+    return _Inertia(tree.mass(link), frame[:3, 3], frame[:3, :3] @ own @ frame[:3, :3].T)
+
+
+def _estimate(tree: UrdfTree, finder: MeshFinder) -> None:
+    """Give every link that has shapes a mass."""
+    found = False
+    for link in tree.links:
+        whole = _of_shapes(tree, link, finder)
+        if whole.mass > 0.0:
+            _write(tree.links[link], whole)
+            found = True
+    if not found:
+        raise RobotError(
+            f"{tree.label}: masses='shapes': no link has a shape that could be read (meshes that "
+            "are missing tell nothing: give package_folders=...)"
+        )
+
+
+def _give(tree: UrdfTree, link: str, mass: float, finder: MeshFinder) -> None:
+    """Give a link a mass; its inertia follows from its shapes, or is that of a ball."""
+    whole = _of_shapes(tree, link, finder)
+    if not whole.mass > 0.0:
+        ends = [joint.placement[:3, 3] for joint in tree.below(link)] or [np.zeros(3)]
+        end = max(ends, key=lambda point: float(np.linalg.norm(point)))
+        radius = max(float(np.linalg.norm(end)) / 2.0, LEAST_SIZE)
+        whole = _Inertia(1.0, end / 2.0, 0.4 * radius**2 * np.eye(3))
+    share = float(mass) / whole.mass
+    _write(tree.links[link], _Inertia(float(mass), whole.com, whole.matrix * share))
+
+
+def _of_shapes(tree: UrdfTree, link: str, finder: MeshFinder) -> _Inertia:
+    """The inertia of a link's shapes, all of one density."""
+    for tag in ("collision", "visual"):
+        solids = list(solids_of(tree, link, np.eye(4), tag, finder))
+        if solids:
+            return _sum([_of_solid(solid) for solid in solids])
+    return _sum([])
+
+
+def _of_solid(solid: Solid) -> _Inertia:
+    """The inertia of one shape; a mesh counts as the box around its convex hull's volume."""
+    centre, turn = solid.pose[:3, 3], solid.pose[:3, :3]
+    if solid.kind == "sphere":
+        radius = float(solid.size[0])
+        mass = DENSITY * 4.0 / 3.0 * np.pi * radius**3
+        return _Inertia(mass, centre, 0.4 * mass * radius**2 * np.eye(3))
+    if solid.kind in ("cylinder", "capsule"):
+        radius, length = (float(v) for v in solid.size)
+        mass = DENSITY * np.pi * radius**2 * length
+        across = mass * (radius**2 / 4.0 + length**2 / 12.0)
+        own = np.diag([across, across, mass * radius**2 / 2.0])
+        return _Inertia(mass, centre, turn @ own @ turn.T)
+    if solid.kind == "box":
+        mass = DENSITY * float(np.prod(solid.size))
+        return _Inertia(mass, centre, turn @ _box(mass, solid.size) @ turn.T)
+    low, high = solid.corners.min(axis=0), solid.corners.max(axis=0)
+    mass = DENSITY * _hull_volume(solid.corners)
+    return _Inertia(mass, (low + high) / 2.0, _box(mass, high - low))
+
+
+def _box(mass: float, size: FloatArray) -> FloatArray:
+    """Inertia of a box about its middle."""
+    squares = size**2
+    return np.asarray(np.diag(mass / 12.0 * (squares.sum() - squares)))
+
+
+def _hull_volume(points: FloatArray) -> float:
+    """Volume of the convex hull of points [m^3]; 0 for flat ones."""
+    from scipy.spatial import ConvexHull, QhullError
+
+    try:
+        return float(ConvexHull(points).volume)
+    except (QhullError, ValueError):
+        return 0.0
+
+
+def _write(link: Element, inertia: _Inertia) -> None:
+    """Replace a link's ``<inertial>``."""
+    for old in link.findall("inertial"):
+        link.remove(old)
+    out = ElementTree.SubElement(link, "inertial")
+    xyz = " ".join(repr(float(x) + 0.0) for x in inertia.com)
+    ElementTree.SubElement(out, "origin", xyz=xyz, rpy="0 0 0")
+    ElementTree.SubElement(out, "mass", value=repr(float(inertia.mass)))
+    matrix = inertia.matrix
+    places = {"ixx": (0, 0), "ixy": (0, 1), "ixz": (0, 2), "iyy": (1, 1), "iyz": (1, 2),
+              "izz": (2, 2)}  # fmt: skip
+    values = {name: repr(float(matrix[place]) + 0.0) for name, place in places.items()}
+    ElementTree.SubElement(out, "inertia", values)

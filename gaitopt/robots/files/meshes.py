@@ -1,0 +1,89 @@
+"""Where the mesh files are that a robot file names, and their corners."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gaitopt.conventions import FloatArray, frozen
+
+MESH_KINDS = (".stl", ".obj", ".dae")
+"""Kinds of mesh files that are read."""
+MESH_LIMIT = 30_000_000
+"""Most bytes of a mesh that is read to find a foot. Chosen: lower legs at hand have up to 15 MB."""
+LEVELS = 6
+"""So many folders above the robot file are looked into. Chosen: packages of ROS keep a robot file
+one or two folders below their own."""
+
+
+class MeshFinder:
+    """Looks for mesh files beside a robot file, above it, and in folders of packages.
+
+    Args:
+        folder: the folder of the robot file; ``None`` for a robot that comes as text.
+        package_folders: folders that hold packages, or are packages.
+    """
+
+    def __init__(self, folder: Path | None, package_folders: Sequence[Path] = ()) -> None:
+        self._folder = None if folder is None else folder.resolve()
+        named = [Path(p) for p in os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep) if p]
+        self._packages = [*package_folders, *named]
+
+    def find(self, filename: str) -> Path | None:
+        """The file that a URDF or MJCF names; ``None`` where it is not there.
+
+        Args:
+            filename: ``package://name/path``, ``model://name/path``, ``file:///path``, or a path,
+                absolute or relative to the robot file.
+        """
+        try:
+            for path in self._candidates(filename):
+                if path.suffix.lower() in MESH_KINDS and path.is_file():
+                    return path
+        except (OSError, ValueError):  # a name too long, a folder that is closed
+            pass
+        return None
+
+    def _candidates(self, filename: str) -> list[Path]:
+        """Where a file may be, the likeliest place first."""
+        scheme, mark, rest = filename.partition("://")
+        name = rest if mark else filename
+        if scheme == "file" and mark:
+            return [Path(name)]
+        if not mark and Path(name).is_absolute():
+            return [Path(name)]
+        # A package is often a folder above the robot file, with its own name or another one.
+        inner = "/".join(name.split("/")[1:]) if mark else ""
+        above = [] if self._folder is None else [self._folder, *self._folder.parents][:LEVELS]
+        found = [folder / part for folder in [*self._packages, *above]
+                 for part in (name, inner) if part]  # fmt: skip
+        return found
+
+
+def mesh_corners(path: Path) -> FloatArray | None:
+    """The corners ``(N, 3)`` of a mesh file in its own units; ``None`` where it cannot be read."""
+    try:
+        stamp = path.stat()
+        if stamp.st_size > MESH_LIMIT:
+            return None
+        return _corners(path, stamp.st_mtime_ns)
+    except OSError:
+        return None
+
+
+@lru_cache(maxsize=64)
+def _corners(path: Path, changed: int) -> FloatArray | None:
+    """The corners of a file as it was ``changed``."""
+    import trimesh
+
+    try:
+        mesh: Any = trimesh.load(path, force="mesh", skip_materials=True, process=False)
+        corners = np.asarray(mesh.vertices, dtype=np.float64).reshape(-1, 3)
+    except Exception:  # trimesh's readers raise errors of many kinds
+        return None
+    return frozen(corners) if len(corners) and np.isfinite(corners).all() else None

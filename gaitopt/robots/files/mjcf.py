@@ -1,0 +1,238 @@
+"""MJCF, the models of MuJoCo, read by MuJoCo itself and written as a URDF.
+
+MuJoCo's own reader knows everything that an MJCF may hold: default classes, angles in degrees,
+frames, inertias that follow from shapes. What it makes of the file is written down link by link,
+and the URDF's kinematics and masses are compared with MuJoCo's.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+
+from gaitopt.conventions import FloatArray
+from gaitopt.errors import MissingPackageError, RobotError
+from gaitopt.files import silenced_stderr
+from gaitopt.robots.files.meshes import MeshFinder
+from gaitopt.robots.files.mjcf_check import check_agreement
+from gaitopt.robots.files.mjcf_links import add_geom, add_inertial, body_name, joint_limit, origin
+from gaitopt.robots.files.mjcf_text import MjcfText
+from gaitopt.robots.files.notes import Notes
+from gaitopt.robots.files.options import ReadOptions
+from gaitopt.robots.files.prepare import prepared_urdf
+from gaitopt.robots.rotations import quaternion_to_matrix
+
+HINGE, SLIDE, BALL, FREE = 3, 2, 1, 0
+"""MuJoCo's numbers of the types of joints."""
+STANDING = ("home", "stand", "init")
+"""Words in the names of key frames in which a robot stands."""
+Element = ElementTree.Element
+
+
+def read_mjcf(
+    text: str, label: str, folder: Path | None, options: ReadOptions
+) -> tuple[str, Notes]:
+    """The URDF of the robot in an MJCF, made ready, and what was read and guessed.
+
+    Raises:
+        MissingPackageError: MuJoCo is not installed.
+        RobotError: the file cannot be read, or holds no robot.
+    """
+    try:
+        import mujoco
+    except ImportError as error:
+        raise MissingPackageError(
+            f"{label} is MJCF; reading it needs the package mujoco: pip install 'gaitopt[sim]'"
+        ) from error
+    cleaned = MjcfText(text, label, folder, MeshFinder(folder, options.package_folders))
+    try:
+        with silenced_stderr():
+            model = mujoco.MjSpec.from_string(cleaned.text()).compile()
+    except Exception as error:  # MuJoCo raises errors of several kinds
+        words = " ".join(str(error).split())[:300]
+        lost = f" (meshes that are missing: {', '.join(cleaned.missing[:4])})" * bool(
+            cleaned.missing
+        )
+        raise RobotError(f"{label}: MuJoCo cannot read this MJCF: {words}{lost}") from error
+    writer = _Writer(mujoco, model, cleaned, label)
+    urdf, notes = prepared_urdf(*writer.write(), label, folder, options)
+    check_agreement(mujoco, model, writer.base, urdf, notes.locked, label)
+    return urdf, notes
+
+
+class _Writer:
+    """Writes a MuJoCo model as a URDF."""
+
+    def __init__(self, mujoco: Any, model: Any, cleaned: MjcfText, label: str) -> None:
+        self.mujoco, self.model, self.cleaned, self.label = mujoco, model, cleaned, label
+        self.root = ElementTree.Element("robot", name=cleaned.name or label)
+        # Where the frame of a body's link is in the body's frame: at the joint.
+        self.shifts: dict[int, FloatArray] = {}
+        self.armature: dict[str, float] = {}
+        self.base = self._base()
+
+    def write(self) -> tuple[str, Notes]:
+        """The URDF, and notes."""
+        model, base = self.model, self.base
+        self._refuse_loops(base)
+        self.shifts[base] = np.zeros(3)
+        self._add_link(base)
+        for body in range(base + 1, model.nbody):
+            if self._below(body, base):
+                self._add_body(body)
+        done = [f"MuJoCo read this MJCF; the body is {body_name(model, base)}"]
+        warnings = []
+        if self.cleaned.missing:
+            missing = self.cleaned.missing
+            more = " ..." if len(missing) > 4 else ""
+            warnings.append(
+                f"{len(missing)} meshes are missing ({', '.join(missing[:4])}{more}): their shapes "
+                "are left out"
+            )
+        notes = Notes(
+            kind="mjcf", standing=self._standing(), armature=self.armature, done=tuple(done),
+            warnings=tuple(warnings),
+        )  # fmt: skip
+        return ElementTree.tostring(self.root, encoding="unicode"), notes
+
+    def _base(self) -> int:
+        """The body that is free, or else the one on the world; with most joints below it."""
+        model = self.model
+        free = [int(model.jnt_bodyid[j]) for j in range(model.njnt) if model.jnt_type[j] == FREE]
+        roots = free or [b for b in range(1, model.nbody) if model.body_parentid[b] == 0]
+        counts = [sum(self._below(int(b), root) for b in model.jnt_bodyid) for root in roots]
+        if not counts or max(counts) == 0:
+            raise RobotError(f"{self.label}: this MJCF has no body with joints below it")
+        return roots[int(np.argmax(counts))]
+
+    def _standing(self) -> dict[str, float]:
+        """Joint positions of the key frame of standing; empty without one."""
+        model = self.model
+        frames = {name: numbers for name, numbers in self.cleaned.keyframes.items()
+                  if len(numbers) == model.nq}  # fmt: skip
+        named = [name for name in frames if any(word in name.lower() for word in STANDING)]
+        chosen = named[0] if named else next(iter(frames), None)
+        if chosen is None:
+            return {}
+        out = {}
+        for j in range(model.njnt):
+            if model.jnt_type[j] == HINGE and model.joint(j).name:
+                try:
+                    out[str(model.joint(j).name)] = float(frames[chosen][model.jnt_qposadr[j]])
+                except ValueError:
+                    return {}
+        return out if np.isfinite(list(out.values())).all() else {}
+
+    def _below(self, body: int, top: int) -> bool:
+        """Whether a body is ``top``, or below it."""
+        while body > top:
+            body = int(self.model.body_parentid[body])
+        return body == top
+
+    def _refuse_loops(self, base: int) -> None:
+        """Refuse joints that are bound to others, as in parallel and five-bar legs.
+
+        Raises:
+            RobotError: two bodies of the robot are bound, or two of its joints.
+        """
+        model, kinds = self.model, self.mujoco.mjtEq
+        name = {int(kinds.mjEQ_CONNECT): "connect", int(kinds.mjEQ_WELD): "weld",
+                int(kinds.mjEQ_JOINT): "joint"}  # fmt: skip
+        for i in range(model.neq):
+            kind = int(model.eq_type[i])
+            first, second = int(model.eq_obj1id[i]), int(model.eq_obj2id[i])
+            if kind == int(kinds.mjEQ_JOINT):
+                bodies = [int(model.jnt_bodyid[j]) for j in (first, second) if j >= 0]
+                names = [str(model.joint(j).name) for j in (first, second) if j >= 0]
+            elif int(model.eq_objtype[i]) == int(self.mujoco.mjtObj.mjOBJ_BODY):
+                bodies = [first, second]
+                names = [body_name(model, b) for b in bodies]
+            else:
+                continue
+            if all(self._below(body, base) for body in bodies if body > 0) and any(bodies):
+                raise RobotError(
+                    f"{self.label}: {' and '.join(names)} are bound by an <equality> "
+                    f"({name.get(kind, 'equality')}), as in a parallel or five-bar linkage; "
+                    "gaitopt plans for serial legs: describe the leg by joints that move on their "
+                    "own"
+                )
+
+    def _add_body(self, body: int) -> None:
+        """Add a body with its joints; several joints make links without mass between them."""
+        model = self.model
+        parent = int(model.body_parentid[body])
+        place = np.eye(4)
+        place[:3, :3] = _matrix(model.body_quat[body])
+        place[:3, 3] = model.body_pos[body]
+        # From the parent's link, whose frame is shifted against the parent's body.
+        start = np.eye(4)
+        start[:3, 3] = -self.shifts[parent]
+        place, link = start @ place, body_name(model, parent)
+        first, count = int(model.body_jntadr[body]), int(model.body_jntnum[body])
+        shift = np.zeros(3)
+        for k, joint in enumerate(range(first, first + count)):
+            last = k == count - 1
+            anchor = np.array(model.jnt_pos[joint], dtype=np.float64)
+            move = np.eye(4)
+            move[:3, 3] = anchor - shift
+            child = body_name(model, body) if last else f"{body_name(model, body)} part {k}"
+            self._add_joint(joint, link, child, place @ move)
+            place, link, shift = np.eye(4), child, anchor
+            if not last:
+                ElementTree.SubElement(self.root, "link", name=child)
+        if count == 0:
+            self._fixed(body, link, place)
+        self.shifts[body] = shift
+        self._add_link(body)
+
+    def _fixed(self, body: int, link: str, place: FloatArray) -> None:
+        """Add a body without joints."""
+        name = body_name(self.model, body)
+        joint = ElementTree.SubElement(self.root, "joint", name=f"{name} fixed", type="fixed")
+        origin(joint, place)
+        ElementTree.SubElement(joint, "parent", link=link)
+        ElementTree.SubElement(joint, "child", link=name)
+
+    def _add_joint(self, joint: int, parent: str, child: str, place: FloatArray) -> None:
+        """Add a joint; the joint's zero may be elsewhere than the model's first pose (``ref``)."""
+        model = self.model
+        kind = int(model.jnt_type[joint])
+        name = str(model.joint(joint).name) or f"{child} joint"
+        axis = np.array(model.jnt_axis[joint], dtype=np.float64)
+        address = int(model.jnt_qposadr[joint])
+        start = float(model.qpos0[address]) if kind in (HINGE, SLIDE) else 0.0
+        types = {HINGE: "revolute", SLIDE: "prismatic", BALL: "ball", FREE: "floating"}
+        element = ElementTree.SubElement(self.root, "joint", name=name, type=types[kind])
+        back = np.eye(4)
+        if kind == HINGE:
+            turn = np.concatenate([[np.cos(start / 2.0)], -np.sin(start / 2.0) * axis])
+            back[:3, :3] = _matrix(turn)
+        elif kind == SLIDE:
+            back[:3, 3] = -start * axis
+        origin(element, place @ back)
+        ElementTree.SubElement(element, "parent", link=parent)
+        ElementTree.SubElement(element, "child", link=child)
+        ElementTree.SubElement(element, "axis", xyz=" ".join(repr(float(a)) for a in axis))
+        if kind in (HINGE, SLIDE):
+            joint_limit(self.mujoco, model, joint, element)
+            inertia = float(model.dof_armature[int(model.jnt_dofadr[joint])])
+            if inertia > 0.0:
+                self.armature[name] = inertia
+
+    def _add_link(self, body: int) -> None:
+        """Add a body's link: its inertia and shapes."""
+        model, shift = self.model, self.shifts[body]
+        link = ElementTree.SubElement(self.root, "link", name=body_name(model, body))
+        add_inertial(model, body, shift, link)
+        first, count = int(model.body_geomadr[body]), int(model.body_geomnum[body])
+        for geom in range(first, first + count):
+            add_geom(self.mujoco, model, geom, shift, link, self.cleaned.meshes)
+
+
+def _matrix(quaternion: Any) -> FloatArray:
+    """Matrix of a quaternion in MuJoCo's order, w x y z."""
+    w, x, y, z = (float(v) for v in quaternion)
+    return np.asarray(quaternion_to_matrix([x, y, z, w]))

@@ -1,0 +1,65 @@
+"""Compares a URDF that was made of an MJCF with what MuJoCo makes of the MJCF."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from gaitopt.errors import RobotError
+
+AGREEMENT = 1e-6
+"""Largest disagreement [m], and as a share of the mass: both have the same numbers, so more than
+rounding is a mistake."""
+POSTURES = 4
+"""Random postures that are compared."""
+
+
+def check_agreement(
+    mujoco: Any, model: Any, base: int, urdf: str, locked: Mapping[str, float], label: str
+) -> None:
+    """Compare masses, centres of mass and the places of all joints.
+
+    Args:
+        mujoco, model: the package, and the MJCF's model.
+        base: number of the body that is the URDF's base.
+        urdf: the URDF's text.
+        locked: joints of the MJCF that do not move in the URDF, and where they are [rad, m].
+        label: what to call the robot in messages.
+
+    Raises:
+        RobotError: they differ.
+    """
+    import pinocchio as pin
+
+    ours = pin.buildModelFromXML(urdf, pin.JointModelFreeFlyer())
+    theirs, data, rng = mujoco.MjData(model), ours.createData(), np.random.default_rng(0)
+    names = [str(name) for name in ours.names[2:]]
+    joints = [model.joint(name) for name in names]
+    mass = float(model.body_subtreemass[base])
+    worst = abs(pin.computeTotalMass(ours) / mass - 1.0)
+    for _ in range(POSTURES):
+        q = pin.neutral(ours)
+        q[7:] = rng.uniform(-1.0, 1.0, len(names))
+        for name, at in locked.items():
+            joint = model.joint(name)
+            if len(joint.qpos0) == 1:
+                theirs.qpos[int(joint.qposadr[0])] = at
+        for joint, angle in zip(joints, q[7:], strict=True):
+            theirs.qpos[int(joint.qposadr[0])] = angle
+        mujoco.mj_kinematics(model, theirs)
+        mujoco.mj_comPos(model, theirs)
+        pin.forwardKinematics(ours, data, q)
+        com = pin.centerOfMass(ours, data, q)
+        turn, place = theirs.xmat[base].reshape(3, 3), theirs.xpos[base]
+        errors = [np.linalg.norm((theirs.subtree_com[base] - place) @ turn - com)]
+        for joint, name in zip(joints, names, strict=True):
+            anchor = (theirs.xanchor[int(joint.id)] - place) @ turn
+            errors.append(np.linalg.norm(anchor - data.oMi[ours.getJointId(name)].translation))
+        worst = float(np.max([worst, *errors]))
+    if not worst <= AGREEMENT:
+        raise RobotError(
+            f"{label}: the URDF that was made of this MJCF differs from MuJoCo's model by "
+            f"{worst:.2g} m or as a share of the mass; please report this file"
+        )

@@ -1,0 +1,160 @@
+"""Bodies, shapes and limits of a MuJoCo model as elements of a URDF."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+
+from gaitopt.conventions import FloatArray
+from gaitopt.robots.rotations import matrix_to_rpy, quaternion_to_matrix
+
+Element = ElementTree.Element
+
+
+def body_name(model: Any, body: int) -> str:
+    """A body's name, or one made from its number."""
+    return str(model.body(body).name) or f"body {body}"
+
+
+def origin(element: Element, place: FloatArray) -> None:
+    """Add an ``<origin>`` with a pose ``(4, 4)``."""
+    xyz = " ".join(repr(float(v) + 0.0) for v in place[:3, 3])
+    rpy = " ".join(repr(float(v) + 0.0) for v in matrix_to_rpy(place[:3, :3]))
+    ElementTree.SubElement(element, "origin", xyz=xyz, rpy=rpy)
+
+
+def pose_of(position: Any, quaternion: Any) -> FloatArray:
+    """A pose ``(4, 4)`` from a place and a quaternion w x y z."""
+    w, x, y, z = (float(v) for v in quaternion)
+    out = np.eye(4)
+    out[:3, :3] = quaternion_to_matrix([x, y, z, w])
+    out[:3, 3] = position
+    return out
+
+
+def add_inertial(model: Any, body: int, shift: FloatArray, link: Element) -> None:
+    """Add a body's mass and inertia.
+
+    Args:
+        model: MuJoCo's.
+        body: its number.
+        shift: origin of the link in the body's frame ``(3,)`` [m].
+        link: the link.
+    """
+    mass = float(model.body_mass[body])
+    if not mass > 0.0:
+        return
+    place = pose_of(model.body_ipos[body] - shift, model.body_iquat[body])
+    # In the link's axes, because some readers pass over the rotation of an inertia.
+    moments = np.diag(np.array(model.body_inertia[body], dtype=np.float64))
+    matrix = place[:3, :3] @ moments @ place[:3, :3].T
+    place[:3, :3] = np.eye(3)
+    inertial = ElementTree.SubElement(link, "inertial")
+    origin(inertial, place)
+    ElementTree.SubElement(inertial, "mass", value=repr(mass))
+    names = {"ixx": (0, 0), "ixy": (0, 1), "ixz": (0, 2), "iyy": (1, 1), "iyz": (1, 2),
+             "izz": (2, 2)}  # fmt: skip
+    values = {name: repr(float(matrix[at]) + 0.0) for name, at in names.items()}
+    ElementTree.SubElement(inertial, "inertia", values)
+
+
+def add_geom(
+    mujoco: Any,
+    model: Any,
+    geom: int,
+    shift: FloatArray,
+    link: Element,
+    meshes: Mapping[str, tuple[str, str]],
+) -> None:
+    """Add a shape: as a collision shape where it can touch something, else as a visual one.
+
+    Args:
+        mujoco, model: the package, and the model.
+        geom: the shape's number.
+        shift: origin of the link in the body's frame ``(3,)`` [m].
+        link: the link.
+        meshes: file and scale of the meshes, by name.
+    """
+    touches = bool(model.geom_contype[geom] or model.geom_conaffinity[geom])
+    tag = "collision" if touches else "visual"
+    kind, size = int(model.geom_type[geom]), np.array(model.geom_size[geom], dtype=np.float64)
+    place = pose_of(model.geom_pos[geom] - shift, model.geom_quat[geom])
+    kinds = mujoco.mjtGeom
+    if kind == int(kinds.mjGEOM_SPHERE):
+        _add(link, tag, place, "sphere", radius=size[0])
+    elif kind == int(kinds.mjGEOM_CYLINDER):
+        _add(link, tag, place, "cylinder", radius=size[0], length=2.0 * size[1])
+    elif kind == int(kinds.mjGEOM_CAPSULE):
+        # A URDF has no capsules.
+        _add(link, tag, place, "cylinder", radius=size[0], length=2.0 * size[1])
+        for end in (-size[1], size[1]):
+            move = np.eye(4)
+            move[2, 3] = end
+            _add(link, tag, place @ move, "sphere", radius=size[0])
+    elif kind in (int(kinds.mjGEOM_BOX), int(kinds.mjGEOM_ELLIPSOID)):
+        lengths = " ".join(repr(2.0 * float(s)) for s in size)
+        ElementTree.SubElement(_shape(link, tag, place), "box", size=lengths)
+    elif kind == int(kinds.mjGEOM_MESH):
+        number = int(model.geom_dataid[geom])
+        found = meshes.get(str(model.mesh(number).name))
+        if found is not None:
+            # MuJoCo moves a mesh to its centre of mass and turns it to its axes of inertia.
+            own = pose_of(model.mesh_pos[number], model.mesh_quat[number])
+            shape = _shape(link, tag, place @ np.linalg.inv(own))
+            ElementTree.SubElement(shape, "mesh", filename=found[0], scale=found[1])
+
+
+def _add(link: Element, tag: str, place: FloatArray, kind: str, **sizes: float) -> None:
+    """Add a shape with sizes [m]."""
+    values = {name: repr(float(value)) for name, value in sizes.items()}
+    ElementTree.SubElement(_shape(link, tag, place), kind, values)
+
+
+def _shape(link: Element, tag: str, place: FloatArray) -> Element:
+    """Add the place of a shape; gives its ``<geometry>``."""
+    shape = ElementTree.SubElement(link, tag)
+    origin(shape, place)
+    return ElementTree.SubElement(shape, "geometry")
+
+
+def joint_limit(mujoco: Any, model: Any, joint: int, element: Element) -> None:
+    """Add a joint's limits, and its damping and friction.
+
+    MJCF knows no velocity limits. The effort limit is the least of what the joint itself and its
+    actuators state.
+    """
+    low, high = (float(v) for v in model.jnt_range[joint])
+    if not model.jnt_limited[joint]:
+        low = high = 0.0
+    efforts = [_actuator_effort(mujoco, model, i, joint) for i in range(model.nu)]
+    if model.jnt_actfrclimited[joint]:
+        efforts.append(float(np.abs(model.jnt_actfrcrange[joint]).min()))
+    effort = min([e for e in efforts if e is not None and e > 0.0], default=0.0)
+    ElementTree.SubElement(element, "limit", lower=repr(low), upper=repr(high),
+                           effort=repr(effort), velocity="0")  # fmt: skip
+    dof = int(model.jnt_dofadr[joint])
+    damping = float(np.ravel(model.dof_damping[dof])[0])
+    friction = float(model.dof_frictionloss[dof])
+    if damping > 0.0 or friction > 0.0:
+        ElementTree.SubElement(element, "dynamics", damping=repr(damping), friction=repr(friction))
+
+
+def _actuator_effort(mujoco: Any, model: Any, actuator: int, joint: int) -> float | None:
+    """The torque that an actuator can make at a joint [N m]; ``None`` where nothing says it."""
+    of_joint = int(model.actuator_trntype[actuator]) == int(mujoco.mjtTrn.mjTRN_JOINT)
+    if not of_joint or int(model.actuator_trnid[actuator][0]) != joint:
+        return None
+    gear = abs(float(model.actuator_gear[actuator][0]))
+    found = []
+    if model.actuator_forcelimited[actuator]:
+        found.append(gear * float(np.abs(model.actuator_forcerange[actuator]).min()))
+    plain = int(model.actuator_biastype[actuator]) == int(mujoco.mjtBias.mjBIAS_NONE)
+    plain &= int(model.actuator_gaintype[actuator]) == int(mujoco.mjtGain.mjGAIN_FIXED)
+    plain &= int(model.actuator_dyntype[actuator]) == int(mujoco.mjtDyn.mjDYN_NONE)
+    if plain and model.actuator_ctrllimited[actuator]:
+        gain = abs(float(model.actuator_gainprm[actuator][0]))
+        found.append(gear * gain * float(np.abs(model.actuator_ctrlrange[actuator]).min()))
+    return min(found, default=None)

@@ -1,0 +1,136 @@
+"""What was read and guessed of a robot file, inside the URDF's text.
+
+The element ``<gaitopt>`` is the last one in ``<robot>``. It holds what a URDF cannot say: which
+link is which leg's foot, the radius of the feet, and what was done to the file. Readers of URDFs
+pass it over. A plan file holds the URDF's text, and so all of this; its fingerprint covers it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from xml.etree import ElementTree
+
+from gaitopt.conventions import LEGS
+from gaitopt.errors import RobotError
+
+TAG = "gaitopt"
+LARGEST_RADIUS = 1.0
+"""Largest radius of a foot that is taken for one [m]: larger than any wheel of a legged robot."""
+LONGEST_NOTE = 600
+MOST_NOTES = 100
+"""Most letters of a note, and most notes: a plan file may come from somebody else."""
+
+
+@dataclass(frozen=True)
+class Notes:
+    """What the element ``<gaitopt>`` says.
+
+    Attributes:
+        kind: of the file: ``urdf``, ``xacro`` or ``mjcf``.
+        feet: link of each leg's foot; empty where the URDF tells it.
+        foot_radius: radius of the feet [m]; ``None`` where the URDF tells it.
+        standing: joint angles of the file's standing pose, by joint [rad]; empty for none.
+        armature: inertia of the motors, seen at the joints, by joint [kg m^2].
+        locked: joints that were made fixed, and where [rad, m].
+        done: what was done to the file, in sentences.
+        warnings: what the user should look at, each with its cure.
+    """
+
+    kind: str = "urdf"
+    feet: Mapping[str, str] = field(default_factory=dict)
+    foot_radius: float | None = None
+    standing: Mapping[str, float] = field(default_factory=dict)
+    armature: Mapping[str, float] = field(default_factory=dict)
+    locked: Mapping[str, float] = field(default_factory=dict)
+    done: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+
+
+def write_notes(root: ElementTree.Element, notes: Notes) -> None:
+    """Add the element to a ``<robot>``; an old one goes."""
+    for old in root.findall(TAG):
+        root.remove(old)
+    out = ElementTree.SubElement(root, TAG, kind=notes.kind)
+    if notes.foot_radius is not None:
+        out.set("foot_radius", repr(float(notes.foot_radius)))
+    for leg, link in notes.feet.items():
+        ElementTree.SubElement(out, "foot", leg=leg, link=link)
+    for joint, value in notes.armature.items():
+        ElementTree.SubElement(out, "armature", joint=joint, value=repr(float(value)))
+    for tag, places in (("locked", notes.locked), ("standing", notes.standing)):
+        for joint, at in places.items():
+            ElementTree.SubElement(out, tag, joint=joint, at=repr(float(at)))
+    for tag, texts in (("done", notes.done), ("warning", notes.warnings)):
+        for text in texts:
+            ElementTree.SubElement(out, tag).text = text[:LONGEST_NOTE]
+
+
+def read_notes(urdf: str, label: str) -> Notes:
+    """What the element in a URDF's text says; empty notes without one.
+
+    Raises:
+        RobotError: it is not valid.
+    """
+    if f"<{TAG}" not in urdf:
+        return Notes()
+    element = ElementTree.fromstring(urdf).find(TAG)
+    if element is None:
+        return Notes()
+    where = f"{label}: <{TAG}>"
+    feet = {_text(e, "leg", where): _text(e, "link", where) for e in element.findall("foot")}
+    if feet and set(feet) != set(LEGS):
+        raise RobotError(f"{where}: it names feet of {', '.join(feet)}; legs are {', '.join(LEGS)}")
+    texts = {
+        tag: tuple((e.text or "")[:LONGEST_NOTE] for e in element.findall(tag)[:MOST_NOTES])
+        for tag in ("done", "warning")
+    }
+    return Notes(
+        kind=element.get("kind", "urdf"),
+        feet=MappingProxyType({leg: feet[leg] for leg in LEGS if feet}),
+        foot_radius=_number(element, "foot_radius", where, LARGEST_RADIUS),
+        standing=_numbers(element, "standing", "at", where),
+        armature=_numbers(element, "armature", "value", where),
+        locked=_numbers(element, "locked", "at", where),
+        done=texts["done"],
+        warnings=texts["warning"],
+    )
+
+
+def _numbers(element: ElementTree.Element, tag: str, name: str, where: str) -> Mapping[str, float]:
+    """Numbers of joints."""
+    found = {}
+    for part in element.findall(tag):
+        value = _finite(_text(part, name, where))
+        if value is None or (tag == "armature" and value < 0.0):
+            raise RobotError(f"{where}: {tag} {part.get(name)!r} is no number that is allowed")
+        found[_text(part, "joint", where)] = value
+    return MappingProxyType(found)
+
+
+def _number(element: ElementTree.Element, name: str, where: str, largest: float) -> float | None:
+    """A number from 0 to ``largest`` in an attribute; ``None`` where it is missing."""
+    text = element.get(name)
+    if text is None:
+        return None
+    value = _finite(text)
+    if value is None or not 0.0 <= value <= largest:
+        raise RobotError(f"{where}: {name} must be from 0 to {largest:g} m, got {text[:30]!r}")
+    return value
+
+
+def _finite(text: str) -> float | None:
+    try:
+        value = float(text)
+    except ValueError:
+        return None
+    return value if math.isfinite(value) else None
+
+
+def _text(element: ElementTree.Element, name: str, where: str) -> str:
+    text = element.get(name)
+    if not text:
+        raise RobotError(f"{where}: a <{element.tag}> has no {name}")
+    return text

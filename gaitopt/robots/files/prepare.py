@@ -1,0 +1,228 @@
+"""Makes of any URDF with four legs one that the rest of gaitopt reads as it is.
+
+What comes out has a base with a mass, four chains of two or three ``revolute`` joints, feet, and
+nothing else that moves. A URDF that is all that already keeps its text.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+
+from gaitopt.conventions import LEGS, frozen
+from gaitopt.errors import InputError, RobotError
+from gaitopt.robots.discovery import Chain, assign_names, heading_axes
+from gaitopt.robots.feet import ball_radius
+from gaitopt.robots.files.ends import FootPlace, find_foot, place_asked
+from gaitopt.robots.files.joint_limits import set_limits
+from gaitopt.robots.files.limbs import Limb, find_limbs
+from gaitopt.robots.files.masses import set_masses
+from gaitopt.robots.files.meshes import MeshFinder
+from gaitopt.robots.files.notes import TAG, Notes, read_notes, write_notes
+from gaitopt.robots.files.options import ReadOptions
+from gaitopt.robots.files.tree import UrdfTree
+from gaitopt.robots.urdf_text import parsed_urdf
+
+GROUND = "world"
+"""Name of the link that stands for the ground in ROS and MuJoCo."""
+
+
+def prepared_urdf(
+    urdf: str, known: Notes | None, label: str, folder: Path | None, options: ReadOptions
+) -> tuple[str, Notes]:
+    """The URDF's text, made ready, and what was read and guessed.
+
+    Args:
+        urdf: the text.
+        known: what a reader of another kind of file found, in notes.
+        label: what to call the robot in messages.
+        folder: where the file lies, for its meshes; ``None`` for a robot that comes as text.
+        options: what the user says of it.
+
+    Raises:
+        RobotError: it has no four legs, or another fault that cannot be passed over.
+        InputError: an option names what the robot does not have.
+    """
+    root = parsed_urdf(urdf, label)
+    before = read_notes(urdf, label)
+    if root.find(TAG) is not None and options.empty:
+        return urdf, before
+    notes, same = known or before, ElementTree.tostring(root)
+    tree = UrdfTree(root, label)
+    done, warnings = list(notes.done), list(notes.warnings)
+    _set_base(tree, done)
+    found = find_limbs(tree, options.legs)
+    limbs = list(found.values()) if isinstance(found, dict) else found
+    locked = _lock_others(tree, limbs, options, done)
+    finder = MeshFinder(folder, options.package_folders)
+    named = found if isinstance(found, dict) else _named(tree, limbs)
+    _refuse_linkages(tree, named)
+    asked = dict(options.feet or {}) or dict(before.feet)
+    feet, radius = _set_feet(tree, named, asked, finder, done, warnings)
+    joints = [joint for limb in named.values() for joint in limb.joints]
+    endless = [joint.name for joint in joints if joint.kind == "continuous"]
+    warnings += set_limits(label, joints, options.velocity_limits, options.effort_limits)
+    if endless:
+        done.append(f"joints without an end have one angle each: {', '.join(endless)}")
+    warnings += set_masses(tree, options.masses, finder)
+    if options.foot_radius is not None:
+        radius = float(options.foot_radius)
+    elif radius == 0.0:
+        warnings.append(
+            "the radius of the feet is not known, so they are points; give foot_radius="
+        )
+    told = Notes(
+        kind=notes.kind, feet=feet, foot_radius=radius, standing=notes.standing,
+        armature=notes.armature, locked={**notes.locked, **locked},
+        done=tuple(done), warnings=tuple(dict.fromkeys(warnings)),
+    )  # fmt: skip
+    plain = known is None and options.legs is None and ElementTree.tostring(root) == same
+    if plain and radius == ball_radius(urdf, list(feet.values())) and not asked:
+        return urdf, told
+    root.attrib.setdefault("name", label)
+    write_notes(root, told)
+    return tree.text(), told
+
+
+def _set_base(tree: UrdfTree, done: list[str]) -> None:
+    """Make the body the base: what is above a joint that floats goes, and a link for the ground.
+
+    Raises:
+        RobotError: what would go has a mass.
+    """
+    floating = [joint for joint in tree.walk() if joint.kind == "floating"]
+    below = [joint.child for joint in floating if list(tree.walk(joint.child))]
+    new = below[0] if below else None
+    if new is None and tree.base.lower() == GROUND and len(tree.below(tree.base)) == 1:
+        joint = tree.below(tree.base)[0]
+        if joint.kind != "fixed":
+            raise RobotError(
+                f"{tree.label}: joint {joint.name} ({joint.kind}) joins the body to {tree.base!r}; "
+                "a robot that walks is free: make it 'floating' or 'fixed'"
+            )
+        new = joint.child
+    if new is None:
+        return
+    kept = {new} | {joint.child for joint in tree.walk(new)}
+    heavy = [name for name in tree.links if name not in kept and tree.mass(name) > 0.0]
+    if heavy:
+        raise RobotError(
+            f"{tree.label}: link {heavy[0]} has a mass and is not below the body {new}, which "
+            "floats; put the floating joint above it, or take its mass away"
+        )
+    done.append(f"the body is {new}; what the file has above it is left out ({tree.base})")
+    tree.remove_above(new)
+
+
+def _lock_others(
+    tree: UrdfTree, limbs: Iterable[Limb], options: ReadOptions, done: list[str]
+) -> dict[str, float]:
+    """Lock every joint that belongs to no leg; gives the joints and where they are locked.
+
+    Raises:
+        InputError: ``pose`` names a joint of a leg, or none.
+    """
+    own = {joint.name for limb in limbs for joint in limb.joints}
+    wheels = {limb.wheel.name for limb in limbs if limb.wheel is not None}
+    for name in options.pose:
+        if name not in tree.joints or name in own:
+            raise InputError(f"pose: {name!r} is no joint beside those of the legs")
+    locked = {}
+    for joint in list(tree.walk()):
+        if joint.fixed or joint.name in own:
+            continue
+        low, high = joint.limits()
+        at = float(options.pose.get(joint.name, np.clip(0.0, low, high)))
+        joint.lock(at)
+        locked[joint.name] = at
+    for what, names in (("wheels", [n for n in locked if n in wheels]),
+                        ("joints of no leg", [n for n in locked if n not in wheels])):  # fmt: skip
+        if names:
+            places = ", ".join(f"{name} at {locked[name]:.4g}" for name in names)
+            done.append(f"{what} are locked: {places}")
+    return locked
+
+
+def _named(tree: UrdfTree, limbs: list[Limb]) -> dict[str, Limb]:
+    """Which limb is which leg."""
+    poses = tree.poses()
+    chains, whose = [], {}
+    for limb in limbs:
+        frames = [poses[joint.child] for joint in limb.joints]
+        ends = tree.rigid_with(limb.end)
+        tip = max(ends, key=lambda name: float(np.linalg.norm(ends[name][:3, 3])))
+        chain = Chain(
+            joints=(),
+            names=tuple(joint.name for joint in limb.joints),
+            points=frozen([frame[:3, 3] for frame in frames]),
+            axes=frozen([f[:3, :3] @ j.axis for f, j in zip(frames, limb.joints, strict=True)]),
+            foot=tip,
+            tip=frozen(poses[tip][:3, 3]),
+        )
+        chains.append(chain)
+        whose[chain.names] = limb
+    named = assign_names(tree.label, chains, heading_axes(tree.label, chains))
+    return {leg: whose[named[leg].names] for leg in LEGS}
+
+
+def _refuse_linkages(tree: UrdfTree, limbs: dict[str, Limb]) -> None:
+    """Refuse legs whose joints follow one another."""
+    for leg, limb in limbs.items():
+        for joint in limb.joints:
+            mimic = joint.element.find("mimic")
+            if mimic is not None:
+                raise RobotError(
+                    f"{tree.label}: leg {leg}: joint {joint.name} follows {mimic.get('joint')} "
+                    "(<mimic>), as in a parallel or five-bar linkage; gaitopt plans for serial "
+                    "legs: describe the leg by joints that move on their own"
+                )
+
+
+def _set_feet(
+    tree: UrdfTree,
+    limbs: dict[str, Limb],
+    asked: Mapping[str, Any],
+    finder: MeshFinder,
+    done: list[str],
+    warnings: list[str],
+) -> tuple[dict[str, str], float]:
+    """Find or make the links of the feet; gives them, and the radius [m]."""
+    feet, radii, told = {}, [], []
+    for leg, limb in limbs.items():
+        place = _foot(tree, leg, limb, asked.get(leg), finder)
+        radii.append(place.radius)
+        told.append(place.how.replace(place.link, "the foot's link"))
+        feet[leg] = place.link
+        if place.at.any():
+            feet[leg] = _new_name(tree, f"{leg} foot of gaitopt")
+            tree.add_frame(feet[leg], place.link, place.at)
+    how = sorted(set(told))
+    done.append(f"feet: radius {1e3 * min(radii):.4g} mm, from {'; '.join(how)}")
+    if max(radii) > 1.05 * min(radii):
+        warnings.append(
+            f"the feet have radii of {1e3 * min(radii):.4g} to {1e3 * max(radii):.4g} mm, and the "
+            "least counts; give foot_radius="
+        )
+    return feet, float(min(radii))
+
+
+def _foot(tree: UrdfTree, leg: str, limb: Limb, asked: Any, finder: MeshFinder) -> FootPlace:
+    """The foot of a leg: that which the user names, or the one that is found."""
+    if asked is None:
+        return find_foot(tree, leg, limb, finder)
+    if isinstance(asked, str):
+        return place_asked(tree, leg, limb, asked, finder)
+    link, at = asked
+    near = place_asked(tree, leg, limb, link, finder)
+    return FootPlace(near.link, np.asarray(at, dtype=np.float64), near.radius, near.how)
+
+
+def _new_name(tree: UrdfTree, name: str) -> str:
+    """A name that no link has."""
+    while name in tree.links:
+        name += "'"
+    return name

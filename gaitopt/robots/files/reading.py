@@ -1,0 +1,65 @@
+"""Reads a robot file of any kind that gaitopt knows: URDF, xacro and MJCF."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from gaitopt.errors import RobotError
+from gaitopt.files import read_bounded
+from gaitopt.robots.files.notes import Notes
+from gaitopt.robots.files.options import ReadOptions
+from gaitopt.robots.files.prepare import prepared_urdf
+from gaitopt.robots.urdf_text import LIMIT
+
+_KINDS = re.compile(r"<\s*(robot|mujoco|sdf|mujocoinclude)\b")
+
+
+def read_file(path: Path, options: ReadOptions) -> tuple[str, Notes]:
+    """The URDF that a robot file makes, and what was read and guessed.
+
+    Raises:
+        RobotError: the file cannot be read, or is no robot that gaitopt can plan for.
+        MissingPackageError: it is xacro or MJCF, and the package that reads these is missing.
+        InputError: an option names what the robot does not have.
+    """
+    data = read_bounded(path, LIMIT, RobotError)
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise RobotError(f"{path} is no text in UTF-8 (byte {error.start}); a URDF is") from error
+    return read_text(text, path.stem, options, path)
+
+
+def read_text(
+    text: str, label: str, options: ReadOptions, path: Path | None = None
+) -> tuple[str, Notes]:
+    """The URDF that the text of a robot file makes, and what was read and guessed.
+
+    Args:
+        text: of the file.
+        label: what to call the robot in messages.
+        options: what the user says of it.
+        path: the file; ``None`` for a robot that comes as text.
+
+    Raises:
+        RobotError, MissingPackageError, InputError: as for :func:`read_file`.
+    """
+    from gaitopt.robots.files.mjcf import read_mjcf
+    from gaitopt.robots.files.xacro import expanded, is_xacro
+
+    folder = None if path is None else path.parent
+    found = _KINDS.search(text[:LIMIT])
+    kind = found.group(1) if found else ""
+    if kind == "sdf":
+        raise RobotError(
+            f"{label}: this is SDF, which gaitopt does not read; convert it to a URDF, as the "
+            "ROS package sdformat_urdf does"
+        )
+    if kind in ("mujoco", "mujocoinclude"):
+        return read_mjcf(text, label, folder, options)
+    if kind == "robot" and is_xacro(text):
+        plain, told = expanded(text, label, path, options)
+        known = Notes(kind="xacro", warnings=tuple(told))
+        return prepared_urdf(plain, known, label, folder, options)
+    return prepared_urdf(text, None, label, folder, options)

@@ -1,0 +1,173 @@
+"""The shapes of a URDF's links, as far as the end of a leg needs them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from gaitopt.conventions import FloatArray
+from gaitopt.errors import RobotError
+from gaitopt.robots.files.meshes import MeshFinder, mesh_corners
+from gaitopt.robots.files.tree import Element, UrdfTree, numbers, placement_of
+
+SLAB = 0.05
+"""Part of a mesh's length at its end to which a ball is fitted. Chosen: about the foot of a lower
+leg."""
+SLENDER = 0.7
+"""Least cosine between a cylinder's axis and the leg with which it counts as a stick, and not as a
+roll. Chosen: 45 degrees."""
+
+
+class Ball(NamedTuple):
+    """A ball: its centre ``(3,)`` and radius [m]."""
+
+    centre: FloatArray
+    radius: float
+
+
+class Solid(NamedTuple):
+    """A shape.
+
+    Attributes:
+        kind: ``sphere``, ``cylinder``, ``capsule``, ``box`` or ``mesh``.
+        pose: its pose ``(4, 4)``.
+        size: radius; radius and length; or three lengths [m].
+        corners: of a mesh or a box ``(N, 3)`` [m], in the frame of ``pose``'s parent.
+    """
+
+    kind: str
+    pose: FloatArray
+    size: FloatArray
+    corners: FloatArray
+
+
+NOTHING = np.zeros((0, 3))
+
+
+def solids_of(
+    tree: UrdfTree, link: str, pose: FloatArray, tag: str, finder: MeshFinder
+) -> Iterator[Solid]:
+    """The shapes of a link.
+
+    Meshes that are missing or cannot be read are left out.
+
+    Args:
+        tree: the robot.
+        link: the link's name.
+        pose: the link's pose ``(4, 4)`` in the frame that is wanted.
+        tag: ``collision`` or ``visual``.
+        finder: where meshes are.
+    """
+    where = f"{tree.label}: link {link}"
+    for shape in tree.links[link].findall(tag):
+        geometry = shape.find("geometry")
+        place = pose @ placement_of(shape, where)
+        for element in [] if geometry is None else list(geometry):
+            solid = _solid(element, place, where, finder)
+            if solid is not None:
+                yield solid
+
+
+def _solid(element: Element, pose: FloatArray, where: str, finder: MeshFinder) -> Solid | None:
+    """A shape; ``None`` for a mesh that is missing."""
+    if element.tag == "sphere":
+        return Solid("sphere", pose, _sizes(element, ("radius",), where), NOTHING)
+    if element.tag in ("cylinder", "capsule"):
+        return Solid(element.tag, pose, _sizes(element, ("radius", "length"), where), NOTHING)
+    if element.tag == "box":
+        size = numbers(element.get("size", ""), 3, f"{where}: size of its box")
+        signs = np.array(np.meshgrid(*[[-0.5, 0.5]] * 3)).reshape(3, -1).T
+        return Solid("box", pose, size, _placed(pose, signs * size))
+    path = finder.find(element.get("filename", "")) if element.tag == "mesh" else None
+    corners = None if path is None else mesh_corners(path)
+    if corners is None:
+        return None
+    scale = numbers(element.get("scale", "1 1 1"), 3, f"{where}: scale of its mesh")
+    return Solid("mesh", pose, np.zeros(0), _placed(pose, corners * scale))
+
+
+def _sizes(element: Element, names: tuple[str, ...], where: str) -> FloatArray:
+    """Positive lengths of a shape."""
+    values = [numbers(element.get(name, ""), 1, f"{where}: {name} of its {element.tag}")[0]
+              for name in names]  # fmt: skip
+    if min(values) <= 0.0:
+        raise RobotError(f"{where}: a {element.tag} of size {values}; sizes must be positive")
+    return np.array(values)
+
+
+def _placed(pose: FloatArray, points: FloatArray) -> FloatArray:
+    return np.asarray(points @ pose[:3, :3].T + pose[:3, 3])
+
+
+def farthest(solids: list[Solid]) -> FloatArray:
+    """The point of some shapes ``(3,)`` that is farthest from the origin, roughly [m]."""
+    points = [NOTHING]
+    for solid in solids:
+        if len(solid.corners):
+            points.append(solid.corners)
+        else:
+            half = solid.size[1] / 2.0 if len(solid.size) > 1 else 0.0
+            centre, axis = solid.pose[:3, 3], solid.pose[:3, 2] * half
+            points.append(np.array([centre - axis, centre + axis]))
+    every = np.concatenate(points)
+    return np.asarray(every[np.linalg.norm(every, axis=1).argmax()])
+
+
+def end_ball(solid: Solid, along: FloatArray) -> Ball:
+    """The ball at the end of a shape.
+
+    Args:
+        solid: the shape.
+        along: unit vector ``(3,)`` along the leg, towards its end.
+    """
+    centre = solid.pose[:3, 3]
+    if solid.kind == "sphere":
+        return Ball(centre, float(solid.size[0]))
+    if len(solid.corners):
+        return _corner_ball(solid.corners, along)
+    radius, length = (float(v) for v in solid.size)
+    axis = solid.pose[:3, 2] * (1.0 if solid.pose[:3, 2] @ along >= 0.0 else -1.0)
+    if solid.kind == "cylinder" and axis @ along < SLENDER:
+        return Ball(centre, radius)
+    # The balls at a capsule's ends are beyond its length, and those of a stick within.
+    beyond = length / 2.0 if solid.kind == "capsule" else length / 2.0 - radius
+    return Ball(centre + beyond * axis, radius)
+
+
+def _corner_ball(corners: FloatArray, along: FloatArray) -> Ball:
+    """The ball at the end of a cloud of corners: fitted, or as wide as the end."""
+    heights = corners @ along
+    top, length = float(heights.max()), float(np.ptp(heights))
+    end = corners[heights >= top - SLAB * length]
+    fitted = _fitted_ball(end, SLAB * length)
+    if fitted is not None:
+        return fitted
+    across = end - np.outer(end @ along, along)
+    radius = max(float(np.ptp(across @ side)) / 2.0 for side in _sides(along))
+    radius = min(radius, SLAB * length)
+    middle = (across.min(axis=0) + across.max(axis=0)) / 2.0
+    return Ball(middle - (middle @ along) * along + (top - radius) * along, radius)
+
+
+def _fitted_ball(points: FloatArray, size: float) -> Ball | None:
+    """A ball through points, where they lie on one that is no larger than ``4 size``."""
+    if len(points) < 8 or size <= 0.0:
+        return None
+    system = np.column_stack([2.0 * points, np.ones(len(points))])
+    solution, _, rank, _ = np.linalg.lstsq(system, (points**2).sum(axis=1), rcond=None)
+    square = float(solution[3] + solution[:3] @ solution[:3])
+    if rank < 4 or not square > 0.0:
+        return None
+    radius = float(np.sqrt(square))
+    errors = np.linalg.norm(points - solution[:3], axis=1) - radius
+    good = 0.1 * size < radius < 4.0 * size and float(np.abs(errors).max()) < 0.15 * radius
+    return Ball(np.asarray(solution[:3]), radius) if good else None
+
+
+def _sides(along: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Two unit vectors that are square to ``along`` and each other."""
+    first = np.cross(along, np.eye(3)[int(np.abs(along).argmin())])
+    first /= np.linalg.norm(first)
+    return first, np.cross(along, first)

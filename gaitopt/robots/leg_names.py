@@ -1,0 +1,50 @@
+"""The names that people give to legs: ``LF``, ``FL``, ``front_left``, ``rear-right``, ``HL``."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from typing import Final
+
+from gaitopt.conventions import LEGS
+
+_SHORT: Final = {
+    "lf": "LF", "fl": "LF", "rf": "RF", "fr": "RF",
+    "lh": "LH", "hl": "LH", "rl": "LH", "lr": "LH", "bl": "LH", "lb": "LH",
+    "rh": "RH", "hr": "RH", "rr": "RH", "br": "RH", "rb": "RH",
+}  # fmt: skip
+"""Short names: of two letters for the end and the side, the first may be ``R`` for rear."""
+_ENDS: Final = {"front": "F", "fore": "F", "hind": "H", "rear": "H", "back": "H"}
+_SIDES: Final = {"left": "L", "right": "R"}
+_WORD: Final = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+")
+
+
+def leg_of(name: str) -> str | None:
+    """The leg that a name tells: one of :data:`gaitopt.LEGS`, or ``None``.
+
+    Letters count in any case, and the leg may be anywhere in the name: ``"RL_calf_joint"`` is a
+    name of LH.
+    """
+    side, end = parts_of(name)
+    leg = side + end
+    return leg if leg in LEGS else None
+
+
+def parts_of(name: str) -> tuple[str, str]:
+    """Side and end that a name tells: ``L`` or ``R``, ``F`` or ``H``; empty for neither."""
+    side = end = ""
+    for word in _WORD.findall(name):
+        low = word.lower()
+        if low in _SHORT and not (side or end):
+            return _SHORT[low][0], _SHORT[low][1]
+        for text, letter in _SIDES.items():
+            side = side or (letter if text in low else "")
+        for text, letter in _ENDS.items():
+            end = end or (letter if low.startswith(text) or low.endswith(text) else "")
+    return side, end
+
+
+def leg_of_names(names: Iterable[str]) -> str | None:
+    """The leg that most of some names tell; ``None`` where they tell none."""
+    told = [leg for leg in map(leg_of, names) if leg is not None]
+    return max(sorted(set(told)), key=told.count) if told else None
