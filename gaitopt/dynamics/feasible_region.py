@@ -22,18 +22,18 @@ from numpy.typing import ArrayLike
 
 from gaitopt.conventions import LEGS, FloatArray, frozen
 from gaitopt.dynamics.contacts import Contacts, ForceLimits
-from gaitopt.dynamics.region_polygon import corner_indices, hull_indices
-from gaitopt.dynamics.region_programs import largest_slack
-from gaitopt.dynamics.region_projection import EMPTY_SLACK, LEAST_TOLERANCE, project
-from gaitopt.dynamics.region_result import FeasibleRegion, RegionStatus
-from gaitopt.dynamics.region_rows import (
+from gaitopt.dynamics.region.polygon import corner_indices, hull_indices
+from gaitopt.dynamics.region.programs import largest_slack
+from gaitopt.dynamics.region.projection import EMPTY_SLACK, LEAST_TOLERANCE, project
+from gaitopt.dynamics.region.result import FeasibleRegion, RegionStatus
+from gaitopt.dynamics.region.rows import (
     LARGEST_NORMAL_SHARE,
     StandingLegs,
     friction_rows,
     standing_legs,
     torque_rows,
 )
-from gaitopt.dynamics.region_stance import Stance, stances
+from gaitopt.dynamics.region.stance import Stance, stances
 from gaitopt.errors import InputError
 from gaitopt.inputs import check_number, check_shape
 from gaitopt.robots.quadruped import Quadruped

@@ -19,9 +19,10 @@ class Limit:
     """Something that holds a phase back.
 
     Attributes:
-        kind: ``"margin"`` (a side of the shrunken support triangle), ``"reach"`` (a leg's reach),
+        kind: ``"margin"`` (a side of the shrunken support triangle), ``"forces"`` (a side of the
+            region in which contact forces hold the robot), ``"reach"`` (a leg's reach),
             ``"joint velocity"`` or ``"speed"`` (the speed that was asked for).
-        name: the side (``"LF-RH"``), the leg, or the joint.
+        name: the side (``"LF-RH"`` or ``"side 1"``), the leg, or the joint.
         value: multiplier of a constraint, or the share of the phase's duration that a joint or
             speed is at its limit.
         spans: for ``"joint velocity"`` and ``"speed"`` the times of the plan during which the

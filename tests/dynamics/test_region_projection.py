@@ -9,17 +9,17 @@ from hypothesis import strategies as st
 from scipy.spatial import ConvexHull
 
 from gaitopt.conventions import FloatArray
-from gaitopt.dynamics import region_projection
-from gaitopt.dynamics.region_balance import balanced_forces, orthogonal_complement, zero_sum_basis
-from gaitopt.dynamics.region_polygon import (
+from gaitopt.dynamics.region import projection
+from gaitopt.dynamics.region.balance import balanced_forces, orthogonal_complement, zero_sum_basis
+from gaitopt.dynamics.region.polygon import (
     SAME_PLACE,
     hull_indices,
     polygon_area,
     polygon_half_planes,
     polygon_margin,
 )
-from gaitopt.dynamics.region_programs import Daqp, Highs, Optimum, Polytope, largest_slack
-from gaitopt.dynamics.region_projection import project
+from gaitopt.dynamics.region.programs import Daqp, Highs, Optimum, Polytope, largest_slack
+from gaitopt.dynamics.region.projection import project
 from gaitopt.errors import SolverError
 
 numbers = st.floats(-1.0, 1.0)
@@ -145,7 +145,7 @@ def test_error_when_no_solver_finds_what_exists(monkeypatch: pytest.MonkeyPatch)
 
 
 def test_number_of_programs_is_limited(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(region_projection, "MOST_PROGRAMS", 5)
+    monkeypatch.setattr(projection, "MOST_PROGRAMS", 5)
     with pytest.raises(SolverError):
         project(simplex_onto(PENTAGON), 1e-4)
 

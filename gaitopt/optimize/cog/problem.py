@@ -1,7 +1,8 @@
 """The COG problem of [Wang2020], eq. (10): where the body centre goes before a leg swings.
 
 The body centre must be in two areas. Area A is the support triangle shrunken by the stability
-margin (three half-planes). Area B holds the places from which the legs reach four feet and the
+margin (three half-planes). Further half-planes may bound where contact forces hold the robot; they
+keep no margin. Area B holds the places from which the legs reach four feet and the
 next foothold (five discs; ovals where a leg's pitch axis lies below its roll axis). The paper
 prints the union of both; it must be their intersection (``docs/papers.md``). Three objectives
 share these constraints:
@@ -25,11 +26,13 @@ from numpy.typing import ArrayLike
 
 from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.errors import InputError
+from gaitopt.optimize.cog.half_planes import SIDES, constraint_names, padded, triangle_planes
 from gaitopt.robots.quadruped import Quadruped
-from gaitopt.stability.support import triangle_half_planes
 
 Objective = Literal["distance", "margin", "reach"]
 
+FURTHER = 2 + 3 * SIDES
+"""Where half-planes beside those of the triangle stand among the parameters."""
 LINEAR_WEIGHT = 10.0
 """Weight of the linear objectives ``"margin"`` and ``"reach"`` against a proximal term
 ``|step|^2 / 2``, which makes the Hessian of each QP positive definite. Chosen here: the heavier
@@ -43,6 +46,7 @@ class CogFormulation:
     Attributes:
         objective: ``"distance"``, ``"margin"`` or ``"reach"``.
         swing: the leg that swings next; ``None`` for standing on four feet (no triangle).
+        further: number of half-planes beside those of the triangle.
         reaching: the leg of each reach constraint.
         width: upper bound on the width of the area within the legs' reach [m].
         expressions: CasADi function ``(w, parameters) -> (cost, constraints)``, for inspection.
@@ -52,6 +56,7 @@ class CogFormulation:
 
     objective: str
     swing: str | None
+    further: int
     reaching: tuple[str, ...]
     width: float
     expressions: Any
@@ -60,7 +65,7 @@ class CogFormulation:
     @cached_property
     def planes(self) -> int:
         """Number of half-planes."""
-        return 0 if self.swing is None else 3
+        return 0 if self.swing is None else SIDES + self.further
 
     @cached_property
     def constraints(self) -> int:
@@ -75,21 +80,22 @@ class CogFormulation:
 
 @lru_cache(maxsize=256)
 def build_cog_formulation(
-    robot: Quadruped, swing: str | None, objective: Objective
+    robot: Quadruped, swing: str | None, objective: Objective, further: int = 0
 ) -> CogFormulation:
     """Write eqs. (1)-(10) in CasADi for one robot, swing leg and objective.
 
     The unknowns ``w`` are the body centre's x and y in a frame turned to the walk's heading; a
     third one is the margin for ``"margin"``, and the squared reach fraction for ``"reach"``. The
-    parameters are the start (2 numbers), the half-planes (3 x 3: normal, offset), the margin, the
-    reach fraction, and the feet (n x 3, with heights relative to the body centre). Every constraint
-    has the form ``g(w) >= 0``, with ``g`` in metres.
+    parameters are the start (2 numbers), the half-planes (3 each: normal, offset; those of the
+    triangle, then ``further`` others), the margin, the reach fraction, and the feet (n x 3, with
+    heights relative to the body centre). Every constraint has the form ``g(w) >= 0``, with ``g`` in
+    metres.
     """
     import casadi as ca
 
     ca.GlobalOptions.setNumpyMode(1)
     reaching = LEGS if swing is None else (*LEGS, swing)
-    planes = 0 if swing is None else 3
+    planes = 0 if swing is None else SIDES + further
     w = ca.SX.sym("w", 2 if objective == "distance" else 3)
     prm = ca.SX.sym("parameters", 2 + 3 * planes + 2 + 3 * len(reaching))
     cost = {
@@ -106,6 +112,7 @@ def build_cog_formulation(
     return CogFormulation(
         objective=objective,
         swing=swing,
+        further=further,
         reaching=reaching,
         width=2.0 * max(float(np.hypot(x.reach, x.lateral)) for x in robot.legs.values()),
         expressions=ca.Function("cog", [w, prm], [cost, g], ["w", "p"], ["cost", "g"]),
@@ -119,14 +126,17 @@ def build_cog_formulation(
 def _rows(
     robot: Quadruped, objective: str, reaching: tuple[str, ...], planes: int, w: Any, prm: Any
 ) -> list[Any]:
-    """The constraints as CasADi expressions: ``planes`` half-planes, then the legs' reach."""
+    """The constraints as CasADi expressions: ``planes`` half-planes, then the legs' reach.
+
+    The first three half-planes keep the margin.
+    """
     margin = w[2] if objective == "margin" else prm[2 + 3 * planes]
     square = w[2] if objective == "reach" else prm[3 + 3 * planes] ** 2
     feet = prm[4 + 3 * planes :]
     rows = []
     for i in range(planes):
         nx, ny, offset = (prm[2 + 3 * i + k] for k in range(3))
-        rows.append(nx * w[0] + ny * w[1] - offset - margin)
+        rows.append(nx * w[0] + ny * w[1] - offset - (margin if i < SIDES else 0.0))
     for i, leg in enumerate(reaching):
         x, y = feet[3 * i] - w[0] + robot.centre[0], feet[3 * i + 1] - w[1] + robot.centre[1]
         distance2 = robot.legs[leg].straightness(x, y, feet[3 * i + 2] + robot.centre[2])
@@ -195,6 +205,7 @@ def build_cog_problem(
     reach_fraction: float = 1.0,
     objective: Objective = "distance",
     shifts: ArrayLike | None = None,
+    further: FloatArray | None = None,
 ) -> CogProblem:
     """The COG problem of one step, eq. (10).
 
@@ -210,6 +221,8 @@ def build_cog_problem(
         objective: ``"distance"``, ``"margin"`` or ``"reach"``.
         shifts: how much nearer to each side of the triangle than the body centre the point is that
             keeps the margin ``(3,)`` [m]; by default it is the body centre.
+        further: other half-planes that the body centre keeps, without a margin, as rows of x and y
+            of the inward normal and of the offset [m] ``(k, 3)``.
 
     Raises:
         InputError: the feet of the support triangle stand in one line, or ``swing`` and
@@ -223,6 +236,7 @@ def build_cog_problem(
         robot, stance, np.array([height]), [swing], target,
         stability_margin=stability_margin, reach_fraction=reach_fraction, objective=objective,
         shifts=None if shifts is None else np.array([shifts], dtype=np.float64),
+        further=None if further is None else [further],
     )  # fmt: skip
     return problem.starting_at(np.asarray(start, dtype=np.float64))
 
@@ -238,6 +252,7 @@ def build_cog_problems(
     reach_fraction: float,
     objective: Objective,
     shifts: FloatArray | None = None,
+    further: Sequence[FloatArray | None] | None = None,
 ) -> list[CogProblem]:
     """The COG problems of many steps, each beginning in the middle of its feet.
 
@@ -248,6 +263,7 @@ def build_cog_problems(
         footholds: where it touches down ``(S, 3)`` [m]; ``None`` for standing only.
         robot, stability_margin, reach_fraction, objective: as in :func:`build_cog_problem`.
         shifts: as there, of every step ``(S, 3)`` [m].
+        further: as there, of every step before which a leg is to swing; ``None`` for none.
 
     Raises:
         InputError: the feet of a support triangle stand in one line.
@@ -259,7 +275,7 @@ def build_cog_problems(
     feet = feet - shift[:, None]
     places = feet
     if footholds is not None:
-        planes = _half_planes(feet[..., :2], swings, origins)
+        planes = triangle_planes(feet[..., :2], swings, origins)
         if shifts is not None:
             planes[:, 2::3] += shifts
         blocks.append(planes)
@@ -268,40 +284,16 @@ def build_cog_problems(
     blocks.append(np.tile([stability_margin, reach_fraction], (count, 1)))
     blocks.append(below.reshape(count, -1))
     parameters = np.concatenate(blocks, axis=1)
-    return [
-        CogProblem(
-            build_cog_formulation(robot, swing, objective), values, _constraint_names(swing),
-            origin, stability_margin, reach_fraction,
-        )
-        for swing, values, origin in zip(swings, parameters, origins, strict=True)
-    ]  # fmt: skip
-
-
-def _half_planes(feet: FloatArray, swings: Sequence[str | None], origins: FloatArray) -> FloatArray:
-    """Normals and offsets of the support triangles' sides ``(S, 9)``, relative to ``origins``.
-
-    Raises:
-        InputError: the feet of a triangle stand in one line.
-    """
-    standing = np.array([[i for i, leg in enumerate(LEGS) if leg != s] for s in swings])
-    corners = np.take_along_axis(feet, standing[..., None], axis=1)
-    normals, offsets = triangle_half_planes(corners)
-    flat = np.flatnonzero(np.isnan(offsets).any(axis=1))
-    if flat.size:
-        raise InputError(
-            f"step {flat[0]} ({swings[flat[0]]}): the three feet that stand, at "
-            f"{np.round(corners[flat[0]] + origins[flat[0]], 4).tolist()}, are in one line and "
-            "support no area; move one of them"
-        )
-    return np.concatenate([normals, offsets[..., None]], axis=2).reshape(len(feet), 9)
-
-
-@lru_cache(maxsize=8)
-def _constraint_names(swing: str | None) -> tuple[str, ...]:
-    """Names of the constraints before this leg swings; ``None`` for standing on four feet."""
-    reach = tuple(f"reach {leg}" for leg in LEGS)
-    if swing is None:
-        return reach
-    a, b, c = (leg for leg in LEGS if leg != swing)
-    return (f"margin {a}-{b}", f"margin {b}-{c}", f"margin {c}-{a}", *reach,
-            f"reach {swing} foothold")  # fmt: skip
+    problems = []
+    for i, swing in enumerate(swings):
+        values = parameters[i]
+        if further is not None and (others := further[i]) is not None:
+            values = np.insert(values, FURTHER, padded(others, origins[i]).ravel())
+        extra = (len(values) - parameters.shape[1]) // 3
+        problems.append(
+            CogProblem(
+                build_cog_formulation(robot, swing, objective, extra), values,
+                constraint_names(swing, extra), origins[i], stability_margin, reach_fraction,
+            )
+        )  # fmt: skip
+    return problems

@@ -36,10 +36,33 @@ def shifts_at_rest(robot: Quadruped, steps: CrawlSteps, start: FloatArray) -> Fl
     return np.asarray(-np.einsum("sij,j->si", _normals(steps), offset[0, :2]) + RESERVE)
 
 
-def shifts_in_swings(
+def shifts_in_swings(steps: CrawlSteps, offsets: FloatArray) -> FloatArray:
+    """How much nearer than the body centre the COM comes to each side during swings ``(S, 3)`` [m].
+
+    Args:
+        steps: the walk.
+        offsets: of the COM during each swing ``(S, n, 2)`` [m].
+    """
+    return nearer(_normals(steps), offsets)
+
+
+def nearer(normals: FloatArray, offsets: FloatArray) -> FloatArray:
+    """How much nearer than the body centre the COM comes to half-planes during swings ``(S, k)``.
+
+    Args:
+        normals: inward normals of the half-planes of each step ``(S, k, 2)``.
+        offsets: of the COM during each swing ``(S, n, 2)`` [m]; NaN where it is not known.
+    """
+    less = -np.einsum("sij,snj->sni", normals, offsets)
+    return np.asarray(np.nan_to_num(less, nan=-np.inf).max(axis=1) + RESERVE)
+
+
+def com_in_swings(
     robot: Quadruped, steps: CrawlSteps, settings: CrawlSettings, cogs: FloatArray
 ) -> FloatArray:
-    """How much nearer than the body centre the COM comes to each side during swings ``(S, 3)`` [m].
+    """Horizontal places of the COM from the body centre during swings ``(S, n, 2)`` [m].
+
+    They are NaN where a leg does not reach its foot; such a step is refused later, with the reason.
 
     Args:
         robot, steps, settings: the walk.
@@ -54,12 +77,10 @@ def shifts_in_swings(
     feet = np.repeat(steps.feet[:, None], count, axis=1)
     feet[np.arange(len(foot)), :, steps.indices] = foot
     local = (feet - cogs[:, None, None] + robot.centre).reshape(-1, len(LEGS), 3)
-    # A foot out of reach has no joint angles; the step is refused later, with the reason.
     with np.errstate(invalid="ignore"):
         joints = joints_from_feet_in_body(robot, local)
     offsets = MassDistribution.of(robot).com_in_body(_by_leg(robot, joints))
-    nearer = -np.einsum("sij,snj->sni", _normals(steps), offsets[:, :2].reshape(-1, count, 2))
-    return np.asarray(np.nan_to_num(nearer, nan=-np.inf).max(axis=1) + RESERVE)
+    return np.asarray(offsets[:, :2].reshape(-1, count, 2))
 
 
 def _by_leg(robot: Quadruped, joints: FloatArray) -> FloatArray:

@@ -8,6 +8,7 @@ from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.errors import InfeasibleStepError, SolverError
 from gaitopt.optimize.cog.solver import CogSolution, build_cog_problem, solve_cog
 from gaitopt.plan.settings.crawl import CrawlSettings
+from gaitopt.planners.phase_by_phase.demands import Demands
 from gaitopt.planners.phase_by_phase.steps import CrawlSteps
 from gaitopt.robots.leg import Leg
 from gaitopt.robots.quadruped import Quadruped
@@ -56,7 +57,7 @@ def explain_step(
     settings: CrawlSettings,
     step: int,
     place: FloatArray,
-    shifts: FloatArray | None = None,
+    demands: Demands | None = None,
 ) -> InfeasibleStepError | SolverError:
     """The error for a step whose COG problem has no verified solution.
 
@@ -64,16 +65,20 @@ def explain_step(
         robot, steps, settings: the walk.
         step: index of the step.
         place: body centre before the step ``(2,)`` [m], in the heading frame.
-        shifts: how much nearer to each side than the body centre the point is that keeps the
-            margin ``(3,)`` [m].
+        demands: what is asked of this step's target beside eq. (10).
 
     Returns:
         An InfeasibleStepError with the largest margin and the smallest reach fraction that allow
         the step; a SolverError if the step is possible after all.
     """
     leg = steps.legs[step]
-    best = _solve(robot, steps, settings, step, place, "margin", shifts)
-    least = _solve(robot, steps, settings, step, place, "reach", shifts)
+    if demands is not None and demands.regions[0] is not None:
+        free = _solve(robot, steps, settings, step, place, "margin", demands.without_regions())
+        if free.solved and free.value > settings.stability_margin + RESERVE:
+            return not_held(steps, settings, step)
+        demands = demands.without_regions()
+    best = _solve(robot, steps, settings, step, place, "margin", demands)
+    least = _solve(robot, steps, settings, step, place, "reach", demands)
     if best.solved and best.value > settings.stability_margin + RESERVE:
         return SolverError(
             f"step {step} ({leg}): the COG problem has a solution (margin {best.value:.4g} m) but "
@@ -104,6 +109,30 @@ def explain_step(
         f"{message}; {_remedies(settings, largest, needed)}",
         step=step, leg=leg, conflicts=conflicts, margin=margin, largest_margin=largest,
         reach_fraction=settings.reach_fraction, needed_reach_fraction=needed,
+    )  # fmt: skip
+
+
+def not_held(steps: CrawlSteps, settings: CrawlSettings, step: int) -> InfeasibleStepError:
+    """The error for a step during whose swing no contact forces hold the robot.
+
+    Args:
+        steps, settings: the walk.
+        step: index of the step.
+    """
+    leg, forces = steps.legs[step], settings.forces
+    legs = "-".join(other for other in LEGS if other != leg)
+    asked = "" if forces is None else (
+        f" (torque_share {forces.torque_share:.4g}, reserve {forces.reserve:.4g}, friction "
+        f"{forces.friction:.4g})"
+    )  # fmt: skip
+    return InfeasibleStepError(
+        f"step {step} ({leg} onto its foothold at {np.round(steps.targets[step], 4).tolist()}): no "
+        f"place of the body was found at which {legs} hold the robot with contact forces within "
+        f"their limits{asked}, with a margin of {settings.stability_margin:.4g} m at body_height "
+        f"{settings.body_height:.4g} m; take another stability_margin or body_height, or allow "
+        "more friction or torque, or less reserve",
+        step=step, leg=leg, conflicts=("contact forces",), margin=settings.stability_margin,
+        reach_fraction=settings.reach_fraction,
     )  # fmt: skip
 
 
@@ -145,7 +174,7 @@ def _solve(
     step: int,
     place: FloatArray,
     objective: str,
-    shifts: FloatArray | None = None,
+    demands: Demands | None = None,
     reach_fraction: float | None = None,
 ) -> CogSolution:
     """The solution of one step's COG problem from ``place (2,)``, with another objective."""
@@ -155,7 +184,8 @@ def _solve(
         stability_margin=settings.stability_margin,
         reach_fraction=settings.reach_fraction if reach_fraction is None else reach_fraction,
         objective=objective,  # type: ignore[arg-type]
-        shifts=shifts,
+        shifts=None if demands is None or demands.shifts is None else demands.shifts[0],
+        further=None if demands is None else demands.half_planes[0],
     )  # fmt: skip
     return solve_cog(problem)
 

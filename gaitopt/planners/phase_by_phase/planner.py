@@ -26,6 +26,8 @@ ROUNDING = 0.4
 """Rounding of the corners of swings where forces set the timing (:func:`gaitopt.retimed`). So
 the foot does not stop at them: 16 steps of anymal_c take 6.3 s with it and 7.4 s without, of go2
 3.8 and 4.3 s (seed 0)."""
+FORCES_LIMIT = "forces"
+"""Kind of the limits of phases whose target is set by where forces hold the robot."""
 HEIGHTS = (14, 15, 16, 17, 13, 12, 11)
 """Body heights that are tried one after the other, in fourteenths of the height in the settings.
 
@@ -77,6 +79,9 @@ def plan_at_fitting_height(
 ) -> Plan:
     """Plan the walk at the first of a few body heights at which it is possible.
 
+    Where forces set targets of the body centre there, higher ones are tried as well, as long as
+    the walk gets faster: straighter legs need less torque.
+
     Arguments are those of :func:`plan_in_order`.
 
     Raises:
@@ -87,13 +92,35 @@ def plan_at_fitting_height(
     first: InfeasibleStepError | None = None
     for height in _heights(settings.body_height):
         try:
-            return plan_in_order(
+            plan = plan_in_order(
                 robot, footholds, replace(settings, body_height=height), progress=progress
             )
         except InfeasibleStepError as error:
             first = first or error
+        else:
+            higher = [h for h in _heights(settings.body_height) if h > height]
+            return _fastest_of_higher(plan, settings, sorted(higher), progress)
     assert first is not None
     raise first
+
+
+def _fastest_of_higher(
+    plan: Plan, settings: CrawlSettings, heights: list[float], progress: Progress | None
+) -> Plan:
+    """The plan, or a faster one at one of ``heights`` [m] above its own, from the lowest on."""
+    for height in heights:
+        if not any(x.kind == FORCES_LIMIT for p in plan.phases for x in p.limited_by):
+            break
+        try:
+            other = plan_in_order(
+                plan.robot, plan.footholds, replace(settings, body_height=height), progress=progress
+            )
+        except InfeasibleStepError:
+            break
+        if other.duration >= plan.duration:
+            break
+        plan = other
+    return plan
 
 
 def with_fitting_height(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -18,16 +19,11 @@ from gaitopt.optimize.cog.solver import (
     solve_cog,
 )
 from gaitopt.plan.settings.crawl import CrawlSettings
-from gaitopt.planners.phase_by_phase.centre_of_mass import shifts_at_rest, shifts_in_swings
-from gaitopt.planners.phase_by_phase.diagnosis import explain_start, explain_step
+from gaitopt.planners.phase_by_phase.demands import ROUNDING, Demands
+from gaitopt.planners.phase_by_phase.diagnosis import explain_start, explain_step, not_held
 from gaitopt.planners.phase_by_phase.steps import CrawlSteps, check_stance, crawl_steps
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.footholds import Footholds
-
-ROUNDING = 1e-9
-"""Largest violation of a margin or a reach that counts as none [m]: what
-:data:`gaitopt.optimize.cog.solver.PRIMAL_TOLERANCE` allows."""
-
 
 MOST_ROUNDS = 12
 """Most rounds in which targets for the true centre of mass are found. Walks of the robots that
@@ -35,8 +31,6 @@ example-robot-data has took at most four."""
 SHIFT_ROUNDS = 4
 """Rounds in which the shifts at the largest margin are looked for. They change by at most a third
 of what the body moves, as legs have less than a third of the mass of the robots that were tried."""
-MORE = 2e-6
-"""Length by which more is asked for than what was found to be needed [m], so that rounds end."""
 
 
 def start_for_any_order(
@@ -66,6 +60,7 @@ def optimise_cogs(
     """The COG target of every step, each beginning at the target of the step before.
 
     Where the settings say so, the true centre of mass keeps the margin, and not the body centre.
+    With forces it is also where they hold the robot.
 
     Args:
         robot, steps, settings: the walk.
@@ -76,17 +71,17 @@ def optimise_cogs(
         InfeasibleStepError: no place of the body centre allows a step.
         SolverError: there is one, and the solver did not find it to its tolerance.
     """
-    if not (settings.true_com and steps.legs):
-        return _optimise(robot, steps, settings, start, None, progress)
-    shifts = shifts_at_rest(robot, steps, start)
+    demands = Demands.at_first(robot, steps, settings, start)
     for _ in range(MOST_ROUNDS):
-        solutions = _optimise(robot, steps, settings, start, shifts, progress)
-        places = np.array([s.position for s in solutions])
-        needed = shifts_in_swings(robot, steps, settings, np.column_stack([places, steps.heights]))
-        if (needed <= shifts + ROUNDING).all():
+        solutions, demands = _optimise(robot, steps, settings, start, demands, progress)
+        if demands is None:
             return solutions
-        # Only ever more, so that the rounds end.
-        shifts = np.maximum(shifts, needed + MORE)
+        cogs = np.column_stack([np.array([s.position for s in solutions]), steps.heights])
+        demands = demands.raised(robot, steps, settings, cogs)
+        if demands is None:
+            return solutions
+    if demands is not None and demands.not_held:
+        raise not_held(steps, settings, demands.not_held[0])
     raise SolverError(
         f"the true centre of mass keeps no margin after {MOST_ROUNDS} rounds: its distance from "
         "the body centre depends too much on where the body is; take com='body'"
@@ -98,38 +93,54 @@ def _optimise(
     steps: CrawlSteps,
     settings: CrawlSettings,
     start: FloatArray,
-    shifts: FloatArray | None,
+    demands: Demands | None,
     progress: Progress | None,
-) -> list[CogSolution]:
-    """The targets, where the centre of mass is nearer to each side than the body centre.
+) -> tuple[list[CogSolution], Demands | None]:
+    """The targets, and the demands that they meet.
 
     Args:
         robot, steps, settings, start, progress: as in :func:`optimise_cogs`.
-        shifts: by how much ``(S, 3)`` [m]; ``None`` for the body centre itself. Those of a step
-            that is impossible with them are replaced by those at its largest margin.
+        demands: what is asked for, if anything. Those of a step that is impossible with them are
+            replaced by weaker ones, found nearer to where they have to hold.
     """
-    problems = step_problems(robot, steps, settings, settings.objective, shifts)
+    problems = step_problems(robot, steps, settings, settings.objective, demands)
     workspace = CogWorkspace()
     solutions = []
     place = start[:2]
     for s, problem in enumerate(problems):
         solution = solve_cog(problem.starting_at(place), workspace)
-        if shifts is not None and not _is_possible(solution, settings):
-            # The shifts were found for another place of the body, and may be too large here.
-            shifts[s] = _shifts_at_largest_margin(robot, steps.part(s, s + 1), settings, shifts[s])
-            (problem,) = step_problems(
-                robot, steps.part(s, s + 1), settings, settings.objective, shifts[s : s + 1]
-            )
-            solution = solve_cog(problem.starting_at(place), workspace)
+        if demands is not None and not _is_possible(solution, settings):
+            step = steps.part(s, s + 1)
+            for weaker in _weaker(robot, step, settings, demands.of_step(s)):
+                demands = demands.with_step(s, weaker)
+                (problem,) = step_problems(robot, step, settings, settings.objective, weaker)
+                solution = solve_cog(problem.starting_at(place), workspace)
+                if _is_possible(solution, settings):
+                    break
         if not _is_possible(solution, settings):
-            raise explain_step(
-                robot, steps, settings, s, place, None if shifts is None else shifts[s]
-            )
+            own = None if demands is None else demands.of_step(s)
+            raise explain_step(robot, steps, settings, s, place, own)
         solutions.append(solution)
         place = solution.position
         if progress is not None:
             progress(s + 1, len(problems))
-    return solutions
+    return solutions, demands
+
+
+def _weaker(
+    robot: Quadruped, step: CrawlSteps, settings: CrawlSettings, demands: Demands
+) -> Iterator[Demands]:
+    """Demands of a single step with which it may be possible, one after the other.
+
+    They were found for another place of the body, and may be too large here. So they are found at
+    the largest margin. Less room for the forces comes first.
+    """
+    less = demands.with_less_room()
+    while less is not None:
+        demands = less
+        yield demands
+        less = demands.with_less_room()
+    yield _at_largest_margin(robot, step, settings, demands)
 
 
 def _is_possible(solution: CogSolution, settings: CrawlSettings) -> bool:
@@ -137,24 +148,27 @@ def _is_possible(solution: CogSolution, settings: CrawlSettings) -> bool:
     return solution.solved and solution.margin >= settings.stability_margin - ROUNDING
 
 
-def _shifts_at_largest_margin(
-    robot: Quadruped, step: CrawlSteps, settings: CrawlSettings, shifts: FloatArray
-) -> FloatArray:
-    """How much nearer to each side the centre of mass is where its margin is largest ``(3,)`` [m].
+def _at_largest_margin(
+    robot: Quadruped, step: CrawlSteps, settings: CrawlSettings, demands: Demands
+) -> Demands:
+    """What a single step needs where its margin is largest.
 
     Args:
         robot, settings: of the walk.
         step: the step alone.
-        shifts: a first guess ``(3,)`` [m].
+        demands: a first guess.
     """
     for _ in range(SHIFT_ROUNDS):
-        (problem,) = step_problems(robot, step, settings, "margin", shifts[None])
+        (problem,) = step_problems(robot, step, settings, "margin", demands)
         best = solve_cog(problem)
+        if not best.solved:
+            (problem,) = step_problems(robot, step, settings, "margin", demands.without_regions())
+            best = solve_cog(problem)
         if not best.solved:
             break
         cogs = np.append(best.position, step.heights)[None]
-        shifts = shifts_in_swings(robot, step, settings, cogs)[0]
-    return shifts
+        demands = demands.found_at(robot, step, settings, cogs)
+    return demands
 
 
 def step_problems(
@@ -162,7 +176,7 @@ def step_problems(
     steps: CrawlSteps,
     settings: CrawlSettings,
     objective: str,
-    shifts: FloatArray | None = None,
+    demands: Demands | None = None,
 ) -> list[CogProblem]:
     """The COG problems of all steps, each beginning in the middle of its feet.
 
@@ -174,7 +188,8 @@ def step_problems(
         robot, steps.feet, steps.heights, steps.legs, steps.targets,
         stability_margin=settings.stability_margin, reach_fraction=settings.reach_fraction,
         objective=objective,  # type: ignore[arg-type]
-        shifts=shifts,
+        shifts=None if demands is None else demands.shifts,
+        further=None if demands is None else demands.half_planes,
     )  # fmt: skip
 
 

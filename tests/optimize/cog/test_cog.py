@@ -127,6 +127,33 @@ def test_the_optimum_is_the_exact_one_on_random_steps(wang: Quadruped, spread: f
         assert refused > 10 and on_a_disc > 10
 
 
+def test_further_half_planes_are_kept_without_a_margin(wang: Quadruped) -> None:
+    """The exact optimum with one to ten more half-planes, through random places."""
+    rng = np.random.default_rng(3)
+    active = solved = 0
+    for _ in range(150):
+        step = random_step(rng, wang, 0.08)
+        angles = rng.uniform(-np.pi, np.pi, rng.integers(1, 11))
+        more = np.column_stack([np.cos(angles), np.sin(angles)])
+        offsets = rng.uniform(-0.08, 0.02, len(angles))
+        problem = build_cog_problem(wang, **step, further=np.column_stack([more, offsets]))
+        solution = solve_cog(problem)
+        sides, margins, centres, radii = geometry(wang, step)
+        exact = nearest_exactly(
+            step["start"], np.vstack([sides, more]), np.append(margins, offsets), centres, radii
+        )
+        assert solution.solved == (exact is not None)
+        if exact is not None:
+            solved += 1
+            active += any(name.startswith("forces") for name in solution.active)
+            assert np.hypot(*(solution.position - exact)) <= 1e-6
+            assert problem.names[3] == "forces side 1"
+            assert problem.constraint_values(exact)[3] == pytest.approx(
+                more[0] @ exact - offsets[0], abs=1e-12
+            )
+    assert solved > 50 and active > 30
+
+
 def test_a_start_inside_the_area_stays(wang: Quadruped) -> None:
     feet = {leg: np.append(wang.legs[leg].hip[:2], 0.0) for leg in LEGS}
     start = np.array([0.06, 0.0])

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gaitopt.conventions import BoolArray, FloatArray, frozen
-from gaitopt.dynamics.region_polygon import polygon_area, polygon_half_planes, polygon_margin
+from gaitopt.dynamics.region.polygon import polygon_area, polygon_half_planes, polygon_margin
 from gaitopt.errors import InputError
 from gaitopt.stability.support import HalfPlanes
 

@@ -10,9 +10,9 @@ import numpy as np
 
 from gaitopt.conventions import GRAVITY, FloatArray
 from gaitopt.dynamics.contacts import Contacts, ForceLimits
-from gaitopt.dynamics.region_balance import BalancedForces, balanced_forces
-from gaitopt.dynamics.region_programs import Polytope
-from gaitopt.dynamics.region_rows import LARGEST_NORMAL_SHARE, FootRows
+from gaitopt.dynamics.region.balance import BalancedForces, balanced_forces
+from gaitopt.dynamics.region.programs import Polytope
+from gaitopt.dynamics.region.rows import LARGEST_NORMAL_SHARE, FootRows
 from gaitopt.robots.quadruped import Quadruped
 
 LEVEL: Final = 1e-12

@@ -16,7 +16,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from gaitopt.conventions import FloatArray, frozen
-from gaitopt.dynamics.region_programs import (
+from gaitopt.dynamics.region.programs import (
     Daqp,
     Highs,
     Optimum,

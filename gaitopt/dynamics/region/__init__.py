@@ -1,0 +1,1 @@
+"""Regions in which a robot can stand: their rows, linear programs and polygons."""
