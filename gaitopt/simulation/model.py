@@ -196,6 +196,8 @@ def _add_servos(mujoco: Any, spec: Any, robot: Quadruped, gains: ControlGains) -
     for joint in spec.joints:
         # The servos keep the limits; MuJoCo would clip to the URDF's once more, unseen.
         joint.actfrclimited = 0
+        # The inertia of motors and gears, which a URDF cannot state and an MJCF does.
+        joint.armature = robot.notes.armature.get(joint.name, 0.0)
 
 
 def _mapped(mujoco: Any, model: Any, robot: Quadruped, columns: list[list[str]]) -> SimModel:

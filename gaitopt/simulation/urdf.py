@@ -31,6 +31,11 @@ def bare_urdf(robot: Quadruped) -> str:
         for inertial in link.findall("inertial"):
             if not _make_possible(inertial):
                 link.remove(inertial)
+    for joint in root.findall("joint"):
+        limit = joint.find("limit")
+        # An empty range means no limits here (gaitopt.robots.limits); MuJoCo would warn of it.
+        if joint.get("type") == "revolute" and limit is not None and _empty(limit):
+            joint.set("type", "continuous")
     base = next(link.get("name") for link in root.findall("link")
                 if link.get("name") not in children)  # fmt: skip
     if base == "world":
@@ -47,6 +52,11 @@ def bare_urdf(robot: Quadruped) -> str:
     root.remove(world)
     root.insert(0, world)
     return ElementTree.tostring(root, encoding="unicode")
+
+
+def _empty(limit: ElementTree.Element) -> bool:
+    """Whether a joint's range is empty."""
+    return not float(limit.get("lower", "0")) < float(limit.get("upper", "0"))
 
 
 SINGULAR = 1e-9
