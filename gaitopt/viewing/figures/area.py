@@ -18,6 +18,7 @@ from gaitopt.errors import InputError
 from gaitopt.plan.com_margin import true_com
 from gaitopt.plan.phase import Phase
 from gaitopt.plan.plan import Plan
+from gaitopt.plan.standing_regions import swing_region
 from gaitopt.robots.rotations import rpy_to_matrix
 from gaitopt.stability.support import shrunken_polygon, support_half_planes
 from gaitopt.viewing.figures.common import step_phases
@@ -55,6 +56,8 @@ class FeasibleArea:
         support: the legs that stand during the swing.
         triangle: corners of the support polygon ``(m, 2)``; empty where fewer than three stand.
         shrunken: corners of Area A ``(k, 2)``; empty where the margin is too large for the polygon.
+        held: corners of where contact forces hold the robot ``(k, 2)``, for the body centre; empty
+            where the plan promises no forces.
         reach: outlines ``(n, 2)`` of the COG places from which a leg reaches its foot, for each leg
             and for ``"<leg> foothold"``. Area B is their intersection.
         common: outline ``(n, 2)`` of the places that satisfy all constraints; empty if none does.
@@ -72,6 +75,7 @@ class FeasibleArea:
     support: tuple[str, ...]
     triangle: FloatArray
     shrunken: FloatArray
+    held: FloatArray
     reach: dict[str, FloatArray]
     common: FloatArray
     active: tuple[str, ...]
@@ -117,9 +121,11 @@ def feasible_area(plan: Plan, step: int) -> FeasibleArea:
     if sides and swing is not None and plan.settings.true_com:
         wanted = margin + _shifts(plan, swing, triangle)
         sides = polygon_slack(triangle, wanted)
+    held = EMPTY if swing is None else _held(plan, swing)
+    bounds = [b for b in (sides, polygon_slack(held, np.array(0.0))) if b]
 
     def slack(p: FloatArray) -> FloatArray:
-        every = [s(p)[:, None] for s in slacks.values()] + ([sides(p)] if sides else [])
+        every = [s(p)[:, None] for s in slacks.values()] + [b(p) for b in bounds]
         return np.asarray(np.concatenate(every, axis=1).min(axis=1))
 
     shrunken = shrunken_polygon(triangle, wanted) if sides else EMPTY
@@ -134,14 +140,26 @@ def feasible_area(plan: Plan, step: int) -> FeasibleArea:
         support=support,
         triangle=triangle if sides else EMPTY,
         shrunken=shrunken,
+        held=held,
         reach=reach,
         common=outline(
-            slack, np.vstack([ends, _grid(feet)]), farthest, np.vstack([ends, shrunken])
+            slack, np.vstack([ends, _grid(feet)]), farthest, np.vstack([ends, shrunken, held])
         ),
         active=_active(phase),
         margin=margin,
         margin_of="true centre of mass" if plan.settings.true_com else "body centre",
     )
+
+
+def _held(plan: Plan, swing: Phase) -> FloatArray:
+    """Where contact forces hold the robot during a swing, for the body centre: corners ``(k, 2)``.
+
+    Empty where the plan promises no forces, or lets the body rely on its momentum.
+    """
+    region = swing_region(plan, swing) if plan.settings.static else None
+    if region is None or len(region.vertices) < 3:
+        return EMPTY
+    return shrunken_polygon(region.vertices, _shifts(plan, swing, region.vertices))
 
 
 def _shifts(plan: Plan, swing: Phase, triangle: FloatArray) -> FloatArray:
@@ -150,7 +168,7 @@ def _shifts(plan: Plan, swing: Phase, triangle: FloatArray) -> FloatArray:
     Args:
         plan: the plan.
         swing: during which it comes there.
-        triangle: feet that stand ``(k, 2)`` [m].
+        triangle: corners of a convex polygon, such as the feet that stand ``(k, 2)`` [m].
     """
     times = np.linspace(swing.start, np.nextafter(swing.end, 0.0), SWING_SAMPLES)
     motion = plan.at(times)
@@ -254,5 +272,5 @@ def _grid(feet: FloatArray) -> FloatArray:
 
 def _active(phase: Phase) -> tuple[str, ...]:
     """Names of the constraints that are active at a phase's COG target."""
-    kinds = ("margin", "reach")
+    kinds = ("margin", "forces", "reach")
     return tuple(f"{m.kind} {m.name}" for m in phase.limited_by if m.kind in kinds)

@@ -95,7 +95,9 @@ def add_legend(ax: Axes, handles: list[Any] | None = None, **options: Any) -> No
     ax.legend(**chosen, **{"fontsize": SMALL, "frameon": False, "handlelength": 1.8, **options})
 
 
-def line_key(label: str, colour: str, style: Literal["-", "--"] = "-", width: float = 1.5) -> Any:
+def line_key(
+    label: str, colour: str, style: Literal["-", "--", ":"] = "-", width: float = 1.5
+) -> Any:
     """A line as an entry of a legend."""
     from matplotlib.lines import Line2D
 

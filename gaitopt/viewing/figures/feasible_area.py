@@ -29,6 +29,8 @@ TRIANGLE = "#4d4d4d"
 SHRUNKEN = "#e08214"
 COMMON = "#bcd9c6"
 """Colours of the support polygon, Area A, and the intersection of Areas A and B."""
+HELD = "#7b3294"
+"""Colour of where contact forces hold the robot."""
 FEET_BORDER, FOOTHOLD_BORDER = 0.09, 0.05
 """Borders around the feet and the next foothold [m]: room for their names."""
 
@@ -60,8 +62,8 @@ def plot_feasible_area(plan: Plan, step: int, ax: Axes | None = None) -> Figure:
     _draw_area(close, area, _move_title(area))
     _close_up(close, area)
     whole.indicate_inset_zoom(close, edgecolor=INK, linewidth=0.8)
-    figure.legend(handles=_keys(area), loc="outside lower center", ncols=5, fontsize=8,
-                  frameon=False)  # fmt: skip
+    figure.legend(handles=_keys(area), loc="outside lower center", fontsize=8, frameon=False,
+                  ncols=4 if len(area.held) else 5)  # fmt: skip
     return figure
 
 
@@ -92,7 +94,7 @@ def _draw_area(ax: Axes, area: FeasibleArea, title: str) -> None:
 
 
 def _draw_regions(ax: Axes, area: FeasibleArea) -> None:
-    """Draw the support polygon, Area A, and the shaded intersection of Areas A and B."""
+    """Draw support polygon, Area A, where forces hold, and what all of them have in common."""
     from matplotlib.patches import Polygon
 
     if len(area.common):
@@ -104,6 +106,10 @@ def _draw_regions(ax: Axes, area: FeasibleArea) -> None:
     if len(area.shrunken) >= 3:
         ax.add_patch(Polygon(area.shrunken, fill=False, edgecolor=SHRUNKEN, linewidth=1.3,
                              linestyle=(0, (5, 2)), zorder=3, label="A"))  # fmt: skip
+    if len(area.held):
+        wide = any(name.startswith("forces") for name in area.active)
+        ax.add_patch(Polygon(area.held, fill=False, edgecolor=HELD, linewidth=2.4 if wide else 1.2,
+                             linestyle=(0, (1, 1.5)), zorder=3, label="forces"))  # fmt: skip
     for name in area.active:
         kind, what = name.split(" ", 1)
         if kind == "margin" and set(what.split("-")) <= set(LEGS):
@@ -191,13 +197,16 @@ def _keys(area: FeasibleArea) -> list[Any]:
         whose = "" if area.margin_of == "body centre" else f", of the {area.margin_of}"
         keys.append(line_key(f"Area A: shrunken by $S_0$ = {1e3 * area.margin:g} mm{whose}",
                              SHRUNKEN, "--"))  # fmt: skip
+    if len(area.held):
+        keys.append(line_key("contact forces hold the true centre of mass", HELD, ":"))
     keys.append(line_key("Area B: reach of the legs", MUTED))
     if area.foothold is not None:
         keys.append(line_key(f"reach of {area.leg} to its next foothold",
                              LEG_COLOURS[area.leg], "--"))  # fmt: skip
         keys.append(dot_key(f"next foothold of {area.leg}", LEG_COLOURS[area.leg], fill="white"))
     if len(area.common):
-        keys.append(Patch(facecolor=COMMON, label="intersection of A and B"))
+        of = "A, B and forces" if len(area.held) else "A and B"
+        keys.append(Patch(facecolor=COMMON, label=f"intersection of {of}"))
     keys.append(dot_key("O: COG before", INK, fill="white"))
     keys.append(dot_key("O': COG after", INK))
     if area.active:

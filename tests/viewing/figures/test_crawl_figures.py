@@ -12,7 +12,7 @@ import pytest
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from gaitopt import Plan, Quadruped
+from gaitopt import ForceLimits, Plan, Quadruped
 from gaitopt.conventions import LEGS, FloatArray, rotation_z
 from gaitopt.errors import InputError
 from gaitopt.motion.path import MotionPath
@@ -108,6 +108,28 @@ def contains(outline: FloatArray, place: FloatArray, tolerance: float) -> bool:
     slack = polygon_slack(outline[:: max(len(outline) // 60, 1)], -tolerance)
     assert slack is not None
     return bool((slack(place[None]) >= 0).all())
+
+
+def test_where_forces_hold_is_drawn_with_forces() -> None:
+    """With a large reserve it is the triangle of the places that keep it, for the body centre."""
+    robot = load_robot("a1")
+    ground = s_columns(0, columns=2, robot=robot)
+    plan = plan_crawl(robot, ground, forces=ForceLimits(reserve=0.1), body_height=0.25)
+    area = feasible_area(plan, 0)
+    assert area.active == ("forces side 1",) and len(area.held) == 3
+    assert contains(area.held, area.target, 0.0) and contains(area.common, area.target, 1e-6)
+    for place in area.common[::30]:
+        assert contains(area.held, place, 1e-6) and contains(area.shrunken, place, 1e-6)
+    # Each foot keeps a tenth of the weight: seven tenths of every side are left, or less, as the
+    # centre of mass moves in the body.
+    sides = [np.linalg.norm(np.roll(c, 1, axis=0) - c, axis=1).max()
+             for c in (area.held, area.triangle)]  # fmt: skip
+    assert 0.6 < sides[0] / sides[1] <= 0.7
+    (drawn,) = [p for p in plots.plot_feasible_area(plan, 0).axes[0].patches
+                if p.get_label() == "forces"]  # fmt: skip
+    np.testing.assert_allclose(drawn.get_xy()[:3], area.held)
+    by_speed = feasible_area(plan_crawl(robot, ground, timing="velocity"), 0)
+    assert not len(by_speed.held)
 
 
 def test_the_discs_are_the_columns_where_they_stand_and_as_wide() -> None:
