@@ -23,7 +23,7 @@ import numpy as np
 from gaitopt.conventions import BoolArray, FloatArray
 from gaitopt.dynamics.chain_programs import SLOWER, ProgramSweeps
 from gaitopt.dynamics.contacts import ForceLimits
-from gaitopt.dynamics.motion_polygons import MotionPolygons
+from gaitopt.dynamics.motion_polygons import MotionPolygons, used_sides
 from gaitopt.dynamics.path_programs import (
     PathIntervals,
     TimingLimits,
@@ -50,6 +50,7 @@ class ForceTiming:
         stuck: chains that cannot be followed at any speed ``(C,)``.
         places: of each such chain an interval on which no motion was found ``(C,)``; -1 for others.
         polygons: what was learnt of the polygons. It does not depend on velocity limits.
+        squares: largest squared path speeds for which it was found, at all samples ``(S,)``.
     """
 
     begin: FloatArray
@@ -57,6 +58,7 @@ class ForceTiming:
     stuck: BoolArray
     places: np.ndarray
     polygons: MotionPolygons
+    squares: FloatArray
 
 
 def fastest_with_forces(
@@ -78,17 +80,24 @@ def fastest_with_forces(
         intervals: between samples.
         limits: on forces and torques.
         timing: on joint velocities and accelerations, and where to stop.
-        before: the timing of the same path with other velocity limits, if there is one.
+        before: the timing of the same path with other velocity limits, if there is one. Chains
+            whose limits are the same keep it.
     """
-    if before is not None:
-        polygons = before.polygons
-    else:
+    count, chains = len(intervals), len(intervals.first) - 1
+    if before is None:
         units = path_units(robot, dynamics, intervals, timing)
         polygons = MotionPolygons.at_rest(robot, dynamics, intervals, limits, timing, units)
-    begin, end, slow, polygons = _by_polygons(intervals, timing, polygons)
-    chains = len(slow)
-    stuck, places = np.zeros(chains, dtype=np.bool_), np.full(chains, -1)
-    for group in _groups(np.flatnonzero(slow), intervals.first):
+        nowhere = np.zeros(chains, dtype=np.bool_)
+        before = ForceTiming(np.zeros(count), np.zeros(count), nowhere, np.full(chains, -1),
+                             polygons, np.full(len(dynamics), np.nan))  # fmt: skip
+    changed = (before.squares != timing.squares)[[intervals.begin, intervals.end]].any(axis=0)
+    asked = np.flatnonzero(np.logical_or.reduceat(changed, intervals.first[:-1]))
+    begin, end, stuck, places = (
+        array.copy() for array in (before.begin, before.end, before.stuck, before.places)
+    )
+    stuck[asked], places[asked] = False, -1
+    slow, polygons = _by_polygons(intervals, timing, before.polygons, asked, begin, end)
+    for group in _groups(slow, intervals.first):
         part, owner = _part(intervals, group)
         rows = interval_programs(robot, dynamics, part, limits, timing)
         for i, chain in enumerate(group.tolist()):
@@ -98,19 +107,23 @@ def fastest_with_forces(
                 stuck[chain], places[chain] = True, owner[own[found]]
             else:
                 begin[owner[own]], end[owner[own]] = found
-    return ForceTiming(begin, end, stuck, places, polygons)
+    return ForceTiming(begin, end, stuck, places, polygons, timing.squares)
 
 
 def _by_polygons(
-    intervals: PathIntervals, timing: TimingLimits, polygons: MotionPolygons
-) -> tuple[FloatArray, FloatArray, BoolArray, MotionPolygons]:
-    """Squared speeds [1/s^2], which chains have none here ``(C,)``, and the polygons in the end."""
+    intervals: PathIntervals, timing: TimingLimits, polygons: MotionPolygons, chains: np.ndarray,
+    begin: FloatArray, end: FloatArray,
+) -> tuple[np.ndarray, MotionPolygons]:  # fmt: skip
+    """Write squared speeds of ``chains`` into ``begin`` and ``end (K,)`` [1/s^2].
+
+    Returns:
+        The chains for which there is nothing, and the polygons as they are known in the end.
+    """
     at = polygons.places
     tops = np.minimum(timing.squares[at.samples] / at.units, NO_BOUND)
-    begin, end = np.zeros(len(intervals)), np.zeros(len(intervals))
     resting = polygons.resting[at.begin] & polygons.resting[at.end]
-    slow = ~np.logical_and.reduceat(resting, intervals.first[:-1])
-    chains = np.flatnonzero(~slow)
+    rests = np.logical_and.reduceat(resting, intervals.first[:-1])[chains]
+    slow, chains = [chains[~rests]], chains[rests]
     for _ in range(MOST_SWEEPS):
         if not len(chains):
             break
@@ -120,24 +133,22 @@ def _by_polygons(
             steps[intervals.even[own]] = 0.0
         here, there = at.begin[own], at.end[own]
         sides = polygons.sides[:, : _used(polygons, np.append(here, there))]
-        begin[own], end[own] = swept(
+        found = swept(
             SweptIntervals(sides[here], sides[there], steps, tops[here], tops[there], first), SLOWER
         )
-        u = (end[own] - begin[own]) / np.where(steps > 0.0, steps, 1.0)
-        x = np.concatenate([begin[own], end[own]])
-        points = np.stack([np.concatenate([u, u]), x], axis=1)
+        begin[own], end[own] = at.units[here] * found
+        u = (found[1] - found[0]) / np.where(steps > 0.0, steps, 1.0)
+        points = np.stack([np.concatenate([u, u]), np.concatenate(found)], axis=1)
         polygons, state = polygons.refined(np.concatenate([here, there]), points)
         worst = np.minimum.reduceat(state.reshape(2, -1).min(axis=0), first[:-1])
-        slow[chains[worst < 0]] = True
+        slow.append(chains[worst < 0])
         chains = chains[worst == 0]
-    slow[chains] = True
-    unit = at.units[at.begin]
-    return begin * unit, end * unit, slow, polygons
+    return np.sort(np.concatenate([*slow, chains])), polygons
 
 
 def _used(polygons: MotionPolygons, places: np.ndarray) -> int:
     """How many columns of sides are in use at any of the places ``(P,)``."""
-    used = (polygons.sides[places] != 0.0).any(axis=(0, 2))
+    used = used_sides(polygons.sides[places]).any(axis=0)
     return int(np.flatnonzero(used).max(initial=-1)) + 1
 
 

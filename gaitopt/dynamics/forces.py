@@ -27,11 +27,11 @@ from gaitopt.dynamics.force_space import (
     force_spaces,
 )
 from gaitopt.dynamics.least_excess import least_excess
+from gaitopt.dynamics.many_programs import solve_quadratic_programs
 from gaitopt.dynamics.small_programs import (
     NO_BOUND,
     ROW_TOLERANCE,
     solve_linear,
-    solve_quadratic,
 )
 from gaitopt.dynamics.whole_body import Motion, equations_of_motion
 from gaitopt.errors import InputError
@@ -190,14 +190,13 @@ def _quadratic(
 ) -> _Coordinates:
     """Minimisers of ``z H z / 2 + g z`` over the rows, sample by sample ``(n, d)``."""
     z = np.asarray(-np.linalg.solve(hessian, gradient[..., None])[..., 0])
-    without = []
     # Where the minimum over all forces keeps the limits, it is that over those that keep them.
-    for i in np.flatnonzero(~_kept(rows, z)).tolist():
-        found = solve_quadratic(hessian[i], gradient[i], rows.matrix[i], rows.low[i], rows.high[i])
-        if found is None:
-            without.append(i)
-        else:
-            z[i] = found
+    own = np.flatnonzero(~_kept(rows, z))
+    found, kept = solve_quadratic_programs(
+        hessian[own], gradient[own], rows.matrix[own], rows.low[own], rows.high[own]
+    )
+    z[own[kept]] = found[kept]
+    without = own[~kept].tolist()
     least = least_excess(problem, space, rows, without)
     z[without] = least.z
     return _Coordinates(z, [(i, least.multipliers[k]) for k, i in enumerate(without)])

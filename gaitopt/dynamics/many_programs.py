@@ -1,13 +1,15 @@
-"""Many small linear programs of one size, solved one by one and judged together.
+"""Many small programs of one size, solved one by one and judged together.
 
 DAQP [Arnstrom2022] takes 10 to 20 us for one of them, and a judgement of its answer in Python
 several times as much. So the answers are judged by a few operations on arrays over all programs.
-As in :mod:`gaitopt.dynamics.small_programs` no status of the solver is believed.
+As in :mod:`gaitopt.dynamics.small_programs` no status of the solver is believed: a solution of a
+quadratic program counts if it keeps all rows, and one of a linear program if multipliers prove it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from itertools import repeat
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -16,6 +18,7 @@ from gaitopt.conventions import BoolArray, FloatArray
 from gaitopt.dynamics.small_programs import (
     PROGRAM_TOLERANCE,
     PROOF_TOLERANCE,
+    ROW_TOLERANCE,
     SOLVER_TOLERANCE,
 )
 
@@ -55,7 +58,8 @@ def solve_linear_programs(
     count, length, size = rows.shape
     points, multipliers = np.empty((count, size)), np.empty((count, length))
     weight = WEIGHT * np.eye(size)
-    for i, (point, weights) in enumerate(_answers(weight, costs, rows, low, high)):
+    fixed = repeat((weight, costs), count)
+    for i, (point, weights) in enumerate(_answers(fixed, rows, low, high)):
         points[i], multipliers[i] = point, weights
     values = (rows @ points[..., None])[..., 0]
     above, below = high - values, values - low
@@ -68,8 +72,33 @@ def solve_linear_programs(
     return LinearSolutions(points, multipliers, kept, proven)
 
 
+def solve_quadratic_programs(
+    hessians: FloatArray, gradients: FloatArray, rows: FloatArray, low: FloatArray, high: FloatArray
+) -> tuple[FloatArray, BoolArray]:
+    """Minimise ``x H x / 2 + g x`` over ``low <= A x <= high``, ``N`` times.
+
+    Args:
+        hessians: ``H (N, n, n)``, positive definite and of order one.
+        gradients: ``g (N, n)``.
+        rows, low, high: as in :func:`solve_linear_programs`.
+
+    Returns:
+        The last points ``(N, n)``, and which of them keep all rows ``(N,)``.
+    """
+    points = np.empty(gradients.shape)
+    objectives = zip(hessians, gradients, strict=True)
+    for i, (point, _) in enumerate(_answers(objectives, rows, low, high)):
+        points[i] = point
+    values = (rows @ points[..., None])[..., 0]
+    kept = (values >= low - ROW_TOLERANCE) & (values <= high + ROW_TOLERANCE)
+    return points, np.asarray(kept.all(axis=1))
+
+
 def _answers(
-    weight: FloatArray, costs: FloatArray, rows: FloatArray, low: FloatArray, high: FloatArray
+    objectives: Iterable[tuple[FloatArray, FloatArray]],
+    rows: FloatArray,
+    low: FloatArray,
+    high: FloatArray,
 ) -> Iterator[tuple[FloatArray, FloatArray]]:
     """DAQP's last point and its multipliers, of one program after the other.
 
@@ -77,13 +106,21 @@ def _answers(
     """
     import daqp
 
-    model = daqp.Model()
-    for i, (matrix, least, most) in enumerate(zip(rows, low, high, strict=True)):
-        if i:
-            model.update(A=matrix, bupper=most, blower=least)
-        else:
-            sense = np.zeros(len(matrix), dtype=np.int32)
-            model.setup(weight, costs, matrix, most, least, sense)
+    model, last = daqp.Model(), None
+    nothing = np.full(rows.shape[2], np.nan), np.zeros(rows.shape[1])
+    for objective, matrix, least, most in zip(objectives, rows, low, high, strict=True):
+        if last is None:
+            sense = np.zeros(rows.shape[1], dtype=np.int32)
+            ready = model.setup(*objective, matrix, most, least, sense)[0]
             model.settings = {"primal_tol": SOLVER_TOLERANCE}
-        point, _, _, report = model.solve()
-        yield point, report["lam"]
+        elif objective is last:
+            ready = model.update(A=matrix, bupper=most, blower=least)
+        else:
+            ready = model.update(*objective, matrix, most, least)
+        # It is set up anew after rows that it sees to contradict each other.
+        last = None if ready < 0 else objective
+        if last is None:
+            yield nothing
+        else:
+            point, _, _, report = model.solve()
+            yield point, report["lam"]

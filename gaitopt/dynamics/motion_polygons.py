@@ -183,7 +183,7 @@ class MotionPolygons:
                 multiple, side, proven = group.sides(np.arange(len(own)), rays, far)
                 room = (multiple * ray * sizes > STRICTLY) | (multiple >= (1.0 - WITHIN) * far)
                 resting[own] &= proven & room
-                near = side.any(axis=1)
+                near = used_sides(side)
                 sides = _appended(sides, own[near], side[near])
                 inner = _appended(inner, own, multiple[:, None] * rays)
         return replace(self, resting=resting, sides=sides, inner=inner)
@@ -254,7 +254,7 @@ class MotionPolygons:
             state[own] = np.where(proven & inside, 1, np.where(proven & outside, 0, -1))
             sides[own] = side
             ends[own] = np.where(proven, multiple, 0.0)[:, None] * points[own]
-        known, near = state >= 0, (state >= 0) & sides.any(axis=1)
+        known, near = state >= 0, (state >= 0) & used_sides(sides)
         return replace(
             self, sides=_appended(self.sides, places[near], sides[near]),
             inner=_appended(self.inner, places[known], ends[known]),
@@ -269,11 +269,16 @@ def _appended(table: FloatArray, places: np.ndarray, added: FloatArray) -> Float
     places, added = places[order], added[order]
     starts = np.flatnonzero(np.concatenate([[True], np.diff(places) > 0]))
     rank = np.arange(len(places)) - np.repeat(starts, np.diff(np.append(starts, len(places))))
-    column = table.any(axis=2).sum(axis=1)[places] + rank
+    column = used_sides(table).sum(axis=1)[places] + rank
     wide = np.zeros((len(table), max(int(column.max()) + 1, table.shape[1]), 2))
     wide[:, : table.shape[1]] = table
     wide[places, column] = added
     return wide
+
+
+def used_sides(table: FloatArray) -> BoolArray:
+    """Which of the sides or points ``(N, M, 2)`` are there ``(N, M)``."""
+    return np.asarray((table[..., 0] != 0.0) | (table[..., 1] != 0.0))
 
 
 def _cross(a: FloatArray, b: FloatArray) -> FloatArray:

@@ -1,8 +1,7 @@
-"""Quadratic and linear programs of a few unknowns, by the active-set method DAQP [Arnstrom2022].
+"""Linear programs of a few unknowns, by the active-set method DAQP [Arnstrom2022].
 
-No status of a solver is believed. A solution of a quadratic program counts if it keeps all rows,
-and one of a linear program if multipliers prove it. HiGHS [Huangfu2018] is there for linear
-programs that DAQP did not solve.
+No status of a solver is believed: a solution counts if multipliers prove it. HiGHS [Huangfu2018] is
+there for programs that DAQP did not solve.
 """
 
 from __future__ import annotations
@@ -83,32 +82,6 @@ class LinearProgram(NamedTuple):
         return None if found is None else found.point
 
 
-def solve_quadratic(
-    hessian: FloatArray,
-    gradient: FloatArray,
-    rows: FloatArray,
-    low: FloatArray,
-    high: FloatArray,
-) -> FloatArray | None:
-    """Minimise ``x H x / 2 + g x`` over ``low <= A x <= high``.
-
-    Args:
-        hessian: ``H (n, n)``, positive definite and of order one.
-        gradient: ``g (n,)``.
-        rows: ``A (m, n)``, of order one.
-        low: ``(m,)``, at least ``-NO_BOUND``.
-        high: ``(m,)``, at most ``NO_BOUND``.
-
-    Returns:
-        The minimiser ``(n,)``; ``None`` when no point was found that keeps all rows.
-    """
-    point, _ = _daqp(hessian, gradient, rows, low, high)
-    values = rows @ point
-    # A comparison with NaN is false.
-    kept = (values >= low - ROW_TOLERANCE) & (values <= high + ROW_TOLERANCE)
-    return point if kept.all() else None
-
-
 def solve_linear(
     costs: FloatArray,
     rows: FloatArray,
@@ -121,7 +94,9 @@ def solve_linear(
 
     Args:
         costs: ``c (n,)``.
-        rows, low, high: as in :func:`solve_quadratic`.
+        rows: ``A (m, n)``, of order one.
+        low: ``(m,)``, at least ``-NO_BOUND``.
+        high: ``(m,)``, at most ``NO_BOUND``.
         by_highs: solve by HiGHS instead of DAQP: 50 times as slow, and more robust.
 
     Returns:

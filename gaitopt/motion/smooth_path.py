@@ -27,6 +27,7 @@ def smooth_path(
     state: Callable[[FloatArray, FloatArray], States],
     error: Callable[[FloatArray, FloatArray], FloatArray],
     tolerance: float,
+    first: MotionPath | None = None,
 ) -> MotionPath:
     """Fit a piecewise quintic path to a motion that is given by formulae.
 
@@ -36,18 +37,19 @@ def smooth_path(
             times ``(N,)``, which lie a little inside the interval of the first.
         error: how wrong path values ``(N, n)`` are at times ``(N,)``; ``(N,)``.
         tolerance: the largest error that is allowed in the middle of any interval.
+        first: the path through the knots, if it is known already.
 
     Raises:
         SolverError: the error stays too large however short the intervals are.
     """
     for _ in range(MOST_HALVINGS):
-        path = _quintics(knots, state)
+        path = first or _quintics(knots, state)
         middles = (knots[1:] + knots[:-1]) / 2.0
         wrong = error(middles, path.evaluate(middles))
         bad = np.flatnonzero(~(wrong <= tolerance))
         if not bad.size:
             return path
-        knots = np.sort(np.concatenate([knots, middles[bad]]))
+        knots, first = np.sort(np.concatenate([knots, middles[bad]])), None
     raise SolverError(
         f"the motion leaves its path by {float(np.nanmax(wrong)):.2g} m near "
         f"{middles[int(np.nanargmax(wrong))]:.3f} s however short the intervals are; take another "

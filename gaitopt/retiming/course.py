@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -42,12 +43,45 @@ class Grid:
     first: np.ndarray
 
 
+class GridPlaces(NamedTuple):
+    """Both ends of all intervals of a grid; neighbours may share theirs.
+
+    Attributes:
+        s: of the places ``(N,)``.
+        piece: the piece of the course on which they are taken ``(N,)``.
+        begin, end: place at which each interval begins and ends ``(K,)``.
+    """
+
+    s: FloatArray
+    piece: np.ndarray
+    begin: np.ndarray
+    end: np.ndarray
+
+    @classmethod
+    def of(cls, grid: Grid, shared: bool) -> GridPlaces:
+        """The places of a grid.
+
+        Args:
+            grid: the intervals.
+            shared: one place for two intervals of a chain that meet there.
+        """
+        begins = np.full(len(grid.piece), not shared)
+        begins[grid.first[:-1]] = True
+        end = np.cumsum(1 + begins) - 1
+        s, piece = np.empty(end[-1] + 1), np.empty(end[-1] + 1, dtype=int)
+        s[end - 1], piece[end - 1] = grid.begin, grid.piece
+        s[end], piece[end] = grid.end, grid.piece
+        return cls(s, piece, end - 1, end)
+
+
 class Course(ABC):
     """A curve of base, joints and feet in pieces."""
 
     robot: Quadruped
     standing: BoolArray
     """Which feet stand on each piece ``(P, 4)``."""
+    continuous: bool
+    """Whether two derivatives do not jump where two pieces of a chain meet."""
 
     @abstractmethod
     def states(self, s: FloatArray, piece: np.ndarray) -> States:

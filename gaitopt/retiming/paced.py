@@ -10,7 +10,7 @@ import numpy as np
 from gaitopt.conventions import FloatArray
 from gaitopt.motion.body_and_feet import foot_errors
 from gaitopt.motion.path import MotionPath
-from gaitopt.motion.pieces import States
+from gaitopt.motion.pieces import States, quintic_hermite
 from gaitopt.motion.retiming import interval_times
 from gaitopt.motion.smooth_path import smooth_path
 from gaitopt.retiming.course import Course, Grid
@@ -28,6 +28,7 @@ class PacedCourse:
         course: where the motion goes.
         grid: its intervals.
         begin, end: squared speeds along the course at both ends of every interval ``(K,)``.
+        edges: the course's states there, at begins and at ends ``(K, 6 + nj)``.
         stretch: factor by which all times are longer.
     """
 
@@ -35,6 +36,7 @@ class PacedCourse:
     grid: Grid
     begin: FloatArray
     end: FloatArray
+    edges: tuple[States, States]
     stretch: float = 1.0
 
     @cached_property
@@ -88,7 +90,16 @@ class PacedCourse:
             feet = self.course.feet(self.place(times, interval), self.grid.piece[interval])
             return np.asarray(foot_errors(self.course.robot, values, feet).max(axis=1))
 
-        return smooth_path(self.times, state, error, FOOT_TOLERANCE)
+        return smooth_path(self.times, state, error, FOOT_TOLERANCE, self._first_path())
+
+    def _first_path(self) -> MotionPath:
+        """The quintics with the motion's states at both ends of every interval."""
+        moving = []
+        for (value, first, second), square in zip(self.edges, (self.begin, self.end), strict=True):
+            speed = np.sqrt(square)[:, None]
+            acceleration = first * self.acceleration[:, None] + second * square[:, None]
+            moving.append((value, first * speed / self.stretch, acceleration / self.stretch**2))
+        return MotionPath(self.times, quintic_hermite(np.diff(self.times), *moving))
 
     def new_times(self, old: FloatArray) -> FloatArray:
         """When the motion is where the plan was at times ``(N,)`` of its own [s]."""

@@ -13,19 +13,19 @@ import numpy as np
 
 from gaitopt.conventions import BoolArray, FloatArray
 from gaitopt.dynamics.contacts import ForceLimits
-from gaitopt.dynamics.force_timing import fastest_with_forces
-from gaitopt.dynamics.forces import build_force_problem, solve_forces
+from gaitopt.dynamics.force_timing import ForceTiming, fastest_with_forces
 from gaitopt.dynamics.path_programs import PathIntervals, TimingLimits
-from gaitopt.dynamics.whole_body import PathDynamics, motion_of_path, path_dynamics
-from gaitopt.errors import InfeasibleStepError, SolverError
+from gaitopt.dynamics.whole_body import PathDynamics, path_dynamics
 from gaitopt.motion.bounds import largest_sizes
 from gaitopt.motion.path import BASE_COLUMNS, MotionPath
-from gaitopt.motion.pieces import stretched
+from gaitopt.motion.pieces import States, stretched
 from gaitopt.motion.retiming import legs_needed_stretch, time_optimal_parametrisation
 from gaitopt.plan.phase import Phase
 from gaitopt.plan.plan import Plan
-from gaitopt.retiming.course import AT_REST, Course, Grid
+from gaitopt.retiming.course import AT_REST, Course, Grid, GridPlaces
+from gaitopt.retiming.middles import bent, without_forces
 from gaitopt.retiming.paced import PacedCourse
+from gaitopt.retiming.refusal import no_forces_between, no_motion
 from gaitopt.retiming.smooth import smooth_course
 from gaitopt.retiming.straight import straight_course
 
@@ -72,20 +72,28 @@ class Pacing:
     Attributes:
         plan: whose course it is.
         course, grid: where the motion goes, and its intervals.
+        places: both ends of all intervals.
+        states: of the course, at the places.
         promised: limits on forces and torques; ``None`` where nothing is promised of them.
-        dynamics: at both ends of all intervals, one after another; ``None`` without forces.
-        timing: other limits, at the same samples.
+        dynamics: at the places; ``None`` without forces.
+        timing: other limits, at the places.
         even: intervals that are followed at constant speed, as the course begins or ends at rest
             there ``(K,)``.
+        before: the timing that was slowed down, if there was one.
+        good: intervals that it kept, and that have forces in their middles ``(K,)``.
     """
 
     plan: Plan
     course: Course
     grid: Grid
+    places: GridPlaces
+    states: States
     promised: ForceLimits | None
     dynamics: PathDynamics | None
     timing: TimingLimits
     even: BoolArray
+    before: ForceTiming | None
+    good: BoolArray
 
     @classmethod
     def of(
@@ -102,65 +110,76 @@ class Pacing:
         lines = plan.path.degree <= 1
         course: Course = straight_course(plan, rounding) if lines else smooth_course(plan)
         robot, grid = course.robot, course.grid()
-        s, piece = np.stack([grid.begin, grid.end], axis=1).ravel(), np.repeat(grid.piece, 2)
-        values, first, second = course.states(s, piece)
+        places = GridPlaces.of(grid, course.continuous)
+        begin, end = places.begin, places.end
+        values, first, second = states = course.states(places.s, places.piece)
         joints, bend = first[:, BASE_COLUMNS:], second[:, BASE_COLUMNS:]
         with np.errstate(divide="ignore"):
             squares = ((robot.velocity_limits / np.abs(joints)) ** 2).min(axis=1)
             # A line on which nothing moves is no line, so no 0 is divided by 0.
-            given = (others.speed / course.way(piece)) ** 2
-        squares = np.minimum(np.minimum(squares, given), others.faster**2)
-        ends = np.concatenate([2 * grid.first[:-1], 2 * grid.first[1:] - 1])
-        rests = np.abs(first[ends]).max(axis=1) <= AT_REST
+            given = (others.speed / course.way(grid.piece)) ** 2
+        for at in (begin, end):
+            np.minimum.at(squares, at, np.minimum(given, others.faster**2))
+        ends = np.stack([begin[grid.first[:-1]], end[grid.first[1:] - 1]])
+        rests = np.abs(first[ends]).max(axis=2) <= AT_REST
         squares[ends[~rests]] = 0.0
         even = np.zeros(len(grid.piece), dtype=np.bool_)
-        even[ends[rests] // 2] = True
+        even[grid.first[:-1][rests[0]]] = even[grid.first[1:][rests[1]] - 1] = True
         timing = TimingLimits(squares, joints, bend, others.acceleration, FRICTION_SLACK)
         dynamics = None if promised is None else path_dynamics(robot, values, first, second)
-        return cls(plan, course, grid, promised, dynamics, timing, even)
+        unknown = np.zeros(len(grid.piece), dtype=np.bool_)
+        return cls(plan, course, grid, places, states, promised, dynamics, timing, even, None,
+                   unknown)  # fmt: skip
 
-    def fastest(self) -> PacedCourse:
-        """The course with its fastest timing.
+    def fastest(self) -> tuple[PacedCourse, ForceTiming | None]:
+        """The course with its fastest timing, and what was learnt of forces for it.
 
         Raises:
             InfeasibleStepError: somewhere there is no speed at which forces exist.
         """
         if self.promised is None or self.dynamics is None:
-            return self._fastest_of_joints()
-        grid, count = self.grid, len(self.grid.piece)
+            return self._paced(*self._fastest_of_joints()), None
+        grid, places = self.grid, self.places
         intervals = PathIntervals(
-            begin=2 * np.arange(count), end=2 * np.arange(count) + 1,
-            lengths=grid.end - grid.begin, standing=self.course.standing[grid.piece],
-            first=grid.first, even=self.even,
+            begin=places.begin, end=places.end, lengths=grid.end - grid.begin,
+            standing=self.course.standing[grid.piece], first=grid.first, even=self.even,
         )  # fmt: skip
         limits = tightened(self.promised, PLANNED_SHARE)
         found = fastest_with_forces(
-            self.course.robot, self.dynamics, intervals, limits, self.timing
+            self.course.robot, self.dynamics, intervals, limits, self.timing, self.before
         )
         if found.stuck.any():
-            raise self._impossible(limits, int(found.places[int(np.argmax(found.stuck))]))
-        return PacedCourse(self.course, grid, found.begin, found.end)
+            place = int(found.places[int(np.argmax(found.stuck))])
+            raise no_motion(self.course, grid, place, self._phase(place), limits)
+        return self._paced(found.begin, found.end), found
 
-    def _fastest_of_joints(self) -> PacedCourse:
-        """The same within limits of the joints alone, for chains that all have the same grid."""
-        grid, chains = self.grid, len(self.grid.first) - 1
-        first, second = (
-            np.concatenate([d[::2].reshape(chains, -1, d.shape[1]),
-                            d[1::2].reshape(chains, -1, d.shape[1])[:, -1:]], axis=1)
-            for d in (self.timing.first, self.timing.second)
-        )  # fmt: skip
+    def _paced(self, begin: FloatArray, end: FloatArray) -> PacedCourse:
+        """The course with squared speeds at both ends of every interval, each ``(K,)``."""
+        here, there = (
+            (self.states[0][at], self.states[1][at], self.states[2][at])
+            for at in (self.places.begin, self.places.end)
+        )
+        return PacedCourse(self.course, self.grid, begin, end, (here, there))
+
+    def _fastest_of_joints(self) -> tuple[FloatArray, FloatArray]:
+        """Squared speeds within limits of the joints alone, for chains with the same grid."""
+        grid, places, chains = self.grid, self.places, len(self.grid.first) - 1
+        at = np.concatenate([places.begin.reshape(chains, -1),
+                             places.end.reshape(chains, -1)[:, -1:]], axis=1).T  # fmt: skip
         edges = np.append(grid.begin[: grid.first[1]], grid.end[grid.first[1] - 1])
         squares = time_optimal_parametrisation(
-            np.swapaxes(first, 0, 1), np.swapaxes(second, 0, 1), edges,
+            self.timing.first[at], self.timing.second[at], edges,
             self.course.robot.velocity_limits, self.timing.acceleration,
         )  # fmt: skip
-        return PacedCourse(self.course, grid, squares[:-1].T.ravel(), squares[1:].T.ravel())
+        return squares[:-1].T.ravel(), squares[1:].T.ravel()
 
-    def slowed(self, motion: PacedCourse, path: MotionPath) -> Pacing | None:
+    def slowed(
+        self, motion: PacedCourse, path: MotionPath, found: ForceTiming | None
+    ) -> Pacing | None:
         """The same with lower speeds where a motion exceeds limits between places of the grid.
 
         Args:
-            motion, path: the fastest motion, and its path.
+            motion, path, found: the fastest motion, its path, and what was learnt for it.
 
         Returns:
             ``None`` where no limit is exceeded by more than a little, or no forces are promised.
@@ -172,12 +191,17 @@ class Pacing:
         if velocity.max() <= ENOUGH and not forced.any():
             return None
         share = _and_neighbours(np.where(velocity > ENOUGH, velocity, 1.0))
-        squares = self.timing.squares / np.repeat(share, 2) ** 2
-        found = np.stack([motion.begin, motion.end], axis=1).ravel()
-        held = np.repeat(_and_neighbours(forced.astype(np.float64)) > 0.0, 2)
-        # Places at which the robot stops are 0 already.
-        squares = np.where(held, np.minimum(squares, LESS * found), squares)
-        return replace(self, timing=replace(self.timing, squares=squares))
+        held = _and_neighbours(forced.astype(np.float64)) > 0.0
+        squares = self.timing.squares.copy()
+        for at, square in ((self.places.begin, motion.begin), (self.places.end, motion.end)):
+            np.minimum.at(squares, at, self.timing.squares[at] / share**2)
+            # Places at which the robot stops are 0 already.
+            np.minimum.at(squares, at, np.where(held, LESS * square, np.inf))
+        same = (squares == self.timing.squares)[[self.places.begin, self.places.end]].all(axis=0)
+        first = self.grid.first
+        kept = np.repeat(np.logical_and.reduceat(same, first[:-1]), np.diff(first))
+        return replace(self, timing=replace(self.timing, squares=squares), before=found,
+                       good=kept & ~forced)  # fmt: skip
 
     def check(self, motion: PacedCourse, path: MotionPath) -> None:
         """Refuse a motion that has no forces in the middle of an interval.
@@ -189,12 +213,8 @@ class Pacing:
             return
         missing = np.flatnonzero(self._without_forces(motion, path, self.promised))
         if missing.size:
-            phase, time = self._phase(int(missing[0])), float(motion.times[missing[0]])
-            raise SolverError(
-                f"step {phase.step} ({phase.leg}): no timing was found whose contact forces exist "
-                f"between the places at which they were looked for, near {time:.3f} s; take "
-                "another stability_margin or swing_height, or allow more friction or torque"
-            )
+            first = int(missing[0])
+            raise no_forces_between(self._phase(first), float(motion.times[first]))
 
     def _velocity_use(self, motion: PacedCourse, path: MotionPath) -> FloatArray:
         """Largest joint velocity on each interval, as a share of its limit ``(K,)``."""
@@ -209,33 +229,17 @@ class Pacing:
     def _without_forces(
         self, motion: PacedCourse, path: MotionPath, limits: ForceLimits
     ) -> BoolArray:
-        """Intervals in whose middle no forces keep the limits ``(K,)``."""
-        robot, middles = self.course.robot, (motion.times[1:] + motion.times[:-1]) / 2.0
-        moved = motion_of_path(robot, *(path.evaluate(middles, k) for k in range(3)))
-        standing = self.course.standing[self.grid.piece]
-        return ~solve_forces(build_force_problem(robot, moved, standing, limits)).feasible
+        """Intervals not known to be good whose middles have no forces in limits ``(K,)``."""
+        out = np.zeros(len(self.good), dtype=np.bool_)
+        if self.dynamics is not None:
+            own = np.flatnonzero(~self.good & bent(motion, self.places, self.dynamics))
+            out[own] = without_forces(motion, path, own, limits)
+        return out
 
     def _phase(self, interval: int) -> Phase:
         """The phase of the plan that an interval is part of."""
         middle = (self.grid.begin[interval] + self.grid.end[interval]) / 2.0
         return self.plan.phase_at(float(np.interp(middle, *self.course.marks[::-1])))
-
-    def _impossible(self, limits: ForceLimits, interval: int) -> InfeasibleStepError:
-        """The error of an interval on which no motion was found."""
-        course, piece = self.course, self.grid.piece[[interval]]
-        value = course.states(self.grid.begin[[interval]], piece)[0]
-        rest = motion_of_path(course.robot, value, np.zeros_like(value), np.zeros_like(value))
-        problem = build_force_problem(course.robot, rest, course.standing[piece], limits)
-        conflicts, phase = solve_forces(problem).conflicts(0), self._phase(interval)
-        how = (
-            f"not even at rest: {'; '.join(conflicts)}" if conflicts else
-            "in motion: the robot could rest here, but cannot go on along its path at any speed"
-        )  # fmt: skip
-        return InfeasibleStepError(
-            f"step {phase.step} ({phase.leg}): no contact forces hold the robot here, {how}; take "
-            "another stability_margin or body_height, or allow more friction or torque",
-            step=phase.step, leg=phase.leg, conflicts=conflicts,
-        )  # fmt: skip
 
 
 def paced(
@@ -253,9 +257,9 @@ def paced(
     """
     pacing = Pacing.of(plan, promised, others, rounding)
     for _ in range(MOST_ROUNDS):
-        motion = pacing.fastest()
+        motion, found = pacing.fastest()
         path = motion.path()
-        slower = pacing.slowed(motion, path)
+        slower = pacing.slowed(motion, path, found)
         if slower is None:
             break
         pacing = slower

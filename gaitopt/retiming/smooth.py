@@ -31,12 +31,14 @@ class SmoothCourse(Course):
         path: whose velocities jump at stops only.
         standing: which feet stand on each segment ``(P, 4)``.
         stops: knots at which the motion stops: velocities jump there, or are zero.
+        continuous: whether accelerations jump nowhere between.
     """
 
     robot: Quadruped
     path: MotionPath
     standing: BoolArray
     stops: np.ndarray
+    continuous: bool
 
     def states(self, s: FloatArray, piece: np.ndarray) -> States:
         since = s - self.path.times[piece]
@@ -76,5 +78,8 @@ def smooth_course(plan: Plan) -> SmoothCourse:
     jumps = np.abs(fine.jumps(1)) > SMOOTH_JUMP * largest + AT_REST
     still = np.abs(fine.evaluate(fine.times[1:-1], 1)).max(axis=1) <= AT_REST
     stops = np.flatnonzero(jumps.any(axis=1) | still) + 1
+    bends = np.abs(path.evaluate(path.times, 2)).max(axis=0)
+    bent = (np.abs(fine.jumps(2)) > SMOOTH_JUMP * bends + AT_REST).any(axis=1)
+    bent[stops - 1] = False
     standing = np.array(plan.at((fine.times[1:] + fine.times[:-1]) / 2.0).contacts)
-    return SmoothCourse(plan.robot, fine, standing, stops)
+    return SmoothCourse(plan.robot, fine, standing, stops, not bent.any())

@@ -68,6 +68,8 @@ class StraightCourse(Course):
     intervals: np.ndarray
     chains: np.ndarray
     old: FloatArray
+    # Lines and corners meet without curvature, and a spline's curvature does not jump.
+    continuous = True
 
     def states(self, s: FloatArray, piece: np.ndarray) -> States:
         value, first, second = (self._at(s, piece, order) for order in range(3))

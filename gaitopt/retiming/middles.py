@@ -1,0 +1,87 @@
+"""Forces in the middle between two places of a course's grid.
+
+At both ends of an interval there are forces. Their mean keeps all limits, which are convex, and
+makes the mean of what the motion asks for at both ends. What it asks for in the middle is another
+wrench, and other torques, by as much as they bend along the interval. Where that is less than the
+reserve with which forces are planned at places there are forces in the middle, too. Elsewhere
+programs look for them.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gaitopt.conventions import GRAVITY, BoolArray, FloatArray
+from gaitopt.dynamics.contacts import ForceLimits, effort_limits
+from gaitopt.dynamics.forces import build_force_problem, solve_forces
+from gaitopt.dynamics.whole_body import PathDynamics, motion_of_path
+from gaitopt.motion.path import MotionPath
+from gaitopt.retiming.course import Course, GridPlaces
+from gaitopt.retiming.paced import PacedCourse
+
+BENT_WRENCH = 1e-3
+"""How far a wrench in the middle may be from the mean of both ends, as a share of the weight and of
+the weight times half the stance, without a look at it: feet keep 0.0015 of the weight more at
+places than in middles."""
+BENT_TORQUE = 5e-3
+"""The same of a joint's torque, as a share of its limit: 0.015 more of it is left at places."""
+
+
+def without_forces(
+    motion: PacedCourse, path: MotionPath, own: np.ndarray, limits: ForceLimits
+) -> BoolArray:
+    """Intervals in whose middle no forces keep the limits ``(n,)``.
+
+    Args:
+        motion: the course with its timing.
+        path: its path.
+        own: the intervals that are looked at ``(n,)``.
+        limits: on forces and torques.
+    """
+    course: Course = motion.course
+    middles = (motion.times[1:] + motion.times[:-1])[own] / 2.0
+    moved = motion_of_path(course.robot, *(path.evaluate(middles, k) for k in range(3)))
+    standing = course.standing[motion.grid.piece[own]]
+    return ~solve_forces(build_force_problem(course.robot, moved, standing, limits)).feasible
+
+
+def bent(motion: PacedCourse, places: GridPlaces, dynamics: PathDynamics) -> BoolArray:
+    """Intervals in whose middle a motion may ask for other forces than around it ``(K,)``.
+
+    Args:
+        motion: the course with its timing.
+        places: both ends of its intervals.
+        dynamics: at the places.
+    """
+    robot, lengths = motion.course.robot, (motion.grid.end - motion.grid.begin)[:, None]
+    middle = ((motion.begin + motion.end) / 2.0)[:, None]
+    # Between both ends the squared speed is linear, so A u + B x + g bends as A, B and g do, and
+    # by the product of what B and x change by.
+    tables = dynamics.acceleration, dynamics.speed, dynamics.gravity
+    factors = np.abs(motion.acceleration)[:, None], middle, np.ones_like(middle)
+    slopes = [(table[places.end] - table[places.begin]) / lengths for table in tables]
+    change = (motion.end - motion.begin)[:, None] * lengths
+    found = np.abs(slopes[1] * change) / 8.0
+    inner = np.ones(len(lengths), dtype=np.bool_)
+    inner[motion.grid.first[:-1]] = False
+    for slope, factor in zip(slopes, factors, strict=True):
+        found = found + _second(slope, lengths, inner) * factor * lengths**2 / 8.0
+    unit = robot.mass * GRAVITY
+    torques = np.abs(found[:, 6:]) / effort_limits(robot).limits
+    wrench = np.abs(found[:, :6]) / (unit * np.repeat([1.0, robot.stance_size[0] / 2.0], 3))
+    return np.asarray((wrench.max(axis=1) > BENT_WRENCH) | (torques.max(axis=1) > BENT_TORQUE))
+
+
+def _second(slopes: FloatArray, lengths: FloatArray, inner: BoolArray) -> FloatArray:
+    """Largest second differences at both ends of intervals ``(K, n)``, from their slopes.
+
+    Args:
+        slopes: on the intervals ``(K, n)``.
+        lengths: of the intervals ``(K, 1)``.
+        inner: intervals that begin where another one of their chain ends ``(K,)``.
+    """
+    steps = np.abs(slopes[1:] - slopes[:-1]) * 2.0 / (lengths[1:] + lengths[:-1])
+    steps = np.where(inner[1:, None], steps, 0.0)
+    none = np.zeros((1, slopes.shape[1]))
+    at_begin, at_end = np.concatenate([none, steps]), np.concatenate([steps, none])
+    return np.asarray(np.maximum(at_begin, at_end))
