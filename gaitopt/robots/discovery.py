@@ -33,6 +33,10 @@ may be turned by up to 25 degrees."""
 LEAST_BEND = 0.1
 """How far beyond the straight leg a knee's limits may reach on the other side, and the knee still
 counts as bending to one side only [rad]. Chosen: some URDFs leave a little."""
+ENOUGH_BEND, CLEARLY_LESS = 2.0, 0.7
+"""A knee that bends to one side by less than the first [rad], and by less than the second as a
+share of what it bends to the other, points to the other side. Chosen: a leg that is folded by 2 rad
+is half as long as a straight one."""
 
 FOOT_WORDS = ("foot", "toe", "contact", "sole")
 """Words in the names of links that are feet."""
@@ -192,7 +196,8 @@ def read_leg(model: Any, name: str, chain: Chain, body: FloatArray, knee: float 
         chain: its joints.
         body: axes of the body frame in the base frame ``(3, 3)``.
         knee: side of the knee, +1 forward, -1 backward; ``None`` takes it from the knee's limits,
-            and where they allow both sides points front knees backward and hind knees forward.
+            and where they allow both sides about equally, points front knees backward and hind
+            knees forward.
 
     Raises:
         RobotError: the leg is neither roll-pitch-pitch nor pitch-pitch.
@@ -357,13 +362,26 @@ def _knee_side(
         only = 1.0
     elif high < LEAST_BEND and low < -LEAST_BEND:
         only = -1.0
+    wider = _wider_side(float(low), float(high))
     if only is not None and asked not in (None, only):
         side = "forward" if only > 0 else "backward"
         raise InputError(
             f"{model.name}: the limits of {chain.names[-1]} let the knee of leg {name} point only "
             f"{side}; leave {name} out of knees, or change the limits"
         )
-    return only or asked or (-1.0 if name.endswith("F") else 1.0)
+    return only or asked or wider or (-1.0 if name.endswith("F") else 1.0)
+
+
+def _wider_side(low: float, high: float) -> float | None:
+    """The side to which a knee bends clearly farther; ``None`` for about the same.
+
+    Args:
+        low, high: the knee's bend at its limits [rad].
+    """
+    least, most = min(-low, high), max(-low, high)
+    if least < ENOUGH_BEND and least < CLEARLY_LESS * most:
+        return 1.0 if high > -low else -1.0
+    return None
 
 
 def _name_side(names: Iterable[str]) -> int:

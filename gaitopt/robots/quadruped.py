@@ -32,6 +32,10 @@ LEVEL_FEET, LEAST_STANDING = 0.03, 0.4
 """Largest difference of the feet's heights, and least height of the hips, of a standing robot, as
 shares of its legs' reach. Chosen: files also hold poses of lying and of other robots."""
 
+LEAST_STRETCH = 0.3
+"""Least height of the hips in that range which the knees' limits allow, as a share of it. Chosen:
+some knees bend little, and a walk needs room below."""
+
 _KNEES = {"forward": 1.0, "backward": -1.0}
 
 
@@ -212,13 +216,16 @@ class Quadruped:
         """Height of the hips above the feet of a standing robot, in whole centimetres [m].
 
         It is that of the file's standing pose, where it has one. Otherwise it is
-        :data:`STANDING_SHARE` of the legs' reach: 0.40 m for wang2020.
+        :data:`STANDING_SHARE` of the legs' reach, or more where the knees bend little: 0.40 m for
+        wang2020.
         """
         told = self._told_height
         if told is not None:
             return told
-        reach = np.mean([leg.reach + leg.drop for leg in self.legs.values()])
-        return max(round(STANDING_SHARE * float(reach), 2), 0.01)
+        reach = float(np.mean([leg.reach + leg.drop for leg in self.legs.values()]))
+        least = float(np.mean([leg.least_reach + leg.drop for leg in self.legs.values()]))
+        bent = least + LEAST_STRETCH * (reach - least)
+        return max(round(max(STANDING_SHARE * reach, bent), 2), 0.01)
 
     @cached_property
     def _told_height(self) -> float | None:

@@ -59,6 +59,13 @@ def _empty(limit: ElementTree.Element) -> bool:
     return not float(limit.get("lower", "0")) < float(limit.get("upper", "0"))
 
 
+LEAST_GYRATION = 1e-3
+"""Radius of gyration that a link without inertia gets [m]: less than that of any link."""
+LEAST_INERTIA = 1e-13
+"""Least principal moment of inertia [kg m^2]: MuJoCo refuses those below 1e-14."""
+LEAST_MASS = 1e-10
+"""Mass up to which a link counts as one without [kg]: some programs write such for links that mark
+a place, and MuJoCo refuses them."""
 SINGULAR = 1e-9
 """Least eigenvalue of an inertia matrix, as a share of its trace, that counts as positive: what
 rounding of a URDF's digits can make of zero."""
@@ -67,17 +74,22 @@ rounding of a URDF's digits can make of zero."""
 def _make_possible(inertial: ElementTree.Element) -> bool:
     """Set the products of inertia of a matrix that is not positive definite to zero.
 
+    Moments that are then not positive become those of a very small body.
+
     Returns:
-        Whether the link has a mass at all.
+        Whether the link has a mass that counts.
     """
     mass, inertia = inertial.find("mass"), inertial.find("inertia")
-    if mass is None or inertia is None or not float(mass.get("value", "0")) > 0.0:
+    if mass is None or inertia is None or not float(mass.get("value", "0")) > LEAST_MASS:
         return False
     xx, xy, xz, yy, yz, zz = (
         float(inertia.get(f"i{n}", "0")) for n in ("xx", "xy", "xz", "yy", "yz", "zz")
     )
     least = np.linalg.eigvalsh(np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))[0]
-    if not least > SINGULAR * (xx + yy + zz):
+    if not least > max(SINGULAR * (xx + yy + zz), LEAST_INERTIA):
         for name in ("ixy", "ixz", "iyz"):
             inertia.set(name, "0")
+        smallest = max(float(mass.get("value", "0")) * LEAST_GYRATION**2, 2.0 * LEAST_INERTIA)
+        for name, value in (("ixx", xx), ("iyy", yy), ("izz", zz)):
+            inertia.set(name, repr(max(value, smallest)))
     return True

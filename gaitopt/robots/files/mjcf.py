@@ -48,19 +48,27 @@ def read_mjcf(
             f"{label} is MJCF; reading it needs the package mujoco: pip install 'gaitopt[sim]'"
         ) from error
     cleaned = MjcfText(text, label, folder, MeshFinder(folder, options.package_folders))
-    try:
-        with silenced_stderr():
-            model = mujoco.MjSpec.from_string(cleaned.text()).compile()
-    except Exception as error:  # MuJoCo raises errors of several kinds
-        words = " ".join(str(error).split())[:300]
-        lost = f" (meshes that are missing: {', '.join(cleaned.missing[:4])})" * bool(
-            cleaned.missing
-        )
-        raise RobotError(f"{label}: MuJoCo cannot read this MJCF: {words}{lost}") from error
+    model = _compiled(mujoco, cleaned, label)
     writer = _Writer(mujoco, model, cleaned, label)
     urdf, notes = prepared_urdf(*writer.write(), label, folder, options)
     check_agreement(mujoco, model, writer.base, urdf, notes.locked, label)
     return urdf, notes
+
+
+def _compiled(mujoco: Any, cleaned: MjcfText, label: str) -> Any:
+    """MuJoCo's model; raises RobotError where there is none."""
+    words = ""
+    for hulls in (False, True):
+        if hulls:
+            cleaned.take_hulls()
+        try:
+            with silenced_stderr():
+                return mujoco.MjSpec.from_string(cleaned.text()).compile()
+        except Exception as error:  # MuJoCo raises errors of several kinds
+            words = words or " ".join(str(error).split())[:300]
+    missing = ", ".join(cleaned.missing[:4])
+    lost = f" (meshes that are missing: {missing})" if missing else ""
+    raise RobotError(f"{label}: MuJoCo cannot read this MJCF: {words}{lost}")
 
 
 class _Writer:

@@ -29,6 +29,7 @@ _DEFAULTS = ("default", "joint", "geom", "site", "mesh", "motor", "position", "v
              "general", "intvelocity", "damper", "equality")  # fmt: skip
 _COMPILER = ("angle", "autolimits", "eulerseq", "inertiafromgeom", "inertiagrouprange", "boundmass",
              "boundinertia", "settotalmass", "balanceinertia", "coordinate")  # fmt: skip
+_MESH = ("scale", "refpos", "refquat", "inertia")
 _EQUALITIES = ("connect", "weld", "joint")
 _SHAPES = ("sphere", "capsule", "cylinder", "box", "ellipsoid", "mesh")
 _UNKNOWN = ("material", "texture", "hfield", "fluidshape", "fluidcoef", "user")
@@ -104,13 +105,15 @@ class MjcfText:
                 continue
             scale = mesh.get("scale") or defaults.get(mesh.get("class", "main")) or "1 1 1"
             self.meshes[name] = (str(Path(folder) / inside), scale)
-            used = {k: v for k, v in mesh.attrib.items() if k in ("scale", "refpos", "refquat")}
-            ElementTree.SubElement(out, "mesh", {
-                **used, "name": name, "scale": scale, "file": str(path),
-                # Shells without a volume still have a shape, which is all that is read.
-                "inertia": "convex",
-            })  # fmt: skip
+            used = {k: v for k, v in mesh.attrib.items() if k in _MESH}
+            given = {**used, "name": name, "scale": scale, "file": str(path)}
+            ElementTree.SubElement(out, "mesh", given)
         return out
+
+    def take_hulls(self) -> None:
+        """Give all meshes the inertia of their convex hulls: open ones have none of their own."""
+        for mesh in self.root.iterfind("asset/mesh"):
+            mesh.set("inertia", "convex")
 
     def _add_bodies(self, root: Element) -> None:
         """Add the bodies of all worlds; shapes and sites of the world itself are no robot's."""

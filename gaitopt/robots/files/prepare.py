@@ -17,6 +17,7 @@ from gaitopt.conventions import LEGS, frozen
 from gaitopt.errors import InputError, RobotError
 from gaitopt.robots.discovery import Chain, assign_names, heading_axes
 from gaitopt.robots.feet import ball_radius
+from gaitopt.robots.files.axes import straighten
 from gaitopt.robots.files.ends import FootPlace, find_foot, place_asked
 from gaitopt.robots.files.joint_limits import set_limits
 from gaitopt.robots.files.limbs import Limb, find_limbs
@@ -58,6 +59,7 @@ def prepared_urdf(
     found = find_limbs(tree, options.legs)
     limbs = list(found.values()) if isinstance(found, dict) else found
     locked = _lock_others(tree, limbs, options, done)
+    warnings += straighten(tree, limbs)
     finder = MeshFinder(folder, options.package_folders)
     named = found if isinstance(found, dict) else _named(tree, limbs)
     _refuse_linkages(tree, named)

@@ -74,6 +74,14 @@ class Joint:
         self.placement = placement
         _set_origin(self.element, placement)
 
+    def turn(self, axis: FloatArray) -> None:
+        """Give the joint another unit axis ``(3,)`` in its frame."""
+        self.axis = axis
+        element = self.element.find("axis")
+        if element is None:
+            element = ElementTree.SubElement(self.element, "axis")
+        element.set("xyz", " ".join(repr(float(a) + 0.0) for a in axis))
+
     def lock(self, at: float) -> None:
         """Make it a fixed joint at a position [rad, m]."""
         self.move(self.placement @ self.motion(at))
