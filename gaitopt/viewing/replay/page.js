@@ -245,6 +245,21 @@
     f: () => setFollow(!state.follow),
     r: () => resetView(),
   };
+  for (const { name, title, key, frame } of data.switches) {
+    const button = document.createElement("button");
+    let shown = true;
+    const turn = () => {
+      shown = !shown;
+      viewer.set_property(frame.split("/"), "visible", shown);
+      button.setAttribute("aria-pressed", String(shown));
+    };
+    Object.assign(button, { className: "small", title, textContent: name, onclick: turn });
+    button.setAttribute("aria-pressed", "true");
+    button.addEventListener("pointerup", () => button.blur());
+    el("follow").before(button);
+    keys[key] = turn;
+    if (hash.has(`no-${name.toLowerCase()}`)) turn();
+  }
   window.addEventListener("keydown", (event) => {
     const act = keys[event.key] || keys[event.key.toLowerCase()];
     if (!act || event.ctrlKey || event.metaKey || event.altKey) return;

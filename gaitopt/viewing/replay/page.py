@@ -67,6 +67,23 @@ class Label:
 
 
 @dataclass(frozen=True)
+class Switch:
+    """A button that shows and hides a frame with all below it.
+
+    Attributes:
+        name: on the button.
+        title: what it does, shown when the mouse rests on it.
+        key: small letter that does the same.
+        frame: names from the root of the scene, joined by slashes.
+    """
+
+    name: str
+    title: str
+    key: str
+    frame: str
+
+
+@dataclass(frozen=True)
 class Page:
     """A scene with its title, legend, captions and camera.
 
@@ -84,6 +101,7 @@ class Page:
         labels: names above frames.
         view_from: direction from the scene to the camera: along the heading, to the left, up.
         in_view: points that are visible in the first view, instead of the ball [m].
+        switches: buttons that show and hide frames, which are shown at first.
     """
 
     scene: Scene
@@ -100,6 +118,7 @@ class Page:
     labels: tuple[Label, ...] = ()
     view_from: tuple[float, float, float] = (0.75, 0.8, 0.62)
     in_view: tuple[tuple[float, float, float], ...] = ()
+    switches: tuple[Switch, ...] = ()
 
 
 def comfortable_speed(duration: float, speeds: tuple[float, ...] = SPEEDS) -> float:
@@ -155,6 +174,7 @@ def _data(page: Page) -> dict[str, Any]:
         "labels": [asdict(label) for label in page.labels],
         "viewFrom": list(page.view_from),
         "inView": [list(point) for point in page.in_view],
+        "switches": [asdict(switch) for switch in page.switches],
     }
 
 

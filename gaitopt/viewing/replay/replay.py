@@ -19,9 +19,10 @@ from gaitopt.plan.plan import Plan, Trajectory
 from gaitopt.robots.rotations import quaternion_to_rpy
 from gaitopt.viewing.colours import LEG_COLOURS
 from gaitopt.viewing.replay.obstacle_scene import obstacle_scene
-from gaitopt.viewing.replay.page import Caption, Page, render
+from gaitopt.viewing.replay.page import Caption, Page, Switch, render
 from gaitopt.viewing.replay.robot_scene import robot_scene
 from gaitopt.viewing.replay.scene import Scene, joined
+from gaitopt.viewing.replay.standing_scene import HELD, STANDING, standing_scene
 from gaitopt.viewing.replay.support_scene import INSIDE, support_scene
 from gaitopt.viewing.replay.terrain_scene import (
     ground_level,
@@ -48,9 +49,10 @@ def replay(
     """Write a plan as one HTML file that plays in any browser, without a network.
 
     It shows the robot, the columns, the ways of feet and body, and at each instant the support
-    polygon with its inside less the stability margin. What moves is within 0.1 mm (body) and
-    0.1 mrad (each joint) of the plan. The address may say where to start:
-    ``walk.html#t=60&paused&speed=5&follow``.
+    polygon with its inside less the stability margin. Where forces are promised, it shows during
+    each swing where they hold the robot's centre of mass, too; a button hides it. What moves is
+    within 0.1 mm (body) and 0.1 mrad (each joint) of the plan. The address may say where to start:
+    ``walk.html#t=60&paused&speed=5&follow&no-region``.
 
     Args:
         plan: the motion.
@@ -150,6 +152,7 @@ def plan_scene(
         obstacle_scene(plan.settings.obstacles),
         swings_scene(plan, samples),
         support_scene(plan, samples),
+        standing_scene(plan),
     ]
     if simulated is None:
         return joined([*scenes, robot_scene(plan, meshes)])
@@ -193,17 +196,24 @@ def plan_page(
         facts.append(_balance(plan))
     if simulated is not None:
         facts.append("solid: simulated in physics; ghost: planned")
+    scene = plan_scene(plan, meshes, simulated)
+    legend = [*((leg, LEG_COLOURS[leg]) for leg in LEGS), ("support less margin", INSIDE)]
+    held = any(node.path[:-1] == STANDING for node in scene.nodes)
+    if held:
+        legend.append(("forces hold the centre of mass", HELD))
+    region = Switch("Region", "Where contact forces hold the robot (G)", "g", "/".join(STANDING))
     return Page(
-        scene=plan_scene(plan, meshes, simulated),
+        scene=scene,
         title=plan.robot.name if title is None else str(title),
         facts=tuple(facts),
-        legend=(*((leg, LEG_COLOURS[leg]) for leg in LEGS), ("support less margin", INSIDE)),
+        legend=tuple(legend),
         captions=_captions(plan),
         centre=centre,
         radius=radius,
         heading=heading,
         follow="/robot/base" if simulated is None else "/simulated/base",
         follow_radius=robot_size(plan),
+        switches=(region,) if held else (),
     )
 
 

@@ -27,6 +27,8 @@ from gaitopt.viewing.replay.solids import border, disc, filled_polygon, tube
 from gaitopt.viewing.replay.terrain_scene import Samples, swing_points
 
 SUPPORT: FramePath = ("support",)
+GROUND_LIFT = 1.5e-3
+"""Height of marks above the ground, so that they are seen [m]."""
 INK, INSIDE, DOT = "#3a4350", "#18a999", "#d7263d"
 
 
@@ -53,9 +55,9 @@ def support_scene(plan: Plan, samples: Samples, root: FramePath = SUPPORT) -> Sc
     instead; phases with fewer, or with feet in one line, have nothing. Phase ``i`` of the
     plan has the frame ``(*root, str(i))``.
     """
-    stances = _stances(plan)
+    stances = standing_places(plan)
     # From the foot frames down to the ground they stand on, and up a little to be seen.
-    lift = 1.5e-3 - plan.robot.foot_radius
+    lift = GROUND_LIFT - plan.robot.foot_radius
     margin = float(plan.settings.stability_margin)
     nodes, tracks = [Node(root)], []
     for index, stance in stances.items():
@@ -66,7 +68,8 @@ def support_scene(plan: Plan, samples: Samples, root: FramePath = SUPPORT) -> Sc
     return Scene((*nodes, *marks), (*tracks, track), plan.duration)
 
 
-def _stances(plan: Plan) -> dict[int, Stance]:
+def standing_places(plan: Plan) -> dict[int, Stance]:
+    """Of all phases that last, by their number in the plan: what stands, and where."""
     lasting = {i: phase for i, phase in enumerate(plan.phases) if phase.duration > 0}
     if not lasting:
         return {}

@@ -1,0 +1,48 @@
+"""Where contact forces let the robot stand during each swing, beside its support polygon."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from gaitopt.plan.plan import Plan
+from gaitopt.plan.standing_regions import swing_region
+from gaitopt.viewing.replay.scene import (
+    Appearance,
+    FramePath,
+    Node,
+    Part,
+    Scene,
+    shown_during,
+)
+from gaitopt.viewing.replay.solids import border
+from gaitopt.viewing.replay.support_scene import GROUND_LIFT, standing_places
+
+STANDING: Final[FramePath] = ("standing",)
+HELD: Final = "#7b3294"
+"""Colour of the regions."""
+
+
+def standing_scene(plan: Plan, root: FramePath = STANDING) -> Scene:
+    """For each swing: the outline of where contact forces hold the true centre of mass.
+
+    It is empty where the plan promises no forces, or lets the body rely on its momentum. Phase
+    ``i`` of the plan has the frame ``(*root, str(i))``.
+    """
+    nodes, tracks = [], []
+    lift = GROUND_LIFT - plan.robot.foot_radius
+    places = standing_places(plan) if _promised(plan) else {}
+    for index, stance in places.items():
+        region = swing_region(plan, stance.phase) if stance.phase.kind == "swing" else None
+        if region is None or len(region.vertices) < 3:
+            continue
+        path = (*root, str(index))
+        line = border(stance.on_plane(region.vertices, lift + 1.2e-3), 0.0035)
+        look = Appearance(HELD, 0.95, lit=False, casts_shadow=False, layer=8)
+        nodes.append(Node(path, (Part(line, look),)))
+        tracks.append(shown_during(path, stance.phase.start, stance.phase.end, plan.duration))
+    return Scene((Node(root), *nodes) if nodes else (), tuple(tracks), plan.duration)
+
+
+def _promised(plan: Plan) -> bool:
+    """Whether the body may rest during swings, by forces that are promised."""
+    return plan.settings.static and plan.settings.promised_forces is not None
