@@ -197,7 +197,7 @@ def _set_feet(
     for leg, limb in limbs.items():
         place = _foot(tree, leg, limb, asked.get(leg), finder)
         radii.append(place.radius)
-        told.append(place.how.replace(place.link, "the foot's link"))
+        told.append(place.how.replace(place.link, "its link"))
         feet[leg] = place.link
         if place.at.any():
             feet[leg] = _new_name(tree, f"{leg} foot of gaitopt")

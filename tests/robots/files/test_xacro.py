@@ -1,0 +1,93 @@
+"""xacro files: macros, arguments, packages, and what happens without the extra."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+
+import pytest
+from robot_texts import MASS, leg, link, robot
+
+from gaitopt.errors import MissingPackageError, RobotError, RobotWarning
+from gaitopt.robots.catalog import load_robot
+from gaitopt.robots.files import xacro
+
+SPACE = 'xmlns:xacro="http://www.ros.org/wiki/xacro"'
+
+
+def with_macros(arguments: str = "", more: str = "") -> str:
+    """The small robot, whose legs are copies of a macro and whose mass is a property."""
+    text = robot().replace('mass value="5.0"', 'mass value="${2 * half}"')
+    head = (
+        f'<robot name="tester" {SPACE}><xacro:property name="half" value="2.5"/>{arguments}{more}'
+    )
+    return text.replace('<robot name="tester">', head)
+
+
+def test_expressions_and_properties_are_worked_out() -> None:
+    made = load_robot(with_macros())
+    assert made.mass == pytest.approx(MASS) and made.notes.kind == "xacro"
+    assert made.name == "tester"
+
+
+def test_arguments_are_passed_on() -> None:
+    load = '<xacro:arg name="load" default="0"/><xacro:property name="extra" value="$(arg load)"/>'
+    text = with_macros(load).replace("${2 * half}", "${2 * half + extra}")
+    assert load_robot(text).mass == pytest.approx(MASS)
+    made = load_robot(text, xacro_arguments={"load": "1.5"})
+    assert made.mass == pytest.approx(MASS + 1.5)
+
+
+def test_switch_without_a_value_is_taken_as_false_and_told() -> None:
+    switch = f'<xacro:if value="$(arg DEBUG)">{link("hung")}</xacro:if>'
+    with pytest.warns(RobotWarning, match="taken as false: DEBUG"):
+        assert load_robot(with_macros(switch)).mass == pytest.approx(MASS)
+    with pytest.raises(RobotError, match="hung"):
+        load_robot(with_macros(switch), xacro_arguments={"DEBUG": "true"})
+
+
+@pytest.mark.parametrize("place", ["package", "beside"])
+def test_files_of_a_package_are_found(tmp_path: Path, place: str) -> None:
+    """In the package above the file; or copied out of it, beside the file."""
+    main = tmp_path / "dog_description" / "xacro" / "robot.xacro"
+    if place == "beside":
+        main = tmp_path / "robot.xacro"
+    main.parent.mkdir(parents=True, exist_ok=True)
+    include = '<xacro:include filename="$(find dog_description)/xacro/leg.xacro"/>'
+    text = with_macros(more=include).replace(leg("LF"), "<xacro:front_left/>")
+    assert "<xacro:front_left/>" in text
+    main.write_text(text)
+    macro = f'<robot {SPACE}><xacro:macro name="front_left">{leg("LF")}</xacro:macro></robot>'
+    (main.parent / "leg.xacro").write_text(macro)
+    assert load_robot(main).mass == pytest.approx(MASS)
+
+
+def test_package_that_is_nowhere_is_named(tmp_path: Path) -> None:
+    main = tmp_path / "robot.xacro"
+    main.write_text(with_macros(more='<xacro:include filename="$(find nowhere)/a.xacro"/>'))
+    with pytest.raises(RobotError, match=r"nowhere.*package_folders=\[...\]"):
+        load_robot(main)
+    (tmp_path / "folder" / "nowhere").mkdir(parents=True)
+    (tmp_path / "folder" / "nowhere" / "a.xacro").write_text(f"<robot {SPACE}/>")
+    assert load_robot(main, package_folders=[tmp_path / "folder"]).mass == pytest.approx(MASS)
+
+
+def test_urdf_that_only_declares_the_namespace_is_a_urdf() -> None:
+    text = robot().replace('<robot name="tester">', f'<robot name="tester" {SPACE}>')
+    comment = text.replace("</robot>", "<!-- <xacro:include filename='x'/> --></robot>")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert load_robot(comment).notes.kind == "urdf"
+
+
+def test_without_the_extra_it_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(xacro.importlib.util, "find_spec", lambda name: None)
+    with pytest.raises(MissingPackageError, match=r"is xacro and no URDF; .*'gaitopt\[xacro\]'"):
+        load_robot(with_macros())
+
+
+@pytest.mark.parametrize("expression", ["${missing}", "${__import__('os').getcwd()}", "${1 / 0}"])
+def test_expressions_that_fail_are_told_in_one_line(expression: str) -> None:
+    with pytest.raises(RobotError, match="xacro cannot expand this file") as caught:
+        load_robot(with_macros().replace("${2 * half}", expression))
+    assert "\n" not in str(caught.value)
