@@ -38,7 +38,7 @@ class RowGroups(NamedTuple):
         """``rows (M, ...)`` as ``(groups, most rows, ...)``, filled up with zeros."""
         out = np.zeros((*self.shape, *rows.shape[1:]))
         out[self.group, self.place] = rows
-        return out
+        return np.asarray(out)
 
 
 class BlockBand(NamedTuple):
@@ -80,3 +80,18 @@ class BlockBand(NamedTuple):
             self.target, blocks.reshape(-1)[self.source], minlength=self.shape[0] * self.shape[1]
         )
         return np.asarray(flat.reshape(self.shape))
+
+
+def symmetric_times(band: FloatArray, x: FloatArray) -> FloatArray:
+    """The product of a symmetric matrix and ``x (n,)``.
+
+    Args:
+        band: the matrix's lower band in LAPACK's form ``(width, n)``.
+        x: the vector.
+    """
+    out = band[0] * x
+    for below in range(1, len(band)):
+        entries = band[below, :-below]
+        out[below:] += entries * x[:-below]
+        out[:-below] += entries * x[below:]
+    return np.asarray(out)

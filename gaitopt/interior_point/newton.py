@@ -4,7 +4,7 @@ The barrier problem is ``min objective(x) - mu sum(log(s))`` subject to ``values
 method on its optimality conditions gives a linear system in unknowns, slacks and multipliers.
 Slacks and multipliers are eliminated row by row ([Nocedal2006], section 19.3), which leaves
 
-    (diag(quadratic_cost) - sum_i z_i Hessian_i + J' diag(z / s) J) dx = right-hand side
+    (Q - sum_i z_i Hessian_i + J' diag(z / s) J) dx = right-hand side
 
 with multipliers ``z`` and slacks ``s``. The step leads downhill when this matrix is positive
 definite. Where the problem is not convex it may not be: then it is changed until its Cholesky
@@ -108,7 +108,10 @@ class NewtonSystem:
         matrix = self._linearisation.newton_matrix(
             self._multipliers / self._slack, curvature_weights
         )
-        matrix[0] += self._quadratic_cost
+        if self._quadratic_cost.ndim == 1:
+            matrix[0] += self._quadratic_cost
+        else:
+            matrix[: len(self._quadratic_cost)] += self._quadratic_cost
         return matrix
 
     def _factor_of_less_curvature(self, full: FloatArray, iterate: Iterate) -> FloatArray | None:

@@ -1,8 +1,9 @@
 """What the interior-point method asks of a problem.
 
-The problem is ``min linear_cost . x + x' diag(quadratic_cost) x / 2`` over the unknowns ``x (n,)``,
-subject to ``values(x) >= 0`` with ``m >= 1`` inequalities. They may be curved, and need not be
-convex. There are no equalities: what is fixed is no unknown.
+The problem is ``min linear_cost . x + x' Q x / 2`` over the unknowns ``x (n,)``, with a diagonal or
+banded matrix ``Q`` that is positive semidefinite, subject to ``values(x) >= 0`` with ``m >= 1``
+inequalities. They may be curved, and need not be convex. There are no equalities: what is fixed is
+no unknown.
 
 The method is made for problems whose Newton matrix is banded: every inequality looks at unknowns
 that have neighbouring numbers.
@@ -13,18 +14,19 @@ from __future__ import annotations
 from typing import Protocol
 
 from gaitopt.conventions import FloatArray
+from gaitopt.interior_point.band import symmetric_times
 
 
 class Linearisation(Protocol):
     """Values and derivatives of a problem's inequalities at one point.
 
     The Jacobian ``J (m, n)`` itself is never asked for, only products with it.
-
-    Attributes:
-        values: all inequalities ``(m,)``.
     """
 
-    values: FloatArray
+    @property
+    def values(self) -> FloatArray:
+        """All inequalities ``(m,)``."""
+        ...
 
     def jacobian_times(self, dx: FloatArray) -> FloatArray:
         """``J dx (m,)``: the change of all values, to first order."""
@@ -58,7 +60,10 @@ class Problem(Protocol):
 
     @property
     def quadratic_cost(self) -> FloatArray:
-        """Diagonal of the objective's quadratic part ``(n,)``."""
+        """The objective's quadratic part ``Q``: its diagonal ``(n,)``, or its lower band.
+
+        A band has LAPACK's form ``(width, n)``, and is no wider than the Newton matrix.
+        """
         ...
 
     @property
@@ -91,10 +96,15 @@ class Problem(Protocol):
 
 
 def objective(problem: Problem, x: FloatArray) -> float:
-    """``linear_cost . x + x' diag(quadratic_cost) x / 2``."""
-    return float((problem.linear_cost + problem.quadratic_cost * x / 2.0) @ x)
+    """``linear_cost . x + x' Q x / 2``."""
+    return float((problem.linear_cost + _quadratic_times(problem.quadratic_cost, x) / 2.0) @ x)
 
 
 def objective_gradient(problem: Problem, x: FloatArray) -> FloatArray:
     """Gradient of the objective ``(n,)``."""
-    return problem.linear_cost + problem.quadratic_cost * x
+    return problem.linear_cost + _quadratic_times(problem.quadratic_cost, x)
+
+
+def _quadratic_times(cost: FloatArray, x: FloatArray) -> FloatArray:
+    """``Q x (n,)``."""
+    return cost * x if cost.ndim == 1 else symmetric_times(cost, x)

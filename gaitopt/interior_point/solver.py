@@ -47,7 +47,7 @@ _ERROR_SHARE = 10.0
 _LINEAR_FALL, _SUPERLINEAR_FALL = 0.2, 1.5
 """It falls to the smaller one of this factor times it and this power of it [kappa_mu, theta_mu in
 [Waechter2006], eq. (7)]."""
-_LEAST_BARRIER = 1e-11
+LEAST_BARRIER = 1e-11
 """The least barrier parameter (IPOPT: ``mu_min``)."""
 
 P_co = TypeVar("P_co", bound=Problem, covariant=True)
@@ -137,6 +137,7 @@ def minimise(
     iteration_limit: int = ITERATION_LIMIT,
     multipliers: FloatArray | None = None,
     reduce_curvature: bool = False,
+    least_barrier: float = LEAST_BARRIER,
 ) -> Solution[P]:
     """Minimise the objective of a problem under its inequalities.
 
@@ -153,6 +154,8 @@ def minimise(
             That is better where many inequalities are strongly curved: of nine walks, variant
             ``dynamic``, on wang2020-fast, anymal_c and a1 six were found so, and none with damping.
             On wang2020 it saves 7 % of the iterations.
+        least_barrier: the barrier parameter is not lowered below this one, for objectives whose
+            linear part may vanish at the minimum.
 
     Returns:
         The solution; its status tells whether it is one.
@@ -168,7 +171,7 @@ def minimise(
         gradient = gradient - here.jacobian_transpose_times(iterate.multipliers)
         residual = here.values - iterate.slack
         linear = float(problem.linear_cost @ iterate.x)
-        final = max(tolerance * abs(linear) / len(residual), _LEAST_BARRIER)
+        final = max(tolerance * abs(linear) / len(residual), least_barrier)
         converged = _lower_barrier(iterate, gradient, residual, final)
         history.append(Iteration(
             iterate.barrier, linear, float(np.abs(gradient).max()), float(np.abs(residual).max()),

@@ -23,6 +23,7 @@ from gaitopt.planners.phase_by_phase.steps import check_robot, check_walk
 from gaitopt.planners.time_optimal.smooth.planner import smooth_plan
 from gaitopt.planners.time_optimal.straight.planner import straight_plan
 from gaitopt.planners.time_optimal.walk import Route, crawl_settings, prepare_route
+from gaitopt.planners.time_optimal.with_forces import plan_with_forces
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.footholds import Footholds
 
@@ -92,8 +93,11 @@ def _plan_steps(route: Route, progress: Progress | None) -> Plan:
     With bounded accelerations a foot that flies along a box has to stop at its corners: such walks
     are straight ones, too.
     """
-    if route.settings.smooth and route.settings.free.swing:
-        return smooth_plan(route, progress)
+    settings = route.settings
+    if settings.smooth and settings.free.swing:
+        return (
+            plan_with_forces(route, progress) if settings.forces else smooth_plan(route, progress)
+        )
     return straight_plan(route, progress)
 
 

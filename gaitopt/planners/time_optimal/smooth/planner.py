@@ -6,11 +6,9 @@ from dataclasses import replace
 from time import process_time
 
 from gaitopt.conventions import Progress
-from gaitopt.errors import InfeasibleStepError, RouteError, SolverError
+from gaitopt.errors import RouteError
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.record import RouteRecord
-from gaitopt.plan.settings.base import FORCES
-from gaitopt.planners.phase_by_phase.planner import plan_in_order
 from gaitopt.planners.time_optimal.build import build_route
 from gaitopt.planners.time_optimal.smooth.build import build_smooth
 from gaitopt.planners.time_optimal.smooth.clearance import lowest_heights
@@ -23,62 +21,20 @@ from gaitopt.planners.time_optimal.smooth.rounds import (
 )
 from gaitopt.planners.time_optimal.smooth.window import SmoothWindow
 from gaitopt.planners.time_optimal.smooth.windows import plan_in_windows
-from gaitopt.planners.time_optimal.walk import Route, crawl_settings
-from gaitopt.retiming.retimed import retimed
+from gaitopt.planners.time_optimal.walk import Route
 
 RESCUE_WINDOW = 16
 """Steps of the windows in which a walk is planned that was not found as a whole."""
 
 
-def smooth_plan(route: Route, progress: Progress | None = None) -> Plan:
-    """Plan a walk along splines: with bounded joint accelerations, or timed by forces.
-
-    Where forces set the timing, the walk phase by phase, with box swings, is one of those among
-    which the planner may choose. It is taken where the splines are slower, or are not found.
+def smooth_plan(route: Route, progress: Progress | None = None, boxes: Plan | None = None) -> Plan:
+    """Plan a walk along splines, with bounded joint accelerations.
 
     Args:
         route: the walk.
         progress: called with (steps done, steps in all) before every window but the first.
-
-    Raises:
-        InfeasibleStepError: no walk phase by phase is possible with forces.
-        RouteError, SolverError: as in :func:`_along_splines`, where no forces are asked for.
-    """
-    if route.settings.forces is None:
-        return _along_splines(route, progress, None)
-    boxes = _phase_by_phase(route)
-    try:
-        found = retimed(_along_splines(route, progress, boxes))
-    except (InfeasibleStepError, SolverError) as error:
-        reason = f"no walk along splines was found: {str(error).split(';')[0]}"
-        assert isinstance(boxes.record, RouteRecord)
-        return replace(boxes, record=replace(boxes.record, instead=reason))
-    return found if found.duration <= boxes.duration else boxes
-
-
-def _phase_by_phase(route: Route) -> Plan:
-    """The walk phase by phase, timed by forces, as a plan of the route's settings."""
-    began, settings = process_time(), route.settings
-    crawl = replace(crawl_settings(settings), timing=FORCES, forces=settings.forces)
-    plan = plan_in_order(route.robot, route.footholds, crawl)
-    if settings.acceleration_limit is not None:
-        plan = retimed(replace(plan, settings=settings))
-    record = RouteRecord(
-        stability=plan.record.stability,
-        solver_seconds=process_time() - began,
-        instead="the walk phase by phase is faster than the one along splines that was found",
-    )
-    # The body rests while a foot flies, so the walk is static whatever was free.
-    static = replace(settings, free=replace(settings.free, dynamic=False))
-    return replace(plan, settings=static, record=record)
-
-
-def _along_splines(route: Route, progress: Progress | None, boxes: Plan | None) -> Plan:
-    """Plan a walk along splines, with bounded joint accelerations.
-
-    Args:
-        route, progress: as in :func:`smooth_plan`.
-        boxes: the walk phase by phase, as first guess where forces set the timing.
+        boxes: the walk phase by phase, as first guess where forces set the timing; the plan is
+            then still to be timed.
 
     Raises:
         RouteError: no convergence, or no motion through a solution keeps all limits.

@@ -1,0 +1,155 @@
+"""Plans of continuous walks, timed by contact forces."""
+
+from __future__ import annotations
+
+from time import process_time
+
+import numpy as np
+
+from gaitopt.conventions import GRAVITY, FloatArray
+from gaitopt.errors import GaitoptError, InfeasibleStepError, SolverError
+from gaitopt.optimize.route.legs import JOINTS, StackedLegs
+from gaitopt.plan.plan import Plan
+from gaitopt.plan.record import RouteRecord
+from gaitopt.planners.time_optimal.build import with_reach_limits
+from gaitopt.planners.time_optimal.collision import ACCEPTED_SHARE, LEAST_DISTANCE
+from gaitopt.planners.time_optimal.continuous.body import BalancedMotion, balanced
+from gaitopt.planners.time_optimal.continuous.swings import with_flights
+from gaitopt.planners.time_optimal.guess import first_guess
+from gaitopt.planners.time_optimal.knots import RouteKnots, route_knots
+from gaitopt.planners.time_optimal.smooth.clearance import lowest_heights
+from gaitopt.planners.time_optimal.smooth.motion import SplineMotion
+from gaitopt.planners.time_optimal.smooth.phases import smooth_phases
+from gaitopt.planners.time_optimal.walk import Route
+from gaitopt.retiming.retimed import retimed
+from gaitopt.robots.collision_shapes import close_pairs
+
+PACES = (1.0, 1.5, 2.5)
+"""Factors of the first guess's times, tried one after the other until there is a walk. How fast the
+walk is hardly depends on it (16 steps of go2: 1.80, 1.84, 1.98 s from 0.7, 1 and 1.5), because its
+timing is found anew."""
+STANCE_SHARE = 0.25
+"""Time of a stance phase of a dynamic walk in the first guess, as a share of that of a swing."""
+LEAST_SHARE = 0.12
+"""Least time of a phase of a static walk in the first guess, as a share of the time in which a
+pendulum as long as a leg turns by one radian: some phases of the walk phase by phase take none."""
+ANGLE_ROUNDING = 1e-9
+"""Largest angle by which a joint may exceed its position limits [rad], for rounding."""
+
+
+def continuous_plan(route: Route, boxes: Plan) -> Plan:
+    """The continuous walk, timed by forces.
+
+    Args:
+        route: the walk.
+        boxes: the same walk planned phase by phase, timed by forces; a static walk begins with its
+            times.
+
+    Raises:
+        InfeasibleStepError: the body cannot go on at any speed; names the step.
+        SolverError: no motion keeps all limits.
+    """
+    error: GaitoptError | None = None
+    for pace in PACES:
+        began = process_time()
+        try:
+            return _plan_at(route, boxes, pace, began)
+        except (InfeasibleStepError, SolverError) as failure:
+            error = error or failure
+    assert error is not None
+    raise error
+
+
+def _plan_at(route: Route, boxes: Plan, pace: float, began: float) -> Plan:
+    """The walk that begins with times at a pace."""
+    settings, radius = route.settings, route.footholds.landing_radius
+    knots = route_knots(route.steps, settings.stance_knots, settings.swing_knots)
+    legs = with_reach_limits(StackedLegs.of(route.robot), settings.reach_fraction)
+    spans = _spans(route, knots, boxes, legs, pace)
+    motion = SplineMotion(
+        route.robot, settings.heading, legs, knots, first_guess(route, knots), spans, True
+    )
+    found = balanced(route, with_flights(motion, settings, radius))
+    _check(route, found.motion)
+    record = _record(route, found, process_time() - began)
+    phases = smooth_phases(route, found.motion)
+    path = found.motion.path()
+    return retimed(Plan(route.robot, route.footholds, settings, phases, path, record))
+
+
+def _spans(
+    route: Route, knots: RouteKnots, boxes: Plan, legs: StackedLegs, pace: float
+) -> FloatArray:
+    """Spans of the first guess ``(K,)`` [s].
+
+    A dynamic walk takes its pace from the pendulum of a leg's length. A static one has to move its
+    body from triangle to triangle, so its phases last as long as those of the walk phase by phase.
+    """
+    unit = float(np.sqrt(legs.reach.max() / GRAVITY))
+    if route.settings.static:
+        times = np.array([phase.duration for phase in boxes.phases])
+        times = pace * np.maximum(times, LEAST_SHARE * unit)
+    else:
+        times = pace * unit * np.tile([STANCE_SHARE, 1.0], route.count)
+    # A swing begins with the span of its lift-off, and ends with that of its touchdown.
+    ends = knots.phase_ends.copy()
+    ends[2::2] += 1
+    counts = np.diff(ends)
+    return np.asarray(np.repeat(times / counts, counts))
+
+
+def _check(route: Route, motion: SplineMotion) -> None:
+    """Refuse a motion that leaves joint limits or clearance, or whose legs touch.
+
+    Raises:
+        SolverError: names the step.
+    """
+    settings, knots = route.settings, motion.knots
+    times, span = motion.samples
+    joints = motion.joints_at(times, span)
+    step = np.append(knots.step, knots.step[-1])
+    low, high = motion.legs.low.ravel(), motion.legs.high.ravel()
+    # So written, an angle counts that is not a number: its foot is out of reach.
+    outside = ~((joints >= low - ANGLE_ROUNDING) & (joints <= high + ANGLE_ROUNDING)).all(axis=1)
+    if outside.any():
+        raise _refused(route, step[span[np.argmax(outside)]], "a joint would leave its limits")
+    lowest = lowest_heights(motion, route.footholds.landing_radius)
+    if lowest.min() < settings.clearance:
+        raise _refused(route, step[int(lowest.argmin())], "a foot would lose its clearance")
+    if route.shapes is None:
+        return
+    pairs = close_pairs(route.shapes, joints.reshape(-1, JOINTS))
+    if not pairs:
+        return
+    distances = route.shapes.distances(joints, pairs).min(axis=1)
+    if distances.min() < ACCEPTED_SHARE * LEAST_DISTANCE:
+        raise _refused(route, step[span[int(distances.argmin())]], "legs would touch each other")
+
+
+def _refused(route: Route, step: int, reason: str) -> SolverError:
+    """The error of a motion that is not taken."""
+    number = route.first_step + int(step)
+    return SolverError(
+        f"step {number} ({route.steps.legs[int(step)]}): {reason} on a continuous walk; take "
+        "another body_height or swing_height, or a walk phase by phase"
+    )
+
+
+def _record(route: Route, found: BalancedMotion, seconds: float) -> RouteRecord:
+    """What the plan tells of itself."""
+    dynamic = not route.settings.static
+    stability = "contact forces of the whole robot"
+    if not dynamic:
+        centre = "true centre of mass" if route.settings.true_com else "body centre"
+        stability = f"static margin of the {centre}, on the horizontal projection"
+    solution = found.solutions[-1]
+    radius = route.footholds.landing_radius
+    return RouteRecord(
+        stability=stability,
+        knot_time=float(found.motion.times[-1]),
+        solver_seconds=seconds,
+        solver_iterations=sum(s.iterations for s in found.solutions),
+        stationarity=solution.stationarity(),
+        violation=solution.violation(),
+        clearance=float(lowest_heights(found.motion, radius).min()),
+    )

@@ -1,0 +1,99 @@
+"""Continuous walks: robots with quick joints, whose body moves on while feet fly."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+import gaitopt
+from gaitopt import LEGS, Footholds, Plan
+from gaitopt.plan.record import RouteRecord
+from gaitopt.planners.time_optimal.walk import prepare_route
+from gaitopt.planners.time_optimal.with_forces import has_quick_joints
+
+ROBOTS = ("a1", "anymal_c", "solo12")
+
+
+@cache
+def ground(name: str) -> Footholds:
+    return gaitopt.s_columns(0, columns=3, robot=gaitopt.load_robot(name))
+
+
+@cache
+def walk(name: str, free: str) -> Plan:
+    return gaitopt.plan_route(gaitopt.load_robot(name), ground(name), free=free)
+
+
+@cache
+def boxes(name: str) -> Plan:
+    return gaitopt.plan_crawl(gaitopt.load_robot(name), ground(name))
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.parametrize("free", ["swing", "dynamic"])
+def test_promises_are_kept_and_the_walk_is_faster(name: str, free: str) -> None:
+    plan = walk(name, free)
+    assert isinstance(plan.record, RouteRecord)
+    assert plan.record.instead is None
+    gaitopt.verify(plan, collisions=False).raise_for_violations()
+    assert boxes(name).duration / plan.duration > (1.6 if free == "dynamic" else 1.2)
+
+
+def test_a_static_walk_keeps_its_margin_of_the_true_com() -> None:
+    plan = walk("a1", "swing")
+    check = gaitopt.verify(plan, collisions=False)["margin of the true COM"]
+    assert check.status == "ok"
+    assert plan.settings.static
+    dynamic = walk("a1", "dynamic")
+    assert not dynamic.settings.static
+    assert dynamic.duration < plan.duration
+
+
+def test_the_body_moves_while_feet_fly() -> None:
+    for free in ("swing", "dynamic"):
+        plan = walk("a1", free)
+        speeds = []
+        for swing in plan.swings[1:-1]:
+            middle = (swing.start + swing.end) / 2.0
+            near = plan.at([middle - 1e-3, middle + 1e-3])
+            speeds.append(np.linalg.norm(np.diff(near.cog, axis=0)) / 2e-3)
+        assert min(speeds) > 0.02
+
+
+def test_feet_keep_the_clearance_outside_their_columns() -> None:
+    plan = walk("a1", "dynamic")
+    radius, clearance = plan.footholds.landing_radius, plan.settings.clearance
+    for swing in plan.swings:
+        foot = plan.at(np.linspace(swing.start, swing.end, 500)).feet[:, LEGS.index(swing.leg)]
+        ends = np.stack([swing.foot_start, swing.foot_end])
+        away = np.linalg.norm(foot[:, None, :2] - ends[:, :2], axis=2).min(axis=1)
+        heights = foot[away > radius, 2] - ends[:, 2].max()
+        assert heights.min() >= clearance
+
+
+def test_slow_joints_set_the_pace_themselves() -> None:
+    for name, quick in (("wang2020", False), ("a1", True), ("anymal_c", True)):
+        robot = gaitopt.load_robot(name)
+        footholds = gaitopt.s_columns(0, columns=2, robot=robot)
+        settings = gaitopt.RouteSettings.for_robot(robot, free="swing", body_height=None)
+        settings = replace(settings, body_height=0.9 * robot.standing_height)
+        assert has_quick_joints(prepare_route(robot, footholds, settings)) is quick
+
+
+def test_a_walk_that_is_not_found_is_explained() -> None:
+    """Feet that have to be at the top when they leave narrow columns: a box does this, no spline.
+
+    The walk phase by phase is taken, and its record says why.
+    """
+    robot = gaitopt.load_robot("a1")
+    narrow = replace(ground("a1"), radius=1e-3)
+    plan = gaitopt.plan_route(robot, narrow, free="swing", swing_height=0.05, clearance=0.05)
+    assert isinstance(plan.record, RouteRecord)
+    assert plan.record.instead is not None
+    assert "clearance" in plan.record.instead
+    assert plan.duration == pytest.approx(
+        gaitopt.plan_crawl(robot, narrow, swing_height=0.05).duration
+    )
