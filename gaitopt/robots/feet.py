@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import io
 import math
-from typing import Any
+from xml.etree import ElementTree
 
 
 def ball_radius(urdf: str, links: list[str]) -> float:
@@ -12,22 +11,13 @@ def ball_radius(urdf: str, links: list[str]) -> float:
 
     It is 0 where a link has no ball, because its foot is a mesh or has no shape.
     """
-    import yourdfpy
-
-    robot = yourdfpy.URDF.load(
-        io.BytesIO(urdf.encode()),
-        build_scene_graph=False,
-        load_meshes=False,
-        load_collision_meshes=False,
-        mesh_dir="",
-    )
-    radii = [_smallest_ball(robot.link_map.get(name)) for name in links]
-    radius = min(radii)
+    found = {link.get("name"): link for link in ElementTree.fromstring(urdf).findall("link")}
+    radius = min(_smallest_ball(found.get(name)) for name in links)
     return 0.0 if math.isinf(radius) else radius
 
 
-def _smallest_ball(link: Any) -> float:
+def _smallest_ball(link: ElementTree.Element | None) -> float:
     """Radius of the smallest ball of a link [m]; infinite where it has none."""
-    shapes = [] if link is None else link.collisions
-    spheres = [c.geometry.sphere for c in shapes if c.geometry and c.geometry.sphere]
-    return min((float(s.radius) for s in spheres), default=math.inf)
+    balls = [] if link is None else link.findall("collision/geometry/sphere")
+    # What is no number has been refused before (gaitopt.robots.urdf_text).
+    return min((float(ball.get("radius", "inf")) for ball in balls), default=math.inf)

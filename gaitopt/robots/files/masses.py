@@ -20,6 +20,8 @@ DENSITY = 1000.0
 metal with motors and hollows are about as heavy."""
 LEAST_SIZE = 0.02
 """Radius of the ball whose inertia a link without shapes gets, at least [m]. Chosen."""
+NAMES = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+"""Attributes of an inertia: moments, then products."""
 ROUNDING = 1e-9
 """An eigenvalue of an inertia matrix below this share of its trace counts as none."""
 CURE = (
@@ -62,6 +64,8 @@ def set_masses(
             if link not in tree.links:
                 raise InputError(f"masses: the robot has no link {link!r}")
             _give(tree, link, mass, finder)
+    for link in tree.links:
+        _complete(tree, link)
     bodies = [tree.base, *(joint.child for joint in tree.walk() if not joint.fixed)]
     if masses == NO_MASSES:
         return warnings
@@ -88,6 +92,26 @@ def set_masses(
             "give masses= for these links"
         )
     return warnings
+
+
+def _complete(tree: UrdfTree, link: str) -> None:
+    """Write down products of inertia that are missing: some readers drop the whole matrix.
+
+    Raises:
+        RobotError: a link with a mass has no moments of inertia.
+    """
+    if not tree.mass(link) > 0.0:
+        return
+    element = tree.links[link].find("inertial/inertia")
+    missing = [n for n in NAMES[:3] if element is None or element.get(n) is None]
+    if element is None or missing:
+        raise RobotError(
+            f"{tree.label}: link {link} has a mass and no {' '.join(missing)} of its inertia; add "
+            f"them, or give masses={{'{link}': kg}}"
+        )
+    for name in NAMES[3:]:
+        if element.get(name) is None:
+            element.set(name, "0")
 
 
 def _whole(tree: UrdfTree, body: str) -> _Inertia:
@@ -120,11 +144,10 @@ def _read(tree: UrdfTree, link: str, pose: FloatArray) -> _Inertia | None:
         return None
     where = f"{tree.label}: link {link}: inertia"
     element = inertial.find("inertia")
-    names = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
     values = np.zeros(6)
     if element is not None:
-        values = numbers(" ".join(element.get(name, "0") for name in names), 6, where)
-    xx, xy, xz, yy, yz, zz = values
+        values = numbers(" ".join(element.get(name, "0") for name in NAMES), 6, where)
+    xx, yy, zz, xy, xz, yz = values
     own = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
     frame = pose @ placement_of(inertial, where)
     return _Inertia(tree.mass(link), frame[:3, 3], frame[:3, :3] @ own @ frame[:3, :3].T)

@@ -7,6 +7,8 @@ and the URDF's kinematics and masses are compared with MuJoCo's.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -62,13 +64,24 @@ def _compiled(mujoco: Any, cleaned: MjcfText, label: str) -> Any:
         if hulls:
             cleaned.take_hulls()
         try:
-            with silenced_stderr():
+            with silenced_stderr(), _without_log(mujoco):
                 return mujoco.MjSpec.from_string(cleaned.text()).compile()
         except Exception as error:  # MuJoCo raises errors of several kinds
             words = words or " ".join(str(error).split())[:300]
     missing = ", ".join(cleaned.missing[:4])
     lost = f" (meshes that are missing: {missing})" if missing else ""
     raise RobotError(f"{label}: MuJoCo cannot read this MJCF: {words}{lost}")
+
+
+@contextmanager
+def _without_log(mujoco: Any) -> Iterator[None]:
+    """Keep MuJoCo from writing its warnings into a file in the current folder."""
+    before = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(lambda message: None)
+    try:
+        yield
+    finally:
+        mujoco.set_mju_user_warning(before)
 
 
 class _Writer:
