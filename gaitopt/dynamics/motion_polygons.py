@@ -12,16 +12,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 
 from gaitopt.conventions import BoolArray, FloatArray
 from gaitopt.dynamics.contacts import ForceLimits
-from gaitopt.dynamics.many_programs import solve_linear_programs
 from gaitopt.dynamics.path_programs import PathIntervals, TimingLimits
 from gaitopt.dynamics.path_rows import place_rows
-from gaitopt.dynamics.small_programs import NO_BOUND
+from gaitopt.dynamics.place_programs import MOST_HOLDING, PlacePrograms
 from gaitopt.dynamics.whole_body import PathDynamics
 from gaitopt.robots.quadruped import Quadruped
 
@@ -71,72 +69,31 @@ class Places:
         return cls(samples, intervals.standing[interval], units[interval], end - 1, end)
 
 
-class _Group(NamedTuple):
-    """Rows of the places on the same feet: ``low <= by_motion (u, x) + by_force z <= high``.
-
-    Attributes:
-        places: ``(n,)``.
-        by_motion: in the units of the places ``(n, r, 2)``.
-        by_force: ``(n, r, d)``.
-        low, high: ``(n, r)``.
-    """
-
-    places: np.ndarray
-    by_motion: FloatArray
-    by_force: FloatArray
-    low: FloatArray
-    high: FloatArray
-
-    def sides(
-        self, own: np.ndarray, rays: FloatArray, far: FloatArray
-    ) -> tuple[FloatArray, FloatArray, BoolArray]:
-        """Sides of polygons that rays from (0, 0) hit.
-
-        Args:
-            own: positions in this group ``(n,)``.
-            rays: points on them ``(n, 2)``.
-            far: the largest multiple of these points that is looked at ``(n,)``.
-
-        Returns:
-            The multiple at which each ray leaves ``(n,)``; its side ``(n, 2)``, zeros where none is
-            that near; and whether both are proven ``(n,)``.
-        """
-        by_motion, free = self.by_motion[own], self.by_force.shape[2]
-        count, length = by_motion.shape[:2]
-        rows = np.zeros((count, length + 1, 1 + free))
-        rows[:, :length, 0] = (by_motion @ rays[..., None])[..., 0]
-        rows[:, :length, 1:] = self.by_force[own]
-        rows[:, length, 0] = 1.0
-        low = np.concatenate([self.low[own], np.full((count, 1), -NO_BOUND)], axis=1)
-        high = np.concatenate([self.high[own], far[:, None]], axis=1)
-        found = solve_linear_programs(-np.eye(1 + free)[0], rows, low, high)
-        multiple, weights = found.points[:, 0], found.multipliers[:, :length]
-        near = found.proven & (multiple > 0.0) & (found.multipliers[:, length] <= 0.0)
-        sides = (weights[:, None] @ by_motion)[:, 0]
-        sides = np.where(near[:, None], sides / np.where(near, multiple, 1.0)[:, None], 0.0)
-        return multiple, sides, found.proven
-
-
 @dataclass(frozen=True, eq=False)
 class MotionPolygons:
     """What is known of the polygons at ``N`` places.
 
     Attributes:
         places: the places.
-        groups: their rows.
+        groups: their rows, one group for each set of standing feet.
         joints: path derivatives of the joints over the limit of their accelerations, in the units
             of the places: of ``u`` and ``x`` ``(N, n, 2)``; ``None`` without such a limit.
         resting: where the robot can rest, with some room ``(N,)``.
         sides: half-planes ``a u + b x <= 1`` ``(N, M, 2)``; zeros for none.
+        holding: the rows that hold these back ``(N, M, MOST_HOLDING)``, as in
+            :class:`gaitopt.dynamics.place_programs.Sides`.
         inner: points that have forces ``(N, J, 2)``; zeros for none.
+        still: free coordinates of forces at rest ``(N, MOST_HOLDING - 1)``.
     """
 
     places: Places
-    groups: tuple[_Group, ...]
+    groups: tuple[PlacePrograms, ...]
     joints: FloatArray | None
     resting: BoolArray
     sides: FloatArray
+    holding: np.ndarray
     inner: FloatArray
+    still: FloatArray
 
     @classmethod
     def at_rest(
@@ -157,19 +114,21 @@ class MotionPolygons:
             own = np.flatnonzero(member.ravel() == i)
             rows = place_rows(robot, dynamics, limits, pattern, places.samples[own], timing.slack)
             by_motion = np.stack([rows.by_u, rows.by_x], axis=2) * places.units[own, None, None]
-            groups.append(_Group(own, by_motion, rows.by_z, rows.low, rows.high))
+            groups.append(PlacePrograms(own, by_motion, rows.by_z, rows.low, rows.high))
         joints = None
         if np.isfinite(timing.acceleration):
             joints = np.stack([timing.first, timing.second], axis=2)[places.samples]
             joints = joints * (places.units / timing.acceleration)[:, None, None]
         count = len(places.samples)
         none = np.zeros((count, 0, 2))
-        empty = cls(places, tuple(groups), joints, np.zeros(count, dtype=np.bool_), none, none)
+        empty = cls(places, tuple(groups), joints, np.zeros(count, dtype=np.bool_), none,
+                    np.zeros((count, 0, MOST_HOLDING), dtype=np.int16), none,
+                    np.zeros((count, MOST_HOLDING - 1)))  # fmt: skip
         return empty._with_rest(_accelerations(intervals, places, timing))
 
     def _with_rest(self, fastest: FloatArray) -> MotionPolygons:
         """With what accelerations up to ``fastest (N,)`` meet at rest."""
-        resting, sides, inner = self.resting.copy(), self.sides, self.inner
+        out, resting, still = self, self.resting.copy(), self.still.copy()
         for group in self.groups:
             own = group.places
             if self.places.standing[own[0]].sum() < LEAST_FEET:
@@ -177,16 +136,21 @@ class MotionPolygons:
             sizes = np.abs(group.by_motion[..., 0]).max(axis=1)
             ray = np.minimum(1.0 / np.maximum(sizes, LEAST_POINT), fastest[own])
             far = fastest[own] / ray
-            resting[own] = True
+            met = []
             for sign in (1.0, -1.0):
                 rays = np.stack([sign * ray, np.zeros(len(own))], axis=1)
-                multiple, side, proven = group.sides(np.arange(len(own)), rays, far)
-                room = (multiple * ray * sizes > STRICTLY) | (multiple >= (1.0 - WITHIN) * far)
-                resting[own] &= proven & room
-                near = used_sides(side)
-                sides = _appended(sides, own[near], side[near])
-                inner = _appended(inner, own, multiple[:, None] * rays)
-        return replace(self, resting=resting, sides=sides, inner=inner)
+                found = group.sides(np.arange(len(own)), rays, far)
+                most = found.multiples
+                room = (most * ray * sizes > STRICTLY) | (most >= (1.0 - WITHIN) * far)
+                met.append((most, found.forces, found.proven & room))
+                out = out._with(own, found.lines, found.holding, most[:, None] * rays)
+            (up, upper, first), (down, lower, second) = met
+            resting[own] = first & second
+            # Forces are mixed as (0, 0) is, from both ends.
+            share = np.where(resting[own], down / np.where(resting[own], up + down, 1.0), 0.0)
+            mixed = share[:, None] * upper + (1.0 - share[:, None]) * lower
+            still[own, : mixed.shape[1]] = mixed
+        return replace(out, resting=resting, still=still)
 
     @cached_property
     def _groups_of_places(self) -> tuple[np.ndarray, np.ndarray]:
@@ -207,18 +171,14 @@ class MotionPolygons:
             The polygons with these sides; and of each point ``(P,)`` 1 where it has forces, 0 where
             it is now known to be outside, and -1 where neither was proven.
         """
-        state, polygons = np.ones(len(places), dtype=int), self
-        # The point of each place that is nearest to a side first: the other may be inside then.
-        open_ = np.flatnonzero(~self._surrounds(places, points))
-        gauge = (self.sides[places[open_]] @ points[open_][..., None])[..., 0].max(
-            axis=1, initial=0.0
-        )
-        open_ = open_[np.argsort(-gauge)]
-        _, first = np.unique(places[open_], return_index=True)
-        for own in (open_[first], np.setdiff1d(open_, open_[first])):
-            own = own[~polygons._surrounds(places[own], points[own])]
-            own = own[np.argsort(places[own], kind="stable")]
-            polygons, state[own] = polygons._asked(places[own], points[own])
+        use = (self.sides[places] @ points[..., None])[..., 0].max(axis=1, initial=0.0)
+        state = np.where(use > 1.0 + WITHIN, 0, 1)
+        own = np.flatnonzero((state == 1) & ~self._surrounds(places, points))
+        own = own[np.argsort(places[own], kind="stable")]
+        known, ends = self._held(places[own], points[own])
+        polygons = replace(self, inner=_appended(self.inner, places[own[known]], ends[known]))
+        own = own[~known & ~polygons._surrounds(places[own], points[own])]
+        polygons, state[own] = polygons._asked(places[own], points[own])
         if self.joints is None:
             return polygons, state
         use = (self.joints[places] @ points[..., None])[..., 0]
@@ -226,7 +186,8 @@ class MotionPolygons:
         value = use[np.arange(len(use)), worst]
         beyond = np.abs(value) > 1.0 + WITHIN
         side = np.sign(value)[:, None] * self.joints[places, worst]
-        polygons = replace(polygons, sides=_appended(polygons.sides, places[beyond], side[beyond]))
+        none = np.zeros((beyond.sum(), MOST_HOLDING), dtype=np.int16)
+        polygons = polygons._with(places[beyond], side[beyond], none, 0.0 * side[beyond])
         return polygons, np.where(beyond, np.minimum(state, 0), state)
 
     def _surrounds(self, places: np.ndarray, points: FloatArray) -> BoolArray:
@@ -240,37 +201,76 @@ class MotionPolygons:
         found = (total != 0.0) & (shares[0] >= -LEAST_POINT) & (shares[1] >= -LEAST_POINT)
         return np.asarray(inside | (found & (shares[0] + shares[1] <= 1.0 + WITHIN)).any(axis=1))
 
+    def _held(self, places: np.ndarray, points: FloatArray) -> tuple[BoolArray, FloatArray]:
+        """Points that have forces, by the rows of the side that they are nearest to.
+
+        Returns:
+            Which points do ``(P,)``; and points that have them, too, at their place or farther out
+            where their rays meet the side ``(P, 2)``.
+        """
+        use = (self.sides[places] @ points[..., None])[..., 0]
+        side = use.argmax(axis=1) if use.shape[1] else np.zeros(len(use), dtype=int)
+        largest = use.max(axis=1, initial=0.0)
+        met = largest > 1.0 / BEYOND
+        ends = points / np.where(met, largest, 1.0)[:, None]
+        owner, position = self._groups_of_places
+        for i, group in enumerate(self.groups):
+            mine = owner[places] == i
+            own, inside = np.flatnonzero(mine & met), np.flatnonzero(mine & ~met)
+            at, holding = position[places], self.holding[places[own], side[own]]
+            met[own] = group.have_forces(at[own], ends[own], holding)
+            # Far from all sides the forces at rest may do.
+            still = self.still[places[inside], : group.by_force.shape[2]]
+            met[inside] = group.keep(at[inside], points[inside], still)
+        return met, ends
+
     def _asked(self, places: np.ndarray, points: FloatArray) -> tuple[MotionPolygons, np.ndarray]:
         """:meth:`refined` by a program for each point, without limits of joint accelerations."""
-        state, sides = np.ones(len(places), dtype=int), np.zeros((len(places), 2))
-        ends = np.zeros((len(places), 2))
+        state, out = np.ones(len(places), dtype=int), self
         owner, position = self._groups_of_places
         for i, group in enumerate(self.groups):
             own = np.flatnonzero(owner[places] == i)
             far = np.full(len(own), BEYOND)
-            multiple, side, proven = group.sides(position[places[own]], points[own], far)
-            inside = multiple >= 1.0 - WITHIN
-            outside = (side * points[own]).sum(axis=1) > 1.0
-            state[own] = np.where(proven & inside, 1, np.where(proven & outside, 0, -1))
-            sides[own] = side
-            ends[own] = np.where(proven, multiple, 0.0)[:, None] * points[own]
-        known, near = state >= 0, (state >= 0) & used_sides(sides)
+            found = group.sides(position[places[own]], points[own], far)
+            inside = found.multiples >= 1.0 - WITHIN
+            outside = (found.lines * points[own]).sum(axis=1) > 1.0
+            state[own] = np.where(found.proven & inside, 1, np.where(found.proven & outside, 0, -1))
+            ends = np.where(found.proven, found.multiples, 0.0)[:, None] * points[own]
+            out = out._with(places[own], found.lines, found.holding, ends)
+        return out, state
+
+    def _with(
+        self, places: np.ndarray, sides: FloatArray, holding: np.ndarray, inner: FloatArray
+    ) -> MotionPolygons:
+        """With more sides and points ``(P, 2)`` of places that may repeat; zeros for none."""
+        near, known = used_sides(sides), used_sides(inner)
         return replace(
             self, sides=_appended(self.sides, places[near], sides[near]),
-            inner=_appended(self.inner, places[known], ends[known]),
-        ), state  # fmt: skip
+            holding=_appended(self.holding, places[near], holding[near], self.sides),
+            inner=_appended(self.inner, places[known], inner[known]),
+        )  # fmt: skip
 
 
-def _appended(table: FloatArray, places: np.ndarray, added: FloatArray) -> FloatArray:
-    """Points or sides ``(N, M, 2)`` with more of them ``(P, 2)``, of places that may repeat."""
+def _appended(
+    table: np.ndarray, places: np.ndarray, added: np.ndarray, like: np.ndarray | None = None
+) -> np.ndarray:
+    """Tables ``(N, M, k)`` with more rows ``(P, k)``, of places that may repeat.
+
+    Args:
+        table: its rows stand first, and zeros for none behind them.
+        places: of the rows ``(P,)``.
+        added: the rows.
+        like: the table of which rows are there, if it is another one.
+    """
     if not len(places):
         return table
     order = np.argsort(places, kind="stable")
     places, added = places[order], added[order]
     starts = np.flatnonzero(np.concatenate([[True], np.diff(places) > 0]))
     rank = np.arange(len(places)) - np.repeat(starts, np.diff(np.append(starts, len(places))))
-    column = used_sides(table).sum(axis=1)[places] + rank
-    wide = np.zeros((len(table), max(int(column.max()) + 1, table.shape[1]), 2))
+    column = used_sides(table if like is None else like).sum(axis=1)[places] + rank
+    most = max(int(column.max()) + 1, table.shape[1])
+    wide = np.zeros((len(table), most, table.shape[2]), dtype=table.dtype)
     wide[:, : table.shape[1]] = table
     wide[places, column] = added
     return wide
