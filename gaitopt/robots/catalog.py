@@ -14,6 +14,7 @@ from gaitopt.errors import MissingPackageError, RobotError, RobotWarning
 from gaitopt.files import StrPath
 from gaitopt.robots.files.notes import Notes
 from gaitopt.robots.files.options import ReadOptions
+from gaitopt.robots.files.packages import packaged_robot
 from gaitopt.robots.files.reading import read_file, read_text
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.urdf_text import with_velocity_limit
@@ -67,8 +68,10 @@ def load_robot(
     keys: ``LF``, ``FL``, ``front_left``.
 
     Args:
-        source: a name of :func:`robot_names`, as ``"wang2020"`` or ``"go2"``; a path to a file; or
-            the text of one.
+        source: a name of :func:`robot_names`, as ``"wang2020"`` or ``"go2"``; a name of the
+            packages robot_descriptions or mujoco_menagerie (``"go1_description"``,
+            ``"unitree_go1"``), which download a robot at its first use; a path to a file; or the
+            text of one.
         knees: side per leg, ``"forward"`` or ``"backward"``, where the knee's limits leave both
             open; front knees backward and hind knees forward by default.
         legs: foot link or last joint of every leg, where the four legs are not found, or wrongly.
@@ -108,6 +111,10 @@ def load_robot(
             urdf, notes = read_file(path, options)
     elif "<" in str(source):
         name, (urdf, notes) = "", read_text(str(source), "robot", options)
+    elif (found := _packaged(name, source)) is not None:
+        path, arguments = found
+        options = replace(options, xacro_arguments={**arguments, **options.xacro_arguments})
+        urdf, notes = read_file(path, options)
     else:
         path = _user_file(source)
         name = "" if path.stem.lower() in NO_NAMES else path.stem
@@ -116,6 +123,13 @@ def load_robot(
     for warning in notes.warnings:
         warnings.warn(f"{robot.name}: {warning}", RobotWarning, stacklevel=2)
     return replace(robot, notes=notes)
+
+
+def _packaged(name: str, source: StrPath) -> tuple[Path, Mapping[str, str]] | None:
+    """The file of a robot of another package; ``None`` for a path, or a name that none knows."""
+    if _is_file(Path(source)) or not name.isidentifier():
+        return None
+    return packaged_robot(name)
 
 
 def _user_file(source: StrPath) -> Path:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 CORNERS = {"LF": (0.2, 0.1), "LH": (-0.2, 0.1), "RH": (-0.2, -0.1), "RF": (0.2, -0.1)}
@@ -150,3 +151,7 @@ def mjcf(
         angle="degree" if degrees else "radian", knee=knee, assets=assets, extra=extra, tail=tail,
         legs=legs.format(turn=turn, tilt=tilt), actuators=motors,
     )  # fmt: skip
+
+
+MJCF_MASS = 5.0 + 4 * (0.5 + 0.6 + 0.2 + 1000.0 * 4.0 / 3.0 * math.pi * 0.03**3)
+"""Mass of :func:`mjcf` as it comes: the balls of the feet are of MuJoCo's density, that of water."""

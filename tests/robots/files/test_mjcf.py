@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
-from robot_texts import CORNERS, LOWER, UPPER, mjcf
+from robot_texts import CORNERS, LOWER, MJCF_MASS, UPPER, mjcf
 
 import gaitopt
 from gaitopt.conventions import LEGS
@@ -44,6 +44,7 @@ def test_masses_and_feet_are_mujoco_s(degrees: bool) -> None:
     theirs = mujoco.MjModel.from_xml_string(plain(mjcf(degrees=degrees)))
     data = mujoco.MjData(theirs)
     assert made.mass == pytest.approx(theirs.body_mass.sum(), rel=1e-12)
+    assert made.mass == pytest.approx(MJCF_MASS, rel=1e-12)
     rng, ours, q = np.random.default_rng(1), made.model.createData(), pin.neutral(made.model)
     for _ in range(5):
         q[7:] = rng.uniform(-1, 1, 12)
