@@ -12,6 +12,7 @@ from gaitopt.cli.options import (
     ComOption,
     FollowOption,
     FootholdsOption,
+    FrictionOption,
     HeadingOption,
     HeightOption,
     JobsOption,
@@ -23,6 +24,8 @@ from gaitopt.cli.options import (
     SeedsOption,
     SequenceOption,
     SwingHeightOption,
+    Timing,
+    TimingOption,
 )
 from gaitopt.cli.support import (
     file_name,
@@ -70,27 +73,34 @@ def race(
     heading: HeadingOption = 0.0,
     follow_terrain: FollowOption = False,
     com: ComOption = None,
+    timing: TimingOption = Timing.velocity,
+    friction: FrictionOption = None,
     certify: CertifyOption = True,
     collisions: CollisionsOption = True,
     bound: BoundOption = True,
     out: OutOption = Path("out"),
     jobs: JobsOption = -1,
 ) -> None:
-    """Race the paper's method against the time-optimal walks, side by side in one page."""
-    from gaitopt.studies.compare import with_one_height
+    """Race the paper's method against the time-optimal walks, side by side in one page.
+
+    With --timing forces all rows but the paper's are timed by contact forces.
+    """
+    from gaitopt.dynamics.contacts import ForceLimits
     from gaitopt.studies.race import race as run_race
-    from gaitopt.studies.race import race_many, row_names
+    from gaitopt.studies.race import race_many, row_names, shared_settings
 
     if footholds is not None and (seeds > 1 or columns is not None):
         raise InputError("--footholds excludes --seeds and --columns: a CSV is one terrain")
-    names = row_names(None if rows is None else rows.split(","))
+    names = row_names(None if rows is None else rows.split(","), timing.value)
     model, places = _inputs(robot, footholds, seed, columns)
     options = plan_options(
         stability_margin, body_height, swing_height, sequence, reach_fraction, heading,
         follow_terrain,
     )  # fmt: skip
-    options = with_one_height(model, places, options) | {"com": None if com is None else com.value}
-    checks = {"certify": certify, "collisions": collisions, "bound": bound}
+    options["com"] = None if com is None else com.value
+    options["forces"] = None if friction is None else ForceLimits(friction=friction)
+    options = {"timing": timing.value} | shared_settings(model, places, options, timing.value)
+    checks: dict[str, Any] = {"certify": certify, "collisions": collisions, "bound": bound}
     make_folder(out)
     with progress_bar("racing") as tick:
         if seeds == 1:
@@ -139,7 +149,8 @@ def _write(found: Standings, out: Path) -> None:
             plan.save(out / f"plan_{file_name(name, '_')}.npz")
         tick(2, 3)
         if found.plans:
-            page = race_replay(found.plans, out / "race.html")
+            verdicts = None if found.timing == Timing.velocity.value else found.verdicts
+            page = race_replay(found.plans, out / "race.html", verdicts=verdicts)
             files = {page: "the race: open it in a browser", **files}
             plans = f"{len(found.plans)} plans: gaitopt verify, simulate, replay"
             files[out / "plan_*.npz"] = plans

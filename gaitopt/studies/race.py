@@ -2,14 +2,15 @@
 
 Each method is a row of the race's table. Two are those of [Wang2020], planned phase by phase. The
 others are the variants of the time-optimal walk (:data:`gaitopt.plan.settings.freedoms.VARIANTS`).
+All may be timed by contact forces, except for the paper's method, with which they are compared.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict, fields
+from dataclasses import asdict, fields, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -19,47 +20,53 @@ from gaitopt.conventions import Progress
 from gaitopt.errors import GaitoptError, InputError
 from gaitopt.files import StrPath
 from gaitopt.plan.plan import Plan
-from gaitopt.plan.settings.base import VELOCITY
+from gaitopt.plan.settings.base import FORCES, VELOCITY, one_of
+from gaitopt.plan.settings.crawl import CrawlSettings
 from gaitopt.plan.settings.freedoms import VARIANTS
+from gaitopt.plan.settings.time_optimal import RouteSettings
 from gaitopt.planners.crawl import plan_crawl
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.studies.compare import with_one_height
-from gaitopt.studies.race_standings import (
-    BOUND_WINDOW,
-    PAPER,
-    SSM,
-    Finish,
-    Lane,
-    Race,
-    Standings,
-)
+from gaitopt.studies.race_lanes import Lane, Race
+from gaitopt.studies.race_standings import BOUND_WINDOW, PAPER, PHASES, SSM, Finish, Standings
 from gaitopt.studies.tables import appending, one_line
 from gaitopt.terrain.columns import s_columns
 from gaitopt.terrain.footholds import Footholds
 
-_SHORT_NAMES = {"ssm": SSM, "paper": PAPER}
+_SHORT_NAMES = {"ssm": SSM, "paper": PAPER, "phases": PHASES}
 """Names of rows as users type them."""
+_NOT_OF_THE_PAPER = ("com", "forces")
+"""Settings that the paper's method does not take."""
 
 
-def row_names(rows: Sequence[str] | None = None) -> tuple[str, ...]:
+def row_names(rows: Sequence[str] | None = None, timing: str = VELOCITY) -> tuple[str, ...]:
     """The full names of rows in the order of the table; the paper's method is always among them.
 
     Args:
-        rows: names: ``"ssm"``, ``"paper"``, or those of variants; ``None`` for all.
+        rows: names: ``"ssm"``, ``"paper"``, or those of variants; with the timing ``"forces"``
+            also ``"phases"``, the paper's method with forces. ``None`` for all.
+        timing: what bounds the speed.
 
     Raises:
         InputError: a name is unknown.
     """
-    known = (SSM, PAPER, *VARIANTS)
+    one_of("timing", timing, (VELOCITY, FORCES))
+    phases = (PHASES,) if timing == FORCES else ()
+    known = (SSM, PAPER, *phases, *VARIANTS)
     if rows is None:
         return known
-    wanted = [_SHORT_NAMES.get(str(row).strip().lower(), str(row).strip()) for row in rows]
-    for row in wanted:
-        if row not in known:
-            raise InputError(
-                f"rows names {row!r}; there are {', '.join((*_SHORT_NAMES, *VARIANTS))}"
-            )
+    typed = [str(row).strip() for row in rows]
+    wanted = [_SHORT_NAMES.get(row.lower(), row) for row in typed]
+    for row, name in zip(typed, wanted, strict=True):
+        if name not in known:
+            there = ", ".join(map(_short_name, known))
+            raise InputError(f"rows names {row!r}; there are {there}")
     return tuple(row for row in known if row in wanted or row == PAPER)
+
+
+def _short_name(name: str) -> str:
+    """The name of a row as users type it."""
+    return next((short for short, full in _SHORT_NAMES.items() if full == name), name)
 
 
 def race(
@@ -67,6 +74,7 @@ def race(
     footholds: Footholds,
     rows: Sequence[str] | None = None,
     *,
+    timing: str = VELOCITY,
     certify: bool = True,
     collisions: bool = True,
     bound: bool = True,
@@ -79,12 +87,14 @@ def race(
         robot: from :func:`gaitopt.load_robot`.
         footholds: to walk over.
         rows: names of rows, see :func:`row_names`; the paper's method is always among them.
+        timing: ``"velocity"``, or ``"forces"`` to time all rows but the paper's by contact forces.
+            All rows keep the same stability margin, 0.05 times the standing height by default.
         certify: whether to certify the plans.
         collisions: whether certificates check for self-collisions, which takes most of the time.
         bound: whether to compute lower bounds on the times.
         progress: called with (rows done, rows in all).
         settings: of both :func:`gaitopt.plan_crawl` and :func:`gaitopt.plan_route`: stability
-            margin, heights, order of legs, ...
+            margin, heights, order of legs, limits on forces, ...
 
     Returns:
         The race. Where a row has no plan, its lane's ``error`` says why.
@@ -92,15 +102,15 @@ def race(
     Raises:
         InputError: a row's name is unknown, or a setting is out of range.
     """
-    names = row_names(rows)
-    shared = with_one_height(robot, footholds, settings)
-    rules = _Rules(certify, collisions, bound, shared)
+    names = row_names(rows, timing)
+    shared = shared_settings(robot, footholds, settings, timing)
+    rules = _Rules(certify, collisions, bound, timing, shared)
     lanes = []
     for i, name in enumerate(names):
         lanes.append(_run_row(robot, footholds, name, rules))
         if progress is not None:
             progress(i + 1, len(names))
-    return Race(robot.name, footholds, tuple(lanes))
+    return Race(robot.name, footholds, tuple(lanes), timing)
 
 
 def race_many(
@@ -109,6 +119,7 @@ def race_many(
     rows: Sequence[str] | None = None,
     *,
     columns: int = 17,
+    timing: str = VELOCITY,
     certify: bool = True,
     collisions: bool = True,
     bound: bool = True,
@@ -122,7 +133,7 @@ def race_many(
     Args:
         robot: from :func:`gaitopt.load_robot`. The terrains are in proportion to its size.
         seeds: of the terrains.
-        rows, certify, collisions, bound, settings: as for :func:`race`.
+        rows, timing, certify, collisions, bound, settings: as for :func:`race`.
         columns: number of columns for each leg.
         jobs: number of processes; -1 for one on each core.
         table: a CSV file that is written anew; a line is appended when a walk is done.
@@ -134,12 +145,14 @@ def race_many(
     """
     from joblib import Parallel, delayed
 
-    names, terrains = row_names(rows), list(dict.fromkeys(seeds))
+    names, terrains = row_names(rows, timing), list(dict.fromkeys(seeds))
     if not terrains:
         raise InputError("a race needs at least one seed")
     first = terrains[0]
-    shared = with_one_height(robot, s_columns(first, columns=columns, robot=robot), settings)
-    rules = _Rules(certify, collisions, bound, shared)
+    shared = shared_settings(
+        robot, s_columns(first, columns=columns, robot=robot), settings, timing
+    )
+    rules = _Rules(certify, collisions, bound, timing, shared)
     todo = [(seed, name) for seed in terrains for name in names]
     finishes: dict[tuple[int, str], Finish] = {}
     plans: dict[str, Plan] = {}
@@ -156,8 +169,32 @@ def race_many(
                 progress(len(finishes), len(todo))
     return Standings(
         robot.name, 4 * (columns - 1), names, tuple(finishes[key] for key in todo),
-        {name: plans[name] for name in names if name in plans},
+        {name: plans[name] for name in names if name in plans}, timing,
     )  # fmt: skip
+
+
+def shared_settings(
+    robot: Quadruped, footholds: Footholds, settings: Mapping[str, Any], timing: str
+) -> dict[str, Any]:
+    """Settings with one stability margin and one body height for all rows.
+
+    Those that are not given are the ones of the paper's method.
+
+    Args:
+        robot, footholds: the walk.
+        settings, timing: as for :func:`race`.
+
+    Raises:
+        InputError: a setting is out of range, or limits on forces come with another timing.
+    """
+    if timing != FORCES and settings.get("forces") is not None:
+        raise InputError("limits on forces go with timing='forces'; leave one of them out")
+    paper = {name: value for name, value in settings.items() if name not in _NOT_OF_THE_PAPER}
+    found = with_one_height(robot, footholds, {**paper, "timing": VELOCITY})
+    known = {**settings, "body_height": found["body_height"]}
+    if known.get("stability_margin") is None:
+        known["stability_margin"] = CrawlSettings.for_robot(robot, timing=VELOCITY).stability_margin
+    return known
 
 
 class _Rules(NamedTuple):
@@ -166,6 +203,7 @@ class _Rules(NamedTuple):
     certify: bool
     collisions: bool
     bound: bool
+    timing: str
     settings: dict[str, Any]
 
 
@@ -185,7 +223,7 @@ def _run_row(robot: Quadruped, footholds: Footholds, name: str, rules: _Rules) -
     """
     began = time.process_time()
     try:
-        plan = _planned(robot, footholds, name, rules.settings)
+        plan = _planned(robot, footholds, name, rules)
     except Exception as error:
         if name == PAPER and isinstance(error, InputError):
             raise
@@ -206,14 +244,16 @@ def _run_row(robot: Quadruped, footholds: Footholds, name: str, rules: _Rules) -
     return Lane(name, plan, message, solve_time, certificate, bound)
 
 
-def _planned(robot: Quadruped, footholds: Footholds, name: str, settings: dict[str, Any]) -> Plan:
+def _planned(robot: Quadruped, footholds: Footholds, name: str, rules: _Rules) -> Plan:
     """The plan of the row that is so named."""
-    settings = {"timing": VELOCITY, **settings}
-    if name in (SSM, PAPER):
-        objective: Any = "margin" if name == SSM else "distance"
+    settings = {"timing": rules.timing, **rules.settings}
+    if name == PAPER or (name == SSM and rules.timing == VELOCITY):
         # The paper and its baseline keep the margin of the body centre, whatever the others do.
-        shared = {name: value for name, value in settings.items() if name != "com"}
-        return plan_crawl(robot, footholds, objective=objective, **shared)
+        kept = {k: value for k, value in settings.items() if k not in _NOT_OF_THE_PAPER}
+        settings = {**kept, "timing": VELOCITY}
+    if name in (SSM, PAPER, PHASES):
+        objective: Any = "margin" if name == SSM else "distance"
+        return plan_crawl(robot, footholds, objective=objective, **settings)
     from gaitopt.planners.time_optimal.planner import plan_route
 
     return plan_route(robot, footholds, free=name, **settings)
@@ -223,6 +263,17 @@ def _bound(plan: Plan) -> float:
     """Lower bound on the time of plans of the same row [s]; ``nan`` where none is known."""
     from gaitopt.planners.time_optimal.bound import route_bound
 
+    settings = plan.settings
+    if settings.promised_forces is not None:
+        if not (isinstance(settings, RouteSettings) and settings.free.swing):
+            # With forces the corners of boxes are rounded, and the bound is that of whole boxes.
+            return float("nan")
+        try:
+            # Forces only make a walk slower.
+            relaxed = replace(settings, timing=VELOCITY, forces=None)
+        except InputError:
+            return float("nan")
+        plan = replace(plan, settings=relaxed)
     try:
         # Parts without a solution count as 0 s, so that the sum is still a lower bound.
         bound = float(np.nansum(route_bound(plan, BOUND_WINDOW)))

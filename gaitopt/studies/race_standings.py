@@ -1,7 +1,8 @@
-"""Results of a race: plans, numbers and tables."""
+"""Results of a race: numbers and tables."""
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -9,15 +10,15 @@ import numpy as np
 from rich.markup import escape
 from rich.table import Table
 
-from gaitopt.certificate.certificate import Certificate, Outcome
+from gaitopt.certificate.certificate import Outcome
 from gaitopt.conventions import FloatArray
-from gaitopt.errors import UnknownNameError
 from gaitopt.plan.plan import Plan
-from gaitopt.studies.tables import as_text, one_line
-from gaitopt.terrain.footholds import Footholds
+from gaitopt.plan.settings.base import VELOCITY
+from gaitopt.studies.tables import as_text
 
-SSM, PAPER = "SSM baseline", "the paper"
-"""Names of the two rows that are planned phase by phase."""
+SSM, PAPER, PHASES = "SSM baseline", "the paper", "phase by phase"
+"""Names of the rows that are planned phase by phase. The last one is the paper's method timed by
+contact forces."""
 
 BOUND_WINDOW = 16
 """Steps of each part of the walk for which a lower bound is computed by itself. Chosen here: longer
@@ -57,39 +58,6 @@ class Finish:
 
 
 @dataclass(frozen=True, eq=False)
-class Lane:
-    """One row of a race on one terrain, with its plan.
-
-    Attributes:
-        name: name of the row.
-        plan: its plan; ``None`` where planning failed.
-        error: why planning or the certificate failed; otherwise empty.
-        solve_time: processor time for planning [s].
-        certificate: of the plan; ``None`` where none was asked for, or it failed.
-        bound: lower bound on the time of this row [s]; ``nan`` where there is none.
-    """
-
-    name: str
-    plan: Plan | None
-    error: str
-    solve_time: float
-    certificate: Certificate | None
-    bound: float = np.nan
-
-    def finish(self, seed: int = -1) -> Finish:
-        """The lane in numbers; ``seed`` is that of the terrain."""
-        if self.plan is None:
-            return Finish(seed, self.name, solve_time=self.solve_time, message=self.error)
-        verdict, message = "unchecked", self.error
-        if self.certificate is not None:
-            verdict = str(self.certificate.outcome)
-            message = one_line("; ".join(map(str, self.certificate.violations)))
-        margin, dynamic = _margin(self.plan)
-        return Finish(seed, self.name, self.plan.duration, self.plan.mean_speed, self.bound,
-                      self.solve_time, margin, dynamic, verdict, message)  # fmt: skip
-
-
-@dataclass(frozen=True, eq=False)
 class Standings:
     """The results of all rows on all terrains.
 
@@ -99,6 +67,7 @@ class Standings:
         rows: names of the rows.
         finishes: one for each terrain and row.
         plans: the plans on the first terrain, by their rows' names.
+        timing: what bounds the speed of all rows but the paper's: ``"velocity"`` or ``"forces"``.
     """
 
     robot: str
@@ -106,6 +75,7 @@ class Standings:
     rows: tuple[str, ...]
     finishes: tuple[Finish, ...]
     plans: dict[str, Plan]
+    timing: str = VELOCITY
 
     @cached_property
     def seeds(self) -> tuple[int, ...]:
@@ -129,66 +99,17 @@ class Standings:
         """By which share a row's time exceeds its lower bound, for each terrain ``(n,)``."""
         return np.asarray(self.values(row, "time") / self.values(row, "bound") - 1.0)
 
+    @property
+    def verdicts(self) -> dict[str, str]:
+        """What certificates say of the plans on the first terrain, by their rows' names."""
+        return {f.row: f.verdict for f in self.finishes if f.seed == self.seeds[0]}
+
     def table(self) -> Table:
         """The race as a table to print, with medians and ranges over several terrains."""
         return race_table(self)
 
     def __str__(self) -> str:
         return as_text(self.table(), 150)
-
-
-@dataclass(frozen=True, eq=False)
-class Race:
-    """All rows on the same footholds.
-
-    Attributes:
-        robot: name of the robot.
-        footholds: that were walked over.
-        lanes: one for each row.
-    """
-
-    robot: str
-    footholds: Footholds
-    lanes: tuple[Lane, ...]
-
-    def __getitem__(self, name: str) -> Lane:
-        for lane in self.lanes:
-            if lane.name == name:
-                return lane
-        raise UnknownNameError(
-            f"no row {name!r}; there are {', '.join(x.name for x in self.lanes)}"
-        )
-
-    @property
-    def plans(self) -> dict[str, Plan]:
-        """The plans by their rows' names."""
-        return {lane.name: lane.plan for lane in self.lanes if lane.plan is not None}
-
-    @property
-    def standings(self) -> Standings:
-        """The race in numbers."""
-        return Standings(
-            self.robot, self.footholds.steps, tuple(lane.name for lane in self.lanes),
-            tuple(lane.finish() for lane in self.lanes), self.plans,
-        )  # fmt: skip
-
-    def ratio(self, name: str, baseline: str = PAPER) -> float:
-        """How many times faster a row is than ``baseline``; ``nan`` where either has no plan."""
-        return float(self.standings.ratios(name, baseline)[0])
-
-    def table(self) -> Table:
-        """The race as a table to print."""
-        return self.standings.table()
-
-    def __str__(self) -> str:
-        return str(self.standings)
-
-
-def _margin(plan: Plan) -> tuple[float, bool]:
-    """The smallest margin that a plan promises [m], and whether it is that of the ZMP."""
-    zmp = plan.record.zmp_margin
-    dynamic = not plan.settings.static
-    return (zmp if dynamic and zmp is not None else plan.margin), dynamic
 
 
 NOT_VIOLATED = tuple(str(one) for one in Outcome if one is not Outcome.VIOLATED)
@@ -263,10 +184,15 @@ def _smallest_margin(standings: Standings, row: str) -> str:
 
 
 def _verdict(standings: Standings, row: str) -> str:
-    """The certificate's outcome; over several terrains the number of those without violation."""
+    """The certificate's outcome; over several terrains the number of those without violation.
+
+    Where forces are promised it is the number of each outcome.
+    """
     verdicts = [finish.verdict for finish in standings.of(row)]
     if len(verdicts) == 1 or set(verdicts) == {"unchecked"}:
         return verdicts[0]
+    if standings.timing != VELOCITY:
+        return ", ".join(f"{count} {told}" for told, count in Counter(verdicts).most_common())
     return f"{sum(verdict in NOT_VIOLATED for verdict in verdicts)} of {len(verdicts)}"
 
 
@@ -276,6 +202,11 @@ def _caption(standings: Standings) -> str:
         "× the paper, × SSM: time of that row divided by this row's. "
         "planning: processor time. margin: the smallest."
     ]
+    if standings.timing != VELOCITY:
+        lines.append(
+            f"{PAPER}: timed by joint velocities, as published; nothing is said of forces. All "
+            "other rows are timed by contact forces."
+        )
     if any(np.isfinite(standings.gaps(row)).any() for row in standings.rows):
         lines.append(
             f"gap: time over its lower bound, which is computed for parts of {BOUND_WINDOW} steps."

@@ -43,6 +43,19 @@ def test_several_seeds_give_medians_and_a_line_a_walk(command: Command, tmp_path
     assert gaitopt.load_plan(tmp_path / "plan_swing.npz").settings.stability_margin == 0.025
 
 
+def test_a_race_with_forces_tells_what_is_certified(command: Command, tmp_path: Path) -> None:
+    result = command(
+        "race", "--columns", "2", "--rows", "phases", "--timing", "forces", "--friction", "0.5",
+        "--no-bound", "--out", str(tmp_path),
+    )  # fmt: skip
+    assert result.exit_code == 0, result.output
+    for words in ("phase by phase", "certified", "kinematics only", "timed by contact forces"):
+        assert words in " ".join(result.output.split())
+    plan = gaitopt.load_plan(tmp_path / "plan_phase_by_phase.npz")
+    assert plan.settings.forces is not None and plan.settings.forces.friction == 0.5
+    assert "\\u00b7 certified" in (tmp_path / "race.html").read_text("utf-8")
+
+
 def test_footholds_of_ones_own_are_raced(command: Command, tmp_path: Path) -> None:
     gaitopt.s_columns(2, columns=2).to_csv(tmp_path / "feet.csv")
     result = command("race", "--footholds", str(tmp_path / "feet.csv"), "--rows", "route",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -11,10 +12,12 @@ import pytest
 
 import gaitopt
 from gaitopt import Footholds, InputError, Quadruped
+from gaitopt.plan.record import RouteRecord
 from gaitopt.plan.settings.freedoms import VARIANTS, Freedoms
 from gaitopt.planners.time_optimal.planner import plan_route
 from gaitopt.studies.race import race, race_many, row_names
-from gaitopt.studies.race_standings import PAPER, SSM, Finish, Lane, Race, Standings, race_table
+from gaitopt.studies.race_lanes import Lane, Race
+from gaitopt.studies.race_standings import PAPER, PHASES, SSM, Finish, Standings, race_table
 from gaitopt.studies.tables import as_text
 from gaitopt.terrain.columns import s_columns
 
@@ -111,7 +114,9 @@ def test_progress_counts_rows(wang: Quadruped) -> None:
 
 def test_a_gait_balanced_by_its_zmp_is_judged_by_it() -> None:
     robot = gaitopt.load_robot("wang2020-fast")
-    plan = gaitopt.plan_gait(robot, gaitopt.trot(0.5), velocity=(0.2, 0.0), distance=0.2)
+    plan = gaitopt.plan_gait(
+        robot, gaitopt.trot(0.5), velocity=(0.2, 0.0), distance=0.2, timing="velocity"
+    )
     finish = Lane("dynamic", plan, "", 1.0, None).finish()
     assert finish.dynamic and finish.margin == plan.record.zmp_margin
     assert "ZMP" in str(by_hand(finish))
@@ -145,6 +150,68 @@ def test_bounds_are_left_out_on_demand(wang: Quadruped) -> None:
     assert np.isnan(found["swing"].bound) and "gap" not in str(found)
 
 
+# ---------------------------------------------------------------- with contact forces
+
+
+@pytest.fixture(scope="module")
+def with_forces(wang: Quadruped) -> Race:
+    ground = gaitopt.s_columns(0, columns=2)
+    return race(wang, ground, ["ssm", "phases", "route", "swing"], timing="forces")
+
+
+def test_with_forces_all_rows_but_the_paper_s_are_certified(with_forces: Race) -> None:
+    verdicts = with_forces.standings.verdicts
+    assert list(verdicts) == [SSM, PAPER, PHASES, "route", "swing"]
+    assert verdicts.pop(PAPER) == "kinematics only" and set(verdicts.values()) == {"certified"}
+    for name, plan in with_forces.plans.items():
+        assert (plan.settings.promised_forces is None) == (name == PAPER)
+        # One margin for all, of the body centre in the paper's row.
+        assert plan.settings.stability_margin == pytest.approx(0.02)
+
+
+def test_the_paper_s_row_is_the_same_with_forces(with_forces: Race, wang: Quadruped) -> None:
+    paper = gaitopt.plan_crawl(wang, with_forces.footholds, timing="velocity")
+    assert with_forces.plans[PAPER].duration == paper.duration
+    phases = gaitopt.plan_crawl(
+        wang, with_forces.footholds, stability_margin=paper.settings.stability_margin,
+        body_height=paper.settings.body_height,
+    )  # fmt: skip
+    assert with_forces.plans[PHASES].duration == pytest.approx(phases.duration, rel=1e-9)
+    assert with_forces.ratio(PHASES) == pytest.approx(paper.duration / phases.duration)
+
+
+def test_with_forces_bounds_are_those_of_free_swings(with_forces: Race) -> None:
+    assert np.isnan(with_forces["route"].bound) and np.isnan(with_forces[PHASES].bound)
+    assert 0.0 < with_forces["swing"].bound <= with_forces.plans["swing"].duration
+
+
+def test_the_table_tells_what_forces_bound(with_forces: Race) -> None:
+    text = " ".join(str(with_forces).split())
+    assert "kinematics only" in text and "certified" in text
+    assert "the paper: timed by joint velocities" in text
+    many = by_hand(*(Finish(s, "swing", 5.0, verdict=v)
+                     for s, v in enumerate(["certified", "violated", "certified"])))  # fmt: skip
+    assert "2 certified, 1 violated" in str(replace(many, timing="forces"))
+
+
+def test_a_walk_phase_by_phase_in_another_row_is_told(with_forces: Race) -> None:
+    plan = with_forces.plans["swing"]
+    record = plan.record
+    assert isinstance(record, RouteRecord)
+    told = replace(plan, record=replace(record, instead="it is faster"))
+    lane = replace(with_forces["swing"], plan=told)
+    assert lane.finish().message == "phase by phase: it is faster"
+
+
+def test_limits_on_forces_need_forces(wang: Quadruped) -> None:
+    with pytest.raises(InputError, match="go with timing='forces'"):
+        race(wang, gaitopt.s_columns(0, columns=2), ["swing"], forces=gaitopt.ForceLimits())
+    with pytest.raises(InputError, match="timing"):
+        race(wang, gaitopt.s_columns(0, columns=2), ["swing"], timing="guess")
+    with pytest.raises(InputError, match="rows names 'phases'"):
+        row_names(["phases"])
+
+
 # ---------------------------------------------------------------- what goes wrong
 
 
@@ -171,8 +238,6 @@ def test_a_setting_out_of_range_is_the_users_mistake(wang: Quadruped) -> None:
 
 def test_a_violated_plan_is_shown_as_such(short: Race) -> None:
     """A claim of a larger margin than was planned for."""
-    from dataclasses import replace
-
     plan = short.plans[PAPER]
     claim = replace(plan, settings=replace(plan.settings, stability_margin=0.0201))
     finish = Lane(PAPER, claim, "", 0.1, gaitopt.verify(claim, collisions=False)).finish()

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from gaitopt.conventions import FloatArray
 from gaitopt.errors import InputError
 from gaitopt.viewing.figures.common import INK, MUTED, SMALL, panel, style_axes
-from gaitopt.viewing.replay.race import BASELINE, lane_colour, short_time
+from gaitopt.viewing.replay.runners import BASELINE, lane_colour, short_time
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from dataclasses import replace as changed
 from pathlib import Path
 from typing import Any
@@ -11,68 +10,24 @@ from typing import Any
 import numpy as np
 
 from gaitopt.conventions import LEGS, FloatArray
-from gaitopt.errors import InputError
 from gaitopt.files import StrPath, written_whole
 from gaitopt.plan.plan import Plan
-from gaitopt.robots.rotations import rpy_to_matrix
 from gaitopt.terrain.footholds import Footholds
 from gaitopt.viewing.colours import LEG_COLOURS
 from gaitopt.viewing.replay.keyframes import kept_samples, turn_error
 from gaitopt.viewing.replay.page import Caption, Label, Page, render
 from gaitopt.viewing.replay.replay import in_notebook, robot_size, view_sphere
 from gaitopt.viewing.replay.robot_scene import robot_scene
-from gaitopt.viewing.replay.scene import FramePath, Node, Scene, Track, joined, pose
+from gaitopt.viewing.replay.runners import BASELINE, Runner, line_up
+from gaitopt.viewing.replay.scene import Node, Scene, Track, joined, pose
 from gaitopt.viewing.replay.terrain_scene import (
-    ground_level,
     samples_of,
     swings_scene,
     terrain_scene,
 )
 
-BASELINE = "the paper"
-"""The plan that the others are held against, by name."""
-
-LANE_COLOURS = {
-    "SSM baseline": "#6b7683",
-    "the paper": "#20262e",
-    "route": "#8d6a9f",
-    "overlap": "#3f7cac",
-    "swing": "#2a9d8f",
-    "height": "#e9a23b",
-    "posture": "#e4572e",
-    "dynamic": "#b5179e",
-}
-"""Colours of the rows of a race; lanes of other names take them in turn."""
-
 PLACE_TOLERANCE, TURN_TOLERANCE = 5e-4, 1e-3
 """Most that keyframes of a race are off, beyond those of a replay [m], [rad]."""
-
-
-def lane_colour(name: str, lane: int) -> str:
-    """The colour of a lane by its name, or else by its number from 0."""
-    others = tuple(LANE_COLOURS.values())
-    return LANE_COLOURS.get(name, others[lane % len(others)])
-
-
-@dataclass(frozen=True, eq=False)
-class Runner:
-    """One plan of a race.
-
-    Attributes:
-        name: what it is called.
-        plan: its motion.
-        result: what is written once it has arrived.
-        colour: of its lane.
-        offset: of its lane from where the plan is made ``(3,)`` [m].
-        root: the frame of its lane.
-    """
-
-    name: str
-    plan: Plan
-    result: str
-    colour: str
-    offset: FloatArray
-    root: FramePath
 
 
 def race_replay(
@@ -82,6 +37,7 @@ def race_replay(
     title: str | None = None,
     baseline: str = BASELINE,
     meshes: bool | StrPath = False,
+    verdicts: Mapping[str, str] | None = None,
 ) -> Path:
     """Write plans as one HTML file in which their robots race side by side.
 
@@ -97,6 +53,7 @@ def race_replay(
         baseline: the plan whose time the others' ratios are of; without such a plan there are
             none.
         meshes: see :func:`gaitopt.replay`.
+        verdicts: what certificates say of the plans, by name; written with their times.
 
     Returns:
         The path of the file.
@@ -104,7 +61,7 @@ def race_replay(
     Raises:
         InputError: there is no plan, the file cannot be written, or a mesh is missing.
     """
-    text = race_html(plans, title=title, baseline=baseline, meshes=meshes)
+    text = race_html(plans, title=title, baseline=baseline, meshes=meshes, verdicts=verdicts)
     with written_whole(path) as stream:
         stream.write(text)
     return Path(path)
@@ -117,6 +74,7 @@ def show_race(
     title: str | None = None,
     baseline: str = BASELINE,
     meshes: bool | StrPath = False,
+    verdicts: Mapping[str, str] | None = None,
 ) -> Any:
     """The race inside a Jupyter notebook; see :func:`race_replay` and :func:`gaitopt.show`.
 
@@ -125,7 +83,8 @@ def show_race(
         MissingPackageError: IPython is not installed.
     """
     return in_notebook(
-        lambda: race_html(plans, title=title, baseline=baseline, meshes=meshes), height
+        lambda: race_html(plans, title=title, baseline=baseline, meshes=meshes, verdicts=verdicts),
+        height,
     )
 
 
@@ -135,9 +94,10 @@ def race_html(
     title: str | None = None,
     baseline: str = BASELINE,
     meshes: bool | StrPath = False,
+    verdicts: Mapping[str, str] | None = None,
 ) -> str:
     """The text of :func:`race_replay`'s file."""
-    return render(race_page(plans, title, baseline, meshes))
+    return render(race_page(plans, title, baseline, meshes, verdicts))
 
 
 def race_page(
@@ -145,9 +105,10 @@ def race_page(
     title: str | None = None,
     baseline: str = BASELINE,
     meshes: bool | StrPath = False,
+    verdicts: Mapping[str, str] | None = None,
 ) -> Page:
     """The race with its heading, legend and finishes."""
-    runners = line_up(plans, baseline)
+    runners = line_up(plans, baseline, verdicts)
     first = max(runners, key=lambda r: -r.plan.duration)
     plan = first.plan
     low, high = _bounds(runners)
@@ -171,31 +132,6 @@ def race_page(
         view_from=(1.0, 0.08, 0.66),
         in_view=tuple((float(a), float(b), float(c)) for a, b, c in corners),
     )
-
-
-def line_up(plans: Mapping[str, Plan], baseline: str = BASELINE) -> tuple[Runner, ...]:
-    """Each plan with its lane: as near to one another as terrain and robots allow.
-
-    Raises:
-        InputError: there is no plan, or something that is none.
-    """
-    if not plans or not all(isinstance(p, Plan) for p in plans.values()):
-        raise InputError("a race needs at least one plan, by name: {'route': plan}")
-    own = next(iter(plans.values()))
-    heading = view_sphere(own)[2]
-    left = np.array([-np.sin(heading), np.cos(heading), 0.0])
-    pitch = _pitch(plans, heading)
-    reference = plans[baseline].duration if baseline in plans else None
-    runners = []
-    for i, (name, plan) in enumerate(plans.items()):
-        start = plan.footholds.array[:, 0].mean(axis=0)
-        start[2] = ground_level(plan.footholds, plan.robot.foot_radius)
-        offset = (i - (len(plans) - 1) / 2.0) * pitch * left - start
-        runners.append(Runner(
-            str(name), plan, _result(plan, reference, name == baseline),
-            lane_colour(str(name), i), offset, (f"lane {i}",),
-        ))  # fmt: skip
-    return tuple(runners)
 
 
 def race_scene(runners: tuple[Runner, ...], meshes: bool | StrPath = False) -> Scene:
@@ -245,32 +181,6 @@ def _lighter(track: Track) -> Track:
     return changed(track, times=track.times[keys], values=values[keys])
 
 
-def _pitch(plans: Mapping[str, Plan], heading: float) -> float:
-    """Distance between lanes that keeps robots off their neighbours and their columns [m].
-
-    Lanes may bend with the route: only what lies side by side must keep apart.
-    """
-    turn = np.array([[np.cos(heading), -np.sin(heading)], [np.sin(heading), np.cos(heading)]])
-    size = max(robot_size(plan) for plan in plans.values())
-    across = 0.0
-    for plan in plans.values():
-        flat = np.concatenate([plan.footholds.array[:, :, :2].reshape(-1, 2), _hips(plan)]) @ turn
-        flat = flat[np.argsort(flat[:, 0])]
-        ends = np.searchsorted(flat[:, 0], flat[:, 0] + 0.3 * size, side="right")
-        widths = [float(np.ptp(flat[i:end, 1])) for i, end in enumerate(ends)]
-        across = max(across, *widths)
-    return across + 0.3 * size
-
-
-def _hips(plan: Plan) -> FloatArray:
-    """Where the hips are at the start of each phase ``(n, 2)`` [m]."""
-    pose_then = plan.path.evaluate(plan.phase_starts if plan.phases else np.zeros(1))
-    hips = np.array([leg.hip for leg in plan.robot.legs.values()])
-    body = rpy_to_matrix(pose_then[:, 3:6]) @ plan.robot.body_axes
-    places = pose_then[:, None, :3] + np.einsum("nij,lj->nli", body, hips)
-    return np.asarray(places[:, :, :2].reshape(-1, 2))
-
-
 def _bounds(runners: tuple[Runner, ...]) -> tuple[FloatArray, FloatArray]:
     """A box around all lanes with their robots: its lowest and highest corners ``(3,)`` [m]."""
     points = np.concatenate([
@@ -281,19 +191,6 @@ def _bounds(runners: tuple[Runner, ...]) -> tuple[FloatArray, FloatArray]:
     low, high = points.min(axis=0), points.max(axis=0)
     low[2], high[2] = 0.0, high[2] + max(_lift(r.plan) for r in runners)
     return low, high
-
-
-def _result(plan: Plan, reference: float | None, is_baseline: bool) -> str:
-    """Time and ratio, as they stand above a robot that has arrived."""
-    time = short_time(plan.duration)
-    if reference is None or is_baseline or not plan.duration:
-        return time
-    return f"{time} · {reference / plan.duration:.2f}×"
-
-
-def short_time(time: float) -> str:
-    """A time with its unit, for a label [s]."""
-    return f"{time:.1f} s" if time >= 10.0 else f"{time:.2f} s"
 
 
 def _label(runner: Runner) -> Label:

@@ -24,9 +24,6 @@ from gaitopt.planners.time_optimal.planner import plan_route
 from gaitopt.viewing.figures.race import plot_race
 from gaitopt.viewing.replay.page import Page
 from gaitopt.viewing.replay.race import (
-    LANE_COLOURS,
-    Runner,
-    line_up,
     race_html,
     race_page,
     race_replay,
@@ -34,6 +31,7 @@ from gaitopt.viewing.replay.race import (
     show_race,
 )
 from gaitopt.viewing.replay.robot_scene import joint_paths
+from gaitopt.viewing.replay.runners import LANE_COLOURS, Runner, line_up
 from gaitopt.viewing.replay.scene import Cylinder, Scene
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
@@ -218,6 +216,13 @@ def test_the_first_view_holds_all_lanes(page: Page, runners: tuple[Runner, ...])
         body = runner.plan.path.knots()[:, :3] + runner.offset
         for points in (feet, body):
             assert (points >= low - 1e-12).all() and (points <= high + 1e-12).all()
+
+
+def test_verdicts_are_written_with_the_times(plans: dict[str, Plan]) -> None:
+    first, *others = line_up(plans, verdicts={"swing": "certified"})
+    results = {runner.name: runner.result for runner in (first, *others)}
+    assert results["swing"].endswith(" · certified")
+    assert not any("certified" in told for name, told in results.items() if name != "swing")
 
 
 def test_the_camera_follows_the_fastest(page: Page) -> None:
