@@ -154,4 +154,4 @@ def mjcf(
 
 
 MJCF_MASS = 5.0 + 4 * (0.5 + 0.6 + 0.2 + 1000.0 * 4.0 / 3.0 * math.pi * 0.03**3)
-"""Mass of :func:`mjcf` as it comes: the balls of the feet are of MuJoCo's density, that of water."""
+"""Mass of :func:`mjcf` as it comes: the balls of the feet have MuJoCo's density, that of water."""

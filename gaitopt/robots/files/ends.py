@@ -12,7 +12,7 @@ from gaitopt.robots.discovery import FOOT_WORDS
 from gaitopt.robots.files.limbs import Limb
 from gaitopt.robots.files.meshes import MeshFinder
 from gaitopt.robots.files.shapes import Ball, Solid, end_ball, farthest, solids_of
-from gaitopt.robots.files.tree import UrdfTree
+from gaitopt.robots.files.tree import UrdfTree, placement_of
 
 BESIDE = 1e-3
 """How far a ball's centre may be from the foot link's origin, and the link stays the foot [m].
@@ -171,10 +171,11 @@ def _wheel(tree: UrdfTree, limb: Limb, finder: MeshFinder) -> FootPlace:
         if wide:
             radius, middle = max(wide)
             return FootPlace(link, middle * axis, radius, f"the {tag} shape of the wheel {link}")
-    centre = tree.links[link].find("inertial/origin")
+    inertial = tree.links[link].find("inertial")
     middle = 0.0
-    if centre is not None:
-        middle = float(np.array([float(x) for x in centre.get("xyz", "0 0 0").split()]) @ axis)
+    if inertial is not None:
+        where = f"{tree.label}: link {link}: inertia"
+        middle = float(placement_of(inertial, where)[:3, 3] @ axis)
     return FootPlace(link, middle * axis, 0.0, f"the shape of the wheel {link} is missing")
 
 

@@ -28,6 +28,8 @@ from gaitopt.robots.files.options import ReadOptions
 from gaitopt.robots.files.tree import UrdfTree
 from gaitopt.robots.urdf_text import parsed_urdf
 
+PINOCCHIO = ("root_joint", "universe")
+"""Names that Pinocchio gives itself."""
 GROUND = "world"
 """Name of the link that stands for the ground in ROS and MuJoCo."""
 
@@ -56,6 +58,7 @@ def prepared_urdf(
     tree = UrdfTree(root, label)
     done, warnings = list(notes.done), list(notes.warnings)
     _set_base(tree, done)
+    _part_names(tree)
     found = find_limbs(tree, options.legs)
     limbs = list(found.values()) if isinstance(found, dict) else found
     locked = _lock_others(tree, limbs, options, done)
@@ -118,6 +121,13 @@ def _set_base(tree: UrdfTree, done: list[str]) -> None:
         )
     done.append(f"the body is {new}; what the file has above it is left out ({tree.base})")
     tree.remove_above(new)
+
+
+def _part_names(tree: UrdfTree) -> None:
+    """Give fixed joints other names where a link has the same: Pinocchio then finds neither."""
+    for name, joint in list(tree.joints.items()):
+        if joint.fixed and (name in tree.links or name in PINOCCHIO):
+            tree.rename(name, _new_name(tree, f"{name} fixed"))
 
 
 def _lock_others(
@@ -199,7 +209,7 @@ def _set_feet(
         radii.append(place.radius)
         told.append(place.how.replace(place.link, "its link"))
         feet[leg] = place.link
-        if place.at.any():
+        if place.at.any() or place.link in tree.joints:
             feet[leg] = _new_name(tree, f"{leg} foot of gaitopt")
             tree.add_frame(feet[leg], place.link, place.at)
     how = sorted(set(told))
@@ -224,7 +234,7 @@ def _foot(tree: UrdfTree, leg: str, limb: Limb, asked: Any, finder: MeshFinder) 
 
 
 def _new_name(tree: UrdfTree, name: str) -> str:
-    """A name that no link has."""
-    while name in tree.links:
+    """A name that no link or joint has."""
+    while name in tree.links or name in tree.joints:
         name += "'"
     return name

@@ -206,6 +206,13 @@ class UrdfTree:
             self.root.remove(self.joints.pop(name).element)
         self._connect()
 
+    def rename(self, joint: str, name: str) -> None:
+        """Give a joint another name."""
+        found = self.joints.pop(joint)
+        found.name = name
+        found.element.set("name", name)
+        self.joints[name] = found
+
     def add_frame(self, name: str, parent: str, xyz: FloatArray) -> None:
         """Add a link without mass at a place of another [m]."""
         link = ElementTree.SubElement(self.root, "link", name=name)

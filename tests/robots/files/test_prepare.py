@@ -293,6 +293,16 @@ def test_broken_trees_are_refused_by_name(extra: str, words: str) -> None:
     assert words in refusal(robot(extra))
 
 
+def test_joints_may_be_called_as_links() -> None:
+    """Pinocchio does not tell a fixed joint from a link of the same name."""
+    text = robot().replace('joint name="LF_end"', 'joint name="LF_foot"')
+    made = quiet(text.replace('joint name="RF_end"', 'joint name="root_joint"'))
+    assert made.legs["LF"].foot == "LF_foot"
+    np.testing.assert_array_equal(
+        feet_by_pinocchio(made, np.zeros(12)), feet_by_pinocchio(quiet(robot()), np.zeros(12))
+    )
+
+
 # --- feet -------------------------------------------------------------------------------------
 
 WHEEL = collision('<cylinder radius="0.08" length="0.04"/>', "0 0.05 0", "1.5707963267948966 0 0")
