@@ -24,6 +24,7 @@ from rich.table import Table
 import gaitopt
 from gaitopt import LEGS, InfeasibleSpeedError, InfeasibleStepError, Quadruped
 from gaitopt.gait.crawl import WANG_SEQUENCE
+from gaitopt.plan.settings.base import VELOCITY
 from gaitopt.robots.urdf_text import with_velocity_limit
 
 FREE = 1e4
@@ -103,13 +104,15 @@ def gait_case(seed: int) -> str:
     rate = float(rng.uniform(-0.8, 0.8))
     try:
         plan = gaitopt.plan_gait(robot, schedule, velocity=tuple(velocity), yaw_rate=rate,
-                                 duration=schedule.cycle_time, swing=swing)  # fmt: skip
+                                 duration=schedule.cycle_time, swing=swing,
+                                 timing=VELOCITY)  # fmt: skip
     except InfeasibleSpeedError as error:
         kind_of = error.limit.split()[0]
         if kind_of == "velocity":
             free = Quadruped.from_urdf(with_velocity_limit(robot.urdf, FREE), name)
             moved = gaitopt.plan_gait(free, schedule, velocity=tuple(velocity), yaw_rate=rate,
-                                      duration=schedule.cycle_time, swing=swing)  # fmt: skip
+                                      duration=schedule.cycle_time, swing=swing,
+                                      timing=VELOCITY)  # fmt: skip
             worst = gaitopt.verify(moved, free, collisions=False)["joint velocities"]
             if worst.worst * FREE <= robot.velocity_limits.min():
                 return "WRONGLY REFUSED"
@@ -117,7 +120,7 @@ def gait_case(seed: int) -> str:
             return f"refused ({kind_of}): not even on the spot"
         slower = gaitopt.plan_gait(
             robot, schedule, velocity=error.velocity, yaw_rate=error.yaw_rate,
-            duration=schedule.cycle_time, swing=swing,
+            duration=schedule.cycle_time, swing=swing, timing=VELOCITY,
         )  # fmt: skip
         if not gaitopt.verify(slower, collisions=False).ok:
             return "VIOLATED: the velocity that was offered"

@@ -71,7 +71,7 @@ def gait(name: str, schedule: Any, velocity: Any, yaw_rate: float = 0.0, **more:
     *_, body, swing = SIZES[name]
     given = {"duration": 1.0, "body_height": body, "swing_height": swing, **more}
     return lambda: gaitopt.plan_gait(
-        robot(name), schedule, velocity=velocity, yaw_rate=yaw_rate, **given
+        robot(name), schedule, velocity=velocity, yaw_rate=yaw_rate, timing="velocity", **given
     )
 
 

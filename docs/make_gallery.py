@@ -44,12 +44,16 @@ def diagram(schedule: GaitSchedule) -> Figure:
 def trot_snapshots() -> Figure:
     """The trot of [Wang2024] from the side."""
     robot = load_robot("wang2020-fast")
-    return plot_snapshots(plan_gait(robot, trot(0.5), velocity=0.3, distance=1.5, swing="cycloid"))
+    plan = plan_gait(
+        robot, trot(0.5), velocity=0.3, distance=1.5, swing="cycloid", timing="velocity"
+    )
+    return plot_snapshots(plan)
 
 
 def walk_zmp() -> Figure:
     """A walk with its sway, from above."""
-    return plot_zmp(plan_gait(load_robot("wang2020-fast"), walk(1.6), velocity=0.1, distance=0.3))
+    robot = load_robot("wang2020-fast")
+    return plot_zmp(plan_gait(robot, walk(1.6), velocity=0.1, distance=0.3, timing="velocity"))
 
 
 ALL: dict[str, Callable[[], Figure]] = {

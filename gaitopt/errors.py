@@ -101,11 +101,12 @@ class InfeasibleStepError(_MessageAndFields, GaitoptError):
 
 @dataclass
 class InfeasibleSpeedError(_MessageAndFields, GaitoptError):
-    """A joint, or a leg's reach, does not allow the commanded velocity.
+    """A joint, a leg's reach, or contact forces do not allow the commanded velocity.
 
     Attributes:
         message: what is wrong, with the numbers and what to do.
-        limit: what is exceeded most, for instance ``"velocity LF_KFE"`` or ``"reach RH"``.
+        limit: what is exceeded most, for instance ``"velocity LF_KFE"``, ``"reach RH"`` or
+            ``"friction LF"``; ``"balance"`` where the body has no path with contact forces.
         needed: what the command needs as a multiple of the limit, above 1; ``inf`` out of reach.
         time: when it is exceeded most [s].
         fastest: the share of the commanded velocity that works with this gait; ``None`` where not

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.markup import escape
 
-from gaitopt.cli.options import OutOption, RobotOption
+from gaitopt.cli.options import FrictionOption, OutOption, RobotOption, Timing, TimingOption
 from gaitopt.cli.support import file_name, make_folder, print_files, progress_bar, terminal
 from gaitopt.errors import InputError
 from gaitopt.plan.record import GaitRecord
@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 FAST = "wang2020-fast"
 """The default robot: the paper's 17 deg/s are too slow for these gaits."""
+ON_LINE = 5e-4
+"""A ZMP that is no farther from the line between two feet is on it, in words [m]."""
 
 ForwardOption = Annotated[
     float, typer.Option("--speed", help="Forward speed, in m/s.", rich_help_panel="Motion")
@@ -54,8 +56,9 @@ SwingOption = Annotated[
 ]  # fmt: skip
 SwayOption = Annotated[
     bool | None,
-    typer.Option("--sway/--straight", help="Move the body sideways to keep its balance, or not; "
-                 "by default it sways where a foot stands for more than half of the cycle.",
+    typer.Option("--sway/--straight", help="Move the body sideways to keep its balance, or not. "
+                 "With the timing forces it has to; otherwise by default it sways where a foot "
+                 "stands for more than half of the cycle.",
                  rich_help_panel="Gait", show_default=False),
 ]  # fmt: skip
 HeightOption = Annotated[
@@ -89,12 +92,14 @@ def trot(
     sway: SwayOption = None,
     body_height: HeightOption = None,
     swing_height: SwingHeightOption = None,
+    timing: TimingOption = Timing.forces,
+    friction: FrictionOption = None,
     out: OutOption = Path("out"),
 ) -> None:
     """Trot at a speed, as in [Wang2024], and write plan, replay and figures."""
     gait(
         "trot", robot, speed, sideways, yaw_rate, distance, duration, acceleration_limit, cycle,
-        duty, swing, sway, body_height, swing_height, out,
+        duty, swing, sway, body_height, swing_height, timing, friction, out,
     )  # fmt: skip
 
 
@@ -116,9 +121,12 @@ def gait(
     sway: SwayOption = None,
     body_height: HeightOption = None,
     swing_height: SwingHeightOption = None,
+    timing: TimingOption = Timing.forces,
+    friction: FrictionOption = None,
     out: OutOption = Path("out"),
 ) -> None:  # fmt: skip
     """Plan any gait at a commanded velocity, and write plan, replay and figures."""
+    from gaitopt.dynamics.contacts import ForceLimits
     from gaitopt.gait.gaits import crawl
     from gaitopt.gait.gaits import gait as named
     from gaitopt.planners.by_velocity.planner import plan_gait
@@ -131,13 +139,15 @@ def gait(
         schedule = named(name.replace("-", "_"), cycle, duty)
     if duration is None and not (speed or sideways):
         raise InputError("a gait on the spot has no distance: give --duration")
+    limits = None if friction is None else ForceLimits(friction=friction)
     model = load_robot(robot)
     with progress_bar("planning") as tick:
         plan = plan_gait(
             model, schedule, velocity=(speed, sideways), yaw_rate=yaw_rate,
             distance=distance if duration is None else None, duration=duration,
             acceleration_limit=acceleration_limit, swing=swing, sway=sway,
-            body_height=body_height, swing_height=swing_height, progress=tick,
+            body_height=body_height, swing_height=swing_height, timing=timing.value,
+            forces=limits, progress=tick,
         )  # fmt: skip
     _write(plan, name, out)
 
@@ -169,10 +179,16 @@ def describe(plan: Plan) -> str:
     record = plan.record
     flight = record.flight or 0.0 if isinstance(record, GaitRecord) else 0.0
     margin = nan if record.zmp_margin is None else record.zmp_margin
-    where = "inside its support" if margin > 0 else "beyond its support line or polygon"
+    where = f"is at worst {1e3 * abs(margin):.1f} mm "
+    where += "inside its support" if margin > 0 else "beyond its support line or polygon"
+    forced = plan.settings.promised_forces is not None
+    if forced and abs(margin) < ON_LINE:
+        where = "keeps to its support line"
+    whose = "contact forces exist, and the ZMP of the robot" if forced else (
+        "the ZMP of the body's centre"
+    )  # fmt: skip
     return (
         f"{plan.robot.name} takes {len(plan.swings)} steps over {plan.distance:.2f} m in "
-        f"{plan.duration:.2f} s; the ZMP of the body's centre is at worst "
-        f"{1e3 * abs(margin):.1f} mm {where}"
+        f"{plan.duration:.2f} s; {whose} {where}"
         + (f"; no foot stands for {flight:.0%} of the time" if flight else "")
     )

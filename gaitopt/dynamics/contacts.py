@@ -89,9 +89,9 @@ class ForceLimits:
         torque_line: how the torque falls with the speed of a joint; not at all when ``None``.
         balance_tolerance: what may be left of the six equations of the base, as a share of the
             weight and of the weight times half the stance. On three feet or more only rounding
-            is. Two point feet make no moment about the line that joins them, so a motion on two
-            feet must not ask for any: 1e-3 would allow the ZMP to be 1/1000 of half the stance
-            beside that line.
+            is. Two point feet make no moment about the line that joins them: with 1e-3 the ZMP
+            may be 1/1000 of half the stance beside that line, 0.2 mm for a stance of 0.4 m. A foot
+            that rolls on its ball moves its contact by more.
 
     Raises:
         InputError: a number is outside its range.
@@ -103,7 +103,7 @@ class ForceLimits:
     torque_share: float = 0.9
     sides: int = 4
     torque_line: TorqueLine | None = None
-    balance_tolerance: float = 1e-6
+    balance_tolerance: float = 1e-3
 
     def __post_init__(self) -> None:
         check_number("friction", self.friction, 0.001, 10.0)

@@ -22,6 +22,7 @@ import numpy as np
 
 from gaitopt.conventions import GRAVITY, FloatArray, frozen
 from gaitopt.errors import InputError, SolverError
+from gaitopt.optimize.sparse_quadratic import solve_sparse
 
 KEPT_SHARE = 0.95
 """Share of the largest margin that the path keeps; chosen here, so that it need not move far."""
@@ -260,39 +261,11 @@ def _least_displacement(
     most[len(least) - pieces :] = problem.target
     equal = hstack([fixed, csr_array((len(at), pieces))])
     scale = 1.0 / float(np.abs(hessian.diagonal()).max())
-    return _solve_qp(hessian * scale, gradient * scale, vstack([equal, matrix]),
-                     np.concatenate([at, least]), np.concatenate([at, most]))[:n]  # fmt: skip
-
-
-def _solve_qp(
-    hessian: Any, gradient: FloatArray, matrix: Any, low: FloatArray, high: FloatArray
-) -> FloatArray:
-    """Minimise ``x H x / 2 + g x`` over ``low <= A x <= high``, all sparse, by PIQP.
-
-    PIQP is an interior-point method. ProxQP's sparse solver, which does well on few active rows,
-    did not end within minutes on these thousands of them.
-    """
-    import casadi as ca
-
-    h, a = (_as_casadi(m) for m in (hessian, matrix))
-    options: dict[str, Any] = {
-        "piqp": {"max_iter": 200, "eps_abs": 1e-9, "eps_rel": 0.0},
-        "error_on_fail": False,
-    }
-    solver = ca.conic("sway", "piqp", {"h": h.sparsity(), "a": a.sparsity()}, options)
-    found = solver(h=h, g=gradient, a=a, lba=low, uba=high)
-    return np.asarray(found["x"]).ravel()
-
-
-def _as_casadi(matrix: Any) -> Any:
-    """A SciPy matrix as CasADi's, which not all of its versions read by themselves."""
-    import casadi as ca
-
-    columns = matrix.tocsc()
-    columns.sort_indices()
-    rows, count = columns.shape
-    pattern = ca.Sparsity(rows, count, columns.indptr.tolist(), columns.indices.tolist())
-    return ca.DM(pattern, columns.data)
+    found, _ = solve_sparse(
+        hessian * scale, gradient * scale, vstack([equal, matrix]), np.concatenate([at, least]),
+        np.concatenate([at, most]),
+    )  # fmt: skip
+    return found[:n]
 
 
 def _cost(problem: SwayProblem) -> tuple[Any, FloatArray, np.ndarray]:

@@ -91,8 +91,9 @@ class RouteRecord(PlanRecord):
 class GaitRecord(PlanRecord):
     """Of a gait by velocity.
 
-    ``zmp_margin`` is the smallest margin of the ZMP of the body's centre while any foot stands [m]
-    (minus the distance from the support line for a trot).
+    ``zmp_margin`` is the smallest margin of the ZMP while any foot stands [m] (minus the distance
+    from the support line for a trot): of the whole robot's with the timing ``"forces"``, and else
+    of the body centre's.
 
     Attributes:
         flight: share of the time without a foot on the ground, where there is no ZMP.

@@ -150,8 +150,9 @@ def test_the_ground_is_below_the_feet_that_stand(wang: Quadruped) -> None:
 @pytest.fixture(scope="module")
 def swaying() -> Plan:
     return plan_gait(
-        gaitopt.load_robot("wang2020-fast"), gaitopt.walk(1.6), velocity=0.08, duration=1.5
-    )
+        gaitopt.load_robot("wang2020-fast"), gaitopt.walk(1.6), velocity=0.08, duration=1.5,
+        timing="velocity",
+    )  # fmt: skip
 
 
 def zmp_check(plan: Plan) -> gaitopt.Check:

@@ -61,7 +61,9 @@ def test_a_crawl_pauses_where_a_foot_leaves_as_another_lands(short_plan: Plan) -
 
 def test_a_gait_that_cannot_stop_does_not() -> None:
     robot = gaitopt.load_robot("wang2020-fast")
-    plan = gaitopt.plan_gait(robot, gaitopt.trot(0.5), velocity=0.3, distance=1.0)
+    plan = gaitopt.plan_gait(
+        robot, gaitopt.trot(0.5), velocity=0.3, distance=1.0, timing="velocity"
+    )
     assert walk_clock(plan, 0.1).paused == 0.0
 
 

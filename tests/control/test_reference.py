@@ -56,7 +56,9 @@ def test_the_reference_is_the_plan_within_the_smoothing(short_plan: Plan) -> Non
 def test_a_plan_without_jumps_is_followed_more_closely(wang: Quadruped) -> None:
     """The ZMP of a smooth gait is planned: no body of it is smoothed as one that jumps."""
     robot = gaitopt.load_robot("wang2020-fast")
-    plan = gaitopt.plan_gait(robot, gaitopt.trot(0.5), velocity=0.3, distance=1.0)
+    plan = gaitopt.plan_gait(
+        robot, gaitopt.trot(0.5), velocity=0.3, distance=1.0, timing="velocity"
+    )
     reference = build_reference(plan, ControlGains.for_robot(robot), DT)
     times = np.arange(0.0, plan.duration, 0.013)
     ticks = [reference.tick(t) for t in times]

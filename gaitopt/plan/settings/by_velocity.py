@@ -14,7 +14,14 @@ from gaitopt.gait.gaits import trot
 from gaitopt.gait.schedule import GaitSchedule
 from gaitopt.gait.step_timing import check_cycles, cycles_spanned, swing_events
 from gaitopt.inputs import check_number
-from gaitopt.plan.settings.base import PlanSettings, check_names, one_of, set_flag, set_number
+from gaitopt.plan.settings.base import (
+    FORCES,
+    PlanSettings,
+    check_names,
+    one_of,
+    set_flag,
+    set_number,
+)
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.swing.catalogue import SWING_CURVES
 
@@ -42,8 +49,9 @@ class GaitSettings(PlanSettings):
         lead: time on four feet before the first lift-off and after the last touchdown [s].
         swing: swing curve: ``"polynomial"``, ``"cycloid"``, ``"sine arch"``, ``"half-ellipse"``,
             ``"trapezoid"`` or ``"box"``.
-        sway: whether the body leaves its straight way so that its ZMP lies as deep in the support
-            polygons as the speed allows.
+        sway: whether the body leaves its straight way. With the timing ``"forces"`` it has to, so
+            that contact forces make the motion, and does by default. Otherwise its ZMP then lies
+            as deep in the support polygons as the speed allows.
         adapt: gain of the step time's adaptation to the ZMP's margin [1/m] ([XiLing], Section 4):
             each cycle's time becomes ``1 + adapt (mean margin - its margin)`` times as long.
 
@@ -57,6 +65,7 @@ class GaitSettings(PlanSettings):
     planner: ClassVar[str] = "gait"
     least_support: ClassVar[int] = 0
 
+    timing: str = FORCES
     stability_margin: float = 0.0
     schedule: GaitSchedule = field(default_factory=lambda: trot(0.5))
     velocity: tuple[float, float] = (0.0, 0.0)
@@ -66,7 +75,7 @@ class GaitSettings(PlanSettings):
     plateau: float = 0.0
     lead: float = 0.0
     swing: str = "polynomial"
-    sway: bool = False
+    sway: bool | None = None
     adapt: float = 0.0
 
     def __post_init__(self) -> None:
@@ -89,6 +98,8 @@ class GaitSettings(PlanSettings):
         set_number(self, "lead", 0.0, 1e6, "s")
         set_number(self, "adapt", 0.0, 1e3, "1/m")
         one_of("swing", self.swing, tuple(SWING_CURVES))
+        if self.sway is None:
+            object.__setattr__(self, "sway", self.forces is not None)
         set_flag(self, "sway")
 
     @classmethod
@@ -102,21 +113,23 @@ class GaitSettings(PlanSettings):
                 top. One of the two is needed where ``plateau`` is not given. ``ramp``: least time
                 to get to speed, and to slow down [s], by default two cycles; it becomes longer so
                 that a whole number of cycles is walked. ``lead`` is by default half a cycle for a
-                body that sways, which must first get over its feet, and none otherwise; a body
-                sways by default where more than half of the cycle is stance and the legs can move
-                sideways. The body is as high as the robot stands by default, and feet rise by 0.15
-                of that.
+                body that sways, which must first get over its feet, and none otherwise. With
+                ``timing="velocity"`` a body sways by default where more than half of the cycle is
+                stance and the legs can move sideways. The body is as high as the robot stands by
+                default, and feet rise by 0.15 of that.
 
         Raises:
             InputError: a field is unknown or out of range, or the way is not told.
         """
         check_names(cls, options, *WAY)
         given = {k: v for k, v in options.items() if v is not None and k not in WAY}
-        start = cls(**{k: v for k, v in given.items() if k in ("schedule", "velocity")})
+        start = cls(**{k: v for k, v in given.items() if k in ("schedule", "velocity", "timing")})
         height = given.setdefault("body_height", robot.standing_height)
         given.setdefault("swing_height", round(SWING_SHARE * float(height), 3))
         steps_aside = all(leg.has_roll for leg in robot.legs.values())
-        sway = given.setdefault("sway", start.schedule.duty_factor > 0.5 and steps_aside)
+        by_forces = start.timing == FORCES
+        sways = by_forces or (start.schedule.duty_factor > 0.5 and steps_aside)
+        sway = given.setdefault("sway", sways)
         given.setdefault("lead", 0.5 * start.schedule.cycle_time if sway else 0.0)
         if "plateau" not in given:
             way = (options.get("distance"), options.get("duration"))

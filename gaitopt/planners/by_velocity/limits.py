@@ -18,10 +18,14 @@ from gaitopt.robots.whole_body import REACH_TOLERANCE, into_body
 
 HALVINGS = 10
 """Bisections for the fastest velocity: it is found to a thousandth of the command."""
+FORCE_HALVINGS = 5
+"""The same with contact forces, where each try takes a second: to a thirtieth."""
 LONGER_CYCLES = (1.5, 2.0, 3.0, 5.0, 8.0, 12.0, 20.0)
 """Multiples of the cycle time that are tried where no velocity works; chosen here."""
 VELOCITY_JUMP = 1e-6
 """Jump of a joint velocity at a knot that counts as none, for rounding [rad/s]."""
+BALANCE = "balance"
+"""The limit of a gait for whose body no path has contact forces."""
 POSITION_TOLERANCE = 1e-9
 """By how much a joint may be beyond a position limit, for rounding [rad]."""
 
@@ -175,12 +179,19 @@ def explain(
     """
     worst = violations[0]
     fastest = _fastest(settings, works)
-    cycle = None if fastest is not None else _longer_cycle(settings, works)
+    balance = worst.limit == BALANCE
+    quick = worst.limit.split()[0] in ("velocity", "acceleration", "reach", "position")
+    cycle = _longer_cycle(settings, works) if quick and fastest is None else None
     vx, vy = settings.velocity
     if fastest is not None:
         way = (
             f"with this gait {fastest:.3f} of it works: ({fastest * vx:.4g}, {fastest * vy:.4g}) "
             f"m/s, {fastest * settings.yaw_rate:.4g} rad/s"
+        )
+    elif balance:
+        way = (
+            "nor has stepping on the spot: take another cycle or gait, more friction or less "
+            'reserve, or timing="velocity"'
         )
     elif cycle is not None:
         way = (
@@ -218,7 +229,7 @@ def _fastest(settings: GaitSettings, works: Callable[[GaitSettings], bool]) -> f
     if not good(0.0):
         return None
     low, high = 0.0, 1.0
-    for _ in range(HALVINGS):
+    for _ in range(HALVINGS if settings.forces is None else FORCE_HALVINGS):
         middle = (low + high) / 2.0
         low, high = (middle, high) if good(middle) else (low, middle)
     return float(np.floor(low * 1000.0) / 1000.0)

@@ -69,7 +69,16 @@ class GaitMotion:
 
         The body is level.
         """
-        place, velocity, acceleration = self.centre(times)
+        return self.base_of(times, self.centre(times))
+
+    def base_of(self, times: FloatArray, centre: States) -> States:
+        """The same with the body's centre elsewhere.
+
+        Args:
+            times: ``(N,)`` [s]; they give the yaw.
+            centre: positions, velocities and accelerations of the centre ``(N, 2)``.
+        """
+        place, velocity, acceleration = centre
         yaw, yaw_rate, yaw_acceleration = self.route.yaw(times)
         c, s = np.cos(yaw), np.sin(yaw)
         x, y, z = self.robot.centre.tolist()

@@ -10,41 +10,60 @@ from gaitopt.plan.phase import Phase
 from gaitopt.plan.record import GaitRecord
 from gaitopt.planners.by_velocity.contacts import contacts_at, flights_at
 from gaitopt.planners.by_velocity.motion import GaitMotion
+from gaitopt.planners.by_velocity.reaction import whole_zmp
 from gaitopt.stability.contacts import support_margin
 from gaitopt.stability.zmp import cart_table_zmp
 
 SAMPLES = 65
 """Samples of each phase for its margins, both ends included; chosen here."""
+INWARD = 1e-9
+"""Share of a phase by which samples at its ends lie inside it."""
 BESIDE = 1e-9
 """How far beside a knot of the sway the ZMP is taken, on either side [s]: it may have a corner."""
 
 
-def gait_phases(motion: GaitMotion, path: MotionPath) -> tuple[tuple[Phase, ...], GaitRecord]:
-    """The phases, and what a plan says of its balance (see :func:`gaitopt.plan_gait`)."""
+def gait_phases(
+    motion: GaitMotion, path: MotionPath, *, whole_robot: bool = False
+) -> tuple[tuple[Phase, ...], GaitRecord]:
+    """The phases, and what a plan says of its balance (see :func:`gaitopt.plan_gait`).
+
+    Args:
+        motion: the gait.
+        path: of the motion.
+        whole_robot: whether margins are those of the whole robot's ZMP. Otherwise those of phases
+            are static, and that of the record is the one of the body centre's ZMP.
+    """
     edges = _edges(motion, path)
-    times = edges[:-1, None] + np.diff(edges)[:, None] * np.linspace(0.0, 1.0, SAMPLES)
+    shares = np.linspace(0.0, 1.0, SAMPLES)
+    # Accelerations may jump at the ends of a phase.
+    inside = np.clip(shares, INWARD, 1.0 - INWARD) if whole_robot else shares
+    times = edges[:-1, None] + np.diff(edges)[:, None] * inside
     flights = flights_at(motion.events, (edges[1:] + edges[:-1]) / 2.0)
     standing = flights < 0
     flat = times.ravel()
     contacts = np.repeat(standing, SAMPLES, axis=0)
     feet = motion.feet(flat)[0]
     place, _, acceleration = motion.centre(flat)
-    height = motion.height + motion.robot.foot_radius
-    static = support_margin(feet, contacts, place).reshape(times.shape)
-    moving = support_margin(feet, contacts, _zmp(place, acceleration, height)).reshape(times.shape)
+    if whole_robot:
+        zmp = whole_zmp(motion, flat)
+    else:
+        zmp = _zmp(place, acceleration, motion.height + motion.robot.foot_radius)
+    moving = support_margin(feet, contacts, zmp).reshape(times.shape)
+    static = moving if whole_robot else support_margin(feet, contacts, place).reshape(times.shape)
     lasting = np.diff(edges)
     flight = ~standing.any(axis=1)
     worst = float(np.nanmin(moving)) if not flight.all() else float("-inf")
-    if motion.sway is not None:
+    if motion.sway is not None and not whole_robot:
         # The ZMP of a cubic spline has corners at the spline's knots.
         for side in (-BESIDE, BESIDE):
             knots = np.clip(motion.sway.times + side, 0.0, motion.duration)
             worst = float(np.fmin(worst, smallest_zmp_margin(motion, knots)))
     record = GaitRecord(
-        stability="ZMP of the body centre as a point mass",
+        stability="contact forces, and the ZMP of the whole robot" if whole_robot else
+        "ZMP of the body centre as a point mass",
         zmp_margin=worst,
         flight=float(lasting[flight].sum() / lasting.sum()),
-    )
+    )  # fmt: skip
     margins = np.where(flight, -np.inf, np.nan_to_num(static, nan=-np.inf).min(axis=1))
     return _phases(motion, edges, flights, margins), record
 

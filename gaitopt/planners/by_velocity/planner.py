@@ -1,6 +1,6 @@
 """``plan_gait``: plan walk, trot and other gaits by velocity, from standing to standing.
 
-Sources: [Wang2024], [XiLing].
+Sources: [Wang2024], [XiLing]; with contact forces also [Kajita2003].
 """
 
 from __future__ import annotations
@@ -10,38 +10,20 @@ from typing import Any
 
 import numpy as np
 
-from gaitopt.conventions import LEGS, Progress
+from gaitopt.conventions import FloatArray, Progress
 from gaitopt.errors import InputError
 from gaitopt.gait.schedule import GaitSchedule
-from gaitopt.gait.step_timing import SwingEvent, adapted_step_time, cycles_spanned, swing_events
-from gaitopt.motion.path import MotionPath
+from gaitopt.gait.step_timing import adapted_step_time, cycles_spanned
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.settings.by_velocity import GaitSettings
 from gaitopt.plan.settings.keywords import chosen_settings, takes_settings
-from gaitopt.planners.by_velocity.body_route import BodyRoute
-from gaitopt.planners.by_velocity.limits import LegLengths, explain, find_violations, leg_lengths
+from gaitopt.planners.by_velocity.attempt import attempt
+from gaitopt.planners.by_velocity.limits import explain
 from gaitopt.planners.by_velocity.motion import GaitMotion
 from gaitopt.planners.by_velocity.phases import gait_phases, smallest_zmp_margin
-from gaitopt.planners.by_velocity.sway import sway_path
-from gaitopt.retiming.retimed import retimed
 from gaitopt.robots.quadruped import Quadruped
-from gaitopt.terrain.footholds import Footholds
+from gaitopt.swing.catalogue import SWING_CURVES, swing_curve
 
-FOOT_TOLERANCE = 1e-6
-"""Largest distance between a foot and its place, between the path's knots [m]. Chosen here: a
-micrometre, far below what a robot can measure."""
-INTERVALS_A_SWING = 10
-"""Intervals between knots during a swing, at least. Chosen here: the path gets more where
-:data:`FOOT_TOLERANCE` asks for them."""
-PARTS = 16
-"""Parts of each interval in which a leg is looked for that is too short only between knots. Chosen
-here: the instant of the largest length is then found to a 160th of a swing."""
-LARGEST_SWAY = 0.4
-"""How far the body may leave its route, as a share of the stance's shorter side. Chosen here: at
-0.5 it would be above the feet of one side."""
-SWAY_MARGIN = 0.15
-"""Margin of the ZMP beyond which a larger one has no value, as a share of the stance's shorter
-side. Chosen here: half of the largest margin over three feet of a square stance, 0.29."""
 MARGIN_SAMPLES = 101
 """Instants of a cycle at which its ZMP margin is computed. Chosen here: a hundredth of a cycle
 apart, several in each phase."""
@@ -75,20 +57,23 @@ def plan_gait(
             :meth:`gaitopt.GaitSettings.for_robot`. ``velocity`` is forward and sideways in the
             body's axes, or a forward velocity alone [m/s].
 
-    With ``timing="forces"`` contact forces and joint torques exist at every instant, within
-    ``forces``, and the robot is slower than asked where they require it. Feet are points, so a
-    trot whose ZMP leaves the line between two feet has none.
+    With ``timing="forces"`` the body leaves its straight way a little, so that contact forces and
+    joint torques within ``forces`` make the motion of the whole robot at every instant. On two
+    feet the ZMP of the whole robot is on the line between them, to within
+    :attr:`gaitopt.ForceLimits.balance_tolerance`.
 
     Returns:
-        The plan. Its record holds ``zmp_margin``, the smallest margin of the body centre's ZMP
-        while any foot stands [m] (for a trot: minus the distance from the support line), and
-        ``flight``, the share of the time in which no foot stands, and there is no ZMP.
+        The plan. Its record holds ``zmp_margin``, the smallest margin of the ZMP while any foot
+        stands [m] (for a trot: minus the distance from the support line): of the whole robot's with
+        ``timing="forces"``, and else of the body centre's. ``flight`` is the share of the time in
+        which no foot stands, and there is no ZMP.
 
     Raises:
-        InputError: a setting is unknown or out of range, or neither distance nor duration is given.
-        InfeasibleStepError: with ``timing="forces"``, somewhere there are no forces at any speed.
-        InfeasibleSpeedError: a joint or a leg's reach does not allow the velocity; names the
-            fastest one that is possible.
+        InputError: a setting is unknown or out of range, neither distance nor duration is given,
+            or with ``timing="forces"`` there is a time without a standing foot, the body may not
+            sway, or a leg has no roll joint.
+        InfeasibleSpeedError: a joint, a leg's reach or contact forces do not allow the velocity;
+            names the fastest one that is possible.
         SolverError: no sway of the body was found.
     """
     if not isinstance(robot, Quadruped) or not isinstance(schedule, GaitSchedule):
@@ -103,98 +88,71 @@ def plan_gait(
         )
     if settings is None:
         options["schedule"] = schedule
-    return _planned(robot, chosen_settings(GaitSettings, robot, settings, options), progress)
+    chosen = chosen_settings(GaitSettings, robot, settings, options)
+    if chosen.forces is not None:
+        _check_forces(robot, chosen)
+    return _planned(robot, chosen, progress)
+
+
+def _check_forces(robot: Quadruped, settings: GaitSettings) -> None:
+    """Refuse what no path of the body gives contact forces.
+
+    Raises:
+        InputError: no foot stands for a time, the body may not sway, legs have no roll joint, or
+            the robot has no mass.
+    """
+    robot.require_masses()
+    schedule = settings.schedule
+    if schedule.least_support == 0:
+        why = (
+            f"in this {schedule.name} no foot stands for a time, and the body, which keeps its "
+            "height, would fall"
+        )
+    elif not settings.sway:
+        why = "the body has to leave its straight way for them, and sway=False forbids it"
+    elif not all(leg.has_roll for leg in robot.legs.values()):
+        why = (
+            f"the body has to move sideways for them, and {robot.name} has legs without roll joint"
+        )
+    elif np.abs(_swing_ends(settings.swing)).max() > 0.0:
+        gentle = ", ".join(repr(n) for n in SWING_CURVES if not _swing_ends(n).any())
+        why = (
+            f"on the swing curve {settings.swing!r} feet lift off and land at some speed, and no "
+            f"force makes velocities jump (they do not on {gentle})"
+        )
+    else:
+        return
+    raise InputError(f'no contact forces are planned here: {why}; take timing="velocity"')
+
+
+def _swing_ends(name: str) -> FloatArray:
+    """Velocities of a foot at both ends of a swing of a unit length and time ``(2, 3)``."""
+    curve = swing_curve(name, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0), 1.0, 1.0)
+    return np.round(curve.velocity(np.array([0.0, 1.0])), 9)
 
 
 def _planned(robot: Quadruped, settings: GaitSettings, progress: Progress | None) -> Plan:
     """Plan a gait with complete settings; errors are those of :func:`plan_gait`."""
     stages = 3 if settings.adapt else 2
-    motion, lengths, path = _attempt(robot, settings)
+    found = attempt(robot, settings)
     if progress is not None:
         progress(1, stages)
-    if settings.adapt and path is not None:
-        settings = replace(settings, cycle_times=_adapted_times(motion, settings))
-        motion, lengths, path = _attempt(robot, settings)
-    violations = find_violations(motion, lengths, path, settings)
-    if violations or path is None:
-        raise explain(settings, violations, lambda other: _is_possible(robot, other))
-    phases, record = gait_phases(motion, path)
+    if settings.adapt and found.path is not None:
+        settings = replace(settings, cycle_times=_adapted_times(found.motion, settings))
+        found = attempt(robot, settings)
+    motion, path = found.motion, found.path
+    if found.violations or path is None:
+        raise explain(settings, found.violations, lambda other: _is_possible(robot, other))
+    phases, record = gait_phases(motion, path, whole_robot=settings.forces is not None)
     if progress is not None:
         progress(stages, stages)
-    plan = Plan(robot, motion.footholds, settings, phases, path, record)
-    return plan if settings.forces is None else retimed(plan)
-
-
-def _attempt(
-    robot: Quadruped, settings: GaitSettings
-) -> tuple[GaitMotion, LegLengths, MotionPath | None]:
-    """A gait's motion, the lengths of its legs, and its path: ``None`` where legs are too short."""
-    motion = _motion(robot, settings)
-    knots = motion.knots(settings.schedule.swing_time / INTERVALS_A_SWING)
-    lengths = leg_lengths(motion, knots)
-    if not lengths.reached.all():
-        return motion, lengths, None
-    try:
-        return motion, lengths, motion.path(knots, FOOT_TOLERANCE)
-    except InputError:
-        # The path is computed between these knots, too, where a leg may be a little too short.
-        longest = settings.schedule.swing_time / (INTERVALS_A_SWING * PARTS)
-        lengths = leg_lengths(motion, motion.knots(longest))
-        if lengths.reached.all():
-            raise
-        return motion, lengths, None
-
-
-def _motion(robot: Quadruped, settings: GaitSettings) -> GaitMotion:
-    """Swings, footholds, route and sway of a gait; nothing is checked against limits."""
-    events = tuple(
-        SwingEvent(e.leg, e.step, e.lift_off + settings.lead, e.touch_down + settings.lead)
-        for e in swing_events(settings.schedule, settings.cycles, settings.cycle_times)
-    )
-    end = max(e.touch_down for e in events)
-    route = BodyRoute(
-        settings.velocity, settings.yaw_rate, settings.heading, settings.lead,
-        (end - settings.lead - settings.plateau) / 2.0, settings.plateau,
-    )  # fmt: skip
-    footholds = _footholds(robot, settings, events, route)
-    sway = None
-    if settings.sway:
-        width = min(robot.stance_size)
-        sway = sway_path(
-            route, footholds, events, end + settings.lead,
-            settings.body_height + robot.foot_radius, settings.schedule.cycle_time,
-            LARGEST_SWAY * width, SWAY_MARGIN * width,
-        )  # fmt: skip
-    return GaitMotion(
-        robot, route, sway, settings.body_height, footholds, events, settings.swing,
-        settings.swing_height, end + settings.lead,
-    )  # fmt: skip
-
-
-def _footholds(
-    robot: Quadruped, settings: GaitSettings, events: tuple[SwingEvent, ...], route: BodyRoute
-) -> Footholds:
-    """Footholds below the hips: in the middle of each stance, and at both ends of the walk."""
-    points = {}
-    for name in LEGS:
-        leg = robot.legs[name]
-        mine = [e for e in events if e.leg == name]
-        # The last stance has no end: the robot stops with its feet below its hips.
-        lifts = [e.lift_off for e in mine[1:]]
-        middles = [(a.touch_down + b) / 2.0 for a, b in zip(mine, lifts, strict=False)]
-        times = np.array([0.0, *middles, route.end][: len(mine) + 1])
-        nominal = (leg.hip + leg.axes[:, 1] * leg.lateral - robot.centre)[:2]
-        yaw = route.yaw(times)[0]
-        c, s = np.cos(yaw), np.sin(yaw)
-        under = np.stack([c * nominal[0] - s * nominal[1], s * nominal[0] + c * nominal[1]], -1)
-        points[name] = np.column_stack([route.position(times) + under, np.zeros(len(times))])
-    return Footholds(points)
+    return Plan(robot, motion.footholds, settings, phases, path, record)
 
 
 def _is_possible(robot: Quadruped, settings: GaitSettings) -> bool:
     """Whether a gait keeps all limits."""
-    motion, lengths, path = _attempt(robot, settings)
-    return path is not None and not find_violations(motion, lengths, path, settings)
+    found = attempt(robot, settings)
+    return found.path is not None and not found.violations
 
 
 def _adapted_times(motion: GaitMotion, settings: GaitSettings) -> tuple[float, ...]:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gaitopt.conventions import LEGS, BoolArray, FloatArray
+from gaitopt.dynamics.whole_body import motion_of_path
 from gaitopt.plan.plan import Plan
 from gaitopt.robots.rotations import (
     rpy_accelerations_to_angular,
@@ -14,7 +15,7 @@ from gaitopt.robots.rotations import (
     rpy_to_matrix,
 )
 from gaitopt.stability.contacts import support_margin
-from gaitopt.stability.zmp import cart_table_zmp
+from gaitopt.stability.zmp import cart_table_zmp, whole_body_zmp
 from gaitopt.viewing.colours import LEG_COLOURS
 from gaitopt.viewing.figures.common import (
     BESIDE,
@@ -49,9 +50,10 @@ AREA_COLOUR = "#e3e5e7"
 
 
 def plot_zmp(plan: Plan) -> Figure:
-    """Plot the ZMP of the body's centre from above, and its margin over time.
+    """Plot the ZMP from above, and its margin over time.
 
-    The body's centre is taken as a point mass. Support polygons are areas, or lines for two feet.
+    It is that of the whole robot for plans that promise contact forces. For others the body's
+    centre is taken as a point mass. Support polygons are areas, or lines for two feet.
     The margin is the distance from the polygon's border, negative outside; for two feet it is minus
     the distance from their line. Times of flight, in which there is no ZMP, are shaded.
 
@@ -71,7 +73,7 @@ def plot_zmp(plan: Plan) -> Figure:
     above, margin_axes = parts[0].subplots(), parts[1].subplots()
     for leg, colour in LEG_COLOURS.items():
         above.plot(*plan.footholds[leg][:, :2].T, "o", color=colour, markersize=3.5, gid=leg)
-    keys = [line_key("body's centre", "#8da7c7", width=2.6), line_key("its ZMP", ZMP_COLOUR)]
+    keys = [line_key("body's centre", "#8da7c7", width=2.6), line_key(_name(plan), ZMP_COLOUR)]
     keys += [*_draw_supports(above, plan), *leg_keys()]
     centre = plan.at(np.linspace(0.0, plan.duration, SAMPLES)).cog
     above.plot(*centre[:, :2].T, color=CENTRE_COLOUR, linewidth=2.6, alpha=0.5, gid="centre",
@@ -85,8 +87,15 @@ def plot_zmp(plan: Plan) -> Figure:
     return figure
 
 
+def _name(plan: Plan) -> str:
+    """Whose ZMP is drawn."""
+    return "its ZMP" if plan.settings.promised_forces is None else "the robot's ZMP"
+
+
 def zmp_line(plan: Plan) -> tuple[FloatArray, FloatArray, FloatArray, BoolArray]:
-    """The ZMP of the body's centre as a point mass, and its margin, over time.
+    """The ZMP of the whole robot, or of the body's centre as a point mass, and its margin.
+
+    It is the whole robot's where contact forces are promised.
 
     Returns:
         Times ``(n,)`` [s], with the ends of all phases; the ZMP ``(n, 2)`` [m] and its margin
@@ -104,10 +113,14 @@ def zmp_line(plan: Plan) -> tuple[FloatArray, FloatArray, FloatArray, BoolArray]
         inner = (ends[:, :1] + ends[:, 1:] * np.clip(share, INSIDE, 1.0 - INSIDE)).ravel()
         standing = np.repeat(support_table(phases), count, axis=0)
     feet = plan.at(np.minimum(inner, plan.duration)).feet
-    place, acceleration = centre_motion(plan, inner)
     any_foot = standing.any(axis=1)
     level = np.where(standing, feet[..., 2], 0.0).sum(axis=1) / np.maximum(standing.sum(axis=1), 1)
-    zmp = cart_table_zmp(place, acceleration, level - plan.robot.foot_radius)
+    ground = level - plan.robot.foot_radius
+    if plan.settings.promised_forces is None:
+        zmp = cart_table_zmp(*centre_motion(plan, inner), ground)
+    else:
+        moved = motion_of_path(plan.robot, *(plan.path.evaluate(inner, k) for k in range(3)))
+        zmp = whole_body_zmp(plan.robot.model, *moved, ground)
     zmp[~any_foot] = np.nan
     return times, zmp, support_margin(feet, standing, zmp), standing
 

@@ -34,9 +34,19 @@ def test_by_velocity_nothing_is_said_of_forces(kind: Any) -> None:
     assert settings.com == "body" and settings.promised_forces is None
 
 
-@pytest.mark.parametrize("kind", (GaitSettings, StrideSettings))
-def test_gaits_and_striding_are_by_velocity(kind: Any) -> None:
-    assert kind().timing == "velocity" and kind().promised_forces is None
+def test_gaits_promise_forces_by_default_and_then_sway() -> None:
+    settings = GaitSettings()
+    assert settings.timing == "forces" and settings.promised_forces == ForceLimits()
+    assert settings.sway and not GaitSettings(timing="velocity").sway
+    robot = gaitopt.load_robot("a1")
+    asked = {"schedule": gaitopt.trot(0.5), "velocity": 0.1, "duration": 1.0}
+    assert GaitSettings.for_robot(robot, **asked).lead == 0.25
+    slow = GaitSettings.for_robot(robot, timing="velocity", **asked)
+    assert (slow.sway, slow.lead, slow.forces) == (False, 0.0, None)
+
+
+def test_striding_is_by_velocity() -> None:
+    assert StrideSettings().timing == "velocity" and StrideSettings().promised_forces is None
 
 
 @pytest.mark.parametrize("name", ["wang2020", "go2", "anymal_c"])

@@ -1,8 +1,12 @@
-"""Gaits by velocity: they do what was commanded, are certified, and say so when they cannot."""
+"""Gaits by velocity: they do what was commanded, are certified, and say so when they cannot.
+
+Gaits with contact forces are tested in ``test_gaits_with_forces.py``; here only joints limit them.
+"""
 
 from __future__ import annotations
 
 import dataclasses
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -17,13 +21,15 @@ from gaitopt import (
     InputError,
     Plan,
     Quadruped,
-    plan_gait,
     swing_curve,
     trot,
     walk,
 )
 from gaitopt.gait.state_machine import GaitStateMachine, LegState
 from gaitopt.robots.rotations import rpy_to_matrix
+
+
+plan_gait = partial(gaitopt.plan_gait, timing="velocity")
 
 
 @pytest.fixture(scope="module")

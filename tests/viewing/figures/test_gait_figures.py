@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from dataclasses import replace
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 
@@ -18,7 +19,7 @@ from gaitopt.errors import InputError
 from gaitopt.gait.gaits import trot, walk, wave
 from gaitopt.motion.path import MotionPath
 from gaitopt.plan.plan import Plan
-from gaitopt.planners.by_velocity.planner import plan_gait
+from gaitopt.planners.by_velocity import planner
 from gaitopt.planners.crawl import plan_crawl
 from gaitopt.robots.catalog import load_robot
 from gaitopt.swing.catalogue import SWING_CURVES
@@ -37,6 +38,7 @@ from gaitopt.viewing.figures.swing_curves import (
 from gaitopt.viewing.figures.zmp import centre_motion, plot_zmp, zmp_line
 
 FAST = load_robot("wang2020-fast")
+plan_gait = partial(planner.plan_gait, timing="velocity")
 
 
 @pytest.fixture(scope="module")

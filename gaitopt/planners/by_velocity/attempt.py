@@ -1,0 +1,152 @@
+"""One attempt at a gait: its motion, its path, and the limits that it exceeds."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from gaitopt.conventions import LEGS
+from gaitopt.errors import InputError
+from gaitopt.gait.step_timing import SwingEvent, swing_events
+from gaitopt.motion.path import MotionPath
+from gaitopt.plan.settings.by_velocity import GaitSettings
+from gaitopt.planners.by_velocity.balanced import balanced_motion
+from gaitopt.planners.by_velocity.body_route import BodyRoute
+from gaitopt.planners.by_velocity.force_violations import force_violations, no_path
+from gaitopt.planners.by_velocity.limits import (
+    LegLengths,
+    Violation,
+    find_violations,
+    leg_lengths,
+)
+from gaitopt.planners.by_velocity.motion import GaitMotion
+from gaitopt.planners.by_velocity.sway import sway_path
+from gaitopt.retiming.pacing import PLANNED_SHARE, tightened
+from gaitopt.robots.quadruped import Quadruped
+from gaitopt.terrain.footholds import Footholds
+
+FOOT_TOLERANCE = 1e-6
+"""Largest distance between a foot and its place, between the path's knots [m]. Chosen here: a
+micrometre, far below what a robot can measure."""
+INTERVALS_A_SWING = 10
+"""Intervals between knots during a swing, at least. Chosen here: the path gets more where
+:data:`FOOT_TOLERANCE` asks for them."""
+PARTS = 16
+"""Parts of each interval in which a leg is looked for that is too short only between knots. Chosen
+here: the instant of the largest length is then found to a 160th of a swing."""
+LARGEST_SWAY = 0.4
+"""How far the body may leave its route, as a share of the stance's shorter side. Chosen here: at
+0.5 it would be above the feet of one side."""
+SWAY_MARGIN = 0.15
+"""Margin of the ZMP beyond which a larger one has no value, as a share of the stance's shorter
+side. Chosen here: half of the largest margin over three feet of a square stance, 0.29."""
+
+
+class Attempt(NamedTuple):
+    """A gait's motion with what is wrong with it.
+
+    Attributes:
+        motion: body and feet.
+        path: of body and joints; ``None`` where there is none.
+        violations: limits that are exceeded, the largest share first; empty for a gait that works.
+    """
+
+    motion: GaitMotion
+    path: MotionPath | None
+    violations: list[Violation]
+
+
+def attempt(robot: Quadruped, settings: GaitSettings) -> Attempt:
+    """A gait with complete settings.
+
+    Raises:
+        SolverError: no sway of the body was found.
+    """
+    motion = nominal_motion(robot, settings)
+    limits = settings.forces
+    if limits is not None and _lengths(motion, settings).reached.all():
+        width = min(robot.stance_size)
+        balanced, time = balanced_motion(
+            motion, tightened(limits, PLANNED_SHARE), settings.schedule.cycle_time,
+            LARGEST_SWAY * width, SWAY_MARGIN * width,
+        )  # fmt: skip
+        if balanced is None:
+            return Attempt(motion, None, [no_path(motion, time)])
+        motion = balanced
+    lengths, path = _path(motion, settings)
+    violations = find_violations(motion, lengths, path, settings)
+    if limits is not None and path is not None and not violations:
+        violations = force_violations(motion, path, limits)
+    return Attempt(motion, path, violations)
+
+
+def _lengths(motion: GaitMotion, settings: GaitSettings) -> LegLengths:
+    """Lengths of the legs at the knots of a path."""
+    return leg_lengths(motion, motion.knots(settings.schedule.swing_time / INTERVALS_A_SWING))
+
+
+def _path(motion: GaitMotion, settings: GaitSettings) -> tuple[LegLengths, MotionPath | None]:
+    """Lengths of a motion's legs, and its path: ``None`` where legs are too short."""
+    knots = motion.knots(settings.schedule.swing_time / INTERVALS_A_SWING)
+    lengths = leg_lengths(motion, knots)
+    if not lengths.reached.all():
+        return lengths, None
+    try:
+        return lengths, motion.path(knots, FOOT_TOLERANCE)
+    except InputError:
+        # The path is computed between these knots, too, where a leg may be a little too short.
+        longest = settings.schedule.swing_time / (INTERVALS_A_SWING * PARTS)
+        lengths = leg_lengths(motion, motion.knots(longest))
+        if lengths.reached.all():
+            raise
+        return lengths, None
+
+
+def nominal_motion(robot: Quadruped, settings: GaitSettings) -> GaitMotion:
+    """Swings, footholds and route of a gait; without forces also its sway.
+
+    Nothing is checked against limits.
+    """
+    events = tuple(
+        SwingEvent(e.leg, e.step, e.lift_off + settings.lead, e.touch_down + settings.lead)
+        for e in swing_events(settings.schedule, settings.cycles, settings.cycle_times)
+    )
+    end = max(e.touch_down for e in events)
+    route = BodyRoute(
+        settings.velocity, settings.yaw_rate, settings.heading, settings.lead,
+        (end - settings.lead - settings.plateau) / 2.0, settings.plateau,
+    )  # fmt: skip
+    footholds = _footholds(robot, settings, events, route)
+    sway = None
+    if settings.sway and settings.forces is None:
+        width = min(robot.stance_size)
+        sway = sway_path(
+            route, footholds, events, end + settings.lead,
+            settings.body_height + robot.foot_radius, settings.schedule.cycle_time,
+            LARGEST_SWAY * width, SWAY_MARGIN * width,
+        )  # fmt: skip
+    return GaitMotion(
+        robot, route, sway, settings.body_height, footholds, events, settings.swing,
+        settings.swing_height, end + settings.lead,
+    )  # fmt: skip
+
+
+def _footholds(
+    robot: Quadruped, settings: GaitSettings, events: tuple[SwingEvent, ...], route: BodyRoute
+) -> Footholds:
+    """Footholds below the hips: in the middle of each stance, and at both ends of the walk."""
+    points = {}
+    for name in LEGS:
+        leg = robot.legs[name]
+        mine = [e for e in events if e.leg == name]
+        # The last stance has no end: the robot stops with its feet below its hips.
+        lifts = [e.lift_off for e in mine[1:]]
+        middles = [(a.touch_down + b) / 2.0 for a, b in zip(mine, lifts, strict=False)]
+        times = np.array([0.0, *middles, route.end][: len(mine) + 1])
+        nominal = (leg.hip + leg.axes[:, 1] * leg.lateral - robot.centre)[:2]
+        yaw = route.yaw(times)[0]
+        c, s = np.cos(yaw), np.sin(yaw)
+        under = np.stack([c * nominal[0] - s * nominal[1], s * nominal[0] + c * nominal[1]], -1)
+        points[name] = np.column_stack([route.position(times) + under, np.zeros(len(times))])
+    return Footholds(points)

@@ -1,0 +1,72 @@
+"""Limits on contact forces and joint torques that a gait exceeds."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from gaitopt.conventions import LEGS
+from gaitopt.dynamics.contacts import ForceLimits
+from gaitopt.dynamics.forces import build_force_problem, solve_forces
+from gaitopt.dynamics.whole_body import motion_of_path
+from gaitopt.motion.path import MotionPath
+from gaitopt.planners.by_velocity.contacts import contacts_at
+from gaitopt.planners.by_velocity.limits import BALANCE, VELOCITY_JUMP, Violation
+from gaitopt.planners.by_velocity.motion import GaitMotion
+from gaitopt.retiming.pacing import MIDDLE_SHARE, tightened
+
+PLACES = (1e-6, 0.5, 1.0 - 1e-6)
+"""Where forces are looked for on each segment of a path, as shares of its time: forces may jump at
+its ends."""
+BALANCE_SHARE = 0.5
+"""Share of the balance's tolerance that a plan may use at these instants; the rest is left for what
+happens between them."""
+
+
+def force_violations(motion: GaitMotion, path: MotionPath, limits: ForceLimits) -> list[Violation]:
+    """The limit that forces and torques exceed most; nothing where they keep all of them.
+
+    Args:
+        motion: the gait.
+        path: of the motion.
+        limits: that the plan promises.
+    """
+    robot = motion.robot
+    jumps = path.jumps(1)
+    if jumps.size and jumps.max() > VELOCITY_JUMP:
+        time = float(path.times[1 + int(jumps.max(axis=1).argmax())])
+        return [Violation(
+            "forces", np.inf, time,
+            "a velocity would jump, which no force makes, as that of a foot does on some swing "
+            "curves: take swing='polynomial' or 'cycloid'",
+        )]  # fmt: skip
+    lengths = np.diff(path.times)
+    times = (path.times[:-1, None] + lengths[:, None] * np.array(PLACES)).ravel()
+    moved = motion_of_path(robot, *(path.evaluate(times, k) for k in range(3)))
+    asked = replace(
+        tightened(limits, MIDDLE_SHARE),
+        balance_tolerance=BALANCE_SHARE * limits.balance_tolerance,
+    )
+    standing = contacts_at(motion.events, times)
+    found = solve_forces(build_force_problem(robot, moved, standing, asked, times=times))
+    worst = found.worst()
+    if worst is None:
+        return []
+    kind = worst.kind.name.lower().replace("_", " ")
+    return [Violation(f"{kind} {worst.name}", 1.0 + worst.share, worst.time, str(worst))]
+
+
+def no_path(motion: GaitMotion, time: float) -> Violation:
+    """What is wrong with a gait for whose body no path has contact forces.
+
+    Args:
+        motion: the gait.
+        time: where the last attempt missed most [s].
+    """
+    standing = contacts_at(motion.events, np.array([time]))[0]
+    feet = " and ".join(leg for leg, stands in zip(LEGS, standing, strict=True) if stands)
+    return Violation(
+        BALANCE, np.inf, time,
+        f"no path of the body was found that has contact forces on {feet or 'no foot'}",
+    )  # fmt: skip

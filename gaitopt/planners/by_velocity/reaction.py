@@ -1,0 +1,75 @@
+"""What a gait's motion asks of the ground, and how that follows where its body is.
+
+Joints follow from body and feet at each instant. So the reaction of the ground at an instant
+depends on the place, velocity and acceleration of the body's centre at this instant alone, and
+differences of six numbers give its derivatives.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from gaitopt.conventions import GRAVITY, FloatArray
+from gaitopt.dynamics.whole_body import motion_of_path
+from gaitopt.motion.body_and_feet import path_states
+from gaitopt.planners.by_velocity.motion import GaitMotion
+from gaitopt.stability.zmp import ground_wrench
+
+STEPS = (1e-5, 1e-4, 1e-3)
+"""Steps of the differences of place [m], velocity [m/s] and acceleration [m/s^2]: errors of the
+derivatives are below a millionth, and Newton's method needs far less."""
+
+
+class Reaction(NamedTuple):
+    """The force of the ground in units of the weight, and its place, at ``N`` instants.
+
+    Attributes:
+        value: ``Fx, Fy, Fz, Fz px, Fz py`` ``(N, 5)`` with the ZMP ``p`` on the ground [m].
+        slope: its derivatives by the centre's place, velocity and acceleration ``(N, 5, 3, 2)``.
+    """
+
+    value: FloatArray
+    slope: FloatArray
+
+
+def reaction(motion: GaitMotion, times: FloatArray, centre: FloatArray) -> FloatArray:
+    """The reaction of the ground ``(N, 5)``; see :class:`Reaction`.
+
+    Args:
+        motion: whose feet and yaw are taken.
+        times: ``(N,)`` [s].
+        centre: place, velocity and acceleration of the body's centre ``(N, 3, 2)``.
+
+    Raises:
+        InputError: a foot is out of reach.
+    """
+    robot = motion.robot
+    base = motion.base_of(times, (centre[:, 0], centre[:, 1], centre[:, 2]))
+    moved = motion_of_path(robot, *path_states(robot, base, motion.feet(times)))
+    wrench = ground_wrench(robot.model, *moved) / (robot.mass * GRAVITY)
+    force, moment = wrench[:, :3], wrench[:, 3:]
+    # Feet are balls on level ground at the height of minus their radius.
+    depth = -robot.foot_radius - base[0][:, 2]
+    across = np.stack([-moment[:, 1], moment[:, 0]], axis=1)
+    places = base[0][:, :2] * force[:, 2:] + depth[:, None] * force[:, :2] + across
+    return np.concatenate([force, places], axis=1)
+
+
+def linearised(motion: GaitMotion, times: FloatArray, centre: FloatArray) -> Reaction:
+    """The reaction and its derivatives; arguments are those of :func:`reaction`."""
+    value = reaction(motion, times, centre)
+    slope = np.empty((*value.shape, 3, 2))
+    for order, step in enumerate(STEPS):
+        for axis in range(2):
+            moved = centre.copy()
+            moved[:, order, axis] += step
+            slope[:, :, order, axis] = (reaction(motion, times, moved) - value) / step
+    return Reaction(value, slope)
+
+
+def whole_zmp(motion: GaitMotion, times: FloatArray) -> FloatArray:
+    """ZMP of the whole robot on the ground ``(N, 2)`` [m] at ``times (N,)``."""
+    value = reaction(motion, times, np.stack(motion.centre(times), axis=1))
+    return np.asarray(value[:, 3:] / value[:, 2:3])
