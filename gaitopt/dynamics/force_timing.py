@@ -23,13 +23,14 @@ import numpy as np
 from gaitopt.conventions import BoolArray, FloatArray
 from gaitopt.dynamics.chain_programs import SLOWER, ProgramSweeps
 from gaitopt.dynamics.contacts import ForceLimits
-from gaitopt.dynamics.motion_polygons import MotionPolygons, used_sides
+from gaitopt.dynamics.motion_polygons import MotionPolygons
 from gaitopt.dynamics.path_programs import (
     PathIntervals,
     TimingLimits,
     interval_programs,
     path_units,
 )
+from gaitopt.dynamics.place_tables import used
 from gaitopt.dynamics.small_programs import NO_BOUND
 from gaitopt.dynamics.speed_sweeps import SweptIntervals, swept
 from gaitopt.dynamics.whole_body import PathDynamics
@@ -148,8 +149,8 @@ def _by_polygons(
 
 def _used(polygons: MotionPolygons, places: np.ndarray) -> int:
     """How many columns of sides are in use at any of the places ``(P,)``."""
-    used = used_sides(polygons.sides[places]).any(axis=0)
-    return int(np.flatnonzero(used).max(initial=-1)) + 1
+    columns = used(polygons.sides[places]).any(axis=0)
+    return int(np.flatnonzero(columns).max(initial=-1)) + 1
 
 
 def _intervals_of(chains: np.ndarray, first: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -20,6 +20,7 @@ from gaitopt.dynamics.contacts import ForceLimits
 from gaitopt.dynamics.path_programs import PathIntervals, TimingLimits
 from gaitopt.dynamics.path_rows import place_rows
 from gaitopt.dynamics.place_programs import MOST_HOLDING, PlacePrograms
+from gaitopt.dynamics.place_tables import appended, used
 from gaitopt.dynamics.whole_body import PathDynamics
 from gaitopt.robots.quadruped import Quadruped
 
@@ -34,6 +35,9 @@ STRICTLY = 1e-6
 directions where the robot can rest."""
 LEAST_POINT = 1e-12
 """A point nearer to (0, 0) than this, in units of the chain, is (0, 0)."""
+AROUND = 32
+"""Where a joint accelerates too much its limit becomes a side at so many places before and behind,
+too: it will be next to bind there."""
 MOST_SQUARE = 1e3
 """Largest squared speed, in units of the chain, for which accelerations are looked for at rest."""
 
@@ -84,6 +88,7 @@ class MotionPolygons:
             :class:`gaitopt.dynamics.place_programs.Sides`.
         inner: points that have forces ``(N, J, 2)``; zeros for none.
         still: free coordinates of forces at rest ``(N, MOST_HOLDING - 1)``.
+        known: which limits of joint accelerations are sides ``(N, n, 2)``: lower, upper.
     """
 
     places: Places
@@ -94,6 +99,7 @@ class MotionPolygons:
     holding: np.ndarray
     inner: FloatArray
     still: FloatArray
+    known: BoolArray
 
     @classmethod
     def at_rest(
@@ -119,11 +125,12 @@ class MotionPolygons:
         if np.isfinite(timing.acceleration):
             joints = np.stack([timing.first, timing.second], axis=2)[places.samples]
             joints = joints * (places.units / timing.acceleration)[:, None, None]
+        known = np.zeros((len(places.samples), timing.first.shape[1], 2), dtype=np.bool_)
         count = len(places.samples)
         none = np.zeros((count, 0, 2))
         empty = cls(places, tuple(groups), joints, np.zeros(count, dtype=np.bool_), none,
                     np.zeros((count, 0, MOST_HOLDING), dtype=np.int16), none,
-                    np.zeros((count, MOST_HOLDING - 1)))  # fmt: skip
+                    np.zeros((count, MOST_HOLDING - 1)), known)  # fmt: skip
         return empty._with_rest(_accelerations(intervals, places, timing))
 
     def _with_rest(self, fastest: FloatArray) -> MotionPolygons:
@@ -150,6 +157,11 @@ class MotionPolygons:
             share = np.where(resting[own], down / np.where(resting[own], up + down, 1.0), 0.0)
             mixed = share[:, None] * upper + (1.0 - share[:, None]) * lower
             still[own, : mixed.shape[1]] = mixed
+        if self.joints is not None:
+            every = np.arange(len(resting))
+            quickest = np.abs(self.joints[..., 0]).argmax(axis=1)
+            for end in (True, False):
+                out = out._with_joints(every, quickest, np.full(len(every), end))
         return replace(out, resting=resting, still=still)
 
     @cached_property
@@ -176,19 +188,29 @@ class MotionPolygons:
         own = np.flatnonzero((state == 1) & ~self._surrounds(places, points))
         own = own[np.argsort(places[own], kind="stable")]
         known, ends = self._held(places[own], points[own])
-        polygons = replace(self, inner=_appended(self.inner, places[own[known]], ends[known]))
+        polygons = replace(self, inner=appended(self.inner, places[own[known]], ends[known]))
         own = own[~known & ~polygons._surrounds(places[own], points[own])]
         polygons, state[own] = polygons._asked(places[own], points[own])
         if self.joints is None:
             return polygons, state
         use = (self.joints[places] @ points[..., None])[..., 0]
-        worst = np.abs(use).argmax(axis=1)
-        value = use[np.arange(len(use)), worst]
-        beyond = np.abs(value) > 1.0 + WITHIN
-        side = np.sign(value)[:, None] * self.joints[places, worst]
-        none = np.zeros((beyond.sum(), MOST_HOLDING), dtype=np.int16)
-        polygons = polygons._with(places[beyond], side[beyond], none, 0.0 * side[beyond])
-        return polygons, np.where(beyond, np.minimum(state, 0), state)
+        point, joint = np.nonzero(np.abs(use) > 1.0 + WITHIN)
+        state[point] = np.minimum(state[point], 0)
+        return polygons._with_joints(places[point], joint, use[point, joint] > 0.0), state
+
+    def _with_joints(
+        self, places: np.ndarray, joint: np.ndarray, upper: BoolArray
+    ) -> MotionPolygons:
+        """With limits of joint accelerations as sides, here and at places around ``(P,)``."""
+        assert self.joints is not None
+        wanted = np.zeros_like(self.known)
+        for shift in range(-AROUND, AROUND + 1):
+            beside = np.clip(places + shift, 0, len(wanted) - 1)
+            wanted[beside, joint, upper.astype(int)] = True
+        at, which, end = np.nonzero(wanted & ~self.known)
+        sides = np.where(end > 0, 1.0, -1.0)[:, None] * self.joints[at, which]
+        none = np.zeros((len(at), MOST_HOLDING), dtype=np.int16)
+        return replace(self._with(at, sides, none, np.zeros_like(sides)), known=self.known | wanted)
 
     def _surrounds(self, places: np.ndarray, points: FloatArray) -> BoolArray:
         """Points ``(P, 2)`` between (0, 0) and points that are known to have forces ``(P,)``."""
@@ -243,42 +265,12 @@ class MotionPolygons:
         self, places: np.ndarray, sides: FloatArray, holding: np.ndarray, inner: FloatArray
     ) -> MotionPolygons:
         """With more sides and points ``(P, 2)`` of places that may repeat; zeros for none."""
-        near, known = used_sides(sides), used_sides(inner)
+        near, known = used(sides), used(inner)
         return replace(
-            self, sides=_appended(self.sides, places[near], sides[near]),
-            holding=_appended(self.holding, places[near], holding[near], self.sides),
-            inner=_appended(self.inner, places[known], inner[known]),
+            self, sides=appended(self.sides, places[near], sides[near]),
+            holding=appended(self.holding, places[near], holding[near], self.sides),
+            inner=appended(self.inner, places[known], inner[known]),
         )  # fmt: skip
-
-
-def _appended(
-    table: np.ndarray, places: np.ndarray, added: np.ndarray, like: np.ndarray | None = None
-) -> np.ndarray:
-    """Tables ``(N, M, k)`` with more rows ``(P, k)``, of places that may repeat.
-
-    Args:
-        table: its rows stand first, and zeros for none behind them.
-        places: of the rows ``(P,)``.
-        added: the rows.
-        like: the table of which rows are there, if it is another one.
-    """
-    if not len(places):
-        return table
-    order = np.argsort(places, kind="stable")
-    places, added = places[order], added[order]
-    starts = np.flatnonzero(np.concatenate([[True], np.diff(places) > 0]))
-    rank = np.arange(len(places)) - np.repeat(starts, np.diff(np.append(starts, len(places))))
-    column = used_sides(table if like is None else like).sum(axis=1)[places] + rank
-    most = max(int(column.max()) + 1, table.shape[1])
-    wide = np.zeros((len(table), most, table.shape[2]), dtype=table.dtype)
-    wide[:, : table.shape[1]] = table
-    wide[places, column] = added
-    return wide
-
-
-def used_sides(table: FloatArray) -> BoolArray:
-    """Which of the sides or points ``(N, M, 2)`` are there ``(N, M)``."""
-    return np.asarray((table[..., 0] != 0.0) | (table[..., 1] != 0.0))
 
 
 def _cross(a: FloatArray, b: FloatArray) -> FloatArray:

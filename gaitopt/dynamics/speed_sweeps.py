@@ -49,9 +49,33 @@ def swept(intervals: SweptIntervals, slower: float) -> tuple[FloatArray, FloatAr
         slower: share of a largest squared speed that is used.
     """
     by_u, by_x, rest = _rows(intervals)
-    order, active = _lock_step(intervals.first)
-    most = slower * _backward(intervals, by_u, by_x, rest, order, active)
-    return _forward(intervals, by_u, by_x, rest, most, order, active)
+    steps = _Steps.of(intervals.first)
+    most = slower * _backward(intervals, by_u, by_x, rest, steps)
+    return _forward(intervals, by_u, by_x, rest, most, steps)
+
+
+class _Steps(NamedTuple):
+    """The n-th intervals of all chains, for one n after the other.
+
+    Attributes:
+        ahead, back: intervals, counted from the begins of chains and from their ends ``(K,)``.
+        counts: how many chains have an n-th one.
+    """
+
+    ahead: np.ndarray
+    back: np.ndarray
+    counts: list[int]
+
+    @classmethod
+    def of(cls, first: np.ndarray) -> _Steps:
+        """Of chains with these first intervals; the longest chains come first."""
+        lengths = np.diff(first)
+        order = np.argsort(-lengths, kind="stable")
+        having = np.bincount(lengths, minlength=int(lengths.max(initial=0)) + 1)
+        counts = (len(lengths) - np.cumsum(having))[:-1]
+        step = np.repeat(np.arange(len(counts)), counts)
+        chain = order[np.arange(len(step)) - np.repeat(np.cumsum(counts) - counts, counts)]
+        return cls(first[chain] + step, first[chain + 1] - 1 - step, counts.tolist())
 
 
 def _rows(intervals: SweptIntervals) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -69,17 +93,9 @@ def _rows(intervals: SweptIntervals) -> tuple[FloatArray, FloatArray, FloatArray
     return by_u, by_x, rest
 
 
-def _lock_step(first: np.ndarray) -> tuple[np.ndarray, list[int]]:
-    """Chains, longest first ``(C,)``, and how many of them have an n-th interval, for each n."""
-    lengths = np.diff(first)
-    order = np.argsort(-lengths, kind="stable")
-    counts = np.bincount(lengths, minlength=int(lengths.max(initial=0)) + 1)
-    return order, (len(lengths) - np.cumsum(counts))[:-1].tolist()
-
-
 def _backward(
     intervals: SweptIntervals, by_u: FloatArray, by_x: FloatArray, rest: FloatArray,
-    order: np.ndarray, active: list[int],
+    at: _Steps,
 ) -> FloatArray:  # fmt: skip
     """Largest squared speeds where intervals begin from which chains can be followed ``(K,)``."""
     steps = intervals.steps[:, None]
@@ -93,13 +109,18 @@ def _backward(
     plain = np.where(bounds, steps * rest / divided, ANY)
     even = intervals.steps == 0.0
     gain[even, -1], plain[even, -1] = 1.0, 0.0
-    most = np.zeros(len(cap))
-    last, high = intervals.first[1:][order] - 1, np.full(len(order), ANY)
-    for back, count in enumerate(active):
-        i = last[:count] - back
-        limit = np.minimum(high[:count], intervals.top_end[i])
-        found = np.minimum(cap[i], (gain[i] * limit[:, None] + plain[i]).min(axis=1))
-        most[i] = high[:count] = np.maximum(found, 0.0)
+    # What each step reads stands together.
+    cap, gain, plain, top = (t[at.back] for t in (cap, gain, plain, intervals.top_end))
+    found, begin = np.empty(len(cap)), 0
+    high = np.full(max(at.counts, default=0), ANY)
+    for count in at.counts:
+        own = slice(begin, begin + count)
+        limit = np.minimum(high[:count], top[own])
+        least = np.minimum.reduce(gain[own] * limit[:, None] + plain[own], axis=1)
+        high = found[own] = np.maximum(np.minimum(cap[own], least), 0.0)
+        begin += count
+    most = np.empty(len(cap))
+    most[at.back] = found
     return most
 
 
@@ -121,7 +142,7 @@ def _largest(by_u: FloatArray, by_x: FloatArray, rest: FloatArray) -> FloatArray
 
 def _forward(
     intervals: SweptIntervals, by_u: FloatArray, by_x: FloatArray, rest: FloatArray,
-    most: FloatArray, order: np.ndarray, active: list[int],
+    most: FloatArray, at: _Steps,
 ) -> tuple[FloatArray, FloatArray]:  # fmt: skip
     """Squared speeds that gain as much as the largest ones ``most (K,)`` allow."""
     bounds = by_u > FLAT
@@ -131,12 +152,16 @@ def _forward(
     after = np.append(most[1:], ANY)
     after[intervals.first[1:] - 1] = ANY
     after = np.minimum(after, intervals.top_end)
-    begin, end = np.zeros(len(most)), np.zeros(len(most))
-    start = intervals.first[:-1][order]
-    x = most[start]
-    for ahead, count in enumerate(active):
-        i = start[:count] + ahead
-        now = begin[i] = x[:count]
-        u = (plain[i] + slope[i] * now[:, None]).min(axis=1)
-        end[i] = x[:count] = np.clip(now + intervals.steps[i] * u, 0.0, after[i])
+    start = most[intervals.first[:-1]]
+    plain, slope, steps, after = (t[at.ahead] for t in (plain, slope, intervals.steps, after))
+    begins, ends, place = np.empty(len(most)), np.empty(len(most)), 0
+    x = start[np.argsort(-np.diff(intervals.first), kind="stable")]
+    for count in at.counts:
+        own = slice(place, place + count)
+        x = begins[own] = x[:count]
+        u = np.minimum.reduce(plain[own] + slope[own] * x[:, None], axis=1, initial=ANY)
+        x = ends[own] = np.maximum(np.minimum(x + steps[own] * u, after[own]), 0.0)
+        place += count
+    begin, end = np.empty(len(most)), np.empty(len(most))
+    begin[at.ahead], end[at.ahead] = begins, ends
     return begin, end

@@ -8,8 +8,9 @@ from body_moves import COUNT, INTERVALS, Array, Move, has_forces, move
 from numpy.typing import NDArray
 
 from gaitopt import ForceLimits
-from gaitopt.dynamics.motion_polygons import MotionPolygons, used_sides
+from gaitopt.dynamics.motion_polygons import MotionPolygons
 from gaitopt.dynamics.path_programs import path_units
+from gaitopt.dynamics.place_tables import used
 
 LIMITS = ForceLimits()
 
@@ -45,7 +46,7 @@ def test_sides_at_rest_bound_accelerations_at_rest(given: Move) -> None:
     assert polygons.resting.all()
     for place in range(0, COUNT + 1, 3):
         unit = polygons.places.units[place]
-        for side in polygons.sides[place][used_sides(polygons.sides)[place]]:
+        for side in polygons.sides[place][used(polygons.sides)[place]]:
             u = unit / side[0]
             assert has_forces(given, LIMITS, place, 0.999 * u, 0.0)
             assert not has_forces(given, LIMITS, place, 1.001 * u, 0.0)
