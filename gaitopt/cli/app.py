@@ -6,7 +6,8 @@ An error that the user can correct is printed as one line without a traceback; t
 from __future__ import annotations
 
 import sys
-from typing import Annotated
+import warnings
+from typing import Annotated, TextIO
 
 import typer
 
@@ -17,7 +18,7 @@ from gaitopt.cli.race import race
 from gaitopt.cli.robot import robot
 from gaitopt.cli.stride import stride
 from gaitopt.cli.study import study
-from gaitopt.errors import GaitoptError
+from gaitopt.errors import GaitoptError, RobotWarning
 
 app = typer.Typer(
     name="gaitopt",
@@ -50,6 +51,7 @@ def main() -> None:
     The exit code is that of the command; 2 after an error that the user can correct; 130 after
     Ctrl-C.
     """
+    warnings.showwarning = _show_warning
     try:
         code = app(standalone_mode=False)
     except (KeyboardInterrupt, typer.Abort):
@@ -64,6 +66,21 @@ def main() -> None:
         print(f"gaitopt: {' '.join(text.split())}", file=sys.stderr)
         sys.exit(2)
     sys.exit(code if isinstance(code, int) else 0)
+
+
+def _show_warning(
+    message: Warning | str,
+    category: type[Warning],
+    filename: str,
+    lineno: int,
+    file: TextIO | None = None,
+    line: str | None = None,
+) -> None:
+    """Print a warning of gaitopt in one line, and others as Python does."""
+    if issubclass(category, RobotWarning):
+        print(f"gaitopt: warning: {' '.join(str(message).split())}", file=sys.stderr)
+    else:
+        sys.stderr.write(warnings.formatwarning(message, category, filename, lineno, line))
 
 
 def _show_version(wanted: bool) -> None:

@@ -26,7 +26,8 @@ class Com(str, Enum):
 
 RobotOption = Annotated[
     str,
-    typer.Option(help="A robot's name (see [bold]gaitopt robot --list[/]) or a URDF file.",
+    typer.Option(help="A robot's name (see [bold]gaitopt robot --list[/]) or its file: URDF, "
+                 "xacro or MJCF.",
                  rich_help_panel="What walks where"),
 ]  # fmt: skip
 FootholdsOption = Annotated[

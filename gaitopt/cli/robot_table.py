@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
 from rich.markup import escape
 from rich.table import Table
 
@@ -15,17 +18,60 @@ def robot_table(robot: Quadruped) -> Table:
         f"{robot.stance_size[1]:.3f} m, foot radius {1e3 * robot.foot_radius:.4g} mm",
         caption=f"closed-form kinematics and Pinocchio agree to {robot.closed_form_error:.1e} m",
     )
-    for header in ("leg", "joint", "limits [rad]", "velocity [rad/s]", "hip [m]", "links [m]",
-                   "offset [m]", "knee", "reach [m]"):  # fmt: skip
+    for header in ("leg", "joint", "limits [rad]", "velocity [rad/s]", "torque [N m]", "hip [m]",
+                   "links [m]", "offset [m]", "knee", "reach [m]"):  # fmt: skip
         table.add_column(escape(header))
     for name, leg in robot.legs.items():
         hip = " ".join(f"{x:.3f}" for x in leg.hip)
         for i, joint in enumerate(leg.joints):
             low, high = leg.position_limits[:, i]
-            row = [name, joint, f"{low:.3g} .. {high:.3g}", f"{leg.velocity_limits[i]:.4g}"]
+            effort = robot.effort_limits[robot.leg_columns[name][i]]
+            row = [name, escape(joint), f"{low:.3g} .. {high:.3g}",
+                   f"{leg.velocity_limits[i]:.4g}", f"{effort:.4g}"]  # fmt: skip
             if i == 0:
                 row += [hip, f"{leg.upper:.3f} {leg.lower:.3f}", f"{leg.lateral:.3f}",
                         "forward" if leg.knee > 0 else "backward",
                         f"{leg.least_reach:.3f} .. {leg.reach:.3f}"]  # fmt: skip
             table.add_row(*row, end_section=i == len(leg.joints) - 1)
     return table
+
+
+def robot_notes(robot: Quadruped, source: Path, folders: Sequence[Path]) -> Iterator[str]:
+    """Lines on what was read and guessed, where meshes are, and warnings with their cures.
+
+    Args:
+        robot: the robot.
+        source: its file, or a name.
+        folders: of packages, in which meshes are looked for.
+    """
+    yield f"read as {robot.notes.kind}, standing with its hips {robot.standing_height:.2f} m high"
+    yield escape("feet: " + ", ".join(f"{leg} {one.foot}" for leg, one in robot.legs.items()))
+    for text in robot.notes.done:
+        yield escape(text)
+    yield from _mesh_lines(robot, source, folders)
+    for text in robot.notes.warnings:
+        yield f"[bold yellow]warning[/]: {escape(text)}"
+    if not robot.notes.warnings:
+        yield "no warnings"
+
+
+def _mesh_lines(robot: Quadruped, source: Path, folders: Sequence[Path]) -> Iterator[str]:
+    """Which mesh files were found where."""
+    from gaitopt.robots.catalog import EXAMPLE_ROBOTS, example_urdf
+    from gaitopt.robots.files.meshes import found_meshes
+
+    name = str(source).strip().lower()
+    if name in EXAMPLE_ROBOTS:
+        source = example_urdf(name)
+    found = found_meshes(robot.urdf, source.parent if source.is_file() else None, folders)
+    missing = sorted(name for name, path in found.items() if path is None)
+    places = sorted({str(path.parent) for path in found.values() if path is not None})
+    if found:
+        where = f" in {', '.join(places[:3])}{' ...' * (len(places) > 3)}" if places else ""
+        yield escape(f"meshes: {len(found) - len(missing)} of {len(found)} found{where}")
+    if missing:
+        more = " ..." if len(missing) > 3 else ""
+        yield escape(
+            f"meshes that are missing: {', '.join(missing[:3])}{more} (--package-folder; they cost "
+            "the drawing only)"
+        )

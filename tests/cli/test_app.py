@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import robot_texts
 from typer.testing import CliRunner, Result
 
 import gaitopt
@@ -212,6 +213,27 @@ def test_robots_are_listed_and_described(command: Command) -> None:
     assert "anymal_c" in command("robot", "--list").output
     table = command("robot").output
     assert "LF_HAA" in table and "reach [m]" in table
+
+
+def test_robot_tells_what_was_guessed_and_writes_files(command: Command, tmp_path: Path) -> None:
+    file = tmp_path / "dog.urdf"
+    file.write_text(robot_texts.robot(foot=""))
+    result = command("robot", str(file), "--out", str(tmp_path / "out"))
+    assert "read as urdf" in result.output and "LF LF_foot" in result.output
+    assert "warning: the radius of the feet is not known" in " ".join(result.output.split())
+    result = command("robot", str(file), "--out", str(tmp_path / "out"), "--foot-radius", "0.02",
+                     "--velocity-limit", "5", "--leg", "FL=LF_foot", "--leg", "RL=LH_foot",
+                     "--leg", "RR=RH_foot", "--leg", "FR=RF_foot")  # fmt: skip
+    assert result.exit_code == 0 and "no warnings" in result.output
+    made = gaitopt.load_robot(tmp_path / "out" / "dog.urdf")
+    assert made.foot_radius == 0.02 and (made.velocity_limits == 5.0).all()
+    assert gaitopt.Footholds.from_csv(tmp_path / "out" / "dog-footholds.csv").steps > 0
+    assert (tmp_path / "out" / "dog.html").is_file()
+
+
+@pytest.mark.parametrize("option", ["--leg", "--pose", "--argument"])
+def test_options_of_robot_files_are_pairs(error_of: ErrorOf, option: str) -> None:
+    assert f"{option} takes NAME=VALUE" in error_of("robot", "wang2020", option, "LF")
 
 
 def test_a_bad_speed_is_refused(error_of: ErrorOf) -> None:

@@ -22,6 +22,8 @@ LEAST_SIZE = 0.02
 """Radius of the ball whose inertia a link without shapes gets, at least [m]. Chosen."""
 NAMES = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 """Attributes of an inertia: moments, then products."""
+LARGEST_INERTIA = 1e12
+"""Moment of inertia from which on one is taken for a mistake [kg m^2]."""
 ROUNDING = 1e-9
 """An eigenvalue of an inertia matrix below this share of its trace counts as none."""
 CURE = (
@@ -76,6 +78,8 @@ def set_masses(
         whole = _whole(tree, body)
         if not whole.mass > 0.0:
             raise RobotError(f"{tree.label}: link {body} moves and has no mass; {CURE}")
+        if not np.abs(whole.matrix).max() < LARGEST_INERTIA:
+            raise RobotError(f"{tree.label}: the inertia of link {body} is no sensible number")
         principal = np.linalg.eigvalsh(whole.matrix)
         if not principal[0] > ROUNDING * principal.sum():
             raise RobotError(

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 
@@ -63,6 +64,21 @@ class MeshFinder:
         found = [folder / part for folder in [*self._packages, *above]
                  for part in (name, inner) if part]  # fmt: skip
         return found
+
+
+def found_meshes(
+    urdf: str, folder: Path | None, package_folders: Sequence[Path] = ()
+) -> dict[str, Path | None]:
+    """The mesh files that a URDF names, and where they are; ``None`` for those that are missing.
+
+    Args:
+        urdf: the text.
+        folder: of the robot file.
+        package_folders: folders with packages.
+    """
+    finder = MeshFinder(folder, package_folders)
+    names = {mesh.get("filename", "") for mesh in ElementTree.fromstring(urdf).iter("mesh")}
+    return {name: finder.find(name) for name in sorted(names) if name}
 
 
 def mesh_corners(path: Path) -> FloatArray | None:

@@ -67,16 +67,15 @@ def prepared_urdf(
     named = found if isinstance(found, dict) else _named(tree, limbs)
     _refuse_linkages(tree, named)
     asked = dict(options.feet or {}) or dict(before.feet)
-    feet, radius = _set_feet(tree, named, asked, finder, done, warnings)
+    given = options.foot_radius if options.foot_radius is not None else before.foot_radius
+    feet, radius = _set_feet(tree, named, asked, finder, given, done, warnings)
     joints = [joint for limb in named.values() for joint in limb.joints]
     endless = [joint.name for joint in joints if joint.kind == "continuous"]
     warnings += set_limits(label, joints, options.velocity_limits, options.effort_limits)
     if endless:
         done.append(f"joints without an end have one angle each: {', '.join(endless)}")
     warnings += set_masses(tree, options.masses, finder)
-    if options.foot_radius is not None:
-        radius = float(options.foot_radius)
-    elif radius == 0.0:
+    if options.foot_radius is None and radius == 0.0:
         warnings.append(
             "the radius of the feet is not known, so they are points; give foot_radius="
         )
@@ -199,10 +198,11 @@ def _set_feet(
     limbs: dict[str, Limb],
     asked: Mapping[str, Any],
     finder: MeshFinder,
+    given: float | None,
     done: list[str],
     warnings: list[str],
 ) -> tuple[dict[str, str], float]:
-    """Find or make the links of the feet; gives them, and the radius [m]."""
+    """Find or make the links of the feet; gives them, and their radius [m], the ``given`` one."""
     feet, radii, told = {}, [], []
     for leg, limb in limbs.items():
         place = _foot(tree, leg, limb, asked.get(leg), finder)
@@ -210,8 +210,11 @@ def _set_feet(
         told.append(place.how.replace(place.link, "its link"))
         feet[leg] = place.link
         if place.at.any() or place.link in tree.joints:
-            feet[leg] = _new_name(tree, f"{leg} foot of gaitopt")
+            feet[leg] = _new_name(tree, f"{leg} ball")
             tree.add_frame(feet[leg], place.link, place.at)
+    if given is not None:
+        done.append(f"feet: radius {1e3 * given:.4g} mm, as given")
+        return feet, float(given)
     how = sorted(set(told))
     done.append(f"feet: radius {1e3 * min(radii):.4g} mm, from {'; '.join(how)}")
     if max(radii) > 1.05 * min(radii):

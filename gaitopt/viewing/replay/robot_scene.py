@@ -8,6 +8,7 @@ import numpy as np
 
 from gaitopt.conventions import FloatArray
 from gaitopt.files import StrPath
+from gaitopt.motion.path import MotionPath
 from gaitopt.plan.plan import Plan
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.rotations import rpy_to_quaternion
@@ -35,7 +36,16 @@ def robot_scene(plan: Plan, meshes: bool | StrPath = False, root: FramePath = ("
         InputError: ``meshes`` were asked for, and a file is missing.
         RobotError: a shape of the URDF cannot be read.
     """
-    robot = plan.robot
+    return moving_robot(plan.robot, plan.path, meshes, root)
+
+
+def moving_robot(
+    robot: Quadruped,
+    motion: MotionPath,
+    meshes: bool | StrPath = False,
+    root: FramePath = ("robot",),
+) -> Scene:
+    """A robot along a path of its body and joints; see :func:`robot_scene`."""
     paths = joint_paths(robot, root)
     parts = robot_parts(robot, meshes)
     nodes = []
@@ -43,7 +53,7 @@ def robot_scene(plan: Plan, meshes: bool | StrPath = False, root: FramePath = ("
         placement = robot.model.jointPlacements[joint]
         local = pose(placement.translation, placement.rotation)
         nodes.append(Node(path, parts.get(joint, ()), np.eye(4) if joint == 1 else local))
-    return Scene(tuple(nodes), tuple(_tracks(plan, paths)), plan.duration)
+    return Scene(tuple(nodes), tuple(_tracks(robot, motion, paths)), motion.duration)
 
 
 def joint_paths(robot: Quadruped, root: FramePath) -> dict[int, FramePath]:
@@ -58,10 +68,10 @@ def joint_paths(robot: Quadruped, root: FramePath) -> dict[int, FramePath]:
     return paths
 
 
-def _tracks(plan: Plan, paths: dict[int, FramePath]) -> list[Track]:
+def _tracks(robot: Quadruped, motion: MotionPath, paths: dict[int, FramePath]) -> list[Track]:
     """Keyframes of the base and all joints."""
-    times = sample_times(plan.path)
-    values = plan.path.evaluate(times)
+    times = sample_times(motion)
+    values = motion.evaluate(times)
     base, turn = paths[1], rpy_to_quaternion(values[:, 3:6])
     # One half of the tolerance is for the motion between samples, the other for left-out samples.
     at = kept_samples(times, values[:, :3], 0.5 * POSITION_TOLERANCE)
@@ -70,8 +80,8 @@ def _tracks(plan: Plan, paths: dict[int, FramePath]) -> list[Track]:
         Track(base, "position", times[at], values[at, :3]),
         Track(base, "quaternion", times[turns], turn[turns]),
     ]
-    for column, joint in enumerate(range(2, plan.robot.model.njoints)):
-        tracks += _joint_track(plan.robot.model, joint, paths[joint], times, values[:, 6 + column])
+    for column, joint in enumerate(range(2, robot.model.njoints)):
+        tracks += _joint_track(robot.model, joint, paths[joint], times, values[:, 6 + column])
     return tracks
 
 
