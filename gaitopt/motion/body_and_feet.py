@@ -21,8 +21,7 @@ from gaitopt.robots.whole_body import base_of_body, feet_from_joints, joints_fro
 from gaitopt.robots.whole_body_rates import (
     base_twist,
     base_twist_rate,
-    joint_accelerations,
-    joint_rates,
+    joint_motions,
 )
 
 MotionOfTime = Callable[[FloatArray], States]
@@ -93,8 +92,7 @@ def path_states(robot: Quadruped, base: States, feet: States) -> States:
     twist_rate = base_twist_rate(
         rpy, velocity[:, :3], velocity[:, 3:], acceleration[:, :3], acceleration[:, 3:]
     )
-    rates = joint_rates(robot, rpy, joints, twist, feet[1])
-    accelerations = joint_accelerations(robot, rpy, joints, twist, rates, twist_rate, feet[2])
+    rates, accelerations = joint_motions(robot, rpy, joints, (twist, twist_rate), feet[1:])
     return (
         np.concatenate([value, joints], axis=1),
         np.concatenate([velocity, rates], axis=1),

