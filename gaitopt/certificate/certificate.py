@@ -17,10 +17,11 @@ class Outcome(TextEnum):
     """The verdict on a whole plan."""
 
     CERTIFIED = "certified"
-    """Every check was made and holds at every instant, that of contact forces included."""
+    """Every check that is needed was made and holds at every instant, that of contact forces
+    included, and no setting is so weak that a check means nothing."""
     INCOMPLETE = "not all checked"
     """All checks that were made hold, that of contact forces included. But another one that is
-    needed could not be made: its note says why."""
+    needed could not be made, or settings are too weak: its note says why."""
     KINEMATICS_ONLY = "kinematics only"
     """Nothing that the plan promises is violated. But contact forces were not checked, or do not
     exist at every instant: nothing is said of what physics does."""
@@ -31,6 +32,11 @@ class Outcome(TextEnum):
 @dataclass(frozen=True)
 class Certificate:
     """All checks of one plan.
+
+    It says what holds of the robot in the plan's URDF, along the plan's path, at every instant:
+    no more than its checks, and each against what the plan's settings promise, or what was asked
+    for. :attr:`outcome` sums them up in one of four words. What is assumed (rigid links and ground,
+    point contacts, a known friction, the masses of the URDF) is in docs/trust.md.
 
     Attributes:
         robot: the robot's name.

@@ -183,7 +183,8 @@ class Stance:
             torques: of the joints ``(n, nj)`` [N m].
             limits: of the torques.
         """
-        friction = (forces @ self.friction_rows.T).reshape(len(forces), -1)
+        sides = forces @ self.friction_rows.T
+        friction = sides.reshape(len(forces), sides.shape[1] * sides.shape[2])
         normal = forces[:, :, 2] - self.least_normals
         torque = np.minimum(limits.high - torques, torques - limits.low) / self.reach
         return np.concatenate([friction, normal, torque], axis=1)

@@ -46,8 +46,11 @@ class ForcePrograms:
             torques: limits of the joint torques.
         """
         plain = wrench @ stance.inverse.T
-        rows, low = _rows(stance, plain, free, jacobians.reshape(len(plain), plain.shape[1], -1),
-                          torques)  # fmt: skip
+        if not stance.directions.shape[1]:
+            # Nothing can be chosen, of one foot or none.
+            return cls(stance, plain, np.empty((len(plain), 0, 1)), np.empty((len(plain), 0)))
+        flat = jacobians.reshape(*plain.shape, free.shape[1])
+        rows, low = _rows(stance, plain, free, flat, torques)
         return cls(stance, plain, rows, low / stance.weight)
 
     def solve(self) -> FloatArray:
@@ -71,7 +74,7 @@ class ForcePrograms:
     def forces(self, z: FloatArray) -> FloatArray:
         """Contact forces ``(n, k, 3)`` [N]."""
         forces = self.plain + self.stance.weight * (z @ self.stance.directions.T)
-        return np.asarray(forces.reshape(len(forces), -1, 3))
+        return np.asarray(forces.reshape(len(forces), len(self.stance.feet), 3))
 
     @property
     def _free(self) -> int:
@@ -103,7 +106,7 @@ def _rows(
     matrix[:, : len(fixed), :-1] = fixed
     matrix[:, len(fixed) :, :-1] = np.concatenate([moved, -moved], axis=1)
     low = np.concatenate([
-        -now.reshape(count, -1), stance.least_normals - ground,
+        -now.reshape(count, now.shape[1] * now.shape[2]), stance.least_normals - ground,
         (torque - torques.high[:, known]) / stance.reach,
         (torques.low[:, known] - torque) / stance.reach,
     ], axis=1)  # fmt: skip

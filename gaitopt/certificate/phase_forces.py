@@ -87,12 +87,14 @@ class PhaseJudge:
         moment = at.moment + np.cross(at.base - stance.centre, at.force)
         wrench = np.concatenate([at.force, moment], axis=1)
         jacobians = at.jacobians[:, stance.feet]
-        flat = np.swapaxes(jacobians.reshape(len(wrench), -1, at.torques.shape[1]), 1, 2)
+        # Lengths that NumPy is to find for itself are not known of empty arrays, of feet in flight.
+        shape = (len(wrench), 3 * len(stance.feet), at.torques.shape[1])
+        flat = np.swapaxes(jacobians.reshape(shape), 1, 2)
         programs = ForcePrograms.of(stance, wrench, at.torques, jacobians, limits)
 
         def judged(z: FloatArray) -> tuple[FloatArray, FloatArray]:
             forces = programs.forces(z)
-            made = (flat @ forces.reshape(len(forces), -1, 1))[..., 0]
+            made = (flat @ forces.reshape(len(forces), shape[1], 1))[..., 0]
             return forces, stance.left(forces, at.torques - made, limits)
 
         z = programs.solve()
@@ -101,11 +103,13 @@ class PhaseJudge:
         poor = np.flatnonzero(~(left >= 0.0).all(axis=1))
         if poor.size:
             forces, left = judged(programs.solve_again(z, poor))
-        rest = wrench - forces.reshape(len(forces), -1) @ stance.grasp.T
+        rest = wrench - forces.reshape(len(forces), shape[1]) @ stance.grasp.T
         size = np.linalg.norm(rest[:, :3], axis=1)
         size += np.linalg.norm(rest[:, 3:], axis=1) / stance.reach
-        half = len(size) // 2
-        return forces.reshape(2, half, -1, 3), left.reshape(2, half, -1), size.reshape(2, half)
+        forces, left, size = (
+            each.reshape(2, len(each) // 2, *each.shape[1:]) for each in (forces, left, size)
+        )
+        return forces, left, size
 
     def _taken(
         self, forces: FloatArray, deviations: InertialDeviations

@@ -16,6 +16,7 @@ from gaitopt.certificate.certificate import Certificate
 from gaitopt.certificate.check import FORCES, Check, unchecked
 from gaitopt.certificate.forces import contact_forces
 from gaitopt.certificate.trace import trace
+from gaitopt.certificate.weak_settings import weak_settings
 from gaitopt.dynamics.contacts import ForceLimits
 from gaitopt.errors import RobotError
 from gaitopt.plan.plan import Plan
@@ -73,6 +74,7 @@ def verify(
         if collisions
         else unchecked(self_collision.NAME, "m", "not asked for", self_collision.CONTACT),
         *_checks_of_forces(plan, forces),
+        *weak_settings(plan, [each for each in (plan.settings.promised_forces, forces) if each]),
     ]
     judged = tuple(check for check in found if check is not None)
     return Certificate(plan.robot.name, plan.robot.sha256, judged, len(motion.phase) + 1)

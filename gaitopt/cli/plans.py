@@ -53,7 +53,7 @@ def verify(
     """Judge a plan at every instant.
 
     Exit code 0 when it is certified, forces included; 3 when only its kinematics hold, or a check
-    could not be made; 1 when something that it promises is violated.
+    could not be made, or settings are too weak; 1 when something that it promises is violated.
     """
     from gaitopt.certificate.certificate import Outcome
     from gaitopt.certificate.verify import verify as certify

@@ -90,6 +90,15 @@ def test_a_centre_of_mass_that_is_five_millimetres_off_is_found(
     assert check.status is Verdict.VIOLATED and check.promised and check.worst < -1.0
 
 
+@pytest.mark.parametrize("feet", [(), ("LF",), ("LF", "RH")])
+def test_too_few_feet_are_found(quick: Plan, feet: tuple[str, ...]) -> None:
+    """No foot makes no force, and one or two make no moment about a point or a line."""
+    phases = list(quick.phases)
+    phases[0] = replace(phases[0], support=feet)
+    check = contact_forces(replace(quick, phases=tuple(phases)), LIMITS)
+    assert check.status is Verdict.VIOLATED and check.where.startswith("a wrench")
+
+
 def test_a_heavier_payload_is_found(quick: Plan) -> None:
     heavy = changed(quick.robot, scaled(2.0, "trunk"))
     check = contact_forces(replace(quick, robot=heavy), LIMITS)

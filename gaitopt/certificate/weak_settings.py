@@ -1,0 +1,100 @@
+"""Settings that say so little that checks mean nothing: with them no plan is certified.
+
+A check holds a plan against what its settings promise. So a plan whose settings promise almost
+nothing would pass. Each such setting is told, as a check that could not be made.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Final
+
+from gaitopt.certificate.check import Check, unchecked
+from gaitopt.conventions import GRAVITY, FloatArray
+from gaitopt.dynamics.contacts import ForceLimits, effort_limits
+from gaitopt.plan.plan import Plan
+from gaitopt.robots.quadruped import Quadruped
+
+MOST_FRICTION: Final = 1.5
+"""Largest coefficient of friction that is believed. Chosen: rubber on dry concrete has about 1."""
+LEAST_RESERVE: Final = 0.005
+"""Least reserve that counts as one, as a share of the weight. Chosen: a quarter of the default."""
+LEAST_LENGTH: Final = 1e-3
+"""Least stability margin and swing height that count [m]. Chosen: what the ground is known to."""
+MOST_LANDING: Final = 0.25
+"""Largest radius of a column as a share of a leg's reach: on a larger one a foot may land a good
+part of a step away from its foothold."""
+PLACEHOLDER_SPEED: Final = 100.0
+"""Velocity limits from here on count as placeholders [rad/s]: 7.5 to 52 are those of the robots of
+example-robot-data whose limits are real, and solo12, solo8 and quadruped state 1000."""
+MOST_TORQUE: Final = 3.0
+"""Largest effort limit that is believed, as a share of the robot's weight times the reach of its
+longest leg: it is at most 0.75 for robots with real limits."""
+SHOWN: Final = 4
+"""Most joints that a message names."""
+
+
+def weak_settings(plan: Plan, judged: Sequence[ForceLimits]) -> list[Check]:
+    """Checks that could not be made, each with what is missing.
+
+    Args:
+        plan: the plan.
+        judged: limits within which contact forces are looked for.
+    """
+    weak = [*_of_the_plan(plan), *(text for limits in judged for text in _of_forces(limits))]
+    found = [unchecked("settings", "", f"too weak to certify: {'; '.join(weak)}")] if weak else []
+    robot = plan.robot
+    fast = _beyond(robot, robot.velocity_limits, PLACEHOLDER_SPEED)
+    if fast:
+        found.append(unchecked("velocity limits", "rad/s", _unknown("velocity", fast)))
+    reach = max(leg.reach for leg in robot.legs.values())
+    strong = _beyond(robot, effort_limits(robot).limits, MOST_TORQUE * robot.mass * GRAVITY * reach)
+    if judged and strong:
+        found.append(unchecked("joint torques", "N m", _unknown("effort", strong)))
+    return found
+
+
+def _beyond(robot: Quadruped, limits: FloatArray, most: float) -> list[str]:
+    """Names of the joints whose limit is not below the largest one that is believed."""
+    return [name for name, limit in zip(robot.joint_names, limits, strict=True) if not limit < most]
+
+
+def _of_the_plan(plan: Plan) -> Iterator[str]:
+    settings, claimed = plan.settings, plan.record.zmp_margin
+    reach = min(leg.reach for leg in plan.robot.legs.values())
+    if not plan.footholds.landing_radius <= MOST_LANDING * reach:
+        yield (
+            f"feet may land {plan.footholds.landing_radius:g} m from their footholds, more than "
+            f"{MOST_LANDING:g} of the reach of a leg"
+        )
+    if settings.static and not settings.stability_margin >= LEAST_LENGTH:
+        yield f"a stability margin of {settings.stability_margin:g} m is less than {LEAST_LENGTH:g}"
+    if plan.swings and not settings.swing_height >= LEAST_LENGTH:
+        yield f"a swing height of {settings.swing_height:g} m is less than {LEAST_LENGTH:g}"
+    if settings.promised_forces is not None:
+        return
+    if settings.zmp_margin is None and isinstance(claimed, (int, float)) and not claimed > 0.0:
+        yield (
+            f"the ZMP's margin of {claimed:g} m is the plan's own statement, and says that the ZMP "
+            "leaves the support"
+        )
+
+
+def _of_forces(limits: ForceLimits) -> Iterator[str]:
+    if not limits.friction <= MOST_FRICTION:
+        yield f"a friction of {limits.friction:g} is more than {MOST_FRICTION:g}"
+    on_four = limits.reserve / 2.0 if limits.reserve_on_four is None else limits.reserve_on_four
+    for name, reserve, least in (
+        ("reserve", limits.reserve, LEAST_RESERVE),
+        ("reserve on four feet", on_four, LEAST_RESERVE / 2.0),
+    ):
+        if not reserve >= least:
+            yield f"a {name} of {reserve:g} of the weight is less than {least:g}"
+
+
+def _unknown(kind: str, names: Sequence[str]) -> str:
+    more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
+    return (
+        f"none is known of {', '.join(names[:SHOWN])}{more}: the URDF states none, or one so large "
+        f'that it must be a placeholder; state a real one there (<limit {kind}="...">)'
+    )
