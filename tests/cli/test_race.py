@@ -53,7 +53,7 @@ def test_a_race_with_forces_tells_what_is_certified(command: Command, tmp_path: 
         assert words in " ".join(result.output.split())
     plan = gaitopt.load_plan(tmp_path / "plan_phase_by_phase.npz")
     assert plan.settings.forces is not None and plan.settings.forces.friction == 0.5
-    assert "\\u00b7 certified" in (tmp_path / "race.html").read_text("utf-8")
+    assert "\\ncertified" in (tmp_path / "race.html").read_text("utf-8")
 
 
 def test_footholds_of_ones_own_are_raced(command: Command, tmp_path: Path) -> None:

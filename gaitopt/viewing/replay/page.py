@@ -53,7 +53,7 @@ class Label:
         name: plain text.
         colour: of a dot beside the name.
         landings: touchdown of each step, ascending [s].
-        result: text that replaces the number of steps from ``since`` on.
+        result: text that replaces the number of steps from ``since`` on, in one line or more.
         since: time [s].
     """
 

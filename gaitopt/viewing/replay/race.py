@@ -198,7 +198,7 @@ def _label(runner: Runner) -> Label:
     return Label(
         frame="/" + "/".join((*runner.root, "robot", "base")), lift=_lift(plan),
         name=runner.name, colour=runner.colour, landings=tuple(s.end for s in plan.swings),
-        result=runner.result, since=plan.duration,
+        result="\n".join(filter(None, [runner.result, runner.verdict])), since=plan.duration,
     )  # fmt: skip
 
 
@@ -213,7 +213,11 @@ def _captions(runners: tuple[Runner, ...]) -> tuple[Caption, ...]:
     start = Caption(0.0, "all start together", order[0].colour, "")
     later = [*order[1:], None]
     return (start, *(
-        Caption(r.plan.duration, f"{r.name} has arrived: {r.result}",
-               after.colour if after else "", r.colour)
+        Caption(r.plan.duration, _arrival(r), after.colour if after else "", r.colour)
         for r, after in zip(order, later, strict=True)
     ))  # fmt: skip
+
+
+def _arrival(runner: Runner) -> str:
+    """What is told when a robot arrives."""
+    return " · ".join(filter(None, [f"{runner.name} has arrived: {runner.result}", runner.verdict]))

@@ -46,6 +46,7 @@ class Runner:
         name: what it is called.
         plan: its motion.
         result: what is written once it has arrived.
+        verdict: what its certificate says; empty where nothing is to be told.
         colour: of its lane.
         offset: of its lane from where the plan is made ``(3,)`` [m].
         root: the frame of its lane.
@@ -54,6 +55,7 @@ class Runner:
     name: str
     plan: Plan
     result: str
+    verdict: str
     colour: str
     offset: FloatArray
     root: FramePath
@@ -81,10 +83,9 @@ def line_up(
         start = plan.footholds.array[:, 0].mean(axis=0)
         start[2] = ground_level(plan.footholds, plan.robot.foot_radius)
         offset = (i - (len(plans) - 1) / 2.0) * pitch * left - start
-        verdict = (verdicts or {}).get(name, "")
-        result = " · ".join(filter(None, [_result(plan, reference, name == baseline), verdict]))
         runners.append(Runner(
-            str(name), plan, result,
+            str(name), plan, _result(plan, reference, name == baseline),
+            (verdicts or {}).get(name, ""),
             lane_colour(str(name), i), offset, (f"lane {i}",),
         ))  # fmt: skip
     return tuple(runners)
