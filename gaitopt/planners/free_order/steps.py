@@ -16,9 +16,9 @@ from gaitopt.conventions import LEGS, OTHER_LEGS, BoolArray, FloatArray
 from gaitopt.optimize.cog.solver import CogWorkspace, build_cog_problems, solve_cog
 from gaitopt.optimize.speed import knot_times
 from gaitopt.plan.settings.crawl import CrawlSettings
+from gaitopt.planners.phase_by_phase.demands import ROUNDING
 from gaitopt.planners.phase_by_phase.joint_checks import ANGLE_ROUNDING, REACH_TOLERANCE
 from gaitopt.planners.phase_by_phase.swing_polylines import swing_polylines
-from gaitopt.planners.phase_by_phase.demands import ROUNDING
 from gaitopt.robots.collision_shapes import CollisionPairs
 from gaitopt.robots.leg import Leg
 from gaitopt.robots.quadruped import Quadruped

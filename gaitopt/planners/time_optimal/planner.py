@@ -94,11 +94,10 @@ def _plan_steps(route: Route, progress: Progress | None) -> Plan:
     are straight ones, too.
     """
     settings = route.settings
-    if settings.smooth and settings.free.swing:
-        return (
-            plan_with_forces(route, progress) if settings.forces else smooth_plan(route, progress)
-        )
-    return straight_plan(route, progress)
+    if settings.forces is not None:
+        return plan_with_forces(route, progress)
+    kind = smooth_plan if settings.smooth and settings.free.swing else straight_plan
+    return kind(route, progress)
 
 
 def _fastest_order(

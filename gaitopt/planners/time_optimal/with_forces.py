@@ -1,4 +1,4 @@
-"""Time-optimal walks whose timing forces set: which kind of walk is planned, and taken."""
+"""Time-optimal walks whose timing forces set: which kind of walk is planned, and which is taken."""
 
 from __future__ import annotations
 
@@ -13,21 +13,23 @@ from gaitopt.optimize.route.layout import TIME_UNIT_ROTATION
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.record import RouteRecord
 from gaitopt.plan.settings.base import FORCES
-from gaitopt.planners.phase_by_phase.planner import plan_in_order
+from gaitopt.planners.phase_by_phase.planner import ROUNDING, plan_in_order
 from gaitopt.planners.time_optimal.continuous.planner import continuous_plan
 from gaitopt.planners.time_optimal.smooth.build import FORCE_TIME_SHARE
 from gaitopt.planners.time_optimal.smooth.planner import smooth_plan
+from gaitopt.planners.time_optimal.straight.planner import straight_plan
 from gaitopt.planners.time_optimal.walk import Route, crawl_settings
 from gaitopt.retiming.retimed import retimed
 
 
 def plan_with_forces(route: Route, progress: Progress | None = None) -> Plan:
-    """Plan a walk with free swing curves, as fast as contact forces allow.
+    """Plan a walk as fast as contact forces allow.
 
-    Where joints are slow they set the pace, and the walk is optimised along splines within their
-    limits. Where they are quick, forces set the pace: the body then goes where it keeps balance
-    with the least accelerations. In both cases the walk phase by phase, with box swings, is one of
-    those among which the planner chooses. It is taken where the other is slower, or is not found.
+    With a free swing curve there are two ways. Where joints are slow they set the pace, and the
+    walk is optimised along splines within their limits. Where they are quick, forces set the pace:
+    the body then goes where it keeps balance with the least accelerations. With box swings the walk
+    is optimised without forces. In all cases the walk phase by phase is one of those among which
+    the planner chooses. It is taken where the other is slower, or is not found.
 
     Args:
         route: the walk.
@@ -36,9 +38,11 @@ def plan_with_forces(route: Route, progress: Progress | None = None) -> Plan:
     Raises:
         InfeasibleStepError: no walk phase by phase is possible with forces.
     """
-    boxes = _phase_by_phase(route)
+    boxes, free = _phase_by_phase(route), route.settings.free
     try:
-        if has_quick_joints(route) and route.settings.horizon is None:
+        if not free.swing:
+            found = retimed(straight_plan(route, progress), rounding=ROUNDING)
+        elif has_quick_joints(route) and route.settings.horizon is None:
             found = continuous_plan(route, boxes)
         else:
             found = retimed(smooth_plan(route, progress, boxes))

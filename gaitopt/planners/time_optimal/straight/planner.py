@@ -11,7 +11,6 @@ from gaitopt.interior_point.solver import Solution
 from gaitopt.optimize.route.problem import RouteProblem
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.record import RouteRecord
-from gaitopt.planners.phase_by_phase.planner import ROUNDING
 from gaitopt.planners.time_optimal.balance import margin_shortfall
 from gaitopt.planners.time_optimal.build import build_route
 from gaitopt.planners.time_optimal.dense import RESERVE_KEPT, DensePath
@@ -22,7 +21,7 @@ from gaitopt.planners.time_optimal.straight.densify import densify
 from gaitopt.planners.time_optimal.straight.phases import straight_phases
 from gaitopt.planners.time_optimal.straight.solve import solve_in_windows, solve_whole
 from gaitopt.planners.time_optimal.walk import Route
-from gaitopt.retiming.retimed import retimed, stopped
+from gaitopt.retiming.retimed import stopped
 
 WORST_STEPS = 3
 """How many knots an error blames."""
@@ -30,6 +29,8 @@ WORST_STEPS = 3
 
 def straight_plan(route: Route, progress: Progress | None = None) -> Plan:
     """Plan a walk without acceleration limits, or one with a stop at every corner of its box.
+
+    Where forces set the timing the plan is still to be timed.
 
     Args:
         route: the walk.
@@ -66,9 +67,7 @@ def straight_plan(route: Route, progress: Progress | None = None) -> Plan:
         clearance=clearance,
     )
     plan = Plan(route.robot, route.footholds, settings, phases, path, record)
-    if settings.forces is not None:
-        return retimed(plan, rounding=ROUNDING)
-    return stopped(plan) if settings.smooth else plan
+    return stopped(plan) if settings.smooth and settings.forces is None else plan
 
 
 def _check_margin(
