@@ -128,6 +128,7 @@ def compare(
     reach_fraction: ReachOption = 1.0,
     heading: HeadingOption = 0.0,
     follow_terrain: FollowOption = False,
+    timing: TimingOption = Timing.velocity,
 ) -> None:
     """Print Table II of the paper: its method beside the largest margin and fixed speeds."""
     from gaitopt.studies.compare import compare as run_comparison
@@ -144,5 +145,5 @@ def compare(
         first_seed = seed or 0
         terrains = [(s, random_terrain(model, s)) for s in range(first_seed, first_seed + seeds)]
     with progress_bar(f"planning on {seeds} terrain{'s' if seeds > 1 else ''}") as tick:
-        comparison = run_comparison(model, terrains, progress=tick, **options)
+        comparison = run_comparison(model, terrains, timing=timing.value, progress=tick, **options)
     terminal().print(comparison.table())

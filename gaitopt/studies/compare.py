@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
@@ -15,10 +15,10 @@ from gaitopt.errors import InfeasibleStepError, InputError
 from gaitopt.plan.com_margin import com_margin
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.settings.base import VELOCITY
-from gaitopt.plan.settings.crawl import CrawlSettings, Speed
+from gaitopt.plan.settings.crawl import Speed
 from gaitopt.planners.crawl import plan_crawl
-from gaitopt.planners.phase_by_phase.planner import with_fitting_height
 from gaitopt.robots.quadruped import Quadruped
+from gaitopt.studies.one_height import with_one_height
 from gaitopt.terrain.footholds import Footholds
 
 
@@ -69,8 +69,8 @@ class Outcome:
         mean_speed: [m/s].
         cog_distance: length of the body centre's path [m].
         swing_share: share of the time in swing phases; the rest is stance phases.
-        margin: smallest stability margin during swing phases of the body centre, for which the walk
-            is planned [m].
+        margin: smallest stability margin during swing phases, of what the walk is planned for:
+            the body centre, or with forces the true centre of mass [m].
         com_margin: smallest stability margin of the model's true centre of mass [m].
     """
 
@@ -95,6 +95,7 @@ class Comparison:
         infeasible: ``(seed, reason)`` of the terrains on which a method found no plan. They are
             left out for all methods.
         plans: the plans on the first terrain, by method's name.
+        timing: what bounds the speed: ``"velocity"`` or ``"forces"``.
     """
 
     robot: str
@@ -102,6 +103,7 @@ class Comparison:
     outcomes: tuple[Outcome, ...]
     infeasible: tuple[tuple[int, str], ...]
     plans: dict[str, Plan]
+    timing: str = VELOCITY
 
     def values(self, method: str, quantity: str) -> FloatArray:
         """An attribute of :class:`Outcome` for each terrain ``(n,)``."""
@@ -136,6 +138,7 @@ def compare(
     terrains: Iterable[tuple[int, Footholds]] | Footholds,
     *,
     methods: Sequence[Method] = METHODS,
+    timing: str = VELOCITY,
     progress: Callable[[int, int], None] | None = None,
     **settings: Any,
 ) -> Comparison:
@@ -145,9 +148,9 @@ def compare(
         robot: from :func:`gaitopt.load_robot`.
         terrains: footholds, or pairs of a seed and its footholds.
         methods: the methods to compare. Speed-ups are those of the first.
+        timing: of all methods: ``"velocity"``, that of [Wang2020], or ``"forces"``.
         progress: called with (plans made, plans in all).
-        settings: passed to :func:`gaitopt.plan_crawl` (stability margin, heights, ...). The timing
-            is ``"velocity"``, that of [Wang2020], by default.
+        settings: passed to :func:`gaitopt.plan_crawl` (stability margin, heights, ...).
 
     Raises:
         InfeasibleStepError: on every terrain some method finds no plan; the error is the first one.
@@ -156,7 +159,7 @@ def compare(
     todo = [(-1, terrains)] if isinstance(terrains, Footholds) else list(terrains)
     if not todo or not methods:
         raise InputError("a comparison needs at least one terrain and one method")
-    options = with_one_height(robot, todo[0][1], {"timing": VELOCITY, **settings})
+    options = with_one_height(robot, todo[0][1], {"timing": timing, **settings})
     outcomes: list[Outcome] = []
     infeasible: list[tuple[int, str]] = []
     kept: dict[str, Plan] = {}
@@ -177,23 +180,8 @@ def compare(
         outcomes += [outcome(seed, method, plans[method.name]) for method in methods]
     if failure is not None and not outcomes:
         raise failure
-    return Comparison(robot.name, tuple(methods), tuple(outcomes), tuple(infeasible), kept)
-
-
-def with_one_height(
-    robot: Quadruped, footholds: Footholds, options: Mapping[str, Any]
-) -> dict[str, Any]:
-    """Options of :func:`gaitopt.plan_crawl` with the same body height for all methods.
-
-    It is the height in ``options``, or else the one that the paper's method takes for
-    ``footholds``.
-    """
-    if options.get("body_height") is not None:
-        return dict(options)
-    known = {f.name for f in fields(CrawlSettings)}
-    chosen = CrawlSettings.for_robot(robot, **{k: v for k, v in options.items() if k in known})
-    fitting = with_fitting_height(robot, footholds, chosen)
-    return {**options, "body_height": fitting.body_height}
+    return Comparison(robot.name, tuple(methods), tuple(outcomes), tuple(infeasible), kept,
+                      timing)  # fmt: skip
 
 
 def outcome(seed: int, method: Method, plan: Plan) -> Outcome:
@@ -219,7 +207,7 @@ def comparison_table(comparison: Comparison) -> Table:
     count = len(comparison.seeds)
     spread = f", mean ± standard deviation over {count} terrains" if count > 1 else ""
     table = Table(
-        title=f"{comparison.robot}: Table II over the same footholds"
+        title=f"{comparison.robot}: Table II{_by_forces(comparison)} over the same footholds"
         f"{' (paper)' if _is_papers(comparison) else ''}{spread}",
         caption=_caption(comparison),
         caption_justify="left",
@@ -235,8 +223,13 @@ def comparison_table(comparison: Comparison) -> Table:
 
 
 def _is_papers(comparison: Comparison) -> bool:
-    """Whether the paper gives numbers for this robot: it has only one."""
-    return comparison.robot == "wang2020"
+    """Whether the paper gives numbers for this robot and timing: it has only one of each."""
+    return comparison.robot == "wang2020" and comparison.timing == VELOCITY
+
+
+def _by_forces(comparison: Comparison) -> str:
+    """What the title says of another timing than the paper's."""
+    return "" if comparison.timing == VELOCITY else ", timed by contact forces,"
 
 
 def _row(comparison: Comparison, method: Method) -> list[str]:
@@ -282,8 +275,8 @@ def _mean_and_deviation(values: FloatArray, digits: int) -> str:
 def _caption(comparison: Comparison) -> str:
     """What the columns are, and which terrains are left out."""
     lines = [
-        "margin: smallest over all swings, of the body centre, for which walks are planned, and of "
-        "the model's true COM.",
+        "margin: smallest over all swings, of what the walks are planned for, and of the model's "
+        "true COM.",
         f"speed-up: of {comparison.methods[0].name!r} over this method.",
     ]
     if _is_papers(comparison):

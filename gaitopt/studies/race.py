@@ -26,7 +26,7 @@ from gaitopt.plan.settings.freedoms import VARIANTS
 from gaitopt.plan.settings.time_optimal import RouteSettings
 from gaitopt.planners.crawl import plan_crawl
 from gaitopt.robots.quadruped import Quadruped
-from gaitopt.studies.compare import with_one_height
+from gaitopt.studies.one_height import with_one_height
 from gaitopt.studies.race_lanes import Lane, Race
 from gaitopt.studies.race_standings import BOUND_WINDOW, PAPER, PHASES, SSM, Finish, Standings
 from gaitopt.studies.tables import appending, one_line

@@ -8,6 +8,7 @@ import pytest
 import gaitopt
 from gaitopt import Comparison, Footholds, InfeasibleStepError, InputError, Plan, Quadruped
 from gaitopt.cli.robot_table import robot_table
+from gaitopt.plan.settings.crawl import CrawlSettings
 from gaitopt.studies.compare import METHODS, compare
 from gaitopt.studies.tables import as_text
 from gaitopt.terrain.columns import s_columns
@@ -46,6 +47,17 @@ def test_the_table_says_it_all(one: Comparison) -> None:
     for words in ("proposed", "SSM", "(205)", "(372)", "(272)", "(81.6)", "(32.8)", "true COM"):
         assert words in text
     assert str(one.plans["SSM"].duration)[:5] in text
+
+
+def test_with_forces_all_methods_promise_them(wang: Quadruped) -> None:
+    ground = gaitopt.s_columns(0, columns=2)
+    found = compare(wang, ground, methods=METHODS[:2], timing="forces")
+    for method, plan in zip(METHODS, found.plans.values(), strict=False):
+        assert plan.settings.promised_forces is not None
+        assert isinstance(plan.settings, CrawlSettings)
+        assert plan.settings.objective == method.objective
+        assert found.values(method.name, "com_margin")[0] >= plan.settings.stability_margin
+    assert "Table II, timed by contact forces" in str(found) and "(205)" not in str(found)
 
 
 def test_several_terrains_give_mean_and_spread(wang: Quadruped) -> None:
