@@ -1,8 +1,10 @@
 """Walks with forces on all robots: how fast, certified or not, and what physics makes of them.
 
-``python -m benchmarks.forces --seeds 3 [--robots go2,a1] [--sweep]`` prints a table. With
-``--sweep`` it also looks for the fastest walk of a fixed speed, planned phase by phase without
-forces, that passes in physics: what could be had before.
+``python -m benchmarks.forces --seeds 3 [--robots go2,a1] [--free dynamic] [--sweep]`` prints a
+table. With ``--free`` it is of the walks of this variant of ``plan_route``, in place of the default
+ones. ``found`` counts the walks that are not the walk phase by phase in its place. With ``--sweep``
+it also looks for the fastest walk of a fixed speed, planned phase by phase without forces, that
+passes in physics: what could be had before.
 """
 
 from __future__ import annotations
@@ -10,6 +12,8 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Sequence
+from time import process_time
+from typing import NamedTuple
 
 import numpy as np
 
@@ -23,12 +27,41 @@ SPEEDS = np.arange(0.1, 1.25, 0.1)
 """Speeds of body and feet that the sweep tries [m/s]."""
 
 
-def walked(robot: gaitopt.Quadruped, seed: int) -> tuple[str, float, bool]:
-    """The certificate's outcome, the walk's duration [s], and whether it passes in physics."""
+class Walked(NamedTuple):
+    """What became of a walk.
+
+    Attributes:
+        kept: whether the certificate finds nothing violated, self-collisions left out.
+        found: whether it is the kind of walk that was asked for.
+        passed: whether it passes in physics.
+        duration: of the plan [s].
+        planning: processor time of the planner for each step [ms].
+    """
+
+    kept: bool
+    found: bool
+    passed: bool
+    duration: float
+    planning: float
+
+
+def walked(robot: gaitopt.Quadruped, seed: int, free: str | None) -> Walked:
+    """The default walk over a terrain, or that of a variant of ``plan_route``."""
     footholds = gaitopt.s_columns(seed, columns=COLUMNS, robot=robot)
-    plan = gaitopt.plan_crawl(robot, footholds)
-    outcome = "kept" if gaitopt.verify(plan, collisions=False).ok else "violated"
-    return outcome, plan.duration, gaitopt.simulate(plan).passed
+    began = process_time()
+    if free is None:
+        plan = gaitopt.plan_crawl(robot, footholds)
+    else:
+        plan = gaitopt.plan_route(robot, footholds, free=free)
+    planning = 1e3 * (process_time() - began) / footholds.steps
+    result = gaitopt.simulate(plan)
+    if not result.passed:
+        told = str(result).splitlines()
+        print(f"{robot.name}, seed {seed}: {told[0]}; {told[1]}; {told[-2]}", file=sys.stderr)
+    return Walked(
+        gaitopt.verify(plan, collisions=False).ok,
+        getattr(plan.record, "instead", None) is None, result.passed, plan.duration, planning,
+    )  # fmt: skip
 
 
 def fastest_by_speed(robot: gaitopt.Quadruped, seed: int) -> float:
@@ -42,35 +75,39 @@ def fastest_by_speed(robot: gaitopt.Quadruped, seed: int) -> float:
     return min(times, default=float("nan"))
 
 
+def row(name: str, walks: list[Walked], before: list[float], terrains: int) -> str:
+    """A row of the table."""
+    counts = [f"{sum(getattr(walk, what) for walk in walks)} of {terrains}"
+              for what in ("found", "kept", "passed")]  # fmt: skip
+    times = f"{np.median([w.duration for w in walks]):.2f}" if walks else ""
+    planning = f"{np.median([w.planning for w in walks]):.0f}" if walks else ""
+    swept = f"{np.nanmedian(before):.2f}" if np.isfinite(before).any() else ""
+    return f"| {' | '.join([name, *counts, times, planning, swept])} |"
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Print the table."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.forces", description=__doc__)
     parser.add_argument("--seeds", type=int, default=3, help="terrains of each robot")
     parser.add_argument("--robots", default=",".join(ROBOTS), help="names, joined by commas")
+    parser.add_argument("--free", help="a variant of plan_route; by default plan_crawl")
     parser.add_argument("--sweep", action="store_true", help="also walks of a fixed speed")
     options = parser.parse_args(arguments)
-    print("| robot | promises kept | passed in physics | 16 steps [s] | by speed alone [s] |")
-    print("|---|---|---|---|---|")
+    print("| robot | found | promises kept | passed in physics | 16 steps, median [s] | "
+          "planning, median [ms a step] | by speed alone [s] |")  # fmt: skip
+    print("|---|---|---|---|---|---|---|")
     for name in options.robots.split(","):
         robot = gaitopt.load_robot(name)
-        kept = passed = 0
-        times, before = [], []
+        walks, before = [], []
         for seed in range(options.seeds):
             try:
-                outcome, duration, good = walked(robot, seed)
+                walks.append(walked(robot, seed, options.free))
             except gaitopt.GaitoptError as error:
                 print(f"{name}, seed {seed}: {error}", file=sys.stderr)
                 continue
-            kept, passed = kept + (outcome == "kept"), passed + good
-            times.append(duration)
             if options.sweep:
                 before.append(fastest_by_speed(robot, seed))
-        count = options.seeds
-        told = f"{np.median(times):.2f}" if times else ""
-        swept = f"{np.nanmedian(before):.2f}" if np.isfinite(before).any() else ""
-        print(
-            f"| {name} | {kept} of {count} | {passed} of {count} | {told} | {swept} |", flush=True
-        )
+        print(row(name, walks, before, options.seeds), flush=True)
     return 0
 
 
