@@ -105,10 +105,7 @@ def load_robot(
         if not options.empty:
             urdf, notes = read_text(urdf, name, options)
     elif name in EXAMPLE_ROBOTS:
-        path = example_urdf(name)
-        urdf, notes = path.read_text("utf-8"), Notes()
-        if not options.empty:
-            urdf, notes = read_file(path, options)
+        urdf, notes = read_file(example_urdf(name), options)
     elif "<" in str(source):
         name, (urdf, notes) = "", read_text(str(source), "robot", options)
     elif (found := _packaged(name, source)) is not None:

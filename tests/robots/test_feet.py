@@ -2,17 +2,26 @@
 
 from __future__ import annotations
 
-import pytest
+from xml.etree import ElementTree
 
-from gaitopt.robots.catalog import load_robot, robot_names
+import numpy as np
+import pytest
+import trimesh
+
+from gaitopt.robots.catalog import example_urdf, load_robot, robot_names
 from gaitopt.robots.feet import ball_radius
 
 RADII = {
     "wang2020": 0.015, "wang2020-fast": 0.015, "frog1": 0.02,
     "a1": 0.02, "go1": 0.02, "b1": 0.04, "laikago": 0.0265, "anymal": 0.031,
     "anymal_c": 0.03, "hyq": 0.02175, "quadruped": 0.025,
-    "go2": 0.0, "solo12": 0.0, "solo8": 0.0,  # their URDFs hold meshes only
 }  # fmt: skip
+MESHED = {
+    "go2": "go2_description/collisions/foot_convex.stl",
+    "solo12": "solo_description/meshes/stl/with_foot/solo_foot.stl",
+    "solo8": "solo_description/meshes/obj/with_foot/solo_foot.obj",
+}
+"""Robots whose feet are meshes; at zero their lower legs point down."""
 
 
 def link(name: str, *shapes: str) -> str:
@@ -32,9 +41,37 @@ BOX = '<box size="1 1 1"/>'
 MESH = '<mesh filename="package://nowhere/foot.stl"/>'
 
 
-@pytest.mark.parametrize("name", robot_names())
+@pytest.mark.parametrize("name", RADII)
 def test_radius_is_that_of_the_foot_link_s_ball(name: str) -> None:
     assert load_robot(name).foot_radius == RADII[name]
+
+
+def test_every_robot_has_a_radius() -> None:
+    assert {*RADII, *MESHED} == set(robot_names())
+
+
+@pytest.mark.parametrize("name", MESHED)
+def test_foot_of_a_mesh_ends_where_the_mesh_does(name: str) -> None:
+    folder = [p for p in example_urdf(name).parents if p.name == "robots"][-1]
+    corners = trimesh.load(folder / MESHED[name], force="mesh").vertices
+    # solo's feet lie 8 mm beside their knees' axes, so the leg is 3 degrees off the vertical.
+    assert load_robot(name).foot_radius == pytest.approx(-corners[:, 2].min(), abs=1e-4)
+
+
+@pytest.mark.parametrize("name", ["anymal", "anymal_c"])
+def test_foot_frame_is_the_middle_of_the_ball(name: str) -> None:
+    """The ball of these is above the origin of the link that is called foot."""
+    robot = load_robot(name)
+    text = example_urdf(name).read_text("utf-8")
+    ball = next(
+        shape for shape in ElementTree.fromstring(text).iterfind("link[@name='LF_FOOT']/collision")
+        if shape.find("geometry/sphere") is not None
+    )  # fmt: skip
+    above = [float(x) for x in ball.find("origin").get("xyz").split()]
+    frames = [robot.model.frames[robot.model.getFrameId(link)].placement
+              for link in ("LF_FOOT", robot.legs["LF"].foot)]  # fmt: skip
+    offset = frames[0].actInv(frames[1].translation)
+    np.testing.assert_allclose(offset, above, rtol=0, atol=1e-12)
 
 
 def test_radius_is_the_smallest_of_the_balls() -> None:

@@ -144,7 +144,7 @@ def _sum(parts: list[_Inertia]) -> _Inertia:
 def _read(tree: UrdfTree, link: str, pose: FloatArray) -> _Inertia | None:
     """A link's ``<inertial>`` in the frame in which ``pose (4, 4)`` is the link's."""
     inertial = tree.links[link].find("inertial")
-    if inertial is None or not tree.mass(link) > 0.0:
+    if inertial is None:
         return None
     where = f"{tree.label}: link {link}: inertia"
     element = inertial.find("inertia")

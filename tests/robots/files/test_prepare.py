@@ -566,6 +566,15 @@ def test_inertia_that_no_body_has_is_refused_or_told() -> None:
     assert "inertias that no body can have" in words and "LF_l0" in words
 
 
+def test_inertia_of_a_link_without_mass_counts() -> None:
+    """Pinocchio adds it to the body that the link is fixed to."""
+    sensor = link("sensor", 0.1).replace('value="0.1"', 'value="0"').replace("0.001", "-5.0")
+    assert "-5.0" in sensor
+    assert "inertia of link base is not that of a body" in refusal(
+        robot(sensor + joint("glue", "base", "sensor"))
+    )
+
+
 def test_bad_options_are_input_errors() -> None:
     for options in ({"masses": "guess"}, {"masses": {"base": -1.0}}, {"foot_radius": -1.0},
                     {"pose": {"x": "a"}}, {"feet": 3}, {"masses": {"nothing": 1.0}}):  # fmt: skip

@@ -143,7 +143,7 @@ def test_terrains_that_once_failed_are_certified(wang: Quadruped, seed: int) -> 
 def test_robots_with_fast_joints_walk_dynamically(name: str) -> None:
     """Tens of times as fast as wang2020, and quick enough to fall: the ground always bears load."""
     robot = gaitopt.load_robot(name)
-    footholds = s_columns(1, columns=3, robot=robot)
+    footholds = s_columns(4, columns=3, robot=robot)
     plan = plan_route(
         robot, footholds, free="dynamic", body_height=robot.standing_height, timing="velocity"
     )
