@@ -43,6 +43,7 @@ def plan_in_order(
     settings: CrawlSettings,
     *,
     progress: Progress | None = None,
+    rounding: float = ROUNDING,
 ) -> Plan:
     """Plan the walk in the settings' order of legs, at the settings' body height.
 
@@ -51,6 +52,8 @@ def plan_in_order(
         footholds: in the world.
         settings: complete; ``sequence`` is not ``"free"``.
         progress: called with (steps done, steps in all).
+        rounding: of the corners of box swings where forces set the timing, as in
+            :func:`gaitopt.retimed`.
 
     Raises:
         InputError: legs cross in the first stance.
@@ -66,7 +69,7 @@ def plan_in_order(
     plan = assemble_plan(robot, footholds, settings, steps, start, solutions)
     if settings.forces is not None:
         # Ways over an obstacle keep their corners, and with them their distance from it.
-        plan = retimed(plan, rounding=0.0 if settings.swing in PATTERNS else ROUNDING)
+        plan = retimed(plan, rounding=0.0 if settings.swing in PATTERNS else rounding)
     return with_com_margins(plan) if settings.true_com else plan
 
 

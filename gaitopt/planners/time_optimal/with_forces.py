@@ -70,7 +70,14 @@ def _phase_by_phase(route: Route) -> Plan:
     """The walk phase by phase, timed by forces, as a plan of the route's settings."""
     began, settings = process_time(), route.settings
     crawl = replace(crawl_settings(settings), timing=FORCES, forces=settings.forces)
-    plan = plan_in_order(route.robot, route.footholds, crawl)
+    rounding = ROUNDING
+    if settings.free.swing:
+        # A rounded box goes straight up until its rounding begins: as high as the clearance.
+        top = max(crawl.swing_height, settings.clearance + settings.clearance_reserve)
+        crawl = replace(crawl, swing_height=top)
+        kept = 1.0 - (settings.clearance + settings.clearance_reserve) / top
+        rounding = min(ROUNDING, kept)
+    plan = plan_in_order(route.robot, route.footholds, crawl, rounding=rounding)
     if settings.acceleration_limit is not None:
         plan = retimed(replace(plan, settings=settings))
     record = RouteRecord(stability=plan.record.stability, solver_seconds=process_time() - began)

@@ -94,6 +94,6 @@ def test_a_walk_that_is_not_found_is_explained() -> None:
     assert isinstance(plan.record, RouteRecord)
     assert plan.record.instead is not None
     assert "clearance" in plan.record.instead
-    assert plan.duration == pytest.approx(
-        gaitopt.plan_crawl(robot, narrow, swing_height=0.05).duration
-    )
+    gaitopt.verify(plan, collisions=False).raise_for_violations()
+    # Its corners are not rounded, as a rounded box is lower where it leaves the column.
+    assert plan.duration > gaitopt.plan_crawl(robot, narrow, swing_height=0.05).duration
