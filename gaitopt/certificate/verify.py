@@ -15,12 +15,12 @@ from gaitopt.certificate import balance, clearance, contacts, joints, obstacles,
 from gaitopt.certificate.certificate import Certificate
 from gaitopt.certificate.check import FORCES, Check, unchecked
 from gaitopt.certificate.forces import contact_forces
+from gaitopt.certificate.known_robot import refuse_other_robot
 from gaitopt.certificate.trace import trace
 from gaitopt.certificate.weak_settings import weak_settings
 from gaitopt.dynamics.contacts import ForceLimits
 from gaitopt.errors import RobotError
 from gaitopt.plan.plan import Plan
-from gaitopt.robots.catalog import OWN_ROBOTS, VARIANTS, load_robot
 from gaitopt.robots.quadruped import Quadruped
 
 
@@ -47,8 +47,8 @@ def verify(
         The certificate. A violated check is no error: see :meth:`Certificate.raise_for_violations`.
 
     Raises:
-        RobotError: the plan was made for another URDF than that of ``robot``, or than the one that
-            gaitopt ships under the same name.
+        RobotError: the plan was made for another URDF than that of ``robot``; or its robot bears
+            the name of one that is known, and differs from it, or has wider limits.
     """
     _refuse_other_robot(plan, robot)
     plan = replace(plan, robot=_as_in_the_file(plan.robot))
@@ -95,12 +95,11 @@ def _as_in_the_file(robot: Quadruped) -> Quadruped:
 
 
 def _refuse_other_robot(plan: Plan, robot: Quadruped | None) -> None:
-    name = plan.robot.name
-    if robot is None and name in (*OWN_ROBOTS, *VARIANTS):
-        robot = load_robot(name)
-    if robot is not None and robot.urdf != plan.robot.urdf:
+    if robot is None:
+        refuse_other_robot(plan.robot)
+    elif robot.urdf != plan.robot.urdf:
         raise RobotError(
-            f"the plan was made for a {name} whose URDF has the fingerprint "
+            f"the plan was made for a {plan.robot.name} whose URDF has the fingerprint "
             f"{plan.robot.sha256[:12]}, and {robot.name} here has {robot.sha256[:12]}; plan again "
             "for this robot"
         )

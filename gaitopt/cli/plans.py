@@ -46,6 +46,13 @@ def replay(
 
 def verify(
     plan: PlanArgument,
+    robot: Annotated[
+        str | None,
+        typer.Option(
+            help="The robot that it is to run on, by name or file: the plan's own may "
+            "not be stronger."
+        ),
+    ] = None,
     collisions: CollisionsOption = True,
     forces: ForcesOption = True,
     friction: FrictionOption = None,
@@ -53,16 +60,23 @@ def verify(
     """Judge a plan at every instant.
 
     Exit code 0 when it is certified, forces included; 3 when only its kinematics hold, or a check
-    could not be made, or settings are too weak; 1 when something that it promises is violated.
+    could not be made, or settings are too weak; 1 when something that it promises is violated; 2
+    when the robot in the plan is not the one of its name, or of --robot, or has wider limits.
     """
     from gaitopt.certificate.certificate import Outcome
+    from gaitopt.certificate.known_robot import refuse_stronger
     from gaitopt.certificate.verify import verify as certify
     from gaitopt.dynamics.contacts import ForceLimits
+    from gaitopt.robots.catalog import load_robot
 
-    limits = None
+    loaded, limits = open_plan(plan), None
+    if robot is not None:
+        refuse_stronger(loaded.robot, load_robot(robot))
     if forces:
         limits = ForceLimits() if friction is None else ForceLimits(friction=friction)
-    certificate = certify(open_plan(plan), collisions=collisions, forces=limits)
+    # The plan's own robot, once it is known to be no stronger than the one that was named.
+    judged = None if robot is None else loaded.robot
+    certificate = certify(loaded, judged, collisions=collisions, forces=limits)
     terminal().print(certificate.table())
     codes = {Outcome.CERTIFIED: 0, Outcome.VIOLATED: 1}
     raise typer.Exit(codes.get(certificate.outcome, 3))

@@ -252,6 +252,16 @@ def test_verify_is_an_exit_code_and_a_report(
     assert "margin of the body centre" in failed.output
 
 
+def test_verify_judges_by_the_robot_that_is_named(
+    command: Command, plan_file: Path, tmp_path: Path
+) -> None:
+    slow = tmp_path / "slow.urdf"
+    slow.write_text(gaitopt.load_robot("wang2020", velocity_limits=0.1).urdf)
+    assert command("verify", str(plan_file), "--robot", "wang2020").exit_code == 3
+    refused = command("verify", str(plan_file), "--robot", str(slow))
+    assert "the velocity limit of LF_HAA is wider" in str(refused.exception)
+
+
 def test_a_walk_that_has_forces_is_certified(
     command: Command, wang: gaitopt.Quadruped, tmp_path: Path
 ) -> None:
