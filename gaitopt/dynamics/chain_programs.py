@@ -13,7 +13,8 @@ from __future__ import annotations
 import numpy as np
 
 from gaitopt.conventions import FloatArray
-from gaitopt.dynamics.path_programs import IntervalPrograms, PathIntervals, TimingLimits
+from gaitopt.dynamics.path_intervals import PathIntervals, TimingLimits
+from gaitopt.dynamics.path_programs import IntervalPrograms
 from gaitopt.dynamics.small_programs import NO_BOUND
 
 SLOWER = 1.0 - 1e-9

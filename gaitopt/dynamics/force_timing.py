@@ -24,12 +24,8 @@ from gaitopt.conventions import BoolArray, FloatArray
 from gaitopt.dynamics.chain_programs import SLOWER, ProgramSweeps
 from gaitopt.dynamics.contacts import ForceLimits
 from gaitopt.dynamics.motion_polygons import MotionPolygons
-from gaitopt.dynamics.path_programs import (
-    PathIntervals,
-    TimingLimits,
-    interval_programs,
-    path_units,
-)
+from gaitopt.dynamics.path_intervals import PathIntervals, TimingLimits
+from gaitopt.dynamics.path_programs import interval_programs, path_units
 from gaitopt.dynamics.place_tables import used
 from gaitopt.dynamics.small_programs import NO_BOUND
 from gaitopt.dynamics.speed_sweeps import SweptIntervals, swept

@@ -17,7 +17,7 @@ import numpy as np
 
 from gaitopt.conventions import BoolArray, FloatArray
 from gaitopt.dynamics.contacts import ForceLimits
-from gaitopt.dynamics.path_programs import PathIntervals, TimingLimits
+from gaitopt.dynamics.path_intervals import PathIntervals, TimingLimits
 from gaitopt.dynamics.path_rows import place_rows
 from gaitopt.dynamics.place_programs import MOST_HOLDING, PlacePrograms
 from gaitopt.dynamics.place_tables import appended, used
@@ -118,7 +118,7 @@ class MotionPolygons:
         patterns, member = np.unique(places.standing, axis=0, return_inverse=True)
         for i, pattern in enumerate(patterns):
             own = np.flatnonzero(member.ravel() == i)
-            rows = place_rows(robot, dynamics, limits, pattern, places.samples[own], timing.slack)
+            rows = place_rows(robot, dynamics, limits, pattern, places.samples[own], timing)
             by_motion = np.stack([rows.by_u, rows.by_x], axis=2) * places.units[own, None, None]
             groups.append(PlacePrograms(own, by_motion, rows.by_z, rows.low, rows.high))
         joints = None

@@ -13,6 +13,7 @@ import numpy as np
 
 from gaitopt.conventions import GRAVITY, BoolArray, FloatArray
 from gaitopt.dynamics.contacts import ForceLimits
+from gaitopt.dynamics.path_intervals import PathIntervals, TimingLimits
 from gaitopt.dynamics.path_rows import place_rows
 from gaitopt.dynamics.small_programs import LINEAR_WEIGHT, NO_BOUND, LinearProgram
 from gaitopt.dynamics.whole_body import PathDynamics
@@ -21,50 +22,6 @@ from gaitopt.robots.quadruped import Quadruped
 LEAST_ROW = 1e-6
 """Size of a row below which it is not scaled to one: a millionth of the weight or of a torque limit
 is rounding."""
-
-
-@dataclass(frozen=True, eq=False)
-class PathIntervals:
-    """Intervals of ``C`` chains, one chain after another; each is followed without a stop.
-
-    Attributes:
-        begin, end: the samples at which each interval begins and ends ``(K,)``. Where feet land or
-            lift off the same place is two samples, or one that two intervals share.
-        lengths: of the intervals, in the path's parameter ``(K,)``.
-        standing: which feet stand ``(K, 4)``.
-        first: first interval of each chain, and ``K`` ``(C + 1,)``.
-        even: intervals that are followed at constant speed ``(K,)``; none by default. It suits
-            places where the path itself begins or ends at rest: speeds along it may be any there.
-    """
-
-    begin: np.ndarray
-    end: np.ndarray
-    lengths: FloatArray
-    standing: BoolArray
-    first: np.ndarray
-    even: BoolArray | None = None
-
-    def __len__(self) -> int:
-        return len(self.lengths)
-
-
-@dataclass(frozen=True, eq=False)
-class TimingLimits:
-    """What bounds the timing besides forces, at ``S`` samples.
-
-    Attributes:
-        squares: largest squared path speeds ``(S,)`` [1/s^2]: joint velocities, and 0 for a stop.
-        first, second: derivatives of the joints whose acceleration is limited, by the path's
-            parameter ``(S, n)``.
-        acceleration: limit of their accelerations [rad/s^2]; infinite for none.
-        slack: what every side of a friction pyramid keeps, as a share of the weight.
-    """
-
-    squares: FloatArray
-    first: FloatArray
-    second: FloatArray
-    acceleration: float = np.inf
-    slack: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,7 +111,7 @@ def _rows(
     samples, places = np.unique(
         np.concatenate([intervals.begin[own], intervals.end[own]]), return_inverse=True
     )
-    points = place_rows(robot, dynamics, limits, pattern, samples, timing.slack)
+    points = place_rows(robot, dynamics, limits, pattern, samples, timing)
     here, there = places[: len(own)], places[len(own) :]
     n, free = len(own), points.by_z.shape[2]
     varies = np.ones(n) if intervals.even is None else np.where(intervals.even[own], 0.0, 1.0)

@@ -8,12 +8,13 @@ all places with the same standing feet are computed at once, without a loop.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
 from gaitopt.conventions import GRAVITY, BoolArray, FloatArray
-from gaitopt.dynamics.contacts import ForceLimits, effort_limits, pyramid_rows
+from gaitopt.dynamics.contacts import ForceLimits, TorqueLine, effort_limits, pyramid_rows
+from gaitopt.dynamics.path_intervals import TimingLimits
 from gaitopt.dynamics.small_programs import NO_BOUND
 from gaitopt.dynamics.whole_body import PathDynamics
 from gaitopt.robots.quadruped import Quadruped
@@ -23,6 +24,12 @@ RANK = {0: 0, 1: 3, 2: 5}
 feet on one line then ask for forces without bound, which no limit allows."""
 ZERO_SINGULAR_VALUE = 1e-12
 """Least singular value that is divided by, so that feet on one line give no division by zero."""
+LEAST_TOUCH = 0.02
+"""Least speed of a joint, as a share of its limit, at which a tangent touches the root of the path
+speed's square: nearer to rest tangents are too steep to be of use."""
+KEPT_AT_REST = 0.7
+"""Share of a torque that tangents leave at rest, where few joints need more: so the robot can rest
+wherever it can rest with the whole torque, in nearly all places."""
 SAME_GRASP = 1e-13
 """Largest difference of two grasp matrices, of order one, that are taken for the same: a few times
 their rounding. While the body rests, feet that stand have the same matrix at every place."""
@@ -49,7 +56,7 @@ def place_rows(
     limits: ForceLimits,
     pattern: BoolArray,
     samples: np.ndarray,
-    slack: float,
+    timing: TimingLimits,
 ) -> PlaceRows:
     """The limits at samples at which the same feet stand.
 
@@ -59,7 +66,7 @@ def place_rows(
         limits: on forces and torques.
         pattern: which feet stand ``(4,)``.
         samples: the places ``(n,)``.
-        slack: what every side of a friction pyramid keeps, as a share of the weight.
+        timing: what sides of friction pyramids keep, and the speeds near which the torque falls.
     """
     feet, n = np.flatnonzero(pattern), len(samples)
     weight, length = robot.mass * GRAVITY, robot.stance_size[0] / 2.0
@@ -93,13 +100,62 @@ def place_rows(
     by_z = np.concatenate(
         [slip[1].reshape(n, sides, free), press[1], turning, np.zeros((n, 6 - rank, free))], axis=1
     )
-    floor = np.concatenate([np.full(sides, slack), limits.least_normal_shares(pattern)[feet],
+    floor = np.concatenate([np.full(sides, timing.slack), limits.least_normal_shares(pattern)[feet],
                             -np.ones(torque.shape[1]), np.zeros(6 - rank)])  # fmt: skip
     ceiling = np.concatenate([np.full(sides + len(feet), NO_BOUND), np.ones(torque.shape[1]),
                               np.zeros(6 - rank)])  # fmt: skip
     rest = by_terms[..., 2]
     high = np.where(ceiling < NO_BOUND, ceiling - rest, NO_BOUND)
-    return PlaceRows(by_terms[..., 0], by_terms[..., 1], by_z, floor - rest, high)
+    rows = PlaceRows(by_terms[..., 0], by_terms[..., 1], by_z, floor - rest, high)
+    if limits.torque_line is None:
+        return rows
+    return _joined(rows, _falling(robot, limits.torque_line, timing, samples, torque, turning))
+
+
+def _falling(
+    robot: Quadruped, line: TorqueLine, timing: TimingLimits, samples: np.ndarray,
+    torque: FloatArray, turning: FloatArray,
+) -> PlaceRows:  # fmt: skip
+    """Rows of torques that fall with the speed of their joints.
+
+    From the knee on the torque that drives a joint, as a share of what may be used, is at most
+    ``(no_load - speed) / (no_load - knee)``, where the speed is a share of its limit and goes with
+    the root of ``x``. A root lies below its tangents, so a tangent makes a limit that is linear and
+    nowhere higher; where it touches it is exact.
+
+    Args:
+        robot: the robot.
+        line: how torques fall.
+        timing: the squared speeds near which tangents touch.
+        samples: the places ``(n,)``.
+        torque, turning: by u, x and 1 ``(n, t, 3)`` and by z ``(n, t, d)``, of joints with a limit.
+    """
+    known = np.flatnonzero(np.isfinite(effort_limits(robot).limits))
+    slope = timing.first[samples][:, known]
+    # Speeds as shares, along the path at unit speed; 0 for a joint without a limit.
+    shares = np.abs(slope) / robot.velocity_limits[known]
+    expected = timing.squares if timing.expected is None else timing.expected
+    speed = shares * np.sqrt(np.minimum(expected[samples], NO_BOUND))[:, None]
+    span = line.no_load - line.knee
+    # A tangent that touches farther out takes more of the torque at rest.
+    fastest = 2.0 * (line.no_load - KEPT_AT_REST * span)
+    touch = np.clip(speed, LEAST_TOUCH, max(fastest, LEAST_TOUCH))
+    signed = np.sign(slope)[..., None] * torque
+    return PlaceRows(
+        by_u=signed[..., 0],
+        by_x=signed[..., 1] + shares**2 / (2.0 * touch * span),
+        by_z=np.sign(slope)[..., None] * turning,
+        low=np.full(slope.shape, -NO_BOUND),
+        high=(line.no_load - touch / 2.0) / span - signed[..., 2],
+    )
+
+
+def _joined(first: PlaceRows, second: PlaceRows) -> PlaceRows:
+    """The rows of both."""
+    return PlaceRows(*(
+        np.concatenate([getattr(first, f.name), getattr(second, f.name)], axis=1)
+        for f in fields(PlaceRows)
+    ))  # fmt: skip
 
 
 def _decomposed(grasp: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -14,38 +14,26 @@ import numpy as np
 from gaitopt.conventions import BoolArray, FloatArray
 from gaitopt.dynamics.contacts import ForceLimits
 from gaitopt.dynamics.force_timing import ForceTiming, fastest_with_forces
-from gaitopt.dynamics.path_programs import PathIntervals, TimingLimits
+from gaitopt.dynamics.path_intervals import PathIntervals, TimingLimits
 from gaitopt.dynamics.whole_body import PathDynamics, path_dynamics
 from gaitopt.motion.bounds import largest_sizes
 from gaitopt.motion.path import BASE_COLUMNS, MotionPath
-from gaitopt.motion.pieces import States, stretched
-from gaitopt.motion.retiming import legs_needed_stretch, time_optimal_parametrisation
+from gaitopt.motion.pieces import States
+from gaitopt.motion.retiming import time_optimal_parametrisation
 from gaitopt.plan.phase import Phase
 from gaitopt.plan.plan import Plan
 from gaitopt.retiming.course import AT_REST, Course, Grid, GridPlaces
 from gaitopt.retiming.middles import bent, without_forces
 from gaitopt.retiming.paced import PacedCourse
 from gaitopt.retiming.refusal import no_forces_between, no_motion
+from gaitopt.retiming.reserves import FRICTION_SLACK, MIDDLE_SHARE, PLANNED_SHARE, tightened
 from gaitopt.retiming.smooth import smooth_course
 from gaitopt.retiming.straight import straight_course
 
-FRICTION_SLACK = 0.004
-"""What every side of a friction pyramid keeps on the grid, as a share of the weight, for what
-happens between its places: a share of the friction of a foot that carries little is next to
-nothing."""
-STRETCH_RESERVE = 1e-6
-"""Share of time that is added where a motion is stretched, so that rounding exceeds no limit."""
-PLANNED_SHARE = 0.02
-"""Share by which forces are planned within tighter limits than are promised at places of the grid,
-for what happens between them. The certificate judges every plan anew."""
-MIDDLE_SHARE = 0.005
-"""The same in the middle between two places: what exceeds that is timed anew."""
 LESS = 0.9
 """Share of a squared speed that is allowed where it had no forces."""
 ENOUGH = 1.002
 """A motion whose joint velocities exceed their limits by less is not timed anew."""
-MOST_ROUNDS = 5
-"""Most times that a motion is timed. Each round takes at least a quarter off what is too much."""
 
 
 @dataclass(frozen=True)
@@ -153,6 +141,12 @@ class Pacing:
             raise no_motion(self.course, grid, place, self._phase(place), limits)
         return self._paced(found.begin, found.end), found
 
+    def squares(self, motion: PacedCourse) -> FloatArray:
+        """Squared speeds of a motion at all places ``(N,)`` [1/s^2]."""
+        out = np.zeros(len(self.places.s))
+        out[self.places.begin], out[self.places.end] = motion.begin, motion.end
+        return out
+
     def _paced(self, begin: FloatArray, end: FloatArray) -> PacedCourse:
         """The course with squared speeds at both ends of every interval, each ``(K,)``."""
         here, there = (
@@ -242,56 +236,7 @@ class Pacing:
         return self.plan.phase_at(float(np.interp(middle, *self.course.marks[::-1])))
 
 
-def paced(
-    plan: Plan, promised: ForceLimits | None, others: OtherLimits, rounding: float
-) -> tuple[PacedCourse, MotionPath]:
-    """A plan's course at the highest speed that forces, torques and joints allow, and its path.
-
-    Args:
-        plan, promised, others, rounding: as in :meth:`Pacing.of`.
-
-    Raises:
-        InfeasibleStepError: somewhere there is no speed at which forces exist.
-        SolverError: feet leave their course however short the intervals are, or between the places
-            of the grid there are no forces.
-    """
-    pacing = Pacing.of(plan, promised, others, rounding)
-    for _ in range(MOST_ROUNDS):
-        motion, found = pacing.fastest()
-        path = motion.path()
-        slower = pacing.slowed(motion, path, found)
-        if slower is None:
-            break
-        pacing = slower
-    else:
-        pacing.check(motion, path)
-    robot = plan.robot
-    velocities = robot.velocity_limits[robot.leg_joint_columns]
-    needed = legs_needed_stretch(robot, path, 0.0, velocities, others.acceleration, 1)
-    if needed <= 1.0:
-        return motion, path
-    factor = needed * (1.0 + STRETCH_RESERVE)
-    return replace(motion, stretch=factor), stretched(path, factor)
-
-
 def _and_neighbours(values: FloatArray) -> FloatArray:
     """The largest of each value and its two neighbours ``(K,)``."""
     wide = np.pad(values, 1, mode="edge")
     return np.asarray(np.max([wide[:-2], wide[1:-1], wide[2:]], axis=0))
-
-
-def tightened(limits: ForceLimits, share: float) -> ForceLimits:
-    """Limits that leave a reserve.
-
-    Args:
-        limits: that are promised.
-        share: of friction and torques, and a tenth of it of the weight.
-    """
-    on_four = limits.reserve / 2.0 if limits.reserve_on_four is None else limits.reserve_on_four
-    return replace(
-        limits,
-        friction=(1.0 - share) * limits.friction,
-        reserve=limits.reserve + 0.1 * share,
-        reserve_on_four=on_four + 0.1 * share,
-        torque_share=(1.0 - share) * limits.torque_share,
-    )

@@ -17,7 +17,8 @@ from gaitopt.plan.settings.by_velocity import GaitSettings
 from gaitopt.plan.settings.crawl import CrawlSettings
 from gaitopt.plan.zmp_margin import with_zmp_margins
 from gaitopt.retiming.paced import PacedCourse
-from gaitopt.retiming.pacing import OtherLimits, paced
+from gaitopt.retiming.pacing import OtherLimits
+from gaitopt.retiming.rounds import paced
 
 BY_TIMING = ("joint velocity", "speed")
 """Kinds of limits of phases that belong to a plan's old timing."""

@@ -11,6 +11,7 @@ from body_moves import COUNT, GRID, INTERVALS, Array, Move, has_forces, move
 
 from gaitopt import ForceLimits
 from gaitopt.dynamics.chain_programs import ProgramSweeps
+from gaitopt.dynamics.contacts import TorqueLine
 from gaitopt.dynamics.force_timing import fastest_with_forces
 from gaitopt.dynamics.path_programs import interval_programs
 
@@ -115,3 +116,47 @@ def test_where_the_robot_cannot_rest_each_interval_is_a_program() -> None:
         move("anymal_c", 0.06).timing,
     )  # fmt: skip
     assert not out.polygons.resting.all() and out.stuck.all()
+
+
+def with_line(given: Move, limits: ForceLimits, rounds: int) -> list[Found]:
+    """Timings with torques that fall, each near the speeds of the one before."""
+    fast = found(given, replace(limits, torque_line=None))
+    timings = []
+    for _ in range(rounds):
+        expected = timings[-1].squares if timings else fast.squares
+        near = given._replace(timing=replace(given.timing, expected=expected))
+        timings.append(found(near, limits))
+    return timings
+
+
+@pytest.mark.parametrize("name", ["a1", "anymal_c"])
+def test_torques_that_fall_with_the_speed_are_kept_and_used(name: str) -> None:
+    """By an independent formula, at the speeds that the joints have."""
+    given = move(name, 0.12)
+    fast = found(given, ForceLimits()).squares
+    shares = np.abs(given.timing.first) * np.sqrt(fast)[:, None] / given.robot.velocity_limits
+    largest = float(shares.max())
+    line = TorqueLine(knee=0.3 * largest, no_load=0.8 * largest)
+    limits = ForceLimits(torque_share=0.6, torque_line=line)
+    timings = with_line(given, limits, 4)
+    # A tangent is exact where it touches, so no timing is slower than the one before it.
+    times = [duration(timing) for timing in timings]
+    assert times[0] >= times[1] >= times[2] >= times[3] * (1.0 - 1e-9)
+    assert times[2] == pytest.approx(times[3], rel=2e-3)
+    plain = found(given, replace(limits, torque_line=None))
+    assert times[3] > 1.01 * duration(plain)
+    squares, exceeded = timings[3].squares, 0
+    for i, step in enumerate(np.diff(GRID).tolist()):
+        u = (squares[i + 1] - squares[i]) / (2.0 * step)
+        assert has_forces(given, limits, i, u, squares[i])
+        assert has_forces(given, limits, i + 1, u, squares[i + 1])
+        more = (plain.squares[i + 1] - plain.squares[i]) / (2.0 * step)
+        exceeded += not has_forces(given, limits, i + 1, more, plain.squares[i + 1])
+    assert exceeded > 0
+
+
+def test_a_line_beyond_all_speeds_changes_nothing() -> None:
+    given = move("a1", 0.08)
+    line = TorqueLine(knee=50.0, no_load=100.0)
+    plain, with_it = (found(given, ForceLimits(torque_line=x)).squares for x in (None, line))
+    assert with_it == pytest.approx(plain, rel=1e-6)

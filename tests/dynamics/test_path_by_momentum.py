@@ -12,7 +12,7 @@ import gaitopt
 from gaitopt import ForceLimits, Quadruped
 from gaitopt.conventions import GRAVITY
 from gaitopt.dynamics.force_timing import ForceTiming, fastest_with_forces
-from gaitopt.dynamics.path_programs import PathIntervals, TimingLimits
+from gaitopt.dynamics.path_intervals import PathIntervals, TimingLimits
 from gaitopt.dynamics.small_programs import NO_BOUND, solve_linear
 from gaitopt.dynamics.whole_body import PathDynamics, path_dynamics
 from gaitopt.motion.body_and_feet import path_states

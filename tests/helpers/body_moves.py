@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 import gaitopt
 from gaitopt import ForceLimits, Quadruped
-from gaitopt.dynamics.path_programs import PathIntervals, TimingLimits
+from gaitopt.dynamics.path_intervals import PathIntervals, TimingLimits
 from gaitopt.dynamics.small_programs import NO_BOUND, solve_linear
 from gaitopt.dynamics.whole_body import PathDynamics, path_dynamics
 from gaitopt.robots.whole_body import joints_from_feet
@@ -72,8 +72,12 @@ def has_forces(given: Move, limits: ForceLimits, i: int, u: float, x: float) -> 
     high = [total[:6] / weight, np.full(20, NO_BOUND)]
     effort = limits.torque_share * robot.model.effortLimit[6:]
     rows.append(-jacobians[:, 6:].T * weight / effort[:, None])
-    low.append(-1.0 - total[6:] / effort)
-    high.append(1.0 - total[6:] / effort)
+    speeds = given.timing.first[i] * np.sqrt(max(x, 0.0)) / robot.velocity_limits
+    left = np.ones(len(effort))
+    if (line := limits.torque_line) is not None:
+        left = np.clip((line.no_load - np.abs(speeds)) / (line.no_load - line.knee), 0.0, 1.0)
+    low.append(-np.where(speeds < 0.0, left, 1.0) - total[6:] / effort)
+    high.append(np.where(speeds > 0.0, left, 1.0) - total[6:] / effort)
     matrix = np.concatenate(rows)
     program = (np.zeros(12), matrix, np.concatenate(low) - 1e-7, np.concatenate(high) + 1e-7)
     return solve_linear(*program, by_highs=True) is not None

@@ -9,7 +9,8 @@ from timings import Pair
 from gaitopt import ForceLimits
 from gaitopt.retiming import straight
 from gaitopt.retiming.middles import bent, without_forces
-from gaitopt.retiming.pacing import MIDDLE_SHARE, OtherLimits, Pacing, tightened
+from gaitopt.retiming.pacing import OtherLimits, Pacing
+from gaitopt.retiming.reserves import MIDDLE_SHARE, tightened
 
 
 @pytest.mark.parametrize("name", ["go2", "anymal_c"])

@@ -13,6 +13,7 @@ from timings import ROBOTS, Pair, by_velocity, slower
 
 import gaitopt
 from gaitopt import ForceLimits, InfeasibleStepError, InputError, Plan, Quadruped, retimed
+from gaitopt.dynamics.contacts import TorqueLine
 
 Array = NDArray[np.float64]
 
@@ -165,6 +166,21 @@ def test_looser_limits_are_never_slower(
     assert (np.diff(times) <= 1e-9 * times[:-1]).all()
     if name == "go2":
         assert times[0] > 1.005 * times[-1]
+
+
+@pytest.mark.parametrize("name", ["anymal_c", "wang2020"])
+def test_torques_that_fall_with_the_speed_are_kept(pairs: dict[str, Pair], name: str) -> None:
+    """The same plan without the line does not keep it, at instants and by the certificate."""
+    limits = ForceLimits(torque_line=TorqueLine(knee=0.1, no_load=0.6))
+    plain, slow = pairs[name].new, retimed(pairs[name].old, limits)
+    assert gaitopt.contact_forces(slow, dt=0.005, limits=limits).feasible.all()
+    assert not gaitopt.contact_forces(plain, dt=0.005, limits=limits).feasible.all()
+    assert_certified(slow)
+    assert slow.settings.promised_forces == limits
+    assert slow.duration > 1.03 * plain.duration
+    if name == "wang2020":
+        # Its joints turn at their velocity limits, and now at the speed without load.
+        assert slow.duration == pytest.approx(plain.duration / 0.6, rel=0.08)
 
 
 def test_joint_velocities_alone_are_the_bound_of_all_timings(pair: Pair) -> None:

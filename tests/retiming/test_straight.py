@@ -10,7 +10,7 @@ import gaitopt
 from gaitopt import Plan, retimed
 from gaitopt.errors import SolverError
 from gaitopt.plan.com_margin import margins_over
-from gaitopt.retiming import pacing
+from gaitopt.retiming import rounds
 from gaitopt.retiming.straight import StraightCourse, straight_course
 
 Array = NDArray[np.float64]
@@ -109,7 +109,7 @@ def test_a_timing_without_forces_in_the_middle_is_no_plan(
     boxes: Plan, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """With one round nothing is mended, and with a coarse grid there is something to mend."""
-    monkeypatch.setattr(pacing, "MOST_ROUNDS", 1)
+    monkeypatch.setattr(rounds, "MOST_ROUNDS", 1)
     monkeypatch.setattr("gaitopt.retiming.straight.CORNER_INTERVALS", 4)
     with pytest.raises(SolverError, match=r"step \d+ \(\w\w\): no timing was found"):
         retimed(boxes, rounding=0.2)

@@ -22,7 +22,7 @@ from gaitopt.planners.by_velocity.limits import (
 )
 from gaitopt.planners.by_velocity.motion import GaitMotion
 from gaitopt.planners.by_velocity.sway import sway_path
-from gaitopt.retiming.pacing import PLANNED_SHARE, tightened
+from gaitopt.retiming.reserves import PLANNED_SHARE, tightened
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.footholds import Footholds
 

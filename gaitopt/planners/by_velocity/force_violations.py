@@ -14,7 +14,7 @@ from gaitopt.motion.path import MotionPath
 from gaitopt.planners.by_velocity.contacts import contacts_at
 from gaitopt.planners.by_velocity.limits import BALANCE, VELOCITY_JUMP, Violation
 from gaitopt.planners.by_velocity.motion import GaitMotion
-from gaitopt.retiming.pacing import MIDDLE_SHARE, tightened
+from gaitopt.retiming.reserves import MIDDLE_SHARE, tightened
 
 PLACES = (1e-6, 0.5, 1.0 - 1e-6)
 """Where forces are looked for on each segment of a path, as shares of its time: forces may jump at

@@ -21,7 +21,7 @@ from gaitopt.planners.phase_by_phase.centre_of_mass import (
 )
 from gaitopt.planners.phase_by_phase.standing_places import half_planes_by_forces
 from gaitopt.planners.phase_by_phase.steps import CrawlSteps
-from gaitopt.retiming.pacing import PLANNED_SHARE, tightened
+from gaitopt.retiming.reserves import PLANNED_SHARE, tightened
 from gaitopt.robots.quadruped import Quadruped
 
 ROUNDING: Final = 1e-9
