@@ -110,7 +110,7 @@ class Certificate:
             status = str(c.status) if c.promised else f"{c.status} (not promised)"
             table.add_row(
                 c.name, status, f"{c.worst:.6g} {c.unit}", f"{c.sense} {c.limit:.6g}",
-                f"{c.bound:.2g}", "" if isnan(c.when) else f"{c.when:.3f}", c.where or c.note,
+                f"{c.bound:.2g}", "" if isnan(c.when) else f"{c.when:.3f}", c.about,
             )  # fmt: skip
         return table
 

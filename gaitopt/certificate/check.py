@@ -62,10 +62,17 @@ class Check:
             return f"{self.name}: {self.status} ({self.note})"
         place = "" if isnan(self.when) else f" at {self.when:.4f} s"
         status = self.status if self.promised else f"{self.status} (not promised)"
+        told = f" ({self.about})" if self.about else ""
         return (
             f"{self.name}: {status}, {self.worst:.6g} {self.sense} {self.limit:.6g} "
-            f"{self.unit}{place}{f' ({self.where})' if self.where else ''}"
+            f"{self.unit}{place}{told}"
         )
+
+    @property
+    def about(self) -> str:
+        """Where it is and what a reader should know, in one text."""
+        parts = [self.where, *([] if self.note in self.where else [self.note])]
+        return "; ".join(part for part in parts if part)
 
 
 JUMP = 1e-9

@@ -10,6 +10,7 @@ Torques deviate from their chords likewise.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -28,6 +29,9 @@ from gaitopt.plan.plan import Plan
 JUMP = 1e-6
 """Largest jump of a velocity at a knot that counts as rounding [m/s, rad/s]: otherwise it is a
 force without bound."""
+DRIFT = 1e-4
+"""Largest sum of all jumps of a velocity that counts as rounding, by the plan's duration or by one
+second [m/s^2, rad/s^2]: many small jumps are a force as well. That of go2 over 64 steps is 1e-7."""
 AIM = 1e-3
 """Share of the weight that the bound between samples aims for: a twentieth of the usual reserve."""
 MOST_CUTS = 64
@@ -49,18 +53,44 @@ def contact_forces(plan: Plan, limits: ForceLimits) -> Check:
     robot = plan.robot
     if not robot.mass > 0.0:
         return unchecked(FORCES, "N", f"{robot.name} has no mass")
-    jumps = plan.path.jumps(1)
-    if jumps.size and not jumps.max() <= JUMP:
-        knot, column = np.unravel_index(int(jumps.argmax()), jumps.shape)
-        what = f"the velocity of {column_name(plan, int(column))} jumps by {jumps.max():.2g}"
-        return judged(FORCES, float("-inf"), 0.0, "N", ">=", when=plan.path.times[knot + 1],
-                      where=what)  # fmt: skip
+    jump = _jump(plan)
+    if jump is not None:
+        when, what = jump
+        check = judged(FORCES, float("-inf"), 0.0, "N", ">=", when=when, where=what)
+        return replace(check, note=_in_words(limits))
     left, bound, where, starts, phases = _least_left(plan, limits)
     worst = int(left.argmin())
-    return judged(
+    check = judged(
         FORCES, float(left[worst]), 0.0, "N", ">=", bound=float(bound[worst]), when=starts[worst],
         where=f"{where[worst]}, {phase_name(plan, int(phases[worst]))}",
     )  # fmt: skip
+    return replace(check, note=_in_words(limits))
+
+
+def _jump(plan: Plan) -> tuple[float, str] | None:
+    """Time and words of a velocity that jumps at a knot; ``None`` where none does."""
+    jumps = plan.path.jumps(1)
+    if not jumps.size:
+        return None
+    knot, column = (int(i) for i in np.unravel_index(int(jumps.argmax()), jumps.shape))
+    if not jumps.max() <= JUMP:
+        what = f"the velocity of {column_name(plan, column)} jumps by {jumps.max():.2g}"
+        return float(plan.path.times[knot + 1]), what
+    drift = jumps.sum(axis=0) / max(plan.duration, 1.0)
+    if not drift.max() <= DRIFT:
+        column = int(drift.argmax())
+        what = f"the velocity of {column_name(plan, column)} jumps by {drift.max():.2g} a second"
+        return float(plan.path.times[int(jumps[:, column].argmax()) + 1]), what
+    return None
+
+
+def _in_words(limits: ForceLimits) -> str:
+    """The limits for a reader of the certificate."""
+    line = ", which falls with the speed" if limits.torque_line is not None else ""
+    return (
+        f"friction {limits.friction:g}, a reserve of {100.0 * limits.reserve:g} %, "
+        f"{100.0 * limits.torque_share:g} % of the torque{line}"
+    )
 
 
 class _Judged(NamedTuple):

@@ -113,6 +113,21 @@ def test_a_polyline_in_joint_space_has_none(short_plan: Plan) -> None:
     assert check.status is Verdict.VIOLATED and "jumps by" in check.where
 
 
+def test_many_small_jumps_are_a_force(slow: Plan) -> None:
+    """Each is rounding, and together they move the body without any force."""
+    times = np.linspace(0.0, slow.duration, 4001)
+    edges = np.union1d(times, slow.path.times)
+    owner = np.clip(np.searchsorted(slow.path.times, edges[:-1], side="right") - 1, 0, None)
+    cut = Pieces.of(slow.path).cut(np.bincount(owner, minlength=len(slow.path.times) - 1))
+    moved = cut.coefficients.copy()
+    moved[-2, :, 0] += 9e-7 * np.arange(moved.shape[1])
+    moved[-1, 1:, 0] += np.cumsum(9e-7 * np.arange(moved.shape[1] - 1) * cut.lengths[:-1])
+    path = MotionPath(np.append(cut.starts, slow.duration), moved)
+    assert path.jumps(1).max() < 1e-6 and path.jumps().max() < 1e-9
+    check = contact_forces(replace(slow, path=path), LIMITS)
+    assert check.status is Verdict.VIOLATED and "a second" in check.where
+
+
 def test_a_little_less_friction_than_is_needed_is_found(slow: Plan) -> None:
     """What is left at the ends of a bisection differs by one per cent of friction."""
     low, high = 1e-3, LIMITS.friction

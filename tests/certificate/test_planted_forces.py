@@ -40,7 +40,7 @@ def changed(robot: Quadruped, edit: Edit) -> Quadruped:
     """The robot of an edited URDF."""
     root = ET.fromstring(robot.urdf)
     edit(root)
-    return Quadruped.from_urdf(ET.tostring(root, encoding="unicode"), robot.name, robot.knees)
+    return Quadruped.from_urdf(ET.tostring(root, encoding="unicode"), "changed", robot.knees)
 
 
 def inertial(root: ET.Element, link: str) -> ET.Element:
