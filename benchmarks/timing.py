@@ -1,0 +1,72 @@
+"""The fastest timing with forces: how long it takes to find it, and what it finds.
+
+``python -m benchmarks.timing [--robots go2,wang2020] [--columns 17]`` prints a table. With 17
+columns of each leg a walk has 64 steps. Times are CPU times, the best of three: of the whole plan,
+and of the timing along its path alone, which is the last part of it (:func:`gaitopt.retimed`).
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections.abc import Callable, Sequence
+from functools import partial
+
+import gaitopt
+from gaitopt import Footholds, Plan, Quadruped
+from gaitopt.planners.phase_by_phase import planner
+from gaitopt.retiming.retimed import retimed
+
+ROBOTS = "go2,anymal_c,wang2020"
+TIMES = 3
+
+
+def measured(work: Callable[[], Plan]) -> tuple[float, Plan]:
+    """Least CPU time of :data:`TIMES` runs [s], and what the last one found."""
+    least = float("inf")
+    for _ in range(TIMES):
+        start = time.process_time()
+        plan = work()
+        least = min(least, time.process_time() - start)
+    return least, plan
+
+
+def untimed(robot: Quadruped, footholds: Footholds) -> Callable[[], Plan]:
+    """The last part of ``plan_crawl``: the timing of the path that it has planned."""
+    given: list[Callable[[], Plan]] = []
+
+    def noted(plan: Plan, *, rounding: float = 0.0) -> Plan:
+        given.append(partial(retimed, plan, rounding=rounding))
+        return given[-1]()
+
+    try:
+        setattr(planner, "retimed", noted)  # noqa: B010
+        gaitopt.plan_crawl(robot, footholds)
+    finally:
+        setattr(planner, "retimed", retimed)  # noqa: B010
+    return given[-1]
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Print the table."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.timing", description=__doc__)
+    parser.add_argument("--robots", default=ROBOTS, help="names, joined by commas")
+    parser.add_argument("--columns", type=int, default=17, help="columns of each leg")
+    options = parser.parse_args(arguments)
+    print("| robot | steps | walk [s] | whole plan, CPU [s] | its timing, CPU [s] |")
+    print("|---|---|---|---|---|")
+    for name in options.robots.split(","):
+        robot = gaitopt.load_robot(name)
+        footholds = gaitopt.s_columns(0, columns=options.columns, robot=robot)
+        timing, _ = measured(untimed(robot, footholds))
+        whole, found = measured(partial(gaitopt.plan_crawl, robot, footholds))
+        steps = 4 * (options.columns - 1)
+        print(
+            f"| {name} | {steps} | {found.duration:.2f} | {whole:.2f} | {timing:.2f} |", flush=True
+        )
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
