@@ -60,13 +60,12 @@ def expanded(
             path = staging / "robot.xacro"
             path.write_text(text, "utf-8")
         whole = path.resolve()
-        return _with_arguments(
-            whole, label, options, _packages(whole, options, staging / "packages")
-        )
+        packages = _packages(whole, options, staging / "packages")
+        return _with_arguments(whole, label, options, packages, staging)
 
 
 def _with_arguments(
-    path: Path, label: str, options: ReadOptions, packages: Mapping[str, str]
+    path: Path, label: str, options: ReadOptions, packages: Mapping[str, str], staging: Path
 ) -> tuple[str, list[str]]:
     """Expand a file; a switch without a value is taken as false.
 
@@ -86,7 +85,11 @@ def _with_arguments(
             break
         arguments[missing.group(1)] = "false"
         guessed.append(missing.group(1))
-    words = " ".join(done.stderr.split())[-400:] or f"it ended with {done.returncode}"
+    told = done.stderr.replace(f"{staging}/packages", "(beside the file)")
+    words = " ".join(told.split())[-400:] or f"it ended with {done.returncode}"
+    lost = [name for name, folder in packages.items() if Path(folder).is_relative_to(staging)]
+    if lost:
+        words += f"; packages that are nowhere: {', '.join(lost)}"
     folders = ", ".join(str(folder) for folder in options.package_folders) or "none"
     raise RobotError(
         f"{label}: xacro cannot expand this file: {words} (arguments: {arguments}; package "
