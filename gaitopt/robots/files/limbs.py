@@ -65,6 +65,12 @@ def find_limbs(tree: UrdfTree, asked: Mapping[str, str] | None) -> list[Limb] | 
     if len(paths) > MOST_TIPS:
         paths = [path for path in paths if leg_of_names(joint.name for joint in path)]
     poses = tree.poses()
+    if _in_pairs(paths, poses):
+        raise RobotError(
+            f"{tree.label}: two chains start at each corner of the body, as in five-bar or "
+            f"parallel legs ({_listed(paths)}); gaitopt plans for serial legs: describe each leg "
+            "by one chain of joints that move on their own"
+        )
     found = [] if len(paths) > MOST_TIPS else _alike(tree, paths, poses)
     if not found:
         raise RobotError(
@@ -80,6 +86,19 @@ def find_limbs(tree: UrdfTree, asked: Mapping[str, str] | None) -> list[Limb] | 
                 f"quadruped has four ({sorted(others)[0]} could be one, too): {CURE}"
             )
     return list(best.limbs)
+
+
+def _in_pairs(paths: list[list[Joint]], poses: Mapping[str, FloatArray]) -> bool:
+    """Whether there are eight chains of as many hinges, two at each corner of the body."""
+    if len(paths) != 8 or len({len(path) for path in paths}) != 1:
+        return False
+    if len({path[0].name for path in paths}) != 8:
+        return False
+    if any(joint.kind not in HINGES for path in paths for joint in path):
+        return False
+    starts = np.array([poses[path[0].child][:2, 3] for path in paths])
+    corners = [(bool(x > 0), bool(y > 0)) for x, y in starts - starts.mean(axis=0)]
+    return all(corners.count(corner) == 2 for corner in corners)
 
 
 @dataclass(frozen=True)

@@ -269,6 +269,17 @@ def test_leg_that_follows_another_joint_is_a_linkage() -> None:
     )
 
 
+def test_two_chains_at_each_corner_are_five_bar_legs() -> None:
+    """As in Minitaur, whose URDF leaves the joint between the two halves of a leg out."""
+    text = robot()
+    other = "".join(leg(name) for name in CORNERS)
+    for name in CORNERS:
+        other = other.replace(f"{name}_", f"{name}b_")
+    assert "as in five-bar or parallel legs" in refusal(
+        text.replace("</robot>", other + "</robot>")
+    )
+
+
 def test_link_on_two_joints_is_a_closed_chain() -> None:
     text = robot(joint("strut", "base", "LF_foot", "0 0 0", "revolute", "0 1 0"))
     assert "link LF_foot hangs on two joints" in refusal(text)
