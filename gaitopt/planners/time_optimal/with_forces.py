@@ -38,17 +38,22 @@ def plan_with_forces(route: Route, progress: Progress | None = None) -> Plan:
     Raises:
         InfeasibleStepError: no walk phase by phase is possible with forces.
     """
-    boxes, free = _phase_by_phase(route), route.settings.free
+    free = route.settings.free
+    continuous = free.swing and has_quick_joints(route) and route.settings.horizon is None
+    # A dynamic continuous walk does not begin with the walk phase by phase, which takes about
+    # twice its time, and is planned only in its place.
+    boxes = None if continuous and free.dynamic else _phase_by_phase(route)
     try:
-        if not free.swing:
-            found = retimed(straight_plan(route, progress), rounding=ROUNDING)
-        elif has_quick_joints(route) and route.settings.horizon is None:
+        if continuous:
             found = continuous_plan(route, boxes)
+        elif free.swing:
+            found = retimed(smooth_plan(route, progress))
         else:
-            found = retimed(smooth_plan(route, progress, boxes))
+            found = retimed(straight_plan(route, progress), rounding=ROUNDING)
     except (InfeasibleStepError, SolverError) as error:
-        return _with_reason(boxes, f"no other walk was found: {str(error).split(';')[0]}")
-    if found.duration <= boxes.duration:
+        reason = f"no other walk was found: {str(error).split(';')[0]}"
+        return _with_reason(boxes or _phase_by_phase(route), reason)
+    if boxes is None or found.duration <= boxes.duration:
         return found
     return _with_reason(boxes, "the walk phase by phase is faster than the other that was found")
 

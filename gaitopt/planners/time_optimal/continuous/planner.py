@@ -37,13 +37,13 @@ ANGLE_ROUNDING = 1e-9
 """Largest angle by which a joint may exceed its position limits [rad], for rounding."""
 
 
-def continuous_plan(route: Route, boxes: Plan) -> Plan:
+def continuous_plan(route: Route, boxes: Plan | None = None) -> Plan:
     """The continuous walk, timed by forces.
 
     Args:
         route: the walk.
-        boxes: the same walk planned phase by phase, timed by forces; a static walk begins with its
-            times.
+        boxes: the same walk planned phase by phase, timed by forces, with whose times a static walk
+            begins. A dynamic one does not need it.
 
     Raises:
         InfeasibleStepError: the body cannot go on at any speed; names the step.
@@ -60,7 +60,7 @@ def continuous_plan(route: Route, boxes: Plan) -> Plan:
     raise error
 
 
-def _plan_at(route: Route, boxes: Plan, pace: float, began: float) -> Plan:
+def _plan_at(route: Route, boxes: Plan | None, pace: float, began: float) -> Plan:
     """The walk that begins with times at a pace."""
     settings, radius = route.settings, route.footholds.landing_radius
     knots = route_knots(route.steps, settings.stance_knots, settings.swing_knots)
@@ -78,7 +78,7 @@ def _plan_at(route: Route, boxes: Plan, pace: float, began: float) -> Plan:
 
 
 def _spans(
-    route: Route, knots: RouteKnots, boxes: Plan, legs: StackedLegs, pace: float
+    route: Route, knots: RouteKnots, boxes: Plan | None, legs: StackedLegs, pace: float
 ) -> FloatArray:
     """Spans of the first guess ``(K,)`` [s].
 
@@ -86,7 +86,7 @@ def _spans(
     body from triangle to triangle, so its phases last as long as those of the walk phase by phase.
     """
     unit = float(np.sqrt(legs.reach.max() / GRAVITY))
-    if route.settings.static:
+    if boxes is not None:
         times = np.array([phase.duration for phase in boxes.phases])
         times = pace * np.maximum(times, LEAST_SHARE * unit)
     else:

@@ -1,18 +1,11 @@
-"""The first guess of a smooth walk: another walk over the same footholds, which is quickly found.
-
-It is the one without acceleration limits, roughly solved, or the one phase by phase, where forces
-set the timing.
-"""
+"""The first guess of a smooth walk: the one without acceleration limits, roughly solved."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
-
 from gaitopt.conventions import FloatArray
 from gaitopt.interior_point.solver import minimise
-from gaitopt.plan.plan import Plan
 from gaitopt.plan.settings.base import VELOCITY
 from gaitopt.planners.time_optimal.build import build_route
 from gaitopt.planners.time_optimal.walk import Route
@@ -21,8 +14,6 @@ ROUGH = 0.1
 """Tolerance with which the walk without acceleration limits is solved."""
 LONGER = 2.0
 """Factor by which spans of the first guess are longer than times without acceleration limits."""
-LEAST_SPAN = 1e-3
-"""Shortest span of a guess [s], where a phase of the walk phase by phase takes no time."""
 LONGER_BY = 0.1
 """What is added to them, in units of the problem's time: some of these times are zero."""
 
@@ -50,16 +41,3 @@ def rough_guess(
                         barrier=problem.first_barrier)  # fmt: skip
     poses = problem.unpack(solution.x)[0] if solution.solved else problem.poses
     return poses, LONGER * problem.least_times(poses) + LONGER_BY * time_unit
-
-
-def guess_with_forces(route: Route, plan: Plan) -> tuple[FloatArray, FloatArray]:
-    """Poses and spans of a walk phase by phase, at the speed that forces allow.
-
-    Args:
-        route: the walk.
-        plan: the same walk planned phase by phase, timed by forces.
-    """
-    settings = route.settings
-    intervals = [settings.stance_knots, settings.swing_knots] * route.count
-    share = np.array([p.duration for p in plan.phases]) / intervals
-    return build_route(route)[1].poses, np.repeat(np.maximum(share, LEAST_SPAN), intervals)

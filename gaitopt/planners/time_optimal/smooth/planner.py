@@ -12,7 +12,7 @@ from gaitopt.plan.record import RouteRecord
 from gaitopt.planners.time_optimal.build import build_route
 from gaitopt.planners.time_optimal.smooth.build import build_smooth
 from gaitopt.planners.time_optimal.smooth.clearance import lowest_heights
-from gaitopt.planners.time_optimal.smooth.guess import guess_with_forces, rough_guess
+from gaitopt.planners.time_optimal.smooth.guess import rough_guess
 from gaitopt.planners.time_optimal.smooth.phases import smooth_phases
 from gaitopt.planners.time_optimal.smooth.rounds import (
     DynamicSolution,
@@ -27,14 +27,14 @@ RESCUE_WINDOW = 16
 """Steps of the windows in which a walk is planned that was not found as a whole."""
 
 
-def smooth_plan(route: Route, progress: Progress | None = None, boxes: Plan | None = None) -> Plan:
+def smooth_plan(route: Route, progress: Progress | None = None) -> Plan:
     """Plan a walk along splines, with bounded joint accelerations.
+
+    Where forces set the timing the plan is still to be timed.
 
     Args:
         route: the walk.
         progress: called with (steps done, steps in all) before every window but the first.
-        boxes: the walk phase by phase, as first guess where forces set the timing; the plan is
-            then still to be timed.
 
     Raises:
         RouteError: no convergence, or no motion through a solution keeps all limits.
@@ -46,11 +46,7 @@ def smooth_plan(route: Route, progress: Progress | None = None, boxes: Plan | No
     horizon, shares = settings.horizon, list[float]()
     if horizon is None:
         try:
-            poses, spans = (
-                rough_guess(route, problem.time_unit)
-                if boxes is None
-                else guess_with_forces(route, boxes)
-            )
+            poses, spans = rough_guess(route, problem.time_unit)
             whole = SmoothWindow.whole(route, replace(problem, poses=poses), knots, spans)
             found, solutions = best_motion(whole)
         except RouteError:
