@@ -15,7 +15,7 @@ from gaitopt.files import StrPath
 from gaitopt.robots.files.notes import Notes
 from gaitopt.robots.files.options import ReadOptions
 from gaitopt.robots.files.packages import packaged_robot
-from gaitopt.robots.files.reading import read_file, read_text
+from gaitopt.robots.files.reading import name_of, read_file, read_text
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.urdf_text import with_velocity_limit
 
@@ -114,7 +114,7 @@ def load_robot(
         urdf, notes = read_file(path, options)
     else:
         path = _user_file(source)
-        name = "" if path.stem.lower() in NO_NAMES else path.stem
+        name = "" if name_of(path).lower() in NO_NAMES else name_of(path)
         urdf, notes = read_file(path, options)
     robot = Quadruped.from_urdf(urdf, name or None, knees)
     for warning in notes.warnings:

@@ -53,7 +53,8 @@ def read_mjcf(
     model = _compiled(mujoco, cleaned, label)
     writer = _Writer(mujoco, model, cleaned, label)
     urdf, notes = prepared_urdf(*writer.write(), label, folder, options)
-    check_agreement(mujoco, model, writer.base, urdf, notes.locked, label)
+    same = options.masses is None
+    check_agreement(mujoco, model, writer.base, urdf, notes.locked, label, masses=same)
     return urdf, notes
 
 

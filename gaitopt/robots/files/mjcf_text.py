@@ -23,7 +23,8 @@ MOST_COPIES = 100
 MOST_ELEMENTS = 50_000
 """Most elements of a model."""
 
-KEPT = ("compiler", "default", "worldbody", "actuator", "equality", "keyframe")
+TRUNK = "trunk"
+"""Name of the body that is made where legs hang on the world."""
 _IN_BODY = ("body", "inertial", "joint", "freejoint", "geom", "site", "frame", "replicate")
 _DEFAULTS = ("default", "joint", "geom", "site", "mesh", "motor", "position", "velocity",
              "general", "intvelocity", "damper", "equality")  # fmt: skip
@@ -73,7 +74,7 @@ class MjcfText:
         ElementTree.SubElement(self.root, "compiler", {
             **kept, "fusestatic": "false", "discardvisual": "false",
         })  # fmt: skip
-        self.root.extend(self._cleaned(part, _DEFAULTS) for part in root.findall("default"))
+        self.root.extend([self._cleaned(part, _DEFAULTS) for part in root.findall("default")])
         self.root.append(assets)
         self._add_bodies(root)
         for part in root.findall("actuator"):
@@ -116,12 +117,23 @@ class MjcfText:
             mesh.set("inertia", "convex")
 
     def _add_bodies(self, root: Element) -> None:
-        """Add the bodies of all worlds; shapes and sites of the world itself are no robot's."""
+        """Add the bodies of all worlds; shapes and sites of the world itself are no robot's.
+
+        Programs that make an MJCF of a URDF whose base is fixed leave the legs on the world. They
+        get a trunk again, with the world's shapes. Its mass is lost.
+        """
         world = ElementTree.SubElement(self.root, "worldbody")
-        for part in root.findall("worldbody"):
-            for child in part:
-                if child.tag in ("body", "frame", "replicate"):
-                    world.append(self._cleaned(child, _IN_BODY))
+        parts = [child for part in root.findall("worldbody") for child in part]
+        bodies = [child for child in parts if child.tag in ("body", "frame", "replicate")]
+        moving = [body for body in bodies if body.find("joint") is not None]
+        if len(moving) > 1 and not any(_is_free(body) for body in bodies):
+            shapes = [child for child in parts if child.tag == "geom" and not self._is_lost(child)]
+            trunk = ElementTree.SubElement(world, "body", name=TRUNK)
+            trunk.extend([self._cleaned(child, _IN_BODY) for child in shapes])
+            for shape in trunk.findall("geom"):
+                shape.set("mass", "0")
+            world = trunk
+        world.extend([self._cleaned(body, _IN_BODY) for body in bodies])
 
     def _cleaned(self, element: Element, tags: tuple[str, ...]) -> Element:
         """A copy with only children of some kinds, and without shapes that cannot be read."""
@@ -141,6 +153,12 @@ class MjcfText:
         mesh = element.get("mesh")
         lost = mesh is not None and mesh not in self.meshes
         return lost or element.get("type", "mesh") not in _SHAPES
+
+
+def _is_free(body: Element) -> bool:
+    """Whether a body has a free joint."""
+    free = any(joint.get("type") == "free" for joint in body.findall("joint"))
+    return free or body.find("freejoint") is not None
 
 
 def _parsed(text: str, label: str) -> Element:

@@ -28,7 +28,12 @@ def read_file(path: Path, options: ReadOptions) -> tuple[str, Notes]:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise RobotError(f"{path} is no text in UTF-8 (byte {error.start}); a URDF is") from error
-    return read_text(text, path.stem, options, path)
+    return read_text(text, name_of(path), options, path)
+
+
+def name_of(path: Path) -> str:
+    """A robot's name by its file: ``spot`` for ``spot.urdf.xacro``."""
+    return path.stem.removesuffix(".urdf")
 
 
 def read_text(

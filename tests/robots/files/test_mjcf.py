@@ -247,6 +247,21 @@ def test_broken_models_are_refused(text: str, words: str) -> None:
     assert words in refusal(text)
 
 
+def test_legs_on_the_world_get_their_trunk_back() -> None:
+    """Its mass is lost, and has to be given."""
+    text = mjcf()
+    start, end = text.index('<body name="trunk"'), text.index('<body name="LF_hip"')
+    fixed = text[:start] + '<geom type="box" size="0.2 0.1 0.05"/>' + text[end:]
+    close = fixed.rindex("</body>", 0, fixed.index("</worldbody>"))
+    fixed = fixed[:close] + fixed[close + len("</body>") :]
+    fixed = fixed.replace('<joint name="LF_j0"', '<joint name="LF_j0" class="leg"')
+    fixed = fixed.replace('class="knee" axis', "axis")
+    assert "link trunk moves and has no mass" in refusal(fixed)
+    made = quiet(fixed, masses={"trunk": 5.0})
+    assert made.mass == pytest.approx(MJCF_MASS)
+    np.testing.assert_allclose(made.legs["LF"].hip, [0.2, 0.1, 0.0], rtol=0, atol=1e-12)
+
+
 def test_plugins_and_their_files_are_never_touched() -> None:
     text = mjcf(tail='<extension><plugin plugin="evil"/></extension>').replace(
         "<worldbody>", '<size memory="1000000000000"/><worldbody>'
