@@ -87,6 +87,7 @@ if TYPE_CHECKING:
     from gaitopt.retiming.retimed import retimed as retimed
     from gaitopt.robots.catalog import load_robot as load_robot
     from gaitopt.robots.catalog import robot_names as robot_names
+    from gaitopt.robots.files.configurations import file_configurations as file_configurations
     from gaitopt.robots.leg import Leg as Leg
     from gaitopt.robots.quadruped import Quadruped as Quadruped
     from gaitopt.robots.whole_body import feet_from_joints as feet_from_joints
@@ -165,6 +166,7 @@ _HOMES = {
     "planners.time_optimal.planner": "plan_route",
     "retiming.retimed": "retimed",
     "robots.catalog": "load_robot robot_names",
+    "robots.files.configurations": "file_configurations",
     "robots.leg": "Leg",
     "robots.quadruped": "Quadruped",
     "robots.whole_body": "feet_from_joints joints_from_feet",

@@ -36,7 +36,10 @@ class Trajectory:
 
     Attributes:
         t: times ``(N,)`` [s].
-        q: configurations ``(N, nq)``, Pinocchio's: base position, quaternion xyzw, joints.
+        q: configurations ``(N, nq)``, Pinocchio's for ``plan.robot.model``: base position,
+            quaternion xyzw, joints. This is the model of ``plan.robot.urdf``, in which a joint
+            without an end has one angle, and joints of no leg are fixed; Pinocchio's own reading of
+            the robot's file may have more numbers (:func:`gaitopt.file_configurations`).
         v: velocities ``(N, nv)``, Pinocchio's: base twist in the base's frame, joint rates.
         contacts: which feet stand ``(N, 4)``.
         cog: body centre ``(N, 3)`` [m].

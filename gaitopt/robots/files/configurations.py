@@ -1,0 +1,72 @@
+"""Configurations for the user's own model of a robot's file."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from gaitopt.conventions import FloatArray
+from gaitopt.errors import InputError
+from gaitopt.inputs import check_shape
+from gaitopt.robots.quadruped import Quadruped
+
+
+def file_configurations(robot: Quadruped, q: ArrayLike, model: Any) -> FloatArray:
+    """A robot's configurations for another Pinocchio model of the same robot.
+
+    ``Trajectory.q`` is for ``robot.model``. A model that Pinocchio makes of the robot's own file
+    may have two numbers for a joint without an end, joints that gaitopt has locked, and another
+    order of joints.
+
+    Args:
+        robot: the robot.
+        q: configurations ``(N, robot.model.nq)``.
+        model: Pinocchio's, whose root moves freely, and whose joints have the robot's names.
+
+    Returns:
+        Configurations ``(N, model.nq)``. Joints that the robot does not know are neutral.
+
+    Raises:
+        InputError: the model has no free joint, lacks a joint of the robot, or its body; or ``q``
+            has another shape.
+    """
+    import pinocchio as pin
+
+    values = check_shape("q", q, robot.model.nq).reshape(-1, robot.model.nq)
+    out = np.tile(np.asarray(pin.neutral(model)), (len(values), 1))
+    names = [str(name) for name in model.names]
+    missing = [name for name in robot.joint_names if name not in names]
+    free = [j for j in range(1, model.njoints) if model.joints[j].nq == 7]
+    if missing or not free:
+        raise InputError(
+            f"{robot.name}: the model has no joint {missing[0]}" if missing
+            else f"{robot.name}: the model has no free joint; build it with JointModelFreeFlyer"
+        )  # fmt: skip
+    angles = {name: values[:, 7 + k] for k, name in enumerate(robot.joint_names)}
+    angles |= {name: np.full(len(values), at) for name, at in robot.notes.locked.items()}
+    for name, angle in angles.items():
+        if name in names:
+            joint = model.joints[names.index(name)]
+            if joint.nq == 1:
+                out[:, joint.idx_q] = angle
+            elif joint.nq == 2:
+                out[:, joint.idx_q : joint.idx_q + 2] = np.stack([np.cos(angle), np.sin(angle)], -1)
+    _set_base(robot, values, model, free[-1], out)
+    return out
+
+
+def _set_base(robot: Quadruped, values: FloatArray, model: Any, free: int, out: FloatArray) -> None:
+    """Put the body where it is, whatever the model's free joint carries."""
+    import pinocchio as pin
+
+    body = next(str(frame.name) for frame in robot.model.frames
+                if frame.parentJoint == 1 and frame.type == pin.FrameType.BODY)  # fmt: skip
+    index = model.getFrameId(body, pin.FrameType.BODY)
+    if index >= model.nframes or model.frames[index].parentJoint != free:
+        raise InputError(f"{robot.name}: the model's free joint does not carry the link {body}")
+    inside = model.frames[index].placement.inverse()
+    start = model.joints[free].idx_q
+    for row, q in zip(out, values, strict=True):
+        row[start : start + 7] = pin.SE3ToXYZQUAT(pin.XYZQUATToSE3(q[:7]) * inside)
