@@ -2,21 +2,24 @@
 
 ``python -m benchmarks.standing --seeds 2 [--robots go2,a1] [--rooms 0.5]`` prints a table: how many
 walks are found without and with the regions, and how long they take. ``--rooms`` are distances
-from a region's sides that are tried, as shares of the stability margin.
+from a region's sides that are tried, as shares of the stability margin. ``--times`` prints instead
+how much processor time a region takes, and what planning walks spends on regions.
 """
 
 from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from time import process_time
 from typing import Any
 
 import numpy as np
 
 import gaitopt
 from benchmarks.forces import COLUMNS, ROBOTS
+from gaitopt.dynamics.feasible_region import feasible_regions
 from gaitopt.planners.phase_by_phase import demands
 
 LIMITS = {
@@ -28,6 +31,10 @@ LIMITS = {
     "torque 30 %": gaitopt.ForceLimits(torque_share=0.3),
 }
 """What is asked of forces, by name."""
+
+
+LOOKED_UP = "half_planes_by_forces"
+"""The function by which the planner finds where forces hold the robot."""
 
 
 @contextmanager
@@ -63,13 +70,85 @@ def told(times: list[float], seeds: int) -> str:
     return f"{found}, {np.median(times):.2f} s" if times else found
 
 
+def of_regions(robot: gaitopt.Quadruped) -> tuple[float, float]:
+    """Processor time of a region among those of 28 swings, and alone [s].
+
+    Every foot keeps 5 % of the weight, and joints use 60 % of their torques.
+    """
+    limits = gaitopt.ForceLimits(reserve=0.05, torque_share=0.6)
+    ground = gaitopt.s_columns(0, columns=8, robot=robot)
+    plan = gaitopt.plan_crawl(robot, ground, timing="velocity", com="model")
+    middles = np.array([p.start + p.duration / 2.0 for p in plan.phases if p.kind == "swing"])
+    motion, postures = plan.at(middles), plan.path.evaluate(middles)[:, :6]
+    standing = np.array(motion.contacts)
+
+    def together() -> object:
+        return feasible_regions(
+            robot, motion.feet, limits=limits, standing=standing, postures=postures
+        )
+
+    def alone() -> object:
+        support = [leg for leg, stands in zip(gaitopt.LEGS, standing[0], strict=True) if stands]
+        return gaitopt.feasible_region(
+            robot, motion.feet[0], limits=limits, support=support, posture=postures[0]
+        )
+
+    return least_time(together, 5) / len(middles), least_time(alone, 20)
+
+
+def least_time(work: Callable[[], object], repetitions: int) -> float:
+    """The least processor time that ``work`` takes [s]."""
+    times = []
+    for _ in range(repetitions):
+        began = process_time()
+        work()
+        times.append(process_time() - began)
+    return min(times)
+
+
+def of_planning(robot: gaitopt.Quadruped) -> tuple[float, float]:
+    """Processor time of a default walk of 64 steps [s], and the part that regions take."""
+    spent = [0.0]
+    look = getattr(demands, LOOKED_UP)
+
+    def timed(*given: Any) -> Any:
+        began = process_time()
+        try:
+            return look(*given)
+        finally:
+            spent[0] += process_time() - began
+
+    ground = gaitopt.s_columns(0, robot=robot)
+    with changed(LOOKED_UP, timed):
+        gaitopt.plan_crawl(robot, ground)
+        spent[0], began = 0.0, process_time()
+        gaitopt.plan_crawl(robot, ground)
+        return process_time() - began, spent[0]
+
+
+def print_times(names: Sequence[str]) -> None:
+    """Print the table of ``--times``."""
+    print("| robot | a region among many [ms] | alone [ms] | 64 steps [s] | of it regions [s] |")
+    print("|---|---|---|---|---|")
+    for name in names:
+        robot = gaitopt.load_robot(name)
+        many, alone = of_regions(robot)
+        whole, part = of_planning(robot)
+        print(f"| {name} | {1e3 * many:.2f} | {1e3 * alone:.2f} | {whole:.2f} | {part:.3f} |",
+              flush=True)  # fmt: skip
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Print the table."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.standing", description=__doc__)
     parser.add_argument("--seeds", type=int, default=2, help="terrains of each robot")
     parser.add_argument("--robots", default=",".join(ROBOTS), help="names, joined by commas")
     parser.add_argument("--rooms", default=str(demands.ROOM), help="shares, joined by commas")
+    parser.add_argument("--times", action="store_true", help="how long regions take")
     options = parser.parse_args(arguments)
+    if options.times:
+        print_times(options.robots.split(","))
+        return 0
     rooms = [float(room) for room in options.rooms.split(",")]
     heads = " | ".join(f"with {room:g} of the margin" for room in rooms)
     print(f"| robot | limits | without regions | {heads} | steps set by regions |")
@@ -77,7 +156,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for name in options.robots.split(","):
         robot = gaitopt.load_robot(name)
         for limit, limits in LIMITS.items():
-            with changed("half_planes_by_forces", lambda *_: {}):
+            with changed(LOOKED_UP, lambda *_: {}):
                 cells = [told(walks(robot, limits, options.seeds)[0], options.seeds)]
             for room in rooms:
                 with changed("ROOM", room):
