@@ -2,10 +2,12 @@
 
 The wanted force and torque on the body are its weight, the reference's inertial forces, and a
 spring and a damper for the body's errors of position and orientation. The feet that stand share
-them out (:mod:`gaitopt.control.forces`). The joints' torques for these contact forces and for the
-legs' weight are fed forward to the servos, which are PD controllers of the joints' angles. Their
-set-points come from inverse kinematics: standing legs bring the body to the reference, flying legs
-bring their feet there. The controller knows nothing of any simulator.
+them out: for a plan that promises forces, near the planned ones and within their limits
+(:mod:`gaitopt.control.nearest_forces`), for others with least forces
+(:mod:`gaitopt.control.forces`). The joints' torques for these contact forces and for the legs'
+weight and inertia are fed forward to the servos, which are PD controllers of the joints' angles.
+Their set-points come from inverse kinematics: standing legs bring the body to the reference, flying
+legs bring their feet there. The controller knows nothing of any simulator.
 """
 
 from __future__ import annotations
@@ -15,9 +17,12 @@ from typing import Any
 
 import numpy as np
 
+from gaitopt.control.build import build_reference
+from gaitopt.control.footing import Footing
 from gaitopt.control.forces import ForceDistribution, ForceShare
 from gaitopt.control.gains import ControlGains
-from gaitopt.control.reference import LEAST_LOAD, Reference, build_reference
+from gaitopt.control.nearest_forces import NearestForces
+from gaitopt.control.reference import Reference
 from gaitopt.conventions import GRAVITY, LEGS, BoolArray, FloatArray
 from gaitopt.plan.plan import Plan
 
@@ -65,11 +70,10 @@ class TrackingController:
         gains: what it is tuned to.
         reference: what it follows.
         dt: control interval [s].
-        waited: how long it has waited for feet so far, beyond the pauses of the reference [s].
 
     Args:
         plan: the motion. Its robot is the model that the controller computes with.
-        gains: :meth:`ControlGains.for_robot` by default.
+        gains: :meth:`ControlGains.for_plan` by default.
         dt: control interval [s].
 
     Raises:
@@ -78,11 +82,9 @@ class TrackingController:
 
     def __init__(self, plan: Plan, gains: ControlGains | None = None, dt: float = 0.006) -> None:
         robot = plan.robot
-        self.gains = ControlGains.for_robot(robot) if gains is None else gains
+        self.gains = ControlGains.for_plan(plan) if gains is None else gains
         self.reference: Reference = build_reference(plan, self.gains, dt)
         self.dt = dt
-        # A robot that is not stable at rest cannot stop in the middle of its motion.
-        self._can_stop = plan.settings.static
         self._model: Any = robot.model
         self._data: Any = robot.model.createData()
         self._frames = [robot.model.getFrameId(robot.legs[leg].foot) for leg in LEGS]
@@ -90,34 +92,31 @@ class TrackingController:
         self._radius = robot.foot_radius
         self._at_rest = np.zeros(robot.model.nv)
         self._blend_decay = _decay(dt, self.gains.blend_time)
+        self._swing_decay = _decay(dt, self.gains.swing_blend_time)
         self._force_decay = _decay(dt, self.gains.force_smoothing)
-        self._forces = ForceDistribution(
-            robot.mass * GRAVITY, 0.5 * max(robot.stance_size), self.gains.friction
-        )
+        weight, length = robot.mass * GRAVITY, 0.5 * max(robot.stance_size)
+        limits = plan.settings.promised_forces
+        self._forces = ForceDistribution(weight, length, self.gains.friction)
+        self._nearest = None if limits is None else NearestForces(weight, length, limits)
         self.reset()
 
     def reset(self) -> None:
         """Start anew: all feet that stand at the plan's start have found the ground."""
-        four = len(LEGS)
-        # Which feet bear load, and for how long each has [s]; those at the start always have.
-        self._grounded = np.array(self.reference.standing[0])
-        self._bearing_time = np.where(self._grounded, np.inf, 0.0)
-        # How long each foot has been without contact, and how late each is that should stand [s].
-        self._airborne_time = np.zeros(four)
-        self._delay = np.zeros(four)
-        # Which feet the clock stands still for, and how long it still may [s].
-        self._awaited = np.zeros(four, dtype=np.bool_)
-        self._wait_left = self.gains.longest_wait if self._can_stop else 0.0
-        self.waited = 0.0
-        # How far below its reference each foot reaches for the ground [m].
-        self._probe = np.zeros(four)
+        self._footing = Footing(self.reference, self.gains, self.dt)
         # Displacements of the feet's set-points from the reference's feet, in the base frame [m]:
         # in all, and the part that fades after a touch-down.
-        self._correction = np.zeros((four, 3))
-        self._offset = np.zeros((four, 3))
-        self._was_grounded = self._grounded
+        self._correction = np.zeros((len(LEGS), 3))
+        self._offset = np.zeros((len(LEGS), 3))
+        self._was_grounded = self._footing.grounded
         self._forces.reset()
+        if self._nearest is not None:
+            self._nearest.reset()
         self._last_forces: FloatArray | None = None
+
+    @property
+    def waited(self) -> float:
+        """How long it has waited for feet so far, beyond the pauses of the reference [s]."""
+        return self._footing.waited
 
     def plan_time(self, time: float) -> float:
         """Which instant of the plan is followed at ``time`` [s]."""
@@ -125,16 +124,15 @@ class TrackingController:
 
     def command(self, time: float, state: RobotState) -> Command:
         """What the servos are to do from ``time`` [s] on, given the measured ``state``."""
-        tick = self._wait(self.reference.tick(time - self.waited))
+        footing = self._footing
+        tick = footing.wait(self.reference.tick(time - self.waited))
+        state = self._ahead(state)
         rotation = rotation_of(state.q[3:7])
         feet, jacobian, needed = self._dynamics(tick, state.q)
-        self._update_contacts(tick, state.contacts)
-        waiting = self._awaited.any()
-        share = self._forces.share(
-            jacobian[:, :6].T,
-            needed[:6] + self._feedback(tick, state, rotation),
-            self._loads(tick),
-        )
+        footing.update(tick, state.contacts)
+        waiting = footing.awaited.any()
+        wrench = needed[:6] + self._feedback(tick, state, rotation)
+        share = self._share(tick, jacobian[:, :6].T, wrench, state.contacts)
         torque = needed[6:] - self._filtered(share.forces, state.contacts) @ jacobian[:, 6:]
         return Command(
             torque=torque,
@@ -143,40 +141,38 @@ class TrackingController:
             share=share,
         )
 
-    def _wait(self, tick: int) -> int:
-        """The tick to follow. The clock stands still while a foot is missing that should stand.
+    def _ahead(self, state: RobotState) -> RobotState:
+        """Where the robot will be at the instant that the reference's entries are of."""
+        if not self.reference.ahead:
+            return state
+        import pinocchio as pin
 
-        So no foot lifts off before another has taken up its load, and the body does not go on
-        without its support. Where a foot lands at the very instant at which another lifts off, the
-        walk would otherwise depend on the ground being exactly where the plan has it.
-        """
-        standing = self.reference.standing
-        after = standing[min(tick + 1, len(standing) - 1)]
-        if (standing[tick] & ~after).any():
-            missing = after & (self._bearing_time < self.gains.loading_time)
-        else:
-            missing = after & (self._delay > self.gains.tolerated_delay)
-        if self._wait_left <= 0.0 or not missing.any():
-            self._awaited = np.zeros(len(LEGS), dtype=np.bool_)
-            if not missing.any() and self._can_stop:
-                self._wait_left = self.gains.longest_wait
-            return tick
-        self._awaited = missing
-        self._wait_left -= self.dt
-        self.waited += self.dt
-        return tick
+        q = pin.integrate(self._model, state.q, self.reference.ahead * state.v)
+        return RobotState(np.asarray(q), state.v, state.contacts)
+
+    def _share(
+        self, tick: int, grasp: FloatArray, wrench: FloatArray, contacts: BoolArray
+    ) -> ForceShare:
+        """Contact forces that make up ``wrench (6,)``."""
+        loads = self._footing.loads(tick)
+        if self._nearest is None:
+            return self._forces.share(grasp, wrench, loads)
+        planned = self.reference.forces[tick] * self._footing.taken_up[:, None]
+        return self._nearest.share(grasp, wrench, loads, planned, contacts)
 
     def _dynamics(self, tick: int, q: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Feet ``(4, 3)`` [m], Jacobian of their contact points ``(12, nv)``, inverse dynamics.
 
         The last are the generalised forces ``(nv,)`` that carry the robot's weight and accelerate
-        it as the reference says, at zero velocity.
+        it as the reference says, at the reference's velocity.
         """
         import pinocchio as pin
 
         model, data = self._model, self._data
-        acceleration = self._at_rest if self._awaited.any() else self.reference.acceleration[tick]
-        needed = np.array(pin.rnea(model, data, q, self._at_rest, acceleration))
+        velocity, acceleration = self.reference.velocity[tick], self.reference.acceleration[tick]
+        if self._footing.awaited.any():
+            velocity = acceleration = self._at_rest
+        needed = np.array(pin.rnea(model, data, q, velocity, acceleration))
         pin.computeJointJacobians(model, data, q)
         feet, jacobian = np.empty((4, 3)), np.empty((12, model.nv))
         for i, frame in enumerate(self._frames):
@@ -188,35 +184,11 @@ class TrackingController:
             jacobian[3 * i + 1] += self._radius * j[3]
         return feet, jacobian, needed
 
-    def _update_contacts(self, tick: int, contacts: BoolArray) -> None:
-        """Follow which feet bear load: those that should stand and have found the ground."""
-        standing = self.reference.standing[tick] | self._awaited
-        self._airborne_time = np.where(contacts, 0.0, self._airborne_time + self.dt)
-        lost = self._airborne_time > self.gains.contact_loss
-        self._grounded = standing & (contacts | (self._grounded & ~lost))
-        self._bearing_time = np.where(self._grounded, self._bearing_time + self.dt, 0.0)
-        probing = standing & ~self._grounded
-        self._delay = np.where(probing, self._delay + self.dt, 0.0)
-        deeper = np.minimum(self._probe + self.gains.probe_speed * self.dt, self.gains.probe_depth)
-        self._probe = np.where(probing, deeper, np.where(standing, self._probe, 0.0))
-
-    def _loads(self, tick: int) -> FloatArray:
-        """Share of a full load for each foot ``(4,)``, 0 for those in the air."""
-        taken_up = np.minimum(self._bearing_time / self.gains.loading_time, 1.0)
-        load = self.reference.load[tick]
-        if self._awaited.any():
-            # While the clock stands still, the load of the foot that is about to lift off goes
-            # over to the one that has landed.
-            standing = self.reference.standing
-            leaving = standing[tick] & ~standing[min(tick + 1, len(standing) - 1)]
-            load = np.where(leaving, 1.0 - taken_up[self._awaited].min(), 1.0)
-        return np.asarray(self._grounded * np.maximum(np.minimum(load, taken_up), LEAST_LOAD))
-
     def _filtered(self, forces: FloatArray, contacts: BoolArray) -> FloatArray:
         """The wanted ``forces (4, 3)`` after a first-order filter ``(12,)``; 0 in the air."""
         before = forces if self._last_forces is None else self._last_forces
         filtered = forces + self._force_decay * (before - forces)
-        filtered[~(contacts | self._grounded)] = 0.0
+        filtered[~(contacts | self._footing.grounded)] = 0.0
         self._last_forces = filtered
         return filtered.reshape(-1)
 
@@ -224,7 +196,7 @@ class TrackingController:
         """Force and torque of spring and damper on the body, in its own frame ``(6,)``."""
         ref, gains = self.reference, self.gains
         place = ref.position[tick] - state.q[:3]
-        moving = not self._awaited.any()
+        moving = not self._footing.awaited.any()
         velocity = moving * ref.linear[tick] - rotation @ state.v[:3]
         angle = rotation_vector(ref.rotation[tick] @ rotation.T)
         spin = moving * ref.angular[tick] - rotation @ state.v[3:6]
@@ -247,22 +219,22 @@ class TrackingController:
         The foot of a flying leg goes to its reference, from where the body is. A Newton step has an
         error of second order: about 0.1 mm for a displacement of 1 cm.
         """
-        ref = self.reference
+        ref, footing = self.reference, self._footing
         target = ref.feet[tick].copy()
-        target[:, 2] -= self._probe
+        target[:, 2] -= footing.probe
         standing = (feet - ref.position[tick]) @ ref.rotation[tick]
         flying = (target - position) @ rotation
-        grounded = self._grounded[:, None]
+        grounded = footing.grounded[:, None]
         wanted = np.where(grounded, standing, flying) - ref.feet_in_base[tick]
-        for leg in np.flatnonzero(self._grounded & ~self._was_grounded):
+        for leg in np.flatnonzero(footing.grounded & ~self._was_grounded):
             # At touch-down no set-point jumps: the difference fades. It leads a little below the
             # ground, so that the foot keeps touching it until it carries load.
             self._offset[leg] = self._correction[leg] - wanted[leg]
             self._offset[leg] -= self.gains.landing_depth * rotation[2]
-        self._was_grounded = self._grounded
+        self._was_grounded = footing.grounded
         self._offset *= self._blend_decay
         # A flying foot follows the body's errors slowly, so that joint velocities stay low.
-        slowly = wanted + (self._correction - wanted) * self._blend_decay
+        slowly = wanted + (self._correction - wanted) * self._swing_decay
         self._correction = np.where(grounded, wanted + self._offset, slowly)
         step = (ref.inverse[tick] @ self._correction[:, :, None])[:, :, 0]
         angles = ref.joints[tick].copy()

@@ -20,9 +20,12 @@ from gaitopt.robots.quadruped import Quadruped
 from gaitopt.simulation.model import SimModel, import_mujoco
 from gaitopt.simulation.settings import SimulationSettings
 
-MOST_ROUNDS = 5
+MOST_ROUNDS = 8
 """How often a step is done at most until it is known which joints are at their torque limits. One
 round is enough where none is, two where the same joints stay there."""
+
+FREE_ROUNDS = 2
+"""From this round on joints stay at their limits, so that joints do not take turns."""
 
 
 class Servos:
@@ -86,6 +89,8 @@ class Servos:
             asked = torque - self._damping * data.qvel[sim.qvel]
             applied = np.where(limited, bound, asked)
             over = np.abs(asked) > self._efforts
+            if rounds >= FREE_ROUNDS:
+                over |= limited
             if (over == limited).all():
                 break
             limited, bound = over, np.clip(asked, -self._efforts, self._efforts)

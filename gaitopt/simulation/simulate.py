@@ -37,7 +37,7 @@ def simulate(
     Args:
         plan: the motion.
         settings: of the physics, with disturbances.
-        gains: of controller and servos; in proportion to the robot's weight and size by default.
+        gains: of controller and servos; :meth:`ControlGains.for_plan` by default.
 
     Returns:
         The result. A robot that falls is a result, and no error; so is a simulation that diverges.
@@ -49,7 +49,7 @@ def simulate(
     """
     mujoco = import_mujoco()
     settings = settings or SimulationSettings()
-    gains = gains or ControlGains.for_robot(plan.robot)
+    gains = gains or ControlGains.for_plan(plan)
     sim = build_sim_model(plan.robot, plan.footholds, gains, settings)
     controller = TrackingController(plan, gains, settings.control_interval)
     record = _Run(mujoco, plan, sim, controller, settings).run()

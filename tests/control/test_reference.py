@@ -7,8 +7,10 @@ import pytest
 
 import gaitopt
 from gaitopt import Plan, Quadruped
+from gaitopt.control.averaged_reference import smoothed
+from gaitopt.control.build import build_reference
 from gaitopt.control.gains import ControlGains
-from gaitopt.control.reference import build_reference, ramped, smoothed
+from gaitopt.control.reference import ramped
 from gaitopt.errors import InputError
 
 DT = 0.004

@@ -1,0 +1,100 @@
+"""The reference of a plan that promises forces: its motion as it is, with the forces that make it.
+
+Entries are of the middle of a tick. The acceleration is what brings the velocity from that at the
+tick's begin to that at its end, so that also a tick with a jump of the acceleration does.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gaitopt.control.clock import AT_REST, WalkClock
+from gaitopt.control.gains import ControlGains
+from gaitopt.control.planned_forces import planned_forces
+from gaitopt.control.reference import Reference, legs_in_base, ramped, standing_feet
+from gaitopt.control.rolling import rolled_away
+from gaitopt.conventions import LEGS, BoolArray, FloatArray
+from gaitopt.dynamics.contacts import ForceLimits
+from gaitopt.dynamics.whole_body import Motion
+from gaitopt.plan.plan import Plan
+from gaitopt.robots.rotations import quaternion_to_matrix
+
+LEAD = 2
+"""Ticks before the plan's start and after its end."""
+
+
+def exact_reference(
+    plan: Plan, clock: WalkClock, gains: ControlGains, dt: float, limits: ForceLimits
+) -> Reference:
+    """The plan in the middle of every tick, with contact forces.
+
+    Args:
+        plan: the motion.
+        clock: which of its instants is followed at which time.
+        gains: the times over which feet take up and give up their loads, among others.
+        dt: time between ticks [s].
+        limits: what the plan promises of its forces.
+    """
+    robot, ahead = plan.robot, 0.5 * dt
+    count = int(np.ceil((plan.duration + clock.paused) / dt)) + 1
+    grid = dt * np.arange(-LEAD, count + LEAD, dtype=np.float64)
+    times = np.clip(clock.plan_time(grid + ahead), 0.0, plan.duration)
+    planned = plan.at(times)
+    standing = standing_feet(plan, times, clock.pausing(grid + ahead))
+    velocity = _velocities(plan, clock, grid + ahead)
+    edges = _velocities(plan, clock, np.append(grid, grid[-1] + dt))
+    motion = Motion(planned.q, velocity, np.diff(edges, axis=0) / dt)
+    load = _loads(standing, gains, dt)
+    rotation = quaternion_to_matrix(planned.q[:, 3:7])
+    feet, inverse = legs_in_base(robot, planned.q[:, 7:])
+    rolled = rolled_away(robot, planned.q, velocity, standing, dt)
+    at_rest = np.abs(velocity[:, :6]).max(axis=1) < AT_REST
+    return Reference(
+        dt=dt,
+        lead=LEAD,
+        clock=clock,
+        position=planned.q[:, :3],
+        rotation=rotation,
+        linear=np.einsum("nij,nj->ni", rotation, velocity[:, :3]),
+        angular=np.einsum("nij,nj->ni", rotation, velocity[:, 3:6]),
+        joints=planned.q[:, 7:],
+        rates=velocity[:, 6:] + _rolling_rates(plan, rolled, rotation, inverse, dt),
+        velocity=velocity,
+        acceleration=motion.a,
+        forces=planned_forces(robot, motion, standing, load, limits),
+        feet=planned.feet + rolled,
+        feet_in_base=feet,
+        inverse=inverse,
+        standing=standing,
+        load=load,
+        # Forces were planned for a body that does not stop in the middle of its motion.
+        patient=at_rest & plan.settings.static,
+        ahead=ahead,
+    )
+
+
+def _velocities(plan: Plan, clock: WalkClock, times: FloatArray) -> FloatArray:
+    """Pinocchio's velocities ``(N, nv)`` at ``times`` since the walk's start [s]."""
+    instants = clock.plan_time(times)
+    moving = (instants > 0.0) & (instants < plan.duration) & ~clock.pausing(times)
+    return np.asarray(plan.at(np.clip(instants, 0.0, plan.duration)).v * moving[:, None])
+
+
+def _loads(standing: BoolArray, gains: ControlGains, dt: float) -> FloatArray:
+    """Share of a full load of each foot ``(N, 4)``: it rises after touch-down, too."""
+    falling = ramped(standing, max(gains.unloading_time / dt, 1.0))
+    # Backwards in time a touch-down is a lift-off.
+    rising = ramped(standing[::-1], max(gains.loading_time / dt, 1.0))[::-1]
+    return np.minimum(falling, rising)
+
+
+def _rolling_rates(
+    plan: Plan, rolled: FloatArray, rotation: FloatArray, inverse: FloatArray, dt: float
+) -> FloatArray:
+    """Joint rates ``(N, nj)`` [rad/s] that move the feet as they roll."""
+    speed = np.gradient(rolled, dt, axis=0) @ rotation
+    out = np.zeros((len(rolled), len(plan.robot.joint_names)))
+    for i, leg in enumerate(LEGS):
+        columns = list(plan.robot.leg_columns[leg])
+        out[:, columns] = np.einsum("nij,nj->ni", inverse[:, i], speed[:, i])
+    return out

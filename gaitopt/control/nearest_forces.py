@@ -1,0 +1,115 @@
+"""Contact forces near the planned ones that make a wanted wrench on the body: a small QP."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gaitopt.control.forces import EFFORT, TOLERANCE, ForceShare, ForceStatus
+from gaitopt.conventions import BoolArray, FloatArray
+from gaitopt.dynamics.contacts import ForceLimits
+from gaitopt.dynamics.many_programs import solve_quadratic_programs
+from gaitopt.dynamics.small_programs import NO_BOUND
+
+SIDES = 8
+"""Sides of the friction pyramids. Eight keep 92 % of the friction where the four of a plan keep
+71 %, so that feedback has some room also where the plan uses all that it may."""
+
+LEAST_SHARE = 0.1
+"""Least share of a full load that differences are weighted by: the wrench is then wrong by at most
+1 % where only such a foot can make it."""
+
+
+class NearestForces:
+    """Distributes wrenches over the feet that stand, near planned forces.
+
+    It minimises the squared error of the wrench and, with a small weight, the squared differences
+    from the planned forces. Each force keeps to a friction pyramid and to the least normal force
+    that the plan promises. An instance remembers its last forces, so it serves one thread.
+
+    Args:
+        weight: of the robot [N], the unit of force.
+        length: half the stance [m]; with ``weight`` the unit of torque.
+        limits: those of the plan.
+    """
+
+    def __init__(self, weight: float, length: float, limits: ForceLimits) -> None:
+        self._weight, self._limits = weight, limits
+        self._scale = np.array([1.0] * 3 + [1.0 / length] * 3) / weight
+        self._rows = _rows(limits.friction * np.cos(np.pi / SIDES))
+        self._last = np.zeros((4, 3))
+
+    def reset(self) -> None:
+        """Forget the last forces, so that the next ones do not depend on earlier ones."""
+        self._last = np.zeros((4, 3))
+
+    def share(
+        self,
+        grasp: FloatArray,
+        wrench: FloatArray,
+        load: FloatArray,
+        planned: FloatArray,
+        contacts: BoolArray,
+    ) -> ForceShare:
+        """Forces on the feet that make up ``wrench``.
+
+        Args:
+            grasp: wrench of unit forces on the feet ``(6, 12)``: force rows, then torque rows.
+            wrench: force [N] and torque [N m] that the feet are to exert together ``(6,)``.
+            load: share of a full load for each foot ``(4,)``; 0 for feet in the air.
+            planned: forces of the plan ``(4, 3)`` [N].
+            contacts: which feet touch the ground ``(4,)``. Those that should bear load and do not
+                touch it press with the least normal force alone: a larger one would make them kick.
+
+        Returns:
+            The forces; where no forces make up the wrench, those that come nearest to it.
+        """
+        target = self._scale * wrench
+        least = self._limits.least_normal_shares(load > 0.0)
+        forces = np.zeros((4, 3))
+        forces[:, 2] = self._weight * least
+        feet = np.flatnonzero((load > 0.0) & contacts)
+        if not len(feet):
+            return ForceShare(forces, float(np.abs(target).max()), 0.0, ForceStatus.FREE)
+        columns = (3 * feet[:, None] + np.arange(3)).reshape(-1)
+        matrix = (self._weight * self._scale)[:, None] * grasp[:, columns]
+        wanted = planned[feet].reshape(-1) / self._weight
+        rest = target - matrix @ wanted
+        hessian = matrix.T @ matrix
+        hessian.flat[:: len(columns) + 1] += EFFORT * np.repeat(
+            np.maximum(load[feet], LEAST_SHARE) ** -2.0, 3
+        )
+        gradient = -(matrix.T @ rest)
+        rows = np.asarray(np.kron(np.eye(len(feet)), self._rows), dtype=np.float64)
+        floor = np.zeros((len(feet), SIDES + 1))
+        floor[:, -1] = least[feet]
+        low = floor.reshape(-1) - rows @ wanted
+        # The minimum without limits; where it keeps them it is that of the QP.
+        x, status = np.linalg.solve(hessian, -gradient), ForceStatus.FREE
+        if not (rows @ x - low).min() >= -TOLERANCE:
+            unbounded = np.full(len(low), NO_BOUND)
+            points, solved = solve_quadratic_programs(
+                hessian[None], gradient[None], rows[None], low[None], unbounded[None]
+            )
+            # The forces of the last call are better than wrong ones.
+            last = self._last[feet].reshape(-1) / self._weight - wanted
+            x = points[0] if solved[0] else last
+            status = ForceStatus.LIMITED if solved[0] else ForceStatus.KEPT
+        forces[feet] = self._weight * (wanted + x).reshape(-1, 3)
+        self._last = forces
+        return ForceShare(
+            forces=forces,
+            residual=float(np.abs(matrix @ x - rest).max()),
+            violation=max(float((low - rows @ x).max()), 0.0),
+            status=status,
+        )
+
+
+def _rows(slope: float) -> FloatArray:
+    """Rows of one foot ``(SIDES + 1, 3)``: its friction pyramid, and its normal force.
+
+    Args:
+        slope: largest ratio of the horizontal force to the vertical one, square to every side.
+    """
+    turns = 2.0 * np.pi * np.arange(SIDES) / SIDES
+    sides = np.stack([np.cos(turns), np.sin(turns), np.full(SIDES, slope)], axis=1)
+    return np.vstack([sides, [[0.0, 0.0, 1.0]]])

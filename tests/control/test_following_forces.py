@@ -1,0 +1,218 @@
+"""Following a plan that promises forces: its reference, the planned forces, feet that roll."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import gaitopt
+from gaitopt import LEGS, ForceLimits, Plan
+from gaitopt.control.build import build_reference
+from gaitopt.control.forces import ForceStatus
+from gaitopt.control.gains import ControlGains
+from gaitopt.control.nearest_forces import NearestForces
+from gaitopt.control.planned_forces import planned_forces
+from gaitopt.control.reference import Reference
+from gaitopt.control.rolling import rolled_away
+from gaitopt.control.tracking import RobotState, TrackingController
+from gaitopt.dynamics.whole_body import equations_of_motion, motion_of_path
+
+DT = 0.006
+
+
+@pytest.fixture(scope="module")
+def plan() -> Plan:
+    """Four steps of a1, timed by forces."""
+    robot = gaitopt.load_robot("a1")
+    return gaitopt.plan_crawl(robot, gaitopt.s_columns(0, columns=2, robot=robot))
+
+
+@pytest.fixture(scope="module")
+def reference(plan: Plan) -> Reference:
+    return build_reference(plan, ControlGains.for_plan(plan), DT)
+
+
+def middles(reference: Reference) -> np.ndarray:
+    """Instants of the plan that the reference's entries are of, while its clock runs."""
+    ticks = np.arange(len(reference)) - reference.lead
+    times = (ticks + 0.5) * reference.dt
+    return np.where(reference.clock.pausing(times), np.nan, reference.clock.plan_time(times))
+
+
+def test_the_reference_is_the_plan_in_the_middle_of_every_tick(
+    plan: Plan, reference: Reference
+) -> None:
+    times = middles(reference)
+    own = np.flatnonzero((times > 0.0) & (times < plan.duration))
+    motion = plan.at(times[own])
+    assert len(own) > 0.9 * plan.duration / DT
+    assert reference.position[own] == pytest.approx(motion.q[:, :3], abs=1e-12)
+    assert reference.joints[own] == pytest.approx(motion.q[:, 7:], abs=1e-12)
+    assert (reference.standing[own] == motion.contacts).all()
+    assert reference.velocity[own] == pytest.approx(motion.v, abs=1e-12)
+    assert reference.ahead == DT / 2.0
+
+
+def test_accelerations_add_up_to_rest(reference: Reference) -> None:
+    """It begins and ends at rest, and no part of a jump of the acceleration is lost."""
+    speeds = np.cumsum(reference.acceleration, axis=0) * DT
+    assert np.abs(speeds[-1]).max() < 1e-9
+    middle = speeds - 0.5 * DT * reference.acceleration
+    # Within a tick the velocity bends by less than a tick's change of it.
+    bends = 0.5 * DT * np.abs(np.diff(reference.acceleration, axis=0)).max(axis=0)
+    assert (np.abs(middle - reference.velocity).max(axis=0) <= bends + 1e-9).all()
+
+
+def test_the_planned_forces_make_the_motion_within_the_limits(
+    plan: Plan, reference: Reference
+) -> None:
+    limits = plan.settings.promised_forces
+    assert limits is not None
+    times = middles(reference)
+    # Between two planned instants with an even acceleration.
+    still = np.abs(np.diff(reference.acceleration, axis=0)).max(axis=1) < 1.0
+    inside = (times[1:-1] > DT) & (times[1:-1] < plan.duration - DT)
+    own = np.flatnonzero(inside & still[1:] & still[:-1]) + 1
+    assert len(own) > 20
+    values, first, second = (plan.path.evaluate(times[own], order) for order in range(3))
+    equations = equations_of_motion(plan.robot, motion_of_path(plan.robot, values, first, second))
+    left = equations.residuals(reference.forces[own])
+    weight = 9.81 * plan.robot.mass
+    assert np.abs(left[:, :3]).max() < 0.01 * weight
+    normal, standing = reference.forces[..., 2], reference.standing
+    assert (normal[~standing] == 0.0).all()
+    assert normal[standing].min() > 0.009 * weight
+    along = np.linalg.norm(reference.forces[..., :2], axis=-1)
+    assert (along[standing] <= 0.6 * normal[standing] * (1.0 + 1e-6)).all()
+
+
+def test_with_full_loads_they_are_the_smoothest_forces(plan: Plan) -> None:
+    limits = plan.settings.promised_forces
+    assert limits is not None
+    times = np.linspace(0.01, plan.duration - 0.01, 40)
+    values, first, second = (plan.path.evaluate(times, order) for order in range(3))
+    motion = motion_of_path(plan.robot, values, first, second)
+    standing = plan.at(times).contacts
+    ours = planned_forces(plan.robot, motion, standing, standing.astype(float), limits)
+    theirs = gaitopt.contact_forces(plan, limits, times=times)
+    assert ours == pytest.approx(theirs.forces, abs=1e-4 * theirs.weight)
+
+
+def test_at_rest_a_foot_with_a_small_share_carries_little() -> None:
+    robot = gaitopt.load_robot("a1")
+    still = gaitopt.plan_crawl(robot, gaitopt.s_columns(0, columns=1, robot=robot))
+    values = still.path.evaluate([0.0])
+    motion = motion_of_path(robot, values, 0.0 * values, 0.0 * values)
+    all_stand, limits = np.ones((1, 4), dtype=bool), ForceLimits()
+    even = planned_forces(robot, motion, all_stand, np.ones((1, 4)), limits)[0, :, 2]
+    load = np.array([[1.0, 0.1, 1.0, 1.0]])
+    little = planned_forces(robot, motion, all_stand, load, limits)[0, :, 2]
+    assert even.min() > 0.15 * 9.81 * robot.mass
+    assert little[1] < 0.25 * even[1] and little.sum() == pytest.approx(even.sum())
+
+
+def test_a_ball_rolls_by_its_radius_times_the_turn_of_the_leg(plan: Plan) -> None:
+    """The legs of a1 turn in planes: a foot's pitch is that of the body and of its two joints."""
+    robot = plan.robot
+    times = np.arange(0.0, plan.swings[0].start, 1e-3)
+    motion = plan.at(times)
+    rolled = rolled_away(robot, motion.q, motion.v, motion.contacts, 1e-3)
+    for i, leg in enumerate(LEGS):
+        roll, hip, knee = motion.q[:, 7:][:, list(robot.leg_columns[leg])].T
+        assert np.ptp(roll) < 0.1  # nearly upright planes
+        turned = (hip + knee)[-1] - (hip + knee)[0]
+        assert rolled[-1, i, 0] == pytest.approx(robot.foot_radius * turned, abs=3e-4)
+        assert (rolled[:, i, 2] == 0.0).all()
+    assert np.abs(rolled[-1, :, 0]).max() > 1e-3
+
+
+def test_a_foot_lands_beside_its_foothold_by_half_of_its_way(
+    plan: Plan, reference: Reference
+) -> None:
+    times = middles(reference)
+    for swing in plan.swings:
+        stance = np.flatnonzero(times > swing.end)
+        later = [s.start for s in plan.swings if s.leg == swing.leg and s.start > swing.end]
+        stance = stance[times[stance] < min(later, default=np.inf)]
+        off = reference.feet[stance, LEGS.index(swing.leg), :2] - swing.foot_end[:2]
+        assert off.max(axis=0) == pytest.approx(-off.min(axis=0), abs=1e-6)
+
+
+def test_a_robot_in_its_place_is_given_the_planned_forces_and_torques(
+    plan: Plan, reference: Reference
+) -> None:
+    """At planned places and velocities the whole-body inverse dynamics are fed forward."""
+    controller = TrackingController(plan, dt=DT)
+    limits = plan.settings.promised_forces
+    assert limits is not None
+    swing = plan.swings[0]
+    tick = reference.tick(0.5 * (swing.start + swing.end))
+    time = (tick - reference.lead) * DT
+    at = float(reference.clock.plan_time(time + DT / 2.0))
+    motion = plan.at([at])
+    import pinocchio as pin
+
+    # The controller looks half an interval ahead.
+    q = pin.integrate(plan.robot.model, motion.q[0], -0.5 * DT * motion.v[0])
+    command = controller.command(time, RobotState(q, motion.v[0], motion.contacts[0]))
+    found = gaitopt.contact_forces(plan, limits, times=[at])
+    weight = 9.81 * plan.robot.mass
+    assert command.share.residual < 1e-3
+    assert command.share.forces == pytest.approx(found.forces[0], abs=0.02 * weight)
+    reach = max(leg.reach for leg in plan.robot.legs.values())
+    assert command.torque == pytest.approx(found.torques[0], abs=0.02 * weight * reach)
+    assert command.angles == pytest.approx(motion.q[0, 7:], abs=0.03)
+
+
+@pytest.fixture
+def grasp() -> np.ndarray:
+    """Wrenches of unit forces on four feet around the body, 0.3 m below it."""
+    feet = np.array(
+        [[0.2, 0.15, -0.3], [-0.2, 0.15, -0.3], [-0.2, -0.15, -0.3], [0.2, -0.15, -0.3]]
+    )
+    columns = []
+    for foot in feet:
+        x, y, z = foot
+        columns.append(np.vstack([np.eye(3), [[0, -z, y], [z, 0, -x], [-y, x, 0]]]))
+    return np.hstack(columns)
+
+
+ALL = np.ones(4, dtype=bool)
+
+
+def test_planned_forces_that_make_the_wrench_are_kept(grasp: np.ndarray) -> None:
+    nearest = NearestForces(100.0, 0.2, ForceLimits())
+    planned = np.array([[3.0, 1.0, 20.0], [-2.0, 0.0, 40.0], [0.0, -2.0, 15.0], [1.0, 1.0, 25.0]])
+    share = nearest.share(grasp, grasp @ planned.reshape(-1), np.ones(4), planned, ALL)
+    assert share.forces == pytest.approx(planned) and share.status is ForceStatus.FREE
+    assert share.residual < 1e-12
+
+
+def test_a_wrench_beyond_friction_is_come_near_to_within_the_limits(grasp: np.ndarray) -> None:
+    nearest = NearestForces(100.0, 0.2, ForceLimits(friction=0.6, reserve_on_four=0.01))
+    planned = np.tile([0.0, 0.0, 25.0], (4, 1))
+    share = nearest.share(grasp, np.array([90.0, 0, 100.0, 0, 0, 0]), np.ones(4), planned, ALL)
+    along = np.hypot(share.forces[:, 0], share.forces[:, 1])
+    assert share.status is ForceStatus.LIMITED
+    assert (along <= 0.6 * share.forces[:, 2] + 1e-6).all()
+    assert (share.forces[:, 2] >= 0.01 * 100.0 - 1e-6).all()
+    assert share.forces[:, 0].sum() > 45.0 and share.residual > 0.05
+
+
+def test_a_foot_without_contact_presses_with_the_least_force(grasp: np.ndarray) -> None:
+    nearest = NearestForces(100.0, 0.2, ForceLimits(reserve_on_four=0.01))
+    planned = np.tile([0.0, 0.0, 25.0], (4, 1))
+    contacts = np.array([True, True, True, False])
+    share = nearest.share(grasp, np.array([0, 0, 100.0, 0, 0, 0]), np.ones(4), planned, contacts)
+    assert share.forces[3] == pytest.approx([0.0, 0.0, 1.0])
+    in_air = nearest.share(grasp, np.zeros(6), np.zeros(4), planned, contacts)
+    assert not in_air.forces.any()
+
+
+def test_gains_for_a_plan_with_forces_are_softer_and_quicker(plan: Plan, short_plan: Plan) -> None:
+    ours, plain = ControlGains.for_plan(plan), ControlGains.for_robot(plan.robot)
+    assert ours.joint_damping < 0.5 * plain.joint_damping
+    assert ours.joint_stiffness == plain.joint_stiffness
+    assert ours.handover_time < plain.handover_time
+    assert ControlGains.for_plan(plan, handover_time=0.2).handover_time == 0.2
+    assert ControlGains.for_plan(short_plan) == ControlGains.for_robot(short_plan.robot)
