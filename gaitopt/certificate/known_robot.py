@@ -2,12 +2,14 @@
 
 A plan holds its own robot, so that it can be checked anywhere. Somebody could raise a limit there,
 and the plan would be judged by the raised limit. So a robot with a known name is compared with the
-file of that name: its lengths, its masses, and its limits, none of which may be wider.
+file of that name: its lengths, masses, collision shapes, and limits, none of which may be wider.
 """
 
 from __future__ import annotations
 
 import warnings
+from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 
@@ -85,6 +87,8 @@ def _difference(robot: Quadruped, known: Quadruped) -> str:
                 for r in (robot, known)]  # fmt: skip
     if not np.abs(inertias[0] - inertias[1]).max() <= ROUNDING * known.mass:
         return f"masses or inertias differ ({robot.mass:.6g} kg and {known.mass:.6g} kg in all)"
+    if _shapes(robot) != _shapes(known):
+        return "their collision shapes differ"
     low, high = robot.position_limits, known.position_limits
     limits = (
         ("lower position", -low[0], -high[0], "rad"),
@@ -98,6 +102,16 @@ def _difference(robot: Quadruped, known: Quadruped) -> str:
             values = f"{abs(ours_all[raised]):.6g} and {abs(theirs_all[raised]):.6g} {unit}"
             return f"the {what} limit of {robot.joint_names[raised]} is wider ({values})"
     return ""
+
+
+def _shapes(robot: Quadruped) -> tuple[Any, ...]:
+    """All collision shapes of a robot."""
+    links = ElementTree.fromstring(robot.urdf).findall("link")
+    return robot.notes.hulls, sorted(
+        (str(link.get("name")), ElementTree.tostring(shape).strip())
+        for link in links
+        for shape in link.findall("collision")
+    )
 
 
 def _raised(ours: FloatArray, theirs: FloatArray) -> int | None:

@@ -13,11 +13,14 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pinocchio as pin
+from pinocchio import coal
+from scipy.spatial import ConvexHull, QhullError
 
 from gaitopt.certificate.check import Check, judged, unchecked
 from gaitopt.certificate.enclosure import Pieces, chain_to, speed_bound
 from gaitopt.certificate.trace import configurations
 from gaitopt.conventions import FloatArray
+from gaitopt.errors import RobotError
 from gaitopt.plan.plan import Plan
 
 NAME = "self-collision"
@@ -49,13 +52,17 @@ def self_collision(plan: Plan) -> Check:
     """No two links of different legs touch, and no leg touches the body.
 
     Shapes of one leg, and the body with each leg's first link, are left out: they meet at their
-    joints. Pairs that overlap when the robot stands square are left out as well, because there the
+    joints. Meshes count as their convex hulls, where their files were found when the robot was
+    loaded. Pairs that overlap when the robot stands square are left out as well, because there the
     URDF's shapes are too large; the check says which. That stance comes from the closed form of
     the robot's legs (:class:`gaitopt.Leg`), which is held against Pinocchio when a robot is loaded.
     """
     geometry = _geometry(plan)
     if geometry is None:
-        return unchecked(NAME, "m", "the URDF's collision shapes are meshes, or missing", CONTACT)
+        return unchecked(
+            NAME, "m", "collision shapes are meshes whose files were not found when the robot was "
+            "loaded, or missing", CONTACT,
+        )  # fmt: skip
     pieces = Pieces.of(plan.path)
     pairs = _pairs(plan, geometry, pieces)
     pairs, overlapping = _apart_when_standing(plan, geometry, pairs)
@@ -67,17 +74,46 @@ def self_collision(plan: Plan) -> Check:
     if not finished:
         words = f"some pairs are so near that {MOST_ROUNDS} steps do not lead to the end"
         return unchecked(NAME, "m", words, CONTACT)
+    hulls = "; meshes count as their convex hulls" * bool(plan.robot.notes.hulls)
     left_out = f"; left out, as they overlap when it stands: {', '.join(overlapping)}"
     return judged(NAME, found.clearance, CONTACT, "m apart", ">=", when=found.when,
-                  where=found.name + left_out * bool(overlapping))  # fmt: skip
+                  where=found.name + hulls + left_out * bool(overlapping))  # fmt: skip
 
 
 def _geometry(plan: Plan) -> Any:
-    """Pinocchio's collision shapes, when all of them are primitives."""
-    text, meshed = without_meshes(plan.robot.urdf)
-    if meshed:
+    """Pinocchio's collision shapes; meshes are their convex hulls, which the robot's notes hold.
+
+    ``None`` where there is no hull for a link that has meshes.
+    """
+    robot, model = plan.robot, plan.robot.model
+    text, meshed = without_meshes(robot.urdf)
+    if set(meshed) - {link for link, _ in robot.notes.hulls}:
         return None
-    return pin.buildGeomFromUrdfString(plan.robot.model, text, pin.GeometryType.COLLISION)
+    geometry = pin.buildGeomFromUrdfString(model, text, pin.GeometryType.COLLISION)
+    for number, (link, numbers) in enumerate(robot.notes.hulls):
+        index = model.getFrameId(link, pin.FrameType.BODY)
+        if index >= model.nframes:
+            raise RobotError(f"{robot.name}: there is no link {link!r}, which has a hull")
+        frame = model.frames[index]
+        solid = pin.GeometryObject(
+            f"{link} (hull {number})", int(frame.parentJoint), frame.placement, _convex(numbers)
+        )
+        geometry.addGeometryObject(solid)
+    return geometry
+
+
+def _convex(numbers: tuple[float, ...]) -> Any:
+    """A convex solid of coal's, from the coordinates of its corners."""
+    corners = np.array(numbers, dtype=np.float64).reshape(-1, 3)
+    try:
+        hull = ConvexHull(corners)
+    except (QhullError, ValueError) as error:
+        raise RobotError(f"a hull of the robot's meshes is flat: {str(error)[:100]}") from error
+    points, triangles = coal.StdVec_Vec3s(), coal.StdVec_Triangle()
+    points.extend(list(corners[hull.vertices]))
+    place = {int(corner): k for k, corner in enumerate(hull.vertices)}
+    triangles.extend([coal.Triangle(*(place[int(c)] for c in face)) for face in hull.simplices])
+    return coal.Convex(points, triangles)
 
 
 def _pairs(plan: Plan, geometry: Any, pieces: Pieces) -> list[Pair]:

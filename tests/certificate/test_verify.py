@@ -306,11 +306,3 @@ def test_what_is_not_followed_to_the_end_is_not_called_free_of_collisions(
     monkeypatch.setattr(self_collision, "MOST_ROUNDS", 3)
     check = self_collision.self_collision(short_plan)
     assert check.status == "unchecked" and "do not lead to the end" in check.note
-
-
-def test_meshes_leave_collisions_unchecked_and_say_so() -> None:
-    go2 = gaitopt.load_robot("go2")
-    plan = gaitopt.plan_crawl(go2, s_columns(0, columns=2, robot=go2), body_height=0.27,
-                              swing_height=0.03, timing="velocity")  # fmt: skip
-    check = verify(plan)["self-collision"]
-    assert check.status == "unchecked" and "meshes" in check.note

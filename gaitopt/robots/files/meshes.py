@@ -103,3 +103,26 @@ def _corners(path: Path, changed: int) -> FloatArray | None:
     except Exception:  # trimesh's readers raise errors of many kinds
         return None
     return frozen(corners) if len(corners) and np.isfinite(corners).all() else None
+
+
+def mesh_hull(path: Path) -> FloatArray | None:
+    """The corners ``(N, 3)`` of a mesh's convex hull in the file's units.
+
+    ``None`` where the file cannot be read, or the mesh is flat.
+    """
+    corners = mesh_corners(path)
+    if corners is None:
+        return None
+    return _hull(path, path.stat().st_mtime_ns)
+
+
+@lru_cache(maxsize=256)
+def _hull(path: Path, changed: int) -> FloatArray | None:
+    """The hull of a file as it was ``changed``."""
+    from scipy.spatial import ConvexHull, QhullError
+
+    corners = _corners(path, changed)
+    try:
+        return None if corners is None else frozen(corners[ConvexHull(corners).vertices])
+    except (QhullError, ValueError):
+        return None

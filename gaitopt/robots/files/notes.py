@@ -19,6 +19,8 @@ from gaitopt.errors import RobotError
 TAG = "gaitopt"
 LARGEST_RADIUS = 1.0
 """Largest radius of a foot that is taken for one [m]: larger than any wheel of a legged robot."""
+FARTHEST = 1e3
+"""Largest coordinate of a hull that is taken for one [m]."""
 LONGEST_NOTE = 600
 MOST_NOTES = 100
 """Most letters of a note, and most notes: a plan file may come from somebody else."""
@@ -35,6 +37,7 @@ class Notes:
         standing: joint angles of the file's standing pose, by joint [rad]; empty for none.
         armature: inertia of the motors, seen at the joints, by joint [kg m^2].
         locked: joints that were made fixed, and where [rad, m].
+        hulls: convex hulls of the collision meshes: link, and coordinates in its frame [m].
         done: what was done to the file, in sentences.
         warnings: what the user should look at, each with its cure.
     """
@@ -45,6 +48,7 @@ class Notes:
     standing: Mapping[str, float] = field(default_factory=dict)
     armature: Mapping[str, float] = field(default_factory=dict)
     locked: Mapping[str, float] = field(default_factory=dict)
+    hulls: tuple[tuple[str, tuple[float, ...]], ...] = ()
     done: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
 
@@ -63,6 +67,8 @@ def write_notes(root: ElementTree.Element, notes: Notes) -> None:
     for tag, places in (("locked", notes.locked), ("standing", notes.standing)):
         for joint, at in places.items():
             ElementTree.SubElement(out, tag, joint=joint, at=repr(float(at)))
+    for link, numbers in notes.hulls:
+        ElementTree.SubElement(out, "hull", link=link).text = " ".join(map(repr, numbers))
     for tag, texts in (("done", notes.done), ("warning", notes.warnings)):
         for text in texts:
             ElementTree.SubElement(out, tag).text = text[:LONGEST_NOTE]
@@ -94,9 +100,22 @@ def read_notes(urdf: str, label: str) -> Notes:
         standing=_numbers(element, "standing", "at", where),
         armature=_numbers(element, "armature", "value", where),
         locked=_numbers(element, "locked", "at", where),
+        hulls=_hulls(element, where),
         done=texts["done"],
         warnings=texts["warning"],
     )
+
+
+def _hulls(element: ElementTree.Element, where: str) -> tuple[tuple[str, tuple[float, ...]], ...]:
+    """The hulls of meshes."""
+    out = []
+    for hull in element.findall("hull"):
+        values = [_finite(text) for text in (hull.text or "").split()]
+        numbers = tuple(value for value in values if value is not None and abs(value) < FARTHEST)
+        if len(numbers) != len(values) or len(values) % 3 or len(values) < 12:
+            raise RobotError(f"{where}: a <hull> needs four corners or more, of three numbers each")
+        out.append((_text(hull, "link", where), numbers))
+    return tuple(out)
 
 
 def _numbers(element: ElementTree.Element, tag: str, name: str, where: str) -> Mapping[str, float]:

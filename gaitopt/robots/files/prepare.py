@@ -19,6 +19,7 @@ from gaitopt.robots.discovery import Chain, assign_names, heading_axes
 from gaitopt.robots.feet import ball_radius
 from gaitopt.robots.files.axes import straighten
 from gaitopt.robots.files.ends import FootPlace, find_foot, place_asked
+from gaitopt.robots.files.hulls import find_hulls
 from gaitopt.robots.files.joint_limits import set_limits
 from gaitopt.robots.files.limbs import Limb, find_limbs
 from gaitopt.robots.files.masses import set_masses
@@ -82,9 +83,11 @@ def prepared_urdf(
     told = Notes(
         kind=notes.kind, feet=feet, foot_radius=radius, standing=notes.standing,
         armature=notes.armature, locked={**notes.locked, **locked},
+        hulls=find_hulls(tree, finder) or notes.hulls,
         done=tuple(done), warnings=tuple(dict.fromkeys(warnings)),
     )  # fmt: skip
     plain = known is None and options.legs is None and ElementTree.tostring(root) == same
+    plain &= not told.hulls
     if plain and radius == ball_radius(urdf, list(feet.values())) and not asked:
         return urdf, told
     root.attrib.setdefault("name", label)

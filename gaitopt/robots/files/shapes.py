@@ -84,8 +84,12 @@ def _solid(element: Element, pose: FloatArray, where: str, finder: MeshFinder) -
     corners = None if path is None else mesh_corners(path)
     if corners is None:
         return None
-    scale = numbers(element.get("scale", "1 1 1"), 3, f"{where}: scale of its mesh")
-    return Solid("mesh", pose, np.zeros(0), _placed(pose, corners * scale))
+    return Solid("mesh", pose, np.zeros(0), _placed(pose, corners * mesh_scale(element, where)))
+
+
+def mesh_scale(element: Element, where: str) -> FloatArray:
+    """Scales ``(3,)`` of a mesh along its axes."""
+    return numbers(element.get("scale", "1 1 1"), 3, f"{where}: scale of its mesh")
 
 
 def _sizes(element: Element, names: tuple[str, ...], where: str) -> FloatArray:

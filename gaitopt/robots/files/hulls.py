@@ -1,0 +1,44 @@
+"""Convex hulls of a robot's collision meshes, so that plans can be checked without the files."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gaitopt.conventions import FloatArray
+from gaitopt.robots.files.meshes import MeshFinder, mesh_hull
+from gaitopt.robots.files.shapes import mesh_scale
+from gaitopt.robots.files.tree import UrdfTree, placement_of
+
+DIGITS = 5
+"""Decimal places of a hull's coordinates [m]: a tenth of the distance that counts as touching."""
+MOST_CORNERS = 20_000
+"""Most corners of all hulls of a robot; the largest robot at hand has 5 000."""
+
+Hulls = tuple[tuple[str, tuple[float, ...]], ...]
+"""Links, and the coordinates x, y, z of a hull's corners in the link's frame [m], one after the
+other. A link with several meshes has several hulls."""
+
+
+def find_hulls(tree: UrdfTree, finder: MeshFinder) -> Hulls:
+    """The hulls of all collision meshes; none, where a file of one is missing or flat."""
+    out, count = [], 0
+    for name, link in tree.links.items():
+        for shape in link.findall("collision"):
+            for mesh in shape.findall("geometry/mesh"):
+                path = finder.find(mesh.get("filename", ""))
+                corners = None if path is None else mesh_hull(path)
+                if corners is None:
+                    return ()
+                where = f"{tree.label}: link {name}"
+                pose = placement_of(shape, where)
+                placed = corners * mesh_scale(mesh, where) @ pose[:3, :3].T + pose[:3, 3]
+                count += len(placed)
+                if count > MOST_CORNERS:
+                    return ()
+                out.append((name, tuple(float(x) for x in np.round(placed.ravel(), DIGITS))))
+    return tuple(out)
+
+
+def hull_corners(numbers: tuple[float, ...]) -> FloatArray:
+    """A hull's corners ``(N, 3)`` [m]."""
+    return np.array(numbers, dtype=np.float64).reshape(-1, 3)
