@@ -35,7 +35,7 @@ from gaitopt.robots.quadruped import Quadruped
 MOST_INTERVALS = 2000
 """Intervals whose linear programs are made at once: about 20 kB each."""
 MOST_SWEEPS = 40
-"""Most times that sweeps are repeated with more sides of polygons; 3 to 6 are usual."""
+"""Most times that sweeps are repeated with more sides of polygons; 1 to 6 are usual."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -283,6 +283,11 @@ def _inverse_dynamics(robot: Quadruped, q: FloatArray, v: FloatArray, a: FloatAr
     """Generalised forces ``(N, nv)`` by Pinocchio's RNEA."""
     import pinocchio as pin
 
+    if not hasattr(pin, "rneaInParallel"):
+        # Wheels of Pinocchio that are built without OpenMP.
+        data = robot.model.createData()
+        samples = zip(q, v, a, strict=True)
+        return np.array([pin.rnea(robot.model, data, *x) for x in samples]).reshape(v.shape)
     # On one thread: it saves the way through Python for each sample, 40 % of the time.
     pool, out = pin.ModelPool(robot.model, 1), np.empty((v.shape[1], len(v)), order="F")
     pin.rneaInParallel(1, pool, *(np.asfortranarray(table.T) for table in (q, v, a)), out)

@@ -162,6 +162,19 @@ def test_a_robot_in_free_fall_needs_no_force(robot: Quadruped) -> None:
     np.testing.assert_allclose(equations.forces, 0.0, atol=1e-9)
 
 
+def test_without_openmp_pinocchio_gives_the_same_forces(
+    robot: Quadruped, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rng, model = np.random.default_rng(3), robot.model
+    q = np.array([pin.neutral(model)] * 5)
+    motion = Motion(q, *rng.normal(size=(2, 5, model.nv)))
+    forces = equations_of_motion(robot, motion).forces
+    monkeypatch.delattr(pin, "rneaInParallel")
+    assert np.array_equal(equations_of_motion(robot, motion).forces, forces)
+    nothing = Motion(q[:0], *np.zeros((2, 0, model.nv)))
+    assert equations_of_motion(robot, nothing).forces.shape == (0, model.nv)
+
+
 def test_inputs_that_do_not_fit_are_refused(wang: Quadruped) -> None:
     values = np.zeros((3, 18))
     with pytest.raises(InputError, match="values must be"):
