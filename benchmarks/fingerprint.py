@@ -77,7 +77,9 @@ def gait(name: str, schedule: Any, velocity: Any, yaw_rate: float = 0.0, **more:
 
 def stride(name: str, obstacle: Any, **more: Any) -> Case:
     """A walk over an obstacle, with a cycle before it and one after it."""
-    given = {"stability_margin": 0.02, "margin": 0.03, "clearance": 0.01, **more}
+    given = {
+        "stability_margin": 0.02, "margin": 0.03, "clearance": 0.01, "timing": "velocity", **more,
+    }  # fmt: skip
     return lambda: gaitopt.plan_stride(robot(name), obstacle, **given)
 
 

@@ -185,7 +185,8 @@ class StrideFault(_MessageAndFields, GaitoptError):
         message: what is wrong, with the numbers.
         leg: the leg to blame.
         step: index of its step, counted from 0 over the whole walk; -1 where no step is to blame.
-        cause: ``"posture"``, ``"obstacle"``, ``"body"``, ``"swing"`` or ``"short"``.
+        cause: ``"posture"``, ``"obstacle"``, ``"body"``, ``"swing"``, ``"short"`` or
+            ``"forces"``.
         posture: the unsolved ``PostureSolution``, where a posture was not found.
     """
 

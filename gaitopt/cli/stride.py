@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.markup import escape
 
-from gaitopt.cli.options import MarginOption, OutOption, RobotOption
+from gaitopt.cli.options import MarginOption, OutOption, RobotOption, Timing
 from gaitopt.cli.support import make_folder, print_files, progress_bar, terminal
 from gaitopt.errors import InputError, MissingPackageError
 from gaitopt.plan.record import StrideRecord
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from gaitopt.robots.quadruped import Quadruped
     from gaitopt.terrain.obstacles import Obstacle
 
+PAPER_ROBOT = "frog1"
+"""The robot of [Shao2011]."""
 PAPER_BOARD = (0.11, 0.04)
 """Height and width of the board that the paper's robot steps over [m]: [Shao2011], Section V."""
 
@@ -75,6 +77,13 @@ ClearanceOption = Annotated[
 PatternOption = Annotated[
     Pattern, typer.Option(help="Path of a foot over it.", rich_help_panel="How")
 ]
+StrideTimingOption = Annotated[
+    Timing | None,
+    typer.Option(help="What bounds the speed: contact forces, joint torques and velocities; or "
+                 "joint velocities alone (nothing is promised of forces). The paper's robot frog1 "
+                 "has the paper's limits and velocity by default, and all others have forces.",
+                 rich_help_panel="How", show_default=False),
+]  # fmt: skip
 StudyOption = Annotated[
     bool,
     typer.Option("--study", help="Print the study of the paper's swing instead: our splines, the "
@@ -83,7 +92,7 @@ StudyOption = Annotated[
 
 
 def stride(
-    robot: RobotOption = "frog1",
+    robot: RobotOption = PAPER_ROBOT,
     shape: ShapeOption = Shape.rectangular,
     height: HeightOption = None,
     width: WidthOption = None,
@@ -92,6 +101,7 @@ def stride(
     clearance: ClearanceOption = None,
     stability_margin: MarginOption = None,
     pattern: PatternOption = Pattern.parabola,
+    timing: StrideTimingOption = None,
     study: StudyOption = False,
     out: OutOption = Path("out"),
 ) -> None:
@@ -104,12 +114,13 @@ def stride(
         return
     model = load_robot(robot)
     scale = scale_of(model)
+    chosen = timing or (Timing.velocity if model.name == PAPER_ROBOT else Timing.forces)
     with progress_bar("planning") as tick:
         plan = plan_stride(
             model, obstacle_for(shape, height, width, position, scale),
             margin=margin, clearance=clearance, stability_margin=stability_margin,
-            pattern=pattern.value,
-            progress=tick, **limits_of(model),
+            pattern=pattern.value, timing=chosen.value, progress=tick,
+            **(limits_of(model) if chosen is Timing.velocity else {}),
         )  # fmt: skip
     write_stride(plan, out)
     terminal().print(escape(describe(plan)))
@@ -147,7 +158,7 @@ def write_stride(plan: Plan, out: Path) -> None:
         save_figures(plan, out / "figures")
         tick(3, 4)
         more = {"striding_fig06_joints": joints, "striding_fig07_cog": lambda: plot_posture(plan)}
-        if plan.robot.name == "frog1":
+        if plan.robot.name == PAPER_ROBOT:
             more["striding_fig06_splines"] = splines
         write_figures(more, out / "figures")
         tick(4, 4)
@@ -211,7 +222,7 @@ def scale_of(robot: Quadruped) -> float:
     """Size of a robot as a multiple of the paper's robot: the ratio of their standing heights."""
     from gaitopt.robots.catalog import load_robot
 
-    return robot.standing_height / load_robot("frog1").standing_height
+    return robot.standing_height / load_robot(PAPER_ROBOT).standing_height
 
 
 def limits_of(robot: Quadruped) -> dict[str, Any]:
@@ -222,7 +233,7 @@ def limits_of(robot: Quadruped) -> dict[str, Any]:
     """
     from gaitopt.studies.swing_study import PAPER_LIMITS
 
-    if robot.name != "frog1":
+    if robot.name != PAPER_ROBOT:
         return {}
     return {"acceleration_limit": PAPER_LIMITS.acceleration, "jerk_limit": PAPER_LIMITS.jerk}
 

@@ -12,7 +12,8 @@ from gaitopt.conventions import FloatArray
 from gaitopt.errors import InputError
 from gaitopt.gait.crawl import SHAO_SEQUENCE, check_sequence, swing_order
 from gaitopt.inputs import check_count
-from gaitopt.plan.settings.base import PlanSettings, check_names, one_of, set_number
+from gaitopt.plan.settings.base import FORCES, PlanSettings, check_names, one_of, set_number
+from gaitopt.plan.settings.over_footholds import FORCE_MARGIN_SHARE
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.swing.obstacle_paths import PATTERNS, Pattern
 from gaitopt.terrain.obstacles import Obstacle
@@ -52,6 +53,7 @@ class StrideSettings(PlanSettings):
 
     planner: ClassVar[str] = "stride"
 
+    timing: str = FORCES
     obstacles: tuple[Obstacle, ...] = ()
     margin: float = 0.03
     clearance: float = 0.01
@@ -82,7 +84,9 @@ class StrideSettings(PlanSettings):
 
         The body is 0.9 of the legs' reach high, feet rise by a tenth of the reach over open ground,
         and each joint gets to its velocity limit in half a second. Margins are those of
-        [Shao2011] for robots that stand 0.40 m high or more, and to scale for smaller ones.
+        [Shao2011] for robots that stand 0.40 m high or more, and to scale for smaller ones. But
+        with the timing ``"forces"`` the stability margin is that of walks over footholds, 0.07 of
+        the standing height, so that every standing foot keeps its least normal force.
 
         Args:
             robot: from :func:`gaitopt.load_robot`.
@@ -94,6 +98,8 @@ class StrideSettings(PlanSettings):
         """
         check_names(cls, options)
         given = {k: v for k, v in options.items() if v is not None}
+        if given.get("timing", FORCES) == FORCES:
+            given.setdefault("stability_margin", open_margin(robot))
         for limit, joints in (("acceleration_limit", "accelerations"), ("jerk_limit", "jerks")):
             if limit in given:
                 given[joints] = _leg_values(robot, limit, given[limit])
@@ -129,6 +135,11 @@ class StrideSettings(PlanSettings):
         plain = super().to_dict()
         plain["obstacles"] = [_listed(asdict(obstacle)) for obstacle in self.obstacles]
         return plain
+
+
+def open_margin(robot: Quadruped) -> float:
+    """Stability margin with contact forces where none is given [m]."""
+    return round(FORCE_MARGIN_SHARE * robot.standing_height, 4)
 
 
 def _leg_values(robot: Quadruped, name: str, given: Any) -> tuple[float, ...]:

@@ -19,6 +19,7 @@ from gaitopt.motion.pieces import joined
 from gaitopt.optimize.posture.solver import solve_posture
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.record import StrideRecord
+from gaitopt.plan.settings.base import FORCES
 from gaitopt.plan.settings.keywords import chosen_settings, takes_settings
 from gaitopt.plan.settings.over_obstacle import BODY_HEIGHTS, StrideSettings
 from gaitopt.planners.over_obstacle.assembly import (
@@ -50,6 +51,9 @@ SAMPLES = 41
 Chosen here: a fortieth of a swing apart; what they miss, the next round finds."""
 BISECTIONS = 5
 """Bisections for the largest possible obstacle: it is found to a 32nd of the given one."""
+MARGINS = (1.0, 1.5, 2.0)
+"""Stability margins that are tried with contact forces, as multiples of the usual one, where none
+is given: the true centre of mass may be nearer to a side of the support than the body centre."""
 SAFE_SHARES = (1.0, 0.95, 0.9)
 """Shares of the obstacle for which footholds and postures exist that are then planned in full.
 Chosen here: swings may need a little more distance than postures alone."""
@@ -83,6 +87,10 @@ def plan_stride(
             ``acceleration_limit`` and ``jerk_limit`` may be one number, or one for each joint of
             a leg from body to foot.
 
+    With ``timing="forces"``, the default, the walk is as fast as contact forces and joint torques
+    allow (:func:`gaitopt.retimed`). Where no margin is given and a foot presses too little, larger
+    ones are tried.
+
     Returns:
         The plan. Its record holds ``clearance``, the least distance of any part of the robot from
         the obstacle [m]; ``foot_margin``, that of the balls of the feet during their swings over it
@@ -90,7 +98,8 @@ def plan_stride(
         distances between the obstacle and the feet that stand beside it [m].
 
     Raises:
-        InputError: a setting is unknown or out of range, or a joint has no velocity limit.
+        InputError: a setting is unknown or out of range, a joint has no velocity limit, or with
+            ``timing="forces"`` the robot has no mass or a jerk limit is given.
         InfeasibleStepError: no such walk was found; names the largest obstacle that is possible.
     """
     _check_kinds(robot, obstacle)
@@ -99,32 +108,64 @@ def plan_stride(
     if taken:
         raise InputError(f"plan_stride takes {taken[0]} from the obstacle; leave it out")
     chosen = chosen_settings(StrideSettings, robot, settings, {**options, **this})
+    if chosen.forces is not None:
+        _check_forces(robot, chosen)
     candidates = [chosen]
     if settings is None and options.get("body_height") is None:
         reach = float(np.mean([leg.reach for leg in robot.legs.values()]))
         candidates = [replace(chosen, body_height=share * reach) for share in BODY_HEIGHTS]
-    return _first_plan(robot, obstacle, candidates, progress)
+    margin_is_open = settings is None and options.get("stability_margin") is None
+    margins = MARGINS if margin_is_open and chosen.forces is not None else MARGINS[:1]
+    return _first_plan(robot, obstacle, candidates, margins, progress)
+
+
+def _check_forces(robot: Quadruped, settings: StrideSettings) -> None:
+    """Refuse what cannot be had with contact forces.
+
+    Raises:
+        InputError: the robot has no mass, or a jerk limit is given.
+    """
+    robot.require_masses()
+    if settings.jerk_limit is not None:
+        raise InputError(
+            "a jerk limit is not kept where contact forces set the timing: leave jerk_limit out, "
+            'or take timing="velocity"'
+        )
 
 
 def _first_plan(
     robot: Quadruped,
     obstacle: Obstacle,
     candidates: list[StrideSettings],
+    margins: tuple[float, ...],
     progress: Progress | None,
 ) -> Plan:
     """The plan with the first of some settings with which one is found.
 
+    Args:
+        robot, obstacle, progress: as in :func:`plan_stride`.
+        candidates: the settings.
+        margins: multiples of their stability margin that are tried in turn where nothing but
+            contact forces is missing.
+
     Raises:
-        InfeasibleStepError: none is; the error is that of the first settings.
+        InfeasibleStepError: none is; the error is that of the first settings that only lack
+            forces, or else of the first ones.
     """
     around = Surroundings.of(robot, obstacle)
     faults: list[StrideFault] = []
     for settings in candidates:
-        try:
-            return _attempt(robot, obstacle, settings, around, progress)
-        except StrideFault as fault:
-            faults.append(fault)
-    raise _infeasible(robot, obstacle, candidates, faults[0])
+        for share in margins:
+            wider = replace(settings, stability_margin=share * settings.stability_margin)
+            try:
+                return _attempt(robot, obstacle, wider, around, progress)
+            except StrideFault as fault:
+                faults.append(fault)
+                if fault.cause != FORCES:
+                    break
+    # A walk that only lacks forces came farthest.
+    reason = next((found for found in faults if found.cause == FORCES), faults[0])
+    raise _infeasible(robot, obstacle, candidates, reason)
 
 
 def _attempt(
@@ -158,12 +199,24 @@ def _attempt(
             demand = route.demand._replace(foot=route.demand.foot + more, gaps=gaps)
         else:
             plan = plan_of(route, pieces, _record(route, around, closest, foot))
-            return plan if settings.forces is None else retimed(plan)
+            return plan if settings.forces is None else _with_forces(plan)
     raise StrideFault(
         f"{f'leg {closest.seen.leg}' if closest.seen.leg else 'the body'} comes within "
         f"{closest.proven:.4g} m of the obstacle after {ROUNDS} rounds",
         closest.seen.leg, cause="obstacle",
     )  # fmt: skip
+
+
+def _with_forces(plan: Plan) -> Plan:
+    """The plan as fast as contact forces allow.
+
+    Raises:
+        StrideFault: somewhere there are none.
+    """
+    try:
+        return retimed(plan)
+    except (InfeasibleStepError, SolverError) as error:
+        raise StrideFault(str(error), cause=FORCES) from error
 
 
 def _with_more_distance(
@@ -226,6 +279,8 @@ def _infeasible(
             "neither a lower nor a narrower one is possible: reduce margin, stability_margin or "
             "clearance, or give another body_height"
         )
+    if candidates[0].forces is not None:
+        remedy += '; without contact forces more may be possible: timing="velocity"'
     largest = None
     if fault.posture is not None:
         found = solve_posture(fault.posture.problem.largest_margin())
@@ -260,7 +315,8 @@ def _largest(
             low = middle
         else:
             high = middle
-    for share in SAFE_SHARES:
+    shares = SAFE_SHARES if candidates[0].forces is None else SAFE_SHARES[-1:]
+    for share in shares:
         size = share * low
         if size and _is_possible(robot, sized(size), candidates, in_full=True):
             return sized(size)

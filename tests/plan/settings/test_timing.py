@@ -45,8 +45,13 @@ def test_gaits_promise_forces_by_default_and_then_sway() -> None:
     assert (slow.sway, slow.lead, slow.forces) == (False, 0.0, None)
 
 
-def test_striding_is_by_velocity() -> None:
-    assert StrideSettings().timing == "velocity" and StrideSettings().promised_forces is None
+def test_striding_promises_forces_by_default_with_a_larger_margin() -> None:
+    assert StrideSettings().promised_forces == ForceLimits()
+    robot = gaitopt.load_robot("anymal_c")
+    margins = [StrideSettings.for_robot(robot, timing=t).stability_margin
+               for t in (None, "forces", "velocity")]  # fmt: skip
+    height = robot.standing_height
+    assert margins == [round(0.07 * height, 4)] * 2 + [round(0.02 * min(1.0, height / 0.4), 4)]
 
 
 @pytest.mark.parametrize("name", ["wang2020", "go2", "anymal_c"])

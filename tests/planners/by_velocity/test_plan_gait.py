@@ -28,7 +28,6 @@ from gaitopt import (
 from gaitopt.gait.state_machine import GaitStateMachine, LegState
 from gaitopt.robots.rotations import rpy_to_matrix
 
-
 plan_gait = partial(gaitopt.plan_gait, timing="velocity")
 
 

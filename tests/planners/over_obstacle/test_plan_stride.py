@@ -1,8 +1,12 @@
-"""Walks over an obstacle: certified, clear of it at all times, and refused where they cannot be."""
+"""Walks over an obstacle: certified, clear of it at all times, and refused where they cannot be.
+
+Most are timed by joint velocities, as in the paper; those with contact forces say so.
+"""
 
 from __future__ import annotations
 
 import json
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -10,7 +14,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gaitopt import InfeasibleStepError, InputError, load_robot, verify
+from gaitopt import ForceLimits, InfeasibleStepError, InputError, load_robot, verify
 from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.motion.path import MotionPath
 from gaitopt.motion.pieces import joined
@@ -20,6 +24,7 @@ from gaitopt.optimize.spline.problem import build_spline_problem
 from gaitopt.optimize.spline.solver import solve_spline
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.settings.over_obstacle import StrideSettings
+from gaitopt.planners.over_obstacle import planner
 from gaitopt.planners.over_obstacle.clearance import Surroundings
 from gaitopt.planners.over_obstacle.layout import Gaps, footholds, lay_out
 from gaitopt.planners.over_obstacle.pieces import (
@@ -29,7 +34,6 @@ from gaitopt.planners.over_obstacle.pieces import (
     spline_swing,
     without_end_accelerations,
 )
-from gaitopt.planners.over_obstacle.planner import plan_stride
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.whole_body import feet_from_joints
 from gaitopt.terrain.obstacles import (
@@ -41,6 +45,7 @@ from gaitopt.terrain.obstacles import (
 
 FROG, WANG, ANYMAL = (load_robot(name) for name in ("frog1", "wang2020", "anymal_c"))
 BOARD = rectangular_obstacle(0.11, 0.04)
+plan_stride = partial(planner.plan_stride, timing="velocity")
 TABLE_I: dict[str, Any] = {
     "acceleration_limit": np.radians(20.0),
     "jerk_limit": np.radians([40.0, 50.0]),
@@ -148,6 +153,42 @@ def test_other_robots_and_obstacles_are_certified(robot: Quadruped, obstacle: Ob
     assert np.abs(across[[0, -1], 1]).max() < 1e-9
     yaw = np.arctan2(*(motion.cog[-1] - motion.cog[0])[[1, 0]])
     assert np.cos(yaw - obstacle.yaw) == pytest.approx(1.0)
+
+
+# --- contact forces ---------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("robot", [FROG, ANYMAL], ids=["frog1", "anymal_c"])
+def test_by_default_contact_forces_exist(robot: Quadruped) -> None:
+    """The true centre of mass of anymal_c is 9 mm behind its body centre, nearer to the sides."""
+    obstacle = rectangular_obstacle(0.05, 0.03)
+    plan = planner.plan_stride(robot, obstacle, approach=0, leave=0)
+    certificate = verify(plan, collisions=False)
+    assert certificate.ok and certificate["contact forces"].status == "ok", certificate.report()
+    assert certificate["obstacles cleared"].status == "ok"
+    assert plan.settings.stability_margin >= round(0.07 * robot.standing_height, 4)
+
+
+def test_a_jerk_limit_needs_the_timing_by_velocity() -> None:
+    with pytest.raises(InputError, match=r"a jerk limit is not kept .*timing=\"velocity\""):
+        planner.plan_stride(FROG, BOARD, **TABLE_I)
+
+
+def test_more_reserve_than_a_margin_gives_is_refused_with_the_foot(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """(Without the search for a smaller obstacle, which has no forces, either.)"""
+    monkeypatch.setattr(planner, "_largest", lambda *_: None)
+    asked: dict[str, Any] = {
+        "approach": 0,
+        "leave": 0,
+        "body_height": 0.72,
+        "stability_margin": 0.04,
+    }
+    with pytest.raises(InfeasibleStepError, match="normal force") as caught:
+        planner.plan_stride(FROG, rectangular_obstacle(0.03, 0.03),
+                            forces=ForceLimits(reserve=0.25), **asked)  # fmt: skip
+    assert caught.value.conflicts == ("forces",) and 'timing="velocity"' in str(caught.value)
 
 
 # --- refusals ---------------------------------------------------------------------------------

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pytest
 
 from gaitopt import InputError, load_robot
 from gaitopt.plan.plan import Plan
-from gaitopt.planners.over_obstacle.planner import plan_stride
+from gaitopt.planners.over_obstacle import planner
 from gaitopt.terrain.obstacles import rectangular_obstacle
 from gaitopt.viewing.figures.posture import cog_cycle, plot_posture, striding_cycle
+
+plan_stride = partial(planner.plan_stride, timing="velocity")
 
 
 @pytest.fixture(scope="module")
