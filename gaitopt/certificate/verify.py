@@ -19,9 +19,10 @@ from gaitopt.certificate.known_robot import refuse_other_robot
 from gaitopt.certificate.trace import trace
 from gaitopt.certificate.weak_settings import weak_settings
 from gaitopt.dynamics.contacts import ForceLimits
-from gaitopt.errors import RobotError
+from gaitopt.errors import InputError, RobotError
 from gaitopt.plan.plan import Plan
 from gaitopt.robots.quadruped import Quadruped
+from gaitopt.terrain.footholds import Footholds
 
 
 def verify(
@@ -33,7 +34,8 @@ def verify(
 ) -> Certificate:
     """Judge a plan at every instant.
 
-    Masses, lengths and limits are those of the plan's URDF, which is read anew.
+    Masses, lengths and limits are those of the plan's URDF, which is read anew, and settings are
+    checked anew: what was changed in memory does not count.
 
     Args:
         plan: any planner's plan.
@@ -47,11 +49,14 @@ def verify(
         The certificate. A violated check is no error: see :meth:`Certificate.raise_for_violations`.
 
     Raises:
+        InputError: ``forces`` are no :class:`gaitopt.ForceLimits`, or a setting was changed in
+            memory to a value that it cannot have.
         RobotError: the plan was made for another URDF than that of ``robot``; or its robot bears
             the name of one that is known, and differs from it, or has wider limits.
     """
+    plan = _read_anew(plan)
     _refuse_other_robot(plan, robot)
-    plan = replace(plan, robot=_as_in_the_file(plan.robot))
+    forces = None if forces is None else _checked(forces)
     motion = trace(plan)
     found: list[Check | None] = [
         contacts.continuity(plan),
@@ -89,9 +94,23 @@ def _checks_of_forces(plan: Plan, asked: ForceLimits | None) -> list[Check]:
     return found or [unchecked(FORCES, "N", "not asked for", 0.0)]
 
 
-def _as_in_the_file(robot: Quadruped) -> Quadruped:
-    """The robot read anew from its URDF: whatever was changed in memory does not count."""
-    return Quadruped.from_urdf(robot.urdf, robot.name, robot.knees)
+def _read_anew(plan: Plan) -> Plan:
+    """The plan as its file would give it back."""
+    robot, settings = plan.robot, plan.settings
+    limits = None if settings.forces is None else _checked(settings.forces)
+    return replace(
+        plan,
+        robot=Quadruped.from_urdf(robot.urdf, robot.name, robot.knees),
+        footholds=Footholds(dict(plan.footholds.points), plan.footholds.radius),
+        settings=replace(settings, forces=limits),
+    )
+
+
+def _checked(limits: ForceLimits) -> ForceLimits:
+    if not isinstance(limits, ForceLimits):
+        raise InputError(f"forces must be ForceLimits or None, got {limits!r}")
+    line = limits.torque_line
+    return replace(limits, torque_line=None if line is None else replace(line))
 
 
 def _refuse_other_robot(plan: Plan, robot: Quadruped | None) -> None:

@@ -112,3 +112,22 @@ def test_shares_that_mean_nothing_are_refused(name: str, value: float) -> None:
 def test_torque_lines_that_do_not_fall_are_refused(knee: float, no_load: float) -> None:
     with pytest.raises(InputError):
         TorqueLine(knee, no_load)
+
+
+def test_settings_that_were_changed_in_memory_are_refused(still: Plan) -> None:
+    for name, value in (("stability_margin", -1.0), ("reach_fraction", 2.0)):
+        settings = replace(still.settings)
+        object.__setattr__(settings, name, value)
+        with pytest.raises(InputError, match=name):
+            gaitopt.verify(replace(still, settings=settings), collisions=False)
+    limits = ForceLimits()
+    object.__setattr__(limits, "torque_share", 10.0)
+    weak = replace(still, settings=replace(still.settings, forces=limits))
+    for plan, asked in ((weak, None), (still, limits)):
+        with pytest.raises(InputError, match="torque_share"):
+            gaitopt.verify(plan, collisions=False, forces=asked)
+
+
+def test_limits_must_be_limits(still: Plan) -> None:
+    with pytest.raises(InputError, match="forces must be ForceLimits"):
+        gaitopt.verify(still, forces={"friction": 0.6})  # type: ignore[arg-type]
