@@ -7,56 +7,26 @@ along the fastest joint spline (Section III), over open ground along a simple sw
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from gaitopt.conventions import Progress
-from gaitopt.errors import InfeasibleStepError, InputError, SolverError, StrideFault
-from gaitopt.motion.pieces import joined
-from gaitopt.optimize.posture.solver import solve_posture
+from gaitopt.errors import InputError, StrideFault
 from gaitopt.plan.plan import Plan
-from gaitopt.plan.record import StrideRecord
 from gaitopt.plan.settings.base import FORCES
 from gaitopt.plan.settings.keywords import chosen_settings, takes_settings
 from gaitopt.plan.settings.over_obstacle import BODY_HEIGHTS, StrideSettings
-from gaitopt.planners.over_obstacle.assembly import (
-    Piece,
-    energy_margin,
-    foot_margin,
-    pieces_of,
-    plan_of,
-)
-from gaitopt.planners.over_obstacle.clearance import Approach, Surroundings
-from gaitopt.planners.over_obstacle.layout import Gaps
-from gaitopt.planners.over_obstacle.route import Demand, StrideRoute
-from gaitopt.planners.over_obstacle.search import find_route, widened
-from gaitopt.retiming.retimed import retimed
+from gaitopt.planners.over_obstacle.attempt import attempt
+from gaitopt.planners.over_obstacle.clearance import Surroundings
+from gaitopt.planners.over_obstacle.failure import infeasible
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.obstacles import Obstacle
 
-ROUNDS = 6
-"""How often a walk is timed, each time with larger distances from the obstacle. Measured: four
-walks of three robots needed one. Each further round adds at least what was missing."""
-FOOT_TOLERANCE = 2e-5
-"""By how much the proven margin of the feet may be below the one that is asked for [m]: the
-precision of that proof."""
-RESERVE = 1e-3
-"""Distance that is asked for beyond what is missing [m]. Chosen here: a millimetre, so that the
-next round does not end just below the limit again."""
-SAMPLES = 41
-"""Instants of each move and swing at which distances are measured, to find which leg is too near.
-Chosen here: a fortieth of a swing apart; what they miss, the next round finds."""
-BISECTIONS = 5
-"""Bisections for the largest possible obstacle: it is found to a 32nd of the given one."""
 MARGINS = (1.0, 1.5, 2.0)
 """Stability margins that are tried with contact forces, as multiples of the usual one, where none
 is given: the true centre of mass may be nearer to a side of the support than the body centre."""
-SAFE_SHARES = (1.0, 0.95, 0.9)
-"""Shares of the obstacle for which footholds and postures exist that are then planned in full.
-Chosen here: swings may need a little more distance than postures alone."""
 
 
 @takes_settings(StrideSettings)
@@ -158,190 +128,14 @@ def _first_plan(
         for share in margins:
             wider = replace(settings, stability_margin=share * settings.stability_margin)
             try:
-                return _attempt(robot, obstacle, wider, around, progress)
+                return attempt(robot, obstacle, wider, around, progress)
             except StrideFault as fault:
                 faults.append(fault)
                 if fault.cause != FORCES:
                     break
     # A walk that only lacks forces came farthest.
     reason = next((found for found in faults if found.cause == FORCES), faults[0])
-    raise _infeasible(robot, obstacle, candidates, reason)
-
-
-def _attempt(
-    robot: Quadruped,
-    obstacle: Obstacle,
-    settings: StrideSettings,
-    around: Surroundings,
-    progress: Progress | None,
-) -> Plan:
-    """A plan with one body height that is clear of the obstacle at every instant.
-
-    Raises:
-        StrideFault: none was found.
-    """
-    demand: Demand | None = None
-    for _ in range(ROUNDS):
-        route = find_route(robot, obstacle, settings, around, demand)
-        try:
-            pieces = pieces_of(route, progress)
-        except (InputError, SolverError) as error:
-            # The walk may be possible at another height of the body, or over a smaller obstacle.
-            raise StrideFault(str(error), cause="swing") from error
-        path = joined([piece.path for piece in pieces if piece.path is not None])
-        closest = around.along(path, settings.clearance)
-        foot = foot_margin(route, pieces)
-        if closest.proven < settings.clearance:
-            demand = _with_more_distance(route, around, pieces, closest)
-        elif foot < settings.margin - FOOT_TOLERANCE:
-            more = settings.margin - foot + FOOT_TOLERANCE
-            gaps = Gaps(*(gap + more for gap in route.demand.gaps))
-            demand = route.demand._replace(foot=route.demand.foot + more, gaps=gaps)
-        else:
-            plan = plan_of(route, pieces, _record(route, around, closest, foot))
-            return plan if settings.forces is None else _with_forces(plan)
-    raise StrideFault(
-        f"{f'leg {closest.seen.leg}' if closest.seen.leg else 'the body'} comes within "
-        f"{closest.proven:.4g} m of the obstacle after {ROUNDS} rounds",
-        closest.seen.leg, cause="obstacle",
-    )  # fmt: skip
-
-
-def _with_forces(plan: Plan) -> Plan:
-    """The plan as fast as contact forces allow.
-
-    Raises:
-        StrideFault: somewhere there are none.
-    """
-    try:
-        return retimed(plan)
-    except (InfeasibleStepError, SolverError) as error:
-        raise StrideFault(str(error), cause=FORCES) from error
-
-
-def _with_more_distance(
-    route: StrideRoute, around: Surroundings, pieces: list[Piece], closest: Approach
-) -> Demand:
-    """Larger distances for the legs that come too near to the obstacle.
-
-    Args:
-        route, around: the walk, and the robot's shapes with the obstacle.
-        pieces: its timed moves and swings.
-        closest: how near they come.
-    """
-    samples = [
-        piece.path.evaluate(np.linspace(0.0, piece.path.duration, SAMPLES))
-        for piece in pieces if piece.path is not None
-    ]  # fmt: skip
-    demand = widened(route, around, np.concatenate(samples))
-    if demand != route.demand:
-        return demand
-    # No leg is too near at the samples, so it is between them: a larger distance for all legs.
-    more = route.settings.clearance - closest.proven + RESERVE
-    return demand._replace(gaps=Gaps(*(gap + more for gap in demand.gaps)), lift=demand.lift + more)
-
-
-def _record(
-    route: StrideRoute, around: Surroundings, closest: Approach, foot: float
-) -> StrideRecord:
-    """What the plan's record holds; ``foot`` is the proven margin of the feet [m]."""
-    gaps = {f"gap_{name}": float(gap) for name, gap in route.demand.gaps._asdict().items()}
-    return StrideRecord(
-        stability="static margin of the body centre, on the horizontal projection",
-        clearance=float(closest.proven),
-        foot_margin=float(foot),
-        energy_margin=energy_margin(route),
-        nearest=f"{closest.seen.shape} at {closest.time:.2f} s",
-        lines_for_meshes=", ".join(around.stand_ins) or None,
-        **gaps,
-    )
-
-
-# --- errors -----------------------------------------------------------------------------------
-
-
-def _infeasible(
-    robot: Quadruped, obstacle: Obstacle, candidates: list[StrideSettings], fault: StrideFault
-) -> InfeasibleStepError:
-    """The error for an obstacle that is too large, with the largest one that is possible."""
-    # Cycles without obstacle do not matter here, and every second body height is precise enough.
-    few = [replace(settings, approach=0, leave=0) for settings in candidates[::2]]
-    best = _largest(robot, few, lambda share: scaled(obstacle, height=share))
-    if best is None:
-        best = _largest(robot, few, lambda share: scaled(obstacle, width=share))
-    if best is not None:
-        remedy = (
-            f"with these settings it gets over one {best.height:.3g} m high and "
-            f"{best.width:.3g} m wide"
-        )
-    else:
-        remedy = (
-            "neither a lower nor a narrower one is possible: reduce margin, stability_margin or "
-            "clearance, or give another body_height"
-        )
-    if candidates[0].forces is not None:
-        remedy += '; without contact forces more may be possible: timing="velocity"'
-    largest = None
-    if fault.posture is not None:
-        found = solve_posture(fault.posture.problem.largest_margin())
-        largest = found.margin if found.solved else None
-    return InfeasibleStepError(
-        f"{robot.name} does not get over this obstacle: {fault}; {remedy}",
-        step=fault.step, leg=fault.leg, conflicts=(fault.cause,),
-        margin=candidates[0].stability_margin, largest_margin=largest,
-        reach_fraction=candidates[0].reach_fraction,
-    )  # fmt: skip
-
-
-def _largest(
-    robot: Quadruped, candidates: list[StrideSettings], sized: Callable[[float], Obstacle]
-) -> Obstacle | None:
-    """The largest possible obstacle, by bisection.
-
-    The bisection asks for footholds and postures only. The largest obstacle that has them is then
-    planned in full, and made a little smaller where that fails.
-
-    Args:
-        robot, candidates: the robot, and settings to try.
-        sized: gives the obstacle for a share, from 0 to 1, of its size.
-
-    Returns:
-        The obstacle; ``None`` where even a 32nd of it is too large.
-    """
-    low, high = 0.0, 1.0
-    for _ in range(BISECTIONS):
-        middle = (low + high) / 2.0
-        if _is_possible(robot, sized(middle), candidates):
-            low = middle
-        else:
-            high = middle
-    shares = SAFE_SHARES if candidates[0].forces is None else SAFE_SHARES[-1:]
-    for share in shares:
-        size = share * low
-        if size and _is_possible(robot, sized(size), candidates, in_full=True):
-            return sized(size)
-    return None
-
-
-def _is_possible(
-    robot: Quadruped, obstacle: Obstacle, candidates: list[StrideSettings], *, in_full: bool = False
-) -> bool:
-    """Whether any of the settings gives footholds and postures, or, ``in_full``, a plan."""
-    around = Surroundings.of(robot, obstacle)
-    for settings in candidates:
-        asked = replace(settings, obstacles=(obstacle,))
-        try:
-            if in_full:
-                _attempt(robot, obstacle, asked, around, None)
-            else:
-                find_route(robot, obstacle, asked, around)
-        except (StrideFault, InputError):
-            continue
-        return True
-    return False
-
-
-# --- arguments --------------------------------------------------------------------------------
+    raise infeasible(robot, obstacle, candidates, reason)
 
 
 def _check_kinds(robot: object, obstacle: object) -> None:
@@ -356,18 +150,3 @@ def _check_kinds(robot: object, obstacle: object) -> None:
             f"0.11, 0.04), for instance), got {type(robot).__name__} and {type(obstacle).__name__}"
         )
     robot.require_velocity_limits()
-
-
-def scaled(obstacle: Obstacle, height: float = 1.0, width: float = 1.0) -> Obstacle:
-    """The obstacle with its section scaled by two factors; a round one by ``height`` alone.
-
-    An obstacle whose section would be too small is returned unchanged.
-    """
-    if obstacle.shape == "round":
-        width = height
-    core = tuple((x * width, z * height) for x, z in obstacle.core)
-    rounding = obstacle.rounding * min(height, width)
-    try:
-        return replace(obstacle, core=core, rounding=rounding)
-    except InputError:
-        return obstacle

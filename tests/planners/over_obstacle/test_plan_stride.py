@@ -24,7 +24,7 @@ from gaitopt.optimize.spline.problem import build_spline_problem
 from gaitopt.optimize.spline.solver import solve_spline
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.settings.over_obstacle import StrideSettings
-from gaitopt.planners.over_obstacle import planner
+from gaitopt.planners.over_obstacle import failure, planner
 from gaitopt.planners.over_obstacle.clearance import Surroundings
 from gaitopt.planners.over_obstacle.layout import Gaps, footholds, lay_out
 from gaitopt.planners.over_obstacle.pieces import (
@@ -178,7 +178,7 @@ def test_more_reserve_than_a_margin_gives_is_refused_with_the_foot(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """(Without the search for a smaller obstacle, which has no forces, either.)"""
-    monkeypatch.setattr(planner, "_largest", lambda *_: None)
+    monkeypatch.setattr(failure, "_largest", lambda *_: None)
     asked: dict[str, Any] = {
         "approach": 0,
         "leave": 0,

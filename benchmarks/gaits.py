@@ -1,0 +1,75 @@
+"""Gaits by velocity on all robots: with contact forces or not, and what physics makes of them.
+
+``python -m benchmarks.gaits [--gaits trot,trot60] [--robots a1,go2] [--velocity]`` prints a table.
+Each gait is walked for 1.5 m at full speed, ``wang2020-fast`` at 0.3 m/s and others at 0.5 m/s, and
+gaits with three feet at 0.1 m/s. With ``--velocity`` the same gaits are planned without forces.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from time import process_time
+
+import gaitopt
+
+ROBOTS = ("wang2020-fast", "a1", "go1", "go2", "b1", "laikago", "anymal", "anymal_c", "hyq",
+          "solo12")  # fmt: skip
+"""wang2020's joints are too slow for these gaits."""
+GAITS = {
+    "trot": gaitopt.trot(0.5),
+    "trot60": gaitopt.trot(0.5, 0.6),
+    "quasi-static": gaitopt.quasi_static(1.0),
+    "walk": gaitopt.walk(1.6),
+}
+"""Gaits by their names here; the number is the duty factor in per cent."""
+SLOW, FAST, WANG = 0.1, 0.5, 0.3
+"""Speeds of gaits on three feet, of trots, and of trots of wang2020-fast [m/s]."""
+DISTANCE = 1.5
+"""Way at full speed [m]."""
+
+
+def line(name: str, gait: str, timing: str) -> str:
+    """The table's line of one walk."""
+    robot = gaitopt.load_robot(name)
+    trots = gait.startswith("trot")
+    speed = SLOW if not trots else WANG if name == "wang2020-fast" else FAST
+    began = process_time()
+    try:
+        plan = gaitopt.plan_gait(
+            robot, GAITS[gait], velocity=speed, distance=DISTANCE if trots else 0.3, timing=timing
+        )
+    except gaitopt.GaitoptError as error:
+        return f"| {name} | {gait} | {speed} | refused: {error} |"
+    planning = process_time() - began
+    began = process_time()
+    certificate = gaitopt.verify(plan, collisions=False, forces=gaitopt.ForceLimits())
+    checking = process_time() - began
+    result = gaitopt.simulate(plan)
+    forces = certificate["contact forces"].status
+    missed = f"{len(result.missed)} of {result.steps}"
+    return (
+        f"| {name} | {gait} | {speed} | {forces} | {planning:.1f} | {checking:.1f} | "
+        f"{result.status} | {missed} | {57.3 * result.tilt:.1f} | {1e3 * result.body_error:.0f} |"
+    )
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--gaits", default="trot", help=f"some of {', '.join(GAITS)}")
+    parser.add_argument("--robots", default=",".join(ROBOTS))
+    parser.add_argument("--velocity", action="store_true", help="plan without forces")
+    asked = parser.parse_args(arguments)
+    print("| robot | gait | m/s | forces | planned [s] | checked [s] | physics | feet beside their "
+          "places | tilt [deg] | body error [mm] |")  # fmt: skip
+    print("|---|---|---|---|---|---|---|---|---|---|")
+    for gait in asked.gaits.split(","):
+        for name in asked.robots.split(","):
+            print(line(name, gait, "velocity" if asked.velocity else "forces"))
+            sys.stdout.flush()
+
+
+if __name__ == "__main__":
+    main()
