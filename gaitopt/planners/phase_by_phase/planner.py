@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from gaitopt.conventions import Progress
-from gaitopt.errors import InfeasibleStepError
+from gaitopt.errors import GaitoptError, InfeasibleStepError
 from gaitopt.plan.com_margin import with_com_margins
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.settings.crawl import CrawlSettings
@@ -118,7 +118,8 @@ def _fastest_of_higher(
             other = plan_in_order(
                 plan.robot, plan.footholds, replace(settings, body_height=height), progress=progress
             )
-        except InfeasibleStepError:
+        except GaitoptError:
+            # There is a plan already: what is tried beside it may fail for any reason.
             break
         if other.duration >= plan.duration:
             break

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,15 +14,16 @@ from gaitopt import ForceLimits, Plan, Quadruped
 from gaitopt.conventions import LEGS, rotation_z
 from gaitopt.dynamics.feasible_region import feasible_regions
 from gaitopt.dynamics.region.vertical import vertical_forces_hold
-from gaitopt.errors import InfeasibleStepError
+from gaitopt.errors import InfeasibleStepError, SolverError
 from gaitopt.plan.com_margin import true_com
-from gaitopt.planners.phase_by_phase import demands, standing_places
+from gaitopt.plan.settings.crawl import CrawlSettings
+from gaitopt.planners.phase_by_phase import demands, planner, standing_places
 
 Array = NDArray[np.float64]
 LARGE_RESERVE = ForceLimits(reserve=0.1)
 
 
-def walk(name: str, forces: ForceLimits | None = None, **options: float) -> Plan:
+def walk(name: str, forces: ForceLimits | None = None, **options: Any) -> Plan:
     robot = gaitopt.load_robot(name)
     columns = gaitopt.s_columns(0, columns=2, robot=robot)
     return gaitopt.plan_crawl(robot, columns, forces=forces, **options)
@@ -90,12 +92,13 @@ def test_where_the_triangle_is_enough_nothing_changes(monkeypatch: pytest.Monkey
 
 
 def test_the_heading_does_not_matter(with_reserve: Plan) -> None:
-    turn = rotation_z(2.0)
+    turn, settings = rotation_z(2.0), with_reserve.settings
+    assert isinstance(settings, CrawlSettings)
     places = with_reserve.footholds.array @ turn.T
     turned_footholds = gaitopt.Footholds(dict(zip(LEGS, places, strict=True)))
     turned = gaitopt.plan_crawl(
         with_reserve.robot, turned_footholds,
-        replace(with_reserve.settings, heading=2.0),
+        replace(settings, heading=2.0),
     )  # fmt: skip
     np.testing.assert_allclose(
         [p.cog_end for p in turned.phases], [turn @ p.cog_end for p in with_reserve.phases],
@@ -113,8 +116,28 @@ def test_forces_that_hold_nowhere_are_told() -> None:
     with pytest.raises(InfeasibleStepError) as told:
         walk("anymal_c", ForceLimits(torque_share=0.3), body_height=0.44)
     assert told.value.conflicts == ("contact forces",)
-    for word in ("LH-RH-RF", "torque_share 0.3", "body_height 0.44", "take another"):
+    standing = "-".join(leg for leg in LEGS if leg != told.value.leg)
+    for word in (f"step {told.value.step} ({told.value.leg}", standing, "torque_share 0.3",
+                 "body_height 0.44", "take another"):  # fmt: skip
         assert word in told.value.message
+
+
+def test_a_higher_body_that_fails_leaves_the_walk_that_was_found(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    robot = gaitopt.load_robot("a1")
+    ground = gaitopt.s_columns(0, columns=2, robot=robot)
+    tried, plan_at = [], planner.plan_in_order
+
+    def only_first(*given: Any, **more: Any) -> Plan:
+        tried.append(given[2].body_height)
+        if len(tried) > 1:
+            raise SolverError("a leg is straight")
+        return plan_at(*given, **more)
+
+    monkeypatch.setattr(planner, "plan_in_order", only_first)
+    plan = gaitopt.plan_crawl(robot, ground, forces=LARGE_RESERVE)
+    assert len(tried) == 2 and plan.settings.body_height == tried[0] < tried[1]
 
 
 def test_straighter_legs_are_tried_where_joints_are_weak() -> None:
