@@ -9,9 +9,8 @@ from pathlib import Path
 import pytest
 
 from gaitopt.errors import InputError, MissingPackageError, RobotError
-from gaitopt.robots import catalog
-from gaitopt.robots.files import reading
 from gaitopt.robots.catalog import EXAMPLE_ROBOTS, OWN_ROBOTS, load_robot, own_urdf, robot_names
+from gaitopt.robots.files import reading
 
 
 def refusal(source: str | Path) -> str:
@@ -102,6 +101,16 @@ def test_binary_file_is_no_urdf(tmp_path: Path) -> None:
     path = tmp_path / "robot.stl"
     path.write_bytes(b"solid\x00\xff\xfe\x80")
     assert refusal(path) == f"{path} is no text in UTF-8 (byte 6); a URDF is"
+
+
+@pytest.mark.parametrize("encoding", ["gbk", "latin-1", "utf-16", "utf-8-sig"])
+def test_text_in_the_encoding_that_it_declares_is_read(tmp_path: Path, encoding: str) -> None:
+    text = own_urdf("wang2020").read_text("utf-8")
+    comment = "\u817f" if encoding == "gbk" else "\u00fc"
+    declared = f'<?xml version="1.0" encoding="{encoding.removesuffix("-sig")}"?>'
+    body = text[text.index("<robot") :].replace("</robot>", f"<!-- {comment} --></robot>")
+    (tmp_path / "dog.urdf").write_bytes((declared + body).encode(encoding))
+    assert load_robot(tmp_path / "dog.urdf").mass == pytest.approx(25.0)
 
 
 def test_empty_file_is_no_urdf(tmp_path: Path) -> None:

@@ -12,6 +12,7 @@ from gaitopt.robots.files.options import ReadOptions
 from gaitopt.robots.files.prepare import prepared_urdf
 from gaitopt.robots.urdf_text import LIMIT
 
+_ENCODING = re.compile(rb"\s*<\?xml[^>]*encoding\s*=\s*[\"']([A-Za-z][\w.-]{0,30})[\"']")
 _KINDS = re.compile(r"<\s*(robot|mujoco|sdf|mujocoinclude)\b")
 
 
@@ -23,12 +24,31 @@ def read_file(path: Path, options: ReadOptions) -> tuple[str, Notes]:
         MissingPackageError: it is xacro or MJCF, and the package that reads these is missing.
         InputError: an option names what the robot does not have.
     """
-    data = read_bounded(path, LIMIT, RobotError)
-    try:
-        text = data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise RobotError(f"{path} is no text in UTF-8 (byte {error.start}); a URDF is") from error
+    text = _decoded(read_bounded(path, LIMIT, RobotError), path)
     return read_text(text, name_of(path), options, path)
+
+
+def _decoded(data: bytes, path: Path) -> str:
+    """The text of a file: in UTF-8, or in the encoding that its first line declares.
+
+    Raises:
+        RobotError: it is in neither.
+    """
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        declared = _ENCODING.match(data)
+        names = [declared.group(1).decode("ascii")] if declared else []
+        if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
+            names.append("utf-16")
+        for name in names:
+            try:
+                text = data.decode(name)
+            except (LookupError, UnicodeDecodeError):
+                continue
+            # Other readers are given the text in UTF-8.
+            return re.sub(r"^\s*<\?xml[^>]*\?>", "", text)
+        raise RobotError(f"{path} is no text in UTF-8 (byte {error.start}); a URDF is") from error
 
 
 def name_of(path: Path) -> str:

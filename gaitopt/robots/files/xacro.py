@@ -18,6 +18,7 @@ from gaitopt.robots.files.options import ReadOptions
 from gaitopt.robots.files.xacro_process import MOST_SECONDS
 
 _ELEMENT = re.compile(r"<\s*xacro:\w+")
+_EXPRESSION = re.compile(r"=\s*\"[^\"<]*\$\{[^\"]*\"")
 _COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
 _FIND = re.compile(r"\$\(\s*find\s+([\w.-]+)\s*\)([\w./-]*)")
 _UNDEFINED = re.compile(r"Undefined substitution argument (\w+)")
@@ -30,8 +31,9 @@ FILE_LIMIT = 5_000_000
 
 
 def is_xacro(text: str) -> bool:
-    """Whether a text has elements of xacro; some URDFs only declare its namespace."""
-    return _ELEMENT.search(_COMMENT.sub("", text)) is not None
+    """Whether a text has elements or expressions of xacro; some URDFs only declare a namespace."""
+    plain = _COMMENT.sub("", text)
+    return _ELEMENT.search(plain) is not None or _EXPRESSION.search(plain) is not None
 
 
 def expanded(

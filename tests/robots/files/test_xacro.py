@@ -80,6 +80,11 @@ def test_urdf_that_only_declares_the_namespace_is_a_urdf() -> None:
         assert load_robot(comment).notes.kind == "urdf"
 
 
+def test_expression_without_any_element_is_xacro() -> None:
+    text = robot().replace('mass value="5.0"', 'mass value="${2 + 3}"')
+    assert load_robot(text).mass == pytest.approx(MASS)
+
+
 def test_without_the_extra_it_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(xacro.importlib.util, "find_spec", lambda name: None)
     with pytest.raises(MissingPackageError, match=r"is xacro and no URDF; .*'gaitopt\[xacro\]'"):
