@@ -31,6 +31,12 @@ def replay(
         typer.Argument(help="The HTML file; PLAN with .html by default.", metavar="HTML"),
     ] = None,
     show: Annotated[bool, typer.Option("--open", help="Also open it in the browser.")] = False,
+    meshes: Annotated[
+        bool, typer.Option("--meshes", help="Draw the robot with example-robot-data's meshes.")
+    ] = False,
+    mesh_folder: Annotated[
+        Path | None, typer.Option(help="Draw the robot with its meshes, which are in this folder.")
+    ] = None,
 ) -> None:
     """Write a plan's replay as one HTML file that plays in any browser."""
     from gaitopt.viewing.replay.browser import open_in_browser
@@ -38,7 +44,7 @@ def replay(
 
     loaded = open_plan(plan)
     target = out or plan.with_suffix(".html")
-    write_replay(loaded, target)
+    write_replay(loaded, target, meshes=meshes if mesh_folder is None else mesh_folder)
     print_files({target: ""})
     if show and not open_in_browser(target):
         terminal().print("no browser could be started: open the file by hand")

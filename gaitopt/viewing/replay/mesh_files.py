@@ -44,7 +44,11 @@ def _found(filename: str, root: Path) -> Path:
     """The file inside ``root``; raises InputError where there is none."""
     relative = filename.removeprefix("package://")
     candidates = [relative]
-    if relative != filename:
+    while relative.startswith("../"):
+        # From the folder of the robot file, which lies in the one that holds the meshes.
+        relative = relative.removeprefix("../")
+        candidates.append(relative)
+    if filename.startswith("package://"):
         # Without the name of the package, too.
         candidates.append("/".join(relative.split("/")[1:]))
     base = root.resolve()

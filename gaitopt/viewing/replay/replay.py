@@ -60,7 +60,7 @@ def replay(
         title: heading; the robot's name by default.
         meshes: for robots whose URDF names mesh files. ``False`` draws them as tubes along their
             joints, in about 1 MB. ``True`` embeds example-robot-data's meshes; a folder embeds the
-            meshes found in it (up to tens of MB).
+            meshes found in it (up to tens of MB), and leaves out links whose meshes are missing.
         simulated: the same robot's motion in physics, ``gaitopt.simulate(plan).motion``. It is
             shown in full, sampled twenty times a second, and the plan's robot as a ghost.
 
@@ -68,7 +68,7 @@ def replay(
         The path of the file.
 
     Raises:
-        InputError: the file cannot be written, a mesh is missing, or ``simulated`` is another
+        InputError: the file cannot be written, no mesh is there, or ``simulated`` is another
             robot's motion.
     """
     text = replay_html(plan, title=title, meshes=meshes, simulated=simulated)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from gaitopt.conventions import LEGS, FloatArray
-from gaitopt.errors import RobotError
+from gaitopt.errors import InputError, RobotError
 from gaitopt.files import StrPath
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.viewing.colours import LEG_COLOURS
@@ -23,6 +23,8 @@ PLAIN, BODY, METAL, MARK = "#9aa3ad", "#3c434c", "#aab2bb", "#f2f2ee"
 THICKNESS = 0.045
 """Radius of a leg's bar over the leg's length. This and the other proportions of a drawn robot are
 chosen here, to look like the robots at hand."""
+FOOT_BALL, LEAST_FOOT = 1.05, 0.01
+"""Size of the coloured balls, in radii of the feet; and that of point feet [m]. Chosen."""
 
 
 def robot_parts(robot: Quadruped, meshes: bool | StrPath = False) -> Parts:
@@ -30,10 +32,11 @@ def robot_parts(robot: Quadruped, meshes: bool | StrPath = False) -> Parts:
 
     Boxes, balls and cylinders of the URDF are taken as they are. If the URDF names mesh files, they
     are read where ``meshes`` asks for them (see :func:`gaitopt.replay`); otherwise the robot is
-    drawn as bars from joint to joint.
+    drawn as bars from joint to joint. A mesh that is missing leaves its link out. Feet of robots
+    with meshes get balls in the colours of their legs.
 
     Raises:
-        InputError: ``meshes`` were asked for, and a file is missing.
+        InputError: ``meshes`` were asked for, and no file is there.
         RobotError: a shape of the URDF cannot be read.
     """
     description = _described(robot)
@@ -42,13 +45,32 @@ def robot_parts(robot: Quadruped, meshes: bool | StrPath = False) -> Parts:
     if not visuals or (has_meshes and meshes is False):
         return _bars(robot)
     colours = {m.name: m.color for m in description.materials if m.color is not None}
-    parts: Parts = {}
+    parts: Parts = _feet(robot) if has_meshes else {}
+    missing, drawn = [], 0
     for link, visual in visuals:
         joint, placement = _joint_of(robot.model, link)
-        shape = _shape(visual.geometry, meshes)
+        try:
+            shape = _shape(visual.geometry, meshes)
+        except InputError as error:
+            missing.append(error)
+            continue
+        drawn += visual.geometry.mesh is not None
         origin = np.eye(4) if visual.origin is None else np.asarray(visual.origin)
         part = Part(shape, _appearance(visual.material, colours), placement @ origin)
         parts[joint] = (*parts.get(joint, ()), part)
+    if missing and not drawn:
+        raise missing[0]
+    return parts
+
+
+def _feet(robot: Quadruped) -> Parts:
+    """Balls at the feet in the colours of the legs, a little larger than the feet."""
+    parts: Parts = {}
+    for name in LEGS:
+        frame = robot.model.frames[robot.model.getFrameId(robot.legs[name].foot)]
+        ball = Ball(FOOT_BALL * (robot.foot_radius or LEAST_FOOT))
+        part = Part(ball, Appearance(LEG_COLOURS[name]), pose(frame.placement.translation))
+        parts[int(frame.parentJoint)] = (part,)
     return parts
 
 

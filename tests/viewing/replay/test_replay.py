@@ -13,6 +13,7 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 import pytest
+import robot_texts
 
 from gaitopt.conventions import LEGS
 from gaitopt.errors import InputError
@@ -23,6 +24,7 @@ from gaitopt.robots.catalog import load_robot
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.columns import s_columns
 from gaitopt.terrain.footholds import Footholds
+from gaitopt.viewing.colours import LEG_COLOURS
 from gaitopt.viewing.replay.encoding import commands
 from gaitopt.viewing.replay.keyframes import kept_samples, sample_times, slerp
 from gaitopt.viewing.replay.mesh_files import read_mesh
@@ -280,6 +282,33 @@ def test_meshes_are_embedded_when_asked_for():
         len(p.shape.faces) for ps in parts.values() for p in ps if hasattr(p.shape, "faces")
     )
     assert faces > 1000
+
+
+def test_feet_of_mesh_robots_have_the_colours_of_their_legs():
+    robot = load_robot("solo12")
+    parts = robot_parts(robot, meshes=True)
+    for name, leg in robot.legs.items():
+        frame = robot.model.frames[robot.model.getFrameId(leg.foot)]
+        balls = [p for p in parts[frame.parentJoint] if type(p.shape).__name__ == "Ball"]
+        assert [p.appearance.colour for p in balls] == [LEG_COLOURS[name]]
+        assert balls[0].shape.radius > robot.foot_radius
+
+
+def test_a_mesh_that_is_missing_costs_its_link_only(tmp_path):
+    import trimesh
+
+    mesh = '<visual><geometry><mesh filename="../meshes/{}.stl"/></geometry></visual>'
+    text = robot_texts.robot().replace(
+        '<link name="base">', f'<link name="base">{mesh.format("a")}'
+    )
+    text = text.replace('<link name="LF_l0">', f'<link name="LF_l0">{mesh.format("b")}')
+    robot = load_robot(text)
+    with pytest.raises(InputError, match="is not in"):
+        robot_parts(robot, meshes=tmp_path)
+    (tmp_path / "meshes").mkdir()
+    trimesh.creation.box().export(tmp_path / "meshes" / "a.stl")
+    parts = robot_parts(robot, meshes=tmp_path)
+    assert len(parts[1]) == 1 and robot.model.getJointId("LF_j0") not in parts
 
 
 def test_a_robot_without_any_shape_is_drawn_too(robot):
