@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gaitopt.conventions import LEGS
+from gaitopt.dynamics.contacts import ForceLimits
 from gaitopt.errors import InputError
 from gaitopt.gait.step_timing import SwingEvent, swing_events
 from gaitopt.motion.path import MotionPath
@@ -15,6 +16,7 @@ from gaitopt.planners.by_velocity.balanced import balanced_motion
 from gaitopt.planners.by_velocity.body_route import BodyRoute
 from gaitopt.planners.by_velocity.force_violations import force_violations, no_path
 from gaitopt.planners.by_velocity.limits import (
+    BALANCE,
     LegLengths,
     Violation,
     find_violations,
@@ -32,6 +34,9 @@ micrometre, far below what a robot can measure."""
 INTERVALS_A_SWING = 10
 """Intervals between knots during a swing, at least. Chosen here: the path gets more where
 :data:`FOOT_TOLERANCE` asks for them."""
+PIECES_A_SWING = (16, 32)
+"""Pieces of the body's spline in the time of a swing that are tried. Between the instants of the
+conditions the ZMP of a trot of a1 is beside the line by up to 0.5 mm with 8, by 0.02 mm with 16."""
 PARTS = 16
 """Parts of each interval in which a leg is looked for that is too short only between knots. Chosen
 here: the instant of the largest length is then found to a 160th of a swing."""
@@ -65,20 +70,45 @@ def attempt(robot: Quadruped, settings: GaitSettings) -> Attempt:
     """
     motion = nominal_motion(robot, settings)
     limits = settings.forces
-    if limits is not None and _lengths(motion, settings).reached.all():
-        width = min(robot.stance_size)
+    if limits is None or not _lengths(motion, settings).reached.all():
+        lengths, path = _path(motion, settings)
+        return Attempt(motion, path, find_violations(motion, lengths, path, settings))
+    for pieces in PIECES_A_SWING:
+        found = _with_forces(motion, settings, limits, pieces)
+        # Between the instants of its conditions a finer spline misses the balance by less.
+        if not found.violations or found.violations[0].limit.split()[0] != BALANCE:
+            break
+        if found.path is None:
+            break
+    return found
+
+
+def _with_forces(
+    motion: GaitMotion, settings: GaitSettings, limits: ForceLimits, pieces: int
+) -> Attempt:
+    """An attempt with contact forces.
+
+    Args:
+        motion: along its route.
+        settings, limits: what is asked for.
+        pieces: of the body's spline in the time of a swing, at least.
+    """
+    width = min(motion.robot.stance_size)
+    try:
         balanced, time = balanced_motion(
             motion, tightened(limits, PLANNED_SHARE), settings.schedule.cycle_time,
-            LARGEST_SWAY * width, SWAY_MARGIN * width,
+            LARGEST_SWAY * width, SWAY_MARGIN * width, pieces,
         )  # fmt: skip
-        if balanced is None:
-            return Attempt(motion, None, [no_path(motion, time)])
-        motion = balanced
-    lengths, path = _path(motion, settings)
-    violations = find_violations(motion, lengths, path, settings)
-    if limits is not None and path is not None and not violations:
-        violations = force_violations(motion, path, limits)
-    return Attempt(motion, path, violations)
+    except InputError as error:
+        words = f"no path of the body with contact forces was found within the legs' reach: {error}"
+        return Attempt(motion, None, [Violation("reach", np.inf, motion.duration / 2.0, words)])
+    if balanced is None:
+        return Attempt(motion, None, [no_path(motion, time)])
+    lengths, path = _path(balanced, settings)
+    violations = find_violations(balanced, lengths, path, settings)
+    if path is not None and not violations:
+        violations = force_violations(balanced, path, limits)
+    return Attempt(balanced, path, violations)
 
 
 def _lengths(motion: GaitMotion, settings: GaitSettings) -> LegLengths:

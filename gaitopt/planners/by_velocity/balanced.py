@@ -22,9 +22,6 @@ from gaitopt.planners.by_velocity.balance_rows import BalanceRows, Phases
 from gaitopt.planners.by_velocity.motion import GaitMotion
 from gaitopt.planners.by_velocity.reaction import linearised, reaction
 
-PIECES_A_SWING = 16
-"""Pieces of the body's spline in the time of a swing. Between the instants of the conditions the
-ZMP of a trot of a1 is beside the line by up to 0.5 mm with 8, and by 0.02 mm with 16."""
 MOST_STEPS = 8
 """Most steps of Newton's method; it takes two to four."""
 ON_LINE = 1e-7
@@ -38,7 +35,12 @@ GAUSS = np.polynomial.legendre.leggauss(4)
 
 
 def balanced_motion(
-    motion: GaitMotion, limits: ForceLimits, period: float, largest_offset: float, target: float
+    motion: GaitMotion,
+    limits: ForceLimits,
+    period: float,
+    largest_offset: float,
+    target: float,
+    pieces: int,
 ) -> tuple[GaitMotion | None, float]:
     """The motion with a path of the body for which the ground's reaction is where feet can make it.
 
@@ -48,6 +50,7 @@ def balanced_motion(
         period: of the gait [s].
         largest_offset: how far from the route the body may go along x and y [m].
         target: margin above which a larger one has no value [m].
+        pieces: of the body's spline in the time of a swing, at least.
 
     Returns:
         The motion, ``None`` where no such path was found; and when the last attempt missed its
@@ -58,7 +61,7 @@ def balanced_motion(
     """
     phases = Phases.of(motion, limits)
     swing = max(e.touch_down - e.lift_off for e in motion.events)
-    spline = BodySpline.over(phases.edges, phases.jumping, swing / PIECES_A_SWING)
+    spline = BodySpline.over(phases.edges, phases.jumping, swing / pieces)
     times, owner = _instants(phases.edges, spline.breaks)
     rows = BalanceRows.of(phases, owner, limits)
     problem = BalancedPathProblem(
