@@ -13,6 +13,7 @@ from gaitopt.certificate.check import Check, unchecked
 from gaitopt.conventions import GRAVITY, FloatArray
 from gaitopt.dynamics.contacts import ForceLimits, effort_limits
 from gaitopt.plan.plan import Plan
+from gaitopt.robots.files.joint_limits import PLACEHOLDER_VELOCITY
 from gaitopt.robots.quadruped import Quadruped
 
 MOST_FRICTION: Final = 1.5
@@ -24,9 +25,6 @@ LEAST_LENGTH: Final = 1e-3
 MOST_LANDING: Final = 0.25
 """Largest radius of a column as a share of a leg's reach: on a larger one a foot may land a good
 part of a step away from its foothold."""
-PLACEHOLDER_SPEED: Final = 100.0
-"""Velocity limits from here on count as placeholders [rad/s]: 7.5 to 52 are those of the robots of
-example-robot-data whose limits are real, and solo12, solo8 and quadruped state 1000."""
 MOST_TORQUE: Final = 3.0
 """Largest effort limit that is believed, as a share of the robot's weight times the reach of its
 longest leg: it is at most 0.75 for robots with real limits."""
@@ -44,7 +42,7 @@ def weak_settings(plan: Plan, judged: Sequence[ForceLimits]) -> list[Check]:
     weak = [*_of_the_plan(plan), *(text for limits in judged for text in _of_forces(limits))]
     found = [unchecked("settings", "", f"too weak to certify: {'; '.join(weak)}")] if weak else []
     robot = plan.robot
-    fast = _beyond(robot, robot.velocity_limits, PLACEHOLDER_SPEED)
+    fast = _beyond(robot, robot.velocity_limits, PLACEHOLDER_VELOCITY)
     if fast:
         found.append(unchecked("velocity limits", "rad/s", _unknown("velocity", fast)))
     reach = max(leg.reach for leg in robot.legs.values())
@@ -96,5 +94,5 @@ def _unknown(kind: str, names: Sequence[str]) -> str:
     more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
     return (
         f"none is known of {', '.join(names[:SHOWN])}{more}: the URDF states none, or one so large "
-        f'that it must be a placeholder; state a real one there (<limit {kind}="...">)'
+        f"that it must be a placeholder; load the robot with {kind}_limits="
     )
