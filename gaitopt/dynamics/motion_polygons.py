@@ -35,7 +35,7 @@ STRICTLY = 1e-6
 directions where the robot can rest."""
 LEAST_POINT = 1e-12
 """A point nearer to (0, 0) than this, in units of the chain, is (0, 0)."""
-AROUND = 32
+AROUND = 64
 """Where a joint accelerates too much its limit becomes a side at so many places before and behind,
 too: it will be next to bind there."""
 MOST_SQUARE = 1e3

@@ -18,6 +18,8 @@ from gaitopt.conventions import FloatArray
 
 FLAT = 1e-14
 """Coefficients below this are zero: they would bound accelerations or speeds of 1e14."""
+LESS = 1.0 - 1e-13
+"""Share of a largest squared speed from which on another one is less than it."""
 ANY = 1e30
 """An acceleration or a squared speed that nothing bounds."""
 
@@ -99,7 +101,7 @@ def _backward(
 ) -> FloatArray:  # fmt: skip
     """Largest squared speeds where intervals begin from which chains can be followed ``(K,)``."""
     steps = intervals.steps[:, None]
-    cap = np.minimum(intervals.top, _largest(by_u, by_x, rest))
+    cap = _largest(intervals.top, by_u, by_x, rest)
     # Rows from below, together with x + steps u <= high, say x <= gain high + plain.
     down = np.maximum(-by_u, 0.0)
     total = down + steps * by_x
@@ -124,20 +126,29 @@ def _backward(
     return most
 
 
-def _largest(by_u: FloatArray, by_x: FloatArray, rest: FloatArray) -> FloatArray:
-    """Largest ``x`` for which some ``u`` keeps all rows ``(K,)``: pairs of them without ``u``."""
-    up, down = np.maximum(by_u, 0.0), np.maximum(-by_u, 0.0)
+def _largest(top: FloatArray, by_u: FloatArray, by_x: FloatArray, rest: FloatArray) -> FloatArray:
+    """Largest ``x`` up to ``top (K,)`` for which some ``u`` keeps all rows ``(K,)``.
+
+    By Newton's method from above: where the least upper bound of ``u`` is below the largest lower
+    one, ``x`` is too large, and these two rows tell how large it may be.
+    """
     flat = (np.abs(by_u) <= FLAT) & (by_x > FLAT)
-    out = np.where(flat, rest / np.where(flat, by_x, 1.0), ANY).min(axis=1)
-    for j in range(by_u.shape[1]):
-        here = up[:, j : j + 1]
-        total = down * by_x[:, j : j + 1] + here * by_x
-        bounds = (here > FLAT) & (down > FLAT) & (total > FLAT)
-        if bounds.any():
-            value = down * rest[:, j : j + 1] + here * rest
-            divided = np.where(bounds, total, 1.0)
-            out = np.minimum(out, np.where(bounds, value / divided, ANY).min(axis=1))
-    return np.asarray(out)
+    x = np.minimum(top, np.where(flat, rest / np.where(flat, by_x, 1.0), ANY).min(axis=1))
+    divided = np.where(np.abs(by_u) > FLAT, by_u, 1.0)
+    plain, slope = rest / divided, -by_x / divided
+    up, down = by_u > FLAT, by_u < -FLAT
+    open_ = np.flatnonzero(up.any(axis=1) & down.any(axis=1))
+    while len(open_):
+        bounds = plain[open_] + slope[open_] * x[open_, None]
+        above = open_, np.where(up[open_], bounds, np.inf).argmin(axis=1)
+        below = open_, np.where(down[open_], bounds, -np.inf).argmax(axis=1)
+        steeper = slope[below] - slope[above]
+        crossed = (plain[above] - plain[below]) / np.where(steeper > 0.0, steeper, 1.0)
+        # Rows that have crossed do so at a smaller x, as none of them excludes x = 0.
+        less = (steeper > 0.0) & (crossed < LESS * x[open_])
+        x[open_[less]] = crossed[less]
+        open_ = open_[less]
+    return np.asarray(x)
 
 
 def _forward(
