@@ -95,6 +95,13 @@ def test_velocity_limits_that_are_placeholders_are_told(still: Plan) -> None:
     assert "LF_HAA" in certificate["velocity limits"].note
 
 
+def test_limits_that_are_given_at_loading_are_known() -> None:
+    solo = gaitopt.load_robot("solo12", velocity_limits=10.0, effort_limits=2.5)
+    still = gaitopt.plan_crawl(solo, gaitopt.s_columns(0, columns=1, robot=solo))
+    names = {check.name for check in gaitopt.verify(still, collisions=False)}
+    assert names.isdisjoint({"settings", "joint torques", "velocity limits"})
+
+
 @pytest.mark.parametrize("value", [float("nan"), float("inf"), -1.0, 0.0, 11.0])
 def test_a_friction_that_no_ground_has_is_refused(value: float) -> None:
     with pytest.raises(InputError, match="friction"):
