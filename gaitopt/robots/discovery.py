@@ -89,7 +89,7 @@ def find_chains(model: Any) -> list[Chain]:
         raise RobotError(
             f"{model.name}: found {len(found)} chains of two or three hinges on the body where a "
             f"quadruped has 4 ({legs}{rest}); every leg must be a serial chain of 2 or 3 revolute "
-            "joints with limits (a 'continuous' joint has none: make it 'revolute')"
+            "joints (gaitopt.load_robot makes such a robot of files with other joints)"
         )
     for i in range(2, model.njoints):
         if model.joints[i].nq != 1:

@@ -381,8 +381,8 @@ def test_unknown_knees_are_named(leg: str, side: str) -> None:
 # --- what is refused --------------------------------------------------------------------------
 
 ADVICE = (
-    "; every leg must be a serial chain of 2 or 3 revolute joints with limits (a 'continuous' "
-    "joint has none: make it 'revolute')"
+    "; every leg must be a serial chain of 2 or 3 revolute joints (gaitopt.load_robot makes such a "
+    "robot of files with other joints)"
 )
 
 
