@@ -56,43 +56,64 @@ def prepared_urdf(
     if root.find(TAG) is not None and options.empty:
         return urdf, before
     notes, same = known or before, ElementTree.tostring(root)
-    tree = UrdfTree(root, label)
-    done, warnings = list(notes.done), list(notes.warnings)
-    _set_base(tree, done)
-    _part_names(tree)
-    found = find_limbs(tree, options.legs)
-    limbs = list(found.values()) if isinstance(found, dict) else found
-    locked = _lock_others(tree, limbs, options, done)
-    warnings += straighten(tree, limbs)
-    finder = MeshFinder(folder, options.package_folders)
-    named = found if isinstance(found, dict) else _named(tree, limbs)
-    _refuse_linkages(tree, named)
+    tree, finder = UrdfTree(root, label), MeshFinder(folder, options.package_folders)
+    done, warnings = list(notes.done), _open_warnings(notes, options)
+    named, locked = _set_legs(tree, options, done, warnings)
     asked = dict(options.feet or {}) or dict(before.feet)
     given = options.foot_radius if options.foot_radius is not None else before.foot_radius
     feet, radius = _set_feet(tree, named, asked, finder, given, done, warnings)
-    joints = [joint for limb in named.values() for joint in limb.joints]
-    endless = [joint.name for joint in joints if joint.kind == "continuous"]
-    warnings += set_limits(label, joints, options.velocity_limits, options.effort_limits)
-    if endless:
-        done.append(f"joints without an end have one angle each: {', '.join(endless)}")
+    _set_limits(tree, named, options, done, warnings)
     warnings += set_masses(tree, options.masses, finder)
-    if options.foot_radius is None and radius == 0.0:
-        warnings.append(
-            "the radius of the feet is not known, so they are points; give foot_radius="
-        )
     told = Notes(
         kind=notes.kind, feet=feet, foot_radius=radius, standing=notes.standing,
         armature=notes.armature, locked={**notes.locked, **locked},
         hulls=find_hulls(tree, finder) or notes.hulls,
         done=tuple(done), warnings=tuple(dict.fromkeys(warnings)),
     )  # fmt: skip
-    plain = known is None and options.legs is None and ElementTree.tostring(root) == same
-    plain &= not told.hulls
-    if plain and radius == ball_radius(urdf, list(feet.values())) and not asked:
+    plain = known is None and options.legs is None and not asked and not told.hulls
+    plain &= ElementTree.tostring(root) == same
+    if plain and radius == ball_radius(urdf, list(feet.values())):
         return urdf, told
     root.attrib.setdefault("name", label)
     write_notes(root, told)
     return tree.text(), told
+
+
+def _open_warnings(notes: Notes, options: ReadOptions) -> list[str]:
+    """Warnings of an earlier reading that no option settles now."""
+    settled = [f"{name}=" for name in ("velocity_limits", "effort_limits", "foot_radius", "masses")
+               if getattr(options, name) is not None]  # fmt: skip
+    return [text for text in notes.warnings if not any(name in text for name in settled)]
+
+
+def _set_legs(
+    tree: UrdfTree, options: ReadOptions, done: list[str], warnings: list[str]
+) -> tuple[dict[str, Limb], dict[str, float]]:
+    """Leave a robot whose legs alone move; gives them by name, and what was locked where."""
+    _set_base(tree, done)
+    _part_names(tree)
+    found = find_limbs(tree, options.legs)
+    limbs = list(found.values()) if isinstance(found, dict) else found
+    locked = _lock_others(tree, limbs, options, done)
+    warnings += straighten(tree, limbs)
+    named = found if isinstance(found, dict) else _named(tree, limbs)
+    _refuse_linkages(tree, named)
+    return named, locked
+
+
+def _set_limits(
+    tree: UrdfTree,
+    limbs: dict[str, Limb],
+    options: ReadOptions,
+    done: list[str],
+    warnings: list[str],
+) -> None:
+    """Make the limits of the legs' joints valid, and their joints have one angle each."""
+    joints = [joint for limb in limbs.values() for joint in limb.joints]
+    endless = [joint.name for joint in joints if joint.kind == "continuous"]
+    warnings += set_limits(tree.label, joints, options.velocity_limits, options.effort_limits)
+    if endless:
+        done.append(f"joints without an end have one angle each: {', '.join(endless)}")
 
 
 def _set_base(tree: UrdfTree, done: list[str]) -> None:
@@ -220,7 +241,11 @@ def _set_feet(
         return feet, float(given)
     how = sorted(set(told))
     done.append(f"feet: radius {1e3 * min(radii):.4g} mm, from {'; '.join(how)}")
-    if max(radii) > 1.05 * min(radii):
+    if min(radii) == 0.0:
+        warnings.append(
+            "the radius of the feet is not known, so they are points; give foot_radius="
+        )
+    elif max(radii) > 1.05 * min(radii):
         warnings.append(
             f"the feet have radii of {1e3 * min(radii):.4g} to {1e3 * max(radii):.4g} mm, and the "
             "least counts; give foot_radius="

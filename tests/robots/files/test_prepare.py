@@ -616,6 +616,16 @@ def test_option_on_a_made_robot_keeps_what_was_found() -> None:
     assert slower.notes.locked == made.notes.locked
 
 
+def test_doubts_stay_until_an_option_settles_them() -> None:
+    """The assumed velocity limit is in the text now, and still assumed."""
+    limit = '<limit lower="-1" upper="1" effort="9"/>'
+    left = leg("LF", foot="", limits=(limit, LIMIT, LIMIT))
+    made = quiet(robot(changed={"LF": left}, foot=""))
+    text = made.urdf
+    assert len(quiet(text, effort_limits=8.0).notes.warnings) == 2
+    assert not quiet(text, velocity_limits=8.0, foot_radius=0.02).notes.warnings
+
+
 @pytest.mark.parametrize(
     ("notes", "words"),
     [
