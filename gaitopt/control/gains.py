@@ -36,7 +36,7 @@ FED_FORWARD: Final = {
     "unloading_time": 0.05,
     "handover_time": 0.06,
     "force_smoothing": 0.0,
-    "landing_depth": 0.0,
+    "landing_depth": 0.0005,
     "blend_time": 0.08,
     "swing_blend_time": 0.03,
 }

@@ -136,7 +136,7 @@ class TrackingController:
         torque = needed[6:] - self._filtered(share.forces, state.contacts) @ jacobian[:, 6:]
         return Command(
             torque=torque,
-            angles=self._set_points(tick, state.q[:3], rotation, feet),
+            angles=self._set_points(tick, state, rotation, feet),
             rates=0.0 * self.reference.rates[tick] if waiting else self.reference.rates[tick],
             share=share,
         )
@@ -211,7 +211,7 @@ class TrackingController:
         return out
 
     def _set_points(
-        self, tick: int, position: FloatArray, rotation: FloatArray, feet: FloatArray
+        self, tick: int, state: RobotState, rotation: FloatArray, feet: FloatArray
     ) -> FloatArray:
         """Joint angles ``(nj,)``: one Newton step of inverse kinematics from the plan's angles.
 
@@ -220,18 +220,23 @@ class TrackingController:
         error of second order: about 0.1 mm for a displacement of 1 cm.
         """
         ref, footing = self.reference, self._footing
+        held = footing.grounded
         target = ref.feet[tick].copy()
         target[:, 2] -= footing.probe
+        if self._nearest is not None:
+            # A foot that bears hardly any load may leave the ground: it is brought back.
+            held = held & state.contacts
+            target[footing.grounded & ~held, 2] -= self.gains.landing_depth
         standing = (feet - ref.position[tick]) @ ref.rotation[tick]
-        flying = (target - position) @ rotation
-        grounded = footing.grounded[:, None]
+        flying = (target - state.q[:3]) @ rotation
+        grounded = held[:, None]
         wanted = np.where(grounded, standing, flying) - ref.feet_in_base[tick]
-        for leg in np.flatnonzero(footing.grounded & ~self._was_grounded):
+        for leg in np.flatnonzero(held & ~self._was_grounded):
             # At touch-down no set-point jumps: the difference fades. It leads a little below the
             # ground, so that the foot keeps touching it until it carries load.
             self._offset[leg] = self._correction[leg] - wanted[leg]
             self._offset[leg] -= self.gains.landing_depth * rotation[2]
-        self._was_grounded = footing.grounded
+        self._was_grounded = held
         self._offset *= self._blend_decay
         # A flying foot follows the body's errors slowly, so that joint velocities stay low.
         slowly = wanted + (self._correction - wanted) * self._swing_decay
