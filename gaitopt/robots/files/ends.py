@@ -11,8 +11,9 @@ from gaitopt.errors import RobotError
 from gaitopt.robots.discovery import FOOT_WORDS
 from gaitopt.robots.files.limbs import Limb
 from gaitopt.robots.files.meshes import MeshFinder
+from gaitopt.robots.files.origins import placement_of
 from gaitopt.robots.files.shapes import Ball, Solid, end_ball, farthest, solids_of
-from gaitopt.robots.files.tree import UrdfTree, placement_of
+from gaitopt.robots.files.tree import UrdfTree
 
 BESIDE = 1e-3
 """How far a ball's centre may be from the foot link's origin, and the link stays the foot [m].

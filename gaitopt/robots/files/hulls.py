@@ -6,8 +6,9 @@ import numpy as np
 
 from gaitopt.conventions import FloatArray
 from gaitopt.robots.files.meshes import MeshFinder, mesh_hull
+from gaitopt.robots.files.origins import placement_of
 from gaitopt.robots.files.shapes import mesh_scale
-from gaitopt.robots.files.tree import UrdfTree, placement_of
+from gaitopt.robots.files.tree import UrdfTree
 
 DIGITS = 5
 """Decimal places of a hull's coordinates [m]: a tenth of the distance that counts as touching."""

@@ -12,8 +12,9 @@ from gaitopt.conventions import FloatArray
 from gaitopt.errors import InputError, RobotError
 from gaitopt.robots.files.meshes import MeshFinder
 from gaitopt.robots.files.options import FROM_SHAPES, NO_MASSES
+from gaitopt.robots.files.origins import Element, numbers, placement_of
 from gaitopt.robots.files.shapes import Solid, solids_of
-from gaitopt.robots.files.tree import Element, UrdfTree, numbers, placement_of
+from gaitopt.robots.files.tree import UrdfTree
 
 DENSITY = 1000.0
 """Density with which masses are estimated from shapes [kg/m^3]. Chosen: that of water; links of

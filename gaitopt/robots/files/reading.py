@@ -70,7 +70,7 @@ def read_text(
     Raises:
         RobotError, MissingPackageError, InputError: as for :func:`read_file`.
     """
-    from gaitopt.robots.files.mjcf import read_mjcf
+    from gaitopt.robots.files.mjcf.reader import read_mjcf
     from gaitopt.robots.files.xacro import expanded, is_xacro
 
     folder = None if path is None else path.parent

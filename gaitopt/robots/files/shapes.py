@@ -10,7 +10,8 @@ import numpy as np
 from gaitopt.conventions import FloatArray
 from gaitopt.errors import RobotError
 from gaitopt.robots.files.meshes import MeshFinder, mesh_corners
-from gaitopt.robots.files.tree import Element, UrdfTree, numbers, placement_of
+from gaitopt.robots.files.origins import Element, numbers, placement_of
+from gaitopt.robots.files.tree import UrdfTree
 
 SLAB = 0.05
 """Part of a mesh's length at its end to which a ball is fitted. Chosen: about the foot of a lower

@@ -9,17 +9,20 @@ import numpy as np
 
 from gaitopt.conventions import FloatArray
 from gaitopt.errors import RobotError
-from gaitopt.robots.rotations import matrix_to_rpy, rpy_to_matrix
+from gaitopt.robots.files.origins import (
+    Element,
+    number_in,
+    numbers,
+    placement_of,
+    rotation_about,
+    set_origin,
+)
 
 MOST_LINKS = 3000
 """Most links that are read. Chosen: the largest file at hand has about 100."""
-FARTHEST = 1e3
-"""Largest coordinate of an origin that is taken for one [m]."""
 HINGES = ("revolute", "continuous")
 ONE_WAY = (*HINGES, "prismatic")
 """Types of joints that move one way."""
-
-Element = ElementTree.Element
 
 
 class Joint:
@@ -66,13 +69,13 @@ class Joint:
         limit = self.element.find("limit")
         if limit is None or self.kind == "continuous":
             return -np.inf, np.inf
-        low, high = (_float(limit.get(name, "0")) for name in ("lower", "upper"))
+        low, high = (number_in(limit.get(name, "0")) for name in ("lower", "upper"))
         return (low, high) if low < high else (-np.inf, np.inf)
 
     def move(self, placement: FloatArray) -> None:
         """Give the joint another place on its parent link."""
         self.placement = placement
-        _set_origin(self.element, placement)
+        set_origin(self.element, placement)
 
     def turn(self, axis: FloatArray) -> None:
         """Give the joint another unit axis ``(3,)`` in its frame."""
@@ -195,7 +198,7 @@ class UrdfTree:
     def mass(self, link: str) -> float:
         """Mass of one link [kg]; 0 where it has none."""
         mass = self.links[link].find("inertial/mass")
-        return 0.0 if mass is None else _float(mass.get("value", "0"))
+        return 0.0 if mass is None else number_in(mass.get("value", "0"))
 
     def remove_above(self, link: str) -> None:
         """Make a link the base: whatever is not below it goes."""
@@ -219,7 +222,7 @@ class UrdfTree:
         joint = ElementTree.SubElement(self.root, "joint", name=f"{name} fixed", type="fixed")
         place = np.eye(4)
         place[:3, 3] = xyz
-        _set_origin(joint, place)
+        set_origin(joint, place)
         ElementTree.SubElement(joint, "parent", link=parent)
         ElementTree.SubElement(joint, "child", link=name)
         self.links[name] = link
@@ -229,45 +232,6 @@ class UrdfTree:
     def text(self) -> str:
         """The URDF as text."""
         return ElementTree.tostring(self.root, encoding="unicode")
-
-
-def rotation_about(axis: FloatArray, angle: float) -> FloatArray:
-    """Matrix ``(3, 3)`` that turns about a unit axis ``(3,)`` by an angle [rad]."""
-    x, y, z = axis
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.asarray(np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross)
-
-
-def placement_of(element: Element, where: str) -> FloatArray:
-    """The pose ``(4, 4)`` in an element's ``<origin>``; identity without one."""
-    origin, out = element.find("origin"), np.eye(4)
-    if origin is not None:
-        out[:3, 3] = numbers(origin.get("xyz", "0 0 0"), 3, f"{where}: xyz")
-        if np.abs(out[:3, 3]).max() > FARTHEST:
-            raise RobotError(f"{where}: xyz {origin.get('xyz')!r} is farther than {FARTHEST:g} m")
-        out[:3, :3] = rpy_to_matrix(numbers(origin.get("rpy", "0 0 0"), 3, f"{where}: rpy"))
-    return out
-
-
-def numbers(text: str, count: int, what: str) -> FloatArray:
-    """So many finite numbers in a text.
-
-    Raises:
-        RobotError: there are fewer or more, or one is no number; the message begins with ``what``.
-    """
-    parts = text.split()
-    values = np.array([_float(part) for part in parts[: count + 1]])
-    if len(values) != count or not np.isfinite(values).all():
-        raise RobotError(f"{what} must be {count} finite numbers, got {text[:60]!r}")
-    return values
-
-
-def _float(text: str) -> float:
-    """The number in a text; NaN for none."""
-    try:
-        return float(text)
-    except ValueError:
-        return float("nan")
 
 
 def _end(element: Element, end: str, where: str) -> str:
@@ -294,13 +258,3 @@ def _axis_of(element: Element, where: str) -> FloatArray:
     if not 1e-9 < length < 1e9:
         raise RobotError(f"{where}: its <axis> {text[:60]!r} has no direction")
     return np.asarray(vector / length)
-
-
-def _set_origin(element: Element, placement: FloatArray) -> None:
-    """Write a pose ``(4, 4)`` into an element's ``<origin>``."""
-    origin = element.find("origin")
-    if origin is None:
-        origin = ElementTree.SubElement(element, "origin")
-    rpy = matrix_to_rpy(placement[:3, :3])
-    for name, values in (("xyz", placement[:3, 3]), ("rpy", rpy)):
-        origin.set(name, " ".join(repr(float(v) + 0.0) for v in values))

@@ -16,8 +16,8 @@ import gaitopt
 from gaitopt.conventions import LEGS
 from gaitopt.errors import MissingPackageError, RobotError, RobotWarning
 from gaitopt.robots.catalog import load_robot
-from gaitopt.robots.files import mjcf as reader
-from gaitopt.robots.files.mjcf_check import check_agreement
+from gaitopt.robots.files.mjcf import reader
+from gaitopt.robots.files.mjcf.check import check_agreement
 from gaitopt.robots.quadruped import Quadruped
 
 

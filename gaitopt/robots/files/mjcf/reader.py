@@ -19,9 +19,9 @@ from gaitopt.conventions import FloatArray
 from gaitopt.errors import MissingPackageError, RobotError
 from gaitopt.files import silenced_stderr
 from gaitopt.robots.files.meshes import MeshFinder
-from gaitopt.robots.files.mjcf_check import check_agreement
-from gaitopt.robots.files.mjcf_links import add_geom, add_inertial, body_name, joint_limit, origin
-from gaitopt.robots.files.mjcf_text import MjcfText
+from gaitopt.robots.files.mjcf.check import check_agreement
+from gaitopt.robots.files.mjcf.links import add_geom, add_inertial, body_name, joint_limit, origin
+from gaitopt.robots.files.mjcf.text import MjcfText
 from gaitopt.robots.files.notes import Notes
 from gaitopt.robots.files.options import ReadOptions
 from gaitopt.robots.files.prepare import prepared_urdf

@@ -1,0 +1,1 @@
+"""MJCF, the models of MuJoCo: read by MuJoCo itself, written as a URDF, and compared with it."""
