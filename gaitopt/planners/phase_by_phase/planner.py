@@ -100,6 +100,10 @@ def plan_at_fitting_height(
             )
         except InfeasibleStepError as error:
             first = first or error
+        except GaitoptError:
+            # At another height than the settings' own, what fails is told for that height.
+            if first is None:
+                raise
         else:
             higher = [h for h in _heights(settings.body_height) if h > height]
             return _fastest_of_higher(plan, settings, sorted(higher), progress)

@@ -122,6 +122,26 @@ def test_forces_that_hold_nowhere_are_told() -> None:
         assert word in told.value.message
 
 
+def test_the_error_is_that_of_the_height_that_fits_the_robot(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """At greater heights legs may become straight, which is another error."""
+    robot = gaitopt.load_robot("a1")
+    ground = gaitopt.s_columns(0, columns=2, robot=robot)
+    heights: list[float] = []
+
+    def refused(*given: Any, **more: Any) -> Plan:
+        heights.append(given[2].body_height)
+        if len(heights) > 1:
+            raise SolverError("a leg is straight")
+        raise InfeasibleStepError("no forces", step=3, leg="LF")
+
+    monkeypatch.setattr(planner, "plan_in_order", refused)
+    with pytest.raises(InfeasibleStepError, match="no forces"):
+        gaitopt.plan_crawl(robot, ground)
+    assert heights[0] == robot.standing_height and len(set(heights)) == 7
+
+
 def test_a_higher_body_that_fails_leaves_the_walk_that_was_found(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
