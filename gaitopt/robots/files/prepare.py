@@ -26,6 +26,7 @@ from gaitopt.robots.files.masses import set_masses
 from gaitopt.robots.files.meshes import MeshFinder
 from gaitopt.robots.files.notes import TAG, Notes, read_notes, write_notes
 from gaitopt.robots.files.options import ReadOptions
+from gaitopt.robots.files.shapes import write_known_shapes
 from gaitopt.robots.files.tree import UrdfTree
 from gaitopt.robots.urdf_text import parsed_urdf
 
@@ -58,6 +59,7 @@ def prepared_urdf(
     notes, same = known or before, ElementTree.tostring(root)
     tree, finder = UrdfTree(root, label), MeshFinder(folder, options.package_folders)
     done, warnings = list(notes.done), _open_warnings(notes, options)
+    done += write_known_shapes(tree)
     named, locked = _set_legs(tree, options, done, warnings)
     asked = dict(options.feet or {}) or dict(before.feet)
     given = options.foot_radius if options.foot_radius is not None else before.foot_radius

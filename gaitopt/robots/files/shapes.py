@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from typing import NamedTuple
+from xml.etree import ElementTree
 
 import numpy as np
 
 from gaitopt.conventions import FloatArray
 from gaitopt.errors import RobotError
 from gaitopt.robots.files.meshes import MeshFinder, mesh_corners
-from gaitopt.robots.files.origins import Element, numbers, placement_of
+from gaitopt.robots.files.origins import Element, numbers, placement_of, set_origin
 from gaitopt.robots.files.tree import UrdfTree
 
 SLAB = 0.05
@@ -44,6 +45,8 @@ class Solid(NamedTuple):
     corners: FloatArray
 
 
+KNOWN = ("sphere", "cylinder", "box", "mesh")
+"""Shapes that a URDF may have."""
 NOTHING = np.zeros((0, 3))
 
 
@@ -91,6 +94,47 @@ def _solid(element: Element, pose: FloatArray, where: str, finder: MeshFinder) -
 def mesh_scale(element: Element, where: str) -> FloatArray:
     """Scales ``(3,)`` of a mesh along its axes."""
     return numbers(element.get("scale", "1 1 1"), 3, f"{where}: scale of its mesh")
+
+
+def write_known_shapes(tree: UrdfTree) -> list[str]:
+    """Leave no shape that readers of URDFs do not know.
+
+    Capsules, which some simulators write, become a cylinder and two balls. Other shapes go.
+
+    Returns:
+        What was done, in sentences.
+    """
+    capsules, gone = [], []
+    for name, link in tree.links.items():
+        for shape in [*link.findall("collision"), *link.findall("visual")]:
+            geometry = shape.find("geometry")
+            kind = "" if geometry is None or not len(geometry) else geometry[0].tag
+            if kind == "capsule":
+                _write_capsule(link, shape, f"{tree.label}: link {name}")
+                capsules.append(name)
+            elif kind not in KNOWN:
+                link.remove(shape)
+                gone.append(f"{kind or 'an empty one'} of {name}")
+    done = [f"capsules are cylinders with balls: {', '.join(dict.fromkeys(capsules))}"]
+    left_out = [f"shapes that a URDF does not have are left out: {', '.join(gone[:6])}"]
+    return done * bool(capsules) + left_out * bool(gone)
+
+
+def _write_capsule(link: Element, shape: Element, where: str) -> None:
+    """Put a cylinder and two balls in the place of a capsule."""
+    geometry = shape.find("geometry")
+    assert geometry is not None
+    radius, length = _sizes(geometry[0], ("radius", "length"), where)
+    place = placement_of(shape, where)
+    link.remove(shape)
+    for end, kind in ((0.0, "cylinder"), (-0.5 * length, "sphere"), (0.5 * length, "sphere")):
+        part, move = ElementTree.SubElement(link, shape.tag), np.eye(4)
+        move[2, 3] = end
+        set_origin(part, place @ move)
+        solid = ElementTree.SubElement(ElementTree.SubElement(part, "geometry"), kind)
+        solid.set("radius", repr(float(radius)))
+        if kind == "cylinder":
+            solid.set("length", repr(float(length)))
 
 
 def _sizes(element: Element, names: tuple[str, ...], where: str) -> FloatArray:

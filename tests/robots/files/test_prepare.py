@@ -375,6 +375,22 @@ def test_leg_without_a_foot_link_ends_with_its_shape(
     assert quiet(robot(foot=None, shank=visual)).legs["LF"].lower == pytest.approx(length)
 
 
+def test_shapes_that_urdf_does_not_know_are_written_in_those_it_does(
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    capsule = collision('<capsule radius="0.015" length="0.2"/>', "0 0 -0.1", "0.1 0 0")
+    made = quiet(robot(shank=capsule + collision('<cone radius="1" length="1"/>')))
+    assert "<capsule" not in made.urdf and "<cone" not in made.urdf
+    shapes = pin.buildGeomFromUrdfString(made.model, made.urdf, pin.GeometryType.COLLISION)
+    first = [s for s in shapes.geometryObjects if "LF_l2" in s.name]
+    places = np.array([s.placement.translation for s in first])
+    turn = np.array([0.0, -np.sin(0.1), np.cos(0.1)])
+    middle = np.array([0.0, 0.0, -0.1])
+    expected = [middle, middle - 0.1 * turn, middle + 0.1 * turn]
+    np.testing.assert_allclose(places, expected, rtol=0, atol=1e-12)
+    assert "Could not parse" not in capfd.readouterr().err
+
+
 def test_box_is_as_thick_as_its_end() -> None:
     made = quiet(robot(foot=None, shank=collision(f'<box size="0.02 0.02 {LOWER}"/>', ALONG)))
     assert made.foot_radius == pytest.approx(0.01, abs=1e-3)
