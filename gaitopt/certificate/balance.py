@@ -45,6 +45,8 @@ def margin_of_com(plan: Plan, motion: Motion) -> Check:
     """
     if not plan.settings.static:
         return unchecked("margin of the true COM", "m", DYNAMIC, needed=False)
+    if not plan.robot.mass > 0.0:
+        return unchecked("margin of the true COM", "m", f"{plan.robot.name} has no mass")
     margins = _margins(motion, motion.com, motion.com_deviation, -np.inf)
     promised = plan.settings.stability_margin - SHORT if plan.settings.true_com else 0.0
     asked = np.where(motion.phase > 0, promised, 0.0)

@@ -148,4 +148,5 @@ def _com_deviation(plan: Plan, pieces: Pieces) -> FloatArray:
         chain = chain_to(model, joint, inertia.lever)
         total += inertia.mass * acceleration_bound(chain, rates, accelerations)
         mass += inertia.mass
-    return chord_deviation(total / mass, pieces.lengths)
+    # A robot without masses has no centre of mass.
+    return chord_deviation(total / mass if mass > 0.0 else total, pieces.lengths)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import pickle
+import re
 from collections.abc import Callable
 from typing import Any
 
@@ -255,6 +256,15 @@ def test_a_walk_without_forces_is_not_certified_but_breaks_no_promise(short_plan
     assert certificate.ok and certificate.outcome == "kinematics only"
     check = certificate["contact forces"]
     assert check.status == "violated" and not check.promised and "not promised" in str(check)
+
+
+def test_a_robot_without_masses_has_no_true_centre_of_mass(short_plan: Plan) -> None:
+    urdf = re.sub("<inertial>.*?</inertial>", "", short_plan.robot.urdf, flags=re.DOTALL)
+    weightless = dataclasses.replace(short_plan, robot=Quadruped.from_urdf(urdf, "weightless"))
+    certificate = verify(weightless, collisions=False, forces=ForceLimits())
+    assert certificate.ok and certificate.outcome == "kinematics only"
+    for name in ("margin of the true COM", "contact forces"):
+        assert certificate[name].status == "unchecked" and "no mass" in certificate[name].note
 
 
 def test_what_is_unchecked_is_never_certified(wang: Quadruped) -> None:
