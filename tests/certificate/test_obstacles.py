@@ -381,7 +381,8 @@ def test_lines_reach_from_joint_to_joint_and_to_the_foot() -> None:
     q = configurations(walk.path.evaluate([1e-3]))[0]
     pin.updateGeometryPlacements(model, data, shapes, placed, q)
     pin.framesForwardKinematics(model, data, q)
-    thick = coal.Sphere(THIN - 1e-6)
+    radius = robot.foot_radius or THIN
+    thick = coal.Sphere(radius - 1e-6)
     for leg in robot.legs.values():
         marks = [np.array(data.oMi[model.getJointId(j)].translation) for j in leg.joints]
         marks.append(np.array(data.oMf[model.getFrameId(leg.foot)].translation))
@@ -396,4 +397,4 @@ def test_lines_reach_from_joint_to_joint_and_to_the_foot() -> None:
                     )
                     for shape, m in zip(shapes.geometryObjects, placed.oMg, strict=True)
                 )  # fmt: skip
-                assert deepest < -1.99 * THIN
+                assert deepest < -1.99 * radius
