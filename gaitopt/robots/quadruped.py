@@ -211,13 +211,13 @@ class Quadruped:
         spread = np.abs(feet - feet.mean(axis=0)).mean(axis=0) * 2.0
         return float(round(spread[0], 6)), float(round(spread[1], 6))
 
-    @property
+    @cached_property
     def standing_height(self) -> float:
         """Height of the hips above the feet of a standing robot, in whole centimetres [m].
 
         It is that of the file's standing pose, where it has one. Otherwise it is
         :data:`STANDING_SHARE` of the legs' reach, or more where the knees bend little: 0.40 m for
-        wang2020.
+        wang2020. Where a joint would leave its limits, it is the nearest height at which none does.
         """
         told = self._told_height
         if told is not None:
@@ -225,7 +225,21 @@ class Quadruped:
         reach = float(np.mean([leg.reach + leg.drop for leg in self.legs.values()]))
         least = float(np.mean([leg.least_reach + leg.drop for leg in self.legs.values()]))
         bent = least + LEAST_STRETCH * (reach - least)
-        return max(round(max(STANDING_SHARE * reach, bent), 2), 0.01)
+        usual = max(round(max(STANDING_SHARE * reach, bent), 2), 0.01)
+        heights = np.round(np.arange(max(least, 0.01), reach, 0.01), 2)
+        nearest = sorted(heights.tolist(), key=lambda height: abs(height - usual))
+        return next((h for h in [usual, *nearest] if self._may_stand(h)), usual)
+
+    def _may_stand(self, height: float) -> bool:
+        """Whether joints keep their limits with feet below hips of this height [m]."""
+        for leg in self.legs.values():
+            foot = leg.hip + leg.axes[:, 1] * leg.lateral
+            foot[2] = leg.hip[2] - height
+            low, high = leg.position_limits
+            angles = leg.inverse(foot)
+            if leg.shortfall(foot) > 0.0 or not ((angles >= low) & (angles <= high)).all():
+                return False
+        return True
 
     @cached_property
     def _told_height(self) -> float | None:

@@ -13,6 +13,7 @@ import pytest
 from robot_texts import (
     CORNERS,
     FOOT,
+    KNEE,
     LIMIT,
     LINK_MASS,
     LOWER,
@@ -545,6 +546,18 @@ def test_limits_of_the_user_count_and_go_into_the_plan_s_file(tmp_path: Path) ->
         load_robot(robot(), velocity_limits={"knee": 3.0})
     with pytest.raises(InputError, match="effort_limits must be a number"):
         load_robot(robot(), effort_limits=-1.0)
+
+
+def test_standing_height_keeps_the_limits_of_all_joints() -> None:
+    """Thighs that turn little: at the usual height of 0.7 of the reach they would have to more."""
+    thigh = '<limit lower="-0.2" upper="0.4" effort="30" velocity="12"/>'
+    made = quiet(robot(limits=(LIMIT, thigh, KNEE)))
+    usual = quiet(robot()).standing_height
+    assert made.standing_height > usual + 0.05
+    for one in made.legs.values():
+        foot = one.hip + np.array([0.0, one.lateral, -made.standing_height])
+        angles = one.inverse(foot)
+        assert (angles >= one.position_limits[0]).all() and (angles <= one.position_limits[1]).all()
 
 
 # --- masses -----------------------------------------------------------------------------------
