@@ -55,7 +55,7 @@ def prepared_urdf(
     root = parsed_urdf(urdf, label)
     before = read_notes(urdf, label)
     if root.find(TAG) is not None and options.empty:
-        return urdf, before
+        return _checked(root, urdf, label), before
     notes, same = known or before, ElementTree.tostring(root)
     tree, finder = UrdfTree(root, label), MeshFinder(folder, options.package_folders)
     done, warnings = list(notes.done), _open_warnings(notes, options)
@@ -79,6 +79,14 @@ def prepared_urdf(
     root.attrib.setdefault("name", label)
     write_notes(root, told)
     return tree.text(), told
+
+
+def _checked(root: ElementTree.Element, urdf: str, label: str) -> str:
+    """The text of a URDF that has been made ready before: somebody may have changed it since."""
+    same, tree = ElementTree.tostring(root), UrdfTree(root, label)
+    if any(tree.mass(link) > 0.0 for link in tree.links):
+        set_masses(tree, None, MeshFinder(None))
+    return urdf if ElementTree.tostring(root) == same else tree.text()
 
 
 def _open_warnings(notes: Notes, options: ReadOptions) -> list[str]:

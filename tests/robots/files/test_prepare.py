@@ -645,6 +645,15 @@ def test_option_on_a_made_robot_keeps_what_was_found() -> None:
     assert slower.notes.locked == made.notes.locked
 
 
+def test_made_robot_that_was_edited_is_checked_again() -> None:
+    text = quiet(robot(HEAD)).urdf
+    assert quiet(text).urdf == text
+    bad = text.replace('<inertia ixx="0.005"', '<inertia ixx="-0.005"', 1)
+    assert "is not that of a body" in refusal(bad)
+    missing = text.replace('ixy="0" ', "", 1)
+    assert 'ixy="0"' in quiet(missing).urdf and missing != text
+
+
 def test_doubts_stay_until_an_option_settles_them() -> None:
     """The assumed velocity limit is in the text now, and still assumed."""
     limit = '<limit lower="-1" upper="1" effort="9"/>'
