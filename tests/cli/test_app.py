@@ -70,7 +70,9 @@ def test_mistakes_end_in_one_line_and_code_two(
     monkeypatch.chdir(tmp_path)
     done = shell(*arguments)
     assert done.code == 2
-    message = [line for line in done.stderr.splitlines() if line.startswith("gaitopt: ")]
+    lines = [line for line in done.stderr.splitlines() if line.startswith("gaitopt: ")]
+    # solo8 is loaded with a warning of its placeholders, which is one line, too.
+    message = [line for line in lines if not line.startswith("gaitopt: warning: ")]
     assert len(message) == 1 and words in message[0]
     assert "Traceback" not in done.stderr + done.stdout
     assert not [p for p in tmp_path.rglob("*") if p.is_file()]
