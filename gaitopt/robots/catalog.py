@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -99,27 +100,58 @@ def load_robot(
         package_folders=tuple(Path(folder) for folder in package_folders),
         xacro_arguments=dict(xacro_arguments or {}),
     )  # fmt: skip
-    name = str(source).strip().lower()
-    if name in OWN_NAMES:
-        urdf, notes = _own_text(name), Notes()
-        if not options.empty:
-            urdf, notes = read_text(urdf, name, options)
-    elif name in EXAMPLE_ROBOTS:
-        urdf, notes = read_file(example_urdf(name), options)
-    elif "<" in str(source):
-        name, (urdf, notes) = "", read_text(str(source), "robot", options)
-    elif (found := _packaged(name, source)) is not None:
-        path, arguments = found
-        options = replace(options, xacro_arguments={**arguments, **options.xacro_arguments})
-        urdf, notes = read_file(path, options)
-    else:
-        path = _user_file(source)
-        name = "" if name_of(path).lower() in NO_NAMES else name_of(path)
-        urdf, notes = read_file(path, options)
+    name, urdf, notes = _read(source, options)
     robot = Quadruped.from_urdf(urdf, name or None, knees)
     for warning in notes.warnings:
         warnings.warn(f"{robot.name}: {warning}", RobotWarning, stacklevel=2)
     return replace(robot, notes=notes)
+
+
+def _read(source: StrPath, options: ReadOptions) -> tuple[str, str, Notes]:
+    """Name of a robot (empty for the one inside its file), its URDF, and what was read."""
+    name = str(source).strip().lower()
+    if name in OWN_NAMES:
+        text = _own_text(name)
+        return (name, text, Notes()) if options.empty else (name, *read_text(text, name, options))
+    if name in EXAMPLE_ROBOTS:
+        return (name, *read_file(example_urdf(name), options))
+    if "<" in str(source):
+        urdf, notes = read_text(str(source), "robot", options)
+        return _own_name("", urdf, "text"), urdf, notes
+    found = _packaged(name, source)
+    if found is not None:
+        path, arguments = found
+        options = replace(options, xacro_arguments={**arguments, **options.xacro_arguments})
+        return (name, *read_file(path, options))
+    path = _user_file(source)
+    urdf, notes = read_file(path, options)
+    name = "" if name_of(path).lower() in NO_NAMES else name_of(path)
+    return _own_name(name, urdf, path.name), urdf, notes
+
+
+def _own_name(name: str, urdf: str, origin: str) -> str:
+    """The name of a user's robot; with where it is from, if it is that of another, known robot.
+
+    A plan of a robot with a known name is judged by the known robot.
+
+    Args:
+        name: of the robot; empty for the one inside the URDF.
+        urdf: its text.
+        origin: name of its file.
+    """
+    inner = re.search(r"<robot\b[^>]*\bname=\"([^\"]*)\"", urdf)
+    plain = name or (inner.group(1) if inner else "")
+    known = plain.strip().lower()
+    if known in OWN_NAMES:
+        same = _own_text(known) == urdf
+    elif known in EXAMPLE_ROBOTS:
+        try:
+            same = read_file(example_urdf(known), ReadOptions())[0] == urdf
+        except MissingPackageError:
+            same = False
+    else:
+        return name
+    return name if same else f"{plain.strip()} ({origin})"
 
 
 def _packaged(name: str, source: StrPath) -> tuple[Path, Mapping[str, str]] | None:

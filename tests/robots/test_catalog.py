@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from gaitopt.certificate.known_robot import refuse_other_robot
 from gaitopt.errors import InputError, MissingPackageError, RobotError
 from gaitopt.robots.catalog import EXAMPLE_ROBOTS, OWN_ROBOTS, load_robot, own_urdf, robot_names
 from gaitopt.robots.files import reading
@@ -47,6 +48,20 @@ def test_path_gives_the_robot_of_the_file_under_its_file_name(tmp_path: Path) ->
         robot = load_robot(source)
         assert robot.name == "my_robot"
         assert robot.sha256 == load_robot("wang2020").sha256
+
+
+def test_another_robot_with_a_known_name_is_told_apart(tmp_path: Path) -> None:
+    """Its plans would be judged by the known robot, which it is not."""
+    text = own_urdf("wang2020").read_text("utf-8")
+    other = text.replace('mass value="0.05"', 'mass value="0.06"')
+    assert other != text
+    (tmp_path / "Wang2020.urdf").write_text(other)
+    robot = load_robot(tmp_path / "Wang2020.urdf")
+    assert robot.name == "Wang2020 (Wang2020.urdf)"
+    assert load_robot(other).name == "wang2020 (text)" and load_robot(text).name == "wang2020"
+    refuse_other_robot(robot)
+    (tmp_path / "a1.urdf").write_text(other)
+    assert load_robot(tmp_path / "a1.urdf").name == "a1 (a1.urdf)"
 
 
 def test_path_need_not_end_in_urdf(tmp_path: Path) -> None:
