@@ -25,11 +25,12 @@ from gaitopt.retiming.retimed import retimed
 def plan_with_forces(route: Route, progress: Progress | None = None) -> Plan:
     """Plan a walk as fast as contact forces allow.
 
-    With a free swing curve there are two ways. Where joints are slow they set the pace, and the
-    walk is optimised along splines within their limits. Where they are quick, forces set the pace:
-    the body then goes where it keeps balance with the least accelerations. With box swings the walk
-    is optimised without forces. In all cases the walk phase by phase is one of those among which
-    the planner chooses. It is taken where the other is slower, or is not found.
+    With a free swing curve there are two ways. Where joints are quick, forces set the pace: the
+    body goes where it keeps balance with the least accelerations, and moves on while feet fly. The
+    walk phase by phase is planned only where no such walk is found: it took 1.2 to 2.7 times as
+    long on ten robots. Where joints are slow they set the pace, and the walk is optimised along splines within
+    their limits. With box swings it is optimised without forces. In these two cases the walk phase
+    by phase is planned as well, and taken where it is faster.
 
     Args:
         route: the walk.
@@ -40,12 +41,10 @@ def plan_with_forces(route: Route, progress: Progress | None = None) -> Plan:
     """
     free = route.settings.free
     continuous = free.swing and has_quick_joints(route) and route.settings.horizon is None
-    # A dynamic continuous walk does not begin with the walk phase by phase, which takes about
-    # twice its time, and is planned only in its place.
-    boxes = None if continuous and free.dynamic else _phase_by_phase(route)
+    boxes = None if continuous else _phase_by_phase(route)
     try:
         if continuous:
-            found = continuous_plan(route, boxes)
+            found = continuous_plan(route)
         elif free.swing:
             found = retimed(smooth_plan(route, progress))
         else:
