@@ -28,9 +28,9 @@ def plan_with_forces(route: Route, progress: Progress | None = None) -> Plan:
     With a free swing curve there are two ways. Where joints are quick, forces set the pace: the
     body goes where it keeps balance with the least accelerations, and moves on while feet fly. The
     walk phase by phase is planned only where no such walk is found: it took 1.2 to 2.7 times as
-    long on ten robots. Where joints are slow they set the pace, and the walk is optimised along splines within
-    their limits. With box swings it is optimised without forces. In these two cases the walk phase
-    by phase is planned as well, and taken where it is faster.
+    long on ten robots. Where joints are slow they set the pace, and the walk is optimised along
+    splines within their limits. With box swings it is optimised without forces. In these two cases
+    the walk phase by phase is planned as well, and taken where it is faster.
 
     Args:
         route: the walk.
