@@ -67,7 +67,6 @@ if TYPE_CHECKING:
     from gaitopt.plan.phase import Phase as Phase
     from gaitopt.plan.phase import Swing as Swing
     from gaitopt.plan.plan import Plan as Plan
-    from gaitopt.plan.plan import Trajectory as Trajectory
     from gaitopt.plan.plan import load_plan as load_plan
     from gaitopt.plan.record import CrawlRecord as CrawlRecord
     from gaitopt.plan.record import GaitRecord as GaitRecord
@@ -80,6 +79,7 @@ if TYPE_CHECKING:
     from gaitopt.plan.settings.freedoms import Freedoms as Freedoms
     from gaitopt.plan.settings.over_obstacle import StrideSettings as StrideSettings
     from gaitopt.plan.settings.time_optimal import RouteSettings as RouteSettings
+    from gaitopt.plan.trajectory import Trajectory as Trajectory
     from gaitopt.planners.by_velocity.planner import plan_gait as plan_gait
     from gaitopt.planners.crawl import plan_crawl as plan_crawl
     from gaitopt.planners.over_obstacle.planner import plan_stride as plan_stride
@@ -152,7 +152,7 @@ _HOMES = {
     "plan.com_margin": "com_margin",
     "plan.contact_forces": "contact_forces",
     "plan.phase": "Phase Swing",
-    "plan.plan": "Plan Trajectory load_plan",
+    "plan.plan": "Plan load_plan",
     "plan.record": "CrawlRecord GaitRecord PlanRecord RouteRecord StrideRecord",
     "plan.settings.freedoms": "Freedoms",
     "plan.settings.base": "PlanSettings",
@@ -160,6 +160,7 @@ _HOMES = {
     "plan.settings.crawl": "CrawlSettings",
     "plan.settings.over_obstacle": "StrideSettings",
     "plan.settings.time_optimal": "RouteSettings",
+    "plan.trajectory": "Trajectory",
     "planners.by_velocity.planner": "plan_gait",
     "planners.crawl": "plan_crawl",
     "planners.over_obstacle.planner": "plan_stride",

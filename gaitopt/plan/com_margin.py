@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from gaitopt.conventions import FloatArray
-from gaitopt.plan.plan import Plan, Trajectory
+from gaitopt.plan.plan import Plan
+from gaitopt.plan.trajectory import Trajectory
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.stability.margins import static_stability_margin
 
@@ -48,16 +49,29 @@ def times_of_margins(plan: Plan) -> FloatArray:
 
 
 def with_com_margins(plan: Plan) -> Plan:
-    """The plan with the true COM's margins in its phases; phases of no duration stay as they are.
+    """The plan with the true COM's margins in its phases; see :func:`with_margins`.
 
     Args:
-        plan: whose feet that stand are three at least.
+        plan: any plan.
     """
-    times, margins = com_margin(plan)
+    return with_margins(plan, *com_margin(plan))
+
+
+def with_margins(plan: Plan, times: FloatArray, margins: FloatArray) -> Plan:
+    """The plan with the smallest of the given margins in each of its phases.
+
+    Phases that last no time, or in which a margin is not finite because fewer than three feet
+    stand, keep the margin that they have.
+
+    Args:
+        plan: any plan.
+        times: those of :func:`times_of_margins` ``(N,)`` [s].
+        margins: at these ``(N,)`` [m].
+    """
     phases = list(plan.phases)
     for i, phase in enumerate(phases):
         first, last = np.searchsorted(times, [phase.start, phase.end])
-        if last > first:
+        if last > first and np.isfinite(margins[first:last]).all():
             phases[i] = replace(phase, margin=float(margins[first:last].min()))
     return replace(plan, phases=tuple(phases))
 

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import zipfile
-import zlib
 from dataclasses import dataclass, field
 from functools import cached_property
 from numbers import Real
@@ -22,47 +20,13 @@ from gaitopt.plan.phase import Phase, Swing, _phase_from_dict, _phase_to_dict, f
 from gaitopt.plan.record import PlanRecord, record_from_dict
 from gaitopt.plan.settings.base import PlanSettings
 from gaitopt.plan.settings.by_name import settings_from_dict
+from gaitopt.plan.trajectory import Trajectory
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.rotations import rpy_rates_to_angular, rpy_to_matrix, rpy_to_quaternion
 from gaitopt.terrain.footholds import Footholds
 
 MAX_SAMPLES = 20_000_000
 """Most samples that :meth:`Plan.sample` makes."""
-
-
-@dataclass(frozen=True, eq=False)
-class Trajectory:
-    """A plan sampled in time; all arrays are read-only.
-
-    Attributes:
-        t: times ``(N,)`` [s].
-        q: configurations ``(N, nq)``, Pinocchio's for ``plan.robot.model``: base position,
-            quaternion xyzw, joints. This is the model of ``plan.robot.urdf``, in which a joint
-            without an end has one angle, and joints of no leg are fixed; Pinocchio's own reading of
-            the robot's file may have more numbers (:func:`gaitopt.file_configurations`).
-        v: velocities ``(N, nv)``, Pinocchio's: base twist in the base's frame, joint rates.
-        contacts: which feet stand ``(N, 4)``.
-        cog: body centre ``(N, 3)`` [m].
-        feet: foot frames ``(N, 4, 3)`` [m].
-        legs: names of the columns of ``contacts`` and ``feet``.
-        joint_names: names of the joint columns of ``q[:, 7:]`` and ``v[:, 6:]``.
-    """
-
-    t: FloatArray
-    q: FloatArray
-    v: FloatArray
-    contacts: BoolArray
-    cog: FloatArray
-    feet: FloatArray
-    legs: tuple[str, ...]
-    joint_names: tuple[str, ...]
-
-    def __post_init__(self) -> None:
-        for name in ("t", "q", "v", "contacts", "cog", "feet"):
-            getattr(self, name).setflags(write=False)
-
-    def __len__(self) -> int:
-        return len(self.t)
 
 
 @dataclass(frozen=True, eq=False)
@@ -210,7 +174,6 @@ class Plan:
 
         :func:`gaitopt.load_plan` gets it back without loss.
         """
-
         save_plan(self, path)
 
     def _foot(self, leg: str, joints: FloatArray) -> FloatArray:
@@ -280,10 +243,10 @@ def load_plan(path: StrPath) -> Plan:
         if isinstance(error, PlanFileError) or not str(error):
             raise
         raise PlanFileError(f"{path} holds no valid plan: {error}") from error
-    except (
-        zipfile.BadZipFile, zlib.error, EOFError, OSError, KeyError, ValueError, TypeError,
-        AttributeError, NotImplementedError, RecursionError, MemoryError,
-    ) as error:  # fmt: skip
+    except Exception as error:
+        # Damaged and made-up files make the libraries that read them raise errors of many kinds:
+        # RuntimeError for an encrypted part, tokenize's for the header of an array, lzma's own,
+        # MemoryError for an array that is said to be huge, RecursionError for lists in lists.
         raise PlanFileError(
             f"{path} is no plan file, or was cut short ({type(error).__name__}: {error}); make it "
             "anew with Plan.save"

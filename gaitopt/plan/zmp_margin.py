@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from gaitopt.dynamics.whole_body import motion_of_path
-from gaitopt.plan.com_margin import margins_over, times_of_margins
+from gaitopt.plan.com_margin import margins_over, times_of_margins, with_margins
 from gaitopt.plan.plan import Plan
 from gaitopt.stability.zmp import whole_body_zmp
 
@@ -15,8 +13,8 @@ from gaitopt.stability.zmp import whole_body_zmp
 def with_zmp_margins(plan: Plan) -> Plan:
     """The plan with the margins of the ZMP of all links in its phases.
 
-    The ZMP is taken on the mean height of the ground below the standing feet. Phases in which
-    fewer than three feet stand, or that last no time, keep the margin that they have.
+    The ZMP is taken on the mean height of the ground below the standing feet. See
+    :func:`gaitopt.plan.com_margin.with_margins`.
 
     Args:
         plan: any plan.
@@ -28,10 +26,4 @@ def with_zmp_margins(plan: Plan) -> Plan:
     heights = np.where(motion.contacts, motion.feet[..., 2], 0.0).sum(axis=1) / count
     ground = heights - plan.robot.foot_radius
     points = np.nan_to_num(whole_body_zmp(plan.robot.model, *moved, ground), nan=np.inf)
-    margins = margins_over(motion, points)
-    phases = list(plan.phases)
-    for i, phase in enumerate(phases):
-        first, last = np.searchsorted(times, [phase.start, phase.end])
-        if last > first and np.isfinite(margins[first:last]).all():
-            phases[i] = replace(phase, margin=float(margins[first:last].min()))
-    return replace(plan, phases=tuple(phases))
+    return with_margins(plan, times, margins_over(motion, points))

@@ -9,7 +9,8 @@ import numpy as np
 from gaitopt.control.gains import ControlGains
 from gaitopt.conventions import LEGS, BoolArray, FloatArray
 from gaitopt.plan.com_margin import margins_over, true_com
-from gaitopt.plan.plan import Plan, Trajectory
+from gaitopt.plan.plan import Plan
+from gaitopt.plan.trajectory import Trajectory
 from gaitopt.robots.rotations import quaternion_to_matrix
 from gaitopt.simulation.result import (
     MissedFoothold,

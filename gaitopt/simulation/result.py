@@ -8,7 +8,7 @@ import numpy as np
 
 from gaitopt.control.gains import ControlGains
 from gaitopt.conventions import FloatArray, TextEnum
-from gaitopt.plan.plan import Trajectory
+from gaitopt.plan.trajectory import Trajectory
 from gaitopt.simulation.settings import SimulationSettings
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 import dataclasses
 import json
 import pickle
+import re
+import struct
 import zipfile
 from pathlib import Path
 from typing import Any
@@ -167,6 +169,63 @@ def test_a_damaged_byte_is_noticed(short_plan: Plan, tmp_path: Path) -> None:
         assert same(loaded, short_plan)
 
 
+def packed_again(
+    plan: Plan, path: Path, changes: dict[str, bytes], compression: int = zipfile.ZIP_DEFLATED
+) -> Path:
+    """The plan's file with other parts, or in another compression."""
+    plan.save(path)
+    with zipfile.ZipFile(path) as source:
+        parts = {name: source.read(name) for name in source.namelist()}
+    with zipfile.ZipFile(path, "w", compression) as target:
+        for name, data in {**parts, **changes}.items():
+            target.writestr(name, data)
+    return path
+
+
+SHAPED = "{{'descr': '<f8', 'fortran_order': False, 'shape': ({},)}}"
+
+
+@pytest.mark.parametrize(
+    "header", ["((((((", SHAPED.format(10**30), SHAPED.format(10**13)],
+    ids=["open brackets", "a size beyond integers", "a size beyond memory"],
+)  # fmt: skip
+def test_arrays_that_cannot_be_read_are_refused(
+    short_plan: Plan, tmp_path: Path, header: str
+) -> None:
+    # NumPy's format: mark, version, length of the header, header.
+    start = b"\x93NUMPY\x01\x00" + struct.pack("<H", len(header) + 1)
+    times = start + header.encode() + b"\n"
+    path = packed_again(short_plan, tmp_path / "plan.npz", {"times.npy": times})
+    with pytest.raises(PlanFileError, match="is no plan file"):
+        gaitopt.load_plan(path)
+
+
+@pytest.mark.parametrize("compression", [zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA])
+def test_damage_in_other_compressions_is_noticed(
+    short_plan: Plan, tmp_path: Path, compression: int
+) -> None:
+    path = packed_again(short_plan, tmp_path / "plan.npz", {}, compression)
+    assert same(gaitopt.load_plan(path), short_plan)
+    damaged = bytearray(path.read_bytes())
+    damaged[200:260] = bytes(60)
+    path.write_bytes(damaged)
+    with pytest.raises(PlanFileError, match="is no plan file"):
+        gaitopt.load_plan(path)
+
+
+def test_encrypted_parts_are_refused(short_plan: Plan, tmp_path: Path) -> None:
+    path = tmp_path / "plan.npz"
+    short_plan.save(path)
+    data = bytearray(path.read_bytes())
+    # The lowest bit of the flags, in the archive's directory and before each part.
+    for mark, flags in ((b"PK\x01\x02", 8), (b"PK\x03\x04", 6)):
+        for match in re.finditer(re.escape(mark), bytes(data)):
+            data[match.start() + flags] |= 1
+    path.write_bytes(data)
+    with pytest.raises(PlanFileError, match="encrypted"):
+        gaitopt.load_plan(path)
+
+
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
@@ -178,6 +237,7 @@ def test_a_damaged_byte_is_noticed(short_plan: Plan, tmp_path: Path) -> None:
         ({"phases": [{"kind": "stance"}]}, "no plan file, or was cut short"),
         ({"phases": None}, "no plan file, or was cut short"),
         ({"column_radius": -1.0}, "radius must be a positive length"),
+        ({"column_radius": 10**400}, "no plan file, or was cut short"),
     ],
 )
 def test_foreign_headers_are_refused(

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gaitopt.conventions import LEGS, FloatArray
-from gaitopt.plan.plan import Plan, Trajectory
+from gaitopt.plan.plan import Plan
+from gaitopt.plan.trajectory import Trajectory
 from gaitopt.terrain.footholds import Footholds
 from gaitopt.viewing.colours import LEG_COLOURS
 from gaitopt.viewing.figures.common import (

@@ -15,7 +15,8 @@ from gaitopt.errors import InputError, MissingPackageError
 from gaitopt.files import StrPath, written_whole
 from gaitopt.motion.path import MotionPath
 from gaitopt.plan.phase import Phase
-from gaitopt.plan.plan import Plan, Trajectory
+from gaitopt.plan.plan import Plan
+from gaitopt.plan.trajectory import Trajectory
 from gaitopt.robots.rotations import quaternion_to_rpy
 from gaitopt.viewing.colours import LEG_COLOURS
 from gaitopt.viewing.replay.obstacle_scene import obstacle_scene
