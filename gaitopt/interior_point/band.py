@@ -38,7 +38,7 @@ class RowGroups(NamedTuple):
         """``rows (M, ...)`` as ``(groups, most rows, ...)``, filled up with zeros."""
         out = np.zeros((*self.shape, *rows.shape[1:]))
         out[self.group, self.place] = rows
-        return np.asarray(out)
+        return out
 
 
 class BlockBand(NamedTuple):

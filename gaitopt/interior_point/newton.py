@@ -108,10 +108,9 @@ class NewtonSystem:
         matrix = self._linearisation.newton_matrix(
             self._multipliers / self._slack, curvature_weights
         )
-        if self._quadratic_cost.ndim == 1:
-            matrix[0] += self._quadratic_cost
-        else:
-            matrix[: len(self._quadratic_cost)] += self._quadratic_cost
+        # A diagonal is a band of one row.
+        cost = np.atleast_2d(self._quadratic_cost)
+        matrix[: len(cost)] += cost
         return matrix
 
     def _factor_of_less_curvature(self, full: FloatArray, iterate: Iterate) -> FloatArray | None:

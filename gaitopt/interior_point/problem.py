@@ -13,6 +13,8 @@ from __future__ import annotations
 
 from typing import Protocol
 
+import numpy as np
+
 from gaitopt.conventions import FloatArray
 from gaitopt.interior_point.band import symmetric_times
 
@@ -97,14 +99,14 @@ class Problem(Protocol):
 
 def objective(problem: Problem, x: FloatArray) -> float:
     """``linear_cost . x + x' Q x / 2``."""
-    return float((problem.linear_cost + _quadratic_times(problem.quadratic_cost, x) / 2.0) @ x)
+    return float((problem.linear_cost + _quadratic_gradient(problem, x) / 2.0) @ x)
 
 
 def objective_gradient(problem: Problem, x: FloatArray) -> FloatArray:
     """Gradient of the objective ``(n,)``."""
-    return problem.linear_cost + _quadratic_times(problem.quadratic_cost, x)
+    return problem.linear_cost + _quadratic_gradient(problem, x)
 
 
-def _quadratic_times(cost: FloatArray, x: FloatArray) -> FloatArray:
-    """``Q x (n,)``."""
-    return cost * x if cost.ndim == 1 else symmetric_times(cost, x)
+def _quadratic_gradient(problem: Problem, x: FloatArray) -> FloatArray:
+    """``Q x (n,)``. A diagonal is a band of one row."""
+    return symmetric_times(np.atleast_2d(problem.quadratic_cost), x)

@@ -17,12 +17,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from gaitopt.conventions import FloatArray
 from gaitopt.interior_point.band import BlockBand, RowGroups
+from gaitopt.motion.quadratic_spline import parabola_weights
 
 ACCELERATION_WEIGHT = 1.0
 """Weight ``w`` of the accelerations themselves, against that of their jumps."""
@@ -146,7 +147,9 @@ class BodyPathProblem:
         """Lower band of the quadratic cost ``(10, n)``."""
         from scipy import sparse
 
-        reach = sparse.diags(self.pendulum) @ second_differences(self.spans)
+        # Accelerations are twice the first coefficients of the parabolas.
+        before, own, after = 2.0 * self.pendulum * parabola_weights(self.spans)[0].T
+        reach = sparse.diags([before[1:], own, after[:-1]], [-1, 0, 1]).tocsr()
         jumps = sparse.diags([-1.0, 1.0], [0, 1], shape=(self.knots - 1, self.knots)) @ reach
         share = self.spans / self.spans.mean()
         form = jumps.T @ jumps + ACCELERATION_WEIGHT * (reach.T @ sparse.diags(share) @ reach)
@@ -173,6 +176,10 @@ class BodyPathProblem:
     @cached_property
     def _groups(self) -> RowGroups:
         return RowGroups.of(self.lines.span, self.knots)
+
+    @cached_property
+    def _padded_jacobian(self) -> FloatArray:
+        return self._groups.padded(self._jacobian)
 
     @cached_property
     def _band(self) -> BlockBand:
@@ -245,7 +252,8 @@ class BodyPathLinearisation:
         problem = self.problem
         lines, discs = len(problem.lines.span), len(problem.discs.span)
         size = len(problem.linear_cost)
-        parts = problem._groups.padded(problem._jacobian * v[:lines, None]).sum(axis=1)
+        weights = problem._groups.padded(v[:lines])[:, None]
+        parts = (weights @ problem._padded_jacobian)[:, 0]
         used = problem._blocks >= 0
         out = np.bincount(problem._blocks[used], parts[used], minlength=size)
         at = problem._places[problem.discs.span, :2]
@@ -258,9 +266,8 @@ class BodyPathLinearisation:
         """``J' diag(scale) J`` minus the Hessian of ``multipliers . values``, as a lower band."""
         problem = self.problem
         lines, discs = len(problem.lines.span), len(problem.discs.span)
-        rows = problem._groups.padded(problem._jacobian)
-        weighted = problem._groups.padded(problem._jacobian * scale[:lines, None])
-        blocks = np.swapaxes(weighted, 1, 2) @ rows
+        weighted = problem._padded_jacobian * problem._groups.padded(scale[:lines])[..., None]
+        blocks = np.swapaxes(weighted, 1, 2) @ problem._padded_jacobian
         at, on_discs = problem.discs.span, slice(lines, lines + discs)
         radius = problem.discs.radius / problem.unit
         squares = scale[on_discs, None, None] * self.by_discs[:, :, None] * self.by_discs[:, None]
@@ -271,40 +278,3 @@ class BodyPathLinearisation:
         band = problem._band.matrix(blocks)
         wide = len(problem.quadratic_cost)
         return np.pad(band, ((0, max(wide - len(band), 0)), (0, 0)))
-
-
-def second_differences(spans: FloatArray) -> Any:
-    """Sparse matrix ``(K, K)`` from control points to the accelerations on their spans."""
-    from scipy import sparse
-
-    count = len(spans)
-    between = 2.0 / (spans[1:] + spans[:-1])
-    # Velocities at the ends of all spans: at rest at the first begin and at the last end.
-    velocity = sparse.diags([-between, between], [0, 1], shape=(count - 1, count))
-    padded = sparse.vstack([sparse.csr_matrix((1, count)), velocity, sparse.csr_matrix((1, count))])
-    ends = sparse.diags([-1.0 / spans, 1.0 / spans], [0, 1], shape=(count, count + 1))
-    return ends @ padded
-
-
-def span_weights(spans: FloatArray, shares: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Weights of a span's three control points in its places, and in its acceleration.
-
-    Args:
-        spans: length of each span ``(K,)`` [s].
-        shares: of the span, from 0 to 1 ``(S,)``.
-
-    Returns:
-        ``(K, S, 3)``, and ``(K, 3)`` [1/s^2]. The first span has no point before it and the last
-        one none after it: their weights there are zero.
-    """
-    gaps = (spans[1:] + spans[:-1]) / 2.0
-    before = np.concatenate([[0.0], 1.0 / gaps])
-    after = np.concatenate([1.0 / gaps, [0.0]])
-    # Velocities at begin and end of a span: before * (p1 - p0), and after * (p2 - p1).
-    begin = np.stack([-before, before, np.zeros_like(before)], axis=1)
-    end = np.stack([np.zeros_like(after), -after, after], axis=1)
-    acceleration = (end - begin) / spans[:, None]
-    t = (spans[:, None] * shares)[..., None]
-    at_begin = np.array([0.0, 1.0, 0.0]) - begin * spans[:, None] / 2.0
-    places = at_begin[:, None] + begin[:, None] * t + acceleration[:, None] * t**2 / 2.0
-    return places, acceleration

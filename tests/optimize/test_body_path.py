@@ -6,16 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.interpolate import BSpline
 
 from gaitopt.interior_point.solver import minimise
-from gaitopt.optimize.body_path import (
-    BodyPathProblem,
-    DiscRows,
-    LineRows,
-    second_differences,
-    span_weights,
-)
+from gaitopt.optimize.body_path import BodyPathProblem, DiscRows, LineRows
 
 KNOTS = 9
 SPANS = np.random.default_rng(0).uniform(0.1, 0.3, KNOTS)
@@ -37,21 +30,6 @@ def solved(problem: BodyPathProblem) -> tuple[np.ndarray, np.ndarray]:
     solution = minimise(problem, start, barrier=1.0, least_barrier=1e-9)
     assert solution.solved
     return problem.points(solution.x), problem.missed(solution.x)
-
-
-def test_weights_are_those_of_a_spline() -> None:
-    """Against scipy's B-splines, on even spans and away from the ends."""
-    spans, shares = np.full(KNOTS, 0.2), np.array([0.0, 0.3, 1.0])
-    points = np.random.default_rng(1).normal(size=(KNOTS, 2))
-    places, acceleration = span_weights(spans, shares)
-    spline = BSpline(0.2 * np.arange(-1, KNOTS + 2), points, 2)
-    for k in range(1, KNOTS - 1):
-        times = 0.2 * (k + shares)
-        nearby = points[k - 1 : k + 2]
-        assert places[k] @ nearby == pytest.approx(spline(times), abs=1e-12)
-        inside = spline.derivative(2)(0.2 * (k + 0.5))
-        assert acceleration[k] @ nearby == pytest.approx(inside, abs=1e-9)
-        assert (second_differences(spans) @ points)[k] == pytest.approx(inside, abs=1e-9)
 
 
 def test_derivatives_are_those_of_differences() -> None:

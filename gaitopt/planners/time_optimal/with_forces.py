@@ -20,6 +20,7 @@ from gaitopt.planners.time_optimal.smooth.planner import smooth_plan
 from gaitopt.planners.time_optimal.straight.planner import straight_plan
 from gaitopt.planners.time_optimal.walk import Route, crawl_settings
 from gaitopt.retiming.retimed import retimed
+from gaitopt.robots.quadruped import Quadruped
 
 
 def plan_with_forces(route: Route, progress: Progress | None = None) -> Plan:
@@ -40,7 +41,7 @@ def plan_with_forces(route: Route, progress: Progress | None = None) -> Plan:
         InfeasibleStepError: no walk phase by phase is possible with forces.
     """
     free = route.settings.free
-    continuous = free.swing and has_quick_joints(route) and route.settings.horizon is None
+    continuous = free.swing and has_quick_joints(route.robot) and route.settings.horizon is None
     boxes = None if continuous else _phase_by_phase(route)
     try:
         if continuous:
@@ -57,13 +58,13 @@ def plan_with_forces(route: Route, progress: Progress | None = None) -> Plan:
     return _with_reason(boxes, "the walk phase by phase is faster than the other that was found")
 
 
-def has_quick_joints(route: Route) -> bool:
-    """Whether forces, and not joints, set the pace of a walk.
+def has_quick_joints(robot: Quadruped) -> bool:
+    """Whether forces, and not joints, set the pace of a robot's walks.
 
     So it is where the slowest joint turns by :data:`TIME_UNIT_ROTATION` in less than a share of the
     time in which a pendulum as long as a leg turns by one radian.
     """
-    legs = route.robot.legs.values()
+    legs = robot.legs.values()
     slowest = min(float(leg.velocity_limits.min()) for leg in legs)
     reach = max(leg.upper + leg.lower for leg in legs)
     quick = TIME_UNIT_ROTATION / slowest < FORCE_TIME_SHARE * float(np.sqrt(reach / GRAVITY))
@@ -77,10 +78,9 @@ def _phase_by_phase(route: Route) -> Plan:
     rounding = ROUNDING
     if settings.free.swing:
         # A rounded box goes straight up until its rounding begins: as high as the clearance.
-        top = max(crawl.swing_height, settings.clearance + settings.clearance_reserve)
-        crawl = replace(crawl, swing_height=top)
-        kept = 1.0 - (settings.clearance + settings.clearance_reserve) / top
-        rounding = min(ROUNDING, kept)
+        clearance = settings.clearance + settings.clearance_reserve
+        top = max(crawl.swing_height, clearance)
+        crawl, rounding = replace(crawl, swing_height=top), min(ROUNDING, 1.0 - clearance / top)
     plan = plan_in_order(route.robot, route.footholds, crawl, rounding=rounding)
     if settings.acceleration_limit is not None:
         plan = retimed(replace(plan, settings=settings))

@@ -8,17 +8,17 @@ from typing import NamedTuple
 import numpy as np
 
 from gaitopt.conventions import GRAVITY, LEGS, FloatArray
-from gaitopt.errors import SolverError
 from gaitopt.interior_point.solver import Solution, minimise
+from gaitopt.motion.quadratic_spline import neighbours, parabola_weights
 from gaitopt.optimize.body_path import (
     FIRST_BARRIER,
     LEAST_BARRIER,
     BodyPathProblem,
     DiscRows,
     LineRows,
-    span_weights,
 )
-from gaitopt.optimize.route.legs import BODY, FOOT
+from gaitopt.optimize.route.legs import FOOT
+from gaitopt.planners.time_optimal.continuous.refusal import refused
 from gaitopt.planners.time_optimal.smooth.build import FORCE_ZMP_SHARE, start_margin
 from gaitopt.planners.time_optimal.smooth.motion import SAMPLES, SplineMotion
 from gaitopt.planners.time_optimal.support import support_on_spans
@@ -54,12 +54,16 @@ class BalancedMotion(NamedTuple):
 def balanced(route: Route, motion: SplineMotion) -> BalancedMotion:
     """The motion with the smoothest path of the body that keeps balance, at the same times.
 
+    A solution is judged by its motion, whatever the solver's status is: here by the margin of a
+    static walk, later by clearance, joint limits and contact forces.
+
     Args:
         route: the walk.
         motion: its spans and flights count, and its body's height.
 
     Raises:
-        SolverError: the centre of mass does not keep its margin, or a foot is out of reach.
+        SolverError: the margin of a static walk is not kept, or a foot is out of reach; names the
+            step.
     """
     solutions: list[Solution[BodyPathProblem]] = []
     stricter = np.zeros(len(motion.spans))
@@ -72,32 +76,43 @@ def balanced(route: Route, motion: SplineMotion) -> BalancedMotion:
         poses = motion.poses.copy()
         poses[:, :2] = problem.points(solutions[-1].x)
         motion = replace(motion, poses=poses)
-        if not np.isfinite(motion.joints_at(*motion.samples)).all():
-            raise SolverError("continuous walk: a foot would be out of reach")
+        _check_reach(route, motion)
         missing = _missing_margins(route, motion)
         if n >= ROUNDS - 1 and not missing.any():
             return BalancedMotion(motion, tuple(solutions))
         stricter += OVERCORRECTION * missing
-    raise SolverError(
-        f"continuous walk: the centre of mass keeps no margin of "
-        f"{route.settings.stability_margin:g} m at this pace"
-    )
+    margin = route.settings.stability_margin
+    what = f"the margin of {margin:g} m is missed by {missing.max():.2g} m at this pace"
+    raise refused(route, motion, int(missing.argmax()), what)
+
+
+def _check_reach(route: Route, motion: SplineMotion) -> None:
+    """Refuse a motion with a foot that is out of reach.
+
+    Raises:
+        SolverError: it has one; names the step.
+    """
+    times, span = motion.samples
+    reached = np.isfinite(motion.joints_at(times, span)).all(axis=1)
+    if not reached.all():
+        raise refused(route, motion, int(span[np.argmin(reached)]), "a foot would be out of reach")
+
+
+def _promised(route: Route, motion: SplineMotion) -> SplineMotion:
+    """The motion with the centre that promises its static margin: the true one, or the body's."""
+    return replace(motion, whole_body=route.settings.true_com)
 
 
 def _missing_margins(route: Route, motion: SplineMotion) -> FloatArray:
     """How much of the margin that a static walk promises is missing on each span ``(K,)`` [m]."""
-    settings, knots = route.settings, motion.knots
+    settings, count = route.settings, len(motion.spans)
     if not settings.static:
-        return np.zeros(len(motion.spans))
-    found, wanted = (
-        motion.margins(dynamic=False),
-        np.full(len(motion.spans), settings.stability_margin),
-    )
-    first = knots.phase_ends[1]
-    wanted[:first] = start_margin(found[:1], settings.stability_margin)
-    # Before the first lift-off nothing is promised but that the centre of mass stays inside.
-    wanted[:first] = np.minimum(wanted[:first], found[:first].clip(0.0))
-    return np.maximum(wanted + MARGIN_KEPT * settings.margin_reserve - found, 0.0)
+        return np.zeros(count)
+    # Before the first lift-off nothing is promised but that the centre stays inside.
+    first = np.arange(count) < motion.knots.phase_ends[1]
+    wanted = np.where(first, 0.0, settings.stability_margin)
+    wanted += MARGIN_KEPT * settings.margin_reserve
+    return np.maximum(wanted - _promised(route, motion).margins(dynamic=False), 0.0)
 
 
 def build_body_path(
@@ -131,21 +146,21 @@ def _balance_lines(
     """Rows that keep the ZMP inside the support polygon, and the centre of mass if promised."""
     knots, settings = motion.knots, route.settings
     sides = support_on_spans(knots)
-    places, acceleration = span_weights(motion.spans, np.linspace(0.0, 1.0, SAMPLES))
-    zmp_weights = places - pendulum[:, None, None] * acceleration[:, None]
-    windows = np.pad(motion.poses[:, :2], ((1, 1), (0, 0)))
-    windows = np.stack([windows[:-2], windows[1:-1], windows[2:]], axis=1)
-    margin, com = settings.stability_margin, motion.centres_of_mass()
-    standing = np.einsum("mi,i->m", sides.normal, com[0, 0]) - sides.offset
+    square, linear, fixed = parabola_weights(motion.spans)[:, :, None]
+    t = motion.spans[:, None, None] * np.linspace(0.0, 1.0, SAMPLES)[:, None]
+    places = (square * t + linear) * t + fixed
+    zmp_weights = places - 2.0 * pendulum[:, None, None] * square
+    points = neighbours(motion.poses[:, :2])
+    margin, centre = settings.stability_margin, _promised(route, motion).centres_of_mass()
+    standing = np.einsum("mi,i->m", sides.normal, centre[0, 0]) - sides.offset
     in_first = sides.knot < knots.phase_ends[1]
-    of_com = com - np.einsum("ksj,kjd->ksd", places, windows)
-    of_zmp = of_com
+    of_centre = centre - places @ points
+    of_zmp = motion.centres_of_mass() - places @ points
     if measured:
-        of_zmp = motion.zero_moment_points() - np.einsum("ksj,kjd->ksd", zmp_weights, windows)
-        of_zmp = np.nan_to_num(of_zmp)
+        of_zmp = np.nan_to_num(motion.zero_moment_points() - zmp_weights @ points)
     kinds = [(zmp_weights, of_zmp, FORCE_ZMP_SHARE * margin, True)]
     if settings.static:
-        kinds.append((places, of_com, margin + settings.margin_reserve, False))
+        kinds.append((places, of_centre, margin + settings.margin_reserve, False))
     rows = []
     for weights, beside, wanted, soft in kinds:
         least = np.where(in_first, start_margin(standing, wanted), wanted)
@@ -166,15 +181,14 @@ def _reach_discs(route: Route, motion: SplineMotion) -> DiscRows:
     which lies ``d`` below the roll axis, where ``x^2 + (sqrt(y^2 + z^2 - l^2) - d)^2 <= r^2``, with
     the lateral offset ``l``. A disc within this oval has the radius that is used here.
     """
-    knots, poses, fraction = motion.knots, motion.poses, route.settings.reach_fraction
-    body = motion.legs.body
-    feet = knots.feet_at_knots(poses[:, FOOT])
+    poses, fraction = motion.poses, route.settings.reach_fraction
+    feet = motion.knots.feet_at_knots(poses[:, FOOT])
     span, centre, radius = [], [], []
     for i, name in enumerate(LEGS):
         leg = route.robot.legs[name]
         reach = (1.0 - REACH_RESERVE) * min(leg.reach, fraction * (leg.upper + leg.lower))
-        hip = leg.hip - body
-        down = poses[:, BODY][:, 2] + hip[2] - feet[:, i, 2]
+        hip = leg.hip - route.robot.centre
+        down = poses[:, 2] + hip[2] - feet[:, i, 2]
         square = (reach + leg.drop) ** 2 + leg.lateral**2 - down**2
         square /= 1.0 + 2.0 * max(leg.drop, 0.0) / reach
         span.append(np.arange(1, len(poses)))

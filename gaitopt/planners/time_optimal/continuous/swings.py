@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from gaitopt.conventions import FloatArray
@@ -16,8 +18,8 @@ RISE = (0.5, 0.85)
 last ones, which come down in the same way, are at the top. A foot that rises more gently lets the
 walk be faster, but it is then too fast for physics: of four walks of go2 over 16 steps (1.38 s with
 0.35 and 0.75, 1.54 s with these, 1.82 s with 0.65 and 1; seeds 0 to 3) two, four and four pass."""
-STEEPEST = 0.9
-"""Most of the way up that a foot has done at its first control point in the air."""
+STEEP_RISE = (0.9, 1.0)
+"""The same of a flight that does not keep the clearance otherwise."""
 SPREAD = (0.25, 0.0)
 """Shares of an even pace along the way; the largest that keeps the clearance is taken. With 0 a
 foot is above its foothold at its first control point in the air. With 0.5 the same walks take
@@ -34,25 +36,20 @@ def with_flights(motion: SplineMotion, settings: RouteSettings, radius: float) -
     """
     wanted = settings.clearance + settings.clearance_reserve
     flights = Flights.of(motion.knots)
-    found = motion
-    kept = np.zeros(len(flights.lift_off), dtype=bool)
-    for rise in (RISE, (STEEPEST, 1.0)):
+    # Of every flight the first span and the one after its last.
+    ends = np.stack([flights.lift_off, flights.touchdown + 1], axis=1).ravel()
+    low = np.ones(len(flights.lift_off), dtype=np.bool_)
+    for rise in (RISE, STEEP_RISE):
         for spread in SPREAD:
-            poses = found.poses.copy()
+            poses = motion.poses.copy()
             at, feet = _control_points(flights, settings, spread, rise)
-            poses[at[~kept], FOOT] = feet[~kept]
-            found = SplineMotion(
-                motion.robot, motion.heading, motion.legs, motion.knots, poses, motion.spans,
-                motion.whole_body,
-            )  # fmt: skip
-            lowest = lowest_heights(found, radius)
-            kept = np.array([
-                lowest[first : last + 1].min() >= wanted
-                for first, last in zip(flights.lift_off, flights.touchdown, strict=True)
-            ])  # fmt: skip
-            if kept.all():
-                return found
-    return found
+            poses[at[low], FOOT] = feet[low]
+            motion = replace(motion, poses=poses)
+            heights = np.append(lowest_heights(motion, radius), np.inf)
+            low = np.minimum.reduceat(heights, ends)[::2] < wanted
+            if not low.any():
+                return motion
+    return motion
 
 
 def _control_points(

@@ -17,6 +17,7 @@ import numpy as np
 from gaitopt.conventions import LEGS, OTHER_LEGS, FloatArray, rotation_z
 from gaitopt.dynamics.whole_body import motion_of_path
 from gaitopt.motion.differences import time_derivatives
+from gaitopt.motion.quadratic_spline import spline_parabolas
 from gaitopt.optimize.route.centre_of_mass import MassDistribution
 from gaitopt.optimize.route.legs import BODY, FOOT, JOINTS
 from gaitopt.planners.time_optimal.foothold_motion import Contacts, FootholdMotion
@@ -169,22 +170,3 @@ class SplineMotion(FootholdMotion):
         four = ~flying.flies
         out[four] = static_stability_margin(feet[four], point[four])
         return np.asarray(out.reshape(-1, SAMPLES).min(axis=1))
-
-
-def spline_parabolas(points: FloatArray, spans: FloatArray) -> FloatArray:
-    """A quadratic B-spline as parabolas in the time since the begin of each span ``(3, K, ...)``.
-
-    It begins and ends at rest, at its first and last control point.
-
-    Args:
-        points: control points ``(K, ...)``.
-        spans: the span of each ``(K,)`` [s].
-
-    Returns:
-        Coefficients, highest power first.
-    """
-    d = spans.reshape((-1,) + (1,) * (points.ndim - 1))
-    velocity = np.diff(points, axis=0) / ((d[1:] + d[:-1]) / 2.0)
-    rest = np.zeros_like(points[:1])
-    at_begin, at_end = np.concatenate([rest, velocity]), np.concatenate([velocity, rest])
-    return np.stack([(at_end - at_begin) / (2.0 * d), at_begin, points - at_begin * d / 2.0])

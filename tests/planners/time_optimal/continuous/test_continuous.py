@@ -11,7 +11,6 @@ import pytest
 import gaitopt
 from gaitopt import LEGS, Footholds, Plan
 from gaitopt.plan.record import RouteRecord
-from gaitopt.planners.time_optimal.walk import prepare_route
 from gaitopt.planners.time_optimal.with_forces import has_quick_joints
 
 ROBOTS = ("a1", "anymal_c", "solo12")
@@ -76,11 +75,28 @@ def test_feet_keep_the_clearance_outside_their_columns() -> None:
 
 def test_slow_joints_set_the_pace_themselves() -> None:
     for name, quick in (("wang2020", False), ("a1", True), ("anymal_c", True)):
-        robot = gaitopt.load_robot(name)
-        footholds = gaitopt.s_columns(0, columns=2, robot=robot)
-        settings = gaitopt.RouteSettings.for_robot(robot, free="swing", body_height=None)
-        settings = replace(settings, body_height=0.9 * robot.standing_height)
-        assert has_quick_joints(prepare_route(robot, footholds, settings)) is quick
+        assert has_quick_joints(gaitopt.load_robot(name)) is quick
+
+
+def test_the_margin_may_be_that_of_the_body_centre() -> None:
+    """As asked for: it is kept, and that of the true centre of mass is another one."""
+    robot = gaitopt.load_robot("a1")
+    plan = gaitopt.plan_route(robot, ground("a1"), free="swing", com="body")
+    certificate = gaitopt.verify(plan, collisions=False)
+    certificate.raise_for_violations()
+    assert certificate["margin of the body centre"].worst >= plan.settings.stability_margin - 1e-9
+    assert min(p.margin for p in plan.phases if p.kind == "swing") == pytest.approx(
+        plan.settings.stability_margin, abs=2e-3
+    )
+
+
+def test_accelerations_are_limited_if_asked_for() -> None:
+    robot = gaitopt.load_robot("a1")
+    plan = gaitopt.plan_route(robot, ground("a1"), free="swing", acceleration_limit=150.0)
+    gaitopt.verify(plan, collisions=False).raise_for_violations()
+    times = np.linspace(0.0, plan.duration, 20001)
+    assert np.abs(plan.path.evaluate(times, 2)[:, 6:]).max() <= 150.0 * (1.0 + 1e-9)
+    assert plan.duration > walk("a1", "swing").duration
 
 
 def test_a_walk_that_is_not_found_is_explained() -> None:

@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 
 from gaitopt import Footholds, Quadruped
+from gaitopt.motion.quadratic_spline import spline_parabolas
 from gaitopt.optimize.route.legs import BODY, FOOT
 from gaitopt.plan.settings.freedoms import VARIANTS
 from gaitopt.plan.settings.time_optimal import RouteSettings
 from gaitopt.planners.time_optimal.build import build_route
 from gaitopt.planners.time_optimal.smooth.clearance import lowest_heights
 from gaitopt.planners.time_optimal.smooth.guess import rough_guess
-from gaitopt.planners.time_optimal.smooth.motion import SplineMotion, spline_parabolas
+from gaitopt.planners.time_optimal.smooth.motion import SplineMotion
 from gaitopt.planners.time_optimal.walk import Route, prepare_route
 
 
