@@ -118,8 +118,10 @@ CollisionsOption = Annotated[
     typer.Option(help="Check for self-collisions, which takes most of a certificate's time."),
 ]
 ForcesOption = Annotated[
-    bool, typer.Option(help="Look for contact forces and joint torques that make the motion.")
-]
+    bool,
+    typer.Option(help="Look for contact forces and joint torques that make the motion, also where "
+                 "the plan promises none."),
+]  # fmt: skip
 
 
 class Timing(str, Enum):

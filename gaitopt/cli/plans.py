@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.markup import escape
@@ -11,7 +12,6 @@ from rich.markup import escape
 from gaitopt.cli.options import (
     CollisionsOption,
     ForcesOption,
-    FrictionOption,
     PlanArgument,
 )
 from gaitopt.cli.support import (
@@ -22,6 +22,10 @@ from gaitopt.cli.support import (
     terminal,
 )
 from gaitopt.errors import InputError
+
+if TYPE_CHECKING:
+    from gaitopt.dynamics.contacts import ForceLimits
+    from gaitopt.plan.plan import Plan
 
 
 def replay(
@@ -61,9 +65,18 @@ def verify(
     ] = None,
     collisions: CollisionsOption = True,
     forces: ForcesOption = True,
-    friction: FrictionOption = None,
+    friction: Annotated[
+        float | None,
+        typer.Option(
+            help="Look for contact forces with this friction, and not with that of the plan.",
+            min=0.01,
+        ),
+    ] = None,
 ) -> None:
     """Judge a plan at every instant.
+
+    Contact forces are looked for within the limits that the plan promises, or, where it promises
+    none, within the usual ones (friction 0.6, 2 % of the weight on a foot, 90 % of the torque).
 
     Exit code 0 when it is certified, forces included; 3 when only its kinematics hold, or a check
     could not be made, or settings are too weak; 1 when something that it promises is violated; 2
@@ -72,20 +85,28 @@ def verify(
     from gaitopt.certificate.certificate import Outcome
     from gaitopt.certificate.known_robot import refuse_stronger
     from gaitopt.certificate.verify import verify as certify
-    from gaitopt.dynamics.contacts import ForceLimits
     from gaitopt.robots.catalog import load_robot
 
-    loaded, limits = open_plan(plan), None
+    if friction is not None and not forces:
+        raise InputError("--friction needs the check of contact forces: leave out --no-forces")
+    loaded = open_plan(plan)
     if robot is not None:
         refuse_stronger(loaded.robot, load_robot(robot))
-    if forces:
-        limits = ForceLimits() if friction is None else ForceLimits(friction=friction)
+    limits = _asked_forces(loaded, friction) if forces else None
     # The plan's own robot, once it is known to be no stronger than the one that was named.
     judged = None if robot is None else loaded.robot
     certificate = certify(loaded, judged, collisions=collisions, forces=limits)
     terminal().print(certificate.table())
     codes = {Outcome.CERTIFIED: 0, Outcome.VIOLATED: 1}
     raise typer.Exit(codes.get(certificate.outcome, 3))
+
+
+def _asked_forces(plan: Plan, friction: float | None) -> ForceLimits:
+    """What the plan promises of forces, or the usual limits; with another friction if given."""
+    from gaitopt.dynamics.contacts import ForceLimits
+
+    limits = plan.settings.promised_forces or ForceLimits()
+    return limits if friction is None else replace(limits, friction=friction)
 
 
 def simulate(

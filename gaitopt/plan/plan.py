@@ -232,16 +232,15 @@ def load_plan(path: StrPath) -> Plan:
 
     Raises:
         PlanFileError: the file is missing, cut short, too large, of another version, or no plan
-            at all; or its URDF is not the one it was planned with.
-        RobotError: the URDF inside cannot be used.
+            at all; its URDF is not the one it was planned with, or cannot be used.
     """
     data = read_bounded(path, FILE_LIMIT, PlanFileError)
     try:
         header, arrays = _unpack(data, str(path))
         return _plan_from(header, arrays, str(path))
+    except PlanFileError:
+        raise
     except GaitoptError as error:
-        if isinstance(error, PlanFileError) or not str(error):
-            raise
         raise PlanFileError(f"{path} holds no valid plan: {error}") from error
     except Exception as error:
         # Damaged and made-up files make the libraries that read them raise errors of many kinds:

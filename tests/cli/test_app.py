@@ -276,6 +276,22 @@ def test_a_walk_that_has_forces_is_certified(
     assert slippery.exit_code == 3 and "not promised" in " ".join(slippery.output.split())
 
 
+def test_verify_judges_forces_by_what_the_plan_promises(
+    command: Command, error_of: ErrorOf, tmp_path: Path
+) -> None:
+    """A walk for rough ground would slip on usual ground, and keeps its promises all the same."""
+    robot, path = gaitopt.load_robot("a1"), str(tmp_path / "plan.npz")
+    rough = gaitopt.ForceLimits(friction=0.9, reserve=0.01)
+    walk = gaitopt.plan_crawl(robot, gaitopt.s_columns(0, columns=2, robot=robot), forces=rough)
+    assert gaitopt.verify(walk, forces=gaitopt.ForceLimits()).outcome == "kinematics only"
+    walk.save(path)
+    promised = command("verify", path)
+    assert promised.exit_code == 0 and promised.output.count("contact forces") == 1
+    usual = command("verify", path, "--friction", "0.6")
+    assert usual.exit_code == 3 and usual.output.count("contact forces") == 2
+    assert "leave out --no-forces" in error_of("verify", path, "--friction", "0.6", "--no-forces")
+
+
 def test_friction_is_refused_where_nothing_is_said_of_forces(
     error_of: Callable[..., str], tmp_path: Path
 ) -> None:

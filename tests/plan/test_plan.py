@@ -264,7 +264,7 @@ def test_entities_inside_a_plan_are_refused(short_plan: Plan, tmp_path: Path) ->
     short_plan.save(tmp_path / "plan.npz")
     evil = '<!DOCTYPE robot [<!ENTITY a "b">]>' + short_plan.robot.urdf
     robot = {"name": "x", "sha256": "0", "knees": {}, "urdf": evil}
-    with pytest.raises((PlanFileError, RobotError), match="document type"):
+    with pytest.raises(PlanFileError, match="document type"):
         gaitopt.load_plan(rewritten(tmp_path / "plan.npz", tmp_path / "b.npz", robot=robot))
 
 
