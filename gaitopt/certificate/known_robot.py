@@ -44,12 +44,26 @@ def refuse_other_robot(robot: Quadruped) -> None:
     if known.urdf == robot.urdf:
         return
     if name in OWN_NAMES and f"<{TAG}" not in robot.urdf:
+        refuse_other_text(robot, known)
+    refuse_stronger(robot, known)
+
+
+def refuse_other_text(robot: Quadruped, known: Quadruped) -> None:
+    """Refuse a robot whose URDF is not the very text of another one.
+
+    Args:
+        robot: the robot of a plan.
+        known: the one that it should be.
+
+    Raises:
+        RobotError: the texts differ; the message has their fingerprints.
+    """
+    if robot.urdf != known.urdf:
         raise RobotError(
             f"the plan was made for a {robot.name} whose URDF has the fingerprint "
             f"{robot.sha256[:12]}, and {known.name} here has {known.sha256[:12]}; plan again "
             "for this robot"
         )
-    refuse_stronger(robot, known)
 
 
 def refuse_stronger(robot: Quadruped, known: Quadruped) -> None:

@@ -15,11 +15,11 @@ from gaitopt.certificate import balance, clearance, contacts, joints, obstacles,
 from gaitopt.certificate.certificate import Certificate
 from gaitopt.certificate.check import FORCES, Check, unchecked
 from gaitopt.certificate.forces import contact_forces
-from gaitopt.certificate.known_robot import refuse_other_robot
+from gaitopt.certificate.known_robot import refuse_other_robot, refuse_other_text
 from gaitopt.certificate.trace import trace
 from gaitopt.certificate.weak_settings import weak_settings
 from gaitopt.dynamics.contacts import ForceLimits
-from gaitopt.errors import InputError, RobotError
+from gaitopt.errors import InputError
 from gaitopt.plan.plan import Plan
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.footholds import Footholds
@@ -55,7 +55,10 @@ def verify(
             the name of one that is known, and differs from it, or has wider limits.
     """
     plan = _read_anew(plan)
-    _refuse_other_robot(plan, robot)
+    if robot is None:
+        refuse_other_robot(plan.robot)
+    else:
+        refuse_other_text(plan.robot, robot)
     forces = None if forces is None else _checked(forces)
     motion = trace(plan)
     found: list[Check | None] = [
@@ -111,14 +114,3 @@ def _checked(limits: ForceLimits) -> ForceLimits:
         raise InputError(f"forces must be ForceLimits or None, got {limits!r}")
     line = limits.torque_line
     return replace(limits, torque_line=None if line is None else replace(line))
-
-
-def _refuse_other_robot(plan: Plan, robot: Quadruped | None) -> None:
-    if robot is None:
-        refuse_other_robot(plan.robot)
-    elif robot.urdf != plan.robot.urdf:
-        raise RobotError(
-            f"the plan was made for a {plan.robot.name} whose URDF has the fingerprint "
-            f"{plan.robot.sha256[:12]}, and {robot.name} here has {robot.sha256[:12]}; plan again "
-            "for this robot"
-        )

@@ -9,8 +9,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Final
 
+import numpy as np
+
 from gaitopt.certificate.check import Check, unchecked
-from gaitopt.conventions import GRAVITY, FloatArray
+from gaitopt.conventions import GRAVITY, LEGS, FloatArray
 from gaitopt.dynamics.contacts import ForceLimits, effort_limits
 from gaitopt.plan.plan import Plan
 from gaitopt.robots.files.joint_limits import PLACEHOLDER_VELOCITY
@@ -81,7 +83,7 @@ def _of_the_plan(plan: Plan) -> Iterator[str]:
 def _of_forces(limits: ForceLimits) -> Iterator[str]:
     if not limits.friction <= MOST_FRICTION:
         yield f"a friction of {limits.friction:g} is more than {MOST_FRICTION:g}"
-    on_four = limits.reserve / 2.0 if limits.reserve_on_four is None else limits.reserve_on_four
+    on_four = float(limits.least_normal_shares(np.ones(len(LEGS), dtype=np.bool_))[0])
     for name, reserve, least in (
         ("reserve", limits.reserve, LEAST_RESERVE),
         ("reserve on four feet", on_four, LEAST_RESERVE / 2.0),

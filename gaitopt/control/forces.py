@@ -28,9 +28,9 @@ class ForceStatus(TextEnum):
     """How contact forces were found. Members equal their texts."""
 
     FREE = "free"
-    """No foot is at its friction limit: solved directly."""
+    """No foot is at a limit: solved directly."""
     LIMITED = "limited"
-    """A foot is at its friction limit: solved by ProxQP."""
+    """A foot is at a limit of its force: solved by a program for QPs."""
     KEPT = "kept"
     """No valid forces were found: the last valid ones are kept."""
 
