@@ -33,3 +33,10 @@ def plan(wang: Quadruped, columns: Footholds) -> Plan:
 def short_plan(wang: Quadruped) -> Plan:
     """Two cycles, eight steps."""
     return gaitopt.plan_crawl(wang, gaitopt.s_columns(3, columns=3), timing="velocity")
+
+
+@pytest.fixture(scope="session")
+def a1_walk() -> Plan:
+    """Four steps of a1, as fast as forces allow."""
+    robot = gaitopt.load_robot("a1")
+    return gaitopt.plan_crawl(robot, gaitopt.s_columns(0, columns=2, robot=robot))

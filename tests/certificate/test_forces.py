@@ -27,15 +27,6 @@ Array = NDArray[np.float64]
 LIMITS = ForceLimits()
 
 
-@pytest.fixture(scope="module")
-def slow(wang: Quadruped) -> Plan:
-    """A walk with gentle accelerations: static forces make almost all of it."""
-    footholds = gaitopt.s_columns(0, columns=2)
-    return gaitopt.plan_crawl(
-        wang, footholds, objective="time", free="route", acceleration_limit=2.0, timing="velocity"
-    )
-
-
 def random_piece(robot: Quadruped, length: float = 0.2, degree: int = 5) -> Pieces:
     """One piece of a random motion."""
     rng = np.random.default_rng(4)

@@ -20,22 +20,6 @@ Edit = Callable[[ET.Element], None]
 LIMITS = ForceLimits()
 
 
-@pytest.fixture(scope="module")
-def quick() -> Plan:
-    """Four steps of a1, as fast as forces allow."""
-    a1 = gaitopt.load_robot("a1")
-    return gaitopt.plan_crawl(a1, gaitopt.s_columns(0, columns=2, robot=a1))
-
-
-@pytest.fixture(scope="module")
-def slow(wang: Quadruped) -> Plan:
-    """A walk with gentle accelerations."""
-    return gaitopt.plan_crawl(
-        wang, gaitopt.s_columns(0, columns=2), objective="time", free="route",
-        acceleration_limit=2.0, timing="velocity",
-    )  # fmt: skip
-
-
 def changed(robot: Quadruped, edit: Edit) -> Quadruped:
     """The robot of an edited URDF."""
     root = ET.fromstring(robot.urdf)
@@ -75,37 +59,37 @@ def moved(robot: Quadruped, link: str, by: tuple[float, float, float]) -> Quadru
     return changed(robot, edit)
 
 
-def test_the_robot_itself_passes(quick: Plan) -> None:
-    again = changed(quick.robot, scaled(1.0, "trunk"))
-    certificate = gaitopt.verify(replace(quick, robot=again), collisions=False)
+def test_the_robot_itself_passes(a1_walk: Plan) -> None:
+    again = changed(a1_walk.robot, scaled(1.0, "trunk"))
+    certificate = gaitopt.verify(replace(a1_walk, robot=again), collisions=False)
     assert certificate.ok and certificate["contact forces"].status is Verdict.OK
 
 
 @pytest.mark.parametrize("by", [(5e-3, 0.0), (-5e-3, 0.0), (0.0, 5e-3), (0.0, -5e-3)])
 def test_a_centre_of_mass_that_is_five_millimetres_off_is_found(
-    quick: Plan, by: tuple[float, float]
+    a1_walk: Plan, by: tuple[float, float]
 ) -> None:
-    other = moved(quick.robot, "trunk", (*by, 0.0))
-    check = gaitopt.verify(replace(quick, robot=other), collisions=False)["contact forces"]
+    other = moved(a1_walk.robot, "trunk", (*by, 0.0))
+    check = gaitopt.verify(replace(a1_walk, robot=other), collisions=False)["contact forces"]
     assert check.status is Verdict.VIOLATED and check.promised and check.worst < -1.0
 
 
 @pytest.mark.parametrize("feet", [(), ("LF",), ("LF", "RH")])
-def test_too_few_feet_are_found(quick: Plan, feet: tuple[str, ...]) -> None:
+def test_too_few_feet_are_found(a1_walk: Plan, feet: tuple[str, ...]) -> None:
     """No foot makes no force, and one or two make no moment about a point or a line."""
-    phases = list(quick.phases)
+    phases = list(a1_walk.phases)
     phases[0] = replace(phases[0], support=feet)
-    check = contact_forces(replace(quick, phases=tuple(phases)), LIMITS)
+    check = contact_forces(replace(a1_walk, phases=tuple(phases)), LIMITS)
     assert check.status is Verdict.VIOLATED and check.where.startswith("a wrench")
 
 
-def test_a_heavier_payload_is_found(quick: Plan) -> None:
-    heavy = changed(quick.robot, scaled(2.0, "trunk"))
-    check = contact_forces(replace(quick, robot=heavy), LIMITS)
+def test_a_heavier_payload_is_found(a1_walk: Plan) -> None:
+    heavy = changed(a1_walk.robot, scaled(2.0, "trunk"))
+    check = contact_forces(replace(a1_walk, robot=heavy), LIMITS)
     assert check.status is Verdict.VIOLATED
 
 
-def test_limbs_whose_masses_were_a_hundredth_are_found(quick: Plan) -> None:
+def test_limbs_whose_masses_were_a_hundredth_are_found(a1_walk: Plan) -> None:
     """Planned with light limbs, the walk is faster, and no forces make it with the true ones."""
 
     def edit(root: ET.Element) -> None:
@@ -113,14 +97,14 @@ def test_limbs_whose_masses_were_a_hundredth_are_found(quick: Plan) -> None:
             for part in ("hip", "thigh", "calf"):
                 scaled(0.01, f"{leg}_{part}")(root)
 
-    light = changed(quick.robot, edit)
-    fast = gaitopt.plan_crawl(light, quick.footholds)
-    assert fast.duration < 0.8 * quick.duration
+    light = changed(a1_walk.robot, edit)
+    fast = gaitopt.plan_crawl(light, a1_walk.footholds)
+    assert fast.duration < 0.8 * a1_walk.duration
     assert contact_forces(fast, LIMITS).status is Verdict.OK
-    check = contact_forces(replace(fast, robot=quick.robot), LIMITS)
+    check = contact_forces(replace(fast, robot=a1_walk.robot), LIMITS)
     assert check.status is Verdict.VIOLATED
     # Nor does the true robot's walk do for the light one.
-    assert contact_forces(replace(quick, robot=light), LIMITS).status is Verdict.VIOLATED
+    assert contact_forces(replace(a1_walk, robot=light), LIMITS).status is Verdict.VIOLATED
 
 
 def test_a_foot_that_would_have_to_pull_is_found(wang: Quadruped) -> None:

@@ -21,15 +21,8 @@ DT = 0.006
 
 
 @pytest.fixture(scope="module")
-def plan() -> Plan:
-    """Four steps of a1, timed by forces."""
-    robot = gaitopt.load_robot("a1")
-    return gaitopt.plan_crawl(robot, gaitopt.s_columns(0, columns=2, robot=robot))
-
-
-@pytest.fixture(scope="module")
-def reference(plan: Plan) -> Reference:
-    return build_reference(plan, ControlGains.for_plan(plan), DT)
+def reference(a1_walk: Plan) -> Reference:
+    return build_reference(a1_walk, ControlGains.for_plan(a1_walk), DT)
 
 
 def middles(reference: Reference) -> np.ndarray:
@@ -40,12 +33,12 @@ def middles(reference: Reference) -> np.ndarray:
 
 
 def test_the_reference_is_the_plan_in_the_middle_of_every_tick(
-    plan: Plan, reference: Reference
+    a1_walk: Plan, reference: Reference
 ) -> None:
     times = middles(reference)
-    own = np.flatnonzero((times > 0.0) & (times < plan.duration))
-    motion = plan.at(times[own])
-    assert len(own) > 0.9 * plan.duration / DT
+    own = np.flatnonzero((times > 0.0) & (times < a1_walk.duration))
+    motion = a1_walk.at(times[own])
+    assert len(own) > 0.9 * a1_walk.duration / DT
     assert reference.position[own] == pytest.approx(motion.q[:, :3], abs=1e-12)
     assert reference.joints[own] == pytest.approx(motion.q[:, 7:], abs=1e-12)
     assert (reference.standing[own] == motion.contacts).all()
@@ -64,20 +57,22 @@ def test_accelerations_add_up_to_rest(reference: Reference) -> None:
 
 
 def test_the_planned_forces_make_the_motion_within_the_limits(
-    plan: Plan, reference: Reference
+    a1_walk: Plan, reference: Reference
 ) -> None:
-    limits = plan.settings.promised_forces
+    limits = a1_walk.settings.promised_forces
     assert limits is not None
     times = middles(reference)
     # Between two planned instants with an even acceleration.
     still = np.abs(np.diff(reference.acceleration, axis=0)).max(axis=1) < 1.0
-    inside = (times[1:-1] > DT) & (times[1:-1] < plan.duration - DT)
+    inside = (times[1:-1] > DT) & (times[1:-1] < a1_walk.duration - DT)
     own = np.flatnonzero(inside & still[1:] & still[:-1]) + 1
     assert len(own) > 20
-    values, first, second = (plan.path.evaluate(times[own], order) for order in range(3))
-    equations = equations_of_motion(plan.robot, motion_of_path(plan.robot, values, first, second))
+    values, first, second = (a1_walk.path.evaluate(times[own], order) for order in range(3))
+    equations = equations_of_motion(
+        a1_walk.robot, motion_of_path(a1_walk.robot, values, first, second)
+    )
     left = equations.residuals(reference.forces[own])
-    weight = 9.81 * plan.robot.mass
+    weight = 9.81 * a1_walk.robot.mass
     assert np.abs(left[:, :3]).max() < 0.01 * weight
     normal, standing = reference.forces[..., 2], reference.standing
     assert (normal[~standing] == 0.0).all()
@@ -86,15 +81,15 @@ def test_the_planned_forces_make_the_motion_within_the_limits(
     assert (along[standing] <= 0.6 * normal[standing] * (1.0 + 1e-6)).all()
 
 
-def test_with_full_loads_they_are_the_smoothest_forces(plan: Plan) -> None:
-    limits = plan.settings.promised_forces
+def test_with_full_loads_they_are_the_smoothest_forces(a1_walk: Plan) -> None:
+    limits = a1_walk.settings.promised_forces
     assert limits is not None
-    times = np.linspace(0.01, plan.duration - 0.01, 40)
-    values, first, second = (plan.path.evaluate(times, order) for order in range(3))
-    motion = motion_of_path(plan.robot, values, first, second)
-    standing = plan.at(times).contacts
-    ours = planned_forces(plan.robot, motion, standing, standing.astype(float), limits)
-    theirs = gaitopt.contact_forces(plan, limits, times=times)
+    times = np.linspace(0.01, a1_walk.duration - 0.01, 40)
+    values, first, second = (a1_walk.path.evaluate(times, order) for order in range(3))
+    motion = motion_of_path(a1_walk.robot, values, first, second)
+    standing = a1_walk.at(times).contacts
+    ours = planned_forces(a1_walk.robot, motion, standing, standing.astype(float), limits)
+    theirs = gaitopt.contact_forces(a1_walk, limits, times=times)
     assert ours == pytest.approx(theirs.forces, abs=1e-4 * theirs.weight)
 
 
@@ -111,11 +106,11 @@ def test_at_rest_a_foot_with_a_small_share_carries_little() -> None:
     assert little[1] < 0.25 * even[1] and little.sum() == pytest.approx(even.sum())
 
 
-def test_a_ball_rolls_by_its_radius_times_the_turn_of_the_leg(plan: Plan) -> None:
+def test_a_ball_rolls_by_its_radius_times_the_turn_of_the_leg(a1_walk: Plan) -> None:
     """The legs of a1 turn in planes: a foot's pitch is that of the body and of its two joints."""
-    robot = plan.robot
-    times = np.arange(0.0, plan.swings[0].start, 1e-3)
-    motion = plan.at(times)
+    robot = a1_walk.robot
+    times = np.arange(0.0, a1_walk.swings[0].start, 1e-3)
+    motion = a1_walk.at(times)
     rolled = rolled_away(robot, motion.q, motion.v, motion.contacts, 1e-3)
     for i, leg in enumerate(LEGS):
         roll, hip, knee = motion.q[:, 7:][:, list(robot.leg_columns[leg])].T
@@ -127,39 +122,39 @@ def test_a_ball_rolls_by_its_radius_times_the_turn_of_the_leg(plan: Plan) -> Non
 
 
 def test_a_foot_lands_beside_its_foothold_by_half_of_its_way(
-    plan: Plan, reference: Reference
+    a1_walk: Plan, reference: Reference
 ) -> None:
     times = middles(reference)
-    for swing in plan.swings:
+    for swing in a1_walk.swings:
         stance = np.flatnonzero(times > swing.end)
-        later = [s.start for s in plan.swings if s.leg == swing.leg and s.start > swing.end]
+        later = [s.start for s in a1_walk.swings if s.leg == swing.leg and s.start > swing.end]
         stance = stance[times[stance] < min(later, default=np.inf)]
         off = reference.feet[stance, LEGS.index(swing.leg), :2] - swing.foot_end[:2]
         assert off.max(axis=0) == pytest.approx(-off.min(axis=0), abs=1e-6)
 
 
 def test_a_robot_in_its_place_is_given_the_planned_forces_and_torques(
-    plan: Plan, reference: Reference
+    a1_walk: Plan, reference: Reference
 ) -> None:
     """At planned places and velocities the whole-body inverse dynamics are fed forward."""
-    controller = TrackingController(plan, dt=DT)
-    limits = plan.settings.promised_forces
+    controller = TrackingController(a1_walk, dt=DT)
+    limits = a1_walk.settings.promised_forces
     assert limits is not None
-    swing = plan.swings[0]
+    swing = a1_walk.swings[0]
     tick = reference.tick(0.5 * (swing.start + swing.end))
     time = (tick - reference.lead) * DT
     at = float(reference.clock.plan_time(time + DT / 2.0))
-    motion = plan.at([at])
+    motion = a1_walk.at([at])
     import pinocchio as pin
 
     # The controller looks half an interval ahead.
-    q = pin.integrate(plan.robot.model, motion.q[0], -0.5 * DT * motion.v[0])
+    q = pin.integrate(a1_walk.robot.model, motion.q[0], -0.5 * DT * motion.v[0])
     command = controller.command(time, RobotState(q, motion.v[0], motion.contacts[0]))
-    found = gaitopt.contact_forces(plan, limits, times=[at])
-    weight = 9.81 * plan.robot.mass
+    found = gaitopt.contact_forces(a1_walk, limits, times=[at])
+    weight = 9.81 * a1_walk.robot.mass
     assert command.share.residual < 1e-3
     assert command.share.forces == pytest.approx(found.forces[0], abs=0.02 * weight)
-    reach = max(leg.reach for leg in plan.robot.legs.values())
+    reach = max(leg.reach for leg in a1_walk.robot.legs.values())
     assert command.torque == pytest.approx(found.torques[0], abs=0.02 * weight * reach)
     assert command.angles == pytest.approx(motion.q[0, 7:], abs=0.03)
 
@@ -209,10 +204,12 @@ def test_a_foot_without_contact_presses_with_the_least_force(grasp: np.ndarray) 
     assert not in_air.forces.any()
 
 
-def test_gains_for_a_plan_with_forces_are_softer_and_quicker(plan: Plan, short_plan: Plan) -> None:
-    ours, plain = ControlGains.for_plan(plan), ControlGains.for_robot(plan.robot)
+def test_gains_for_a_plan_with_forces_are_softer_and_quicker(
+    a1_walk: Plan, short_plan: Plan
+) -> None:
+    ours, plain = ControlGains.for_plan(a1_walk), ControlGains.for_robot(a1_walk.robot)
     assert ours.joint_damping < 0.5 * plain.joint_damping
     assert ours.joint_stiffness == plain.joint_stiffness
     assert ours.handover_time < plain.handover_time
-    assert ControlGains.for_plan(plan, handover_time=0.2).handover_time == 0.2
+    assert ControlGains.for_plan(a1_walk, handover_time=0.2).handover_time == 0.2
     assert ControlGains.for_plan(short_plan) == ControlGains.for_robot(short_plan.robot)
