@@ -16,6 +16,7 @@ import numpy as np
 
 from gaitopt.conventions import BoolArray, FloatArray
 from gaitopt.dynamics.small_programs import (
+    NO_BOUND,
     PROGRAM_TOLERANCE,
     PROOF_TOLERANCE,
     ROW_TOLERANCE,
@@ -61,6 +62,8 @@ def solve_linear_programs(
     fixed = repeat((weight, costs), count)
     for i, (point, weights) in enumerate(_answers(fixed, rows, low, high)):
         points[i], multipliers[i] = point, weights
+    _without_endless(points)
+    _without_endless(multipliers)
     values = (rows @ points[..., None])[..., 0]
     above, below = high - values, values - low
     # Comparisons with NaN are false.
@@ -89,9 +92,15 @@ def solve_quadratic_programs(
     objectives = zip(hessians, gradients, strict=True)
     for i, (point, _) in enumerate(_answers(objectives, rows, low, high)):
         points[i] = point
+    _without_endless(points)
     values = (rows @ points[..., None])[..., 0]
     kept = (values >= low - ROW_TOLERANCE) & (values <= high + ROW_TOLERANCE)
     return points, np.asarray(kept.all(axis=1))
+
+
+def _without_endless(table: FloatArray) -> None:
+    """Write NaN over what is too large for a number, as it is where rows contradict each other."""
+    table[np.abs(table) >= NO_BOUND] = np.nan
 
 
 def _answers(

@@ -10,6 +10,7 @@ import pytest
 from body_moves import COUNT, GRID, INTERVALS, Array, Move, has_forces, move
 
 from gaitopt import ForceLimits
+from gaitopt.dynamics import small_programs
 from gaitopt.dynamics.chain_programs import ProgramSweeps
 from gaitopt.dynamics.contacts import TorqueLine
 from gaitopt.dynamics.force_timing import fastest_with_forces
@@ -153,6 +154,24 @@ def test_torques_that_fall_with_the_speed_are_kept_and_used(name: str) -> None:
         more = (plain.squares[i + 1] - plain.squares[i]) / (2.0 * step)
         exceeded += not has_forces(given, limits, i + 1, more, plain.squares[i + 1])
     assert exceeded > 0
+
+
+def test_polygons_give_what_exact_programs_give_where_rounding_counts(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """All joints turn as fast as torques allow: rows that bound ``u`` are nearly parallel to it.
+
+    With violations of 1e-7, which count as rounding otherwise, squared speeds differ by 2.5e-3.
+    """
+    monkeypatch.setattr(small_programs, "PROGRAM_TOLERANCE", 1e-9)
+    given, limits = move("wang2020", 0.12), ForceLimits(torque_line=TorqueLine(0.1, 0.6))
+    expected = found(given, replace(limits, torque_line=None)).squares
+    timing = replace(given.timing, expected=expected)
+    rows = interval_programs(given.robot, given.dynamics, INTERVALS, limits, timing)
+    programs = ProgramSweeps(rows, INTERVALS, timing, np.arange(COUNT)).fastest()
+    assert not isinstance(programs, int)
+    out = found(given._replace(timing=timing), limits)
+    assert out.squares[:-1] == pytest.approx(programs[0], rel=1e-8)
 
 
 def test_a_line_beyond_all_speeds_changes_nothing() -> None:

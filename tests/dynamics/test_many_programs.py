@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from gaitopt.dynamics import many_programs, small_programs
 from gaitopt.dynamics.many_programs import solve_linear_programs, solve_quadratic_programs
 from gaitopt.dynamics.small_programs import NO_BOUND, solve_linear
 
@@ -50,6 +51,24 @@ def test_a_program_without_solution_is_told_and_spoils_no_other(place: int) -> N
         np.repeat(np.eye(SIZE)[None], COUNT, axis=0), np.zeros((COUNT, SIZE)), rows, low, high
     )
     assert kept.tolist() == others.tolist() and np.abs(rest[others]).max() < 1e-9
+
+
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+@pytest.mark.parametrize("bad", [np.nan, np.inf, 1e200])
+def test_answers_that_are_no_numbers_are_no_solutions(
+    monkeypatch: pytest.MonkeyPatch, bad: float
+) -> None:
+    """The solver's last point can be anything where rows contradict each other."""
+    rows, low, high = programs(2)
+    rows[:, 0, 0] = 0.0
+    answer = np.full(SIZE, bad), np.full(ROWS, bad)
+    monkeypatch.setattr(many_programs, "_answers", lambda *_: [answer] * COUNT)
+    monkeypatch.setattr(small_programs, "_daqp", lambda *_: answer)
+    found = solve_linear_programs(np.eye(SIZE)[0], rows, low, high)
+    assert not found.kept.any() and not found.proven.any()
+    hessians = np.repeat(np.eye(SIZE)[None], COUNT, axis=0)
+    assert not solve_quadratic_programs(hessians, np.zeros((COUNT, SIZE)), rows, low, high)[1].any()
+    assert solve_linear(np.eye(SIZE)[0], rows[0], low[0], high[0]) is None
 
 
 def test_contradicting_limits_of_one_row_are_no_solution() -> None:
