@@ -24,6 +24,20 @@ MOST_SIDES: Final = 64
 """Most sides of a friction pyramid: it then loses 0.1 % of the friction, and more rows than that
 only cost time."""
 
+LARGEST_RESERVE: Final = 1.0 / 3.0
+"""Largest reserve while fewer than four feet stand: three feet that carry at least a third each
+leave no choice at all."""
+
+LARGEST_RESERVE_ON_FOUR: Final = 0.25
+"""The same on four feet."""
+
+LEAST_SHARE: Final = 0.001
+"""Smallest coefficient of friction, and smallest share of the torques. Chosen here: next to
+nothing."""
+
+LEAST_BALANCE_TOLERANCE: Final = 1e-12
+"""Smallest tolerance of the balance: rounding alone leaves 1e-13."""
+
 LEAST_NORMAL_LENGTH: Final = 1e-9
 """A contact normal shorter than this has no direction."""
 
@@ -106,15 +120,14 @@ class ForceLimits:
     balance_tolerance: float = 1e-3
 
     def __post_init__(self) -> None:
-        check_number("friction", self.friction, 0.001, 10.0)
-        # Three feet that carry at least a third each leave no choice at all.
-        check_number("reserve", self.reserve, 0.0, 1.0 / 3.0)
+        check_number("friction", self.friction, LEAST_SHARE, 10.0)
+        check_number("reserve", self.reserve, 0.0, LARGEST_RESERVE)
         if self.reserve_on_four is not None:
-            check_number("reserve_on_four", self.reserve_on_four, 0.0, 0.25)
-        check_number("torque_share", self.torque_share, 0.001, 1.0)
+            check_number("reserve_on_four", self.reserve_on_four, 0.0, LARGEST_RESERVE_ON_FOUR)
+        check_number("torque_share", self.torque_share, LEAST_SHARE, 1.0)
         check_count("sides", self.sides, 3, MOST_SIDES)
-        # Rounding alone leaves 1e-13; a tenth of half the stance is no longer a small error.
-        check_number("balance_tolerance", self.balance_tolerance, 1e-12, 0.1)
+        # A tenth of half the stance is no longer a small error.
+        check_number("balance_tolerance", self.balance_tolerance, LEAST_BALANCE_TOLERANCE, 0.1)
         if self.torque_line is not None and not isinstance(self.torque_line, TorqueLine):
             raise InputError(f"torque_line must be a TorqueLine or None, got {self.torque_line!r}")
 

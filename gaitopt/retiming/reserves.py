@@ -4,7 +4,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from gaitopt.dynamics.contacts import ForceLimits, TorqueLine
+from gaitopt.dynamics.contacts import (
+    LARGEST_RESERVE,
+    LARGEST_RESERVE_ON_FOUR,
+    LEAST_SHARE,
+    ForceLimits,
+    TorqueLine,
+)
 
 FRICTION_SLACK = 0.004
 """What every side of a friction pyramid keeps on the grid, as a share of the weight, for what
@@ -18,7 +24,7 @@ MIDDLE_SHARE = 0.005
 
 
 def tightened(limits: ForceLimits, share: float) -> ForceLimits:
-    """Limits that leave a reserve.
+    """Limits that leave a reserve, as far as there is one: no limit leaves its range.
 
     Args:
         limits: that are promised.
@@ -29,9 +35,9 @@ def tightened(limits: ForceLimits, share: float) -> ForceLimits:
     on_four = limits.reserve / 2.0 if limits.reserve_on_four is None else limits.reserve_on_four
     return replace(
         limits,
-        friction=left * limits.friction,
-        reserve=limits.reserve + 0.1 * share,
-        reserve_on_four=on_four + 0.1 * share,
-        torque_share=left * limits.torque_share,
+        friction=max(left * limits.friction, LEAST_SHARE),
+        reserve=min(limits.reserve + 0.1 * share, LARGEST_RESERVE),
+        reserve_on_four=min(on_four + 0.1 * share, LARGEST_RESERVE_ON_FOUR),
+        torque_share=max(left * limits.torque_share, LEAST_SHARE),
         torque_line=None if line is None else TorqueLine(left * line.knee, left * line.no_load),
     )

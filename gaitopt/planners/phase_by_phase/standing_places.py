@@ -127,7 +127,8 @@ def half_planes_by_forces(
         for step, region in regions_in_swings(robot, stances, reached[~held], limits).items()
         if not region.empty and region.margin(stances.coms[step]).min() < KEPT * room[step]
     }
-    changes = {step: np.zeros((len(region.vertices), 2)) for step, region in regions.items()}
+    # A region that is a single place has more half-planes than corners.
+    changes = {step: np.zeros((len(r.half_planes.offsets), 2)) for step, r in regions.items()}
     for axis in range(2):
         moved = SwingStances.of(robot, steps, heading, cogs + TRIED * np.eye(3)[axis], offsets)
         which = np.array([step for step in regions if moved.within[step]], dtype=int)

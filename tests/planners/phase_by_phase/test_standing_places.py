@@ -122,6 +122,12 @@ def test_forces_that_hold_nowhere_are_told() -> None:
         assert word in told.value.message
 
 
+def test_a_reserve_that_leaves_one_place_is_told() -> None:
+    """With a third of the weight on each of three feet the region is a single place."""
+    with pytest.raises(InfeasibleStepError, match=r"no place of the body .* reserve 0\.3333"):
+        walk("a1", ForceLimits(reserve=1.0 / 3.0))
+
+
 def test_the_error_is_that_of_the_height_that_fits_the_robot(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
