@@ -11,9 +11,9 @@ import numpy as np
 from gaitopt.conventions import LEGS
 from gaitopt.errors import InputError
 from gaitopt.gait.gaits import trot
-from gaitopt.gait.schedule import GaitSchedule
+from gaitopt.gait.schedule import CYCLE_TIMES, GaitSchedule
 from gaitopt.gait.step_timing import check_cycles, cycles_spanned, swing_events
-from gaitopt.inputs import check_number
+from gaitopt.inputs import check_number, check_numbers
 from gaitopt.plan.settings.base import (
     FORCES,
     PlanSettings,
@@ -90,10 +90,10 @@ class GaitSettings(PlanSettings):
         object.__setattr__(self, "velocity", checked_velocity(self.velocity))
         set_number(self, "yaw_rate", -1e3, 1e3, "rad/s")
         object.__setattr__(self, "cycles", check_cycles(self.cycles))
-        times = tuple(float(t) for t in self.cycle_times) or (self.schedule.cycle_time,) * max(
-            cycles_spanned(self.schedule, self.cycles), 1
-        )
-        object.__setattr__(self, "cycle_times", times)
+        given = check_numbers("cycle_times", self.cycle_times, *CYCLE_TIMES, "s")
+        times = tuple(given.ravel().tolist())
+        spanned = max(cycles_spanned(self.schedule, self.cycles), 1)
+        object.__setattr__(self, "cycle_times", times or (self.schedule.cycle_time,) * spanned)
         set_number(self, "plateau", 0.0, 1e6, "s")
         set_number(self, "lead", 0.0, 1e6, "s")
         set_number(self, "adapt", 0.0, 1e3, "1/m")
@@ -123,9 +123,10 @@ class GaitSettings(PlanSettings):
         """
         check_names(cls, options, *WAY)
         given = {k: v for k, v in options.items() if v is not None and k not in WAY}
-        start = cls(**{k: v for k, v in given.items() if k in ("schedule", "velocity", "timing")})
-        height = given.setdefault("body_height", robot.standing_height)
-        given.setdefault("swing_height", round(SWING_SHARE * float(height), 3))
+        given.setdefault("body_height", robot.standing_height)
+        first = ("schedule", "velocity", "timing", "body_height")
+        start = cls(**{k: v for k, v in given.items() if k in first})
+        given.setdefault("swing_height", round(SWING_SHARE * start.body_height, 3))
         steps_aside = all(leg.has_roll for leg in robot.legs.values())
         by_forces = start.timing == FORCES
         sways = by_forces or (start.schedule.duty_factor > 0.5 and steps_aside)

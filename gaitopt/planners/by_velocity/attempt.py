@@ -71,16 +71,20 @@ def attempt(robot: Quadruped, settings: GaitSettings) -> Attempt:
     motion = nominal_motion(robot, settings)
     limits = settings.forces
     if limits is None or not _lengths(motion, settings).reached.all():
-        lengths, path = _path(motion, settings)
-        return Attempt(motion, path, find_violations(motion, lengths, path, settings))
+        return _without_forces(motion, settings)
     for pieces in PIECES_A_SWING:
         found = _with_forces(motion, settings, limits, pieces)
         # Between the instants of its conditions a finer spline misses the balance by less.
-        if not found.violations or found.violations[0].limit.split()[0] != BALANCE:
-            break
-        if found.path is None:
+        missed = found.path is not None and any(v.kind == BALANCE for v in found.violations)
+        if not missed:
             break
     return found
+
+
+def _without_forces(motion: GaitMotion, settings: GaitSettings) -> Attempt:
+    """An attempt whose body is where the motion has it."""
+    lengths, path = _path(motion, settings)
+    return Attempt(motion, path, find_violations(motion, lengths, path, settings))
 
 
 def _with_forces(
@@ -93,22 +97,21 @@ def _with_forces(
         settings, limits: what is asked for.
         pieces: of the body's spline in the time of a swing, at least.
     """
-    width = min(motion.robot.stance_size)
+    width, planned = min(motion.robot.stance_size), tightened(limits, PLANNED_SHARE)
     try:
         balanced, time = balanced_motion(
-            motion, tightened(limits, PLANNED_SHARE), settings.schedule.cycle_time,
-            LARGEST_SWAY * width, SWAY_MARGIN * width, pieces,
+            motion, planned, settings.schedule.cycle_time, LARGEST_SWAY * width,
+            SWAY_MARGIN * width, pieces,
         )  # fmt: skip
     except InputError as error:
         words = f"no path of the body with contact forces was found within the legs' reach: {error}"
         return Attempt(motion, None, [Violation("reach", np.inf, motion.duration / 2.0, words)])
     if balanced is None:
         return Attempt(motion, None, [no_path(motion, time)])
-    lengths, path = _path(balanced, settings)
-    violations = find_violations(balanced, lengths, path, settings)
-    if path is not None and not violations:
-        violations = force_violations(balanced, path, limits)
-    return Attempt(balanced, path, violations)
+    found = _without_forces(balanced, settings)
+    if found.path is None or found.violations:
+        return found
+    return found._replace(violations=force_violations(balanced, found.path, limits))
 
 
 def _lengths(motion: GaitMotion, settings: GaitSettings) -> LegLengths:
@@ -118,12 +121,11 @@ def _lengths(motion: GaitMotion, settings: GaitSettings) -> LegLengths:
 
 def _path(motion: GaitMotion, settings: GaitSettings) -> tuple[LegLengths, MotionPath | None]:
     """Lengths of a motion's legs, and its path: ``None`` where legs are too short."""
-    knots = motion.knots(settings.schedule.swing_time / INTERVALS_A_SWING)
-    lengths = leg_lengths(motion, knots)
+    lengths = _lengths(motion, settings)
     if not lengths.reached.all():
         return lengths, None
     try:
-        return lengths, motion.path(knots, FOOT_TOLERANCE)
+        return lengths, motion.path(lengths.times, FOOT_TOLERANCE)
     except InputError:
         # The path is computed between these knots, too, where a leg may be a little too short.
         longest = settings.schedule.swing_time / (INTERVALS_A_SWING * PARTS)

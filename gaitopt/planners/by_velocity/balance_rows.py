@@ -14,7 +14,7 @@ import numpy as np
 from gaitopt.conventions import BoolArray, FloatArray
 from gaitopt.dynamics.contacts import ForceLimits, pyramid_rows
 from gaitopt.optimize.balanced_path import Conditions
-from gaitopt.planners.by_velocity.contacts import contacts_at, stances_at
+from gaitopt.planners.by_velocity.contacts import contacts_at, stances_at, support_changes
 from gaitopt.planners.by_velocity.motion import GaitMotion, refined
 from gaitopt.planners.by_velocity.reaction import Reaction
 from gaitopt.planners.by_velocity.sway import support_sides
@@ -98,8 +98,7 @@ class Phases:
     def of(cls, motion: GaitMotion, limits: ForceLimits) -> Phases:
         """Those of a motion, within limits on forces."""
         events = motion.events
-        ends = [0.0, motion.duration, *(t for e in events for t in (e.lift_off, e.touch_down))]
-        edges = refined(np.array(ends), np.inf)
+        edges = refined(support_changes(events, motion.duration), np.inf)
         middles = (edges[1:] + edges[:-1]) / 2.0
         standing = contacts_at(events, middles)
         places = stances_at(motion.footholds, events, middles)[..., :2]

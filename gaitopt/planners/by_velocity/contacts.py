@@ -33,6 +33,16 @@ def flights_at(events: Sequence[SwingEvent], times: FloatArray) -> np.ndarray:
     return found
 
 
+def support_changes(events: Sequence[SwingEvent], duration: float) -> FloatArray:
+    """Begin and end of a motion, and all lift-offs and touchdowns, in any order ``(N,)`` [s].
+
+    Args:
+        events: the swings.
+        duration: of the whole motion [s].
+    """
+    return np.array([0.0, duration, *(t for e in events for t in (e.lift_off, e.touch_down))])
+
+
 def contacts_at(events: Sequence[SwingEvent], times: FloatArray) -> BoolArray:
     """Which feet stand at ``times (N,)``: ``(N, 4)``."""
     return flights_at(events, times) < 0

@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 
 from gaitopt.conventions import LEGS
-from gaitopt.dynamics.contacts import ForceLimits
+from gaitopt.dynamics.contacts import LEAST_BALANCE_TOLERANCE, ForceLimits
 from gaitopt.dynamics.forces import build_force_problem, solve_forces
 from gaitopt.dynamics.whole_body import motion_of_path
 from gaitopt.motion.path import MotionPath
 from gaitopt.planners.by_velocity.contacts import contacts_at
-from gaitopt.planners.by_velocity.limits import BALANCE, VELOCITY_JUMP, Violation
+from gaitopt.planners.by_velocity.limits import BALANCE, Violation
 from gaitopt.planners.by_velocity.motion import GaitMotion
 from gaitopt.retiming.reserves import MIDDLE_SHARE, tightened
 
@@ -29,24 +29,16 @@ def force_violations(motion: GaitMotion, path: MotionPath, limits: ForceLimits) 
 
     Args:
         motion: the gait.
-        path: of the motion.
+        path: of the motion, without jumps of velocities.
         limits: that the plan promises.
     """
     robot = motion.robot
-    jumps = path.jumps(1)
-    if jumps.size and jumps.max() > VELOCITY_JUMP:
-        time = float(path.times[1 + int(jumps.max(axis=1).argmax())])
-        return [Violation(
-            "forces", np.inf, time,
-            "a velocity would jump, which no force makes, as that of a foot does on some swing "
-            "curves: take swing='polynomial' or 'cycloid'",
-        )]  # fmt: skip
     lengths = np.diff(path.times)
     times = (path.times[:-1, None] + lengths[:, None] * np.array(PLACES)).ravel()
     moved = motion_of_path(robot, *(path.evaluate(times, k) for k in range(3)))
     asked = replace(
         tightened(limits, MIDDLE_SHARE),
-        balance_tolerance=BALANCE_SHARE * limits.balance_tolerance,
+        balance_tolerance=max(BALANCE_SHARE * limits.balance_tolerance, LEAST_BALANCE_TOLERANCE),
     )
     standing = contacts_at(motion.events, times)
     found = solve_forces(build_force_problem(robot, moved, standing, asked, times=times))

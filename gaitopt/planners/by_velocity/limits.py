@@ -26,6 +26,8 @@ VELOCITY_JUMP = 1e-6
 """Jump of a joint velocity at a knot that counts as none, for rounding [rad/s]."""
 BALANCE = "balance"
 """The limit of a gait for whose body no path has contact forces."""
+KINEMATIC = ("velocity", "acceleration", "reach", "position")
+"""Kinds of limits on joints and legs; all other kinds are those of contact forces."""
 POSITION_TOLERANCE = 1e-9
 """By how much a joint may be beyond a position limit, for rounding [rad]."""
 
@@ -44,6 +46,11 @@ class Violation(NamedTuple):
     use: float
     time: float
     words: str
+
+    @property
+    def kind(self) -> str:
+        """The first word of the limit, ``"velocity"`` for instance."""
+        return self.limit.split()[0]
 
 
 class LegLengths(NamedTuple):
@@ -179,19 +186,18 @@ def explain(
     """
     worst = violations[0]
     fastest = _fastest(settings, works)
-    balance = worst.limit == BALANCE
-    quick = worst.limit.split()[0] in ("velocity", "acceleration", "reach", "position")
-    cycle = _longer_cycle(settings, works) if quick and fastest is None else None
+    kinematic = worst.kind in KINEMATIC
+    cycle = _longer_cycle(settings, works) if kinematic and fastest is None else None
     vx, vy = settings.velocity
     if fastest is not None:
         way = (
             f"with this gait {fastest:.3f} of it works: ({fastest * vx:.4g}, {fastest * vy:.4g}) "
             f"m/s, {fastest * settings.yaw_rate:.4g} rad/s"
         )
-    elif balance:
+    elif not kinematic:
         way = (
-            "nor has stepping on the spot: take another cycle or gait, more friction or less "
-            'reserve, or timing="velocity"'
+            "stepping on the spot does not work either: take another cycle or gait, a longer lead, "
+            'more friction or torque, less reserve, or timing="velocity"'
         )
     elif cycle is not None:
         way = (

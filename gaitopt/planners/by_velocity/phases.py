@@ -8,7 +8,7 @@ from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.motion.path import MotionPath
 from gaitopt.plan.phase import Phase
 from gaitopt.plan.record import GaitRecord
-from gaitopt.planners.by_velocity.contacts import contacts_at, flights_at
+from gaitopt.planners.by_velocity.contacts import contacts_at, flights_at, support_changes
 from gaitopt.planners.by_velocity.motion import GaitMotion
 from gaitopt.planners.by_velocity.reaction import whole_zmp
 from gaitopt.stability.contacts import support_margin
@@ -84,9 +84,7 @@ def _zmp(place: FloatArray, acceleration: FloatArray, height: float) -> FloatArr
 
 def _edges(motion: GaitMotion, path: MotionPath) -> FloatArray:
     """Knots of the path at which the support changes ``(P + 1,)`` [s]."""
-    wanted = np.array(
-        [0.0, motion.duration, *(t for e in motion.events for t in (e.lift_off, e.touch_down))]
-    )
+    wanted = support_changes(motion.events, motion.duration)
     # The nearest knot of each: equal instants may differ in their last bits.
     later = np.clip(np.searchsorted(path.times, wanted), 1, len(path.times) - 1)
     nearer = wanted - path.times[later - 1] <= path.times[later] - wanted
@@ -104,7 +102,7 @@ def _phases(
         motion: the gait.
         edges: ends of the phases ``(P + 1,)`` [s].
         flights: index of the swing in which each foot is ``(P, 4)``, or -1.
-        margins: static margins ``(P,)`` [m].
+        margins: those of the phases ``(P,)`` [m].
     """
     centres = np.column_stack([motion.centre(edges)[0], np.full(len(edges), motion.height)])
     lifts = [event.lift_off for event in motion.events]

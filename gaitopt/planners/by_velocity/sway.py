@@ -12,7 +12,7 @@ from gaitopt.gait.step_timing import SwingEvent
 from gaitopt.motion.path import MotionPath
 from gaitopt.optimize.sway import build_sway_problem, solve_sway
 from gaitopt.planners.by_velocity.body_route import BodyRoute
-from gaitopt.planners.by_velocity.contacts import contacts_at, stances_at
+from gaitopt.planners.by_velocity.contacts import contacts_at, stances_at, support_changes
 from gaitopt.planners.by_velocity.motion import refined
 from gaitopt.stability.support import support_half_planes
 from gaitopt.terrain.footholds import Footholds
@@ -45,8 +45,7 @@ def sway_path(
     Raises:
         SolverError: the body cannot stay near enough to its route.
     """
-    edges = [0.0, duration, *(t for e in events for t in (e.lift_off, e.touch_down))]
-    times = refined(np.array(edges), cycle_time / PIECES)
+    times = refined(support_changes(events, duration), cycle_time / PIECES)
     middles = (times[1:] + times[:-1]) / 2.0
     places = stances_at(footholds, events, middles)[..., :2]
     standing = contacts_at(events, middles)

@@ -236,6 +236,23 @@ def test_too_little_torque_is_a_speed_that_is_too_high() -> None:
     assert caught.value.limit.startswith("torque") and caught.value.needed > 1.0
 
 
+def test_where_nothing_works_the_way_out_is_one_of_forces() -> None:
+    """Not another body height, which is the way out of legs that are too short."""
+    robot = gaitopt.load_robot("a1")
+    for limits, words in (
+        (ForceLimits(torque_share=0.05), "torque of .*_calf_joint"),
+        # The largest reserve leaves no choice, and nothing to keep back from it.
+        (ForceLimits(reserve=1.0 / 3.0), "no path of the body was found"),
+    ):
+        with pytest.raises(InfeasibleSpeedError, match=words) as caught:
+            plan_gait(
+                robot, walk(0.8, 0.85), velocity=0.1, duration=0.0, ramp=0.1, forces=limits,
+                timing="forces",
+            )  # fmt: skip
+        assert caught.value.fastest is None and "less reserve" in str(caught.value)
+        assert "body_height" not in str(caught.value)
+
+
 def test_the_legs_that_fly_are_those_of_the_schedule(trots: dict[str, Plan]) -> None:
     plan = trots["a1"]
     assert [s.leg for s in plan.swings] == plan.settings.swing_legs(len(plan.footholds))

@@ -315,6 +315,8 @@ FAULTS = [
     ({"ramp": 0.0}, "ramp must be"),
     ({"yaw_rate": float("inf")}, "yaw_rate must be"),
     ({"body_height": -0.1}, "body_height must be"),
+    ({"body_height": "high"}, "body_height must be a number"),
+    ({"cycle_times": ("slow",)}, "cycle_times must be numbers"),
     ({"duration": 1e5}, "cycles"),
     ({"acceleration_limit": 0.0}, "acceleration_limit must be"),
     ({"adapt": -1.0}, "adapt must be"),
