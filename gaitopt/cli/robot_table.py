@@ -14,7 +14,7 @@ from gaitopt.robots.quadruped import Quadruped
 def robot_table(robot: Quadruped) -> Table:
     """A table of what was found in a robot's URDF, with a row for each joint."""
     table = Table(
-        title=f"{robot.name}: {robot.mass:.4g} kg, stance {robot.stance_size[0]:.3f} x "
+        title=f"{escape(robot.name)}: {robot.mass:.4g} kg, stance {robot.stance_size[0]:.3f} x "
         f"{robot.stance_size[1]:.3f} m, foot radius {1e3 * robot.foot_radius:.4g} mm",
         caption=f"closed-form kinematics and Pinocchio agree to {robot.closed_form_error:.1e} m",
     )
@@ -44,7 +44,8 @@ def robot_notes(robot: Quadruped, source: Path, folders: Sequence[Path]) -> Iter
         source: its file, or a name.
         folders: of packages, in which meshes are looked for.
     """
-    yield f"read as {robot.notes.kind}, standing with its hips {robot.standing_height:.2f} m high"
+    standing = f"standing with its hips {robot.standing_height:.2f} m high"
+    yield f"read as {escape(robot.notes.kind)}, {standing}"
     yield escape("feet: " + ", ".join(f"{leg} {one.foot}" for leg, one in robot.legs.items()))
     for text in robot.notes.done:
         yield escape(text)
@@ -57,13 +58,13 @@ def robot_notes(robot: Quadruped, source: Path, folders: Sequence[Path]) -> Iter
 
 def _mesh_lines(robot: Quadruped, source: Path, folders: Sequence[Path]) -> Iterator[str]:
     """Which mesh files were found where."""
-    from gaitopt.robots.catalog import EXAMPLE_ROBOTS, example_urdf
+    from gaitopt.robots.catalog import EXAMPLE_ROBOTS, example_urdf, is_file
     from gaitopt.robots.files.meshes import found_meshes
 
     name = str(source).strip().lower()
     if name in EXAMPLE_ROBOTS:
         source = example_urdf(name)
-    found = found_meshes(robot.urdf, source.parent if source.is_file() else None, folders)
+    found = found_meshes(robot.urdf, source.parent if is_file(source) else None, folders)
     missing = sorted(name for name, path in found.items() if path is None)
     places = sorted({str(path.parent) for path in found.values() if path is not None})
     if found:

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import math
-import re
+import os
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from importlib import resources
 from pathlib import Path
 from typing import Any, Final
+from xml.etree import ElementTree
 
-from gaitopt.errors import MissingPackageError, RobotError, RobotWarning
+from gaitopt.errors import InputError, MissingPackageError, RobotError, RobotWarning
 from gaitopt.files import StrPath
 from gaitopt.robots.files.notes import Notes
-from gaitopt.robots.files.options import ReadOptions
+from gaitopt.robots.files.options import ReadOptions, folder_paths
 from gaitopt.robots.files.packages import packaged_robot
 from gaitopt.robots.files.reading import name_of, read_file, read_text
 from gaitopt.robots.quadruped import Quadruped
@@ -95,10 +96,10 @@ def load_robot(
         MissingPackageError: a package that provides the robot, or reads its file, is missing.
     """
     options = ReadOptions(
-        legs=legs, feet=feet, foot_radius=foot_radius, pose=dict(pose or {}), masses=masses,
-        velocity_limits=velocity_limits, effort_limits=effort_limits,
-        package_folders=tuple(Path(folder) for folder in package_folders),
-        xacro_arguments=dict(xacro_arguments or {}),
+        legs=legs, feet=feet, foot_radius=foot_radius, pose={} if pose is None else pose,
+        masses=masses, velocity_limits=velocity_limits, effort_limits=effort_limits,
+        package_folders=folder_paths(package_folders),
+        xacro_arguments={} if xacro_arguments is None else xacro_arguments,
     )  # fmt: skip
     name, urdf, notes = _read(source, options)
     robot = Quadruped.from_urdf(urdf, name or None, knees)
@@ -109,6 +110,8 @@ def load_robot(
 
 def _read(source: StrPath, options: ReadOptions) -> tuple[str, str, Notes]:
     """Name of a robot (empty for the one inside its file), its URDF, and what was read."""
+    if not isinstance(source, (str, os.PathLike)) or isinstance(os.fspath(source), bytes):
+        raise InputError(f"a robot is a name, a path or the text of a file, got {source!r}")
     name = str(source).strip().lower()
     if name in OWN_NAMES:
         text = _own_text(name)
@@ -139,8 +142,7 @@ def _own_name(name: str, urdf: str, origin: str) -> str:
         urdf: its text.
         origin: name of its file.
     """
-    inner = re.search(r"<robot\b[^>]*\bname=\"([^\"]*)\"", urdf)
-    plain = name or (inner.group(1) if inner else "")
+    plain = name or ElementTree.fromstring(urdf).get("name", "")
     known = plain.strip().lower()
     if known in OWN_NAMES:
         same = _own_text(known) == urdf
@@ -156,7 +158,7 @@ def _own_name(name: str, urdf: str, origin: str) -> str:
 
 def _packaged(name: str, source: StrPath) -> tuple[Path, Mapping[str, str]] | None:
     """The file of a robot of another package; ``None`` for a path, or a name that none knows."""
-    if _is_file(Path(source)) or not name.isidentifier():
+    if is_file(Path(source)) or not name.isidentifier():
         return None
     return packaged_robot(name)
 
@@ -164,7 +166,7 @@ def _packaged(name: str, source: StrPath) -> tuple[Path, Mapping[str, str]] | No
 def _user_file(source: StrPath) -> Path:
     """The file of a path; raises RobotError where there is none."""
     path = Path(source)
-    if _is_file(path):
+    if is_file(path):
         return path
     if path.suffix or len(path.parts) > 1:
         raise RobotError(f"no robot file at {path}; give an existing file or a robot's name")
@@ -182,7 +184,7 @@ def _own_text(name: str) -> str:
     return own_urdf(name).read_text("utf-8")
 
 
-def _is_file(path: Path) -> bool:
+def is_file(path: Path) -> bool:
     """Whether a file is there; false also for what cannot be a path."""
     try:
         return path.is_file()

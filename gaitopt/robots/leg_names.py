@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
-from typing import Final
+from collections.abc import Iterable, Mapping
+from typing import Any, Final
 
 from gaitopt.conventions import LEGS
+from gaitopt.errors import InputError
 
 _SHORT: Final = {
     "lf": "LF", "fl": "LF", "rf": "RF", "fr": "RF",
@@ -48,3 +49,23 @@ def leg_of_names(names: Iterable[str]) -> str | None:
     """The leg that most of some names tell; ``None`` where they tell none."""
     told = [leg for leg in map(leg_of, names) if leg is not None]
     return max(sorted(set(told)), key=told.count) if told else None
+
+
+def by_leg(what: str, given: Mapping[str, Any]) -> dict[str, Any]:
+    """A mapping whose keys are legs under any name, with the names of :data:`gaitopt.LEGS`.
+
+    Raises:
+        InputError: it is no mapping, a key names no leg, or two name the same.
+    """
+    if not isinstance(given, Mapping):
+        raise InputError(f"{what} must map legs to values, got {given!r}")
+    out: dict[str, Any] = {}
+    for key, value in given.items():
+        leg = leg_of(str(key))
+        if leg is None or leg in out:
+            raise InputError(
+                f"{what}: {key!r} is no leg, or a second name of one; legs are {', '.join(LEGS)} "
+                "(FL, RL, RR, FR and front_left are understood, too)"
+            )
+        out[leg] = value
+    return {leg: out[leg] for leg in LEGS if leg in out}

@@ -18,7 +18,7 @@ from gaitopt.files import silenced_stderr
 from gaitopt.robots import limits
 from gaitopt.robots.files.notes import Notes, read_notes
 from gaitopt.robots.leg import Leg
-from gaitopt.robots.leg_names import leg_of
+from gaitopt.robots.leg_names import by_leg
 from gaitopt.robots.urdf_text import check_urdf
 
 CLOSED_FORM_TOLERANCE = 1e-9
@@ -294,18 +294,12 @@ class Quadruped:
 
 
 def _knee_sides(knees: Mapping[str, str] | None) -> dict[str, float]:
-    if knees is not None and not isinstance(knees, Mapping):
-        raise InputError(f"knees must map legs to 'forward' or 'backward', got {knees!r}")
-    sides = {}
-    for leg, side in (knees or {}).items():
-        name = leg_of(str(leg))
-        if name is None or side not in _KNEES:
-            raise InputError(
-                f"knees: {leg!r}: {side!r} is unknown; legs are {', '.join(LEGS)}, sides are "
-                "'forward' and 'backward'"
-            )
-        sides[name] = _KNEES[side]
-    return sides
+    """The sides of knees as numbers, by leg; raises InputError for an unknown leg or side."""
+    sides = by_leg("knees", {} if knees is None else knees)
+    for leg, side in sides.items():
+        if side not in list(_KNEES):
+            raise InputError(f"knees: {leg}: must be 'forward' or 'backward', got {side!r}")
+    return {leg: _KNEES[side] for leg, side in sides.items()}
 
 
 def _check_closed_form(robot: Quadruped, configurations: int = 8) -> float:

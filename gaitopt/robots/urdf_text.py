@@ -12,9 +12,8 @@ from collections import Counter
 from xml.etree import ElementTree
 
 from gaitopt.errors import RobotError
+from gaitopt.robots.xml_text import parsed_xml
 
-LIMIT = 20_000_000
-"""Most characters of a URDF that are read. The largest of example-robot-data has 70 000."""
 LARGEST_MASS = 1e9
 """Mass from which on a link's mass is taken for a mistake [kg]."""
 
@@ -50,20 +49,9 @@ def parsed_urdf(urdf: str, label: str) -> ElementTree.Element:
     Raises:
         RobotError: the text is no URDF, too large, or could do harm when it is read.
     """
-    # A URDF needs no document type and no entities, and attacks by XML use them.
-    if re.search(r"<!\s*(DOCTYPE|ENTITY)", urdf, flags=re.IGNORECASE):
-        raise RobotError(
-            f"{label}: the URDF declares a document type or entities, which are not read; "
-            "remove the <!DOCTYPE ...> part"
-        )
-    if len(urdf) > LIMIT:
-        raise RobotError(f"{label}: the URDF is larger than {LIMIT / 1e6:.0f} MB")
     if "<robot" not in urdf:
         raise RobotError(f"{label}: no <robot> element; this is not a URDF")
-    try:
-        root = ElementTree.fromstring(urdf)
-    except ElementTree.ParseError as error:
-        raise RobotError(f"{label}: the URDF is no well-formed XML: {error}") from error
+    root = parsed_xml(urdf, label, "URDF")
     if root.tag != "robot":
         raise RobotError(f"{label}: the outermost element is <{root.tag}>, not <robot>")
     return root

@@ -59,6 +59,8 @@ def test_another_robot_with_a_known_name_is_told_apart(tmp_path: Path) -> None:
     robot = load_robot(tmp_path / "Wang2020.urdf")
     assert robot.name == "Wang2020 (Wang2020.urdf)"
     assert load_robot(other).name == "wang2020 (text)" and load_robot(text).name == "wang2020"
+    quoted = other.replace('<robot name="wang2020">', "<robot name = 'wang2020'>")
+    assert quoted != other and load_robot(quoted).name == "wang2020 (text)"
     refuse_other_robot(robot)
     (tmp_path / "a1.urdf").write_text(other)
     assert load_robot(tmp_path / "a1.urdf").name == "a1 (a1.urdf)"
@@ -85,6 +87,12 @@ def test_other_names_are_unknown(name: str) -> None:
     assert refusal(name).startswith(
         f"unknown robot {name!r}; known are wang2020, frog1, wang2020-fast, a1, "
     )
+
+
+@pytest.mark.parametrize("source", [None, 3, b"wang2020", []])
+def test_what_is_no_text_or_path_is_an_input_error(source: object) -> None:
+    with pytest.raises(InputError, match="a robot is a name, a path or the text of a file"):
+        load_robot(source)  # type: ignore[arg-type]
 
 
 def test_missing_file_is_named(tmp_path: Path) -> None:
@@ -163,7 +171,7 @@ def test_missing_package_is_named_with_the_line_that_installs_it(
 def test_knees_are_handed_on() -> None:
     assert load_robot("solo12", knees={"LF": "forward"}).legs["LF"].knee == 1.0
     assert load_robot("solo12").legs["LF"].knee == -1.0
-    with pytest.raises(InputError, match="'sideways' is unknown"):
+    with pytest.raises(InputError, match="got 'sideways'"):
         load_robot("solo12", knees={"LF": "sideways"})
 
 

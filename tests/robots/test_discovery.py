@@ -368,14 +368,22 @@ def test_knee_side_that_the_limits_forbid_is_refused() -> None:
     )
 
 
-@pytest.mark.parametrize(("leg", "side"), [("XY", "forward"), ("LF", "up"), ("LF", "")])
-def test_unknown_knees_are_named(leg: str, side: str) -> None:
+@pytest.mark.parametrize(
+    ("leg", "side", "words"),
+    [
+        (
+            "XY",
+            "forward",
+            "knees: 'XY' is no leg, or a second name of one; legs are LF, LH, RH, RF",
+        ),
+        ("FL", "up", "knees: LF: must be 'forward' or 'backward', got 'up'"),
+        ("LF", "", "knees: LF: must be 'forward' or 'backward', got ''"),
+    ],
+)
+def test_unknown_knees_are_named(leg: str, side: str, words: str) -> None:
     with pytest.raises(InputError) as caught:
         Quadruped.from_urdf(urdf(limbs()), knees={leg: side})
-    assert str(caught.value) == (
-        f"knees: {leg!r}: {side!r} is unknown; legs are LF, LH, RH, RF, sides are 'forward' and "
-        "'backward'"
-    )
+    assert str(caught.value).startswith(words)
 
 
 # --- what is refused --------------------------------------------------------------------------

@@ -16,7 +16,7 @@ import yourdfpy
 
 from gaitopt.conventions import LEGS
 from gaitopt.errors import InputError, RobotError
-from gaitopt.robots import urdf_text
+from gaitopt.robots import xml_text
 from gaitopt.robots.catalog import load_robot, own_urdf, robot_names
 from gaitopt.robots.quadruped import CLOSED_FORM_TOLERANCE, Quadruped
 
@@ -297,7 +297,7 @@ def test_document_types_and_entities_are_not_read(head: str) -> None:
 
 
 def test_urdf_over_the_limit_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(urdf_text, "LIMIT", 3_000_000)
+    monkeypatch.setattr(xml_text, "LIMIT", 3_000_000)
     padded = WANG.replace("</robot>", " " * 3_000_000 + "</robot>")
     assert refusal(padded) == "mine: the URDF is larger than 3 MB"
 
@@ -311,5 +311,5 @@ def test_joint_whose_place_is_no_number_is_refused() -> None:
 
 
 def test_bad_knees_are_an_input_error() -> None:
-    with pytest.raises(InputError, match=r"^knees: 'front': 'forward' is unknown"):
+    with pytest.raises(InputError, match=r"^knees: 'front' is no leg"):
         load_robot("wang2020", knees={"front": "forward"})

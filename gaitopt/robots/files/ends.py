@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gaitopt.conventions import FloatArray
-from gaitopt.errors import RobotError
+from gaitopt.errors import InputError, RobotError
 from gaitopt.robots.discovery import FOOT_WORDS
 from gaitopt.robots.files.limbs import Limb
 from gaitopt.robots.files.meshes import MeshFinder
@@ -56,34 +56,41 @@ def find_foot(tree: UrdfTree, leg: str, limb: Limb, finder: MeshFinder) -> FootP
     if limb.wheel is not None:
         return _wheel(tree, limb, finder)
     body = tree.rigid_with(limb.end)
-    solids = {tag: {link: list(solids_of(tree, link, pose, tag, finder))
-                    for link, pose in body.items()} for tag in ("collision", "visual")}  # fmt: skip
-    shapes = _flat(solids["collision"]) or _flat(solids["visual"])
+    solids, shapes = _solids(tree, body, finder)
     link = _farthest_link(body)
     distance = float(np.linalg.norm(body[link][:3, 3]))
     tip = farthest(shapes) if shapes else np.zeros(3)
     longer = float(np.linalg.norm(tip)) > BEYOND * distance
     if distance < BESIDE or (longer and not _footlike(link)):
         return _end_of_shape(tree, leg, limb, shapes, tip)
-    return _foot_of_link(tree, link, body, solids, shapes)
+    return _foot_of_link(link, body, solids, shapes)
 
 
 def place_asked(tree: UrdfTree, leg: str, limb: Limb, link: str, finder: MeshFinder) -> FootPlace:
-    """The foot at a link that the user names; raises RobotError where it is not on the leg."""
+    """The foot at a link that the user names; raises InputError where it is not on the leg."""
     body = tree.rigid_with(limb.end)
     if link not in body:
-        raise RobotError(
+        raise InputError(
             f"{tree.label}: feet: {link!r} is no link beyond the last joint of leg {leg}; these "
             f"are {', '.join(body)}"
         )
-    solids = {tag: {link: list(solids_of(tree, link, body[link], tag, finder))}
-              for tag in ("collision", "visual")}  # fmt: skip
-    shapes = _flat(solids["collision"]) or _flat(solids["visual"])
-    return _foot_of_link(tree, link, body, solids, shapes)
+    solids, shapes = _solids(tree, {link: body[link]}, finder)
+    return _foot_of_link(link, body, solids, shapes)
 
 
-def _flat(solids: dict[str, list[Solid]]) -> list[Solid]:
-    return [solid for of_link in solids.values() for solid in of_link]
+def _solids(
+    tree: UrdfTree, poses: dict[str, FloatArray], finder: MeshFinder
+) -> tuple[dict[str, dict[str, list[Solid]]], list[Solid]]:
+    """Collision and visual shapes of links, and all of the first kind that there is."""
+    solids = {
+        tag: {link: list(solids_of(tree, link, pose, tag, finder)) for link, pose in poses.items()}
+        for tag in ("collision", "visual")
+    }
+    for of_links in solids.values():
+        shapes = [solid for of_link in of_links.values() for solid in of_link]
+        if shapes:
+            return solids, shapes
+    return solids, []
 
 
 def _footlike(link: str) -> bool:
@@ -98,7 +105,6 @@ def _farthest_link(body: dict[str, FloatArray]) -> str:
 
 
 def _foot_of_link(
-    tree: UrdfTree,
     link: str,
     body: dict[str, FloatArray],
     solids: dict[str, dict[str, list[Solid]]],
@@ -108,32 +114,38 @@ def _foot_of_link(
     place = body[link][:3, 3]
     distance = float(np.linalg.norm(place))
     along = place / distance if distance > BESIDE else np.array([0.0, 0.0, -1.0])
-    own = {tag: of_link.get(link, []) for tag, of_link in solids.items()}
-    balls = [end_ball(s, along) for s in shapes if s.kind == "sphere"]
-    near = [ball for ball in balls if np.linalg.norm(ball.centre - place) <= 1.5 * ball.radius]
-    if near:
-        ball = max(near, key=lambda ball: float(ball.centre @ along) + ball.radius)
-        return _placed(tree, link, body, ball, f"a ball near {link}")
-    for tag in ("collision", "visual"):
-        if own[tag]:
+    balls = [end_ball(solid, along) for solid in shapes if solid.kind == "sphere"]
+    ball = _end_near(balls, place, along)
+    if ball is not None:
+        return _placed(link, body, ball, f"a ball near {link}")
+    for tag, of_links in solids.items():
+        if of_links[link]:
             beyond = max(
                 float((ball.centre - place) @ along) + ball.radius
-                for ball in (end_ball(solid, along) for solid in own[tag])
+                for ball in (end_ball(solid, along) for solid in of_links[link])
             )
             if 0.0 < beyond < LARGEST_FOOT * max(distance, 0.1):
                 how = f"how far the {tag} shape of {link} goes beyond it"
                 return FootPlace(link, np.zeros(3), beyond, how)
     ends = [end_ball(solid, along) for solid in shapes if solid.kind in ("capsule", "cylinder")]
-    near = [ball for ball in ends if np.linalg.norm(ball.centre - place) <= 1.5 * ball.radius]
-    if near:
-        ball = max(near, key=lambda ball: float(ball.centre @ along) + ball.radius)
-        return _placed(tree, link, body, ball, f"the end of a shape near {link}")
+    ball = _end_near(ends, place, along)
+    if ball is not None:
+        return _placed(link, body, ball, f"the end of a shape near {link}")
     return FootPlace(link, np.zeros(3), 0.0, f"no shape at {link} tells a radius")
 
 
-def _placed(
-    tree: UrdfTree, link: str, body: dict[str, FloatArray], ball: Ball, how: str
-) -> FootPlace:
+def _end_near(balls: list[Ball], place: FloatArray, along: FloatArray) -> Ball | None:
+    """Of the balls near a place that which reaches farthest along the leg; ``None`` for none."""
+    near = [ball for ball in balls if np.linalg.norm(ball.centre - place) <= 1.5 * ball.radius]
+    return _outermost(near, along) if near else None
+
+
+def _outermost(balls: list[Ball], along: FloatArray) -> Ball:
+    """The ball that reaches farthest along the leg."""
+    return max(balls, key=lambda ball: float(ball.centre @ along) + ball.radius)
+
+
+def _placed(link: str, body: dict[str, FloatArray], ball: Ball, how: str) -> FootPlace:
     """A foot at a ball near a link."""
     pose = body[link]
     at = (ball.centre - pose[:3, 3]) @ pose[:3, :3]
@@ -155,8 +167,7 @@ def _end_of_shape(
             f"or give feet={{'{leg}': ('{limb.end}', (x, y, z))}}"
         )
     along = tip / length
-    balls = [end_ball(solid, along) for solid in shapes]
-    ball = max(balls, key=lambda ball: float(ball.centre @ along) + ball.radius)
+    ball = _outermost([end_ball(solid, along) for solid in shapes], along)
     radius = min(ball.radius, LARGEST_FOOT * length)
     centre = ball.centre + (ball.radius - radius) * along
     return FootPlace(limb.end, centre, radius, f"the end of the shape of {limb.end}")

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from xml.etree import ElementTree
 
 import numpy as np
 
-from gaitopt.errors import RobotError
+from gaitopt.errors import InputError, RobotError
 from gaitopt.robots.files.options import PerJoint
+from gaitopt.robots.files.origins import number_in
 from gaitopt.robots.files.tree import Joint
 
 ASSUMED_VELOCITY = 10.0
@@ -33,16 +34,17 @@ def set_limits(
         Warnings.
 
     Raises:
-        RobotError: an option names a joint that no leg has.
+        InputError: an option names a joint that no leg has.
+        RobotError: a limit in the file is no number, or negative where it may not be.
     """
     names = [joint.name for joint in joints]
     for what, given in (("velocity_limits", velocity), ("effort_limits", effort)):
-        for name in given if isinstance(given, dict) else ():
+        for name in given if isinstance(given, Mapping) else ():
             if name not in names:
-                raise RobotError(
+                raise InputError(
                     f"{label}: {what}: no leg has a joint {name!r}; they are {', '.join(names)}"
                 )
-    warnings = _ranges(joints)
+    warnings = _ranges(label, joints)
     guessed, high, weak = [], [], []
     for joint in joints:
         limit = _limit(joint)
@@ -50,7 +52,7 @@ def set_limits(
             value = _given(given, joint.name)
             if value is not None:
                 limit.set(name, repr(value))
-        speed, torque = _value(limit, "velocity"), _value(limit, "effort")
+        speed, torque = (_value(label, joint, name) for name in ("velocity", "effort"))
         if not 0.0 < speed < np.inf:
             limit.set("velocity", repr(ASSUMED_VELOCITY))
             guessed.append(joint.name)
@@ -77,12 +79,12 @@ def set_limits(
     return warnings
 
 
-def _ranges(joints: Sequence[Joint]) -> list[str]:
+def _ranges(label: str, joints: Sequence[Joint]) -> list[str]:
     """Make position limits valid; returns warnings."""
     missing, crossed = [], []
     for joint in joints:
         limit = _limit(joint)
-        low, high = _value(limit, "lower"), _value(limit, "upper")
+        given = low, high = _value(label, joint, "lower"), _value(label, joint, "upper")
         if joint.kind == "continuous" or not (np.isfinite(low) and np.isfinite(high)):
             if joint.kind != "continuous":
                 missing.append(joint.name)
@@ -91,7 +93,7 @@ def _ranges(joints: Sequence[Joint]) -> list[str]:
             crossed.append(joint.name)
             low, high = high, low
         # What gaitopt reads as "no limits" is an empty range (gaitopt.robots.limits).
-        if (low, high) != (_value(limit, "lower"), _value(limit, "upper")):
+        if (low, high) != given:
             limit.set("lower", repr(low))
             limit.set("upper", repr(high))
         joint.element.set("type", "revolute")
@@ -115,27 +117,25 @@ def _limit(joint: Joint) -> ElementTree.Element:
     return ElementTree.SubElement(joint.element, "limit") if limit is None else limit
 
 
-def _value(limit: ElementTree.Element, name: str) -> float:
-    """A limit; 0 where it is missing.
+def _value(label: str, joint: Joint, name: str) -> float:
+    """A joint's limit; 0 where it is missing.
 
     Raises:
-        RobotError: it is no number.
+        RobotError: it is no number, or negative where it may not be.
     """
-    text = limit.get(name, "0")
-    try:
-        value = float(text)
-    except ValueError:
-        value = np.nan
-    if np.isnan(value) or (value < 0.0 and name in ("velocity", "effort")):
-        raise RobotError(f"a joint's {name} limit is {text[:30]!r}; it must be a number, >= 0")
+    text = _limit(joint).get(name, "0")
+    value, positive = number_in(text), name in ("velocity", "effort")
+    if np.isnan(value) or (value < 0.0 and positive):
+        raise RobotError(
+            f"{label}: joint {joint.name}: its {name} limit is {text[:30]!r}; it must be "
+            f"a number{', and not negative' * positive}"
+        )
     return value
 
 
 def _given(given: PerJoint | None, joint: str) -> float | None:
-    """The user's limit for a joint."""
-    if given is None or isinstance(given, (int, float)):
-        return None if given is None else float(given)
-    return None if joint not in given else float(given[joint])
+    """The user's limit for a joint; ``None`` where there is none."""
+    return given.get(joint) if isinstance(given, Mapping) else given
 
 
 def _some(names: Sequence[str]) -> str:

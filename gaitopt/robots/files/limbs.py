@@ -6,14 +6,15 @@ chains of hinges that are alike and start at four corners of the body.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
 
 from gaitopt.conventions import LEGS, FloatArray
-from gaitopt.errors import RobotError
+from gaitopt.errors import InputError, RobotError
 from gaitopt.robots.files.tree import HINGES, Joint, UrdfTree
 from gaitopt.robots.leg_names import leg_of_names
 
@@ -45,21 +46,12 @@ class Limb:
         return self.joints[-1].child
 
 
-def find_limbs(tree: UrdfTree, asked: Mapping[str, str] | None) -> list[Limb] | dict[str, Limb]:
-    """The four legs of a robot.
-
-    Args:
-        tree: the robot.
-        asked: foot link or last joint of each leg, by its name, where the user has named them.
-
-    Returns:
-        The legs in any order, or by name where ``asked`` names them.
+def find_limbs(tree: UrdfTree) -> list[Limb]:
+    """The four legs of a robot, in any order.
 
     Raises:
         RobotError: there are no four legs, or more sets of four than one.
     """
-    if asked:
-        return _asked_limbs(tree, asked)
     paths = [tree.moving_above(tip.child) for tip in _tips(tree)]
     paths = [path for path in paths if len(path) >= min(LEG_JOINTS)]
     if len(paths) > MOST_TIPS:
@@ -116,11 +108,10 @@ def _alike(
     """Sets of four chains that are alike; named ones first, then the longest."""
     found = []
     for four in combinations(paths, 4):
-        limbs = _limbs([list(path) for path in four])
+        limbs = _limbs(four)
         if limbs is None:
             continue
-        only = len(paths) == 4
-        size = _size(tree, limbs, poses, strict=not only)
+        size = _size(tree, limbs, poses, strict=len(paths) > 4)
         if size is not None:
             names = {leg_of_names(j.name for j in (*limb.joints, limb.wheel or limb.joints[-1]))
                      for limb in limbs}  # fmt: skip
@@ -128,21 +119,27 @@ def _alike(
     return sorted(found, key=lambda choice: (not choice.named, -choice.length))
 
 
-def _limbs(paths: list[list[Joint]]) -> tuple[Limb, ...] | None:
-    """Four chains as legs, without the joints that two of them share; ``None`` if they are none."""
-    counted: dict[str, int] = {}
-    for path in paths:
-        for joint in path:
-            counted[joint.name] = counted.get(joint.name, 0) + 1
-    own = [[joint for joint in path if counted[joint.name] == 1] for path in paths]
+def _limbs(paths: Sequence[list[Joint]]) -> tuple[Limb, ...] | None:
+    """Four chains as legs; ``None`` if they are none."""
+    own = _own_joints(paths)
     lengths = {len(path) for path in own}
     if any(joint.kind not in HINGES for path in own for joint in path):
         return None
-    if lengths <= set(LEG_JOINTS):
-        return tuple(Limb(tuple(path)) for path in own)
-    if lengths == {max(LEG_JOINTS) + 1}:
-        return tuple(Limb(tuple(path[:-1]), path[-1]) for path in own)
+    if lengths <= set(LEG_JOINTS) or lengths == {max(LEG_JOINTS) + 1}:
+        return tuple(_limb(path) for path in own)
     return None
+
+
+def _own_joints(paths: Sequence[list[Joint]]) -> list[list[Joint]]:
+    """Chains without the joints that two of them share."""
+    counted = Counter(joint.name for path in paths for joint in path)
+    return [[joint for joint in path if counted[joint.name] == 1] for path in paths]
+
+
+def _limb(joints: list[Joint]) -> Limb:
+    """A leg of two to four joints, the fourth of which is that of a wheel."""
+    most = max(LEG_JOINTS)
+    return Limb(tuple(joints[:most]), joints[most] if len(joints) > most else None)
 
 
 def _size(
@@ -170,14 +167,11 @@ def _size(
 
 def _length(tree: UrdfTree, limb: Limb, poses: Mapping[str, FloatArray]) -> float:
     """Length of a chain from its first joint to the farthest link at its end [m]."""
-    points = [poses[joint.child][:3, 3] for joint in limb.joints]
-    if limb.wheel is not None:
-        points.append(poses[limb.wheel.child][:3, 3])
-    end = poses[(limb.wheel or limb.joints[-1]).child]
-    places = tree.rigid_with((limb.wheel or limb.joints[-1]).child).values()
+    joints = limb.joints if limb.wheel is None else (*limb.joints, limb.wheel)
+    points = [poses[joint.child][:3, 3] for joint in joints]
+    places = tree.rigid_with(joints[-1].child).values()
     far = max(float(np.linalg.norm(place[:3, 3])) for place in places)
-    steps = np.linalg.norm(np.diff(points, axis=0), axis=1).sum()
-    return float(steps + far * np.linalg.norm(end[:3, 0]))
+    return float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum() + far)
 
 
 def _tips(tree: UrdfTree) -> list[Joint]:
@@ -189,11 +183,19 @@ def _tips(tree: UrdfTree) -> list[Joint]:
     ]
 
 
-def _asked_limbs(tree: UrdfTree, asked: Mapping[str, str]) -> dict[str, Limb]:
-    """The legs that the user names; raises RobotError where one is none."""
+def named_limbs(tree: UrdfTree, asked: Mapping[str, str]) -> dict[str, Limb]:
+    """The four legs that the user names.
+
+    Args:
+        tree: the robot.
+        asked: foot link or last joint of each leg, by the leg's name.
+
+    Raises:
+        InputError: a leg is not named, or its name is that of no leg of this robot.
+    """
     missing = [leg for leg in LEGS if leg not in asked]
     if missing:
-        raise RobotError(f"{tree.label}: legs names no {' and no '.join(missing)}; {CURE}")
+        raise InputError(f"{tree.label}: legs names no {' and no '.join(missing)}; {CURE}")
     paths = []
     for leg in LEGS:
         name = asked[leg]
@@ -202,19 +204,17 @@ def _asked_limbs(tree: UrdfTree, asked: Mapping[str, str]) -> dict[str, Limb]:
         elif name in tree.links:
             link = name
         else:
-            raise RobotError(f"{tree.label}: legs: there is no joint or link {name!r} ({leg})")
+            raise InputError(f"{tree.label}: legs: there is no joint or link {name!r} ({leg})")
         paths.append(tree.moving_above(link))
-    counted = [joint.name for path in paths for joint in path]
     limbs = {}
-    for leg, path in zip(LEGS, paths, strict=True):
-        own = [joint for joint in path if counted.count(joint.name) == 1]
+    for leg, own in zip(LEGS, _own_joints(paths), strict=True):
         hinges = all(joint.kind in HINGES for joint in own)
         if not hinges or not min(LEG_JOINTS) <= len(own) <= max(LEG_JOINTS) + 1:
-            raise RobotError(
+            raise InputError(
                 f"{tree.label}: legs: between the body and {asked[leg]} ({leg}) are "
                 f"{_listed([own])}; a leg has 2 or 3 hinges, and may end with a wheel"
             )
-        limbs[leg] = Limb(tuple(own[:3]), own[3] if len(own) > 3 else None)
+        limbs[leg] = _limb(own)
     return limbs
 
 

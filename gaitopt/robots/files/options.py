@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -9,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from gaitopt.conventions import LEGS
 from gaitopt.errors import InputError
+from gaitopt.files import StrPath
 from gaitopt.inputs import check_number
 from gaitopt.robots.files.notes import LARGEST_RADIUS
-from gaitopt.robots.leg_names import leg_of
+from gaitopt.robots.leg_names import by_leg
 
 PerJoint = float | Mapping[str, float]
 """A number for all joints of the legs, or numbers by the names of joints."""
@@ -57,6 +58,9 @@ class ReadOptions:
             given = getattr(self, name)
             if given is not None:
                 object.__setattr__(self, name, by_leg(name, given))
+        for name in ("pose", "xacro_arguments"):
+            if not isinstance(getattr(self, name), Mapping):
+                raise InputError(f"{name} must map names to values, got {getattr(self, name)!r}")
         for leg, foot in (self.feet or {}).items():
             self._check_foot(leg, foot)
         for leg, end in (self.legs or {}).items():
@@ -66,19 +70,16 @@ class ReadOptions:
             check_number("foot_radius", self.foot_radius, 0.0, LARGEST_RADIUS, "m")
         for joint, at in self.pose.items():
             check_number(f"pose: {joint}", at, -100.0, 100.0)
-        if isinstance(self.masses, str) and self.masses not in (NO_MASSES, FROM_SHAPES):
+        if isinstance(self.masses, Mapping):
+            for link, mass in self.masses.items():
+                check_number(f"masses: {link}", mass, 1e-9, 1e6, "kg")
+        elif self.masses is not None and str(self.masses) not in (NO_MASSES, FROM_SHAPES):
             raise InputError(
                 f"masses must be kilograms by link, '{FROM_SHAPES}' or '{NO_MASSES}', got "
                 f"{self.masses!r}"
             )
-        if isinstance(self.masses, Mapping):
-            for link, mass in self.masses.items():
-                check_number(f"masses: {link}", mass, 1e-9, 1e6, "kg")
         for name, unit in (("velocity_limits", "rad/s"), ("effort_limits", "N m")):
-            given = getattr(self, name)
-            for joint, value in given.items() if isinstance(given, Mapping) else [("", given)]:
-                if value is not None:
-                    check_number(f"{name} {joint}".strip(), value, 1e-6, 1e6, unit)
+            object.__setattr__(self, name, _per_joint(name, getattr(self, name), unit))
 
     @staticmethod
     def _check_foot(leg: str, foot: Any) -> None:
@@ -104,21 +105,24 @@ class ReadOptions:
         )
 
 
-def by_leg(what: str, given: Mapping[str, Any]) -> dict[str, Any]:
-    """A mapping whose keys are legs under any name, with the names of :data:`gaitopt.LEGS`.
+def folder_paths(given: Sequence[StrPath]) -> tuple[Path, ...]:
+    """Folders of packages as paths.
 
     Raises:
-        InputError: it is no mapping, a key names no leg, or two name the same.
+        InputError: it is no list of paths, but one path, for example.
     """
+    try:
+        if not isinstance(given, (str, bytes, os.PathLike)):
+            return tuple(Path(folder) for folder in given)
+    except TypeError:
+        pass
+    raise InputError(f"package_folders must be a list of folders, got {given!r}")
+
+
+def _per_joint(name: str, given: PerJoint | None, unit: str) -> PerJoint | None:
+    """Limits as plain numbers; raises InputError where one is none that can be a limit."""
+    if given is None:
+        return None
     if not isinstance(given, Mapping):
-        raise InputError(f"{what} must map legs to values, got {given!r}")
-    out: dict[str, Any] = {}
-    for key, value in given.items():
-        leg = leg_of(str(key))
-        if leg is None or leg in out:
-            raise InputError(
-                f"{what}: {key!r} is no leg, or a second name of one; legs are {', '.join(LEGS)} "
-                "(FL, RL, RR, FR and front_left are understood, too)"
-            )
-        out[leg] = value
-    return {leg: out[leg] for leg in LEGS if leg in out}
+        return check_number(name, given, 1e-6, 1e6, unit)
+    return {j: check_number(f"{name} {j}", value, 1e-6, 1e6, unit) for j, value in given.items()}

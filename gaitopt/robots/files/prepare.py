@@ -21,7 +21,7 @@ from gaitopt.robots.files.axes import straighten
 from gaitopt.robots.files.ends import FootPlace, find_foot, place_asked
 from gaitopt.robots.files.hulls import find_hulls
 from gaitopt.robots.files.joint_limits import set_limits
-from gaitopt.robots.files.limbs import Limb, find_limbs
+from gaitopt.robots.files.limbs import Limb, find_limbs, named_limbs
 from gaitopt.robots.files.masses import set_masses
 from gaitopt.robots.files.meshes import MeshFinder
 from gaitopt.robots.files.notes import TAG, Notes, read_notes, write_notes
@@ -61,7 +61,9 @@ def prepared_urdf(
     done, warnings = list(notes.done), _open_warnings(notes, options)
     done += write_known_shapes(tree)
     named, locked = _set_legs(tree, options, done, warnings)
-    asked = dict(options.feet or {}) or dict(before.feet)
+    # Feet of an earlier reading stay, unless the user says that the legs are others.
+    kept = {} if options.legs else {leg: (link, np.zeros(3)) for leg, link in before.feet.items()}
+    asked = {**kept, **(options.feet or {})}
     given = options.foot_radius if options.foot_radius is not None else before.foot_radius
     feet, radius = _set_feet(tree, named, asked, finder, given, done, warnings)
     _set_limits(tree, named, options, done, warnings)
@@ -102,11 +104,11 @@ def _set_legs(
     """Leave a robot whose legs alone move; gives them by name, and what was locked where."""
     _set_base(tree, done)
     _part_names(tree)
-    found = find_limbs(tree, options.legs)
-    limbs = list(found.values()) if isinstance(found, dict) else found
+    asked = named_limbs(tree, options.legs) if options.legs else None
+    limbs = list(asked.values()) if asked else find_limbs(tree)
     locked = _lock_others(tree, limbs, options, done)
     warnings += straighten(tree, limbs)
-    named = found if isinstance(found, dict) else _named(tree, limbs)
+    named = asked or _named(tree, limbs)
     _refuse_linkages(tree, named)
     return named, locked
 

@@ -7,13 +7,14 @@ from pathlib import Path
 
 from gaitopt.errors import RobotError
 from gaitopt.files import read_bounded
+from gaitopt.robots.files.mjcf.reader import read_mjcf
 from gaitopt.robots.files.notes import Notes
 from gaitopt.robots.files.options import ReadOptions
 from gaitopt.robots.files.prepare import prepared_urdf
-from gaitopt.robots.urdf_text import LIMIT
+from gaitopt.robots.files.xacro import expanded, is_xacro
+from gaitopt.robots.xml_text import LIMIT, outermost_tag, parsed_xml, refuse_entities
 
 _ENCODING = re.compile(rb"\s*<\?xml[^>]*encoding\s*=\s*[\"']([A-Za-z][\w.-]{0,30})[\"']")
-_KINDS = re.compile(r"<\s*(robot|mujoco|sdf|mujocoinclude)\b")
 
 
 def read_file(path: Path, options: ReadOptions) -> tuple[str, Notes]:
@@ -70,12 +71,9 @@ def read_text(
     Raises:
         RobotError, MissingPackageError, InputError: as for :func:`read_file`.
     """
-    from gaitopt.robots.files.mjcf.reader import read_mjcf
-    from gaitopt.robots.files.xacro import expanded, is_xacro
-
     folder = None if path is None else path.parent
-    found = _KINDS.search(text[:LIMIT])
-    kind = found.group(1) if found else ""
+    refuse_entities(text, label, "file")
+    kind = outermost_tag(text)
     if kind == "sdf":
         raise RobotError(
             f"{label}: this is SDF, which gaitopt does not read; convert it to a URDF, as the "
@@ -83,7 +81,7 @@ def read_text(
         )
     if kind in ("mujoco", "mujocoinclude"):
         return read_mjcf(text, label, folder, options)
-    if kind == "robot" and is_xacro(text):
+    if kind == "robot" and is_xacro(parsed_xml(text, label, "URDF")):
         plain, told = expanded(text, label, path, options)
         known = Notes(kind="xacro", warnings=tuple(told))
         return prepared_urdf(plain, known, label, folder, options)

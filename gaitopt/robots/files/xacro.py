@@ -11,15 +11,15 @@ import sys
 import tempfile
 from collections.abc import Iterator, Mapping
 from pathlib import Path
+from xml.etree import ElementTree
 
 from gaitopt.errors import MissingPackageError, RobotError
 from gaitopt.robots.files.meshes import LEVELS
 from gaitopt.robots.files.options import ReadOptions
 from gaitopt.robots.files.xacro_process import MOST_SECONDS
 
-_ELEMENT = re.compile(r"<\s*xacro:\w+")
-_EXPRESSION = re.compile(r"=\s*\"[^\"<]*\$\{[^\"]*\"")
-_COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
+_ELEMENT = re.compile(r"\{[^}]*\bxacro\b[^}]*\}")
+"""Begins an element's name that is in the namespace of xacro."""
 _FIND = re.compile(r"\$\(\s*find\s+([\w.-]+)\s*\)([\w./-]*)")
 _UNDEFINED = re.compile(r"Undefined substitution argument (\w+)")
 MOST_GUESSED = 10
@@ -30,10 +30,12 @@ FILE_LIMIT = 5_000_000
 """Most bytes of one of them."""
 
 
-def is_xacro(text: str) -> bool:
-    """Whether a text has elements or expressions of xacro; some URDFs only declare a namespace."""
-    plain = _COMMENT.sub("", text)
-    return _ELEMENT.search(plain) is not None or _EXPRESSION.search(plain) is not None
+def is_xacro(root: ElementTree.Element) -> bool:
+    """Whether a file has elements or expressions of xacro; some URDFs only declare a namespace."""
+    return any(
+        _ELEMENT.match(str(element.tag)) or any("${" in value for value in element.attrib.values())
+        for element in root.iter()
+    )
 
 
 def expanded(

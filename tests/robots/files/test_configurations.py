@@ -53,5 +53,8 @@ def test_models_of_other_robots_are_refused() -> None:
     other = pin.buildModelFromXML(gaitopt.load_robot("wang2020").urdf, pin.JointModelFreeFlyer())
     with pytest.raises(InputError, match="no joint LF_j0"):
         gaitopt.file_configurations(made, q, other)
-    with pytest.raises(InputError, match="q must be"):
-        gaitopt.file_configurations(made, q[:, :5], other)
+    for wrong in (q[:, :5], np.full_like(q, np.nan), "q"):
+        with pytest.raises(InputError, match="q must be"):
+            gaitopt.file_configurations(made, wrong, other)
+    with pytest.raises(InputError, match=r"must be a pinocchio\.Model"):
+        gaitopt.file_configurations(made, q, None)

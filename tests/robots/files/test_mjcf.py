@@ -241,6 +241,9 @@ def test_closed_chains_are_refused_by_name(tail: str, words: str) -> None:
         (mjcf().replace('mass="5"', 'mass="-5"'), "MuJoCo cannot read this MJCF"),
         (mjcf().replace("<worldbody>", '<worldbody><replicate count="1000000"><body/></replicate>'),
          "more than 100 copies"),
+        (mjcf(extra='<replicate count="11">' * 2 + "<site/>" + "</replicate>" * 2),
+         "more than 100 copies"),
+        (mjcf(extra="<frame>" * 300 + "</frame>" * 300), "more than 200 elements inside"),
     ],
 )  # fmt: skip
 def test_broken_models_are_refused(text: str, words: str) -> None:

@@ -6,6 +6,7 @@ import pickle
 import re
 import warnings
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 import pinocchio as pin
@@ -247,7 +248,8 @@ def test_robot_may_be_called_by_the_wrong_names() -> None:
     ],
 )
 def test_legs_that_are_none_are_named(legs: dict[str, str], words: str) -> None:
-    assert words in refusal(robot(), legs=legs)
+    with pytest.raises(InputError, match=re.escape(words)):
+        quiet(robot(), legs=legs)
 
 
 def test_unknown_leg_is_an_input_error() -> None:
@@ -460,7 +462,8 @@ def test_foot_may_be_named_and_placed() -> None:
     feet = {name: (f"{name}_l2", (0.0, 0.0, -0.2)) for name in LEGS}
     made = quiet(text, feet=feet, foot_radius=0.015)
     assert made.legs["RH"].lower == pytest.approx(0.2) and made.foot_radius == 0.015
-    assert "is no link beyond the last joint of leg LF" in refusal(robot(), feet={"LF": "base"})
+    with pytest.raises(InputError, match="is no link beyond the last joint of leg LF"):
+        quiet(robot(), feet={"LF": "base"})
     with pytest.raises(InputError, match="feet: LF: give the name of a link"):
         load_robot(text, feet={"LF": 3})
 
@@ -510,6 +513,20 @@ def test_axes_that_are_off_by_a_tenth_of_a_degree_are_warned_about() -> None:
 
 
 @pytest.mark.parametrize(
+    ("name", "text", "words"),
+    [
+        ("lower", "low", "its lower limit is 'low'; it must be a number"),
+        ("velocity", "-1", "its velocity limit is '-1'; it must be a number, and not negative"),
+        ("effort", "nan", "its effort limit is 'nan'; it must be a number, and not negative"),
+    ],
+)
+def test_limits_that_are_no_numbers_are_refused_by_name(name: str, text: str, words: str) -> None:
+    limit = re.sub(f'{name}="[^"]*"', f'{name}="{text}"', LIMIT)
+    changed = {"RH": leg("RH", limits=(LIMIT, limit, KNEE))}
+    assert f"joint RH_j1: {words}" in refusal(robot(changed=changed))
+
+
+@pytest.mark.parametrize(
     ("limit", "words"),
     [
         ("", "no velocity limit for LF_j0: 10 rad/s is assumed"),
@@ -542,8 +559,8 @@ def test_limits_of_the_user_count_and_go_into_the_plan_s_file(tmp_path: Path) ->
     assert made.effort_limits[made.leg_columns["LF"][1]] == 30.0
     again = Quadruped.from_urdf(made.urdf)
     np.testing.assert_array_equal(again.velocity_limits, made.velocity_limits)
-    with pytest.raises(RobotError, match="no leg has a joint 'knee'"):
-        load_robot(robot(), velocity_limits={"knee": 3.0})
+    with pytest.raises(InputError, match="no leg has a joint 'knee'"):
+        load_robot(robot(), velocity_limits=MappingProxyType({"knee": 3.0}))
     with pytest.raises(InputError, match="effort_limits must be a number"):
         load_robot(robot(), effort_limits=-1.0)
 
@@ -617,9 +634,20 @@ def test_inertia_of_a_link_without_mass_counts() -> None:
 
 def test_bad_options_are_input_errors() -> None:
     for options in ({"masses": "guess"}, {"masses": {"base": -1.0}}, {"foot_radius": -1.0},
-                    {"pose": {"x": "a"}}, {"feet": 3}, {"masses": {"nothing": 1.0}}):  # fmt: skip
+                    {"pose": {"x": "a"}}, {"feet": 3}, {"masses": {"nothing": 1.0}},
+                    {"masses": 5.0}, {"masses": [5.0]}, {"pose": 3}, {"pose": "x"},
+                    {"xacro_arguments": "x"}, {"package_folders": "folder"},
+                    {"package_folders": 3}, {"velocity_limits": {"LF_j0": None}},
+                    {"velocity_limits": [1.0]}, {"effort_limits": "9"},
+                    {"knees": {"LF": "forward", "FL": "backward"}}, {"knees": {"LF": ["up"]}},
+                    {"knees": ["LF"]}):  # fmt: skip
         with pytest.raises(InputError):
             quiet(robot(), **options)
+
+
+def test_numbers_of_numpy_are_numbers() -> None:
+    made = quiet(robot(), velocity_limits=np.float32(3.0), effort_limits={"LF_j0": np.int64(9)})
+    assert (made.velocity_limits == 3.0).all() and made.effort_limits.min() == 9.0
 
 
 # --- the same everywhere ----------------------------------------------------------------------
@@ -652,6 +680,26 @@ def test_made_robot_that_was_edited_is_checked_again() -> None:
     assert "is not that of a body" in refusal(bad)
     missing = text.replace('ixy="0" ', "", 1)
     assert 'ixy="0"' in quiet(missing).urdf and missing != text
+
+
+def test_feet_of_a_made_robot_stay_where_they_were_put() -> None:
+    """Another option, or the foot of one leg, does not have the others looked for again."""
+    feet = {name: (f"{name}_l2", (0.0, 0.0, -0.2)) for name in LEGS}
+    text = quiet(robot(), feet=feet).urdf
+    slower = quiet(text, velocity_limits=3.0, feet={"LF": ("LF_l2", (0.0, 0.0, -0.15))})
+    lengths = [slower.legs[name].lower for name in LEGS]
+    assert lengths == pytest.approx([0.15, 0.2, 0.2, 0.2], abs=1e-12)
+    # A ball that is beside the foot that the user named is not the foot the second time, either.
+    beside = robot(foot=collision('<sphere radius="0.03"/>', "0 0 0.02"))
+    named = quiet(beside, feet={name: (f"{name}_foot", (0.0, 0.0, 0.0)) for name in LEGS})
+    again = quiet(named.urdf, velocity_limits=3.0)
+    assert again.legs["LF"].lower == named.legs["LF"].lower == pytest.approx(LOWER, abs=1e-12)
+
+
+def test_legs_of_a_made_robot_may_be_named_anew() -> None:
+    text = quiet(robot(), foot_radius=0.02).urdf
+    swapped = {"LF": "RH_foot", "LH": "RF_foot", "RH": "LF_foot", "RF": "LH_foot"}
+    assert quiet(text, legs=swapped).legs["LF"].foot == "RH_foot"
 
 
 def test_doubts_stay_until_an_option_settles_them() -> None:

@@ -7,7 +7,6 @@ to refuse the rest, and neither opens files nor loads code that a file from some
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from pathlib import Path
 from xml.etree import ElementTree
@@ -15,11 +14,12 @@ from xml.etree import ElementTree
 from gaitopt.errors import RobotError
 from gaitopt.files import read_bounded
 from gaitopt.robots.files.meshes import MESH_KINDS, MeshFinder
-from gaitopt.robots.urdf_text import LIMIT
+from gaitopt.robots.xml_text import LIMIT, MOST_NESTED, nested_too_deeply, parsed_xml
 
 MOST_INCLUDES = 50
 MOST_COPIES = 100
-"""Most files that a model may include, and most copies that a ``<replicate>`` may make."""
+"""Most files that a model may include, and most copies that a ``<replicate>`` may make, with those
+that it is in."""
 MOST_ELEMENTS = 50_000
 """Most elements of a model."""
 
@@ -52,11 +52,6 @@ class MjcfText:
 
     def __init__(self, text: str, label: str, folder: Path | None, finder: MeshFinder) -> None:
         self._label, self._finder = label, finder
-        if re.search(r"<!\s*(DOCTYPE|ENTITY)", text, flags=re.IGNORECASE):
-            raise RobotError(
-                f"{label}: the MJCF declares a document type or entities, which are not read; "
-                "remove the <!DOCTYPE ...> part"
-            )
         root = _with_includes(_parsed(text, label), label, folder)
         if sum(1 for _ in root.iter()) > MOST_ELEMENTS:
             raise RobotError(f"{label}: the MJCF has more than {MOST_ELEMENTS} elements")
@@ -135,15 +130,23 @@ class MjcfText:
             world = trunk
         world.extend([self._cleaned(body, _IN_BODY) for body in bodies])
 
-    def _cleaned(self, element: Element, tags: tuple[str, ...]) -> Element:
-        """A copy with only children of some kinds, and without shapes that cannot be read."""
-        if element.tag == "replicate" and not _copies(element) <= MOST_COPIES:
+    def _cleaned(self, element: Element, tags: tuple[str, ...], copies: float = 1.0) -> Element:
+        """A copy with only children of some kinds, and without shapes that cannot be read.
+
+        Args:
+            element: what is copied.
+            tags: of the children that stay.
+            copies: how many copies the elements around it make of it.
+        """
+        if element.tag == "replicate":
+            copies *= _copies(element)
+        if not copies <= MOST_COPIES:
             raise RobotError(f"{self._label}: <replicate> makes more than {MOST_COPIES} copies")
         given = {k: v for k, v in element.attrib.items() if k not in _UNKNOWN}
         out = ElementTree.Element(element.tag, given)
         for child in element:
             if child.tag in tags and not self._is_lost(child):
-                out.append(self._cleaned(child, tags))
+                out.append(self._cleaned(child, tags, copies))
         return out
 
     def _is_lost(self, element: Element) -> bool:
@@ -163,10 +166,7 @@ def _is_free(body: Element) -> bool:
 
 def _parsed(text: str, label: str) -> Element:
     """The element ``<mujoco>`` of a text."""
-    try:
-        root = ElementTree.fromstring(text)
-    except ElementTree.ParseError as error:
-        raise RobotError(f"{label}: the MJCF is no well-formed XML: {error}") from error
+    root = parsed_xml(text, label, "MJCF")
     if root.tag not in ("mujoco", "mujocoinclude"):
         raise RobotError(f"{label}: the outermost element is <{root.tag}>, not <mujoco>")
     return root
@@ -176,19 +176,22 @@ def _with_includes(root: Element, label: str, folder: Path | None) -> Element:
     """The element with what it includes in the places of ``<include>``.
 
     Raises:
-        RobotError: a file is missing, outside of the folder above the model's, or one of too many.
+        RobotError: a file is missing, outside of the folder above the model's, or one of too many;
+            or the files nest elements too deeply.
     """
     read = 0
 
     def expand(element: Element, depth: int) -> Iterator[Element]:
         nonlocal read
+        if depth > MOST_NESTED:
+            raise nested_too_deeply(label, "MJCF")
         for child in list(element):
             if child.tag != "include":
-                child[:] = list(expand(child, depth))
+                child[:] = list(expand(child, depth + 1))
                 yield child
                 continue
             read += 1
-            if read > MOST_INCLUDES or depth > MOST_INCLUDES:
+            if read > MOST_INCLUDES:
                 raise RobotError(f"{label}: the MJCF includes more than {MOST_INCLUDES} files")
             yield from expand(_included(child.get("file", ""), label, folder), depth + 1)
 
@@ -204,10 +207,7 @@ def _included(file: str, label: str, folder: Path | None) -> Element:
     if not path.is_relative_to(folder.resolve().parent):
         raise RobotError(f"{label}: it includes {file!r}, which is not beside it; copy it there")
     data = read_bounded(path, LIMIT, RobotError)
-    text = data.decode("utf-8", "replace")
-    if re.search(r"<!\s*(DOCTYPE|ENTITY)", text, flags=re.IGNORECASE):
-        raise RobotError(f"{label}: {file!r} declares a document type or entities")
-    return _parsed(text, f"{label}: {file}")
+    return _parsed(data.decode("utf-8", "replace"), f"{label}: {file}")
 
 
 def _compiler_attributes(root: Element) -> dict[str, str]:
@@ -230,8 +230,8 @@ def _actuators(part: Element) -> Element:
 
 
 def _copies(element: Element) -> float:
-    """How many copies a ``<replicate>`` makes."""
+    """How many copies a ``<replicate>`` makes, one at least; infinite for what is no number."""
     try:
-        return float(element.get("count", "1"))
+        return max(float(element.get("count", "1")), 1.0)
     except ValueError:
         return float("inf")

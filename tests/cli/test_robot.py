@@ -1,0 +1,26 @@
+"""``gaitopt robot`` on files with odd names."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import robot_texts
+from typer.testing import Result
+
+
+def test_names_that_look_like_markup_are_printed_as_they_are(
+    command: Callable[..., Result], tmp_path: Path
+) -> None:
+    """A name and a kind of file may come from somebody else."""
+    file = tmp_path / "robot.urdf"
+    text = robot_texts.robot().replace('name="tester"', 'name="[/dog]"')
+    file.write_text(text.replace("</robot>", '<gaitopt kind="[/kind]"/></robot>'))
+    result = command("robot", str(file))
+    assert result.exit_code == 0, result.output
+    assert "[/dog]: 11.4 kg" in result.output and "read as [/kind]" in result.output
+
+
+def test_text_of_a_robot_takes_the_place_of_its_file(command: Callable[..., Result]) -> None:
+    result = command("robot", robot_texts.robot())
+    assert result.exit_code == 0 and "tester: 11.4 kg" in result.output

@@ -1,0 +1,47 @@
+"""What kind of file a text is, and texts that would keep a careless reader busy."""
+
+from __future__ import annotations
+
+import time
+import warnings
+
+import pytest
+from robot_texts import MASS, MJCF_MASS, mjcf, robot
+
+from gaitopt.errors import RobotError, RobotWarning
+from gaitopt.robots.catalog import load_robot
+
+
+@pytest.mark.parametrize("comment", ["<sdf>", "<mujoco>", "<robot>", "<xacro:if>"])
+def test_comments_do_not_tell_the_kind_of_a_file(comment: str) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RobotWarning)
+        urdf = load_robot(f"<!-- made from {comment} -->{robot()}")
+        model = load_robot(f"<!-- made from {comment} -->{mjcf()}")
+    assert urdf.notes.kind == "urdf" and urdf.mass == pytest.approx(MASS)
+    assert model.notes.kind == "mjcf" and model.mass == pytest.approx(MJCF_MASS)
+
+
+def test_sdf_is_refused_by_its_name() -> None:
+    with pytest.raises(RobotError, match="this is SDF"):
+        load_robot('<?xml version="1.0"?><!-- <robot> --><sdf version="1.7"/>')
+
+
+DEEP = "<x>" * 3000 + "</x>" * 3000
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (robot(DEEP), "more than 200 elements inside one another"),
+        (robot() + "<!--" * 20_000, "no well-formed XML"),
+        (robot().replace('name="tester"', 'name="' + "${" * 20_000), "no well-formed XML"),
+        (f'<!DOCTYPE robot [<!ENTITY a "b">]>{robot()}', "declares a document type or entities"),
+        (f"{robot()}\0", "no well-formed XML"),
+    ],
+)
+def test_texts_made_to_do_harm_are_refused_at_once(text: str, words: str) -> None:
+    start = time.process_time()
+    with pytest.raises(RobotError, match=words):
+        load_robot(text)
+    assert time.process_time() - start < 2.0
