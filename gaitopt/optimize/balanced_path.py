@@ -17,6 +17,7 @@ import numpy as np
 from gaitopt.conventions import BoolArray, FloatArray
 from gaitopt.motion.path import MotionPath
 from gaitopt.optimize.sparse_quadratic import solve_sparse
+from gaitopt.optimize.sway import SHORTFALL_WEIGHT, acceleration_weight, rest_rows
 
 DEGREE = 5
 """Degree of the spline: its accelerations are cubic, as smooth as a swing needs them, and a path
@@ -30,9 +31,6 @@ UNIT = 0.01
 """Unit of the program's unknowns [m]: of the size of the body's displacements."""
 BESIDE = 1e-9
 """How long before the end of a phase its acceleration is taken [s]."""
-SHORTFALL_WEIGHT = 100.0
-"""Weight of squared shortfalls of wished margins, against squared displacements from the route:
-1 mm of margin counts like 10 mm of displacement."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -209,7 +207,7 @@ def _rows(
                     shape=(count, wishes))  # fmt: skip
     times, _, places, _ = problem.route
     place, middle = problem.spline.matrix(times, 0), places.T.ravel()
-    fixed, where = _ends(problem)
+    fixed, where = rest_rows(n, problem.ends)
     matrix = vstack([
         hstack([*both, own]),
         hstack([block_diag([place, place]), csr_array((len(middle), wishes))]),
@@ -229,8 +227,7 @@ def _cost(problem: BalancedPathProblem) -> tuple[Any, FloatArray]:
     times, weights, places, accelerations = problem.route
     place, second = (problem.spline.matrix(times, k) for k in (0, 2))
     jump = problem.spline.jump_matrix()
-    # A sine of the gait's period has accelerations (2 pi / period)^2 times its displacements.
-    weight = (problem.period / (2.0 * np.pi)) ** 4
+    weight = acceleration_weight(problem.period)
     weighted = diags_array(weights / weights.sum())
     jumps = JUMP_WEIGHT / max(jump.shape[0], 1) * (jump.T @ jump)
     single = place.T @ weighted @ place + weight * (second.T @ weighted @ second + jumps)
@@ -241,14 +238,3 @@ def _cost(problem: BalancedPathProblem) -> tuple[Any, FloatArray]:
     ]
     hessian = block_diag([single, single, diags_array(wish)])
     return hessian, np.concatenate([*pulls, -problem.target * wish])
-
-
-def _ends(problem: BalancedPathProblem) -> tuple[Any, FloatArray]:
-    """Rows ``J x = o``: at rest at both ends, without acceleration."""
-    from scipy.sparse import block_diag, csr_array
-
-    n = len(problem.spline)
-    # The first (last) three control points in one place: no velocity, no acceleration.
-    ends = csr_array((np.ones(6), (np.arange(6), [0, 1, 2, n - 3, n - 2, n - 1])), shape=(6, n))
-    at = [np.repeat(problem.ends[:, axis], 3) for axis in range(2)]
-    return csr_array(block_diag([ends, ends])), np.concatenate(at)

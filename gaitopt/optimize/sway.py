@@ -158,7 +158,7 @@ def solve_sway(problem: SwayProblem) -> SwaySolution:
     """
     rows, low = _margin_rows(problem)
     bounds, floor = _offset_rows(problem)
-    fixed, at = _end_rows(problem)
+    fixed, at = rest_rows(problem.place.shape[1], problem.route[[0, -1]])
     largest = _largest_margin(rows, low, bounds, floor, fixed, at)
     kept = problem.target
     if np.isfinite(largest):
@@ -204,15 +204,31 @@ def _offset_rows(problem: SwayProblem) -> tuple[Any, FloatArray]:
     return csr_array(vstack([both, -both])), np.concatenate([target - reach, -target - reach])
 
 
-def _end_rows(problem: SwayProblem) -> tuple[Any, FloatArray]:
-    """Rows ``J x = o``: on the route and at rest at both ends, without acceleration."""
+def rest_rows(count: int, ends: FloatArray) -> tuple[Any, FloatArray]:
+    """Rows ``J x = o``: at rest at both ends, without acceleration.
+
+    Args:
+        count: control points ``n`` of the spline of each coordinate, clamped at both ends.
+        ends: where the path begins and ends ``(2, 2)`` [m].
+
+    Returns:
+        Sparse ``(12, 2 n)`` over the control points of x and of y, and ``(12,)`` [m].
+    """
     from scipy.sparse import block_diag, csr_array
 
-    n = problem.place.shape[1]
     # The first (last) three control points in one place: no velocity, no acceleration.
-    ends = csr_array((np.ones(6), (np.arange(6), [0, 1, 2, n - 3, n - 2, n - 1])), shape=(6, n))
-    at = [np.repeat(problem.route[[0, -1], axis], 3) for axis in range(2)]
-    return csr_array(block_diag([ends, ends])), np.concatenate(at)
+    chosen = [0, 1, 2, count - 3, count - 2, count - 1]
+    rows = csr_array((np.ones(6), (np.arange(6), chosen)), shape=(6, count))
+    return csr_array(block_diag([rows, rows])), np.repeat(ends.T, 3)
+
+
+def acceleration_weight(period: float) -> float:
+    """Weight of squared accelerations against squared displacements [s^4].
+
+    With it a sine of the gait's period [s] costs as much by the ones as by the others: its
+    accelerations are ``(2 pi / period)^2`` times its displacements.
+    """
+    return (period / (2.0 * np.pi)) ** 4
 
 
 def _largest_margin(
@@ -274,8 +290,7 @@ def _cost(problem: SwayProblem) -> tuple[Any, FloatArray, np.ndarray]:
 
     shares = np.diff(problem.times) / (problem.times[-1] - problem.times[0])
     steps = np.concatenate([shares, [0.0]]) / 2.0 + np.concatenate([[0.0], shares]) / 2.0
-    # A sine of the gait's period has accelerations (2 pi / period)^2 times its displacements.
-    weight = (problem.period / (2.0 * np.pi)) ** 4
+    weight = acceleration_weight(problem.period)
     place, second = problem.place, problem.second
     weighted = diags_array(steps)
     single = place.T @ weighted @ place + weight * (second.T @ weighted @ second)

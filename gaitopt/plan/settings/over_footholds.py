@@ -17,6 +17,11 @@ with 0.05, 6.23 s with 0.07 and 6.41 s with 0.11; those of go2 3.66, 3.63 and 4.
 Kind = TypeVar("Kind", bound="FootholdSettings")
 
 
+def force_margin(robot: Quadruped) -> float:
+    """Stability margin with the timing ``"forces"`` where none is given [m]."""
+    return round(FORCE_MARGIN_SHARE * robot.standing_height, 4)
+
+
 @dataclass(frozen=True)
 class FootholdSettings(PlanSettings):
     """Settings of a walk over given footholds.
@@ -67,7 +72,7 @@ class FootholdSettings(PlanSettings):
         kept = {k: v for k, v in options.items() if not (k == "timing" and v is None)}
         by_forces = kept.get("timing", FORCES) == FORCES
         if by_forces and kept.get("stability_margin") is None:
-            kept["stability_margin"] = round(FORCE_MARGIN_SHARE * robot.standing_height, 4)
+            kept["stability_margin"] = force_margin(robot)
         return super().for_robot(robot, **kept)
 
     @property

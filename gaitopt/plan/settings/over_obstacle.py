@@ -13,7 +13,7 @@ from gaitopt.errors import InputError
 from gaitopt.gait.crawl import SHAO_SEQUENCE, check_sequence, swing_order
 from gaitopt.inputs import check_count
 from gaitopt.plan.settings.base import FORCES, PlanSettings, check_names, one_of, set_number
-from gaitopt.plan.settings.over_footholds import FORCE_MARGIN_SHARE
+from gaitopt.plan.settings.over_footholds import force_margin
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.swing.obstacle_paths import PATTERNS, Pattern
 from gaitopt.terrain.obstacles import Obstacle
@@ -99,7 +99,7 @@ class StrideSettings(PlanSettings):
         check_names(cls, options)
         given = {k: v for k, v in options.items() if v is not None}
         if given.get("timing", FORCES) == FORCES:
-            given.setdefault("stability_margin", open_margin(robot))
+            given.setdefault("stability_margin", force_margin(robot))
         for limit, joints in (("acceleration_limit", "accelerations"), ("jerk_limit", "jerks")):
             if limit in given:
                 given[joints] = _leg_values(robot, limit, given[limit])
@@ -135,11 +135,6 @@ class StrideSettings(PlanSettings):
         plain = super().to_dict()
         plain["obstacles"] = [_listed(asdict(obstacle)) for obstacle in self.obstacles]
         return plain
-
-
-def open_margin(robot: Quadruped) -> float:
-    """Stability margin with contact forces where none is given [m]."""
-    return round(FORCE_MARGIN_SHARE * robot.standing_height, 4)
 
 
 def _leg_values(robot: Quadruped, name: str, given: Any) -> tuple[float, ...]:
