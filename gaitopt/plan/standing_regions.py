@@ -22,11 +22,13 @@ def swing_region(plan: Plan, swing: Phase) -> FeasibleRegion | None:
         swing: one of its phases.
 
     Returns:
-        ``None`` where the plan promises no forces, fewer than three feet stand, the swing lasts no
-        time, or joints are beyond their limits.
+        ``None`` where the plan promises no forces or lets the body rely on its momentum, fewer than
+        three feet stand, the swing lasts no time, or joints are beyond their limits.
     """
     limits = plan.settings.promised_forces
-    if limits is None or len(swing.support) < 3 or swing.duration <= 0.0:
+    if limits is None or not plan.settings.static:
+        return None
+    if len(swing.support) < 3 or swing.duration <= 0.0:
         return None
     middle = np.array([min(swing.start + swing.duration / 2.0, plan.duration)])
     feet, posture = plan.at(middle).feet[0], plan.path.evaluate(middle)[0, :6]

@@ -36,7 +36,8 @@ CUT_OFF = 4.0
 """Distance at which outlines are cut off, as a multiple of the longest leg. Chosen here: no place
 from which a leg reaches its foot is so far away."""
 SWING_SAMPLES = 41
-"""Instants of a swing at which the true centre of mass is looked at."""
+"""Instants of a swing at which the true centre of mass is looked at. Chosen here: a fortieth of a
+swing apart."""
 GRID = 24
 """Places that are tried in each direction to find one inside. Chosen here: a region that is missed
 would be smaller than a 24th of the stance, which cannot be seen."""
@@ -122,7 +123,7 @@ def feasible_area(plan: Plan, step: int) -> FeasibleArea:
         wanted = margin + _shifts(plan, swing, triangle)
         sides = polygon_slack(triangle, wanted)
     held = EMPTY if swing is None else _held(plan, swing)
-    bounds = [b for b in (sides, polygon_slack(held, np.array(0.0))) if b]
+    bounds = [b for b in (sides, polygon_slack(held, 0.0)) if b]
 
     def slack(p: FloatArray) -> FloatArray:
         every = [s(p)[:, None] for s in slacks.values()] + [b(p) for b in bounds]
@@ -156,7 +157,7 @@ def _held(plan: Plan, swing: Phase) -> FloatArray:
 
     Empty where the plan promises no forces, or lets the body rely on its momentum.
     """
-    region = swing_region(plan, swing) if plan.settings.static else None
+    region = swing_region(plan, swing)
     if region is None or len(region.vertices) < 3:
         return EMPTY
     return shrunken_polygon(region.vertices, _shifts(plan, swing, region.vertices))

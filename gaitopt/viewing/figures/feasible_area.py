@@ -8,7 +8,7 @@ import numpy as np
 
 from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.plan.plan import Plan
-from gaitopt.viewing.colours import LEG_COLOURS
+from gaitopt.viewing.colours import HELD, LEG_COLOURS
 from gaitopt.viewing.figures.area import FeasibleArea, feasible_area
 from gaitopt.viewing.figures.common import (
     INK,
@@ -29,8 +29,6 @@ TRIANGLE = "#4d4d4d"
 SHRUNKEN = "#e08214"
 COMMON = "#bcd9c6"
 """Colours of the support polygon, Area A, and the intersection of Areas A and B."""
-HELD = "#7b3294"
-"""Colour of where contact forces hold the robot."""
 FEET_BORDER, FOOTHOLD_BORDER = 0.09, 0.05
 """Borders around the feet and the next foothold [m]: room for their names."""
 

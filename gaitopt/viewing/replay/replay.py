@@ -18,12 +18,12 @@ from gaitopt.plan.phase import Phase
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.trajectory import Trajectory
 from gaitopt.robots.rotations import quaternion_to_rpy
-from gaitopt.viewing.colours import LEG_COLOURS
+from gaitopt.viewing.colours import HELD, LEG_COLOURS
 from gaitopt.viewing.replay.obstacle_scene import obstacle_scene
 from gaitopt.viewing.replay.page import Caption, Page, Switch, render
 from gaitopt.viewing.replay.robot_scene import robot_scene
 from gaitopt.viewing.replay.scene import Scene, joined
-from gaitopt.viewing.replay.standing_scene import HELD, STANDING, standing_scene
+from gaitopt.viewing.replay.standing_scene import STANDING, standing_scene
 from gaitopt.viewing.replay.support_scene import INSIDE, support_scene
 from gaitopt.viewing.replay.terrain_scene import (
     ground_level,

@@ -6,6 +6,7 @@ from typing import Final
 
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.standing_regions import swing_region
+from gaitopt.viewing.colours import HELD
 from gaitopt.viewing.replay.scene import (
     Appearance,
     FramePath,
@@ -18,8 +19,6 @@ from gaitopt.viewing.replay.solids import border
 from gaitopt.viewing.replay.support_scene import GROUND_LIFT, standing_places
 
 STANDING: Final[FramePath] = ("standing",)
-HELD: Final = "#7b3294"
-"""Colour of the regions."""
 
 
 def standing_scene(plan: Plan, root: FramePath = STANDING) -> Scene:
@@ -30,8 +29,7 @@ def standing_scene(plan: Plan, root: FramePath = STANDING) -> Scene:
     """
     nodes, tracks = [], []
     lift = GROUND_LIFT - plan.robot.foot_radius
-    places = standing_places(plan) if _promised(plan) else {}
-    for index, stance in places.items():
+    for index, stance in standing_places(plan).items():
         region = swing_region(plan, stance.phase) if stance.phase.kind == "swing" else None
         if region is None or len(region.vertices) < 3:
             continue
@@ -41,8 +39,3 @@ def standing_scene(plan: Plan, root: FramePath = STANDING) -> Scene:
         nodes.append(Node(path, (Part(line, look),)))
         tracks.append(shown_during(path, stance.phase.start, stance.phase.end, plan.duration))
     return Scene((Node(root), *nodes) if nodes else (), tuple(tracks), plan.duration)
-
-
-def _promised(plan: Plan) -> bool:
-    """Whether the body may rest during swings, by forces that are promised."""
-    return plan.settings.static and plan.settings.promised_forces is not None
