@@ -60,6 +60,7 @@ def _mesh_lines(robot: Quadruped, source: Path, folders: Sequence[Path]) -> Iter
     """Which mesh files were found where."""
     from gaitopt.robots.catalog import EXAMPLE_ROBOTS, example_urdf, is_file
     from gaitopt.robots.files.meshes import found_meshes
+    from gaitopt.robots.files.notes import first_of
 
     name = str(source).strip().lower()
     if name in EXAMPLE_ROBOTS:
@@ -68,11 +69,10 @@ def _mesh_lines(robot: Quadruped, source: Path, folders: Sequence[Path]) -> Iter
     missing = sorted(name for name, path in found.items() if path is None)
     places = sorted({str(path.parent) for path in found.values() if path is not None})
     if found:
-        where = f" in {', '.join(places[:3])}{' ...' * (len(places) > 3)}" if places else ""
+        where = f" in {first_of(places, 3)}" if places else ""
         yield escape(f"meshes: {len(found) - len(missing)} of {len(found)} found{where}")
     if missing:
-        more = " ..." if len(missing) > 3 else ""
         yield escape(
-            f"meshes that are missing: {', '.join(missing[:3])}{more} (--package-folder; they cost "
-            "the drawing only)"
+            f"meshes that are missing: {first_of(missing, 3)} (--package-folder; they cost the "
+            "drawing only)"
         )

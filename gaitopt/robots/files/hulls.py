@@ -6,6 +6,7 @@ import numpy as np
 
 from gaitopt.conventions import FloatArray
 from gaitopt.robots.files.meshes import MeshFinder, mesh_hull
+from gaitopt.robots.files.notes import Hulls
 from gaitopt.robots.files.origins import placement_of
 from gaitopt.robots.files.shapes import mesh_scale
 from gaitopt.robots.files.tree import UrdfTree
@@ -14,10 +15,6 @@ DIGITS = 5
 """Decimal places of a hull's coordinates [m]: a tenth of the distance that counts as touching."""
 MOST_CORNERS = 20_000
 """Most corners of all hulls of a robot; the largest robot at hand has 5 000."""
-
-Hulls = tuple[tuple[str, tuple[float, ...]], ...]
-"""Links, and the coordinates x, y, z of a hull's corners in the link's frame [m], one after the
-other. A link with several meshes has several hulls."""
 
 
 def find_hulls(tree: UrdfTree, finder: MeshFinder) -> Hulls:
@@ -36,7 +33,7 @@ def find_hulls(tree: UrdfTree, finder: MeshFinder) -> Hulls:
                 count += len(placed)
                 if count > MOST_CORNERS:
                     return ()
-                out.append((name, tuple(float(x) for x in np.round(placed.ravel(), DIGITS))))
+                out.append((name, tuple(np.round(placed.ravel(), DIGITS).tolist())))
     return tuple(out)
 
 

@@ -8,6 +8,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from gaitopt.errors import InputError, RobotError
+from gaitopt.robots.files.notes import first_of
 from gaitopt.robots.files.options import PerJoint
 from gaitopt.robots.files.origins import number_in
 from gaitopt.robots.files.tree import Joint
@@ -63,17 +64,17 @@ def set_limits(
             weak.append(joint.name)
     if guessed:
         warnings.append(
-            f"no velocity limit for {_some(guessed)}: {ASSUMED_VELOCITY:g} rad/s is assumed; give "
-            "velocity_limits= in rad/s"
+            f"no velocity limit for {first_of(guessed)}: {ASSUMED_VELOCITY:g} rad/s is assumed; "
+            "give velocity_limits= in rad/s"
         )
     if high:
         warnings.append(
-            f"velocity limits that look like placeholders [rad/s]: {_some(high)}; give "
+            f"velocity limits that look like placeholders [rad/s]: {first_of(high)}; give "
             "velocity_limits= in rad/s"
         )
     if weak:
         warnings.append(
-            f"no effort limit for {_some(weak)}: their torques are not limited; give "
+            f"no effort limit for {first_of(weak)}: their torques are not limited; give "
             "effort_limits= in N m"
         )
     return warnings
@@ -100,13 +101,13 @@ def _ranges(label: str, joints: Sequence[Joint]) -> list[str]:
     warnings = []
     if missing:
         warnings.append(
-            f"{_some(missing)} have no position limits, or infinite ones: they are not checked; "
+            f"{first_of(missing)} have no position limits, or infinite ones: they are not checked; "
             "add <limit lower= upper=> to the file"
         )
     if crossed:
         warnings.append(
-            f"lower limits above upper ones of {_some(crossed)}: they were exchanged; correct the "
-            "file if that is wrong"
+            f"lower limits above upper ones of {first_of(crossed)}: they were exchanged; correct "
+            "the file if that is wrong"
         )
     return warnings
 
@@ -136,9 +137,3 @@ def _value(label: str, joint: Joint, name: str) -> float:
 def _given(given: PerJoint | None, joint: str) -> float | None:
     """The user's limit for a joint; ``None`` where there is none."""
     return given.get(joint) if isinstance(given, Mapping) else given
-
-
-def _some(names: Sequence[str]) -> str:
-    """Up to four names, and how many more there are."""
-    more = f" and {len(names) - 4} more" if len(names) > 4 else ""
-    return ", ".join(names[:4]) + more

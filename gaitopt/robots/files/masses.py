@@ -11,8 +11,9 @@ import numpy as np
 from gaitopt.conventions import FloatArray
 from gaitopt.errors import InputError, RobotError
 from gaitopt.robots.files.meshes import MeshFinder
+from gaitopt.robots.files.notes import first_of
 from gaitopt.robots.files.options import FROM_SHAPES, NO_MASSES
-from gaitopt.robots.files.origins import Element, numbers, placement_of
+from gaitopt.robots.files.origins import Element, numbers, placement_of, set_origin
 from gaitopt.robots.files.shapes import Solid, solids_of
 from gaitopt.robots.files.tree import UrdfTree
 
@@ -93,8 +94,7 @@ def set_masses(
     if odd:
         warnings.append(
             f"inertias that no body can have (one principal moment above the sum of the others): "
-            f"{', '.join(odd[:4])}{' ...' if len(odd) > 4 else ''}; correct them in the file, or "
-            "give masses= for these links"
+            f"{first_of(odd)}; correct them in the file, or give masses= for these links"
         )
     return warnings
 
@@ -235,11 +235,22 @@ def _write(link: Element, inertia: _Inertia) -> None:
     """Replace a link's ``<inertial>``."""
     for old in link.findall("inertial"):
         link.remove(old)
-    out = ElementTree.SubElement(link, "inertial")
-    xyz = " ".join(repr(float(x) + 0.0) for x in inertia.com)
-    ElementTree.SubElement(out, "origin", xyz=xyz, rpy="0 0 0")
-    ElementTree.SubElement(out, "mass", value=repr(float(inertia.mass)))
-    matrix = inertia.matrix
+    add_inertial(link, inertia.mass, inertia.com, inertia.matrix)
+
+
+def add_inertial(link: Element, mass: float, com: FloatArray, matrix: FloatArray) -> None:
+    """Add an ``<inertial>`` in the axes of a link: some readers pass over a rotation of it.
+
+    Args:
+        link: the link.
+        mass: its mass [kg].
+        com: its centre of mass ``(3,)`` [m].
+        matrix: inertia about it ``(3, 3)`` [kg m^2].
+    """
+    out, place = ElementTree.SubElement(link, "inertial"), np.eye(4)
+    place[:3, 3] = com
+    set_origin(out, place)
+    ElementTree.SubElement(out, "mass", value=repr(float(mass)))
     places = {"ixx": (0, 0), "ixy": (0, 1), "ixz": (0, 2), "iyy": (1, 1), "iyz": (1, 2),
               "izz": (2, 2)}  # fmt: skip
     values = {name: repr(float(matrix[place]) + 0.0) for name, place in places.items()}

@@ -32,8 +32,7 @@ class MeshFinder:
 
     def __init__(self, folder: Path | None, package_folders: Sequence[Path] = ()) -> None:
         self._folder = None if folder is None else folder.resolve()
-        named = [Path(p) for p in os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep) if p]
-        self._packages = [*package_folders, *named]
+        self._packages = with_ros_packages(package_folders)
 
     def find(self, filename: str) -> Path | None:
         """The file that a URDF or MJCF names; ``None`` where it is not there.
@@ -64,6 +63,12 @@ class MeshFinder:
         found = [folder / part for folder in [*self._packages, *above]
                  for part in (name, inner) if part]  # fmt: skip
         return found
+
+
+def with_ros_packages(package_folders: Sequence[Path]) -> list[Path]:
+    """The folders of packages that are given, and those that ``ROS_PACKAGE_PATH`` names."""
+    named = [Path(p) for p in os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep) if p]
+    return [*package_folders, *named]
 
 
 def found_meshes(

@@ -8,7 +8,7 @@ pass it over. A plan file holds the URDF's text, and so all of this; its fingerp
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from xml.etree import ElementTree
@@ -21,6 +21,9 @@ LARGEST_RADIUS = 1.0
 """Largest radius of a foot that is taken for one [m]: larger than any wheel of a legged robot."""
 FARTHEST = 1e3
 """Largest coordinate of a hull that is taken for one [m]."""
+Hulls = tuple[tuple[str, tuple[float, ...]], ...]
+"""Links, and the coordinates x, y, z of a hull's corners in the link's frame [m], one after the
+other. A link with several meshes has several hulls."""
 LONGEST_NOTE = 600
 MOST_NOTES = 100
 """Most letters of a note, and most notes: a plan file may come from somebody else."""
@@ -37,7 +40,7 @@ class Notes:
         standing: joint angles of the file's standing pose, by joint [rad]; empty for none.
         armature: inertia of the motors, seen at the joints, by joint [kg m^2].
         locked: joints that were made fixed, and where [rad, m].
-        hulls: convex hulls of the collision meshes: link, and coordinates in its frame [m].
+        hulls: convex hulls of the collision meshes.
         done: what was done to the file, in sentences.
         warnings: what the user should look at, each with its cure.
     """
@@ -48,7 +51,7 @@ class Notes:
     standing: Mapping[str, float] = field(default_factory=dict)
     armature: Mapping[str, float] = field(default_factory=dict)
     locked: Mapping[str, float] = field(default_factory=dict)
-    hulls: tuple[tuple[str, tuple[float, ...]], ...] = ()
+    hulls: Hulls = ()
     done: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
 
@@ -106,7 +109,13 @@ def read_notes(urdf: str, label: str) -> Notes:
     )
 
 
-def _hulls(element: ElementTree.Element, where: str) -> tuple[tuple[str, tuple[float, ...]], ...]:
+def first_of(names: Sequence[str], most: int = 4) -> str:
+    """Up to ``most`` names, and how many more there are, for a note or a message."""
+    more = f" and {len(names) - most} more" if len(names) > most else ""
+    return ", ".join(names[:most]) + more
+
+
+def _hulls(element: ElementTree.Element, where: str) -> Hulls:
     """The hulls of meshes."""
     out = []
     for hull in element.findall("hull"):

@@ -11,6 +11,7 @@ import numpy as np
 from gaitopt.conventions import FloatArray
 from gaitopt.errors import RobotError
 from gaitopt.robots.files.meshes import MeshFinder, mesh_corners
+from gaitopt.robots.files.notes import first_of
 from gaitopt.robots.files.origins import Element, numbers, placement_of, set_origin
 from gaitopt.robots.files.tree import UrdfTree
 
@@ -116,25 +117,47 @@ def write_known_shapes(tree: UrdfTree) -> list[str]:
                 link.remove(shape)
                 gone.append(f"{kind or 'an empty one'} of {name}")
     done = [f"capsules are cylinders with balls: {', '.join(dict.fromkeys(capsules))}"]
-    left_out = [f"shapes that a URDF does not have are left out: {', '.join(gone[:6])}"]
+    left_out = [f"shapes that a URDF does not have are left out: {first_of(gone, 6)}"]
     return done * bool(capsules) + left_out * bool(gone)
 
 
 def _write_capsule(link: Element, shape: Element, where: str) -> None:
-    """Put a cylinder and two balls in the place of a capsule."""
+    """Put what a URDF knows in the place of a capsule."""
     geometry = shape.find("geometry")
     assert geometry is not None
     radius, length = _sizes(geometry[0], ("radius", "length"), where)
     place = placement_of(shape, where)
     link.remove(shape)
-    for end, kind in ((0.0, "cylinder"), (-0.5 * length, "sphere"), (0.5 * length, "sphere")):
-        part, move = ElementTree.SubElement(link, shape.tag), np.eye(4)
+    add_capsule(link, shape.tag, place, radius, length)
+
+
+def add_capsule(link: Element, tag: str, place: FloatArray, radius: float, length: float) -> None:
+    """Add a capsule as a cylinder and two balls, because a URDF has no capsules.
+
+    Args:
+        link: the link.
+        tag: ``collision`` or ``visual``.
+        place: the capsule's pose in the link ``(4, 4)``; its axis is z.
+        radius, length: its radius, and its length between the middles of the balls [m].
+    """
+    add_solid(link, tag, place, "cylinder", radius=radius, length=length)
+    for end in (-0.5 * length, 0.5 * length):
+        move = np.eye(4)
         move[2, 3] = end
-        set_origin(part, place @ move)
-        solid = ElementTree.SubElement(ElementTree.SubElement(part, "geometry"), kind)
-        solid.set("radius", repr(float(radius)))
-        if kind == "cylinder":
-            solid.set("length", repr(float(length)))
+        add_solid(link, tag, place @ move, "sphere", radius=radius)
+
+
+def add_solid(link: Element, tag: str, place: FloatArray, kind: str, **sizes: float) -> None:
+    """Add a shape ``kind`` with sizes [m] at a pose ``(4, 4)`` in a link."""
+    values = {name: repr(float(value)) for name, value in sizes.items()}
+    ElementTree.SubElement(add_geometry(link, tag, place), kind, values)
+
+
+def add_geometry(link: Element, tag: str, place: FloatArray) -> Element:
+    """Add a shape's place, a pose ``(4, 4)`` in a link; gives its ``<geometry>``, still empty."""
+    shape = ElementTree.SubElement(link, tag)
+    set_origin(shape, place)
+    return ElementTree.SubElement(shape, "geometry")
 
 
 def _sizes(element: Element, names: tuple[str, ...], where: str) -> FloatArray:

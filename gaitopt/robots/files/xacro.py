@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib.util
 import json
-import os
 import re
 import subprocess
 import sys
@@ -14,7 +13,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from gaitopt.errors import MissingPackageError, RobotError
-from gaitopt.robots.files.meshes import LEVELS
+from gaitopt.robots.files.meshes import LEVELS, with_ros_packages
 from gaitopt.robots.files.options import ReadOptions
 from gaitopt.robots.files.xacro_process import MOST_SECONDS
 
@@ -155,8 +154,7 @@ def _wanted(path: Path) -> dict[str, set[str]]:
 
 def _folders(package: str, path: Path, options: ReadOptions) -> Iterator[Path]:
     """Where a package may be, the likeliest place first."""
-    named = [Path(p) for p in os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep) if p]
-    for folder in (*options.package_folders, *named):
+    for folder in with_ros_packages(options.package_folders):
         if folder.name == package and folder.is_dir():
             yield folder.resolve()
         if (folder / package).is_dir():

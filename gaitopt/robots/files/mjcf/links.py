@@ -9,21 +9,15 @@ from xml.etree import ElementTree
 import numpy as np
 
 from gaitopt.conventions import FloatArray
-from gaitopt.robots.rotations import matrix_to_rpy, quaternion_to_matrix
-
-Element = ElementTree.Element
+from gaitopt.robots.files.masses import add_inertial
+from gaitopt.robots.files.origins import Element
+from gaitopt.robots.files.shapes import add_capsule, add_geometry, add_solid
+from gaitopt.robots.rotations import quaternion_to_matrix
 
 
 def body_name(model: Any, body: int) -> str:
     """A body's name, or one made from its number."""
     return str(model.body(body).name) or f"body {body}"
-
-
-def origin(element: Element, place: FloatArray) -> None:
-    """Add an ``<origin>`` with a pose ``(4, 4)``."""
-    xyz = " ".join(repr(float(v) + 0.0) for v in place[:3, 3])
-    rpy = " ".join(repr(float(v) + 0.0) for v in matrix_to_rpy(place[:3, :3]))
-    ElementTree.SubElement(element, "origin", xyz=xyz, rpy=rpy)
 
 
 def pose_of(position: Any, quaternion: Any) -> FloatArray:
@@ -35,7 +29,7 @@ def pose_of(position: Any, quaternion: Any) -> FloatArray:
     return out
 
 
-def add_inertial(model: Any, body: int, shift: FloatArray, link: Element) -> None:
+def add_body_inertial(model: Any, body: int, shift: FloatArray, link: Element) -> None:
     """Add a body's mass and inertia.
 
     Args:
@@ -48,17 +42,8 @@ def add_inertial(model: Any, body: int, shift: FloatArray, link: Element) -> Non
     if not mass > 0.0:
         return
     place = pose_of(model.body_ipos[body] - shift, model.body_iquat[body])
-    # In the link's axes, because some readers pass over the rotation of an inertia.
     moments = np.diag(np.array(model.body_inertia[body], dtype=np.float64))
-    matrix = place[:3, :3] @ moments @ place[:3, :3].T
-    place[:3, :3] = np.eye(3)
-    inertial = ElementTree.SubElement(link, "inertial")
-    origin(inertial, place)
-    ElementTree.SubElement(inertial, "mass", value=repr(mass))
-    names = {"ixx": (0, 0), "ixy": (0, 1), "ixz": (0, 2), "iyy": (1, 1), "iyz": (1, 2),
-             "izz": (2, 2)}  # fmt: skip
-    values = {name: repr(float(matrix[at]) + 0.0) for name, at in names.items()}
-    ElementTree.SubElement(inertial, "inertia", values)
+    add_inertial(link, mass, place[:3, 3], place[:3, :3] @ moments @ place[:3, :3].T)
 
 
 def add_geom(
@@ -84,40 +69,22 @@ def add_geom(
     place = pose_of(model.geom_pos[geom] - shift, model.geom_quat[geom])
     kinds = mujoco.mjtGeom
     if kind == int(kinds.mjGEOM_SPHERE):
-        _add(link, tag, place, "sphere", radius=size[0])
+        add_solid(link, tag, place, "sphere", radius=size[0])
     elif kind == int(kinds.mjGEOM_CYLINDER):
-        _add(link, tag, place, "cylinder", radius=size[0], length=2.0 * size[1])
+        add_solid(link, tag, place, "cylinder", radius=size[0], length=2.0 * size[1])
     elif kind == int(kinds.mjGEOM_CAPSULE):
-        # A URDF has no capsules.
-        _add(link, tag, place, "cylinder", radius=size[0], length=2.0 * size[1])
-        for end in (-size[1], size[1]):
-            move = np.eye(4)
-            move[2, 3] = end
-            _add(link, tag, place @ move, "sphere", radius=size[0])
+        add_capsule(link, tag, place, size[0], 2.0 * size[1])
     elif kind in (int(kinds.mjGEOM_BOX), int(kinds.mjGEOM_ELLIPSOID)):
         lengths = " ".join(repr(2.0 * float(s)) for s in size)
-        ElementTree.SubElement(_shape(link, tag, place), "box", size=lengths)
+        ElementTree.SubElement(add_geometry(link, tag, place), "box", size=lengths)
     elif kind == int(kinds.mjGEOM_MESH):
         number = int(model.geom_dataid[geom])
         found = meshes.get(str(model.mesh(number).name))
         if found is not None:
             # MuJoCo moves a mesh to its centre of mass and turns it to its axes of inertia.
             own = pose_of(model.mesh_pos[number], model.mesh_quat[number])
-            shape = _shape(link, tag, place @ np.linalg.inv(own))
-            ElementTree.SubElement(shape, "mesh", filename=found[0], scale=found[1])
-
-
-def _add(link: Element, tag: str, place: FloatArray, kind: str, **sizes: float) -> None:
-    """Add a shape with sizes [m]."""
-    values = {name: repr(float(value)) for name, value in sizes.items()}
-    ElementTree.SubElement(_shape(link, tag, place), kind, values)
-
-
-def _shape(link: Element, tag: str, place: FloatArray) -> Element:
-    """Add the place of a shape; gives its ``<geometry>``."""
-    shape = ElementTree.SubElement(link, tag)
-    origin(shape, place)
-    return ElementTree.SubElement(shape, "geometry")
+            geometry = add_geometry(link, tag, place @ np.linalg.inv(own))
+            ElementTree.SubElement(geometry, "mesh", filename=found[0], scale=found[1])
 
 
 def joint_limit(mujoco: Any, model: Any, joint: int, element: Element) -> None:

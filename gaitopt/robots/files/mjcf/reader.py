@@ -20,18 +20,23 @@ from gaitopt.errors import MissingPackageError, RobotError
 from gaitopt.files import silenced_stderr
 from gaitopt.robots.files.meshes import MeshFinder
 from gaitopt.robots.files.mjcf.check import check_agreement
-from gaitopt.robots.files.mjcf.links import add_geom, add_inertial, body_name, joint_limit, origin
+from gaitopt.robots.files.mjcf.links import (
+    add_body_inertial,
+    add_geom,
+    body_name,
+    joint_limit,
+    pose_of,
+)
 from gaitopt.robots.files.mjcf.text import MjcfText
-from gaitopt.robots.files.notes import Notes
+from gaitopt.robots.files.notes import Notes, first_of
 from gaitopt.robots.files.options import ReadOptions
+from gaitopt.robots.files.origins import rotation_about, set_origin
 from gaitopt.robots.files.prepare import prepared_urdf
-from gaitopt.robots.rotations import quaternion_to_matrix
 
 HINGE, SLIDE, BALL, FREE = 3, 2, 1, 0
 """MuJoCo's numbers of the types of joints."""
 STANDING = ("home", "stand", "init")
 """Words in the names of key frames in which a robot stands."""
-Element = ElementTree.Element
 
 
 def read_mjcf(
@@ -69,8 +74,7 @@ def _compiled(mujoco: Any, cleaned: MjcfText, label: str) -> Any:
                 return mujoco.MjSpec.from_string(cleaned.text()).compile()
         except Exception as error:  # MuJoCo raises errors of several kinds
             words = words or " ".join(str(error).split())[:300]
-    missing = ", ".join(cleaned.missing[:4])
-    lost = f" (meshes that are missing: {missing})" if missing else ""
+    lost = f" (meshes that are missing: {first_of(cleaned.missing)})" if cleaned.missing else ""
     raise RobotError(f"{label}: MuJoCo cannot read this MJCF: {words}{lost}")
 
 
@@ -105,18 +109,12 @@ class _Writer:
         for body in range(base + 1, model.nbody):
             if self._below(body, base):
                 self._add_body(body)
-        done = [f"MuJoCo read this MJCF; the body is {body_name(model, base)}"]
-        warnings = []
-        if self.cleaned.missing:
-            missing = self.cleaned.missing
-            more = " ..." if len(missing) > 4 else ""
-            warnings.append(
-                f"{len(missing)} meshes are missing ({', '.join(missing[:4])}{more}): their shapes "
-                "are left out"
-            )
+        done = f"MuJoCo read this MJCF; the body is {body_name(model, base)}"
+        missing = self.cleaned.missing
+        lost = f"{len(missing)} meshes are missing ({first_of(missing)}): their shapes are left out"
         notes = Notes(
-            kind="mjcf", standing=self._standing(), armature=self.armature, done=tuple(done),
-            warnings=tuple(warnings),
+            kind="mjcf", standing=self._standing(), armature=self.armature, done=(done,),
+            warnings=(lost,) if missing else (),
         )  # fmt: skip
         return ElementTree.tostring(self.root, encoding="unicode"), notes
 
@@ -186,9 +184,7 @@ class _Writer:
         """Add a body with its joints; several joints make links without mass between them."""
         model = self.model
         parent = int(model.body_parentid[body])
-        place = np.eye(4)
-        place[:3, :3] = _matrix(model.body_quat[body])
-        place[:3, 3] = model.body_pos[body]
+        place = pose_of(model.body_pos[body], model.body_quat[body])
         # From the parent's link, whose frame is shifted against the parent's body.
         start = np.eye(4)
         start[:3, 3] = -self.shifts[parent]
@@ -214,7 +210,7 @@ class _Writer:
         """Add a body without joints."""
         name = body_name(self.model, body)
         joint = ElementTree.SubElement(self.root, "joint", name=f"{name} fixed", type="fixed")
-        origin(joint, place)
+        set_origin(joint, place)
         ElementTree.SubElement(joint, "parent", link=link)
         ElementTree.SubElement(joint, "child", link=name)
 
@@ -230,11 +226,10 @@ class _Writer:
         element = ElementTree.SubElement(self.root, "joint", name=name, type=types[kind])
         back = np.eye(4)
         if kind == HINGE:
-            turn = np.concatenate([[np.cos(start / 2.0)], -np.sin(start / 2.0) * axis])
-            back[:3, :3] = _matrix(turn)
+            back[:3, :3] = rotation_about(axis, -start)
         elif kind == SLIDE:
             back[:3, 3] = -start * axis
-        origin(element, place @ back)
+        set_origin(element, place @ back)
         ElementTree.SubElement(element, "parent", link=parent)
         ElementTree.SubElement(element, "child", link=child)
         ElementTree.SubElement(element, "axis", xyz=" ".join(repr(float(a)) for a in axis))
@@ -248,13 +243,7 @@ class _Writer:
         """Add a body's link: its inertia and shapes."""
         model, shift = self.model, self.shifts[body]
         link = ElementTree.SubElement(self.root, "link", name=body_name(model, body))
-        add_inertial(model, body, shift, link)
+        add_body_inertial(model, body, shift, link)
         first, count = int(model.body_geomadr[body]), int(model.body_geomnum[body])
         for geom in range(first, first + count):
             add_geom(self.mujoco, model, geom, shift, link, self.cleaned.meshes)
-
-
-def _matrix(quaternion: Any) -> FloatArray:
-    """Matrix of a quaternion in MuJoCo's order, w x y z."""
-    w, x, y, z = (float(v) for v in quaternion)
-    return np.asarray(quaternion_to_matrix([x, y, z, w]))
