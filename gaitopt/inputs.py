@@ -94,9 +94,12 @@ def check_shape(name: str, values: ArrayLike, *tail: int) -> FloatArray:
     """``values`` as an array, when its shape ends with ``tail``.
 
     Raises:
-        InputError: it does not.
+        InputError: it does not, or these are no numbers.
     """
-    array = np.asarray(values, np.float64)
+    try:
+        array = np.asarray(values, np.float64)
+    except (TypeError, ValueError):
+        raise InputError(f"{name} must be numbers, got {values!r}") from None
     if array.shape[-len(tail) :] != tail:
         wanted = ", ".join(map(str, tail))
         raise InputError(f"{name} must be (..., {wanted}), got {array.shape}")

@@ -132,6 +132,17 @@ class ForceLimits:
             raise InputError(f"torque_line must be a TorqueLine or None, got {self.torque_line!r}")
 
     @classmethod
+    def or_default(cls, given: ForceLimits | None) -> ForceLimits:
+        """What a user gave; the default limits for ``None``.
+
+        Raises:
+            InputError: it is something else.
+        """
+        if not isinstance(given, (cls, type(None))):
+            raise InputError(f"limits must be ForceLimits or None, got {given!r}")
+        return cls() if given is None else given
+
+    @classmethod
     def from_dict(cls, stored: Mapping[str, Any]) -> ForceLimits:
         """Limits from plain values, as a plan file stores them.
 

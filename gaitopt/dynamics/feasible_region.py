@@ -70,8 +70,9 @@ def feasible_region(
         tolerance: largest distance between the inner and the outer polygon [m].
 
     Raises:
-        InputError: shapes do not fit, a number is outside its range, a leg is unknown or does not
-            reach its foot, fewer than two feet stand, or all at one place.
+        InputError: robot or limits are something else, shapes do not fit, a number is outside its
+            range, a leg is unknown or does not reach its foot, fewer than two feet stand, or all at
+            one place.
         SolverError: the linear programs were not solved.
     """
     unknown = [leg for leg in support if leg not in LEGS]
@@ -114,11 +115,15 @@ def feasible_regions(
         InputError: as in :func:`feasible_region`.
         SolverError: the linear programs were not solved.
     """
+    if not isinstance(robot, Quadruped):
+        raise InputError(f"robot must be a Quadruped (from load_robot), got {robot!r}")
     check_number("tolerance", tolerance, LEAST_TOLERANCE, 1.0, "m")
-    limits = limits or ForceLimits()
+    limits = ForceLimits.or_default(limits)
     places = check_shape("feet", feet, 4, 3)
     if places.ndim != 3:
         raise InputError(f"feet must be (B, 4, 3), got {places.shape}")
+    if not len(places):
+        return ()
     flags = np.ones(places.shape[:2], dtype=np.bool_) if standing is None else standing
     contacts = Contacts.below_feet(places, flags, robot.foot_radius, normals)
     count = contacts.standing.sum(axis=1)

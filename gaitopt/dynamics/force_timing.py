@@ -46,7 +46,8 @@ class ForceTiming:
         begin, end: squared path speeds at both ends of every interval ``(K,)`` [1/s^2].
         stuck: chains that cannot be followed at any speed ``(C,)``.
         places: of each such chain an interval on which no motion was found ``(C,)``; -1 for others.
-        polygons: what was learnt of the polygons. It does not depend on velocity limits.
+        polygons: what was learnt of the polygons. It does not depend on velocity limits; limits of
+            torques that fall with the speed stay those of the first timing.
         squares: largest squared path speeds for which it was found, at all samples ``(S,)``.
     """
 

@@ -28,11 +28,7 @@ from gaitopt.dynamics.force_space import (
 )
 from gaitopt.dynamics.least_excess import least_excess
 from gaitopt.dynamics.many_programs import solve_quadratic_programs
-from gaitopt.dynamics.small_programs import (
-    NO_BOUND,
-    ROW_TOLERANCE,
-    solve_linear,
-)
+from gaitopt.dynamics.small_programs import NO_BOUND, ROW_TOLERANCE, solve_linear
 from gaitopt.dynamics.whole_body import Motion, equations_of_motion
 from gaitopt.errors import InputError
 from gaitopt.inputs import check_numbers
@@ -83,9 +79,10 @@ def build_force_problem(
         times: of the samples ``(N,)`` [s], for the report; 0, 1, 2, ... by default.
 
     Raises:
-        InputError: shapes do not fit, a number is not finite, a normal has no direction, or the
-            robot has no mass.
+        InputError: shapes do not fit, a number is not finite, a normal has no direction, the
+            limits are none, or the robot has no mass.
     """
+    asked = ForceLimits.or_default(limits)
     robot.require_masses()
     equations = equations_of_motion(robot, motion, normals)
     count = len(equations)
@@ -94,7 +91,6 @@ def build_force_problem(
         raise InputError(
             f"standing must be truth values ({count}, 4), got {flags.dtype} {flags.shape}"
         )
-    asked = limits or ForceLimits()
     low, high = torque_bounds(robot, asked, np.asarray(motion.v)[:, 6:])
     moments = check_numbers("times", np.arange(count) if times is None else times, -1e12, 1e12, "s")
     if moments.shape != (count,):

@@ -35,13 +35,11 @@ class LinearSolutions(NamedTuple):
         points: ``(N, n)``.
         multipliers: of the rows ``(N, m)``: positive at their upper limit, negative at their lower
             one, and zero where a row holds nothing back.
-        kept: points that keep all rows ``(N,)``.
-        proven: those that are minimisers, by their multipliers ``(N,)``.
+        proven: points that keep all rows and are minimisers, by their multipliers ``(N,)``.
     """
 
     points: FloatArray
     multipliers: FloatArray
-    kept: BoolArray
     proven: BoolArray
 
 
@@ -66,13 +64,13 @@ def solve_linear_programs(
     _without_endless(multipliers)
     values = (rows @ points[..., None])[..., 0]
     above, below = high - values, values - low
-    # Comparisons with NaN are false.
-    kept = np.asarray((np.minimum(above, below) >= -PROGRAM_TOLERANCE).all(axis=1))
     gradient = costs + WEIGHT * points + (multipliers[:, None] @ rows)[:, 0]
     held = np.where(multipliers > 0.0, above, np.where(multipliers < 0.0, below, 0.0))
-    proven = kept & (np.abs(gradient).max(axis=1, initial=0.0) <= PROOF_TOLERANCE)
+    # Comparisons with NaN are false.
+    proven = np.asarray((np.minimum(above, below) >= -PROGRAM_TOLERANCE).all(axis=1))
+    proven &= np.abs(gradient).max(axis=1, initial=0.0) <= PROOF_TOLERANCE
     proven &= (np.abs(multipliers * held) <= PROOF_TOLERANCE).all(axis=1)
-    return LinearSolutions(points, multipliers, kept, proven)
+    return LinearSolutions(points, multipliers, proven)
 
 
 def solve_quadratic_programs(

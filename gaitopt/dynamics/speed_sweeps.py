@@ -163,10 +163,9 @@ def _forward(
     after = np.append(most[1:], ANY)
     after[intervals.first[1:] - 1] = ANY
     after = np.minimum(after, intervals.top_end)
-    start = most[intervals.first[:-1]]
     plain, slope, steps, after = (t[at.ahead] for t in (plain, slope, intervals.steps, after))
     begins, ends, place = np.empty(len(most)), np.empty(len(most)), 0
-    x = start[np.argsort(-np.diff(intervals.first), kind="stable")]
+    x = most[at.ahead[: max(at.counts, default=0)]]
     for count in at.counts:
         own = slice(place, place + count)
         x = begins[own] = x[:count]

@@ -20,8 +20,8 @@ def solve_sparse(
 ) -> tuple[FloatArray, bool]:
     """Minimise ``x H x / 2 + g x`` over ``low <= A x <= high``, all sparse, by PIQP.
 
-    PIQP is an interior-point method. ProxQP's sparse solver, which does well on few active rows,
-    did not end within minutes on these thousands of them.
+    PIQP is an interior-point method. ProxQP's sparse solver, which does well with few active rows,
+    did not end within minutes with the thousands that programs of whole walks have.
 
     Args:
         hessian, gradient, matrix, low, high: the program.

@@ -46,22 +46,24 @@ def retimed(plan: Plan, forces: ForceLimits | None = None, *, rounding: float = 
         A plan that promises contact forces within these limits. :func:`gaitopt.verify` checks it.
 
     Raises:
-        InputError: the robot has no mass, the plan promises a jerk limit, which new timings do not
-            keep, or ``rounding`` is out of range.
+        InputError: this is no plan, these are no limits, the robot has no mass, the plan promises a
+            jerk limit, which new timings do not keep, or ``rounding`` is out of range.
         InfeasibleStepError: somewhere along the path there are no forces at any speed; names the
             step, and the limits that are in the way.
         SolverError: feet cannot be kept on their course, or no timing was found that has forces
             between the places at which they are looked for.
     """
     check_number("rounding", rounding, 0.0, 0.5, "")
+    if not isinstance(plan, Plan):
+        raise InputError(f"retimed takes a Plan, from any planner, got {type(plan).__name__}")
     plan.robot.require_masses()
-    limits = forces or plan.settings.promised_forces or ForceLimits()
-    settings = plan.settings.with_forces(limits)
+    promised = plan.settings.promised_forces if forces is None else forces
+    settings = plan.settings.with_forces(ForceLimits() if promised is None else promised)
     if settings.jerk_limit is not None:
         raise InputError("retimed keeps no jerk limit: take a plan whose jerk_limit is None")
     if not np.ptp(plan.path.knots(), axis=0).any():
         return replace(plan, settings=settings)
-    found = _timed(replace(plan, settings=settings), limits, rounding)
+    found = _timed(replace(plan, settings=settings), settings.promised_forces, rounding)
     return found if settings.static else with_zmp_margins(found)
 
 

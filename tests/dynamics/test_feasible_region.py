@@ -546,6 +546,10 @@ def test_margin_is_the_distance_from_the_border(wang: Quadruped) -> None:
         region.margin([0.0, 0.0, 0.0, 0.0])
 
 
+def test_no_stances_have_no_regions(wang: Quadruped) -> None:
+    assert feasible_regions(wang, np.zeros((0, 4, 3))) == ()
+
+
 def test_wrong_inputs_are_refused(wang: Quadruped) -> None:
     feet = own_stance(wang)
     with pytest.raises(InputError, match="'FL' is unknown; legs are LF, LH, RH, RF"):
@@ -558,6 +562,12 @@ def test_wrong_inputs_are_refused(wang: Quadruped) -> None:
         feasible_region(wang, feet[None])
     with pytest.raises(InputError, match=r"feet must be \(B, 4, 3\)"):
         feasible_regions(wang, feet)
+    with pytest.raises(InputError, match="feet must be numbers"):
+        feasible_region(wang, "feet")  # type: ignore[arg-type]
+    with pytest.raises(InputError, match="limits must be ForceLimits or None, got 0"):
+        feasible_region(wang, feet, limits=0)  # type: ignore[arg-type]
+    with pytest.raises(InputError, match=r"Quadruped \(from load_robot\), got 'wang2020'"):
+        feasible_region("wang2020", feet)  # type: ignore[arg-type]
     with pytest.raises(InputError, match="tolerance must be"):
         feasible_region(wang, feet, tolerance=0.0)
     with pytest.raises(InputError, match="at one horizontal place"):
