@@ -10,10 +10,10 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from time import process_time
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 
@@ -32,20 +32,8 @@ LIMITS = {
 }
 """What is asked of forces, by name."""
 
-
 LOOKED_UP = "half_planes_by_forces"
 """The function by which the planner finds where forces hold the robot."""
-
-
-@contextmanager
-def changed(name: str, value: Any) -> Iterator[None]:
-    """Another value of a name in the planner's demands, for a while."""
-    before = getattr(demands, name)
-    setattr(demands, name, value)
-    try:
-        yield
-    finally:
-        setattr(demands, name, before)
 
 
 def walks(
@@ -119,7 +107,7 @@ def of_planning(robot: gaitopt.Quadruped) -> tuple[float, float]:
             spent[0] += process_time() - began
 
     ground = gaitopt.s_columns(0, robot=robot)
-    with changed(LOOKED_UP, timed):
+    with patch.object(demands, LOOKED_UP, timed):
         gaitopt.plan_crawl(robot, ground)
         spent[0], began = 0.0, process_time()
         gaitopt.plan_crawl(robot, ground)
@@ -156,10 +144,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for name in options.robots.split(","):
         robot = gaitopt.load_robot(name)
         for limit, limits in LIMITS.items():
-            with changed(LOOKED_UP, lambda *_: {}):
+            with patch.object(demands, LOOKED_UP, lambda *_: {}):
                 cells = [told(walks(robot, limits, options.seeds)[0], options.seeds)]
             for room in rooms:
-                with changed("ROOM", room):
+                with patch.object(demands, "ROOM", room):
                     times, steps = walks(robot, limits, options.seeds)
                 cells.append(told(times, options.seeds))
             print(f"| {name} | {limit} | {' | '.join(cells)} | {steps} |", flush=True)

@@ -12,6 +12,7 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 from functools import partial
+from unittest.mock import patch
 
 import gaitopt
 from gaitopt import Footholds, Plan, Quadruped
@@ -40,11 +41,8 @@ def untimed(robot: Quadruped, footholds: Footholds) -> Callable[[], Plan]:
         given.append(partial(retimed, plan, rounding=rounding))
         return given[-1]()
 
-    try:
-        setattr(planner, "retimed", noted)  # noqa: B010
+    with patch.object(planner, "retimed", noted):
         gaitopt.plan_crawl(robot, footholds)
-    finally:
-        setattr(planner, "retimed", retimed)  # noqa: B010
     return given[-1]
 
 
