@@ -29,8 +29,6 @@ from gaitopt.robots.whole_body import joints_from_feet_in_body
 KEPT = 0.5
 """Share of the asked distance from a region's sides that is enough: the region moves a little with
 the posture, so that the distance that was asked for is not met exactly."""
-
-
 TRIED = 0.01
 """How far the body is moved to see how the region changes with its posture [m]."""
 
@@ -84,10 +82,6 @@ class SwingStances(NamedTuple):
         return cls(steps.feet @ to_world, steps.indices, base_poses(robot, heading, cogs), coms,
                    within)  # fmt: skip
 
-    def chosen(self, which: np.ndarray) -> SwingStances:
-        """Those with these numbers."""
-        return SwingStances(*(part[which] for part in self))
-
 
 def half_planes_by_forces(
     robot: Quadruped,
@@ -119,14 +113,15 @@ def half_planes_by_forces(
     reached = np.flatnonzero(stances.within)
     if not reached.size:
         return {}
-    held = vertical_forces_hold(
-        robot, *stances.chosen(reached)[:4], limits, KEPT * room[reached]
-    )  # fmt: skip
+    feet, flying, postures, coms = (part[reached] for part in stances[:4])
+    held = vertical_forces_hold(robot, feet, flying, postures, coms, limits, KEPT * room[reached])
     regions = {
         step: region
         for step, region in regions_in_swings(robot, stances, reached[~held], limits).items()
         if not region.empty and region.margin(stances.coms[step]).min() < KEPT * room[step]
     }
+    if not regions:
+        return {}
     # A region that is a single place has more half-planes than corners.
     changes = {step: np.zeros((len(r.half_planes.offsets), 2)) for step, r in regions.items()}
     for axis in range(2):
@@ -174,8 +169,6 @@ def regions_in_swings(
         which: numbers of those that are looked at, whose legs reach their feet.
         limits: what is asked of forces and torques.
     """
-    if not which.size:
-        return {}
     feet, flying, postures = (part[which] for part in stances[:3])
     standing = np.ones(feet.shape[:2], dtype=np.bool_)
     standing[np.arange(len(standing)), flying] = False
