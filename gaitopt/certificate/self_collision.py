@@ -143,12 +143,7 @@ def _apart_when_standing(
 ) -> tuple[list[Pair], list[str]]:
     """The pairs that are apart when the robot stands square, and the names of the others."""
     robot = plan.robot
-    joints = robot.neutral_joints()
-    for name, leg in robot.legs.items():
-        under = leg.hip + leg.axes[:, 1] * leg.lateral
-        under[2] = leg.hip[2] - robot.standing_height
-        joints[list(robot.leg_columns[name])] = leg.inverse(under)
-    q = np.concatenate([np.zeros(6), [1.0], joints])
+    q = np.concatenate([np.zeros(6), [1.0], robot.standing_joints()])
     data = geometry.createData()
     pin.updateGeometryPlacements(robot.model, robot.model.createData(), geometry, data, q)
     apart, overlapping = [], []

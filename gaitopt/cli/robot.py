@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -13,7 +13,12 @@ from gaitopt.errors import InputError
 if TYPE_CHECKING:
     from gaitopt.robots.quadruped import Quadruped
 
-READING, DRAWING = "How the file is read", "What is written"
+DRAWING = "What is written"
+
+
+def _reading(text: str) -> Any:
+    """An option that says how the file is read, with its help."""
+    return typer.Option(help=text, rich_help_panel="How the file is read")
 
 
 def robot(
@@ -37,43 +42,25 @@ def robot(
         typer.Option(help="Draw the robot with its meshes, which are in this folder.",
                      rich_help_panel=DRAWING),
     ] = None,
-    foot_radius: Annotated[
-        float | None, typer.Option(help="Radius of the feet, in metres.", rich_help_panel=READING)
-    ] = None,
+    foot_radius: Annotated[float | None, _reading("Radius of the feet, in metres.")] = None,
     masses: Annotated[
         str | None,
-        typer.Option(help="'shapes' estimates masses from the links' shapes, 'none' does without.",
-                     rich_help_panel=READING),
+        _reading("'shapes' estimates masses from the links' shapes, 'none' does without."),
     ] = None,
     velocity_limit: Annotated[
-        float | None,
-        typer.Option(help="Velocity limit of all joints, in rad/s.", rich_help_panel=READING),
+        float | None, _reading("Velocity limit of all joints, in rad/s.")
     ] = None,
-    effort_limit: Annotated[
-        float | None,
-        typer.Option(help="Torque limit of all joints, in N m.", rich_help_panel=READING),
-    ] = None,
+    effort_limit: Annotated[float | None, _reading("Torque limit of all joints, in N m.")] = None,
     leg: Annotated[
-        list[str] | None,
-        typer.Option(help="Foot link or last joint of a leg, as LF=NAME; four times.",
-                     rich_help_panel=READING),
+        list[str] | None, _reading("Foot link or last joint of a leg, as LF=NAME; four times.")
     ] = None,
-    foot: Annotated[
-        list[str] | None,
-        typer.Option(help="Link of a leg's foot, as LF=NAME.", rich_help_panel=READING),
-    ] = None,
+    foot: Annotated[list[str] | None, _reading("Link of a leg's foot, as LF=NAME.")] = None,
     pose: Annotated[
-        list[str] | None,
-        typer.Option(help="Where a joint of no leg is locked, as JOINT=RADIANS.",
-                     rich_help_panel=READING),
+        list[str] | None, _reading("Where a joint of no leg is locked, as JOINT=RADIANS.")
     ] = None,
-    package_folder: Annotated[
-        list[Path] | None,
-        typer.Option(help="Folder with ROS packages.", rich_help_panel=READING),
-    ] = None,
+    package_folder: Annotated[list[Path] | None, _reading("Folder with ROS packages.")] = None,
     argument: Annotated[
-        list[str] | None,
-        typer.Option(help="Argument of a xacro file, as NAME=VALUE.", rich_help_panel=READING),
+        list[str] | None, _reading("Argument of a xacro file, as NAME=VALUE.")
     ] = None,
 ) -> None:  # fmt: skip
     """Show what gaitopt found in a robot's file, what it guessed, and every doubt with its cure."""

@@ -269,7 +269,7 @@ def _read_chain(model: Any, data: Any, ids: list[int]) -> Chain:
     points, axes = [], []
     for i in ids:
         placement = data.oMi[i]
-        axes.append(placement.rotation @ _local_axis(model.joints[i]))
+        axes.append(placement.rotation @ local_axis(model.joints[i]))
         points.append(placement.translation.copy())
     foot, tip = _foot_frame(model, data, ids[-1], points[-1])
     return Chain(
@@ -282,10 +282,11 @@ def _read_chain(model: Any, data: Any, ids: list[int]) -> Chain:
     )
 
 
-def _local_axis(joint: Any) -> FloatArray:
-    """The joint's axis in its own frame: the angular part of its motion subspace."""
+def local_axis(joint: Any) -> FloatArray:
+    """The unit axis ``(3,)`` of a hinge of Pinocchio, in the joint's own frame."""
     data = joint.createData()
     joint.calc(data, np.zeros(1))
+    # The angular part of its motion subspace.
     return frozen(np.reshape(data.S, 6)[3:])
 
 

@@ -19,23 +19,12 @@ from gaitopt.robots import limits
 from gaitopt.robots.files.notes import Notes, read_notes
 from gaitopt.robots.leg import Leg
 from gaitopt.robots.leg_names import by_leg
+from gaitopt.robots.standing import foot_below_hip, standing_height
 from gaitopt.robots.urdf_text import check_urdf
 
 CLOSED_FORM_TOLERANCE = 1e-9
 """Largest disagreement allowed between closed form and Pinocchio when a robot is loaded [m]: both
 are rounded to about 1e-15 m, and a leg of another kind is off by millimetres."""
-STANDING_SHARE = 0.7
-"""Height of the hips of a standing robot as a share of its legs' reach. Chosen: it makes 0.40 m for
-wang2020, the height at which [Wang2020] walks."""
-
-LEVEL_FEET, LEAST_STANDING = 0.03, 0.4
-"""Largest difference of the feet's heights, and least height of the hips, of a standing robot, as
-shares of its legs' reach. Chosen: files also hold poses of lying and of other robots."""
-
-LEAST_STRETCH = 0.3
-"""Least height of the hips in that range which the knees' limits allow, as a share of it. Chosen:
-some knees bend little, and a walk needs room below."""
-
 _KNEES = {"forward": 1.0, "backward": -1.0}
 
 
@@ -216,48 +205,19 @@ class Quadruped:
         """Height of the hips above the feet of a standing robot, in whole centimetres [m].
 
         It is that of the file's standing pose, where it has one. Otherwise it is
-        :data:`STANDING_SHARE` of the legs' reach, or more where the knees bend little: 0.40 m for
-        wang2020. Where a joint would leave its limits, it is the nearest height at which none does.
+        :data:`gaitopt.robots.standing.STANDING_SHARE` of the legs' reach, or more where the knees
+        bend little: 0.40 m for wang2020. Where a joint would leave its limits, it is the nearest
+        height at which none does.
         """
-        told = self._told_height
-        if told is not None:
-            return told
-        reach = float(np.mean([leg.reach + leg.drop for leg in self.legs.values()]))
-        least = float(np.mean([leg.least_reach + leg.drop for leg in self.legs.values()]))
-        bent = least + LEAST_STRETCH * (reach - least)
-        usual = max(round(max(STANDING_SHARE * reach, bent), 2), 0.01)
-        heights = np.round(np.arange(max(least, 0.01), reach, 0.01), 2)
-        nearest = sorted(heights.tolist(), key=lambda height: abs(height - usual))
-        return next((h for h in [usual, *nearest] if self._may_stand(h)), usual)
+        return standing_height(list(self.legs.values()), self.notes.standing)
 
-    def _may_stand(self, height: float) -> bool:
-        """Whether joints keep their limits with feet below hips of this height [m]."""
-        for leg in self.legs.values():
-            foot = leg.hip + leg.axes[:, 1] * leg.lateral
-            foot[2] = leg.hip[2] - height
-            low, high = leg.position_limits
-            angles = leg.inverse(foot)
-            if leg.shortfall(foot) > 0.0 or not ((angles >= low) & (angles <= high)).all():
-                return False
-        return True
-
-    @cached_property
-    def _told_height(self) -> float | None:
-        """Height of the hips in the file's standing pose [m]; ``None`` where it is none.
-
-        In a standing pose joints keep their limits, and the feet are level.
-        """
-        heights = []
-        for leg in self.legs.values():
-            angles = np.array([self.notes.standing.get(joint, np.nan) for joint in leg.joints])
-            low, high = leg.position_limits
-            if not ((angles >= low) & (angles <= high)).all():
-                return None
-            heights.append(float(leg.hip[2] - leg.forward(angles)[2]))
-        height, spread = float(np.mean(heights)), float(np.ptp(heights))
-        reach = float(np.mean([leg.reach + leg.drop for leg in self.legs.values()]))
-        good = spread <= LEVEL_FEET * reach and LEAST_STANDING * reach <= height
-        return max(round(height, 2), 0.01) if good else None
+    def standing_joints(self) -> FloatArray:
+        """Joint angles ``(nj,)`` [rad] with every foot below its hip, at the standing height."""
+        joints = self.neutral_joints()
+        for name, leg in self.legs.items():
+            foot = foot_below_hip(leg, self.standing_height)
+            joints[list(self.leg_columns[name])] = leg.inverse(foot)
+        return joints
 
     def require_velocity_limits(self) -> None:
         """Refuse a robot with a leg's joint that has no velocity limit: nothing bounds its speed.

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
-from gaitopt.conventions import LEGS, FloatArray
+from gaitopt.conventions import LEGS
 from gaitopt.files import StrPath, written_whole
 from gaitopt.motion.path import MotionPath
+from gaitopt.robots.discovery import local_axis
 from gaitopt.robots.quadruped import Quadruped
-from gaitopt.robots.whole_body import joints_from_feet_in_body
 from gaitopt.viewing.colours import LEG_COLOURS
 from gaitopt.viewing.replay.page import Caption, Label, Page, render
 from gaitopt.viewing.replay.robot_scene import joint_paths, moving_robot
@@ -88,19 +88,10 @@ def robot_page(robot: Quadruped, meshes: bool | StrPath = False) -> Page:
     )
 
 
-def standing_joints(robot: Quadruped) -> FloatArray:
-    """Joint angles ``(nj,)`` [rad] with every foot below its hip, at the standing height."""
-    feet = np.array([robot.legs[leg].hip + robot.legs[leg].axes[:, 1] * robot.legs[leg].lateral
-                     for leg in LEGS])  # fmt: skip
-    feet[:, 2] = np.mean([leg.hip[2] for leg in robot.legs.values()]) - robot.standing_height
-    return joints_from_feet_in_body(robot, feet)
-
-
 def sweeps(robot: Quadruped) -> tuple[MotionPath, list[Caption]]:
     """Each joint through its limits, and what is said of it meanwhile."""
-    standing = standing_joints(robot)
-    hips = float(np.mean([leg.hip[2] for leg in robot.legs.values()]))
-    height = robot.standing_height - hips + robot.foot_radius
+    standing = robot.standing_joints()
+    height = robot.standing_height - float(robot.centre[2]) + robot.foot_radius
     times, rows = [0.0, STAND], [standing, standing]
     captions = [Caption(0.0, "standing")]
     for leg in LEGS:
@@ -143,10 +134,7 @@ def _marks(robot: Quadruped) -> dict[tuple[str, ...], list[Part]]:
         half = 0.25 * leg.upper
         for joint in leg.joints:
             number = int(model.getJointId(joint))
-            kind = model.joints[number]
-            data = kind.createData()
-            kind.calc(data, np.zeros(model.nq))
-            axis = np.reshape(data.S, 6)[3:]
+            axis = local_axis(model.joints[number])
             line = Segments(np.array([-half * axis, half * axis]))
             out.setdefault(paths[number], []).append(Part(line, Appearance(AXIS, lit=False)))
         frame = model.frames[model.getFrameId(leg.foot)]

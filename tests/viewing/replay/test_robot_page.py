@@ -9,14 +9,14 @@ import pinocchio as pin
 
 import gaitopt
 from gaitopt.conventions import LEGS
-from gaitopt.viewing.replay.robot_page import draw_robot, robot_page, standing_joints, sweeps
+from gaitopt.viewing.replay.robot_page import draw_robot, robot_page, sweeps
 from gaitopt.viewing.replay.scene import Ball, Segments
 
 WANG = gaitopt.load_robot("wang2020")
 
 
 def test_robot_stands_on_the_ground_with_its_feet_below_its_hips() -> None:
-    joints = standing_joints(WANG)
+    joints = WANG.standing_joints()
     data, q = WANG.model.createData(), pin.neutral(WANG.model)
     q[7:] = joints
     pin.framesForwardKinematics(WANG.model, data, q)
