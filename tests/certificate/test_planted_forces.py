@@ -12,7 +12,9 @@ from shaken_paths import shaken
 
 import gaitopt
 from gaitopt import Plan, Quadruped
+from gaitopt.certificate import forces
 from gaitopt.certificate.check import Verdict
+from gaitopt.certificate.enclosure import Pieces
 from gaitopt.certificate.forces import contact_forces
 from gaitopt.dynamics.contacts import ForceLimits, effort_limits
 
@@ -81,6 +83,21 @@ def test_too_few_feet_are_found(a1_walk: Plan, feet: tuple[str, ...]) -> None:
     phases[0] = replace(phases[0], support=feet)
     check = contact_forces(replace(a1_walk, phases=tuple(phases)), LIMITS)
     assert check.status is Verdict.VIOLATED and check.where.startswith("a wrench")
+
+
+def test_once_a_sample_has_no_forces_nothing_is_cut_further(
+    a1_walk: Plan, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With four feet that stand all the time, most pieces are wrong by far; 300 000 were judged."""
+    judge, counts = forces._judge_pieces, []
+
+    def counting(plan: Plan, limits: ForceLimits, pieces: Pieces) -> forces._Judged:
+        counts.append(len(pieces.starts))
+        return judge(plan, limits, pieces)
+
+    monkeypatch.setattr(forces, "_judge_pieces", counting)
+    assert contact_forces(replace(a1_walk, phases=()), LIMITS).status is Verdict.VIOLATED
+    assert len(counts) == 1 and counts[0] < 2000
 
 
 def test_a_heavier_payload_is_found(a1_walk: Plan) -> None:
