@@ -33,6 +33,7 @@ from gaitopt.cli.options import (
 )
 from gaitopt.cli.support import (
     drawable,
+    force_limits,
     load_inputs,
     make_folder,
     parse_speed,
@@ -68,7 +69,6 @@ def walk(
     out: OutOption = Path("out"),
 ) -> None:
     """Plan a walk, compare it with the paper's baselines, and write plan, replay and figures."""
-    from gaitopt.dynamics.contacts import ForceLimits
     from gaitopt.plan.com_margin import com_margin
     from gaitopt.planners.crawl import plan_crawl
     from gaitopt.studies.compare import compare as run_comparison
@@ -80,12 +80,12 @@ def walk(
         stability_margin, body_height, swing_height, sequence, reach_fraction, heading,
         follow_terrain,
     )  # fmt: skip
-    limits = None if friction is None else ForceLimits(friction=friction)
     with progress_bar("planning") as tick:
         plan = plan_crawl(
             model, places, objective=objective.value, speed=parse_speed(speed), free=free,
             com=None if com is None else com.value, acceleration_limit=acceleration_limit,
-            horizon=horizon, timing=timing.value, forces=limits, progress=tick, **options,
+            horizon=horizon, timing=timing.value, forces=force_limits(friction), progress=tick,
+            **options,
         )  # fmt: skip
     # The baselines walk at the same body height and in the same order of legs.
     found = plan.settings.to_dict()

@@ -29,6 +29,7 @@ from gaitopt.cli.options import (
 )
 from gaitopt.cli.support import (
     file_name,
+    force_limits,
     load_inputs,
     make_folder,
     plan_options,
@@ -85,7 +86,6 @@ def race(
 
     With --timing forces all rows but the paper's are timed by contact forces.
     """
-    from gaitopt.dynamics.contacts import ForceLimits
     from gaitopt.studies.race import race as run_race
     from gaitopt.studies.race import race_many, row_names, shared_settings
 
@@ -98,7 +98,8 @@ def race(
         follow_terrain,
     )  # fmt: skip
     options["com"] = None if com is None else com.value
-    options["forces"] = None if friction is None else ForceLimits(friction=friction)
+    options["forces"] = force_limits(friction)
+    # Wrong settings are refused here, before anything is written.
     options = {"timing": timing.value} | shared_settings(model, places, options, timing.value)
     checks: dict[str, Any] = {"certify": certify, "collisions": collisions, "bound": bound}
     make_folder(out)

@@ -11,6 +11,7 @@ from gaitopt.errors import InputError
 from gaitopt.gait.crawl import FREE_ORDER
 
 if TYPE_CHECKING:
+    from gaitopt.dynamics.contacts import ForceLimits
     from gaitopt.plan.plan import Plan
     from gaitopt.robots.quadruped import Quadruped
     from gaitopt.terrain.footholds import Footholds
@@ -76,6 +77,13 @@ def plan_options(
         "heading": heading,
         "follow_terrain": follow_terrain,
     }
+
+
+def force_limits(friction: float | None) -> ForceLimits | None:
+    """Limits with the option ``--friction``; without it ``None``, the planner's default."""
+    from gaitopt.dynamics.contacts import ForceLimits
+
+    return None if friction is None else ForceLimits(friction=friction)
 
 
 def parse_speed(text: str) -> Any:
