@@ -189,7 +189,10 @@ def shared_settings(
     """
     if timing != FORCES and settings.get("forces") is not None:
         raise InputError("limits on forces go with timing='forces'; leave one of them out")
-    paper = {name: value for name, value in settings.items() if name not in _NOT_OF_THE_PAPER}
+    others = {name: settings.get(name) for name in _NOT_OF_THE_PAPER}
+    # The paper's row does not take these, so that they are refused here.
+    CrawlSettings.for_robot(robot, timing=timing, **others)
+    paper = {name: value for name, value in settings.items() if name not in others}
     found = with_one_height(robot, footholds, {**paper, "timing": VELOCITY})
     known = {**settings, "body_height": found["body_height"]}
     if known.get("stability_margin") is None:

@@ -40,8 +40,8 @@ class Finish:
         margin: smallest stability margin [m]: of the body centre or the true COM, or of the ZMP
             where ``dynamic``.
         dynamic: whether the plan keeps its ZMP in the support polygon, and not its COG.
-        verdict: the certificate's outcome (``"certified"``, ``"kinematics only"`` or
-            ``"violated"``); ``"unchecked"`` without a certificate, ``"failed"`` without a plan.
+        verdict: the certificate's outcome, one of :class:`gaitopt.certificate.certificate.Outcome`;
+            ``"unchecked"`` without a certificate, ``"failed"`` without a plan.
         message: what is violated, or why there is no plan, in one line.
     """
 

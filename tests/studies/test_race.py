@@ -6,6 +6,7 @@ import csv
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -206,6 +207,15 @@ def test_a_walk_phase_by_phase_in_another_row_is_told(with_forces: Race) -> None
 def test_limits_on_forces_need_forces(wang: Quadruped) -> None:
     with pytest.raises(InputError, match="go with timing='forces'"):
         race(wang, gaitopt.s_columns(0, columns=2), ["swing"], forces=gaitopt.ForceLimits())
+
+
+@pytest.mark.parametrize(("name", "value"), [("forces", 3), ("com", "feet")])
+def test_settings_that_the_paper_does_not_take_are_refused_before_any_row(
+    wang: Quadruped, name: str, value: Any
+) -> None:
+    ground = gaitopt.s_columns(0, columns=2)
+    with pytest.raises(InputError, match=f"^{name} must be"):
+        race(wang, ground, ["swing"], timing="forces", **{name: value})
     with pytest.raises(InputError, match="timing"):
         race(wang, gaitopt.s_columns(0, columns=2), ["swing"], timing="guess")
     with pytest.raises(InputError, match="rows names 'phases'"):

@@ -76,6 +76,7 @@ def _largest(
             low = middle
         else:
             high = middle
+    # With contact forces one size only: a try in full takes seconds for each body height.
     shares = SAFE_SHARES if candidates[0].forces is None else SAFE_SHARES[-1:]
     for share in shares:
         size = share * low
