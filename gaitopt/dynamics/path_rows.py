@@ -26,7 +26,7 @@ ZERO_SINGULAR_VALUE = 1e-12
 """Least singular value that is divided by, so that feet on one line give no division by zero."""
 LEAST_TOUCH = 0.02
 """Least speed of a joint, as a share of its limit, at which a tangent touches the root of the path
-speed's square: nearer to rest tangents are too steep to be of use."""
+speed's square: nearer to rest tangents are too steep to be of use, but for lines that end there."""
 KEPT_AT_REST = 0.7
 """Share of a torque that tangents leave at rest, where few joints need more: so the robot can rest
 wherever it can rest with the whole torque, in nearly all places."""
@@ -137,9 +137,9 @@ def _falling(
     expected = timing.squares if timing.expected is None else timing.expected
     speed = shares * np.sqrt(np.minimum(expected[samples], NO_BOUND))[:, None]
     span = line.no_load - line.knee
-    # A tangent that touches farther out takes more of the torque at rest.
+    # A tangent that touches farther out takes more of the torque at rest; this is above 0.
     fastest = 2.0 * (line.no_load - KEPT_AT_REST * span)
-    touch = np.clip(speed, LEAST_TOUCH, max(fastest, LEAST_TOUCH))
+    touch = np.clip(speed, min(LEAST_TOUCH, fastest), fastest)
     signed = np.sign(slope)[..., None] * torque
     return PlaceRows(
         by_u=signed[..., 0],

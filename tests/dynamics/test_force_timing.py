@@ -156,6 +156,17 @@ def test_torques_that_fall_with_the_speed_are_kept_and_used(name: str) -> None:
     assert exceeded > 0
 
 
+@pytest.mark.parametrize(("knee", "no_load"), [(0.005, 0.01), (0.0, 0.001)])
+def test_a_line_that_ends_near_rest_is_followed_slowly(knee: float, no_load: float) -> None:
+    """At a thousandth of the speed limit, too, the robot can go on."""
+    given, limits = move("a1", 0.08), ForceLimits(torque_line=TorqueLine(knee, no_load))
+    slow = with_line(given, limits, 2)[-1]
+    assert not slow.stuck
+    speeds = np.abs(given.timing.first) * np.sqrt(slow.squares)[:, None]
+    shares = speeds / given.robot.velocity_limits
+    assert 0.3 * no_load < shares.max() <= no_load
+
+
 def test_polygons_give_what_exact_programs_give_where_rounding_counts(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
