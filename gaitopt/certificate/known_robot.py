@@ -15,7 +15,7 @@ import numpy as np
 
 from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.errors import MissingPackageError, RobotError, RobotWarning
-from gaitopt.robots.catalog import EXAMPLE_ROBOTS, OWN_NAMES, load_robot
+from gaitopt.robots.catalog import OWN_NAMES, known_urdf, load_robot, robot_names
 from gaitopt.robots.files.notes import TAG
 from gaitopt.robots.quadruped import Quadruped
 
@@ -33,16 +33,16 @@ def refuse_other_robot(robot: Quadruped) -> None:
         RobotError: it differs; the message says in what.
     """
     name = robot.name.strip().lower()
-    if name not in (*OWN_NAMES, *EXAMPLE_ROBOTS):
+    if name not in robot_names():
         return
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", RobotWarning)
-            known = load_robot(name)
+        if known_urdf(name) == robot.urdf:
+            return
     except MissingPackageError:
         return
-    if known.urdf == robot.urdf:
-        return
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RobotWarning)
+        known = load_robot(name)
     if name in OWN_NAMES and f"<{TAG}" not in robot.urdf:
         refuse_other_text(robot, known)
     refuse_stronger(robot, known)

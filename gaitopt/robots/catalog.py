@@ -7,6 +7,7 @@ import os
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import cache
 from importlib import resources
 from pathlib import Path
 from typing import Any, Final
@@ -144,16 +145,23 @@ def _own_name(name: str, urdf: str, origin: str) -> str:
     """
     plain = name or ElementTree.fromstring(urdf).get("name", "")
     known = plain.strip().lower()
-    if known in OWN_NAMES:
-        same = _own_text(known) == urdf
-    elif known in EXAMPLE_ROBOTS:
-        try:
-            same = read_file(example_urdf(known), ReadOptions())[0] == urdf
-        except MissingPackageError:
-            same = False
-    else:
+    if known not in robot_names():
         return name
+    try:
+        same = known_urdf(known) == urdf
+    except MissingPackageError:
+        same = False
     return name if same else f"{plain.strip()} ({origin})"
+
+
+@cache
+def known_urdf(name: str) -> str:
+    """The URDF that :func:`load_robot` gives a robot of :func:`robot_names`, without options.
+
+    Raises:
+        MissingPackageError: the package that provides the robot is missing.
+    """
+    return _own_text(name) if name in OWN_NAMES else read_file(example_urdf(name), ReadOptions())[0]
 
 
 def _packaged(name: str, source: StrPath) -> tuple[Path, Mapping[str, str]] | None:

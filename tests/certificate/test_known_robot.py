@@ -14,7 +14,7 @@ from gaitopt.certificate.known_robot import refuse_other_robot, refuse_stronger
 from gaitopt.certificate.verify import verify
 from gaitopt.errors import RobotError
 from gaitopt.plan.plan import Plan
-from gaitopt.robots.catalog import example_urdf, load_robot
+from gaitopt.robots.catalog import example_urdf, known_urdf, load_robot, robot_names
 from gaitopt.robots.quadruped import Quadruped
 
 
@@ -73,8 +73,16 @@ def test_names_that_nobody_knows_are_not_compared() -> None:
 
 
 def test_robot_whose_package_is_missing_is_not_compared(monkeypatch: pytest.MonkeyPatch) -> None:
-    robot = quiet("a1")
+    strong = dataclasses.replace(quiet("a1", velocity_limits=100.0), name="a1")
+    with pytest.raises(RobotError, match="is wider"):
+        refuse_other_robot(strong)
+    known_urdf.cache_clear()
     for module in [m for m in sys.modules if m.split(".")[0] == "example_robot_data"]:
         monkeypatch.delitem(sys.modules, module)
     monkeypatch.setitem(sys.modules, "example_robot_data", None)
-    refuse_other_robot(dataclasses.replace(robot))
+    refuse_other_robot(strong)
+
+
+@pytest.mark.parametrize("name", robot_names())
+def test_known_urdfs_are_those_of_loaded_robots(name: str) -> None:
+    assert known_urdf(name) == quiet(name).urdf
