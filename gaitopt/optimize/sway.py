@@ -207,12 +207,11 @@ def _offset_rows(problem: SwayProblem) -> tuple[Any, FloatArray]:
 def rest_rows(count: int, ends: FloatArray) -> tuple[Any, FloatArray]:
     """Rows ``J x = o``: at rest at both ends, without acceleration.
 
-    Args:
-        count: control points ``n`` of the spline of each coordinate, clamped at both ends.
-        ends: where the path begins and ends ``(2, 2)`` [m].
+    They are sparse ``(12, 2 count)``, over the control points of x and of y.
 
-    Returns:
-        Sparse ``(12, 2 n)`` over the control points of x and of y, and ``(12,)`` [m].
+    Args:
+        count: control points of the spline of each coordinate.
+        ends: where the path begins and ends ``(2, 2)`` [m].
     """
     from scipy.sparse import block_diag, csr_array
 
@@ -223,11 +222,8 @@ def rest_rows(count: int, ends: FloatArray) -> tuple[Any, FloatArray]:
 
 
 def acceleration_weight(period: float) -> float:
-    """Weight of squared accelerations against squared displacements [s^4].
-
-    With it a sine of the gait's period [s] costs as much by the ones as by the others: its
-    accelerations are ``(2 pi / period)^2`` times its displacements.
-    """
+    """Weight of squared accelerations against squared displacements [s^4], for a ``period`` [s]."""
+    # A sine of the period has accelerations (2 pi / period)^2 times its displacements.
     return (period / (2.0 * np.pi)) ** 4
 
 

@@ -149,9 +149,8 @@ def race_many(
     if not terrains:
         raise InputError("a race needs at least one seed")
     first = terrains[0]
-    shared = shared_settings(
-        robot, s_columns(first, columns=columns, robot=robot), settings, timing
-    )
+    ground = s_columns(first, columns=columns, robot=robot)
+    shared = shared_settings(robot, ground, settings, timing)
     rules = _Rules(certify, collisions, bound, timing, shared)
     todo = [(seed, name) for seed in terrains for name in names]
     finishes: dict[tuple[int, str], Finish] = {}
@@ -187,10 +186,8 @@ def shared_settings(
     Raises:
         InputError: a setting is out of range, or limits on forces come with another timing.
     """
-    if timing != FORCES and settings.get("forces") is not None:
-        raise InputError("limits on forces go with timing='forces'; leave one of them out")
     others = {name: settings.get(name) for name in _NOT_OF_THE_PAPER}
-    # The paper's row does not take these, so that they are refused here.
+    # The paper's row does not look at these: what is out of range is refused here.
     CrawlSettings.for_robot(robot, timing=timing, **others)
     paper = {name: value for name, value in settings.items() if name not in others}
     found = with_one_height(robot, footholds, {**paper, "timing": VELOCITY})

@@ -205,7 +205,7 @@ def test_a_walk_phase_by_phase_in_another_row_is_told(with_forces: Race) -> None
 
 
 def test_limits_on_forces_need_forces(wang: Quadruped) -> None:
-    with pytest.raises(InputError, match="go with timing='forces'"):
+    with pytest.raises(InputError, match="limits of the timing 'forces'"):
         race(wang, gaitopt.s_columns(0, columns=2), ["swing"], forces=gaitopt.ForceLimits())
 
 

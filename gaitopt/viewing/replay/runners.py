@@ -71,7 +71,8 @@ def line_up(
     Raises:
         InputError: there is no plan, or something that is none.
     """
-    if not plans or not all(isinstance(p, Plan) for p in plans.values()):
+    named = isinstance(plans, Mapping) and len(plans) > 0
+    if not named or not all(isinstance(p, Plan) for p in plans.values()):
         raise InputError("a race needs at least one plan, by name: {'route': plan}")
     own = next(iter(plans.values()))
     heading = view_sphere(own)[2]

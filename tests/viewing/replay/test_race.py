@@ -257,7 +257,7 @@ def test_names_are_text_whatever_they_hold(plans: dict[str, Plan]) -> None:
     assert evil not in text and f"<title>{html.escape(evil)}</title>" in text
 
 
-@pytest.mark.parametrize("nothing", [{}, {"a": None}])
+@pytest.mark.parametrize("nothing", [{}, {"a": None}, []])
 def test_a_race_without_plans_is_refused(nothing: Any, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="at least one plan"):
         race_replay(nothing, tmp_path / "race.html")
