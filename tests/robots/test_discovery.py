@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import pinocchio as pin
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from robot_loading import feet_by_pinocchio
 
-from gaitopt.conventions import LEGS, FloatArray, rotation_z
+from gaitopt.conventions import LEGS, rotation_z
 from gaitopt.errors import InputError, RobotError
 from gaitopt.robots.quadruped import Quadruped
 
@@ -110,15 +110,6 @@ def with_hinge(parts: list[Limb], which: int, k: int, **changes: object) -> list
     return [replace(p, hinges=tuple(hinges)) if i == which else p for i, p in enumerate(parts)]
 
 
-def feet(robot: Quadruped, joints: FloatArray) -> FloatArray:
-    """Feet `(4, 3)` in the body frame, by Pinocchio."""
-    data, q = robot.model.createData(), pin.neutral(robot.model)
-    q[7:] = joints
-    pin.framesForwardKinematics(robot.model, data, q)
-    frames = [robot.model.getFrameId(robot.legs[leg].foot) for leg in LEGS]
-    return np.array([robot.body_axes.T @ data.oMf[f].translation for f in frames])
-
-
 # --- what is found ----------------------------------------------------------------------------
 
 
@@ -171,7 +162,9 @@ def test_base_may_be_turned_by_quarters_when_names_tell_front_from_hind(quarters
     """Like example-robot-data's "quadruped", whose legs stand along y."""
     straight, turned = load(limbs()), load(limbs(), yaw=quarters * np.pi / 2)
     q = np.random.default_rng(0).uniform(-1, 1, 12)
-    np.testing.assert_allclose(feet(turned, q), feet(straight, q), rtol=0, atol=1e-12)
+    np.testing.assert_allclose(
+        feet_by_pinocchio(turned, q), feet_by_pinocchio(straight, q), rtol=0, atol=1e-12
+    )
     for leg in LEGS:
         np.testing.assert_allclose(turned.legs[leg].hip, straight.legs[leg].hip, rtol=0, atol=1e-12)
     np.testing.assert_allclose(
@@ -268,7 +261,9 @@ def test_pitch_axes_may_lie_anywhere_along_their_line() -> None:
         for p in limbs()
     ]
     q = np.random.default_rng(3).uniform(-1, 1, 12)
-    np.testing.assert_allclose(feet(load(shifted), q), feet(load(limbs()), q), rtol=0, atol=1e-15)
+    np.testing.assert_allclose(
+        feet_by_pinocchio(load(shifted), q), feet_by_pinocchio(load(limbs()), q), rtol=0, atol=1e-15
+    )
 
 
 def test_bent_links_are_as_long_as_the_distance_between_their_axes() -> None:

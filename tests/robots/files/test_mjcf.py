@@ -10,6 +10,7 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
+from robot_loading import quiet, refusal
 from robot_texts import CORNERS, LOWER, MJCF_MASS, UPPER, mjcf
 
 import gaitopt
@@ -18,19 +19,6 @@ from gaitopt.errors import MissingPackageError, RobotError, RobotWarning
 from gaitopt.robots.catalog import load_robot
 from gaitopt.robots.files.mjcf import reader
 from gaitopt.robots.files.mjcf.check import check_agreement
-from gaitopt.robots.quadruped import Quadruped
-
-
-def quiet(text: str | Path, **options: object) -> Quadruped:
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", RobotWarning)
-        return load_robot(text, **options)  # type: ignore[arg-type]
-
-
-def refusal(text: str | Path, **options: object) -> str:
-    with pytest.raises(RobotError) as caught:
-        quiet(text, **options)
-    return str(caught.value)
 
 
 def plain(text: str) -> str:
@@ -243,11 +231,38 @@ def test_closed_chains_are_refused_by_name(tail: str, words: str) -> None:
          "more than 100 copies"),
         (mjcf(extra='<replicate count="11">' * 2 + "<site/>" + "</replicate>" * 2),
          "more than 100 copies"),
+        (mjcf(extra='<attach model="arm" body="hand" prefix="a"/>'), "attaches a part of"),
         (mjcf(extra="<frame>" * 300 + "</frame>" * 300), "more than 200 elements inside"),
     ],
 )  # fmt: skip
 def test_broken_models_are_refused(text: str, words: str) -> None:
     assert words in refusal(text)
+
+
+FINGER = '<body name="a"><joint name="a" type="slide"/><geom size="0.01" mass="0.1"/></body>'
+GRIPPER = (
+    '<body name="hand" pos="0 0 0.1"><joint axis="0 0 1"/><geom size="0.02" mass="0.3"/>'
+    + FINGER
+    + FINGER.replace('name="a"', 'name="b"')
+    + "</body>"
+)
+
+
+@pytest.mark.parametrize(
+    "equality",
+    ['<joint joint1="a" joint2="b"/>', '<weld body1="a" body2="b"/>',
+     '<connect body1="a" body2="trunk" anchor="0 0 0"/>'],
+)  # fmt: skip
+def test_fingers_that_are_bound_to_one_another_are_locked(equality: str) -> None:
+    """One of the arm's joints has no name, and two are called as their bodies."""
+    made = quiet(mjcf(extra=GRIPPER, tail=f"<equality>{equality}</equality>"))
+    assert dict(made.notes.locked) == {"joint 13": 0.0, "a": 0.0, "b": 0.0}
+    assert made.mass == pytest.approx(MJCF_MASS + 0.5)
+
+
+def test_fingers_that_are_bound_to_a_leg_are_refused() -> None:
+    tie = '<equality><connect body1="LF_shank" body2="a" anchor="0 0 0"/></equality>'
+    assert "LF_shank and a are bound by an <equality>" in refusal(mjcf(extra=GRIPPER, tail=tie))
 
 
 def test_legs_on_the_world_get_their_trunk_back() -> None:

@@ -11,6 +11,7 @@ from types import MappingProxyType
 import numpy as np
 import pinocchio as pin
 import pytest
+from robot_loading import feet_by_pinocchio, quiet, refusal
 from robot_texts import (
     CORNERS,
     FOOT,
@@ -28,17 +29,10 @@ from robot_texts import (
 )  # fmt: skip
 
 import gaitopt
-from gaitopt.conventions import LEGS, FloatArray
+from gaitopt.conventions import LEGS
 from gaitopt.errors import InputError, RobotError, RobotWarning
 from gaitopt.robots.catalog import load_robot
 from gaitopt.robots.quadruped import Quadruped
-
-
-def quiet(text: str | Path, **options: object) -> Quadruped:
-    """A robot, without its warnings."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", RobotWarning)
-        return load_robot(text, **options)  # type: ignore[arg-type]
 
 
 def told(text: str, **options: object) -> list[str]:
@@ -47,21 +41,6 @@ def told(text: str, **options: object) -> list[str]:
         warnings.simplefilter("always")
         load_robot(text, **options)  # type: ignore[arg-type]
     return [str(w.message) for w in caught if issubclass(w.category, RobotWarning)]
-
-
-def refusal(text: str, **options: object) -> str:
-    with pytest.raises(RobotError) as caught:
-        quiet(text, **options)
-    return str(caught.value)
-
-
-def feet_by_pinocchio(made: Quadruped, joints: FloatArray) -> FloatArray:
-    """Foot frames `(4, 3)` in the body frame."""
-    data, q = made.model.createData(), pin.neutral(made.model)
-    q[7:] = joints
-    pin.framesForwardKinematics(made.model, data, q)
-    frames = [made.model.getFrameId(made.legs[name].foot) for name in LEGS]
-    return np.array([made.body_axes.T @ data.oMf[f].translation for f in frames])
 
 
 def test_robot_that_needs_nothing_keeps_its_text() -> None:

@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 import time
-import warnings
 
 import pytest
+from robot_loading import quiet
 from robot_texts import MASS, MJCF_MASS, mjcf, robot
 
-from gaitopt.errors import RobotError, RobotWarning
+from gaitopt.errors import RobotError
 from gaitopt.robots.catalog import load_robot
 
 
 @pytest.mark.parametrize("comment", ["<sdf>", "<mujoco>", "<robot>", "<xacro:if>"])
 def test_comments_do_not_tell_the_kind_of_a_file(comment: str) -> None:
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", RobotWarning)
-        urdf = load_robot(f"<!-- made from {comment} -->{robot()}")
-        model = load_robot(f"<!-- made from {comment} -->{mjcf()}")
+    urdf = quiet(f"<!-- made from {comment} -->{robot()}")
+    model = quiet(f"<!-- made from {comment} -->{mjcf()}")
     assert urdf.notes.kind == "urdf" and urdf.mass == pytest.approx(MASS)
     assert model.notes.kind == "mjcf" and model.mass == pytest.approx(MJCF_MASS)
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from gaitopt.errors import RobotError
+from gaitopt.robots.files.mjcf.links import HINGE, SLIDE, joint_name
 
 AGREEMENT = 1e-6
 """Largest disagreement [m], and as a share of the mass: both have the same numbers, so more than
@@ -44,26 +45,24 @@ def check_agreement(
     ours = pin.buildModelFromXML(urdf, pin.JointModelFreeFlyer())
     theirs, data, rng = mujoco.MjData(model), ours.createData(), np.random.default_rng(0)
     names = [str(name) for name in ours.names[2:]]
-    joints = [model.joint(name) for name in names]
+    numbers = {joint_name(model, j): j for j in range(model.njnt)}
     mass = float(model.body_subtreemass[base])
     worst = abs(pin.computeTotalMass(ours) / mass - 1.0) if masses else 0.0
     for _ in range(POSTURES):
         q = pin.neutral(ours)
         q[7:] = rng.uniform(-1.0, 1.0, len(names))
         for name, at in locked.items():
-            joint = model.joint(name)
-            if len(joint.qpos0) == 1:
-                theirs.qpos[int(joint.qposadr[0])] = at
-        for joint, angle in zip(joints, q[7:], strict=True):
-            theirs.qpos[int(joint.qposadr[0])] = angle
+            if model.jnt_type[numbers[name]] in (HINGE, SLIDE):
+                theirs.qpos[model.jnt_qposadr[numbers[name]]] = at
+        theirs.qpos[model.jnt_qposadr[[numbers[name] for name in names]]] = q[7:]
         mujoco.mj_kinematics(model, theirs)
         mujoco.mj_comPos(model, theirs)
         pin.forwardKinematics(ours, data, q)
         com = pin.centerOfMass(ours, data, q)
         turn, place = theirs.xmat[base].reshape(3, 3), theirs.xpos[base]
         errors = [masses * np.linalg.norm((theirs.subtree_com[base] - place) @ turn - com)]
-        for joint, name in zip(joints, names, strict=True):
-            anchor = (theirs.xanchor[int(joint.id)] - place) @ turn
+        for name in names:
+            anchor = (theirs.xanchor[numbers[name]] - place) @ turn
             errors.append(np.linalg.norm(anchor - data.oMi[ours.getJointId(name)].translation))
         worst = float(np.max([worst, *errors]))
     if not worst <= AGREEMENT:

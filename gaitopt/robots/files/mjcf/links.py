@@ -14,10 +14,18 @@ from gaitopt.robots.files.origins import Element
 from gaitopt.robots.files.shapes import add_capsule, add_geometry, add_solid
 from gaitopt.robots.rotations import quaternion_to_matrix
 
+HINGE, SLIDE, BALL, FREE = 3, 2, 1, 0
+"""MuJoCo's numbers of the types of joints."""
+
 
 def body_name(model: Any, body: int) -> str:
     """A body's name, or one made from its number."""
     return str(model.body(body).name) or f"body {body}"
+
+
+def joint_name(model: Any, joint: int) -> str:
+    """A joint's name, or one made from its number."""
+    return str(model.joint(joint).name) or f"joint {joint}"
 
 
 def pose_of(position: Any, quaternion: Any) -> FloatArray:

@@ -7,7 +7,7 @@ and the URDF's kinematics and masses are compared with MuJoCo's.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -21,10 +21,15 @@ from gaitopt.files import silenced_stderr
 from gaitopt.robots.files.meshes import MeshFinder
 from gaitopt.robots.files.mjcf.check import check_agreement
 from gaitopt.robots.files.mjcf.links import (
+    BALL,
+    FREE,
+    HINGE,
+    SLIDE,
     add_body_inertial,
     add_geom,
     body_name,
     joint_limit,
+    joint_name,
     pose_of,
 )
 from gaitopt.robots.files.mjcf.text import MjcfText
@@ -33,8 +38,6 @@ from gaitopt.robots.files.options import ReadOptions
 from gaitopt.robots.files.origins import rotation_about, set_origin
 from gaitopt.robots.files.prepare import prepared_urdf
 
-HINGE, SLIDE, BALL, FREE = 3, 2, 1, 0
-"""MuJoCo's numbers of the types of joints."""
 STANDING = ("home", "stand", "init")
 """Words in the names of key frames in which a robot stands."""
 
@@ -57,7 +60,13 @@ def read_mjcf(
     cleaned = MjcfText(text, label, folder, MeshFinder(folder, options.package_folders))
     model = _compiled(mujoco, cleaned, label)
     writer = _Writer(mujoco, model, cleaned, label)
-    urdf, notes = prepared_urdf(*writer.write(), label, folder, options)
+    written = writer.write()
+    try:
+        urdf, notes = prepared_urdf(*written, label, folder, options)
+    except RobotError:
+        writer.refuse_loops({})  # which may be why there are no four legs
+        raise
+    writer.refuse_loops(notes.locked)
     same = options.masses is None
     check_agreement(mujoco, model, writer.base, urdf, notes.locked, label, masses=same)
     return urdf, notes
@@ -103,7 +112,6 @@ class _Writer:
     def write(self) -> tuple[str, Notes]:
         """The URDF, and notes."""
         model, base = self.model, self.base
-        self._refuse_loops(base)
         self.shifts[base] = np.zeros(3)
         self._add_link(base)
         for body in range(base + 1, model.nbody):
@@ -139,9 +147,9 @@ class _Writer:
             return {}
         out = {}
         for j in range(model.njnt):
-            if model.jnt_type[j] == HINGE and model.joint(j).name:
+            if model.jnt_type[j] == HINGE:
                 try:
-                    out[str(model.joint(j).name)] = float(frames[chosen][model.jnt_qposadr[j]])
+                    out[joint_name(model, j)] = float(frames[chosen][model.jnt_qposadr[j]])
                 except ValueError:
                     return {}
         return out if np.isfinite(list(out.values())).all() else {}
@@ -152,33 +160,49 @@ class _Writer:
             body = int(self.model.body_parentid[body])
         return body == top
 
-    def _refuse_loops(self, base: int) -> None:
-        """Refuse joints that are bound to others, as in parallel and five-bar legs.
+    def refuse_loops(self, locked: Mapping[str, float]) -> None:
+        """Refuse legs that are bound to something, as parallel and five-bar legs are.
+
+        Args:
+            locked: joints that do not move, by name: what binds only them, as the fingers of a
+                gripper, does not matter.
 
         Raises:
-            RobotError: two bodies of the robot are bound, or two of its joints.
+            RobotError: a body or a joint that moves is bound.
         """
-        model, kinds = self.model, self.mujoco.mjtEq
+        model, kinds, base = self.model, self.mujoco.mjtEq, self.base
         name = {int(kinds.mjEQ_CONNECT): "connect", int(kinds.mjEQ_WELD): "weld",
                 int(kinds.mjEQ_JOINT): "joint"}  # fmt: skip
         for i in range(model.neq):
             kind = int(model.eq_type[i])
             first, second = int(model.eq_obj1id[i]), int(model.eq_obj2id[i])
             if kind == int(kinds.mjEQ_JOINT):
-                bodies = [int(model.jnt_bodyid[j]) for j in (first, second) if j >= 0]
-                names = [str(model.joint(j).name) for j in (first, second) if j >= 0]
+                joints = [j for j in (first, second) if j >= 0]
+                bodies = [int(model.jnt_bodyid[j]) for j in joints]
+                names = [joint_name(model, j) for j in joints]
             elif int(model.eq_objtype[i]) == int(self.mujoco.mjtObj.mjOBJ_BODY):
                 bodies = [first, second]
+                joints = [j for body in bodies for j in self._joints_above(body)]
                 names = [body_name(model, b) for b in bodies]
             else:
                 continue
-            if all(self._below(body, base) for body in bodies if body > 0) and any(bodies):
+            own = any(bodies) and all(self._below(body, base) for body in bodies if body > 0)
+            if own and any(joint_name(model, j) not in locked for j in joints):
                 raise RobotError(
                     f"{self.label}: {' and '.join(names)} are bound by an <equality> "
                     f"({name.get(kind, 'equality')}), as in a parallel or five-bar linkage; "
                     "gaitopt plans for serial legs: describe the leg by joints that move on their "
                     "own"
                 )
+
+    def _joints_above(self, body: int) -> list[int]:
+        """The joints between the base and a body, or the world."""
+        out: list[int] = []
+        while body > self.base:
+            first = int(self.model.body_jntadr[body])
+            out += range(first, first + int(self.model.body_jntnum[body]))
+            body = int(self.model.body_parentid[body])
+        return out
 
     def _add_body(self, body: int) -> None:
         """Add a body with its joints; several joints make links without mass between them."""
@@ -218,7 +242,7 @@ class _Writer:
         """Add a joint; the joint's zero may be elsewhere than the model's first pose (``ref``)."""
         model = self.model
         kind = int(model.jnt_type[joint])
-        name = str(model.joint(joint).name) or f"{child} joint"
+        name = joint_name(model, joint)
         axis = np.array(model.jnt_axis[joint], dtype=np.float64)
         address = int(model.jnt_qposadr[joint])
         start = float(model.qpos0[address]) if kind in (HINGE, SLIDE) else 0.0

@@ -145,6 +145,11 @@ class MjcfText:
         given = {k: v for k, v in element.attrib.items() if k not in _UNKNOWN}
         out = ElementTree.Element(element.tag, given)
         for child in element:
+            if child.tag == "attach":
+                raise RobotError(
+                    f"{self._label}: it attaches a part of the model {child.get('model')!r}, which "
+                    "is not read; save the whole model with MuJoCo (mj_saveLastXML) and give that"
+                )
             if child.tag in tags and not self._is_lost(child):
                 out.append(self._cleaned(child, tags, copies))
         return out
