@@ -22,6 +22,14 @@ def quiet(text: str | Path, **options: object) -> Quadruped:
         return load_robot(text, **options)  # type: ignore[arg-type]
 
 
+def warnings_of(text: str, **options: object) -> list[str]:
+    """The warnings of loading a robot."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        load_robot(text, **options)  # type: ignore[arg-type]
+    return [str(w.message) for w in caught if issubclass(w.category, RobotWarning)]
+
+
 def refusal(text: str | Path, **options: object) -> str:
     """The message with which a robot is refused."""
     with pytest.raises(RobotError) as caught:

@@ -1,0 +1,144 @@
+"""Which limbs of a robot are its legs, and trees that are broken."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+from robot_loading import feet_by_pinocchio, quiet, refusal
+from robot_texts import (
+    CORNERS,
+    LIMIT,
+    joint,
+    leg,
+    link,
+    robot,
+)  # fmt: skip
+
+from gaitopt.conventions import LEGS
+from gaitopt.errors import InputError
+from gaitopt.robots.quadruped import Quadruped
+
+
+def arm(count: int) -> str:
+    parts, parent = "", "base"
+    for k in range(count):
+        parts += link(f"arm{k}", 0.2)
+        parts += joint(f"arm_j{k}", parent, f"arm{k}", "0.1 0 0.05", "revolute", "0 1 0")
+        parent = f"arm{k}"
+    return parts
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 4, 6])
+def test_arm_of_any_number_of_joints_is_no_leg(count: int) -> None:
+    made = quiet(robot(arm(count)))
+    assert made.legs["LF"].joints == ("LF_j0", "LF_j1", "LF_j2")
+    assert len(made.notes.locked) == count
+
+
+def test_names_decide_between_four_legs_and_two_arms_like_legs() -> None:
+    arms = leg("LF").replace("LF_", "arm_a_") + leg("RF").replace("RF_", "arm_b_")
+    made = quiet(robot(arms))
+    assert [made.legs[name].joints[0] for name in LEGS] == [f"{name}_j0" for name in LEGS]
+
+
+def test_six_nameless_legs_are_refused_until_four_are_named() -> None:
+    text = robot(leg("LF").replace("LF_", "q_") + leg("RF").replace("RF_", "p_"))
+    for old, new in zip(CORNERS, "stuv", strict=True):
+        text = text.replace(f"{old}_", f"{new}_")
+    text = text.replace('xyz="0.2 0.1 0"', 'xyz="0.2001 0.1 0"', 1)
+    assert "more than four chains are like legs" in refusal(text)
+    legs = {"FL": "s_foot", "hind_left": "t_j2", "RH": "u_l2", "front-right": "v_foot"}
+    made = quiet(text, legs=legs)
+    assert [made.legs[name].joints[2] for name in LEGS] == ["s_j2", "t_j2", "u_j2", "v_j2"]
+    assert len(made.joint_names) == 12
+
+
+def test_robot_may_be_called_by_the_wrong_names() -> None:
+    """Names that the user gives decide which end is the front: here it is the other one."""
+    swapped = {"LF": "RH_foot", "LH": "RF_foot", "RH": "LF_foot", "RF": "LH_foot"}
+    made = quiet(robot(), legs=swapped)
+    assert made.legs["LF"].joints[0] == "RH_j0"
+    np.testing.assert_array_equal(made.body_axes[:, 0], [-1.0, 0.0, 0.0])
+    copy = Quadruped.from_urdf(made.urdf, made.name)
+    assert copy.legs["LF"].joints == made.legs["LF"].joints
+
+
+@pytest.mark.parametrize(
+    ("legs", "words"),
+    [
+        ({"LF": "LF_foot"}, "legs names no LH and no RH and no RF"),
+        (dict.fromkeys(LEGS, "nothing"), "there is no joint or link 'nothing' (LF)"),
+        ({**{n: f"{n}_foot" for n in LEGS}, "LF": "base"}, "a leg has 2 or 3 hinges"),
+        ({**{n: f"{n}_foot" for n in LEGS}, "LF": "LH_foot"}, "a leg has 2 or 3 hinges"),
+    ],
+)
+def test_legs_that_are_none_are_named(legs: dict[str, str], words: str) -> None:
+    with pytest.raises(InputError, match=re.escape(words)):
+        quiet(robot(), legs=legs)
+
+
+def test_unknown_leg_is_an_input_error() -> None:
+    with pytest.raises(InputError, match="legs: 'XY' is no leg"):
+        quiet(robot(), legs={"XY": "LF_foot"})
+    with pytest.raises(InputError, match="a second name of one"):
+        quiet(robot(), legs={"LF": "LF_foot", "FL": "LF_foot"})
+
+
+def test_three_legs_are_refused_with_the_way_out() -> None:
+    text = refusal(robot(changed={"LF": ""}))
+    assert "no four legs found" in text and "RF_j0-RF_j1-RF_j2" in text and "legs={" in text
+
+
+def test_leg_that_follows_another_joint_is_a_linkage() -> None:
+    knee = '<mimic joint="LF_j1" multiplier="-1"/>' + LIMIT
+    text = robot(changed={"LF": leg("LF", limits=(LIMIT, LIMIT, knee))})
+    assert "joint LF_j2 follows LF_j1 (<mimic>), as in a parallel or five-bar linkage" in refusal(
+        text
+    )
+
+
+def test_two_chains_at_each_corner_are_five_bar_legs() -> None:
+    """As in Minitaur, whose URDF leaves the joint between the two halves of a leg out."""
+    text = robot()
+    other = "".join(leg(name) for name in CORNERS)
+    for name in CORNERS:
+        other = other.replace(f"{name}_", f"{name}b_")
+    assert "as in five-bar or parallel legs" in refusal(
+        text.replace("</robot>", other + "</robot>")
+    )
+
+
+def test_link_on_two_joints_is_a_closed_chain() -> None:
+    text = robot(joint("strut", "base", "LF_foot", "0 0 0", "revolute", "0 1 0"))
+    assert "link LF_foot hangs on two joints" in refusal(text)
+    assert "five-bar" in refusal(text)
+
+
+@pytest.mark.parametrize(
+    ("extra", "words"),
+    [
+        (link("loose"), "2 links hang on no joint (base, loose)"),
+        (joint("odd", "base", "nothing"), "names the link 'nothing', which is missing"),
+        ('<joint name="odd" type="fixed"><parent link="base"/></joint>', "has no child link"),
+        (link("a") + link("b") + joint("ab", "a", "b") + joint("ba", "b", "a"), "form a circle"),
+        (link("a") + joint("LF_j0", "base", "a"), "2 joints have the name LF_j0"),
+        (link("a") + joint("turn", "base", "a", "0 0 0", "revolute", "0 0 0"), "no direction"),
+        (link("a") + joint("far", "base", "a", "1e9 0 0"), "farther than 1000 m"),
+        (link("a") + joint("nan", "base", "a", "nan 0 0"), "must be 3 finite numbers"),
+        (link("a") + joint("two", "base", "a", "0 0"), "must be 3 finite numbers"),
+    ],
+)
+def test_broken_trees_are_refused_by_name(extra: str, words: str) -> None:
+    assert words in refusal(robot(extra))
+
+
+def test_joints_may_be_called_as_links() -> None:
+    """Pinocchio does not tell a fixed joint from a link of the same name."""
+    text = robot().replace('joint name="LF_end"', 'joint name="LF_foot"')
+    made = quiet(text.replace('joint name="RF_end"', 'joint name="root_joint"'))
+    assert made.legs["LF"].foot == "LF_foot"
+    np.testing.assert_array_equal(
+        feet_by_pinocchio(made, np.zeros(12)), feet_by_pinocchio(quiet(robot()), np.zeros(12))
+    )

@@ -1,0 +1,175 @@
+"""Axes, limits, masses and inertias of robot files: mended, guessed, given or refused."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from types import MappingProxyType
+
+import numpy as np
+import pytest
+from robot_loading import feet_by_pinocchio, quiet, refusal, warnings_of
+from robot_texts import (
+    CORNERS,
+    KNEE,
+    LIMIT,
+    LINK_MASS,
+    MASS,
+    UPPER,
+    collision,
+    joint,
+    leg,
+    link,
+    robot,
+)  # fmt: skip
+
+from gaitopt.errors import InputError
+from gaitopt.robots.catalog import load_robot
+from gaitopt.robots.quadruped import Quadruped
+
+
+def test_axes_with_rounded_digits_are_made_square() -> None:
+    """A joint whose frame is turned by 1.5708, and whose axis is y for x."""
+    turned = (
+        leg("LF")
+        .replace(
+            f'<origin xyz="0 {0.04} 0" rpy="0 0 0"/><axis xyz="0 1 0"/>',
+            f'<origin xyz="0 {0.04} 0" rpy="0 0 1.5708"/><axis xyz="1 0 0"/>',
+        )
+        .replace(
+            f'<origin xyz="0 0 {-UPPER}" rpy="0 0 0"/>',
+            f'<origin xyz="0 0 {-UPPER}" rpy="0 0 -1.5708"/>',
+        )
+    )
+    assert "1.5708" in turned
+    made = quiet(robot(changed={"LF": turned}))
+    assert made.closed_form_error < 1e-12
+    angles = np.full(12, 0.3)
+    exact = feet_by_pinocchio(load_robot(robot()), angles)
+    np.testing.assert_allclose(feet_by_pinocchio(made, angles), exact, rtol=0, atol=1e-5)
+
+
+def test_axes_that_are_off_by_a_tenth_of_a_degree_are_warned_about() -> None:
+    off = leg("LF", axes=("1 0 0", "0 1 0.002", "0 1 0"))
+    (words,) = warnings_of(robot(changed={"LF": off}))
+    assert "turned by up to 0.0573 degrees" in words
+    far = leg("LF", axes=("1 0 0", "0 1 0.2", "0 1 0"))
+    assert "neither roll-pitch-pitch nor pitch-pitch" in refusal(robot(changed={"LF": far}))
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "words"),
+    [
+        ("lower", "low", "its lower limit is 'low'; it must be a number"),
+        ("velocity", "-1", "its velocity limit is '-1'; it must be a number, and not negative"),
+        ("effort", "nan", "its effort limit is 'nan'; it must be a number, and not negative"),
+    ],
+)
+def test_limits_that_are_no_numbers_are_refused_by_name(name: str, text: str, words: str) -> None:
+    limit = re.sub(f'{name}="[^"]*"', f'{name}="{text}"', LIMIT)
+    changed = {"RH": leg("RH", limits=(LIMIT, limit, KNEE))}
+    assert f"joint RH_j1: {words}" in refusal(robot(changed=changed))
+
+
+@pytest.mark.parametrize(
+    ("limit", "words"),
+    [
+        ("", "no velocity limit for LF_j0: 10 rad/s is assumed"),
+        ('<limit lower="-1" upper="1" effort="9"/>', "no velocity limit for LF_j0"),
+        ('<limit lower="-1" upper="1" effort="9" velocity="inf"/>', "no velocity limit for LF_j0"),
+        (
+            '<limit lower="-1" upper="1" effort="9" velocity="1000"/>',
+            "placeholders [rad/s]: LF_j0 1000",
+        ),
+        ('<limit lower="-1" upper="1" effort="0" velocity="9"/>', "no effort limit for LF_j0"),
+        ('<limit lower="1" upper="-1" effort="9" velocity="9"/>', "exchanged"),
+        ('<limit lower="-inf" upper="inf" effort="9" velocity="9"/>', "have no position limits"),
+    ],
+)
+def test_limits_that_cannot_be_true_are_warned_about(limit: str, words: str) -> None:
+    text = robot(changed={"LF": leg("LF", limits=(limit, LIMIT, LIMIT))})
+    assert any(words in message for message in warnings_of(text))
+
+
+def test_limits_in_the_wrong_order_are_exchanged() -> None:
+    limit = '<limit lower="1" upper="-0.5" effort="9" velocity="9"/>'
+    made = quiet(robot(changed={"LF": leg("LF", limits=(limit, LIMIT, LIMIT))}))
+    assert made.legs["LF"].position_limits[:, 0].tolist() == [-0.5, 1.0]
+
+
+def test_limits_of_the_user_count_and_go_into_the_plan_s_file(tmp_path: Path) -> None:
+    made = quiet(robot(), velocity_limits=7.0, effort_limits={"LF_j2": 11.0})
+    assert (made.velocity_limits == 7.0).all()
+    assert made.effort_limits[made.leg_columns["LF"][2]] == 11.0
+    assert made.effort_limits[made.leg_columns["LF"][1]] == 30.0
+    again = Quadruped.from_urdf(made.urdf)
+    np.testing.assert_array_equal(again.velocity_limits, made.velocity_limits)
+    with pytest.raises(InputError, match="no leg has a joint 'knee'"):
+        load_robot(robot(), velocity_limits=MappingProxyType({"knee": 3.0}))
+    with pytest.raises(InputError, match="effort_limits must be a number"):
+        load_robot(robot(), effort_limits=-1.0)
+
+
+def test_standing_height_keeps_the_limits_of_all_joints() -> None:
+    """Thighs that turn little: at the usual height of 0.7 of the reach they would have to more."""
+    thigh = '<limit lower="-0.2" upper="0.4" effort="30" velocity="12"/>'
+    made = quiet(robot(limits=(LIMIT, thigh, KNEE)))
+    usual = quiet(robot()).standing_height
+    assert made.standing_height > usual + 0.05
+    for one in made.legs.values():
+        foot = one.hip + np.array([0.0, one.lateral, -made.standing_height])
+        angles = one.inverse(foot)
+        assert (angles >= one.position_limits[0]).all() and (angles <= one.position_limits[1]).all()
+
+
+MASSLESS = re.compile(r"<inertial>.*?</inertial>")
+
+
+def test_robot_without_masses_is_refused_with_the_ways_out() -> None:
+    text = MASSLESS.sub("", robot())
+    words = refusal(text)
+    assert "no link has a mass" in words and "masses='shapes'" in words and "'none'" in words
+    assert quiet(text, masses="none").mass == 0.0
+
+
+def test_part_that_moves_without_a_mass_is_named() -> None:
+    text = robot(changed={"LF": leg("LF", masses=(0.0, 0.5, 0.5))})
+    assert "link LF_l0 moves and has no mass" in refusal(text)
+    made = quiet(text, masses={"LF_l0": 0.7})
+    assert made.mass == pytest.approx(MASS - LINK_MASS + 0.7)
+
+
+def test_masses_from_shapes_are_water() -> None:
+    """A ball of 3 cm and a box: volumes that anyone can work out."""
+    box = collision('<box size="0.4 0.2 0.1"/>')
+    text = MASSLESS.sub("", robot(shank=collision('<box size="0.1 0.1 0.1"/>')))
+    text = text.replace('<link name="base">', f'<link name="base">{box}')
+    for name in CORNERS:
+        for k in (0, 1):
+            text = text.replace(f'<link name="{name}_l{k}">', f'<link name="{name}_l{k}">{box}')
+    made = quiet(text, masses="shapes")
+    ball = 4.0 / 3.0 * np.pi * 0.03**3
+    assert made.mass == pytest.approx(1000.0 * (9 * 0.008 + 4 * 0.001 + 4 * ball))
+    assert any("estimated from shapes" in words for words in warnings_of(text, masses="shapes"))
+
+
+def test_inertia_that_no_body_has_is_refused_or_told() -> None:
+    good = robot()
+    hip = (
+        '<link name="LF_l0"><inertial><origin xyz="0 0 0"/><mass value="0.5"/><inertia ixx="0.005"'
+    )
+    assert hip in good
+    assert "inertia of link LF_l0 is not that of a body" in refusal(
+        good.replace(hip, hip.replace("0.005", "-0.005"))
+    )
+    (words,) = warnings_of(good.replace(hip, hip.replace('ixx="0.005"', 'ixx="0.5"')))
+    assert "inertias that no body can have" in words and "LF_l0" in words
+
+
+def test_inertia_of_a_link_without_mass_counts() -> None:
+    """Pinocchio adds it to the body that the link is fixed to."""
+    sensor = link("sensor", 0.1).replace('value="0.1"', 'value="0"').replace("0.001", "-5.0")
+    assert "-5.0" in sensor
+    assert "inertia of link base is not that of a body" in refusal(
+        robot(sensor + joint("glue", "base", "sensor"))
+    )
