@@ -104,3 +104,13 @@ def check_shape(name: str, values: ArrayLike, *tail: int) -> FloatArray:
         wanted = ", ".join(map(str, tail))
         raise InputError(f"{name} must be (..., {wanted}), got {array.shape}")
     return array
+
+
+def check_kind(name: str, value: object, kind: type) -> None:
+    """Refuse what is no object of a class.
+
+    Raises:
+        InputError: the message gives ``name``, the class, and that of ``value``.
+    """
+    if not isinstance(value, kind):
+        raise InputError(f"{name} must be a {kind.__name__}, got a {type(value).__name__}")

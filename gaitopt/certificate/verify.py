@@ -20,6 +20,7 @@ from gaitopt.certificate.trace import trace
 from gaitopt.certificate.weak_settings import weak_settings
 from gaitopt.dynamics.contacts import ForceLimits
 from gaitopt.errors import InputError
+from gaitopt.inputs import check_kind
 from gaitopt.plan.plan import Plan
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.footholds import Footholds
@@ -49,15 +50,17 @@ def verify(
         The certificate. A violated check is no error: see :meth:`Certificate.raise_for_violations`.
 
     Raises:
-        InputError: ``forces`` are no :class:`gaitopt.ForceLimits`, or a setting was changed in
-            memory to a value that it cannot have.
+        InputError: plan, robot or ``forces`` are something else, or a setting was changed in memory
+            to a value that it cannot have.
         RobotError: the plan was made for another URDF than that of ``robot``; or its robot bears
             the name of one that is known, and differs from it, or has wider limits.
     """
+    check_kind("plan", plan, Plan)
     plan = _read_anew(plan)
     if robot is None:
         refuse_other_robot(plan.robot)
     else:
+        check_kind("robot", robot, Quadruped)
         refuse_other_text(plan.robot, robot)
     forces = None if forces is None else _checked(forces)
     motion = trace(plan)

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from gaitopt.control.averaged_reference import averaged_reference
 from gaitopt.control.clock import walk_clock
 from gaitopt.control.exact_reference import exact_reference
 from gaitopt.control.gains import ControlGains
 from gaitopt.control.reference import Reference
 from gaitopt.errors import InputError
+from gaitopt.inputs import check_kind, check_number
 from gaitopt.plan.plan import Plan
 
 MOST_TICKS = 1_000_000
 """Most ticks of a reference, which takes about 1 kB each: 100 minutes at 6 ms."""
+SHORTEST = 1e-3
+"""Walks that take less time than this count as this long [s], so that ticks last some time."""
+LONGEST_INTERVAL = 1.0
+"""Longest time between ticks [s]: with longer ones no robot is controlled."""
 
 
 def build_reference(plan: Plan, gains: ControlGains, dt: float) -> Reference:
@@ -29,13 +32,13 @@ def build_reference(plan: Plan, gains: ControlGains, dt: float) -> Reference:
         dt: time between ticks [s].
 
     Raises:
-        InputError: ``dt`` is no positive time or makes too many ticks, or a leg has no roll joint.
+        InputError: ``gains`` are something else, ``dt`` is no positive time, too long, or makes too
+            many ticks, or a leg has no roll joint.
     """
-    if not (np.isfinite(dt) and dt > 0 and plan.duration / dt < MOST_TICKS):
-        raise InputError(
-            f"the control interval must be a positive time, got {dt!r}; it makes at most "
-            f"{MOST_TICKS:.0e} ticks of {plan.duration:.1f} s (a longer walk goes in parts)"
-        )
+    check_kind("gains", gains, ControlGains)
+    least = max(plan.duration, SHORTEST) / MOST_TICKS
+    check_number("the control interval", dt, least, LONGEST_INTERVAL, "s",
+                 "; longer walks go in parts")  # fmt: skip
     for name, leg in plan.robot.legs.items():
         if not leg.has_roll:
             raise InputError(

@@ -19,6 +19,7 @@ import numpy as np
 from gaitopt.control.gains import ControlGains
 from gaitopt.control.tracking import RobotState, TrackingController, rotation_of
 from gaitopt.conventions import LEGS
+from gaitopt.inputs import check_kind
 from gaitopt.plan.plan import Plan
 from gaitopt.simulation.model import SimModel, build_sim_model, import_mujoco, to_mujoco
 from gaitopt.simulation.report import SimulationRecord, report
@@ -45,11 +46,16 @@ def simulate(
     Raises:
         MissingPackageError: MuJoCo is not installed.
         RobotError: MuJoCo cannot simulate the plan's URDF.
-        InputError: a setting does not fit the plan, or the robot's legs have two joints.
+        InputError: an argument is something else, a setting does not fit the plan, the robot has no
+            mass, or its legs have two joints.
     """
+    check_kind("plan", plan, Plan)
+    plan.robot.require_masses()
+    settings = SimulationSettings() if settings is None else settings
+    gains = ControlGains.for_plan(plan) if gains is None else gains
+    check_kind("settings", settings, SimulationSettings)
+    check_kind("gains", gains, ControlGains)
     mujoco = import_mujoco()
-    settings = settings or SimulationSettings()
-    gains = gains or ControlGains.for_plan(plan)
     sim = build_sim_model(plan.robot, plan.footholds, gains, settings)
     controller = TrackingController(plan, gains, settings.control_interval)
     record = _Run(mujoco, plan, sim, controller, settings).run()

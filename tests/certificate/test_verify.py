@@ -13,7 +13,16 @@ import pytest
 from numpy.typing import NDArray
 
 import gaitopt
-from gaitopt import LEGS, CertificateError, Footholds, MotionPath, Plan, Quadruped, RobotError
+from gaitopt import (
+    LEGS,
+    CertificateError,
+    Footholds,
+    InputError,
+    MotionPath,
+    Plan,
+    Quadruped,
+    RobotError,
+)
 from gaitopt.certificate.certificate import Certificate
 from gaitopt.certificate.verify import verify
 from gaitopt.dynamics.contacts import ForceLimits
@@ -295,6 +304,13 @@ def test_a_plan_for_another_urdf_is_refused(short_plan: Plan) -> None:
         verify(short_plan, heavier)
     with pytest.raises(RobotError, match="fingerprint"):
         verify(dataclasses.replace(short_plan, robot=heavier))
+
+
+def test_what_is_no_plan_and_no_robot_is_refused(short_plan: Plan) -> None:
+    with pytest.raises(InputError, match="plan must be a Plan, got a str"):
+        verify("plan.npz")  # type: ignore[arg-type]
+    with pytest.raises(InputError, match="robot must be a Quadruped, got a str"):
+        verify(short_plan, "wang2020")  # type: ignore[arg-type]
 
 
 def test_a_violation_is_raised_with_its_numbers(short_plan: Plan) -> None:

@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import gaitopt
-from gaitopt import LEGS, Footholds, MissingPackageError, MotionPath, Plan, Quadruped
+from gaitopt import LEGS, Footholds, InputError, MissingPackageError, MotionPath, Plan, Quadruped
 from gaitopt.simulation.result import SimulationResult
 from gaitopt.simulation.settings import SimulationSettings
 from gaitopt.simulation.simulate import simulate
 from gaitopt.studies.disturbances import push_settings, static_push
 
 pytest.importorskip("mujoco")
-
-
-@pytest.fixture(scope="module")
-def short_plan(wang: Quadruped) -> Plan:
-    return gaitopt.plan_crawl(wang, gaitopt.s_columns(3, columns=3), timing="velocity")
 
 
 @pytest.fixture(scope="module")
@@ -258,3 +254,20 @@ def test_a_walk_by_velocity_and_a_turn_are_walked() -> None:
             gaitopt.plan_gait(robot, schedule, velocity=velocity, yaw_rate=rate, duration=2.0)
         )
         assert result.passed, str(result)
+
+
+def test_arguments_of_other_kinds_are_refused(short_plan: Plan) -> None:
+    for arguments, words in (
+        ((None,), "plan must be a Plan, got a NoneType"),
+        ((short_plan, "fast"), "settings must be a SimulationSettings, got a str"),
+        ((short_plan, None, 3.0), "gains must be a ControlGains, got a float"),
+    ):
+        with pytest.raises(InputError, match=words):
+            simulate(*arguments)  # type: ignore[arg-type]
+
+
+def test_a_robot_without_masses_is_refused(short_plan: Plan) -> None:
+    urdf = re.sub("<inertial>.*?</inertial>", "", short_plan.robot.urdf, flags=re.DOTALL)
+    weightless = replace(short_plan, robot=Quadruped.from_urdf(urdf, "weightless"))
+    with pytest.raises(InputError, match="weightless: its URDF has no masses"):
+        simulate(weightless)
