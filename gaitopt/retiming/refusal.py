@@ -11,6 +11,9 @@ from gaitopt.errors import InfeasibleStepError, SolverError
 from gaitopt.plan.phase import Phase
 from gaitopt.retiming.course import Course, Grid
 
+WAY_OUT = "take another stability_margin or body_height, or allow more friction or torque"
+"""What the user can do where limits are in the way."""
+
 
 def no_motion(
     course: Course, grid: Grid, interval: int, phase: Phase, limits: ForceLimits
@@ -26,14 +29,20 @@ def no_motion(
     value = course.states(grid.begin[[interval]], piece)[0]
     rest = motion_of_path(course.robot, value, np.zeros_like(value), np.zeros_like(value))
     problem = build_force_problem(course.robot, rest, course.standing[piece], limits)
-    conflicts = solve_forces(problem).conflicts(0)
-    how = (
-        f"not even at rest: {'; '.join(conflicts)}" if conflicts else
-        "in motion: the robot could rest here, but cannot go on along its path at any speed"
-    )  # fmt: skip
+    forces = solve_forces(problem)
+    conflicts, worst = forces.conflicts(0), forces.worst()
+    way_out = WAY_OUT
+    if conflicts:
+        how = f"not even at rest: {'; '.join(conflicts)}"
+    elif worst is not None:
+        # No limit is in the way: two feet or one have no forces for this load.
+        conflicts = (f"{worst.kind.name.lower().replace('_', ' ')} {worst.name}",)
+        how = f"neither at rest ({conflicts[0]}) nor in motion at any speed"
+        way_out = "so few feet carry hardly another timing; keep that of a plan made with forces"
+    else:
+        how = "in motion: the robot could rest here, but cannot go on along its path at any speed"
     return InfeasibleStepError(
-        f"step {phase.step} ({phase.leg}): no contact forces hold the robot here, {how}; take "
-        "another stability_margin or body_height, or allow more friction or torque",
+        f"{_named(phase)}: no contact forces hold the robot here, {how}; {way_out}",
         step=phase.step, leg=phase.leg, conflicts=conflicts,
     )  # fmt: skip
 
@@ -46,7 +55,12 @@ def no_forces_between(phase: Phase, time: float) -> SolverError:
         time: and when [s].
     """
     return SolverError(
-        f"step {phase.step} ({phase.leg}): no timing was found whose contact forces exist "
+        f"{_named(phase)}: no timing was found whose contact forces exist "
         f"between the places at which they were looked for, near {time:.3f} s; take "
         "another stability_margin or swing_height, or allow more friction or torque"
     )
+
+
+def _named(phase: Phase) -> str:
+    """The step that a phase belongs to, and its leg."""
+    return f"step {phase.step} ({phase.leg})" if phase.leg else "after the last step"

@@ -311,8 +311,9 @@ def test_a_trot_cannot_be_followed_with_forces() -> None:
     trot = gaitopt.plan_gait(
         gaitopt.load_robot("go2"), gaitopt.trot(0.5), velocity=0.2, duration=1.0, timing="velocity"
     )
-    with pytest.raises(InfeasibleStepError, match="at any speed") as caught:
+    with pytest.raises(InfeasibleStepError, match=r"neither at rest \(balance LH-RF\)") as caught:
         retimed(trot)
+    assert caught.value.conflicts == ("balance LH-RF",) and "could rest" not in str(caught.value)
     assert caught.value.leg in gaitopt.LEGS and caught.value.step is not None
 
 
