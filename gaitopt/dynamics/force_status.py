@@ -40,6 +40,11 @@ class ForceStatus(TextEnum):
     )
     """The base's six equations have no solution."""
 
+    @property
+    def words(self) -> str:
+        """Its name, ``"normal force"`` for instance."""
+        return self.name.lower().replace("_", " ")
+
 
 @dataclass(frozen=True)
 class ForceViolation:
@@ -64,12 +69,13 @@ class ForceViolation:
     unit: str
     share: float
 
+    @property
+    def excess(self) -> str:
+        """By how much the limit is exceeded, in words."""
+        return f"exceeded by {self.amount:.3g} {self.unit} ({100.0 * self.share:.3g} %)"
+
     def __str__(self) -> str:
-        kind = self.kind.name.lower().replace("_", " ")
-        return (
-            f"{kind} of {self.name} at {self.time:.3f} s: exceeded by {self.amount:.3g} "
-            f"{self.unit} ({100.0 * self.share:.3g} %)"
-        )
+        return f"{self.kind.words} of {self.name} at {self.time:.3f} s: {self.excess}"
 
 
 @dataclass(frozen=True, eq=False)

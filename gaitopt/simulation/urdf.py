@@ -9,6 +9,17 @@ import numpy as np
 from gaitopt.errors import RobotError
 from gaitopt.robots.quadruped import Quadruped
 
+LEAST_GYRATION = 1e-3
+"""Radius of gyration that a link without inertia gets [m]: less than that of any link."""
+LEAST_INERTIA = 1e-13
+"""Least principal moment of inertia [kg m^2]: MuJoCo refuses those below 1e-14."""
+LEAST_MASS = 1e-10
+"""Mass up to which a link counts as one without [kg]: some programs write such for links that mark
+a place, and MuJoCo refuses them."""
+SINGULAR = 1e-9
+"""Least eigenvalue of an inertia matrix, as a share of its trace, that counts as positive: what
+rounding of a URDF's digits can make of zero."""
+
 
 def bare_urdf(robot: Quadruped) -> str:
     """The robot's URDF without shapes, and with a root that is free to move.
@@ -57,18 +68,6 @@ def bare_urdf(robot: Quadruped) -> str:
 def _empty(limit: ElementTree.Element) -> bool:
     """Whether a joint's range is empty."""
     return not float(limit.get("lower", "0")) < float(limit.get("upper", "0"))
-
-
-LEAST_GYRATION = 1e-3
-"""Radius of gyration that a link without inertia gets [m]: less than that of any link."""
-LEAST_INERTIA = 1e-13
-"""Least principal moment of inertia [kg m^2]: MuJoCo refuses those below 1e-14."""
-LEAST_MASS = 1e-10
-"""Mass up to which a link counts as one without [kg]: some programs write such for links that mark
-a place, and MuJoCo refuses them."""
-SINGULAR = 1e-9
-"""Least eigenvalue of an inertia matrix, as a share of its trace, that counts as positive: what
-rounding of a URDF's digits can make of zero."""
 
 
 def _make_possible(inertial: ElementTree.Element) -> bool:

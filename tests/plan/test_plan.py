@@ -16,7 +16,7 @@ import pinocchio as pin
 import pytest
 
 import gaitopt
-from gaitopt import InputError, Plan, PlanFileError, RobotError
+from gaitopt import InputError, Plan, PlanFileError
 from gaitopt.plan import archive as storage
 from gaitopt.plan.settings.by_velocity import GaitSettings
 from gaitopt.plan.settings.crawl import CrawlSettings

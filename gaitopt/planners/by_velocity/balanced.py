@@ -23,7 +23,8 @@ from gaitopt.planners.by_velocity.motion import GaitMotion
 from gaitopt.planners.by_velocity.reaction import linearised, reaction
 
 MOST_STEPS = 8
-"""Most steps of Newton's method; it takes two to four."""
+"""Most steps of Newton's method. Measured: walks, trots and quasi-static gaits of six robots take
+one or two, and paces up to three."""
 ON_LINE = 1e-7
 """How far the ZMP may be beside the line between two feet at the instants of the conditions [m]."""
 INSIDE = 1e-5

@@ -45,8 +45,9 @@ def force_violations(motion: GaitMotion, path: MotionPath, limits: ForceLimits) 
     worst = found.worst()
     if worst is None:
         return []
-    kind = worst.kind.name.lower().replace("_", " ")
-    return [Violation(f"{kind} {worst.name}", 1.0 + worst.share, worst.time, str(worst))]
+    kind, whose = worst.kind.words, worst.name
+    told = f"{kind} of {whose} is {worst.excess}"
+    return [Violation(f"{kind} {whose}", 1.0 + worst.share, worst.time, told)]
 
 
 def no_path(motion: GaitMotion, time: float) -> Violation:

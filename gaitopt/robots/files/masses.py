@@ -70,13 +70,22 @@ def set_masses(
             _give(tree, link, mass, finder)
     for link in tree.links:
         _complete(tree, link)
-    bodies = [tree.base, *(joint.child for joint in tree.walk() if not joint.fixed)]
-    if masses == NO_MASSES:
-        return warnings
+    return warnings if masses == NO_MASSES else [*warnings, *_check_bodies(tree)]
+
+
+def _check_bodies(tree: UrdfTree) -> list[str]:
+    """Check that the base and all parts that move have masses and inertias that bodies can have.
+
+    Returns:
+        Warnings.
+
+    Raises:
+        RobotError: one has none, or an inertia with which nothing can be computed.
+    """
     if not any(tree.mass(link) > 0.0 for link in tree.links):
         raise RobotError(f"{tree.label}: no link has a mass (<inertial>); {CURE}")
     odd = []
-    for body in bodies:
+    for body in (tree.base, *(joint.child for joint in tree.walk() if not joint.fixed)):
         whole = _whole(tree, body)
         if not whole.mass > 0.0:
             raise RobotError(f"{tree.label}: link {body} moves and has no mass; {CURE}")
@@ -91,12 +100,12 @@ def set_masses(
             )
         if principal[2] > principal[0] + principal[1] + ROUNDING * principal.sum():
             odd.append(body)
-    if odd:
-        warnings.append(
-            f"inertias that no body can have (one principal moment above the sum of the others): "
-            f"{first_of(odd)}; correct them in the file, or give masses= for these links"
-        )
-    return warnings
+    if not odd:
+        return []
+    return [
+        f"inertias that no body can have (one principal moment above the sum of the others): "
+        f"{first_of(odd)}; correct them in the file, or give masses= for these links"
+    ]
 
 
 def _complete(tree: UrdfTree, link: str) -> None:

@@ -88,13 +88,8 @@ def found_meshes(
 
 def mesh_corners(path: Path) -> FloatArray | None:
     """The corners ``(N, 3)`` of a mesh file in its own units; ``None`` where it cannot be read."""
-    try:
-        stamp = path.stat()
-        if stamp.st_size > MESH_LIMIT:
-            return None
-        return _corners(path, stamp.st_mtime_ns)
-    except OSError:
-        return None
+    changed = _change(path)
+    return None if changed is None else _corners(path, changed)
 
 
 @lru_cache(maxsize=64)
@@ -115,10 +110,17 @@ def mesh_hull(path: Path) -> FloatArray | None:
 
     ``None`` where the file cannot be read, or the mesh is flat.
     """
-    corners = mesh_corners(path)
-    if corners is None:
+    changed = _change(path)
+    return None if changed is None else _hull(path, changed)
+
+
+def _change(path: Path) -> int | None:
+    """When a file was changed last [ns]; ``None`` for one that is missing or too large."""
+    try:
+        stamp = path.stat()
+    except OSError:
         return None
-    return _hull(path, path.stat().st_mtime_ns)
+    return stamp.st_mtime_ns if stamp.st_size <= MESH_LIMIT else None
 
 
 @lru_cache(maxsize=256)

@@ -15,12 +15,11 @@ from xml.etree import ElementTree
 
 from gaitopt.conventions import LEGS
 from gaitopt.errors import RobotError
+from gaitopt.robots.files.origins import FARTHEST, number_in
 
 TAG = "gaitopt"
 LARGEST_RADIUS = 1.0
 """Largest radius of a foot that is taken for one [m]: larger than any wheel of a legged robot."""
-FARTHEST = 1e3
-"""Largest coordinate of a hull that is taken for one [m]."""
 Hulls = tuple[tuple[str, tuple[float, ...]], ...]
 """Links, and the coordinates x, y, z of a hull's corners in the link's frame [m], one after the
 other. A link with several meshes has several hulls."""
@@ -150,10 +149,7 @@ def _number(element: ElementTree.Element, name: str, where: str, largest: float)
 
 
 def _finite(text: str) -> float | None:
-    try:
-        value = float(text)
-    except ValueError:
-        return None
+    value = number_in(text)
     return value if math.isfinite(value) else None
 
 

@@ -11,7 +11,7 @@ from gaitopt.errors import RobotError
 from gaitopt.robots.rotations import matrix_to_rpy, rpy_to_matrix
 
 FARTHEST = 1e3
-"""Largest coordinate of an origin that is taken for one [m]."""
+"""Largest coordinate of a place that is taken for one [m]."""
 
 Element = ElementTree.Element
 

@@ -201,7 +201,7 @@ def plan_page(
     legend = [*((leg, LEG_COLOURS[leg]) for leg in LEGS), ("support less margin", INSIDE)]
     held = any(node.path[:-1] == STANDING for node in scene.nodes)
     if held:
-        legend.append(("forces hold the centre of mass", HELD))
+        legend.append(("where forces hold the centre of mass", HELD))
     region = Switch("Region", "Where contact forces hold the robot (G)", "g", "/".join(STANDING))
     return Page(
         scene=scene,

@@ -27,9 +27,9 @@ from gaitopt.retiming.retimed import retimed
 from gaitopt.robots.collision_shapes import close_pairs
 
 PACES = (1.0, 1.5, 2.5)
-"""Factors of the first guess's times, tried one after the other until there is a walk. The timing is
-found anew, so the walk's own time depends little on it: 16 dynamic steps of go2 take 1.49, 1.54 and
-1.66 s from 0.7, 1 and 1.5 (seed 0)."""
+"""Factors of the first guess's times, tried one after the other until there is a walk. The timing
+is found anew, so the walk's own time depends little on it: 16 dynamic steps of go2 take 1.49, 1.54
+and 1.66 s from 0.7, 1 and 1.5 (seed 0)."""
 STANCE_SHARE, SWING_SHARE = 0.25, 1.0
 """Times of the phases of a dynamic walk in the first guess, in the time in which a pendulum as long
 as a leg turns by one radian."""
