@@ -30,7 +30,8 @@ class ForceSamples:
         force: that contact forces must make together ``(N, 3)`` [N].
         moment: that they must make about the base's origin ``(N, 3)`` [N m].
         base: the base's origin ``(N, 3)`` [m].
-        torques: of the joints, were there no contact forces ``(N, nj)`` [N m].
+        torques: of the joints, were there no contact forces ``(N, nj)`` [N m]; those that turn
+            motors and gears are among them.
         speeds: of the joints ``(N, nj)`` [rad/s].
         feet: foot frames ``(N, 4, 3)`` [m].
         jacobians: of the feet's contact points by the joints ``(N, 4, 3, nj)`` [m].
@@ -90,9 +91,11 @@ def _samples(
     q = _chain(places)
     feet, jacobians = _contact_geometry(robot, model, q)
     forces = _inverse_dynamics(model, q[at], _chain(rates), _chain(accelerations))
+    # The chain's model knows no motors.
+    torques = forces[:, 6:] + robot.motor_inertia * accelerations[:, 6:]
     values = places[at]
     return ForceSamples(
-        forces[:, :3], _moments(values, forces[:, 3:6]), values[:, :3], forces[:, 6:], rates[:, 6:],
+        forces[:, :3], _moments(values, forces[:, 3:6]), values[:, :3], torques, rates[:, 6:],
         feet[at], jacobians[at],
     )  # fmt: skip
 

@@ -57,14 +57,14 @@ def contact_forces(plan: Plan, limits: ForceLimits) -> Check:
     if jump is not None:
         when, what = jump
         check = judged(FORCES, float("-inf"), 0.0, "N", ">=", when=when, where=what)
-        return replace(check, note=_in_words(limits))
+        return replace(check, note=_in_words(plan, limits))
     left, bound, where, starts, phases = _least_left(plan, limits)
     worst = int(left.argmin())
     check = judged(
         FORCES, float(left[worst]), 0.0, "N", ">=", bound=float(bound[worst]), when=starts[worst],
         where=f"{where[worst]}, {phase_name(plan, int(phases[worst]))}",
     )  # fmt: skip
-    return replace(check, note=_in_words(limits))
+    return replace(check, note=_in_words(plan, limits))
 
 
 def _jump(plan: Plan) -> tuple[float, str] | None:
@@ -84,12 +84,14 @@ def _jump(plan: Plan) -> tuple[float, str] | None:
     return None
 
 
-def _in_words(limits: ForceLimits) -> str:
-    """The limits for a reader of the certificate."""
+def _in_words(plan: Plan, limits: ForceLimits) -> str:
+    """The limits, and the motors' inertia, for a reader of the certificate."""
     line = ", which falls with the speed" if limits.torque_line is not None else ""
+    inertia = float(plan.robot.motor_inertia.max(initial=0.0))
+    motors = f", motors of up to {inertia:.3g} kg m²" if inertia > 0.0 else ""
     return (
         f"friction {limits.friction:g}, a reserve of {100.0 * limits.reserve:g} %, "
-        f"{100.0 * limits.torque_share:g} % of the torque{line}"
+        f"{100.0 * limits.torque_share:g} % of the torque{line}{motors}"
     )
 
 

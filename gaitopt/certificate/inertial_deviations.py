@@ -24,6 +24,7 @@ class InertialDeviations:
         arms: series of the vector from each leg's joint to the foot's contact ``(5, nj, P)``; 0
             for joints that no leg owns.
         axes: series of the rotation of each joint's frame ``(5, nj, P)``.
+        motors: how far the torque that turns each joint's motor leaves its chord ``(nj, P)`` [N m].
     """
 
     force: FloatArray
@@ -31,6 +32,7 @@ class InertialDeviations:
     joint_moments: FloatArray
     arms: FloatArray
     axes: FloatArray
+    motors: FloatArray
 
     @classmethod
     def of(cls, robot: Quadruped, pieces: Pieces, off: FloatArray) -> InertialDeviations:
@@ -60,16 +62,19 @@ class InertialDeviations:
             ], axis=0)
             for joint in joints
         ], axis=1)  # fmt: skip
+        # The torque is the motor's inertia times the second derivative of the joint's angle.
+        fourth = robot.motor_inertia[:, None] * pieces.largest(ORDER)[:, 6:].T
         return cls(
             chord_deviation(force, lengths), chord_deviation(moment, lengths), moments,
             _arms(robot, bounds, len(lengths)), np.stack([bounds.rotations[j] for j in joints], 1),
+            chord_deviation(fourth, lengths),
         )  # fmt: skip
 
     def chosen(self, which: np.ndarray) -> InertialDeviations:
         """Those of some of the pieces."""
         return InertialDeviations(
             self.force[which], self.moment[which], self.joint_moments[..., which],
-            self.arms[..., which], self.axes[..., which],
+            self.arms[..., which], self.axes[..., which], self.motors[..., which],
         )  # fmt: skip
 
 

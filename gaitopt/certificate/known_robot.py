@@ -103,6 +103,10 @@ def _difference(robot: Quadruped, known: Quadruped) -> str:
         return f"masses or inertias differ ({robot.mass:.6g} kg and {known.mass:.6g} kg in all)"
     if _shapes(robot) != _shapes(known):
         return "their collision shapes differ"
+    # Of a robot whose file knows no motors a plan may know more.
+    told = known.motor_inertia > 0.0
+    if not (robot.motor_inertia[told] == known.motor_inertia[told]).all():
+        return "the inertia of its motors differs"
     low, high = robot.position_limits, known.position_limits
     limits = (
         ("lower position", -low[0], -high[0], "rad"),

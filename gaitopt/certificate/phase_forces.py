@@ -160,4 +160,5 @@ class PhaseJudge:
             moment[:, columns] += product(deviations.arms[:, columns], series)
             extra[columns] = deviations.arms[0, columns] * more[:, k]
         found = chord_deviation(product(deviations.axes, moment)[2], lengths) + extra
+        found += deviations.motors
         return np.asarray(found.T)

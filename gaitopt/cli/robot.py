@@ -51,6 +51,9 @@ def robot(
         float | None, _reading("Velocity limit of all joints, in rad/s.")
     ] = None,
     effort_limit: Annotated[float | None, _reading("Torque limit of all joints, in N m.")] = None,
+    motor_inertia: Annotated[
+        float | None, _reading("Inertia of motor and gear at every joint, in kg m².")
+    ] = None,
     leg: Annotated[
         list[str] | None, _reading("Foot link or last joint of a leg, as LF=NAME; four times.")
     ] = None,
@@ -80,7 +83,8 @@ def robot(
         found = load_robot(
             name, legs=_pairs("--leg", leg) or None, feet=_pairs("--foot", foot) or None,
             foot_radius=foot_radius, pose=_numbers("--pose", pose), masses=masses,
-            velocity_limits=velocity_limit, effort_limits=effort_limit, package_folders=folders,
+            velocity_limits=velocity_limit, effort_limits=effort_limit,
+            motor_inertia=motor_inertia, package_folders=folders,
             xacro_arguments=_pairs("--argument", argument),
         )  # fmt: skip
     terminal().print(robot_table(found))

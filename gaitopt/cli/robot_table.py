@@ -47,6 +47,9 @@ def robot_notes(robot: Quadruped, source: Path, folders: Sequence[Path]) -> Iter
     standing = f"standing with its hips {robot.standing_height:.2f} m high"
     yield f"read as {escape(robot.notes.kind)}, {standing}"
     yield escape("feet: " + ", ".join(f"{leg} {one.foot}" for leg, one in robot.legs.items()))
+    inertia = robot.motor_inertia[robot.leg_joint_columns]
+    if inertia.any():
+        yield f"motors: inertia at the joints {inertia.min():.4g} to {inertia.max():.4g} kg m²"
     for text in robot.notes.done:
         yield escape(text)
     yield from _mesh_lines(robot, source, folders)

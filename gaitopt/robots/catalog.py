@@ -61,6 +61,7 @@ def load_robot(
     masses: Mapping[str, float] | str | None = None,
     velocity_limits: float | Mapping[str, float] | None = None,
     effort_limits: float | Mapping[str, float] | None = None,
+    motor_inertia: float | Mapping[str, float] | None = None,
     package_folders: Sequence[StrPath] = (),
     xacro_arguments: Mapping[str, str] | None = None,
 ) -> Quadruped:
@@ -86,6 +87,9 @@ def load_robot(
             ``"none"`` loads a robot without masses, for plans with ``timing="velocity"``.
         velocity_limits: of the legs' joints [rad/s], one number or by joint.
         effort_limits: of the legs' joints [N m], one number or by joint.
+        motor_inertia: inertia of motor and gear at the legs' joints [kg m^2], one number or by
+            joint: that of the rotor times the square of the gear's ratio. Instead of an MJCF's
+            ``armature``; a URDF has none.
         package_folders: folders with ROS packages, for ``package://`` and ``$(find ...)``. Folders
             above the file and those in ``ROS_PACKAGE_PATH`` are looked into anyway.
         xacro_arguments: of a xacro file, by name.
@@ -99,7 +103,7 @@ def load_robot(
     options = ReadOptions(
         legs=legs, feet=feet, foot_radius=foot_radius, pose={} if pose is None else pose,
         masses=masses, velocity_limits=velocity_limits, effort_limits=effort_limits,
-        package_folders=folder_paths(package_folders),
+        motor_inertia=motor_inertia, package_folders=folder_paths(package_folders),
         xacro_arguments={} if xacro_arguments is None else xacro_arguments,
     )  # fmt: skip
     name, urdf, notes = _read(source, options)

@@ -1,4 +1,4 @@
-"""Limits of a robot's joints, read off its model in one way.
+"""Limits and motors of a robot's joints, read off its model in one way.
 
 A joint without a limit has an infinite one: comparisons and divisions then need no special case. A
 URDF says that there is none by a missing number, by a zero velocity or effort, or by a lower limit
@@ -7,6 +7,7 @@ that is no less than the upper one; Pinocchio hands these on as they are.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -32,6 +33,19 @@ def velocity_limits(model: Any) -> FloatArray:
 def effort_limits(model: Any) -> FloatArray:
     """Torque limits of all joints after the free-flyer ``(nj,)`` [N m]; ``inf`` for none."""
     return _positive(model.effortLimit[6:])
+
+
+def motor_inertia(model: Any, known: Mapping[str, float]) -> FloatArray:
+    """Inertia of the motors at all joints after the free-flyer ``(nj,)`` [kg m^2]; 0 for none.
+
+    Args:
+        model: the Pinocchio model, whose joints after the free-flyer have one velocity each.
+        known: the inertias that are known, by joint.
+    """
+    found = np.zeros(model.nv - 6)
+    for name, joint in zip(list(model.names)[2:], list(model.joints)[2:], strict=True):
+        found[joint.idx_v - 6 : joint.idx_v - 6 + joint.nv] = known.get(str(name), 0.0)
+    return frozen(found)
 
 
 def _positive(limits: FloatArray) -> FloatArray:

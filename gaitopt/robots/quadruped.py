@@ -37,7 +37,7 @@ class Quadruped:
     Attributes:
         name: the catalogue's name, or the name inside the URDF.
         urdf: the URDF's text.
-        model: Pinocchio's model with a free-flying base.
+        model: Pinocchio's model with a free-flying base. Its ``armature`` is the motors' inertia.
         legs: the four legs by name, in the order of :data:`gaitopt.LEGS`.
         body_axes: axes of the body frame (x forward, y left, z up) as columns in the base
             frame ``(3, 3)``. Body and base share their origin.
@@ -92,6 +92,8 @@ class Quadruped:
         if name:
             model.name = name
         notes = read_notes(urdf, label)
+        # Pinocchio adds it to the diagonal of the mass matrix in all of its algorithms.
+        model.armature[6:] = limits.motor_inertia(model, notes.armature)
         chains = discovery.find_chains(model)
         known = discovery.with_feet(model, chains, notes.feet) if notes.feet else None
         chains = list(known.values()) if known else chains
@@ -179,6 +181,14 @@ class Quadruped:
         ``inf`` for joints without.
         """
         return limits.effort_limits(self.model)
+
+    @cached_property
+    def motor_inertia(self) -> FloatArray:
+        """Inertia of motor and gear seen at each joint ``(nj,)`` [kg m^2]; 0 where none is known.
+
+        In the order of :attr:`joint_names`.
+        """
+        return limits.motor_inertia(self.model, self.notes.armature)
 
     @cached_property
     def foot_radius(self) -> float:

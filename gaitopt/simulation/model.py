@@ -193,11 +193,12 @@ def _add_servos(mujoco: Any, spec: Any, robot: Quadruped, gains: ControlGains) -
         servo.biastype = mujoco.mjtBias.mjBIAS_AFFINE
         servo.gainprm[0] = 1.0
         servo.biasprm[:3] = [0.0, 0.0, -gains.joint_damping]
+    inertias = dict(zip(robot.joint_names, robot.motor_inertia.tolist(), strict=True))
     for joint in spec.joints:
         # The servos keep the limits; MuJoCo would clip to the URDF's once more, unseen.
         joint.actfrclimited = 0
         # The inertia of motors and gears, which a URDF cannot state and an MJCF does.
-        joint.armature = robot.notes.armature.get(joint.name, 0.0)
+        joint.armature = inertias.get(joint.name, 0.0)
 
 
 def _mapped(mujoco: Any, model: Any, robot: Quadruped, columns: list[list[str]]) -> SimModel:

@@ -24,3 +24,10 @@ def test_names_that_look_like_markup_are_printed_as_they_are(
 def test_text_of_a_robot_takes_the_place_of_its_file(command: Callable[..., Result]) -> None:
     result = command("robot", robot_texts.robot())
     assert result.exit_code == 0 and "tester: 11.4 kg" in result.output
+
+
+def test_inertia_of_motors_is_told(command: Callable[..., Result]) -> None:
+    result = command("robot", "wang2020", "--motor-inertia", "0.05")
+    assert result.exit_code == 0
+    assert "motors: inertia at the joints 0.05 to 0.05 kg m²" in result.output
+    assert "motors:" not in command("robot", "wang2020").output

@@ -7,7 +7,8 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from gaitopt.errors import InputError, RobotError
+from gaitopt.errors import RobotError
+from gaitopt.robots.files.motors import refuse_unknown
 from gaitopt.robots.files.notes import first_of
 from gaitopt.robots.files.options import PerJoint
 from gaitopt.robots.files.origins import number_in
@@ -40,11 +41,7 @@ def set_limits(
     """
     names = [joint.name for joint in joints]
     for what, given in (("velocity_limits", velocity), ("effort_limits", effort)):
-        for name in given if isinstance(given, Mapping) else ():
-            if name not in names:
-                raise InputError(
-                    f"{label}: {what}: no leg has a joint {name!r}; they are {', '.join(names)}"
-                )
+        refuse_unknown(label, what, given if isinstance(given, Mapping) else {}, names)
     warnings = _ranges(label, joints)
     guessed, high, weak = [], [], []
     for joint in joints:

@@ -20,6 +20,9 @@ from gaitopt.robots.files.origins import FARTHEST, number_in
 TAG = "gaitopt"
 LARGEST_RADIUS = 1.0
 """Largest radius of a foot that is taken for one [m]: larger than any wheel of a legged robot."""
+LARGEST_INERTIA = 1000.0
+"""Largest inertia of a motor, seen at its joint, that is taken for one [kg m^2]. Chosen: those
+of the robots that were tried are 0.001 to 0.6."""
 Hulls = tuple[tuple[str, tuple[float, ...]], ...]
 """Links, and the coordinates x, y, z of a hull's corners in the link's frame [m], one after the
 other. A link with several meshes has several hulls."""
@@ -131,7 +134,7 @@ def _numbers(element: ElementTree.Element, tag: str, name: str, where: str) -> M
     found = {}
     for part in element.findall(tag):
         value = _finite(_text(part, name, where))
-        if value is None or (tag == "armature" and value < 0.0):
+        if value is None or (tag == "armature" and not 0.0 <= value <= LARGEST_INERTIA):
             raise RobotError(f"{where}: {tag} {part.get(name)!r} is no number that is allowed")
         found[_text(part, "joint", where)] = value
     return MappingProxyType(found)

@@ -13,7 +13,7 @@ import numpy as np
 from gaitopt.errors import InputError
 from gaitopt.files import StrPath
 from gaitopt.inputs import check_number
-from gaitopt.robots.files.notes import LARGEST_RADIUS
+from gaitopt.robots.files.notes import LARGEST_INERTIA, LARGEST_RADIUS
 from gaitopt.robots.leg_names import by_leg
 
 PerJoint = float | Mapping[str, float]
@@ -36,6 +36,7 @@ class ReadOptions:
         masses: of links by name [kg]; ``"shapes"`` to estimate them all from the links' shapes; or
             ``"none"`` to do without.
         velocity_limits, effort_limits: of the legs' joints [rad/s], [N m].
+        motor_inertia: of the motors of the legs' joints, seen at the joints [kg m^2].
         package_folders: folders in which packages with meshes and xacro files lie.
         xacro_arguments: values of a xacro file's arguments, by name.
 
@@ -50,6 +51,7 @@ class ReadOptions:
     masses: Mapping[str, float] | str | None = None
     velocity_limits: PerJoint | None = None
     effort_limits: PerJoint | None = None
+    motor_inertia: PerJoint | None = None
     package_folders: Sequence[Path] = ()
     xacro_arguments: Mapping[str, str] = field(default_factory=dict)
 
@@ -78,8 +80,11 @@ class ReadOptions:
                 f"masses must be kilograms by link, '{FROM_SHAPES}' or '{NO_MASSES}', got "
                 f"{self.masses!r}"
             )
-        for name, unit in (("velocity_limits", "rad/s"), ("effort_limits", "N m")):
-            object.__setattr__(self, name, _per_joint(name, getattr(self, name), unit))
+        for name, low, high, unit in (
+            ("velocity_limits", 1e-6, 1e6, "rad/s"), ("effort_limits", 1e-6, 1e6, "N m"),
+            ("motor_inertia", 0.0, LARGEST_INERTIA, "kg m^2"),
+        ):  # fmt: skip
+            object.__setattr__(self, name, _per_joint(name, getattr(self, name), low, high, unit))
 
     @staticmethod
     def _check_foot(leg: str, foot: Any) -> None:
@@ -119,10 +124,12 @@ def folder_paths(given: Sequence[StrPath]) -> tuple[Path, ...]:
     raise InputError(f"package_folders must be a list of folders, got {given!r}")
 
 
-def _per_joint(name: str, given: PerJoint | None, unit: str) -> PerJoint | None:
-    """Limits as plain numbers; raises InputError where one is none that can be a limit."""
+def _per_joint(
+    name: str, given: PerJoint | None, low: float, high: float, unit: str
+) -> PerJoint | None:
+    """Values of joints as plain numbers; raises InputError where one is out of range."""
     if given is None:
         return None
     if not isinstance(given, Mapping):
-        return check_number(name, given, 1e-6, 1e6, unit)
-    return {j: check_number(f"{name} {j}", value, 1e-6, 1e6, unit) for j, value in given.items()}
+        return check_number(name, given, low, high, unit)
+    return {j: check_number(f"{name} {j}", value, low, high, unit) for j, value in given.items()}

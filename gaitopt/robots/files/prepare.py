@@ -24,6 +24,7 @@ from gaitopt.robots.files.joint_limits import set_limits
 from gaitopt.robots.files.limbs import Limb, find_limbs, named_limbs
 from gaitopt.robots.files.masses import set_masses
 from gaitopt.robots.files.meshes import MeshFinder
+from gaitopt.robots.files.motors import motor_inertias
 from gaitopt.robots.files.notes import TAG, Notes, read_notes, write_notes
 from gaitopt.robots.files.options import ReadOptions
 from gaitopt.robots.files.shapes import write_known_shapes
@@ -70,12 +71,13 @@ def prepared_urdf(
     warnings += set_masses(tree, options.masses, finder)
     told = Notes(
         kind=notes.kind, feet=feet, foot_radius=radius, standing=notes.standing,
-        armature=notes.armature, locked={**notes.locked, **locked},
+        armature=motor_inertias(tree.label, named, notes.armature, options.motor_inertia),
+        locked={**notes.locked, **locked},
         hulls=find_hulls(tree, finder) or notes.hulls,
         done=tuple(done), warnings=tuple(dict.fromkeys(warnings)),
     )  # fmt: skip
     plain = known is None and options.legs is None and not asked and not told.hulls
-    plain &= ElementTree.tostring(root) == same
+    plain &= ElementTree.tostring(root) == same and told.armature == before.armature
     if plain and radius == ball_radius(urdf, list(feet.values())):
         return urdf, told
     root.attrib.setdefault("name", label)

@@ -122,7 +122,9 @@ def _said(robot: Quadruped, leg: str, column: int) -> str:
     effort = robot.effort_limits[column]
     torque = f"{effort:.4g} N m" if np.isfinite(effort) else "no torque limit"
     speed = f"{robot.velocity_limits[column]:.4g} rad/s"
-    return f"{leg}: {robot.joint_names[column]}, {ends}, {speed}, {torque}"
+    inertia = robot.motor_inertia[column]
+    motor = f", motor {inertia:.4g} kg m²" if inertia > 0.0 else ""
+    return f"{leg}: {robot.joint_names[column]}, {ends}, {speed}, {torque}{motor}"
 
 
 def _marks(robot: Quadruped) -> dict[tuple[str, ...], list[Part]]:

@@ -1,0 +1,45 @@
+"""What is known of the motors of the legs' joints, beside their limits."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from gaitopt.errors import InputError
+from gaitopt.robots.files.limbs import Limb
+from gaitopt.robots.files.options import PerJoint
+
+
+def motor_inertias(
+    label: str, limbs: Mapping[str, Limb], known: Mapping[str, float], given: PerJoint | None
+) -> dict[str, float]:
+    """Inertias of motors and gears, seen at their joints, by joint [kg m^2].
+
+    Args:
+        label: what to call the robot in messages.
+        limbs: the legs.
+        known: what the file says.
+        given: what the user says; it counts where both do.
+
+    Raises:
+        InputError: the user names a joint that no leg has.
+    """
+    joints = [joint.name for limb in limbs.values() for joint in limb.joints]
+    if given is None:
+        return dict(known)
+    own = given if isinstance(given, Mapping) else dict.fromkeys(joints, given)
+    refuse_unknown(label, "motor_inertia", own, joints)
+    found = {**known, **own}
+    return {joint: value for joint, value in found.items() if value > 0.0}
+
+
+def refuse_unknown(label: str, what: str, given: Mapping[str, object], joints: list[str]) -> None:
+    """Refuse an option that names a joint that no leg has.
+
+    Raises:
+        InputError: it does.
+    """
+    for name in given:
+        if name not in joints:
+            raise InputError(
+                f"{label}: {what}: no leg has a joint {name!r}; they are {', '.join(joints)}"
+            )
