@@ -14,7 +14,13 @@ import numpy as np
 
 from gaitopt.certificate.enclosure import chord_deviation
 from gaitopt.conventions import GRAVITY, LEGS, FloatArray, frozen
-from gaitopt.dynamics.contacts import ForceLimits, effort_limits, pyramid_rows, torque_bounds
+from gaitopt.dynamics.contacts import ForceLimits, pyramid_rows
+from gaitopt.dynamics.torque_limits import (
+    TorqueLines,
+    effort_limits,
+    torque_bounds,
+    torque_lines,
+)
 from gaitopt.robots.quadruped import Quadruped
 
 
@@ -124,6 +130,11 @@ class Stance:
         standing = np.isin(np.arange(len(LEGS)), self.feet)
         return np.asarray(self.weight * self.limits.least_normal_shares(standing)[self.feet])
 
+    @cached_property
+    def lines(self) -> TorqueLines | None:
+        """How torques fall with the speed of their joints; ``None`` where none does."""
+        return torque_lines(self.robot, self.limits)
+
     def torque_limits(self, speeds: FloatArray) -> TorqueLimits:
         """Limits of the torques at samples.
 
@@ -148,8 +159,8 @@ class Stance:
             jerk: bounds on the size of their second derivatives ``(P, nj)`` [rad/s^3].
             lengths: of the pieces ``(P,)`` [s].
         """
-        line = self.limits.torque_line
-        if line is None:
+        lines = self.lines
+        if lines is None:
             return np.zeros_like(least)
         whole = self.limits.torque_share * effort_limits(self.robot).limits
         known = np.isfinite(whole)
@@ -159,9 +170,8 @@ class Stance:
             at = self.torque_limits(speeds)
             falls = fastest[0] - at.low[:, known], at.high[:, known] - fastest[1]
             fall[:, known] = np.maximum(fall[:, known], np.maximum(*falls))
-        span = (line.no_load - line.knee) * self.robot.velocity_limits
-        bent = np.where(known, whole, 0.0) / span * chord_deviation(jerk, lengths[:, None])
-        within = np.maximum(-least, most) <= line.no_load * self.robot.velocity_limits
+        bent = np.where(known, whole, 0.0) / lines.span * chord_deviation(jerk, lengths[:, None])
+        within = np.maximum(-least, most) <= lines.no_load
         return np.asarray(np.where(within, np.minimum(bent, fall), fall))
 
     @cached_property

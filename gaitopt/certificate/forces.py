@@ -24,6 +24,7 @@ from gaitopt.certificate.phase_forces import PhaseJudge
 from gaitopt.certificate.trace import deviations, foot_chain, owners
 from gaitopt.conventions import GRAVITY, LEGS, FloatArray
 from gaitopt.dynamics.contacts import ForceLimits
+from gaitopt.dynamics.torque_limits import torque_lines
 from gaitopt.plan.plan import Plan
 
 JUMP = 1e-6
@@ -86,7 +87,8 @@ def _jump(plan: Plan) -> tuple[float, str] | None:
 
 def _in_words(plan: Plan, limits: ForceLimits) -> str:
     """The limits, and the motors' inertia, for a reader of the certificate."""
-    line = ", which falls with the speed" if limits.torque_line is not None else ""
+    falls = torque_lines(plan.robot, limits) is not None
+    line = ", which falls with the speed" if falls else ""
     inertia = float(plan.robot.motor_inertia.max(initial=0.0))
     motors = f", motors of up to {inertia:.3g} kg m²" if inertia > 0.0 else ""
     return (

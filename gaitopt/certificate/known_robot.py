@@ -113,6 +113,8 @@ def _difference(robot: Quadruped, known: Quadruped) -> str:
         ("upper position", low[1], high[1], "rad"),
         ("velocity", robot.velocity_limits, known.velocity_limits, "rad/s"),
         ("torque", robot.effort_limits, known.effort_limits, "N m"),
+        ("full torque's speed", robot.torque_lines[0], known.torque_lines[0], "rad/s"),
+        ("speed without load", robot.torque_lines[1], known.torque_lines[1], "rad/s"),
     )
     for what, ours_all, theirs_all, unit in limits:
         raised = _raised(ours_all, theirs_all)

@@ -125,7 +125,7 @@ class PhaseJudge:
         moment = deviations.moment + (sizes * self.slip).sum(axis=1)
         more = stance.correction(force, moment)
         torques = self._torque_deviations(deviations, forces, more)
-        if stance.limits.torque_line is not None:
+        if stance.lines is not None:
             torques += self._torque_losses()
         torques /= stance.reach
         sides = len(stance.friction_rows)

@@ -13,7 +13,8 @@ import numpy as np
 
 from gaitopt.certificate.check import Check, unchecked
 from gaitopt.conventions import GRAVITY, LEGS, FloatArray
-from gaitopt.dynamics.contacts import ForceLimits, effort_limits
+from gaitopt.dynamics.contacts import ForceLimits
+from gaitopt.dynamics.torque_limits import effort_limits
 from gaitopt.plan.plan import Plan
 from gaitopt.robots.files.joint_limits import PLACEHOLDER_VELOCITY
 from gaitopt.robots.quadruped import Quadruped

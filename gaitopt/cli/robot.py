@@ -54,6 +54,11 @@ def robot(
     motor_inertia: Annotated[
         float | None, _reading("Inertia of motor and gear at every joint, in kg m².")
     ] = None,
+    torque_line: Annotated[
+        tuple[float, float] | None,
+        _reading("Two speeds of all joints, in rad/s: up to the first a motor has its whole "
+                 "torque, and at the second none."),
+    ] = None,
     leg: Annotated[
         list[str] | None, _reading("Foot link or last joint of a leg, as LF=NAME; four times.")
     ] = None,
@@ -84,7 +89,7 @@ def robot(
             name, legs=_pairs("--leg", leg) or None, feet=_pairs("--foot", foot) or None,
             foot_radius=foot_radius, pose=_numbers("--pose", pose), masses=masses,
             velocity_limits=velocity_limit, effort_limits=effort_limit,
-            motor_inertia=motor_inertia, package_folders=folders,
+            motor_inertia=motor_inertia, torque_line=torque_line, package_folders=folders,
             xacro_arguments=_pairs("--argument", argument),
         )  # fmt: skip
     terminal().print(robot_table(found))

@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+import numpy as np
 from rich.markup import escape
 from rich.table import Table
 
+from gaitopt.conventions import FloatArray
 from gaitopt.robots.quadruped import Quadruped
 
 
@@ -49,7 +51,13 @@ def robot_notes(robot: Quadruped, source: Path, folders: Sequence[Path]) -> Iter
     yield escape("feet: " + ", ".join(f"{leg} {one.foot}" for leg, one in robot.legs.items()))
     inertia = robot.motor_inertia[robot.leg_joint_columns]
     if inertia.any():
-        yield f"motors: inertia at the joints {inertia.min():.4g} to {inertia.max():.4g} kg m²"
+        yield f"motors: inertia at the joints {_range(inertia)} kg m²"
+    full, none = robot.torque_lines[:, robot.leg_joint_columns]
+    if np.isfinite(none).any():
+        yield (
+            f"motors: whole torque up to {_range(full)} rad/s, and none at {_range(none)} rad/s, "
+            f"at {np.isfinite(none).sum()} joints"
+        )
     for text in robot.notes.done:
         yield escape(text)
     yield from _mesh_lines(robot, source, folders)
@@ -57,6 +65,13 @@ def robot_notes(robot: Quadruped, source: Path, folders: Sequence[Path]) -> Iter
         yield f"[bold yellow]warning[/]: {escape(text)}"
     if not robot.notes.warnings:
         yield "no warnings"
+
+
+def _range(values: FloatArray) -> str:
+    """The finite ones of some numbers, in words."""
+    known = values[np.isfinite(values)]
+    least, most = f"{known.min():.4g}", f"{known.max():.4g}"
+    return least if least == most else f"{least} to {most}"
 
 
 def _mesh_lines(robot: Quadruped, source: Path, folders: Sequence[Path]) -> Iterator[str]:

@@ -15,10 +15,9 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gaitopt.conventions import GRAVITY, BoolArray, FloatArray, frozen
+from gaitopt.conventions import BoolArray, FloatArray
 from gaitopt.errors import InputError
 from gaitopt.inputs import check_count, check_number, check_shape
-from gaitopt.robots.quadruped import Quadruped
 
 MOST_SIDES: Final = 64
 """Most sides of a friction pyramid: it then loses 0.1 % of the friction, and more rows than that
@@ -45,15 +44,6 @@ LOWEST_NORMAL: Final = -0.999
 """Least vertical part of a unit contact normal. The two tangents of a contact come from the
 rotation that takes the vertical to the normal; for a normal straight down there is no such
 rotation."""
-
-PLACEHOLDER_TORQUE: Final = 1000.0
-"""Effort limits from here on may be placeholders [N m]: solo12, solo8 and quadruped of
-example-robot-data state exactly this number, and 80 to 160 are the largest of its other robots."""
-
-PLACEHOLDER_FACTOR: Final = 10.0
-"""An effort limit is a placeholder only if it is also this many times the weight times the length
-of a leg, a torque that no leg needs: the factor is 127 for solo12, and at most 0.75 for the robots
-with real limits."""
 
 
 @dataclass(frozen=True)
@@ -100,7 +90,9 @@ class ForceLimits:
         sides: number of sides of the friction pyramid. The pyramid lies inside the cone and
             touches it with its edges, so it keeps :attr:`friction_share` of the friction in the
             worst direction: 71 % with 4 sides, 92 % with 8.
-        torque_line: how the torque falls with the speed of a joint; not at all when ``None``.
+        torque_line: how the torque falls with the speed of a joint, beside what is known of the
+            robot's own motors (:attr:`gaitopt.Quadruped.torque_lines`).
+        speed_share: share that counts of the speeds at which torques fall and end.
         balance_tolerance: what may be left of the six equations of the base, as a share of the
             weight and of the weight times half the stance. On three feet or more only rounding
             is. Two point feet make no moment about the line that joins them: with 1e-3 the ZMP
@@ -118,6 +110,7 @@ class ForceLimits:
     sides: int = 4
     torque_line: TorqueLine | None = None
     balance_tolerance: float = 1e-3
+    speed_share: float = 1.0
 
     def __post_init__(self) -> None:
         check_number("friction", self.friction, LEAST_SHARE, 10.0)
@@ -125,6 +118,7 @@ class ForceLimits:
         if self.reserve_on_four is not None:
             check_number("reserve_on_four", self.reserve_on_four, 0.0, LARGEST_RESERVE_ON_FOUR)
         check_number("torque_share", self.torque_share, LEAST_SHARE, 1.0)
+        check_number("speed_share", self.speed_share, LEAST_SHARE, 1.0)
         check_count("sides", self.sides, 3, MOST_SIDES)
         # A tenth of half the stance is no longer a small error.
         check_number("balance_tolerance", self.balance_tolerance, LEAST_BALANCE_TOLERANCE, 0.1)
@@ -171,65 +165,6 @@ class ForceLimits:
         on_four = self.reserve / 2.0 if self.reserve_on_four is None else self.reserve_on_four
         count = standing.sum(axis=-1, keepdims=True)
         return np.asarray(np.where(standing, np.where(count >= 4, on_four, self.reserve), 0.0))
-
-
-@dataclass(frozen=True, eq=False)
-class EffortLimits:
-    """Torque limits of a robot's joints, and which joints have none.
-
-    Attributes:
-        limits: in the order of :attr:`Quadruped.joint_names` ``(nj,)`` [N m]; ``inf`` for joints
-            whose limit is not known. Read-only.
-        unknown: names of these joints.
-    """
-
-    limits: FloatArray
-    unknown: tuple[str, ...]
-
-
-def effort_limits(robot: Quadruped) -> EffortLimits:
-    """Torque limits of the joints of ``robot``, without placeholders.
-
-    A joint has no known limit when its URDF states none or zero, or a number that no leg of this
-    robot can need: at least :data:`PLACEHOLDER_TORQUE`, and at least :data:`PLACEHOLDER_FACTOR`
-    times the robot's weight times the reach of its longest leg.
-    """
-    stated = robot.effort_limits
-    reach = max(leg.reach for leg in robot.legs.values())
-    implausible = max(PLACEHOLDER_TORQUE, PLACEHOLDER_FACTOR * robot.mass * GRAVITY * reach)
-    limits = frozen(np.where(stated >= implausible, np.inf, stated))
-    names = zip(robot.joint_names, limits, strict=True)
-    return EffortLimits(limits, tuple(name for name, limit in names if not np.isfinite(limit)))
-
-
-def torque_bounds(
-    robot: Quadruped, limits: ForceLimits, joint_velocities: ArrayLike
-) -> tuple[FloatArray, FloatArray]:
-    """Lower and upper limits of the joint torques, each ``(..., nj)`` [N m].
-
-    ``-inf`` and ``inf`` for joints whose limit is not known.
-
-    Args:
-        robot: the robot.
-        limits: the share of the torques that may be used, and the line of torque over speed.
-        joint_velocities: in the order of :attr:`Quadruped.joint_names` ``(..., nj)`` [rad/s].
-
-    Raises:
-        InputError: ``joint_velocities`` has another shape.
-    """
-    speeds = check_shape("joint_velocities", joint_velocities, len(robot.joint_names))
-    largest = limits.torque_share * effort_limits(robot).limits
-    if limits.torque_line is None:
-        both = np.broadcast_to(largest, speeds.shape)
-        return -both, both
-    # Without a velocity limit the speed is no share of anything: the torque does not fall.
-    share = speeds / robot.velocity_limits
-    knee, no_load = limits.torque_line.knee, limits.torque_line.no_load
-    falling = np.clip((no_load - np.abs(share)) / (no_load - knee), 0.0, 1.0)
-    known = np.isfinite(largest)
-    # An unknown limit stays unknown also where the motor has no torque left.
-    driving = np.where(known, np.where(known, largest, 0.0) * falling, np.inf)
-    return -np.where(share < 0.0, driving, largest), np.where(share > 0.0, driving, largest)
 
 
 @dataclass(frozen=True, eq=False)

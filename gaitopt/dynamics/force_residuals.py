@@ -6,9 +6,10 @@ import numpy as np
 
 from gaitopt.conventions import BoolArray, FloatArray
 from gaitopt.dynamics.contact_forces import ContactForces
-from gaitopt.dynamics.contacts import effort_limits, pyramid_rows
+from gaitopt.dynamics.contacts import pyramid_rows
 from gaitopt.dynamics.force_space import ForceProblem
 from gaitopt.dynamics.force_status import FORCE_TOLERANCE, ForceResiduals
+from gaitopt.dynamics.torque_limits import effort_limits
 
 
 def judged(problem: ForceProblem, forces: FloatArray, conflicts: BoolArray) -> ContactForces:

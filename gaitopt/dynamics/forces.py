@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from gaitopt.conventions import BoolArray, FloatArray, TextEnum
 from gaitopt.dynamics.contact_forces import ContactForces
-from gaitopt.dynamics.contacts import ForceLimits, torque_bounds
+from gaitopt.dynamics.contacts import ForceLimits
 from gaitopt.dynamics.force_residuals import judged
 from gaitopt.dynamics.force_space import (
     ForceProblem,
@@ -29,6 +29,7 @@ from gaitopt.dynamics.force_space import (
 from gaitopt.dynamics.least_excess import least_excess
 from gaitopt.dynamics.many_programs import solve_quadratic_programs
 from gaitopt.dynamics.small_programs import NO_BOUND, ROW_TOLERANCE, solve_linear
+from gaitopt.dynamics.torque_limits import torque_bounds
 from gaitopt.dynamics.whole_body import Motion, equations_of_motion
 from gaitopt.errors import InputError
 from gaitopt.inputs import check_numbers

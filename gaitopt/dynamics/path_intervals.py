@@ -47,6 +47,7 @@ class TimingLimits:
         expected: squared path speeds near which torques that fall with the speed of joints are
             limited exactly ``(S,)`` [1/s^2], and elsewhere by more than needed; :attr:`squares` by
             default.
+        falling: whether torques that fall with the speed of joints are limited at all.
     """
 
     squares: FloatArray
@@ -55,3 +56,4 @@ class TimingLimits:
     acceleration: float = np.inf
     slack: float = 0.0
     expected: FloatArray | None = None
+    falling: bool = True

@@ -13,10 +13,12 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from gaitopt.conventions import GRAVITY, BoolArray, FloatArray
-from gaitopt.dynamics.contacts import ForceLimits, TorqueLine, effort_limits, pyramid_rows
+from gaitopt.dynamics.contacts import ForceLimits, pyramid_rows
 from gaitopt.dynamics.path_intervals import TimingLimits
 from gaitopt.dynamics.small_programs import NO_BOUND
+from gaitopt.dynamics.torque_limits import TorqueLines, effort_limits, torque_lines
 from gaitopt.dynamics.whole_body import PathDynamics
+from gaitopt.robots.files.joint_limits import PLACEHOLDER_VELOCITY
 from gaitopt.robots.quadruped import Quadruped
 
 RANK = {0: 0, 1: 3, 2: 5}
@@ -25,8 +27,9 @@ feet on one line then ask for forces without bound, which no limit allows."""
 ZERO_SINGULAR_VALUE = 1e-12
 """Least singular value that is divided by, so that feet on one line give no division by zero."""
 LEAST_TOUCH = 0.02
-"""Least speed of a joint, as a share of its limit, at which a tangent touches the root of the path
-speed's square: nearer to rest tangents are too steep to be of use, but for lines that end there."""
+"""Least speed of a joint, as a share of its limit (or of its speed without load, where the limit is
+a placeholder), at which a tangent touches the root of the path speed's square: nearer to rest
+tangents are too steep to be of use, but for lines that end there."""
 KEPT_AT_REST = 0.7
 """Share of a torque that tangents leave at rest, where few joints need more: so the robot can rest
 wherever it can rest with the whole torque, in nearly all places."""
@@ -107,46 +110,50 @@ def place_rows(
     rest = by_terms[..., 2]
     high = np.where(ceiling < NO_BOUND, ceiling - rest, NO_BOUND)
     rows = PlaceRows(by_terms[..., 0], by_terms[..., 1], by_z, floor - rest, high)
-    if limits.torque_line is None:
+    lines = torque_lines(robot, limits) if timing.falling else None
+    if lines is None:
         return rows
-    return _joined(rows, _falling(robot, limits.torque_line, timing, samples, torque, turning))
+    return _joined(rows, _falling(robot, lines, timing, samples, torque, turning))
 
 
 def _falling(
-    robot: Quadruped, line: TorqueLine, timing: TimingLimits, samples: np.ndarray,
+    robot: Quadruped, lines: TorqueLines, timing: TimingLimits, samples: np.ndarray,
     torque: FloatArray, turning: FloatArray,
 ) -> PlaceRows:  # fmt: skip
     """Rows of torques that fall with the speed of their joints.
 
     From the knee on the torque that drives a joint, as a share of what may be used, is at most
-    ``(no_load - speed) / (no_load - knee)``, where the speed is a share of its limit and goes with
-    the root of ``x``. A root lies below its tangents, so a tangent makes a limit that is linear and
-    nowhere higher; where it touches it is exact.
+    ``(no_load - speed) / (no_load - knee)``, where the speed goes with the root of ``x``. A root
+    lies below its tangents, so a tangent makes a limit that is linear and nowhere higher; where it
+    touches it is exact.
 
     Args:
         robot: the robot.
-        line: how torques fall.
+        lines: how torques fall.
         timing: the squared speeds near which tangents touch.
         samples: the places ``(n,)``.
         torque, turning: by u, x and 1 ``(n, t, 3)`` and by z ``(n, t, d)``, of joints with a limit.
     """
     known = np.flatnonzero(np.isfinite(effort_limits(robot).limits))
-    slope = timing.first[samples][:, known]
-    # Speeds as shares, along the path at unit speed; 0 for a joint without a limit.
-    shares = np.abs(slope) / robot.velocity_limits[known]
+    own = np.flatnonzero(np.isfinite(lines.no_load[known]))
+    joints = known[own]
+    # Speeds along the path at unit speed.
+    slope = timing.first[samples][:, joints]
     expected = timing.squares if timing.expected is None else timing.expected
-    speed = shares * np.sqrt(np.minimum(expected[samples], NO_BOUND))[:, None]
-    span = line.no_load - line.knee
+    speed = np.abs(slope) * np.sqrt(np.minimum(expected[samples], NO_BOUND))[:, None]
+    no_load, span = lines.no_load[joints], lines.span[joints]
     # A tangent that touches farther out takes more of the torque at rest; this is above 0.
-    fastest = 2.0 * (line.no_load - KEPT_AT_REST * span)
-    touch = np.clip(speed, min(LEAST_TOUCH, fastest), fastest)
-    signed = np.sign(slope)[..., None] * torque
+    fastest = 2.0 * (no_load - KEPT_AT_REST * span)
+    limit = robot.velocity_limits[joints]
+    least = LEAST_TOUCH * np.where(limit < PLACEHOLDER_VELOCITY, limit, no_load)
+    touch = np.clip(speed, np.minimum(least, fastest), fastest)
+    signed = np.sign(slope)[..., None] * torque[:, own]
     return PlaceRows(
         by_u=signed[..., 0],
-        by_x=signed[..., 1] + shares**2 / (2.0 * touch * span),
-        by_z=np.sign(slope)[..., None] * turning,
+        by_x=signed[..., 1] + slope**2 / (2.0 * touch * span),
+        by_z=np.sign(slope)[..., None] * turning[:, own],
         low=np.full(slope.shape, -NO_BOUND),
-        high=(line.no_load - touch / 2.0) / span - signed[..., 2],
+        high=(no_load - touch / 2.0) / span - signed[..., 2],
     )
 
 

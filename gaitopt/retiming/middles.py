@@ -12,8 +12,9 @@ from __future__ import annotations
 import numpy as np
 
 from gaitopt.conventions import GRAVITY, BoolArray, FloatArray
-from gaitopt.dynamics.contacts import ForceLimits, effort_limits
+from gaitopt.dynamics.contacts import ForceLimits
 from gaitopt.dynamics.forces import build_force_problem, solve_forces
+from gaitopt.dynamics.torque_limits import effort_limits
 from gaitopt.dynamics.whole_body import PathDynamics, motion_of_path
 from gaitopt.motion.path import MotionPath
 from gaitopt.retiming.course import Course, GridPlaces

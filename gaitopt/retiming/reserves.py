@@ -9,7 +9,6 @@ from gaitopt.dynamics.contacts import (
     LARGEST_RESERVE_ON_FOUR,
     LEAST_SHARE,
     ForceLimits,
-    TorqueLine,
 )
 
 FRICTION_SLACK = 0.004
@@ -31,7 +30,7 @@ def tightened(limits: ForceLimits, share: float) -> ForceLimits:
         share: of friction and torques, and of the speeds at which torques fall; a tenth of it of
             the weight.
     """
-    left, line = 1.0 - share, limits.torque_line
+    left = 1.0 - share
     on_four = limits.reserve / 2.0 if limits.reserve_on_four is None else limits.reserve_on_four
     return replace(
         limits,
@@ -39,5 +38,5 @@ def tightened(limits: ForceLimits, share: float) -> ForceLimits:
         reserve=min(limits.reserve + 0.1 * share, LARGEST_RESERVE),
         reserve_on_four=min(on_four + 0.1 * share, LARGEST_RESERVE_ON_FOUR),
         torque_share=max(left * limits.torque_share, LEAST_SHARE),
-        torque_line=None if line is None else TorqueLine(left * line.knee, left * line.no_load),
+        speed_share=max(left * limits.speed_share, LEAST_SHARE),
     )

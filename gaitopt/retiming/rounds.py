@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from gaitopt.dynamics.contacts import ForceLimits
+from gaitopt.dynamics.torque_limits import torque_lines
 from gaitopt.errors import InfeasibleStepError
 from gaitopt.motion.path import MotionPath
 from gaitopt.motion.pieces import stretched
@@ -66,9 +67,9 @@ def near_its_speeds(pacing: Pacing) -> Pacing:
     Raises:
         InfeasibleStepError: somewhere there is no speed at which forces exist.
     """
-    if pacing.promised is None or pacing.promised.torque_line is None:
+    if pacing.promised is None or torque_lines(pacing.course.robot, pacing.promised) is None:
         return pacing
-    plain = replace(pacing, promised=replace(pacing.promised, torque_line=None))
+    plain = replace(pacing, timing=replace(pacing.timing, falling=False))
     expected = plain.squares(plain.fastest()[0])
     for _ in range(LINE_ROUNDS):
         near = replace(pacing, timing=replace(pacing.timing, expected=expected))

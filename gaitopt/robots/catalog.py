@@ -62,6 +62,7 @@ def load_robot(
     velocity_limits: float | Mapping[str, float] | None = None,
     effort_limits: float | Mapping[str, float] | None = None,
     motor_inertia: float | Mapping[str, float] | None = None,
+    torque_line: tuple[float, float] | Mapping[str, tuple[float, float]] | None = None,
     package_folders: Sequence[StrPath] = (),
     xacro_arguments: Mapping[str, str] | None = None,
 ) -> Quadruped:
@@ -90,6 +91,9 @@ def load_robot(
         motor_inertia: inertia of motor and gear at the legs' joints [kg m^2], one number or by
             joint: that of the rotor times the square of the gear's ratio. Instead of an MJCF's
             ``armature``; a URDF has none.
+        torque_line: two speeds of the legs' joints [rad/s], one pair or pairs by joint: up to the
+            first a motor has its whole torque, and at the second, the speed without load, it has
+            none. In between the torque that drives the joint falls linearly.
         package_folders: folders with ROS packages, for ``package://`` and ``$(find ...)``. Folders
             above the file and those in ``ROS_PACKAGE_PATH`` are looked into anyway.
         xacro_arguments: of a xacro file, by name.
@@ -103,7 +107,8 @@ def load_robot(
     options = ReadOptions(
         legs=legs, feet=feet, foot_radius=foot_radius, pose={} if pose is None else pose,
         masses=masses, velocity_limits=velocity_limits, effort_limits=effort_limits,
-        motor_inertia=motor_inertia, package_folders=folder_paths(package_folders),
+        motor_inertia=motor_inertia, torque_line=torque_line,
+        package_folders=folder_paths(package_folders),
         xacro_arguments={} if xacro_arguments is None else xacro_arguments,
     )  # fmt: skip
     name, urdf, notes = _read(source, options)

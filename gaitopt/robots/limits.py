@@ -48,5 +48,22 @@ def motor_inertia(model: Any, known: Mapping[str, float]) -> FloatArray:
     return frozen(found)
 
 
+def torque_lines(model: Any, known: Mapping[str, tuple[float, float]]) -> FloatArray:
+    """Speeds up to which joints have their whole torque, and at which they have none.
+
+    Args:
+        model: as in :func:`motor_inertia`.
+        known: the speeds that are known, by joint [rad/s].
+
+    Returns:
+        ``(2, nj)`` [rad/s]; ``inf`` for joints whose torque does not fall.
+    """
+    found = np.full((2, model.nv - 6), np.inf)
+    for name, joint in zip(list(model.names)[2:], list(model.joints)[2:], strict=True):
+        if str(name) in known and joint.nv == 1:
+            found[:, joint.idx_v - 6] = known[str(name)]
+    return frozen(found)
+
+
 def _positive(limits: FloatArray) -> FloatArray:
     return frozen(np.where(limits > 0.0, limits, np.inf))

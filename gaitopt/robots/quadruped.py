@@ -191,6 +191,14 @@ class Quadruped:
         return limits.motor_inertia(self.model, self.notes.armature)
 
     @cached_property
+    def torque_lines(self) -> FloatArray:
+        """Speeds up to which joints have their whole torque, and at which none ``(2, nj)`` [rad/s].
+
+        In the order of :attr:`joint_names`; ``inf`` where the torque does not fall with the speed.
+        """
+        return limits.torque_lines(self.model, self.notes.torque_lines)
+
+    @cached_property
     def foot_radius(self) -> float:
         """Radius of the ball at the foot frame [m]; 0 where the file tells none.
 

@@ -3,19 +3,22 @@
 A servo is a speed controller inside a position controller, as most are. The wanted speed is that
 of the set-point plus a term in proportion to the error of the angle. The torque is in proportion to
 the error of the speed, plus the torque that is fed forward. Both the wanted speed and the torque
-are clipped to the joint's limits. The ground may still turn a joint faster, for instance when its
+are clipped to the joint's limits, and where the torque of a motor falls with its speed to what is
+left of it. The ground may still turn a joint faster, for instance when its
 foot lands.
 """
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from gaitopt.control.gains import ControlGains
 from gaitopt.control.tracking import Command
-from gaitopt.conventions import FloatArray
+from gaitopt.conventions import BoolArray, FloatArray
+from gaitopt.dynamics.contacts import ForceLimits
+from gaitopt.dynamics.torque_limits import torque_lines
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.simulation.model import SimModel, import_mujoco
 from gaitopt.simulation.settings import SimulationSettings
@@ -45,6 +48,7 @@ class Servos:
         self._speed_torques = speed_torques(robot.velocity_limits, gains, settings)
         unlimited = np.full(len(sim.ctrl), np.inf)
         self._efforts = np.array(robot.effort_limits) if settings.torque_limits else unlimited
+        self._lines = torque_lines(robot, ForceLimits()) if settings.torque_limits else None
         self.start_record()
 
     def start_record(self) -> None:
@@ -71,30 +75,83 @@ class Servos:
         """One step of the physics under the torques ``torque - kd dq``, within their limits.
 
         The damping counts at the end of the step (it is implicit in time), which keeps stiff
-        servos of light legs stable. So it is only known after the step whether a torque is within
-        its limit. Where it is not, the step is done again with the torque at its limit.
+        servos of light legs stable, and so do torques that fall with the speed. So it is only
+        known after the step whether a torque is within its limit. Where it is not, the step is
+        done again with the torque at its limit.
 
         Returns:
             The torques ``(nj,)`` [N m] that were applied.
         """
         sim, columns = self._sim, self._sim.ctrl
         before = (data.time, data.qpos.copy(), data.qvel.copy(), data.qacc_warmstart.copy())
-        limited, bound = np.zeros(len(torque), dtype=np.bool_), np.zeros(len(torque))
+        limited = np.zeros(len(torque), dtype=np.bool_)
+        bound = _Bound(np.zeros(len(torque)), np.zeros(len(torque)), limited)
         for rounds in range(MOST_ROUNDS):
             if rounds:
                 data.time, data.qpos[:], data.qvel[:], data.qacc_warmstart[:] = before
-            data.ctrl[columns] = np.where(limited, bound, torque)
-            sim.model.actuator_biasprm[columns, 2] = np.where(limited, 0.0, -self._damping)
+            data.ctrl[columns] = np.where(limited, bound.torque, torque)
+            slopes = np.where(limited, bound.slope, self._damping)
+            sim.model.actuator_biasprm[columns, 2] = -slopes
             self._step(sim.model, data)
-            asked = torque - self._damping * data.qvel[sim.qvel]
-            applied = np.where(limited, bound, asked)
-            over = np.abs(asked) > self._efforts
+            speeds = data.qvel[sim.qvel]
+            asked = torque - self._damping * speeds
+            applied = np.where(limited, bound.torque - bound.slope * speeds, asked)
+            low, high = self._limits(speeds)
+            over = (asked > high) | (asked < low)
+            falling = self._falling(over, asked, speeds, bound.falling)
             if rounds >= FREE_ROUNDS:
                 over |= limited
-            if (over == limited).all():
+            if (over == limited).all() and (falling == bound.falling).all():
                 break
-            limited, bound = over, np.clip(asked, -self._efforts, self._efforts)
-        return applied
+            limited, bound = over, self._bound(np.clip(asked, low, high), asked, falling)
+        return np.asarray(applied)
+
+    def _limits(self, speeds: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Least and largest torques at speeds ``(nj,)``, each ``(nj,)`` [N m]."""
+        if self._lines is None:
+            return -self._efforts, self._efforts
+        known = np.isfinite(self._efforts)
+        driving = np.where(known, self._efforts, 0.0) * self._lines.left(speeds)
+        driving = np.where(known, driving, np.inf)
+        return (-np.where(speeds < 0.0, driving, self._efforts),
+                np.where(speeds > 0.0, driving, self._efforts))  # fmt: skip
+
+    def _falling(
+        self, over: BoolArray, asked: FloatArray, speeds: FloatArray, before: BoolArray
+    ) -> BoolArray:
+        """Which joints are at a limit that falls with their speed ``(nj,)``.
+
+        Args:
+            over: which joints would exceed a limit ``(nj,)``.
+            asked, speeds: their torques and speeds ``(nj,)``.
+            before: which joints were at such a limit: those that are still faster than their
+                motors without load have no torque.
+        """
+        if self._lines is None:
+            return before
+        driven = np.sign(asked) * speeds
+        stopped = before & (driven >= self._lines.no_load)
+        return np.asarray(over & (driven > self._lines.knee) & ~stopped)
+
+    def _bound(self, torque: FloatArray, asked: FloatArray, falling: BoolArray) -> _Bound:
+        """What joints at their limits get; the others are passed over."""
+        slope = np.zeros_like(torque)
+        if self._lines is not None and falling.any():
+            slope[falling] = self._efforts[falling] / self._lines.span[falling]
+            whole = np.sign(asked[falling]) * slope[falling] * self._lines.no_load[falling]
+            torque[falling] = whole
+        return _Bound(torque, slope, falling)
+
+
+class _Bound(NamedTuple):
+    """Torques ``torque - slope * speed`` of joints at their limits, each ``(nj,)``.
+
+    ``falling`` are the joints whose limits fall with the speed.
+    """
+
+    torque: FloatArray
+    slope: FloatArray
+    falling: BoolArray
 
 
 def speed_torques(

@@ -16,7 +16,8 @@ from gaitopt.certificate import forces
 from gaitopt.certificate.check import Verdict
 from gaitopt.certificate.enclosure import Pieces
 from gaitopt.certificate.forces import contact_forces
-from gaitopt.dynamics.contacts import ForceLimits, effort_limits
+from gaitopt.dynamics.contacts import ForceLimits
+from gaitopt.dynamics.torque_limits import effort_limits
 
 Edit = Callable[[ET.Element], None]
 LIMITS = ForceLimits()

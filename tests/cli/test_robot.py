@@ -29,5 +29,12 @@ def test_text_of_a_robot_takes_the_place_of_its_file(command: Callable[..., Resu
 def test_inertia_of_motors_is_told(command: Callable[..., Result]) -> None:
     result = command("robot", "wang2020", "--motor-inertia", "0.05")
     assert result.exit_code == 0
-    assert "motors: inertia at the joints 0.05 to 0.05 kg m²" in result.output
+    assert "motors: inertia at the joints 0.05 kg m²" in result.output
     assert "motors:" not in command("robot", "wang2020").output
+
+
+def test_torque_lines_are_told(command: Callable[..., Result]) -> None:
+    result = command("robot", "wang2020", "--torque-line", "0.2", "0.5")
+    assert result.exit_code == 0
+    told = " ".join(result.output.split())
+    assert "motors: whole torque up to 0.2 rad/s, and none at 0.5 rad/s, at 12 joints" in told

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -13,12 +15,11 @@ from gaitopt.dynamics.contacts import (
     Contacts,
     ForceLimits,
     TorqueLine,
-    effort_limits,
     pyramid_rows,
     tangents,
-    torque_bounds,
     unit_normals,
 )
+from gaitopt.dynamics.torque_limits import effort_limits, torque_bounds, torque_lines
 from gaitopt.errors import InputError
 
 NORMALS = [(0.0, 0.0, 1.0), (0.3, -0.2, 1.0), (1.0, 0.0, 0.0), (-2.0, 3.0, -1.0)]
@@ -140,11 +141,35 @@ def test_driving_torque_falls_along_the_line_and_braking_torque_does_not(wang: Q
         ({"torque_share": 1.01}, "torque_share"),
         ({"sides": 2}, "sides"),
         ({"torque_line": (0.5, 1.0)}, "torque_line"),
+        ({"speed_share": 1.01}, "speed_share"),
     ],
 )
 def test_wrong_limits_are_refused(wrong: dict[str, object], words: str) -> None:
     with pytest.raises(InputError, match=words):
         ForceLimits(**wrong)  # type: ignore[arg-type]
+
+
+def test_the_lower_speeds_of_both_lines_count(wang: Quadruped) -> None:
+    """The motor's own line is in rad/s, that of the limits in shares of the velocity limit."""
+    unit = float(wang.velocity_limits[0])
+    names = {"LF_HAA": (0.8 * unit, 1.2 * unit), "LF_HFE": (0.1 * unit, 2.0 * unit)}
+    robot = gaitopt.load_robot("wang2020", torque_line=names)
+    asked = ForceLimits(torque_line=TorqueLine(knee=0.5, no_load=1.5))
+    assert torque_lines(wang, ForceLimits()) is None
+    for limits, knee, no_load in (
+        (ForceLimits(), [0.8, 0.1, np.inf], [1.2, 2.0, np.inf]),
+        (asked, [0.5, 0.1, 0.5], [1.2, 1.5, 1.5]),
+        (replace(asked, speed_share=0.5), [0.25, 0.05, 0.25], [0.6, 0.75, 0.75]),
+    ):
+        found = torque_lines(robot, limits)
+        assert found is not None
+        np.testing.assert_allclose(found.knee[:3], unit * np.array(knee))
+        np.testing.assert_allclose(found.no_load[:3], unit * np.array(no_load))
+    # Nowhere is more torque left than either line leaves.
+    speeds = np.random.default_rng(0).uniform(-2.0 * unit, 2.0 * unit, (200, 12))
+    both = np.abs(torque_bounds(robot, asked, speeds))
+    for other in (torque_bounds(wang, asked, speeds), torque_bounds(robot, ForceLimits(), speeds)):
+        assert (both <= np.abs(other) + 1e-9).all()
 
 
 def test_wrong_lines_normals_and_feet_are_refused() -> None:

@@ -16,9 +16,10 @@ from scipy.spatial.transform import Rotation
 import gaitopt
 from gaitopt import Quadruped
 from gaitopt.conventions import GRAVITY, LEGS, FloatArray, rotation_z
-from gaitopt.dynamics.contacts import ForceLimits, effort_limits
+from gaitopt.dynamics.contacts import ForceLimits
 from gaitopt.dynamics.feasible_region import feasible_region, feasible_regions
 from gaitopt.dynamics.region.result import FeasibleRegion, RegionStatus
+from gaitopt.dynamics.torque_limits import effort_limits
 from gaitopt.errors import InputError
 from gaitopt.robots.whole_body import base_of_body, configuration, joints_from_feet
 from gaitopt.stability.support import support_half_planes

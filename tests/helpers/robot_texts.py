@@ -138,18 +138,19 @@ def mjcf_leg(name: str, foot: str = '<geom size="0.03" pos="0 0 -0.22"/>') -> st
 
 
 def mjcf(
-    extra: str = "", tail: str = "", assets: str = "", degrees: bool = True, foot: str | None = None
-) -> str:
-    """A robot of four legs as MJCF."""
+    extra: str = "", tail: str = "", assets: str = "", degrees: bool = True,
+    foot: str | None = None, actuators: str | None = None,
+) -> str:  # fmt: skip
+    """A robot of four legs as MJCF, by default with plain motors."""
     legs = "".join(mjcf_leg(name) if foot is None else mjcf_leg(name, foot) for name in CORNERS)
     turn, tilt, knee = ("60", "10", "-150 -20") if degrees else ("1.0", "0.2", "-2.6 -0.3")
-    motors = "".join(
+    plain = "".join(
         f'<motor name="{n}_m{k}" joint="{n}_j{k}" gear="{2 if k else 1}" ctrlrange="-20 20"/>'
         for n in CORNERS for k in range(3)
     )  # fmt: skip
     return MJCF.format(
         angle="degree" if degrees else "radian", knee=knee, assets=assets, extra=extra, tail=tail,
-        legs=legs.format(turn=turn, tilt=tilt), actuators=motors,
+        legs=legs.format(turn=turn, tilt=tilt), actuators=plain if actuators is None else actuators,
     )  # fmt: skip
 
 

@@ -183,6 +183,21 @@ def test_torques_that_fall_with_the_speed_are_kept(pairs: dict[str, Pair], name:
         assert slow.duration == pytest.approx(plain.duration / 0.6, rel=0.08)
 
 
+def test_motors_whose_torque_falls_slow_a_plan_of_their_robot(pairs: dict[str, Pair]) -> None:
+    """The limits say nothing of it; certificate and forces look at it all the same."""
+    old = pairs["wang2020"].old
+    limit = float(old.robot.velocity_limits[0])
+    robot = gaitopt.load_robot("wang2020", torque_line=(0.1 * limit, 0.6 * limit))
+    slow = retimed(replace(old, robot=robot), ForceLimits())
+    asked = ForceLimits(torque_line=TorqueLine(knee=0.1, no_load=0.6))
+    assert slow.duration == pytest.approx(retimed(old, asked).duration, rel=1e-6)
+    assert slow.settings.promised_forces == ForceLimits()
+    assert_certified(slow)
+    assert gaitopt.contact_forces(slow, dt=0.005).feasible.all()
+    plain = pairs["wang2020"].new
+    assert not gaitopt.contact_forces(replace(plain, robot=robot), dt=0.005).feasible.all()
+
+
 def test_joint_velocities_alone_are_the_bound_of_all_timings(pair: Pair) -> None:
     """The old plan has no accelerations to make, so it is faster."""
     assert pair.new.duration > pair.old.duration

@@ -85,6 +85,19 @@ def test_torques_keep_their_limits(wang: Quadruped) -> None:
     assert (free.peak_torques > 1.5 * wang.effort_limits).all()
 
 
+def test_torques_fall_with_the_speed(wang: Quadruped) -> None:
+    """A motor without torque at a fifth of the joint's speed limit turns it no faster."""
+    limit = float(wang.velocity_limits[0])
+    weak = gaitopt.load_robot("wang2020", torque_line=(0.1 * limit, 0.2 * limit))
+    fastest, _ = hung_up(weak, SimulationSettings(), 0.5)
+    assert 0.18 < fastest < 0.22
+    # With steps of a fifth of the length it is the same motion.
+    fine, _ = hung_up(weak, SimulationSettings(timestep=4e-4), 0.5)
+    assert fastest == pytest.approx(fine, rel=0.02)
+    free, _ = hung_up(weak, SimulationSettings(torque_limits=False), 0.5)
+    assert free > 0.95
+
+
 def test_a_light_knee_at_its_torque_limit_does_not_shake() -> None:
     """Within one step of the physics hyq's servos could turn its knees by twice their speed limit.
 

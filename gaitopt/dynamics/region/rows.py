@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gaitopt.conventions import GRAVITY, LEGS, BoolArray, FloatArray
-from gaitopt.dynamics.contacts import Contacts, ForceLimits, pyramid_rows, torque_bounds
+from gaitopt.dynamics.contacts import Contacts, ForceLimits, pyramid_rows
+from gaitopt.dynamics.torque_limits import torque_bounds
 from gaitopt.errors import InputError
 from gaitopt.inputs import check_shape
 from gaitopt.robots.quadruped import Quadruped

@@ -10,7 +10,7 @@ import numpy as np
 from gaitopt.errors import RobotError
 from gaitopt.robots.files.motors import refuse_unknown
 from gaitopt.robots.files.notes import first_of
-from gaitopt.robots.files.options import PerJoint
+from gaitopt.robots.files.options import PerJoint, SpeedPair
 from gaitopt.robots.files.origins import number_in
 from gaitopt.robots.files.tree import Joint
 
@@ -23,14 +23,17 @@ those robots."""
 
 
 def set_limits(
-    label: str, joints: Sequence[Joint], velocity: PerJoint | None, effort: PerJoint | None
-) -> list[str]:
+    label: str, joints: Sequence[Joint], velocity: PerJoint | None, effort: PerJoint | None,
+    lines: Mapping[str, SpeedPair],
+) -> list[str]:  # fmt: skip
     """Make the limits of joints valid, and put the user's in their place.
 
     Args:
         label: what to call the robot in messages.
         joints: the hinges of the legs, which change.
         velocity, effort: the user's limits [rad/s], [N m].
+        lines: torque lines of the motors, by joint [rad/s]. A motor's speed without load is the
+            velocity limit of a joint that has none.
 
     Returns:
         Warnings.
@@ -51,7 +54,9 @@ def set_limits(
             if value is not None:
                 limit.set(name, repr(value))
         speed, torque = (_value(label, joint, name) for name in ("velocity", "effort"))
-        if not 0.0 < speed < np.inf:
+        if not 0.0 < speed < np.inf and joint.name in lines:
+            limit.set("velocity", repr(lines[joint.name][1]))
+        elif not 0.0 < speed < np.inf:
             limit.set("velocity", repr(ASSUMED_VELOCITY))
             guessed.append(joint.name)
         elif speed >= PLACEHOLDER_VELOCITY and _given(velocity, joint.name) is None:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from gaitopt.errors import InputError
 from gaitopt.robots.files.limbs import Limb
-from gaitopt.robots.files.options import PerJoint
+from gaitopt.robots.files.options import PairPerJoint, PerJoint, SpeedPair
 
 
 def motor_inertias(
@@ -30,6 +30,26 @@ def motor_inertias(
     refuse_unknown(label, "motor_inertia", own, joints)
     found = {**known, **own}
     return {joint: value for joint, value in found.items() if value > 0.0}
+
+
+def torque_lines(
+    label: str, limbs: Mapping[str, Limb], known: Mapping[str, SpeedPair],
+    given: PairPerJoint | None,
+) -> dict[str, SpeedPair]:  # fmt: skip
+    """Speeds at which the torques of joints begin to fall and end, by joint [rad/s].
+
+    Args:
+        label, limbs, known, given: as in :func:`motor_inertias`.
+
+    Raises:
+        InputError: the user names a joint that no leg has.
+    """
+    joints = [joint.name for limb in limbs.values() for joint in limb.joints]
+    if given is None:
+        return dict(known)
+    own = given if isinstance(given, Mapping) else dict.fromkeys(joints, given)
+    refuse_unknown(label, "torque_line", own, joints)
+    return {**known, **own}
 
 
 def refuse_unknown(label: str, what: str, given: Mapping[str, object], joints: list[str]) -> None:

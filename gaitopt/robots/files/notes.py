@@ -23,6 +23,8 @@ LARGEST_RADIUS = 1.0
 LARGEST_INERTIA = 1000.0
 """Largest inertia of a motor, seen at its joint, that is taken for one [kg m^2]. Chosen: those
 of the robots that were tried are 0.001 to 0.6."""
+FASTEST = 1e6
+"""Largest speed of a motor without load that is taken for one [rad/s]. Chosen: as for limits."""
 Hulls = tuple[tuple[str, tuple[float, ...]], ...]
 """Links, and the coordinates x, y, z of a hull's corners in the link's frame [m], one after the
 other. A link with several meshes has several hulls."""
@@ -41,6 +43,8 @@ class Notes:
         foot_radius: radius of the feet [m]; ``None`` where the URDF tells it.
         standing: joint angles of the file's standing pose, by joint [rad]; empty for none.
         armature: inertia of the motors, seen at the joints, by joint [kg m^2].
+        torque_lines: speeds up to which motors have their whole torque, and at which they have
+            none, by joint [rad/s]. In between the torque falls linearly.
         locked: joints that were made fixed, and where [rad, m].
         hulls: convex hulls of the collision meshes.
         done: what was done to the file, in sentences.
@@ -52,6 +56,7 @@ class Notes:
     foot_radius: float | None = None
     standing: Mapping[str, float] = field(default_factory=dict)
     armature: Mapping[str, float] = field(default_factory=dict)
+    torque_lines: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     locked: Mapping[str, float] = field(default_factory=dict)
     hulls: Hulls = ()
     done: tuple[str, ...] = ()
@@ -69,6 +74,9 @@ def write_notes(root: ElementTree.Element, notes: Notes) -> None:
         ElementTree.SubElement(out, "foot", leg=leg, link=link)
     for joint, value in notes.armature.items():
         ElementTree.SubElement(out, "armature", joint=joint, value=repr(float(value)))
+    for joint, (full, none) in notes.torque_lines.items():
+        ElementTree.SubElement(out, "torque_line", joint=joint, full_to=repr(float(full)),
+                               no_load=repr(float(none)))  # fmt: skip
     for tag, places in (("locked", notes.locked), ("standing", notes.standing)):
         for joint, at in places.items():
             ElementTree.SubElement(out, tag, joint=joint, at=repr(float(at)))
@@ -104,6 +112,7 @@ def read_notes(urdf: str, label: str) -> Notes:
         foot_radius=_number(element, "foot_radius", where, LARGEST_RADIUS),
         standing=_numbers(element, "standing", "at", where),
         armature=_numbers(element, "armature", "value", where),
+        torque_lines=_lines(element, where),
         locked=_numbers(element, "locked", "at", where),
         hulls=_hulls(element, where),
         done=texts["done"],
@@ -137,6 +146,20 @@ def _numbers(element: ElementTree.Element, tag: str, name: str, where: str) -> M
         if value is None or (tag == "armature" and not 0.0 <= value <= LARGEST_INERTIA):
             raise RobotError(f"{where}: {tag} {part.get(name)!r} is no number that is allowed")
         found[_text(part, "joint", where)] = value
+    return MappingProxyType(found)
+
+
+def _lines(element: ElementTree.Element, where: str) -> Mapping[str, tuple[float, float]]:
+    """Torque lines of joints."""
+    found = {}
+    for part in element.findall("torque_line"):
+        full, none = (_finite(_text(part, name, where)) for name in ("full_to", "no_load"))
+        if full is None or none is None or not 0.0 <= full < none <= FASTEST:
+            raise RobotError(
+                f"{where}: a torque_line needs speeds 0 <= full_to < no_load, got "
+                f"{part.get('full_to')!r} and {part.get('no_load')!r}"
+            )
+        found[_text(part, "joint", where)] = (full, none)
     return MappingProxyType(found)
 
 

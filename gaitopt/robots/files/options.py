@@ -13,11 +13,15 @@ import numpy as np
 from gaitopt.errors import InputError
 from gaitopt.files import StrPath
 from gaitopt.inputs import check_number
-from gaitopt.robots.files.notes import LARGEST_INERTIA, LARGEST_RADIUS
+from gaitopt.robots.files.notes import FASTEST, LARGEST_INERTIA, LARGEST_RADIUS
 from gaitopt.robots.leg_names import by_leg
 
 PerJoint = float | Mapping[str, float]
 """A number for all joints of the legs, or numbers by the names of joints."""
+
+SpeedPair = tuple[float, float]
+"""Two speeds: up to the first a motor has its whole torque, and at the second none [rad/s]."""
+PairPerJoint = SpeedPair | Mapping[str, SpeedPair]
 
 NO_MASSES, FROM_SHAPES = "none", "shapes"
 """What ``masses`` may say instead of numbers."""
@@ -37,6 +41,7 @@ class ReadOptions:
             ``"none"`` to do without.
         velocity_limits, effort_limits: of the legs' joints [rad/s], [N m].
         motor_inertia: of the motors of the legs' joints, seen at the joints [kg m^2].
+        torque_line: of the motors of the legs' joints.
         package_folders: folders in which packages with meshes and xacro files lie.
         xacro_arguments: values of a xacro file's arguments, by name.
 
@@ -52,6 +57,7 @@ class ReadOptions:
     velocity_limits: PerJoint | None = None
     effort_limits: PerJoint | None = None
     motor_inertia: PerJoint | None = None
+    torque_line: PairPerJoint | None = None
     package_folders: Sequence[Path] = ()
     xacro_arguments: Mapping[str, str] = field(default_factory=dict)
 
@@ -85,6 +91,8 @@ class ReadOptions:
             ("motor_inertia", 0.0, LARGEST_INERTIA, "kg m^2"),
         ):  # fmt: skip
             object.__setattr__(self, name, _per_joint(name, getattr(self, name), low, high, unit))
+
+        object.__setattr__(self, "torque_line", _pairs_per_joint(self.torque_line))
 
     @staticmethod
     def _check_foot(leg: str, foot: Any) -> None:
@@ -133,3 +141,31 @@ def _per_joint(
     if not isinstance(given, Mapping):
         return check_number(name, given, low, high, unit)
     return {j: check_number(f"{name} {j}", value, low, high, unit) for j, value in given.items()}
+
+
+def _pairs_per_joint(given: PairPerJoint | None) -> PairPerJoint | None:
+    """Torque lines as plain numbers; raises InputError where one is none."""
+    if given is None:
+        return None
+    if isinstance(given, Mapping):
+        return {joint: _pair(f"torque_line {joint}", pair) for joint, pair in given.items()}
+    return _pair("torque_line", given)
+
+
+def _pair(name: str, given: SpeedPair) -> SpeedPair:
+    """The two speeds of a torque line; raises InputError where they are none."""
+    try:
+        full, none = given
+    except (TypeError, ValueError):
+        raise InputError(
+            f"{name} must be two speeds in rad/s, up to which the motor has its whole torque and "
+            f"at which it has none, got {given!r}"
+        ) from None
+    low = check_number(f"{name}, speed with the whole torque,", full, 0.0, FASTEST, "rad/s")
+    high = check_number(f"{name}, speed without load,", none, 1e-6, FASTEST, "rad/s")
+    if not low < high:
+        raise InputError(
+            f"{name}: the speed without load, {high:g} rad/s, must be above the one with the whole "
+            f"torque, {low:g} rad/s"
+        )
+    return low, high

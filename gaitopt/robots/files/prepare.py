@@ -24,9 +24,9 @@ from gaitopt.robots.files.joint_limits import set_limits
 from gaitopt.robots.files.limbs import Limb, find_limbs, named_limbs
 from gaitopt.robots.files.masses import set_masses
 from gaitopt.robots.files.meshes import MeshFinder
-from gaitopt.robots.files.motors import motor_inertias
+from gaitopt.robots.files.motors import motor_inertias, torque_lines
 from gaitopt.robots.files.notes import TAG, Notes, read_notes, write_notes
-from gaitopt.robots.files.options import ReadOptions
+from gaitopt.robots.files.options import ReadOptions, SpeedPair
 from gaitopt.robots.files.shapes import write_known_shapes
 from gaitopt.robots.files.tree import UrdfTree
 from gaitopt.robots.urdf_text import parsed_urdf
@@ -67,17 +67,19 @@ def prepared_urdf(
     asked = {**kept, **(options.feet or {})}
     given = options.foot_radius if options.foot_radius is not None else before.foot_radius
     feet, radius = _set_feet(tree, named, asked, finder, given, done, warnings)
-    _set_limits(tree, named, options, done, warnings)
+    lines = torque_lines(tree.label, named, notes.torque_lines, options.torque_line)
+    _set_limits(tree, named, options, lines, done, warnings)
     warnings += set_masses(tree, options.masses, finder)
     told = Notes(
         kind=notes.kind, feet=feet, foot_radius=radius, standing=notes.standing,
         armature=motor_inertias(tree.label, named, notes.armature, options.motor_inertia),
-        locked={**notes.locked, **locked},
+        torque_lines=lines, locked={**notes.locked, **locked},
         hulls=find_hulls(tree, finder) or notes.hulls,
         done=tuple(done), warnings=tuple(dict.fromkeys(warnings)),
     )  # fmt: skip
     plain = known is None and options.legs is None and not asked and not told.hulls
     plain &= ElementTree.tostring(root) == same and told.armature == before.armature
+    plain &= told.torque_lines == before.torque_lines
     if plain and radius == ball_radius(urdf, list(feet.values())):
         return urdf, told
     root.attrib.setdefault("name", label)
@@ -119,13 +121,16 @@ def _set_limits(
     tree: UrdfTree,
     limbs: dict[str, Limb],
     options: ReadOptions,
+    lines: Mapping[str, SpeedPair],
     done: list[str],
     warnings: list[str],
 ) -> None:
     """Make the limits of the legs' joints valid, and their joints have one angle each."""
     joints = [joint for limb in limbs.values() for joint in limb.joints]
     endless = [joint.name for joint in joints if joint.kind == "continuous"]
-    warnings += set_limits(tree.label, joints, options.velocity_limits, options.effort_limits)
+    warnings += set_limits(
+        tree.label, joints, options.velocity_limits, options.effort_limits, lines
+    )
     if endless:
         done.append(f"joints without an end have one angle each: {', '.join(endless)}")
 

@@ -124,6 +124,9 @@ def _said(robot: Quadruped, leg: str, column: int) -> str:
     speed = f"{robot.velocity_limits[column]:.4g} rad/s"
     inertia = robot.motor_inertia[column]
     motor = f", motor {inertia:.4g} kg m²" if inertia > 0.0 else ""
+    full, none = robot.torque_lines[:, column]
+    if np.isfinite(none):
+        motor += f", whole torque up to {full:.4g} rad/s, none at {none:.4g} rad/s"
     return f"{leg}: {robot.joint_names[column]}, {ends}, {speed}, {torque}{motor}"
 
 

@@ -95,19 +95,14 @@ def add_geom(
             ElementTree.SubElement(geometry, "mesh", filename=found[0], scale=found[1])
 
 
-def joint_limit(mujoco: Any, model: Any, joint: int, element: Element) -> None:
+def joint_limit(model: Any, joint: int, effort: float, element: Element) -> None:
     """Add a joint's limits, and its damping and friction.
 
-    MJCF knows no velocity limits. The effort limit is the least of what the joint itself and its
-    actuators state.
+    MJCF knows no velocity limits. The effort limit [N m] is what its actuators state.
     """
     low, high = (float(v) for v in model.jnt_range[joint])
     if not model.jnt_limited[joint]:
         low = high = 0.0
-    efforts = [_actuator_effort(mujoco, model, i, joint) for i in range(model.nu)]
-    if model.jnt_actfrclimited[joint]:
-        efforts.append(float(np.abs(model.jnt_actfrcrange[joint]).min()))
-    effort = min([e for e in efforts if e is not None and e > 0.0], default=0.0)
     ElementTree.SubElement(element, "limit", lower=repr(low), upper=repr(high),
                            effort=repr(effort), velocity="0")  # fmt: skip
     dof = int(model.jnt_dofadr[joint])
@@ -115,21 +110,3 @@ def joint_limit(mujoco: Any, model: Any, joint: int, element: Element) -> None:
     friction = float(model.dof_frictionloss[dof])
     if damping > 0.0 or friction > 0.0:
         ElementTree.SubElement(element, "dynamics", damping=repr(damping), friction=repr(friction))
-
-
-def _actuator_effort(mujoco: Any, model: Any, actuator: int, joint: int) -> float | None:
-    """The torque that an actuator can make at a joint [N m]; ``None`` where nothing says it."""
-    of_joint = int(model.actuator_trntype[actuator]) == int(mujoco.mjtTrn.mjTRN_JOINT)
-    if not of_joint or int(model.actuator_trnid[actuator][0]) != joint:
-        return None
-    gear = abs(float(model.actuator_gear[actuator][0]))
-    found = []
-    if model.actuator_forcelimited[actuator]:
-        found.append(gear * float(np.abs(model.actuator_forcerange[actuator]).min()))
-    plain = int(model.actuator_biastype[actuator]) == int(mujoco.mjtBias.mjBIAS_NONE)
-    plain &= int(model.actuator_gaintype[actuator]) == int(mujoco.mjtGain.mjGAIN_FIXED)
-    plain &= int(model.actuator_dyntype[actuator]) == int(mujoco.mjtDyn.mjDYN_NONE)
-    if plain and model.actuator_ctrllimited[actuator]:
-        gain = abs(float(model.actuator_gainprm[actuator][0]))
-        found.append(gear * gain * float(np.abs(model.actuator_ctrlrange[actuator]).min()))
-    return min(found, default=None)

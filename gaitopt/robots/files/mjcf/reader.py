@@ -19,6 +19,12 @@ from gaitopt.conventions import FloatArray
 from gaitopt.errors import MissingPackageError, RobotError
 from gaitopt.files import silenced_stderr
 from gaitopt.robots.files.meshes import MeshFinder
+from gaitopt.robots.files.mjcf.actuators import (
+    actuators_of,
+    effort_of,
+    motor_inertia_of,
+    torque_line_of,
+)
 from gaitopt.robots.files.mjcf.check import check_agreement
 from gaitopt.robots.files.mjcf.links import (
     BALL,
@@ -107,6 +113,7 @@ class _Writer:
         # Where the frame of a body's link is in the body's frame: at the joint.
         self.shifts: dict[int, FloatArray] = {}
         self.armature: dict[str, float] = {}
+        self.torque_lines: dict[str, tuple[float, float]] = {}
         self.base = self._base()
 
     def write(self) -> tuple[str, Notes]:
@@ -120,8 +127,11 @@ class _Writer:
         done = f"MuJoCo read this MJCF; the body is {body_name(model, base)}"
         missing = self.cleaned.missing
         lost = f"{len(missing)} meshes are missing ({first_of(missing)}): their shapes are left out"
+        lines = f"the torques of {first_of(list(self.torque_lines))} fall with the speed, by their "
+        told = (f"{lines}actuators' gain and bias",) if self.torque_lines else ()
         notes = Notes(
-            kind="mjcf", standing=self._standing(), armature=self.armature, done=(done,),
+            kind="mjcf", standing=self._standing(), armature=self.armature,
+            torque_lines=self.torque_lines, done=(done, *told),
             warnings=(lost,) if missing else (),
         )  # fmt: skip
         return ElementTree.tostring(self.root, encoding="unicode"), notes
@@ -258,10 +268,15 @@ class _Writer:
         ElementTree.SubElement(element, "child", link=child)
         ElementTree.SubElement(element, "axis", xyz=" ".join(repr(float(a)) for a in axis))
         if kind in (HINGE, SLIDE):
-            joint_limit(self.mujoco, model, joint, element)
-            inertia = float(model.dof_armature[int(model.jnt_dofadr[joint])])
+            actuators = actuators_of(self.mujoco, model, joint)
+            effort = effort_of(self.mujoco, model, joint, actuators)
+            joint_limit(model, joint, effort, element)
+            inertia = motor_inertia_of(model, joint, actuators)
             if inertia > 0.0:
                 self.armature[name] = inertia
+            line = torque_line_of(self.mujoco, model, actuators, effort)
+            if line is not None and kind == HINGE:
+                self.torque_lines[name] = line
 
     def _add_link(self, body: int) -> None:
         """Add a body's link: its inertia and shapes."""

@@ -1,4 +1,4 @@
-"""The inertia of motors in the check of forces: its bounds, and plans that forgot it."""
+"""Motors in the check of forces: inertia, torque that falls, and plans that forgot them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from gaitopt.certificate.enclosure import Pieces
 from gaitopt.certificate.force_samples import sample_forces
 from gaitopt.certificate.forces import contact_forces
 from gaitopt.certificate.inertial_deviations import InertialDeviations
-from gaitopt.dynamics.contacts import ForceLimits
+from gaitopt.dynamics.contacts import ForceLimits, TorqueLine
 from gaitopt.dynamics.whole_body import equations_of_motion, motion_of_path
 from gaitopt.motion.path import MotionPath
 
@@ -91,3 +91,25 @@ def test_one_per_cent_too_much_for_a_motor_that_shakes_between_samples_is_found(
     assert (check.status is Verdict.OK) is good, check
     if not good:
         assert start <= check.when <= start + length and check.where.startswith(f"torque {name}")
+
+
+def test_a_plan_that_forgot_how_its_motors_fade_is_found(slow: Plan) -> None:
+    """The same plan is judged by lines that its joints keep, and by lines that they leave."""
+    limit = float(slow.robot.velocity_limits[0])
+    for line, good in (((0.9 * limit, 1.5 * limit), True), ((0.05 * limit, 0.5 * limit), False)):
+        robot = gaitopt.load_robot("wang2020", torque_line=line)
+        check = contact_forces(replace(slow, robot=robot), LIMITS)
+        assert (check.status is Verdict.OK) is good, check
+        assert "90 % of the torque, which falls with the speed" in check.note
+    assert check.where.startswith("torque")
+
+
+def test_lines_of_motors_and_those_of_limits_are_one_check(slow: Plan) -> None:
+    """Speeds in rad/s, or as shares of the velocity limits, which all joints of wang2020 share."""
+    limit = float(slow.robot.velocity_limits[0])
+    for no_load in (0.75, 1.1):
+        line = TorqueLine(no_load / 2.0, no_load)
+        robot = gaitopt.load_robot("wang2020", torque_line=(limit * line.knee, limit * no_load))
+        own = contact_forces(replace(slow, robot=robot), LIMITS)
+        asked = contact_forces(slow, replace(LIMITS, torque_line=line))
+        assert own.worst == pytest.approx(asked.worst, abs=1e-9) and own.where == asked.where
