@@ -190,8 +190,11 @@ def test_random_stances_agree_with_a_linear_program_over_all_forces(
     best = largest_reserve(reference(a1, state.motion, 0, standing[0], limits, normal))
     needed = limits.least_normal_shares(standing[0]).max()
     if count == "two":
-        # Two feet do not make the moment that a random motion asks for, whatever else they do.
-        assert not found.feasible[0]
+        # Two feet do not make the moment that a random motion asks for, whatever else they do; but
+        # it may be so small that it counts as none.
+        tolerated = limits.balance_tolerance * found.weight * found.length
+        assert not found.feasible[0] or found.residuals.moment[0] <= tolerated
+        check_limits(found, normal)
         return
     if best is None or abs(best - needed) > 1e-6:
         assert found.feasible[0] == (best is not None and best >= needed)
