@@ -1,8 +1,9 @@
 """Gaits by velocity on all robots: with contact forces or not, and what physics makes of them.
 
 ``python -m benchmarks.gaits [--gaits trot,trot60] [--robots a1,go2] [--velocity]`` prints a table.
-Each gait is walked for 1.5 m at full speed, ``wang2020-fast`` at 0.3 m/s and others at 0.5 m/s, and
-gaits with three feet at 0.1 m/s. With ``--velocity`` the same gaits are planned without forces.
+Trots are walked for 1.5 m at full speed, ``wang2020-fast`` at 0.3 m/s and others at 0.5 m/s;
+pronks, bounds and paces for 0.9 m at 0.3 m/s; gaits with three feet for 0.3 m at 0.1 m/s. With
+``--velocity`` the same gaits are planned without forces.
 """
 
 from __future__ import annotations
@@ -20,25 +21,37 @@ ROBOTS = ("wang2020-fast", "a1", "go1", "go2", "b1", "laikago", "anymal", "anyma
 GAITS = {
     "trot": gaitopt.trot(0.5),
     "trot60": gaitopt.trot(0.5, 0.6),
+    "trot40": gaitopt.trot(0.5, 0.4),
+    "pronk": gaitopt.pronk(0.5),
+    "bound": gaitopt.bound(0.3),
+    "bound40": gaitopt.bound(0.3, 0.4),
+    "pace": gaitopt.pace(0.4),
     "quasi-static": gaitopt.quasi_static(1.0),
     "walk": gaitopt.walk(1.6),
 }
 """Gaits by their names here; the number is the duty factor in per cent."""
 SLOW, FAST, WANG = 0.1, 0.5, 0.3
-"""Speeds of gaits on three feet, of trots, and of trots of wang2020-fast [m/s]."""
-DISTANCE = 1.5
-"""Way at full speed [m]."""
+"""Speeds of gaits on three feet, of trots, and of trots of wang2020-fast and all other gaits
+[m/s]."""
+DISTANCE, LASTING = 1.5, 3.0
+"""Way at full speed of trots [m], and time at full speed of all others [s]."""
 
 
 def line(name: str, gait: str, timing: str) -> str:
     """The table's line of one walk."""
     robot = gaitopt.load_robot(name)
     trots = gait.startswith("trot")
-    speed = SLOW if not trots else WANG if name == "wang2020-fast" else FAST
+    speed = SLOW if gait in ("quasi-static", "walk") else WANG
+    if trots and name != "wang2020-fast":
+        speed = FAST
     began = process_time()
     try:
         plan = gaitopt.plan_gait(
-            robot, GAITS[gait], velocity=speed, distance=DISTANCE if trots else 0.3, timing=timing
+            robot,
+            GAITS[gait],
+            velocity=speed,
+            timing=timing,
+            distance=DISTANCE if trots else LASTING * speed,
         )
     except gaitopt.GaitoptError as error:
         return f"| {name} | {gait} | {speed} | refused: {error} |"

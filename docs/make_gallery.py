@@ -12,7 +12,7 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from gaitopt.gait.gaits import bound, crawl, pace, quasi_static, trot, walk, wave
+from gaitopt.gait.gaits import bound, crawl, pace, pronk, quasi_static, trot, walk, wave
 from gaitopt.gait.schedule import GaitSchedule
 from gaitopt.planners.by_velocity.planner import plan_gait
 from gaitopt.robots.catalog import load_robot
@@ -30,6 +30,7 @@ GAITS: dict[str, GaitSchedule] = {
     "quasi_static": quasi_static(1.0),
     "trot": trot(0.5),
     "flying_trot": trot(0.5, 0.4),
+    "pronk": pronk(0.5),
     "pace": pace(0.5),
     "bound": bound(0.5),
 }

@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from gaitopt.exporting.tables import export_csv as export_csv
     from gaitopt.gait.gaits import bound as bound
     from gaitopt.gait.gaits import pace as pace
+    from gaitopt.gait.gaits import pronk as pronk
     from gaitopt.gait.gaits import quasi_static as quasi_static
     from gaitopt.gait.gaits import trot as trot
     from gaitopt.gait.gaits import walk as walk
@@ -138,7 +139,7 @@ _HOMES = {
     ),
     "exporting.ros": "export_ros",
     "exporting.tables": "export_csv",
-    "gait.gaits": "bound pace quasi_static trot walk wave",
+    "gait.gaits": "bound pace pronk quasi_static trot walk wave",
     "gait.longitudinal": "longitudinal_margin margin_over_duty",
     "gait.schedule": "GaitSchedule",
     "gait.state_machine": "GaitStateMachine LegState",

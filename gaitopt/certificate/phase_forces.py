@@ -57,9 +57,20 @@ class PhaseJudge:
         return cls(plan, pieces, Stance(plan.robot, limits, feet, points), ends, slip)
 
     @property
+    def centre(self) -> FloatArray:
+        """Reference of moments: the middle of the contact points; of the base's places in flight.
+
+        A robot that flies far from the world's origin is judged as one that flies near to it.
+        """
+        if len(self.stance.feet):
+            return self.stance.centre
+        bases = np.concatenate([end.base for end in self.ends])
+        return np.asarray((bases.min(axis=0) + bases.max(axis=0)) / 2.0)
+
+    @property
     def off_centre(self) -> FloatArray:
-        """How far the base is from the middle of the contact points at each start ``(P,)`` [m]."""
-        return np.asarray(np.linalg.norm(self.ends[0].base - self.stance.centre, axis=1))
+        """How far the base is from the reference of moments at each start ``(P,)`` [m]."""
+        return np.asarray(np.linalg.norm(self.ends[0].base - self.centre, axis=1))
 
     def left(self, deviations: InertialDeviations) -> tuple[FloatArray, FloatArray, list[str]]:
         """What each limit leaves on every piece, how much of it the bounds took, and its name.
@@ -84,7 +95,7 @@ class PhaseJudge:
         """
         stance, at = self.stance, ForceSamples.joined(*self.ends)
         limits = stance.torque_limits(at.speeds)
-        moment = at.moment + np.cross(at.base - stance.centre, at.force)
+        moment = at.moment + np.cross(at.base - self.centre, at.force)
         wrench = np.concatenate([at.force, moment], axis=1)
         jacobians = at.jacobians[:, stance.feet]
         # Lengths that NumPy is to find for itself are not known of empty arrays, of feet in flight.

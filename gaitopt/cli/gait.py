@@ -113,8 +113,8 @@ def trot(
 
 def gait(
     name: Annotated[
-        str, typer.Argument(help="walk, trot, quasi-static, wave, pace, bound; or a crawl's order "
-                            "of legs, as in RH,RF,LH,LF."),
+        str, typer.Argument(help="walk, trot, quasi-static, wave, pace, bound, pronk; or a crawl's "
+                            "order of legs, as in RH,RF,LH,LF."),
     ],
     robot: RobotOption = FAST,
     speed: ForwardOption = 0.1,

@@ -1,10 +1,11 @@
-"""The horizontal path of a body whose conditions on the ground's reaction are linearised.
+"""The path of a body whose conditions on the ground's reaction are linearised.
 
-The path is a spline of degree five. Within a phase it has four continuous derivatives, and two
-where feet land or lift off. Accelerations jump only where one asks for it. A quadratic program
-keeps linear conditions on place, velocity and acceleration at given instants, equations among them,
-and stays near a route. So a planner can solve equations that hold the whole robot's dynamics: it
-linearises them at a path, solves, and linearises again at what it found.
+Its coordinates are x and y, or more. Each is a spline of degree five. Within a phase it has four
+continuous derivatives, and two where feet land or lift off. Accelerations jump only where one asks
+for it. A quadratic program keeps linear conditions on the coordinates, their velocities and
+accelerations at given instants, equations among them, and stays near a route. So a planner can
+solve equations that hold the whole robot's dynamics: it linearises them at a path, solves, and
+linearises again at what it found.
 """
 
 from __future__ import annotations
@@ -25,8 +26,6 @@ stores it without loss."""
 CONTINUOUS = 2
 """Order of the highest derivative that is continuous where feet land or lift off; one less where
 accelerations jump."""
-JUMP_WEIGHT = 1.0
-"""Weight of the mean squared jump of accelerations, against their mean square."""
 UNIT = 0.01
 """Unit of the program's unknowns [m]: of the size of the body's displacements."""
 BESIDE = 1e-9
@@ -101,7 +100,7 @@ class BodySpline:
         return self.matrix(self.jumps, 2) - self.matrix(self.jumps - BESIDE, 2)
 
     def path(self, points: FloatArray) -> MotionPath:
-        """The path of control points ``(n, 2)``."""
+        """The path of control points ``(n, d)``."""
         from scipy.interpolate import BSpline, PPoly
 
         axes = [PPoly.from_spline(BSpline(self.knots, axis, DEGREE)) for axis in points.T]
@@ -115,7 +114,7 @@ class Conditions:
 
     Attributes:
         samples: the instant of each condition, by its number ``(R,)``.
-        factors: of place, velocity and acceleration along x and y ``(R, 3, 2)``.
+        factors: of the coordinates' values, velocities and accelerations ``(R, 3, d)``.
         low, high: ``(R,)``; infinite for none.
         wishes: which wished margin is to be left over as well ``(R,)``, -1 for none.
     """
@@ -135,10 +134,13 @@ class BalancedPathProblem:
         spline: the spline of each coordinate.
         times: instants of the conditions ``(N,)`` [s].
         route: instants ``(G,)`` [s], their weights ``(G,)``, and the route's places and
-            accelerations there ``(G, 2)`` each.
-        ends: where the path begins and ends at rest ``(2, 2)`` [m].
+            accelerations there ``(G, d)`` each.
+        ends: where the path begins and ends at rest ``(2, d)``.
         period: of the gait, which weighs accelerations against displacements [s].
-        largest_offset: how far from the route the body may go along x and y [m].
+        largest_offset: how far from the route each coordinate may go ``(d,)``.
+        sizes: lengths that count like a unit of each coordinate ``(d,)`` [m]: 1 for those that are
+            lengths.
+        jump_weight: weight of the mean squared jump of accelerations, against their mean square.
         target: margin above which a larger one is not wished for [m].
         wished: weight of each wished margin ``(W,)``; all margins together weigh as much as the
             displacements.
@@ -149,58 +151,67 @@ class BalancedPathProblem:
     route: tuple[FloatArray, FloatArray, FloatArray, FloatArray]
     ends: FloatArray
     period: float
-    largest_offset: float
+    largest_offset: FloatArray
+    sizes: FloatArray
+    jump_weight: float
     target: float
     wished: FloatArray
 
     def derivatives(self, points: FloatArray) -> FloatArray:
-        """Place, velocity and acceleration at the instants of the conditions ``(N, 3, 2)``."""
+        """Values and two derivatives at the instants of the conditions ``(N, 3, d)``."""
         return np.stack([self.spline.matrix(self.times, k) @ points for k in range(3)], axis=1)
 
 
 def solve_balanced_path(
     problem: BalancedPathProblem, conditions: Conditions, start: FloatArray
 ) -> FloatArray:
-    """Control points ``(n, 2)`` of the path nearest to the route that keeps the conditions.
+    """Control points ``(n, d)`` of the path nearest to the route that keeps the conditions.
 
     The solver's answer is not judged here: the caller evaluates what the conditions stand for.
 
     Args:
         problem, conditions: what is asked.
-        start: control points of a path near it ``(n, 2)`` [m]; the answer depends on them by
+        start: control points of a path near it ``(n, d)``; the answer depends on them by
             rounding alone.
     """
     from scipy.sparse import diags_array
 
-    n = len(problem.spline)
+    n, coordinates = len(problem.spline), len(problem.sizes)
     matrix, low, high = _rows(problem, conditions)
     hessian, gradient = _cost(problem)
+    units = UNIT / np.concatenate([np.repeat(problem.sizes, n), np.ones(len(problem.wished))])
+    scaled = diags_array(units)
+    matrix, hessian, gradient = matrix @ scaled, scaled @ hessian @ scaled, units * gradient
     # Unknowns are displacements from the start in units of UNIT, and rows have one size, so that
     # the solver need not tell centimetres from rounding.
-    begin = np.concatenate([start.T.ravel(), np.zeros(len(problem.wished))])
+    begin = np.concatenate([start.T.ravel(), np.zeros(len(problem.wished))]) / units
     size = np.abs(matrix.tocsr()).max(axis=1).toarray().ravel()
-    shift, unit = matrix @ begin, UNIT * size
+    shift = matrix @ begin
     scale = 1.0 / float(np.abs(hessian.diagonal()).max())
     found, _ = solve_sparse(
-        scale * hessian, scale / UNIT * (gradient + hessian @ begin),
-        diags_array(1.0 / size) @ matrix, (low - shift) / unit, (high - shift) / unit,
+        scale * hessian, scale * (gradient + hessian @ begin),
+        diags_array(1.0 / size) @ matrix, (low - shift) / size, (high - shift) / size,
         refinement=True,
     )  # fmt: skip
-    points = begin + UNIT * found
-    return np.asarray(points[: 2 * n].reshape(2, n).T)
+    points = (units * (begin + found))[: coordinates * n]
+    return np.asarray(points.reshape(coordinates, n).T)
 
 
 def _rows(
     problem: BalancedPathProblem, conditions: Conditions
 ) -> tuple[Any, FloatArray, FloatArray]:
-    """Rows ``low <= J x <= high`` over (x, y, wished margins): conditions, offset, ends, target."""
+    """Rows ``low <= J x <= high``: conditions, offset, ends, target.
+
+    Unknowns are the control points, coordinate by coordinate, and the wished margins.
+    """
     from scipy.sparse import block_diag, csr_array, diags_array, hstack, vstack
 
     n, wishes = len(problem.spline), len(problem.wished)
     at = [problem.spline.matrix(problem.times, k)[conditions.samples] for k in range(3)]
-    both = [
+    coordinates = len(problem.sizes)
+    each = [
         sum(diags_array(conditions.factors[:, k, axis]) @ at[k] for k in range(3))
-        for axis in range(2)
+        for axis in range(coordinates)
     ]
     count, kept = len(conditions.low), conditions.wishes >= 0
     own = csr_array((-np.ones(kept.sum()), (np.flatnonzero(kept), conditions.wishes[kept])),
@@ -209,19 +220,20 @@ def _rows(
     place, middle = problem.spline.matrix(times, 0), places.T.ravel()
     fixed, where = rest_rows(n, problem.ends)
     matrix = vstack([
-        hstack([*both, own]),
-        hstack([block_diag([place, place]), csr_array((len(middle), wishes))]),
+        hstack([*each, own]),
+        hstack([block_diag([place] * coordinates), csr_array((len(middle), wishes))]),
         hstack([fixed, csr_array((len(where), wishes))]),
-        hstack([csr_array((wishes, 2 * n)), diags_array(np.ones(wishes))]),
+        hstack([csr_array((wishes, coordinates * n)), diags_array(np.ones(wishes))]),
     ])  # fmt: skip
-    reach, target = problem.largest_offset, np.full(wishes, problem.target)
+    reach = np.repeat(problem.largest_offset, len(times))
+    target = np.full(wishes, problem.target)
     low = [conditions.low, middle - reach, where, np.full(wishes, -np.inf)]
     high = [conditions.high, middle + reach, where, target]
     return matrix, np.concatenate(low), np.concatenate(high)
 
 
 def _cost(problem: BalancedPathProblem) -> tuple[Any, FloatArray]:
-    """Hessian and gradient over (x, y, wished margins)."""
+    """Hessian and gradient over control points and wished margins."""
     from scipy.sparse import block_diag, diags_array
 
     times, weights, places, accelerations = problem.route
@@ -229,12 +241,13 @@ def _cost(problem: BalancedPathProblem) -> tuple[Any, FloatArray]:
     jump = problem.spline.jump_matrix()
     weight = acceleration_weight(problem.period)
     weighted = diags_array(weights / weights.sum())
-    jumps = JUMP_WEIGHT / max(jump.shape[0], 1) * (jump.T @ jump)
+    jumps = problem.jump_weight / max(jump.shape[0], 1) * (jump.T @ jump)
     single = place.T @ weighted @ place + weight * (second.T @ weighted @ second + jumps)
     wish = SHORTFALL_WEIGHT * problem.wished / max(float(problem.wished.sum()), 1e-300)
     pulls = [
-        -(place.T @ (weighted @ place_) + weight * (second.T @ (weighted @ acceleration)))
-        for place_, acceleration in zip(places.T, accelerations.T, strict=True)
+        -(size**2)
+        * (place.T @ (weighted @ place_) + weight * (second.T @ (weighted @ acceleration)))
+        for size, place_, acceleration in zip(problem.sizes, places.T, accelerations.T, strict=True)
     ]
-    hessian = block_diag([single, single, diags_array(wish)])
+    hessian = block_diag([*(size**2 * single for size in problem.sizes), diags_array(wish)])
     return hessian, np.concatenate([*pulls, -problem.target * wish])

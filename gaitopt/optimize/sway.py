@@ -207,18 +207,18 @@ def _offset_rows(problem: SwayProblem) -> tuple[Any, FloatArray]:
 def rest_rows(count: int, ends: FloatArray) -> tuple[Any, FloatArray]:
     """Rows ``J x = o``: at rest at both ends, without acceleration.
 
-    They are sparse ``(12, 2 count)``, over the control points of x and of y.
+    They are sparse ``(6 d, d count)``, over the control points of each coordinate.
 
     Args:
         count: control points of the spline of each coordinate.
-        ends: where the path begins and ends ``(2, 2)`` [m].
+        ends: where the path begins and ends ``(2, d)``.
     """
     from scipy.sparse import block_diag, csr_array
 
     # The first (last) three control points in one place: no velocity, no acceleration.
     chosen = [0, 1, 2, count - 3, count - 2, count - 1]
     rows = csr_array((np.ones(6), (np.arange(6), chosen)), shape=(6, count))
-    return csr_array(block_diag([rows, rows])), np.repeat(ends.T, 3)
+    return csr_array(block_diag([rows] * ends.shape[1])), np.repeat(ends.T, 3)
 
 
 def acceleration_weight(period: float) -> float:

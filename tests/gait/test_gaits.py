@@ -108,6 +108,14 @@ def test_gaits_of_two_pairs(make: Callable[[float], GaitSchedule], pair: tuple[s
     assert [set(i.support) for i in schedule.intervals(1.0)] == [set(pair), set(other)]
 
 
+def test_all_legs_of_a_pronk_step_together() -> None:
+    schedule = gait("pronk", 0.5)
+    assert [(len(i.support), i.duration) for i in schedule.intervals(0.5)] == [
+        (4, pytest.approx(0.35)), (0, pytest.approx(0.15))
+    ]  # fmt: skip
+    assert schedule.order == (LEGS,)
+
+
 def test_quasi_static_begins_at_the_trot_and_ends_at_the_walk() -> None:
     assert quasi_static(1.0, 0.5) == GaitSchedule(1.0, 0.5, trot(1.0).phase_offsets, "quasi_static")
     assert quasi_static(1.0, 0.75).phase_offsets == walk(1.0).phase_offsets

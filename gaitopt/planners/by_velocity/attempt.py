@@ -15,8 +15,10 @@ from gaitopt.plan.settings.by_velocity import GaitSettings
 from gaitopt.planners.by_velocity.balanced import balanced_motion
 from gaitopt.planners.by_velocity.body_route import BodyRoute
 from gaitopt.planners.by_velocity.force_violations import force_violations, no_path
+from gaitopt.planners.by_velocity.freedom import Freedom
 from gaitopt.planners.by_velocity.limits import (
     BALANCE,
+    KINEMATIC,
     LegLengths,
     Violation,
     find_violations,
@@ -72,8 +74,28 @@ def attempt(robot: Quadruped, settings: GaitSettings) -> Attempt:
     limits = settings.forces
     if limits is None or not _lengths(motion, settings).reached.all():
         return _without_forces(motion, settings)
+    if settings.schedule.has_flight:
+        return _with_forces(motion, settings, limits, Freedom.FREE)
+    level = _with_forces(motion, settings, limits, Freedom.LEVEL)
+    if not level.violations or level.violations[0].kind in KINEMATIC:
+        return level
+    # Where no level body has forces, one that rises and turns may have them.
+    free = _with_forces(motion, settings, limits, Freedom.FREE)
+    return min(level, free, key=lambda one: one.violations[0].use if one.violations else 0.0)
+
+
+def _with_forces(
+    motion: GaitMotion, settings: GaitSettings, limits: ForceLimits, freedom: Freedom
+) -> Attempt:
+    """An attempt with contact forces.
+
+    Args:
+        motion: along its route.
+        settings, limits: what is asked for.
+        freedom: how the body may move.
+    """
     for pieces in PIECES_A_SWING:
-        found = _with_forces(motion, settings, limits, pieces)
+        found = _with_pieces(motion, settings, limits, freedom, pieces)
         # Between the instants of its conditions a finer spline misses the balance by less.
         missed = found.path is not None and any(v.kind == BALANCE for v in found.violations)
         if not missed:
@@ -87,21 +109,20 @@ def _without_forces(motion: GaitMotion, settings: GaitSettings) -> Attempt:
     return Attempt(motion, path, find_violations(motion, lengths, path, settings))
 
 
-def _with_forces(
-    motion: GaitMotion, settings: GaitSettings, limits: ForceLimits, pieces: int
+def _with_pieces(
+    motion: GaitMotion, settings: GaitSettings, limits: ForceLimits, freedom: Freedom, pieces: int
 ) -> Attempt:
-    """An attempt with contact forces.
+    """The same with a number of pieces.
 
     Args:
-        motion: along its route.
-        settings, limits: what is asked for.
+        motion, settings, limits, freedom: as above.
         pieces: of the body's spline in the time of a swing, at least.
     """
     width, planned = min(motion.robot.stance_size), tightened(limits, PLANNED_SHARE)
     try:
         balanced, time = balanced_motion(
             motion, planned, settings.schedule.cycle_time, LARGEST_SWAY * width,
-            SWAY_MARGIN * width, pieces,
+            SWAY_MARGIN * width, pieces, freedom,
         )  # fmt: skip
     except InputError as error:
         words = f"no path of the body with contact forces was found within the legs' reach: {error}"

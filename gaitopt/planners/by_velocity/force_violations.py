@@ -59,7 +59,5 @@ def no_path(motion: GaitMotion, time: float) -> Violation:
     """
     standing = contacts_at(motion.events, np.array([time]))[0]
     feet = " and ".join(leg for leg, stands in zip(LEGS, standing, strict=True) if stands)
-    return Violation(
-        BALANCE, np.inf, time,
-        f"no path of the body was found that has contact forces on {feet or 'no foot'}",
-    )  # fmt: skip
+    has = f"that has contact forces on {feet}" if feet else "on which the robot falls freely"
+    return Violation(BALANCE, np.inf, time, f"no path of the body was found {has}")

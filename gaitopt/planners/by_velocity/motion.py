@@ -15,6 +15,8 @@ from gaitopt.motion.pieces import ROUNDING, States
 from gaitopt.planners.by_velocity.body_route import BodyRoute
 from gaitopt.planners.by_velocity.contacts import flights_at, stances_at
 from gaitopt.robots.quadruped import Quadruped
+from gaitopt.robots.rotations import rpy_to_matrix
+from gaitopt.robots.whole_body_rates import base_twist, base_twist_rate
 from gaitopt.swing.catalogue import swing_curve
 from gaitopt.swing.curve import SwingCurve
 from gaitopt.terrain.footholds import Footholds
@@ -27,8 +29,10 @@ class GaitMotion:
     Attributes:
         robot: the robot.
         route: the nominal route of the body's centre.
-        sway: the centre's own path, with columns x and y; ``None`` where it follows the route.
-        height: of the body's centre [m].
+        sway: the body's own path; ``None`` where its centre follows the route. Two columns are x
+            and y of the centre of a level body, six are those of the base of a free one: x, y, z,
+            roll, pitch, yaw.
+        height: of the body's centre; that of the route of a free body [m].
         footholds: where the feet stand.
         events: all swings, in the order of lift-offs.
         swing: name of the swing curve.
@@ -61,18 +65,35 @@ class GaitMotion:
         """Positions, velocities and accelerations of the body's centre ``(N, 2)`` in the world."""
         if self.sway is None:
             return self.route.motion(times)
-        place, velocity, acceleration = (self.sway.evaluate(times, k) for k in range(3))
+        states = self._swayed(self.sway, times)
+        if not self.is_free:
+            return states
+        place, velocity, acceleration = centre_of_base(self.robot, states)
+        return place[:, :2], velocity[:, :2], acceleration[:, :2]
+
+    def centre_places(self, times: FloatArray) -> FloatArray:
+        """Positions of the body's centre in the world ``(N, 3)`` [m]."""
+        if self.is_free:
+            return centre_of_base(self.robot, self.base(times))[0]
+        return np.column_stack([self.centre(times)[0], np.full(len(times), self.height)])
+
+    @property
+    def is_free(self) -> bool:
+        """Whether the body moves in all six directions; otherwise it is level, at one height."""
+        return self.sway is not None and self.sway.coefficients.shape[2] == BASE_COLUMNS
+
+    def _swayed(self, sway: MotionPath, times: FloatArray) -> States:
+        place, velocity, acceleration = (sway.evaluate(times, k) for k in range(3))
         return place, velocity, acceleration
 
     def base(self, times: FloatArray) -> States:
-        """x, y, z, roll, pitch, yaw of the base ``(N, 6)`` and two derivatives.
-
-        The body is level.
-        """
+        """x, y, z, roll, pitch, yaw of the base ``(N, 6)`` and two derivatives."""
+        if self.sway is not None and self.is_free:
+            return self._swayed(self.sway, times)
         return self.base_of(times, self.centre(times))
 
     def base_of(self, times: FloatArray, centre: States) -> States:
-        """The same with the body's centre elsewhere.
+        """The same for a level body, with its centre elsewhere.
 
         Args:
             times: ``(N,)`` [s]; they give the yaw.
@@ -143,6 +164,28 @@ class GaitMotion:
         if self.sway is not None:
             ends += self.sway.times.tolist()
         return refined(np.clip(ends, 0.0, self.duration), longest)
+
+
+def centre_of_base(robot: Quadruped, base: States) -> States:
+    """Positions, velocities and accelerations of the body's centre ``(N, 3)`` in the world.
+
+    Args:
+        robot: the robot.
+        base: x, y, z, roll, pitch, yaw of its base ``(N, 6)`` and two derivatives.
+    """
+    places, rates, changes = base
+    rpy, arm = places[:, 3:], robot.body_axes @ robot.centre
+    linear, spin = np.split(base_twist(rpy, rates[:, :3], rates[:, 3:]), 2, axis=1)
+    change = base_twist_rate(rpy, rates[:, :3], rates[:, 3:], changes[:, :3], changes[:, 3:])
+    velocity = linear + np.cross(spin, arm)
+    acceleration = change[:, :3] + np.cross(change[:, 3:], arm) + np.cross(spin, velocity)
+    # Rows times the transposed rotation: from the base's axes to the world's.
+    back = np.swapaxes(rpy_to_matrix(rpy), 1, 2)
+    arm_, velocity, acceleration = (
+        (row[:, None] @ back)[:, 0]
+        for row in (np.broadcast_to(arm, linear.shape), velocity, acceleration)
+    )
+    return places[:, :3] + arm_, velocity, acceleration
 
 
 SAME_INSTANT = 1e-7

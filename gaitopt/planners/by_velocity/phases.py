@@ -73,6 +73,8 @@ def smallest_zmp_margin(motion: GaitMotion, times: FloatArray) -> float:
     standing = contacts_at(motion.events, times)
     place, _, acceleration = motion.centre(times)
     zmp = _zmp(place, acceleration, motion.height + motion.robot.foot_radius)
+    if motion.is_free:
+        zmp = whole_zmp(motion, times)
     margins = support_margin(motion.feet(times)[0], standing, zmp)
     return float(np.nanmin(margins)) if standing.any() else float("nan")
 
@@ -104,7 +106,7 @@ def _phases(
         flights: index of the swing in which each foot is ``(P, 4)``, or -1.
         margins: those of the phases ``(P,)`` [m].
     """
-    centres = np.column_stack([motion.centre(edges)[0], np.full(len(edges), motion.height)])
+    centres = motion.centre_places(edges)
     lifts = [event.lift_off for event in motion.events]
     flies = flights.max(axis=1) >= 0
     on = np.where(flights >= 0, flights, len(lifts)).min(axis=1)

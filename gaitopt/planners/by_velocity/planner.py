@@ -60,7 +60,10 @@ def plan_gait(
     With ``timing="forces"`` the body leaves its straight way a little, so that contact forces and
     joint torques within ``forces`` make the motion of the whole robot at every instant. On two
     feet the ZMP of the whole robot is on the line between them, to within
-    :attr:`gaitopt.ForceLimits.balance_tolerance`.
+    :attr:`gaitopt.ForceLimits.balance_tolerance`. The body is level, at one height, if that can be.
+    Where no foot stands for a time it cannot: the robot then falls freely, and keeps its angular
+    momentum. So in gaits with flight the body rises, falls and turns, and its height is about
+    ``body_height``. It does so as well where a level body has no forces, as in a bound.
 
     Returns:
         The plan. Its record holds ``zmp_margin``, the smallest margin of the ZMP while any foot
@@ -70,8 +73,7 @@ def plan_gait(
 
     Raises:
         InputError: a setting is unknown or out of range, neither distance nor duration is given,
-            or with ``timing="forces"`` there is a time without a standing foot, the body may not
-            sway, or a leg has no roll joint.
+            or with ``timing="forces"`` the body may not sway, or a leg has no roll joint.
         InfeasibleSpeedError: a joint, a leg's reach or contact forces do not allow the velocity;
             names the fastest one that is possible.
         SolverError: no sway of the body was found.
@@ -98,17 +100,11 @@ def _check_forces(robot: Quadruped, settings: GaitSettings) -> None:
     """Refuse what no path of the body gives contact forces.
 
     Raises:
-        InputError: no foot stands for a time, the body may not sway, legs have no roll joint, or
-            the robot has no mass.
+        InputError: the body may not sway, legs have no roll joint, feet lift off and land at some
+            speed, or the robot has no mass.
     """
     robot.require_masses()
-    schedule = settings.schedule
-    if schedule.least_support == 0:
-        why = (
-            f"in this {schedule.name} no foot stands for a time, and the body, which keeps its "
-            "height, would fall"
-        )
-    elif not settings.sway:
+    if not settings.sway:
         why = "the body has to leave its straight way for them, and sway=False forbids it"
     elif not all(leg.has_roll for leg in robot.legs.values()):
         why = (

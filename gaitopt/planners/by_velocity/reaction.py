@@ -18,16 +18,17 @@ from gaitopt.planners.by_velocity.motion import GaitMotion
 from gaitopt.stability.zmp import ground_wrench
 
 STEPS = (1e-5, 1e-4, 1e-3)
-"""Steps of the differences of place [m], velocity [m/s] and acceleration [m/s^2]: errors of the
-derivatives are below a millionth, and Newton's method needs far less."""
+"""Steps of the differences of place [m], velocity [m/s] and acceleration [m/s^2], and of angles:
+errors of the derivatives are below a millionth, and Newton's method needs far less."""
 
 
 class Reaction(NamedTuple):
     """The force of the ground in units of the weight, and its place, at ``N`` instants.
 
     Attributes:
-        value: ``Fx, Fy, Fz, Fz px, Fz py`` ``(N, 5)`` with the ZMP ``p`` on the ground [m].
-        slope: its derivatives by the centre's place, velocity and acceleration ``(N, 5, 3, 2)``.
+        value: ``Fx, Fy, Fz, Fz px, Fz py, Mz`` ``(N, 6)`` with the ZMP ``p`` on the ground [m], and
+            the moment about the world's vertical axis [m].
+        slope: its derivatives by the body's place, velocity and acceleration ``(N, 6, 3, d)``.
     """
 
     value: FloatArray
@@ -35,18 +36,21 @@ class Reaction(NamedTuple):
 
 
 def reaction(motion: GaitMotion, times: FloatArray, centre: FloatArray) -> FloatArray:
-    """The reaction of the ground ``(N, 5)``; see :class:`Reaction`.
+    """The reaction of the ground ``(N, 6)``; see :class:`Reaction`.
 
     Args:
-        motion: whose feet and yaw are taken.
+        motion: whose feet are taken, and for a level body its yaw.
         times: ``(N,)`` [s].
-        centre: place, velocity and acceleration of the body's centre ``(N, 3, 2)``.
+        centre: place, velocity and acceleration of a level body's centre ``(N, 3, 2)``, or of the
+            base's six coordinates ``(N, 3, 6)``.
 
     Raises:
         InputError: a foot is out of reach.
     """
     robot = motion.robot
-    base = motion.base_of(times, (centre[:, 0], centre[:, 1], centre[:, 2]))
+    base = centre[:, 0], centre[:, 1], centre[:, 2]
+    if centre.shape[2] == 2:
+        base = motion.base_of(times, base)
     moved = motion_of_path(robot, *path_states(robot, base, motion.feet(times)))
     wrench = ground_wrench(robot.model, *moved) / (robot.mass * GRAVITY)
     force, moment = wrench[:, :3], wrench[:, 3:]
@@ -54,15 +58,18 @@ def reaction(motion: GaitMotion, times: FloatArray, centre: FloatArray) -> Float
     depth = -robot.foot_radius - base[0][:, 2]
     across = np.stack([-moment[:, 1], moment[:, 0]], axis=1)
     places = base[0][:, :2] * force[:, 2:] + depth[:, None] * force[:, :2] + across
-    return np.concatenate([force, places], axis=1)
+    x, y = base[0][:, :2].T
+    turning = moment[:, 2] + x * force[:, 1] - y * force[:, 0]
+    return np.column_stack([force, places, turning])
 
 
 def linearised(motion: GaitMotion, times: FloatArray, centre: FloatArray) -> Reaction:
     """The reaction and its derivatives; arguments are those of :func:`reaction`."""
     value = reaction(motion, times, centre)
-    slope = np.empty((*value.shape, 3, 2))
+    count = centre.shape[2]
+    slope = np.empty((*value.shape, 3, count))
     for order, step in enumerate(STEPS):
-        for axis in range(2):
+        for axis in range(count):
             moved = centre.copy()
             moved[:, order, axis] += step
             slope[:, :, order, axis] = (reaction(motion, times, moved) - value) / step
@@ -71,5 +78,8 @@ def linearised(motion: GaitMotion, times: FloatArray, centre: FloatArray) -> Rea
 
 def whole_zmp(motion: GaitMotion, times: FloatArray) -> FloatArray:
     """ZMP of the whole robot on the ground ``(N, 2)`` [m] at ``times (N,)``."""
-    value = reaction(motion, times, np.stack(motion.centre(times), axis=1))
-    return np.asarray(value[:, 3:] / value[:, 2:3])
+    states = motion.base(times) if motion.is_free else motion.centre(times)
+    value = reaction(motion, times, np.stack(states, axis=1))
+    # In flight there is no force, and no ZMP.
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.asarray(value[:, 3:5] / value[:, 2:3])
