@@ -82,7 +82,8 @@ class Phase:
         support: the legs that stand.
         foot_start, foot_end: where the leg's foot is before and after ``(3,)`` [m].
         margin: smallest stability margin during the phase [m]: static, of the body centre or, where
-            the settings say so, of the true COM; of the ZMP where the plan is not static.
+            the settings say so, of the true COM; of the ZMP where the plan is not static. Minus
+            infinity where no foot stands; files say ``null``.
         limited_by: what holds the phase back.
         evidence: of the COG target, for stance phases that were optimised.
     """
@@ -188,6 +189,7 @@ def _phase_to_dict(phase: Phase) -> dict[str, Any]:
     out: dict[str, Any] = {f.name: getattr(phase, f.name) for f in fields(phase)}
     for key in ("cog_start", "cog_end", "foot_start", "foot_end"):
         out[key] = out[key].tolist()
+    out["margin"] = None if phase.margin == float("-inf") else phase.margin
     out["limited_by"] = [[x.kind, x.name, x.value, x.spans] for x in phase.limited_by]
     if phase.evidence is not None:
         out["evidence"] = {**vars(phase.evidence), "multipliers": dict(phase.evidence.multipliers)}
@@ -203,6 +205,7 @@ def _phase_from_dict(stored: dict[str, Any]) -> Phase:
     return Phase(**{
         **stored,
         "support": tuple(stored["support"]),
+        "margin": float("-inf") if stored["margin"] is None else stored["margin"],
         "limited_by": limits,
         "evidence": None if evidence is None else CogEvidence(**evidence),
     })  # fmt: skip

@@ -6,6 +6,7 @@ Centre of mass and angular momentum are Pinocchio's, which the planner does not 
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -168,6 +169,20 @@ def test_a_body_that_keeps_its_pitch_in_flight_is_found(plans: dict[str, Plan]) 
     other = replace(motion, sway=MotionPath(motion.sway.times, level))
     faulty = replace(plan, path=other.path(plan.path.times, 1e-6))
     assert contact_forces(faulty, LIMITS).status == "violated"
+
+
+def test_plans_with_flight_survive_their_files_and_are_drawn(
+    plans: dict[str, Plan], tmp_path: Path
+) -> None:
+    plan = plans["pronk"]
+    plan.save(tmp_path / "pronk.npz")
+    loaded = gaitopt.load_plan(tmp_path / "pronk.npz")
+    assert [p.margin for p in loaded.phases] == [p.margin for p in plan.phases]
+    assert [p.margin == -np.inf for p in plan.phases] == [not p.support for p in plan.phases]
+    np.testing.assert_array_equal(loaded.path.coefficients, plan.path.coefficients)
+    gaitopt.replay(plan, tmp_path / "pronk.html")
+    assert (tmp_path / "pronk.html").stat().st_size > 1e5
+    assert gaitopt.save_gait_figures(plan, tmp_path / "figures")
 
 
 def test_feet_land_without_speed(plans: dict[str, Plan]) -> None:
