@@ -115,19 +115,25 @@ def simulate(
         Path | None,
         typer.Option(help="Also write a replay of plan and physics side by side.", metavar="HTML"),
     ] = None,
-) -> None:
+    balls: Annotated[
+        bool,
+        typer.Option("--balls", help="Give a robot that was read from an MJCF balls as feet, as "
+                     "all other robots have, and not the shapes of its file."),
+    ] = False,
+) -> None:  # fmt: skip
     """Simulate a plan with physics (MuJoCo).
 
     The exit code is 0 when every foot reaches its foothold and joint velocities stay within their
     limits (and the servos' tolerance), and 1 otherwise.
     """
+    from gaitopt.simulation.settings import SimulationSettings
     from gaitopt.simulation.simulate import simulate as run_simulation
     from gaitopt.viewing.replay.replay import replay as write_replay
 
     loaded = open_plan(plan)
     with progress_bar("simulating") as tick:
         tick(0, 1)
-        result = run_simulation(loaded)
+        result = run_simulation(loaded, SimulationSettings(own_shapes=not balls))
         tick(1, 1)
     terminal().print(escape(str(result)))
     if out is not None:

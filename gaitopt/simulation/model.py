@@ -1,8 +1,10 @@
 """The robot and its footholds as a MuJoCo model, made from the robot's own URDF text.
 
-MuJoCo reads links, joints and inertias from the URDF. Only shapes are replaced: the feet are balls,
-and nothing else collides. Mass and forward kinematics are compared with what Pinocchio reads from
-the same text each time, so that the simulated robot is that of the plan.
+MuJoCo reads links, joints and inertias from the URDF, which has those of an MJCF to the last digit
+(:mod:`gaitopt.robots.files.mjcf.check`). Shapes are replaced (:mod:`gaitopt.simulation.shapes`):
+the feet are balls, and nothing else collides; or they are those of the robot's MJCF. Mass and
+forward kinematics are compared with what Pinocchio reads from the same text each time, so that the
+simulated robot is that of the plan.
 """
 
 from __future__ import annotations
@@ -17,12 +19,16 @@ from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.errors import InputError, MissingPackageError, RobotError
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.simulation.settings import SimulationSettings
+from gaitopt.simulation.shapes import (
+    FOOT,
+    LEAST_BALL,
+    add_shapes,
+    ground_bits,
+    has_own_feet,
+    surface,
+)
 from gaitopt.simulation.urdf import bare_urdf
 from gaitopt.terrain.footholds import Footholds
-
-LEAST_BALL = 0.003
-"""Radius of the ball of a foot for which the URDF has none [m]. Chosen: near to a point, and yet
-larger than what contacts give way."""
 
 AGREEMENT = 1e-6
 """Largest disagreement with Pinocchio [m], and as a share of the mass: both read the same digits,
@@ -31,12 +37,7 @@ so more than rounding is a different robot."""
 LEVEL = 1e-6
 """A foothold this little above the ground lies on the ground itself [m]."""
 
-TORSION, ROLLING = 0.005, 0.0001
-"""MuJoCo's own coefficients of torsional and rolling friction [m]. Contacts without rotational
-friction (``condim`` 3) do not use them."""
-
 _GROUND = "gaitopt ground"
-_FOOT = "gaitopt foot "
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +49,9 @@ class SimModel:
         qpos, qvel, ctrl: for each of ``robot.joint_names`` its place in MuJoCo's ``qpos``,
             ``qvel`` and ``ctrl`` ``(nj,)``.
         base: id of the body that is free to move.
-        feet: ids of the foot balls, legs in the order of :data:`gaitopt.LEGS`.
+        feet: ids of the foot balls, legs in the order of :data:`gaitopt.LEGS`; none with shapes of
+            the robot's own.
+        sites: ids of the places of the feet, in the same order.
         columns: id of the shape under each foothold ``(4, n)``; on open ground that of the ground,
             save for footholds that are higher.
         mass_error: disagreement with Pinocchio's mass, as a share of it.
@@ -62,9 +65,15 @@ class SimModel:
     ctrl: np.ndarray
     base: int
     feet: tuple[int, ...]
+    sites: tuple[int, ...]
     columns: np.ndarray
     mass_error: float
     kinematics_error: float
+
+    @property
+    def own_shapes(self) -> bool:
+        """Whether the shapes are those of the robot's file, and not balls at its feet."""
+        return not self.feet
 
 
 def import_mujoco() -> Any:
@@ -93,15 +102,17 @@ def build_sim_model(
         InputError: ``settings.column_errors`` names an unknown column.
     """
     mujoco = import_mujoco()
+    own = settings.own_shapes and has_own_feet(robot)
     try:
         spec = mujoco.MjSpec.from_string(bare_urdf(robot))
     except (ValueError, mujoco.FatalError) as error:
         raise RobotError(f"{robot.name}: MuJoCo cannot read this URDF: {error}") from error
     _set_options(mujoco, spec, settings)
-    _add_feet(mujoco, spec, robot, settings)
-    columns = _add_ground(mujoco, spec, robot, footholds, settings)
+    add_shapes(mujoco, spec, robot, settings, own)
+    columns = _add_ground(mujoco, spec, robot, footholds, settings, own)
     _add_servos(mujoco, spec, robot, gains)
-    # Now that the feet have their balls, links that do not move may go: anymal_c has sixty.
+    # Now that the robot has its shapes, links that do not move may go: anymal_c has sixty. Contacts
+    # of feet on links without mass would be softer.
     spec.compiler.fusestatic = True
     try:
         model = spec.compile()
@@ -123,33 +134,16 @@ def _set_options(mujoco: Any, spec: Any, settings: SimulationSettings) -> None:
     option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
 
 
-def _add_feet(mujoco: Any, spec: Any, robot: Quadruped, settings: SimulationSettings) -> None:
-    radius = robot.foot_radius or LEAST_BALL
-    for leg in LEGS:
-        body = spec.body(robot.legs[leg].foot)
-        body.add_geom(
-            name=_FOOT + leg, type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[radius, 0, 0], mass=0.0,
-            contype=1, conaffinity=2, **_surface(settings),
-        )  # fmt: skip
-
-
-def _surface(settings: SimulationSettings) -> dict[str, Any]:
-    return {
-        "condim": 3,
-        "friction": [settings.friction, TORSION, ROLLING],
-        "solref": [settings.contact_time, 1.0],
-    }
-
-
 def _add_ground(
-    mujoco: Any, spec: Any, robot: Quadruped, footholds: Footholds, settings: SimulationSettings
-) -> list[list[str]]:
+    mujoco: Any, spec: Any, robot: Quadruped, footholds: Footholds, settings: SimulationSettings,
+    own: bool,
+) -> list[list[str]]:  # fmt: skip
     """Add the ground and the columns.
 
     Returns:
         For each leg the names of the shapes under its footholds.
     """
-    surface = {"contype": 2, "conaffinity": 1, **_surface(settings)}
+    bare = {**ground_bits(own), **surface(settings)}
     errors = np.zeros(footholds.array.shape[:2])
     for leg, index, error in settings.column_errors:
         if leg not in LEGS or not 0 <= index < len(footholds) or not np.isfinite(error):
@@ -163,7 +157,7 @@ def _add_ground(
         level -= settings.column_height
     world = spec.worldbody
     world.add_geom(name=_GROUND, type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 1.0],
-                   pos=[0, 0, level], **surface)  # fmt: skip
+                   pos=[0, 0, level], **bare)  # fmt: skip
     names = []
     for leg, row, lifts in zip(LEGS, tops, errors, strict=True):
         names.append([_GROUND] * len(row))
@@ -175,7 +169,7 @@ def _add_ground(
             world.add_geom(
                 name=name, type=mujoco.mjtGeom.mjGEOM_CYLINDER,
                 size=[footholds.landing_radius, height / 2.0, 0],
-                pos=[top[0], top[1], level + height / 2.0], **surface,
+                pos=[top[0], top[1], level + height / 2.0], **bare,
             )  # fmt: skip
             names[-1][k] = name
     return names
@@ -224,7 +218,8 @@ def _mapped(mujoco: Any, model: Any, robot: Quadruped, columns: list[list[str]])
         qvel=np.array([int(j.dofadr[0]) for j in joints]),
         ctrl=np.array([int(model.actuator(f"gaitopt servo {n}").id) for n in robot.joint_names]),
         base=int(model.jnt_bodyid[floating[0]]),
-        feet=tuple(geom(_FOOT + leg) for leg in LEGS),
+        feet=tuple(ball for ball in (geom(FOOT + leg) for leg in LEGS) if ball >= 0),
+        sites=tuple(int(model.site(FOOT + leg).id) for leg in LEGS),
         columns=np.array([[geom(name) for name in row] for row in columns]),
         mass_error=abs(float(model.body_mass.sum()) / robot.mass - 1.0),
         kinematics_error=0.0,
@@ -266,9 +261,9 @@ def _kinematics_error(mujoco: Any, sim: SimModel, robot: Quadruped, postures: in
         pin.framesForwardKinematics(robot.model, ours, q)
         com = pin.centerOfMass(robot.model, ours, q)
         errors = [np.linalg.norm(com - data.subtree_com[0])]
-        for leg, geom in zip(LEGS, sim.feet, strict=True):
+        for leg, site in zip(LEGS, sim.sites, strict=True):
             place = ours.oMf[robot.model.getFrameId(robot.legs[leg].foot)].translation
-            errors.append(np.linalg.norm(place - data.geom_xpos[geom]))
+            errors.append(np.linalg.norm(place - data.site_xpos[site]))
         worst = max(worst, float(np.max(errors)))
     return worst
 

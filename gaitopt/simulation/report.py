@@ -35,7 +35,7 @@ class SimulationRecord:
         q, v: Pinocchio's configurations ``(N, nq)`` and velocities ``(N, nv)``.
         touching: which feet touch anything ``(N, 4)``.
         beneath: id of the shape under each foot ``(N, 4)``, -1 for none.
-        peak_torques, peak_rates, energy, status, wall_time, cpu_time: see
+        peak_torques, peak_rates, energy, own_shapes, bumps, status, wall_time, cpu_time: see
             :class:`SimulationResult`.
     """
 
@@ -48,6 +48,8 @@ class SimulationRecord:
     peak_torques: FloatArray
     peak_rates: FloatArray
     energy: float
+    own_shapes: bool
+    bumps: tuple[str, ...]
     status: SimulationStatus
     wall_time: float
     cpu_time: float
@@ -109,6 +111,8 @@ def report(
         rate_use=float((record.peak_rates / robot.velocity_limits).max(initial=0.0)),
         servo_tolerance=settings.servo_tolerance,
         energy=record.energy,
+        own_shapes=record.own_shapes,
+        bumps=record.bumps,
         wall_time=record.wall_time,
         cpu_time=record.cpu_time,
         simulated_time=float(t[-1]),

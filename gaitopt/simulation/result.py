@@ -79,6 +79,9 @@ class SimulationResult:
         torque_use, rate_use: the largest of them as shares of the URDF's limits.
         servo_tolerance: by how much ``rate_use`` may exceed 1.
         energy: mechanical work done by the joints [J]; energy from braking is not recovered.
+        own_shapes: whether the shapes of the robot's own MJCF touched the ground and one another;
+            otherwise its feet were balls, and nothing else touched anything.
+        bumps: links that touched something with what is no foot; only of a robot's own shapes.
         wall_time, cpu_time: time that the simulation took, and time that the processor spent on it
             [s]. No other values differ from run to run.
         simulated_time: time simulated [s].
@@ -106,6 +109,8 @@ class SimulationResult:
     rate_use: float
     servo_tolerance: float
     energy: float
+    own_shapes: bool
+    bumps: tuple[str, ...]
     wall_time: float
     cpu_time: float
     simulated_time: float
@@ -138,6 +143,14 @@ class SimulationResult:
         """Simulated time over processor time: above 1 it is faster than real time."""
         return self.simulated_time / self.cpu_time if self.cpu_time > 0 else float("inf")
 
+    def _shapes(self) -> str:
+        """What of the robot touched what, in words."""
+        if not self.own_shapes:
+            return "balls at the feet"
+        more = f" and {len(self.bumps) - 4} more" if len(self.bumps) > 4 else ""
+        beside = f"{', '.join(self.bumps[:4])}{more}" if self.bumps else "nothing"
+        return f"those of the robot's own MJCF; {beside} touched beside the feet"
+
     def __repr__(self) -> str:
         return f"SimulationResult({self.status.value!r}, {self.steps_done} of {self.steps} steps)"
 
@@ -156,6 +169,7 @@ class SimulationResult:
             f"smallest margin of the true COM {1e3 * self.smallest_margin:.1f} mm",
             f"peaks: torque {self.torque_use:.0%} of the limit, joint velocity "
             f"{self.rate_use:.0%} (tolerance {1.0 + self.servo_tolerance:.0%})",
+            f"shapes: {self._shapes()}",
             f"work of the joints {self.energy:.0f} J; "
             f"{self.real_time_factor:.1f} times as fast as real time",
         ])  # fmt: skip

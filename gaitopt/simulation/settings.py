@@ -58,6 +58,10 @@ class SimulationSettings:
         torque_limits: whether the servos keep to the URDF's effort limits.
         rate_limits: whether the servos clip their wanted speeds to the URDF's velocity limits. The
             ground may still turn a joint faster.
+        own_shapes: whether the shapes of a robot that was read from an MJCF touch the ground and
+            one another as that file says. Otherwise, and for all other robots, the feet are balls,
+            and nothing else of the robot touches anything. Friction and stiffness of contacts are
+            those of these settings in any case.
         contact_time: MuJoCo's time constant of contacts (``solref``) [s]. At 10 ms feet and ground
             give way by less than 1 mm, and steps of 2 ms are stable; MuJoCo asks for twice the
             timestep at least.
@@ -90,6 +94,7 @@ class SimulationSettings:
     leg_mass_factor: float = 1.0
     torque_limits: bool = True
     rate_limits: bool = True
+    own_shapes: bool = True
     contact_time: float = 0.01
     impratio: float = 10.0
     noslip_iterations: int = 3

@@ -1,9 +1,9 @@
 """A plan in physics: MuJoCo with the tracking controller.
 
 The simulation has what a plan leaves out: inertia, contact, friction, servos that give way, feet
-that roll. Only feet collide: legs and body pass through columns, ground and one another (that no
-two links touch is checked by the certificate). The same plan and settings give the same result on
-the same machine, bit for bit.
+that roll. Of a robot that was read from an MJCF its own shapes collide. Of others only feet do:
+legs and body pass through columns, ground and one another (that no two links touch is checked by
+the certificate). The same plan and settings give the same result on the same machine, bit for bit.
 """
 
 from __future__ import annotations
@@ -18,7 +18,6 @@ import numpy as np
 
 from gaitopt.control.gains import ControlGains
 from gaitopt.control.tracking import RobotState, TrackingController, rotation_of
-from gaitopt.conventions import LEGS
 from gaitopt.inputs import check_kind
 from gaitopt.plan.plan import Plan
 from gaitopt.simulation.model import SimModel, build_sim_model, import_mujoco, to_mujoco
@@ -26,6 +25,8 @@ from gaitopt.simulation.report import SimulationRecord, report
 from gaitopt.simulation.result import SimulationResult, SimulationStatus
 from gaitopt.simulation.servos import Servos
 from gaitopt.simulation.settings import SimulationSettings
+from gaitopt.simulation.shapes import LEAST_BALL
+from gaitopt.simulation.touching import Touching
 
 
 def simulate(
@@ -140,6 +141,10 @@ class _Run:
         return Servos(self.sim, self.plan.robot, self.controller.gains, self.settings)
 
     @cached_property
+    def _touching(self) -> Touching:
+        return Touching(self.sim, self.plan.robot.foot_radius or LEAST_BALL)
+
+    @cached_property
     def _largest_error(self) -> float:
         """How far the body may be from the plan before it counts as fallen [m]."""
         reference = self.controller.reference
@@ -156,15 +161,7 @@ class _Run:
         # contacts are those before the last step; that is good enough only for the contacts.)
         v[:3] = qvel[:3] @ rotation_of(q[3:7])
         v[3:6], v[6:] = qvel[3:6], qvel[sim.qvel]
-        beneath, deepest = np.full(len(LEGS), -1), [0.0] * len(LEGS)
-        if data.ncon:
-            pairs, gaps = data.contact.geom.tolist(), data.contact.dist.tolist()
-            for (a, b), gap in zip(pairs, gaps, strict=True):
-                foot, other = (a, b) if a in sim.feet else (b, a)
-                leg = sim.feet.index(foot)
-                # A foot may touch two columns at once: the one with the deeper contact counts.
-                if gap <= deepest[leg]:
-                    beneath[leg], deepest[leg] = other, gap
+        beneath = self._touching.beneath(data)
         return RobotState(q, v, beneath >= 0), beneath
 
     def _status(self, time: float, state: RobotState) -> SimulationStatus:
@@ -205,6 +202,8 @@ class _Run:
             peak_torques=self._servos.peak_torques,
             peak_rates=self._servos.peak_rates,
             energy=self._servos.energy,
+            own_shapes=self.sim.own_shapes,
+            bumps=tuple(sorted(self._touching.bumps)),
             status=status,
             wall_time=spent[0],
             cpu_time=spent[1],

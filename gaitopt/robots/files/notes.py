@@ -16,6 +16,7 @@ from xml.etree import ElementTree
 from gaitopt.conventions import LEGS
 from gaitopt.errors import RobotError
 from gaitopt.robots.files.origins import FARTHEST, number_in
+from gaitopt.robots.files.own_shapes import OwnShapes, read_own_shapes, write_own_shapes
 
 TAG = "gaitopt"
 LARGEST_RADIUS = 1.0
@@ -47,6 +48,7 @@ class Notes:
             none, by joint [rad/s]. In between the torque falls linearly.
         locked: joints that were made fixed, and where [rad, m].
         hulls: convex hulls of the collision meshes.
+        own: the shapes with which an MJCF's robot touches things.
         done: what was done to the file, in sentences.
         warnings: what the user should look at, each with its cure.
     """
@@ -59,6 +61,7 @@ class Notes:
     torque_lines: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     locked: Mapping[str, float] = field(default_factory=dict)
     hulls: Hulls = ()
+    own: OwnShapes = field(default_factory=OwnShapes)
     done: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
 
@@ -82,6 +85,7 @@ def write_notes(root: ElementTree.Element, notes: Notes) -> None:
             ElementTree.SubElement(out, tag, joint=joint, at=repr(float(at)))
     for link, numbers in notes.hulls:
         ElementTree.SubElement(out, "hull", link=link).text = " ".join(map(repr, numbers))
+    write_own_shapes(out, notes.own)
     for tag, texts in (("done", notes.done), ("warning", notes.warnings)):
         for text in texts:
             ElementTree.SubElement(out, tag).text = text[:LONGEST_NOTE]
@@ -115,6 +119,7 @@ def read_notes(urdf: str, label: str) -> Notes:
         torque_lines=_lines(element, where),
         locked=_numbers(element, "locked", "at", where),
         hulls=_hulls(element, where),
+        own=read_own_shapes(element, where),
         done=texts["done"],
         warnings=texts["warning"],
     )

@@ -27,6 +27,7 @@ from gaitopt.robots.files.meshes import MeshFinder
 from gaitopt.robots.files.motors import motor_inertias, torque_lines
 from gaitopt.robots.files.notes import TAG, Notes, read_notes, write_notes
 from gaitopt.robots.files.options import ReadOptions, SpeedPair
+from gaitopt.robots.files.own_shapes import OwnShapes
 from gaitopt.robots.files.shapes import write_known_shapes
 from gaitopt.robots.files.tree import UrdfTree
 from gaitopt.robots.urdf_text import parsed_urdf
@@ -74,7 +75,7 @@ def prepared_urdf(
         kind=notes.kind, feet=feet, foot_radius=radius, standing=notes.standing,
         armature=motor_inertias(tree.label, named, notes.armature, options.motor_inertia),
         torque_lines=lines, locked={**notes.locked, **locked},
-        hulls=find_hulls(tree, finder) or notes.hulls,
+        hulls=find_hulls(tree, finder) or notes.hulls, own=_own(notes, options),
         done=tuple(done), warnings=tuple(dict.fromkeys(warnings)),
     )  # fmt: skip
     plain = known is None and options.legs is None and not asked and not told.hulls
@@ -100,6 +101,12 @@ def _open_warnings(notes: Notes, options: ReadOptions) -> list[str]:
     settled = [f"{name}=" for name in ("velocity_limits", "effort_limits", "foot_radius", "masses")
                if getattr(options, name) is not None]  # fmt: skip
     return [text for text in notes.warnings if not any(name in text for name in settled)]
+
+
+def _own(notes: Notes, options: ReadOptions) -> OwnShapes:
+    """The shapes of the file, unless the user says that the feet are others."""
+    given = options.foot_radius is not None or options.feet is not None
+    return OwnShapes() if given else notes.own
 
 
 def _set_legs(

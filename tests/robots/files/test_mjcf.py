@@ -307,10 +307,11 @@ def test_without_mujoco_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> N
 
 def test_robot_from_mjcf_walks(tmp_path: Path) -> None:
     made = quiet(mjcf())
-    plan = gaitopt.plan_crawl(made, gaitopt.s_columns(0, columns=1, robot=made))
+    plan = gaitopt.plan_crawl(made, gaitopt.s_columns(0, columns=2, robot=made))
     plan.save(tmp_path / "plan.npz")
     back = gaitopt.load_plan(tmp_path / "plan.npz")
     assert back.robot.notes == made.notes
     certificate = gaitopt.verify(back, collisions=False)
     assert all(check.status != "violated" for check in certificate.checks)
-    assert gaitopt.simulate(back).passed
+    found = gaitopt.simulate(back)
+    assert found.passed and found.own_shapes and found.steps > 0

@@ -39,6 +39,7 @@ from gaitopt.robots.files.mjcf.links import (
     pose_of,
 )
 from gaitopt.robots.files.mjcf.text import MjcfText
+from gaitopt.robots.files.mjcf.touching import touching_shapes
 from gaitopt.robots.files.notes import Notes, first_of
 from gaitopt.robots.files.options import ReadOptions
 from gaitopt.robots.files.origins import rotation_about, set_origin
@@ -132,6 +133,7 @@ class _Writer:
         notes = Notes(
             kind="mjcf", standing=self._standing(), armature=self.armature,
             torque_lines=self.torque_lines, done=(done, *told),
+            own=touching_shapes(self.mujoco, model, self.shifts),
             warnings=(lost,) if missing else (),
         )  # fmt: skip
         return ElementTree.tostring(self.root, encoding="unicode"), notes

@@ -77,6 +77,16 @@ class MjcfText:
         for part in root.findall("equality"):
             out = ElementTree.SubElement(self.root, "equality")
             out.extend(child for child in part if child.tag in _EQUALITIES)
+        self._add_excludes(root)
+
+    def _add_excludes(self, root: Element) -> None:
+        """Add the pairs of bodies that never touch one another."""
+        names = {body.get("name") for body in self.root.iter("body")}
+        out = ElementTree.SubElement(self.root, "contact")
+        for pair in root.iterfind("contact/exclude"):
+            bodies = {name: pair.get(name, "") for name in ("body1", "body2")}
+            if names.issuperset(bodies.values()):
+                ElementTree.SubElement(out, "exclude", bodies)
 
     def text(self) -> str:
         """The cleaned text."""

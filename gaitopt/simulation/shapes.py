@@ -1,0 +1,116 @@
+"""What of a simulated robot touches the ground: balls at its feet, or its own file's shapes.
+
+A URDF says little about contacts, so the feet get balls, and nothing else of the robot touches
+anything. An MJCF is a model for physics: its shapes touch the ground and one another as it says.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from gaitopt.conventions import LEGS
+from gaitopt.robots.files.own_shapes import MOST_BITS
+from gaitopt.robots.quadruped import Quadruped
+from gaitopt.simulation.settings import SimulationSettings
+
+LEAST_BALL = 0.003
+"""Radius of the ball of a foot for which the URDF has none [m]. Chosen: near to a point, and yet
+larger than what contacts give way."""
+
+TORSION, ROLLING = 0.005, 0.0001
+"""MuJoCo's own coefficients of torsional and rolling friction [m]. Contacts without rotational
+friction (``condim`` 3) do not use them."""
+
+FOOT = "gaitopt foot "
+"""Beginning of the names of the feet's balls and of their places."""
+
+BALL_BITS, GROUND_BITS = (1, 2), (2, 1)
+"""What balls and ground touch: only one another."""
+
+
+def surface(settings: SimulationSettings) -> dict[str, Any]:
+    """How two shapes touch one another."""
+    return {
+        "condim": 3,
+        "friction": [settings.friction, TORSION, ROLLING],
+        "solref": [settings.contact_time, 1.0],
+    }
+
+
+def ground_bits(own: bool) -> dict[str, int]:
+    """What the ground touches: balls, or all of a robot's own shapes."""
+    contype, conaffinity = (MOST_BITS, MOST_BITS) if own else GROUND_BITS
+    return {"contype": contype, "conaffinity": conaffinity}
+
+
+def has_own_feet(robot: Quadruped) -> bool:
+    """Whether its file has shapes that touch something, on the last link of every leg."""
+    import pinocchio as pin
+
+    model, links = robot.model, {shape.link for shape in robot.notes.own.shapes}
+    joints = {
+        int(frame.parentJoint) for frame in model.frames
+        if frame.type == pin.FrameType.BODY and str(frame.name) in links
+    }  # fmt: skip
+    return all(int(model.getJointId(robot.legs[leg].joints[-1])) in joints for leg in LEGS)
+
+
+def add_shapes(
+    mujoco: Any, spec: Any, robot: Quadruped, settings: SimulationSettings, own: bool
+) -> None:
+    """Add the places of the feet, and the shapes of the robot.
+
+    Args:
+        mujoco, spec: the package, and the model that is made.
+        robot: the robot.
+        settings: of the contacts.
+        own: whether the shapes are those of its file, and not balls.
+    """
+    for leg in LEGS:
+        spec.body(robot.legs[leg].foot).add_site(name=FOOT + leg)
+    if own:
+        _add_own(mujoco, spec, robot, settings)
+        return
+    radius, (contype, conaffinity) = robot.foot_radius or LEAST_BALL, BALL_BITS
+    for leg in LEGS:
+        spec.body(robot.legs[leg].foot).add_geom(
+            name=FOOT + leg, type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[radius, 0, 0], mass=0.0,
+            contype=contype, conaffinity=conaffinity, **surface(settings),
+        )  # fmt: skip
+
+
+def _add_own(mujoco: Any, spec: Any, robot: Quadruped, settings: SimulationSettings) -> None:
+    """Add the shapes of the robot's file: where they are, and what they touch."""
+    bodies = {body.name: body for body in spec.bodies}
+    own = robot.notes.own
+    for number, shape in enumerate(own.shapes):
+        if shape.link not in bodies:
+            continue
+        made: dict[str, Any] = {"size": [*shape.size, 0.0, 0.0, 0.0][:3]}
+        if shape.kind == "mesh":
+            mesh = spec.add_mesh(name=f"gaitopt mesh {number}")
+            mesh.uservert = list(shape.corners)
+            made = {"meshname": mesh.name}
+        bodies[shape.link].add_geom(
+            name=f"gaitopt shape {number}", mass=0.0, pos=list(shape.place), quat=list(shape.turn),
+            type=getattr(mujoco.mjtGeom, f"mjGEOM_{shape.kind.upper()}"), contype=shape.bits[0],
+            conaffinity=shape.bits[1], **made, **surface(settings),
+        )  # fmt: skip
+    moving = _moving_links(robot)
+    for pair in own.apart:
+        one, other = (moving.get(link, "") for link in pair)
+        if one in bodies and other in bodies and one != other:
+            spec.add_exclude(bodyname1=one, bodyname2=other)
+
+
+def _moving_links(robot: Quadruped) -> dict[str, str]:
+    """For each link the one on its joint, which stays when links that do not move go."""
+    import pinocchio as pin
+
+    first: dict[int, str] = {}
+    found = {}
+    for frame in robot.model.frames:
+        if frame.type == pin.FrameType.BODY:
+            # The link on a joint comes before those that are fixed to it.
+            found[str(frame.name)] = first.setdefault(int(frame.parentJoint), str(frame.name))
+    return found
