@@ -10,6 +10,9 @@ from gaitopt.certificate.trace import Motion
 from gaitopt.conventions import LEGS, FloatArray, frozen
 from gaitopt.plan.plan import Plan
 
+Line = tuple[FloatArray, FloatArray]
+PARALLEL = 1e-6
+"""Squared sine of the angle below which two axes count as parallel [rad^2]."""
 _DERIVATIVES = {2: ("joint accelerations", "rad/s^2"), 3: ("joint jerks", "rad/s^3")}
 
 
@@ -87,22 +90,44 @@ def reach(plan: Plan, motion: Motion) -> Check:
 def _leg_length_law(plan: Plan, leg: str) -> tuple[float, float, float]:
     """``a, b, c`` of ``length**2 = a + b cos q + c sin q`` over the knee's angle q, by Pinocchio.
 
-    The length is the foot's distance from the thigh's pitch axis. Three angles give the law.
+    The length is the foot's distance from the shoulder, square to the knee's axis; the shoulder is
+    where the thigh's axis is nearest to that of the hip. For a knee parallel to the thigh's axis it
+    is the distance from that axis. Three angles give the law.
     """
     model = plan.robot.model
     data = model.createData()
-    thigh, knee = (model.getJointId(name) for name in plan.robot.legs[leg].joints[-2:])
+    joints = [model.getJointId(name) for name in plan.robot.legs[leg].joints]
     frame = model.getFrameId(plan.robot.legs[leg].foot)
-    axis = _hinge_axis(model, thigh)
-    squares = []
+    q, squares = pin.neutral(model), []
     for angle in (0.0, np.pi / 2, np.pi):
-        q = pin.neutral(model)
-        q[model.joints[knee].idx_q] = angle
+        q[model.joints[joints[-1]].idx_q] = angle
         pin.framesForwardKinematics(model, data, q)
-        local = data.oMi[thigh].actInv(data.oMf[frame].translation)
-        squares.append(float(np.sum(np.cross(axis, local) ** 2)))
+        # Turning the knee moves none of these axes.
+        axes = [data.oMi[joint].rotation @ _hinge_axis(model, joint) for joint in joints]
+        shoulder = _nearest(
+            *((data.oMi[joint].translation, axis)
+              for joint, axis in zip(joints[-2::-1], axes[-2::-1], strict=True))
+        )  # fmt: skip
+        squares.append(
+            float(np.sum(np.cross(axes[-1], data.oMf[frame].translation - shoulder) ** 2))
+        )
     a = (squares[0] + squares[2]) / 2.0
     return a, squares[0] - a, squares[1] - a
+
+
+def _nearest(line: Line, other: Line | None = None) -> FloatArray:
+    """The point of a line that is nearest to another; any point if they are parallel.
+
+    Lines are a point and a unit direction, ``(3,)`` each.
+    """
+    point, axis = line
+    if other is None:
+        return np.array(point)
+    normal = np.cross(axis, other[1])
+    square = float(normal @ normal)
+    if square < PARALLEL:
+        return np.array(point)
+    return np.asarray(point + np.cross(other[0] - point, other[1]) @ normal / square * axis)
 
 
 def _hinge_axis(model: pin.Model, joint: int) -> FloatArray:

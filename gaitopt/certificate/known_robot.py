@@ -91,8 +91,9 @@ def _difference(robot: Quadruped, known: Quadruped) -> str:
         ours, theirs = robot.legs[leg], known.legs[leg]
         if ours.joints != theirs.joints:
             return f"leg {leg} has the joints {', '.join(ours.joints)}"
-        lengths = [np.hstack([o.hip, o.axes.ravel(), o.upper, o.lower, o.lateral, o.drop, o.zeros])
-                   for o in (ours, theirs)]  # fmt: skip
+        if ours.is_general != theirs.is_general:
+            return f"the axes of leg {leg} have other directions"
+        lengths = [ours.constants, theirs.constants]
         if not np.abs(lengths[0] - lengths[1]).max() <= ROUNDING:
             return f"lengths of leg {leg} differ by {np.abs(lengths[0] - lengths[1]).max():.3g} m"
     if robot.joint_names != known.joint_names:

@@ -18,7 +18,7 @@ def robot_table(robot: Quadruped) -> Table:
     table = Table(
         title=f"{escape(robot.name)}: {robot.mass:.4g} kg, stance {robot.stance_size[0]:.3f} x "
         f"{robot.stance_size[1]:.3f} m, foot radius {1e3 * robot.foot_radius:.4g} mm",
-        caption=f"closed-form kinematics and Pinocchio agree to {robot.closed_form_error:.1e} m",
+        caption=f"leg kinematics and Pinocchio agree to {robot.closed_form_error:.1e} m",
     )
     for header in ("leg", "joint", "limits [rad]", "velocity [rad/s]", "torque [N m]", "hip [m]",
                    "links [m]", "offset [m]", "knee", "reach [m]"):  # fmt: skip
@@ -58,6 +58,7 @@ def robot_notes(robot: Quadruped, source: Path, folders: Sequence[Path]) -> Iter
             f"motors: whole torque up to {_range(full)} rad/s, and none at {_range(none)} rad/s, "
             f"at {np.isfinite(none).sum()} joints"
         )
+    yield from _general_legs(robot)
     for text in robot.notes.done:
         yield escape(text)
     yield from _mesh_lines(robot, source, folders)
@@ -65,6 +66,18 @@ def robot_notes(robot: Quadruped, source: Path, folders: Sequence[Path]) -> Iter
         yield f"[bold yellow]warning[/]: {escape(text)}"
     if not robot.notes.warnings:
         yield "no warnings"
+
+
+def _general_legs(robot: Quadruped) -> Iterator[str]:
+    """How the inverse kinematics of legs are computed that are not roll-pitch-pitch."""
+    general = [leg for leg in robot.legs.values() if leg.is_general]
+    for closed, how in (
+        (True, "closed form, as the first two axes meet or are parallel"),
+        (False, "numerical inverse kinematics, slower"),
+    ):
+        names = ", ".join(leg.name for leg in general if leg.is_closed_form == closed)
+        if names:
+            yield f"legs {names}: axes other than roll-pitch-pitch ({how}); not for plan_route"
 
 
 def _range(values: FloatArray) -> str:

@@ -173,7 +173,8 @@ def paper_foot_speed(leg: Leg, q: FloatArray, direction: FloatArray) -> float:
     Raises:
         InputError: the leg has offsets, or the direction is neither vertical nor horizontal.
     """
-    if not leg.has_roll or leg.lateral or leg.drop or not np.allclose(leg.axes, np.eye(3)):
+    plain = leg.has_roll and not (leg.is_general or leg.lateral or leg.drop)
+    if not plain or not np.allclose(leg.axes, np.eye(3)):
         raise InputError(f"leg {leg.name}: the paper's formulae hold for legs without offsets only")
     unit = np.asarray(direction, dtype=np.float64)
     unit = unit / np.linalg.norm(unit)

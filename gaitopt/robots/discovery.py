@@ -1,4 +1,4 @@
-"""Finds the four legs in a model's kinematic tree, and reads their constants from it.
+"""Finds the four legs in a model's kinematic tree.
 
 Joint axes are taken from the model at its zero configuration, because the axes in a URDF's text are
 given in frames that may be rotated. Names of joints count only where geometry leaves a choice.
@@ -14,30 +14,12 @@ import numpy as np
 import pinocchio as pin
 
 from gaitopt.conventions import LEGS, FloatArray, frozen
-from gaitopt.errors import InputError, RobotError
-from gaitopt.robots.leg import Leg, wrap_angle
+from gaitopt.errors import RobotError
 from gaitopt.robots.leg_names import parts_of
-from gaitopt.robots.limits import position_limits, velocity_limits
 
-AXIS_TOLERANCE = 1e-6
-"""How far from parallel or perpendicular joint axes may be [rad]: URDFs give angles with six digits
-or more."""
 LEAST_SHARE = 0.74
 """Least share of the squared pitch axes along the base's x or y, with which the robot faces along
 the other. With three of four legs along an axis it is at least 0.75, less rounding."""
-LEAST_LINK = 1e-4
-"""Shortest upper or lower leg [m]; shorter ones are taken for a mistake."""
-LEAST_ALIGNMENT = 0.9
-"""Least cosine of the angle between a leg's roll (or pitch) axis and the body's x (or y) axis: legs
-may be turned by up to 25 degrees."""
-LEAST_BEND = 0.1
-"""How far beyond the straight leg a knee's limits may reach on the other side, and the knee still
-counts as bending to one side only [rad]. Chosen: some URDFs leave a little."""
-ENOUGH_BEND, CLEARLY_LESS = 2.0, 0.7
-"""A knee that bends to one side by less than the first [rad], and by less than the second as a
-share of what it bends to the other, points to the other side. Chosen: a leg that is folded by 2 rad
-is half as long as a straight one."""
-
 FOOT_WORDS = ("foot", "toe", "contact", "sole")
 """Words in the names of links that are feet."""
 
@@ -187,65 +169,6 @@ def assign_names(label: str, chains: list[Chain], body: FloatArray) -> dict[str,
     return {leg: named[leg] for leg in LEGS}
 
 
-def read_leg(model: Any, name: str, chain: Chain, body: FloatArray, knee: float | None) -> Leg:
-    """The constants of one leg, in the body frame.
-
-    Args:
-        model: the Pinocchio model.
-        name: the leg's name.
-        chain: its joints.
-        body: axes of the body frame in the base frame ``(3, 3)``.
-        knee: side of the knee, +1 forward, -1 backward; ``None`` takes it from the knee's limits,
-            and where they allow both sides about equally, points front knees backward and hind
-            knees forward.
-
-    Raises:
-        RobotError: the leg is neither roll-pitch-pitch nor pitch-pitch.
-        InputError: the knee's limits do not let it point to the side that was asked for.
-    """
-    points, axes = chain.points @ body, chain.axes @ body
-    tip = chain.tip @ body
-    frame, signs = _leg_axes(model, name, chain, axes)
-    local = (np.vstack([points, tip]) - points[0]) @ frame
-    if len(chain.joints) == 3:
-        hip = points[0] + frame[:, 0] * local[1, 0]
-        lateral, drop = local[3, 1], np.round(-local[1, 2], 12)
-        links = np.diff(local[1:], axis=0)
-    else:
-        hip, lateral, drop = points[0], local[2, 1], 0.0
-        links = np.diff(local, axis=0)
-    lengths = np.hypot(links[:, 0], links[:, 2])
-    angles = np.arctan2(-links[:, 0], -links[:, 2])
-    if lengths.min() < LEAST_LINK:
-        raise RobotError(
-            f"{model.name}: leg {name} has a link of length {lengths.min():.2g} m between "
-            f"{' and '.join((*chain.names[-2:], chain.foot))}; upper and lower leg need a length"
-        )
-    # After the free-flyer's 6 velocities each joint has one number.
-    columns = [model.joints[i].idx_v - 6 for i in chain.joints]
-    limits = position_limits(model)[:, columns]
-    # Within half a turn of straight in the middle of its range, wherever the URDF's zero is.
-    low, high = limits[:, -1]
-    middle = signs[-1] * (low + high) / 2.0 if high - low < 2.0 * np.pi else 0.0
-    zeros = (float(angles[0]), float(wrap_angle(angles[1] - angles[0], -middle)))
-    return Leg(
-        name=name,
-        joints=chain.names,
-        foot=chain.foot,
-        hip=hip,
-        axes=frame,
-        lateral=float(lateral),
-        drop=float(drop) + 0.0,
-        upper=float(lengths[0]),
-        lower=float(lengths[1]),
-        signs=signs,
-        zeros=zeros,
-        knee=_knee_side(model, name, chain, signs[-1] * limits[:, -1] + zeros[1], knee),
-        position_limits=limits,
-        velocity_limits=velocity_limits(model)[columns],
-    )
-
-
 def _serial(model: Any, first: int) -> list[int]:
     """Joint ids from ``first`` to the tip.
 
@@ -306,83 +229,6 @@ def _foot_frame(model: Any, data: Any, last: int, knee: FloatArray) -> tuple[str
             "fixed joint at the end of the lower leg"
         )
     return str(model.frames[best[2]].name), data.oMf[best[2]].translation.copy()
-
-
-def _leg_axes(
-    model: Any, name: str, chain: Chain, axes: FloatArray
-) -> tuple[FloatArray, tuple[float, ...]]:
-    """The leg frame ``(3, 3)``, and the signs of the joints' axes in it.
-
-    Raises:
-        RobotError: the axes are those of neither kind of leg.
-    """
-    pitch = axes[-2] * np.sign(axes[-2, 1] or 1.0)
-    listing = ", ".join(
-        f"{n} about {np.round(a, 4)}" for n, a in zip(chain.names, axes, strict=True)
-    )
-    advice = (
-        f"{model.name}: leg {name} is neither roll-pitch-pitch nor pitch-pitch ({listing}, in the "
-        "body frame)"
-    )
-    if (
-        abs(pitch[1]) < LEAST_ALIGNMENT
-        or np.linalg.norm(np.cross(axes[-1], pitch)) > AXIS_TOLERANCE
-    ):
-        raise RobotError(f"{advice}; its last two axes must both point sideways and be parallel")
-    if len(axes) == 3:
-        roll = axes[0] * np.sign(axes[0, 0] or 1.0)
-        if abs(roll[0]) < LEAST_ALIGNMENT or abs(roll @ pitch) > AXIS_TOLERANCE:
-            raise RobotError(f"{advice}; its first axis must point forward, square to the others")
-        # Exactly perpendicular, whatever the URDF's digits, so that the inverse is exact.
-        roll = roll - (roll @ pitch) * pitch
-    else:
-        roll = np.cross(pitch, np.array([0.0, 0.0, 1.0]))
-    roll /= np.linalg.norm(roll)
-    frame = np.column_stack([roll, pitch, np.cross(roll, pitch)])
-    references = [roll, pitch, pitch][-len(axes) :]
-    signs = tuple(float(np.sign(a @ r)) for a, r in zip(axes, references, strict=True))
-    return frame, signs
-
-
-def _knee_side(
-    model: Any, name: str, chain: Chain, bends: FloatArray, asked: float | None
-) -> float:
-    """The side to which the knee points: +1 forward, -1 backward.
-
-    Args:
-        model, name, chain: of the leg.
-        bends: the knee's bend at its limits ``(2,)`` [rad].
-        asked: the side that was asked for, if any.
-
-    Raises:
-        InputError: the limits do not allow the side that was asked for.
-    """
-    low, high = np.sort(bends)
-    only = None
-    if low > -LEAST_BEND and high > LEAST_BEND:
-        only = 1.0
-    elif high < LEAST_BEND and low < -LEAST_BEND:
-        only = -1.0
-    wider = _wider_side(float(low), float(high))
-    if only is not None and asked not in (None, only):
-        side = "forward" if only > 0 else "backward"
-        raise InputError(
-            f"{model.name}: the limits of {chain.names[-1]} let the knee of leg {name} point only "
-            f"{side}; leave {name} out of knees, or change the limits"
-        )
-    return only or asked or wider or (-1.0 if name.endswith("F") else 1.0)
-
-
-def _wider_side(low: float, high: float) -> float | None:
-    """The side to which a knee bends clearly farther; ``None`` for about the same.
-
-    Args:
-        low, high: the knee's bend at its limits [rad].
-    """
-    least, most = min(-low, high), max(-low, high)
-    if least < ENOUGH_BEND and least < CLEARLY_LESS * most:
-        return 1.0 if high > -low else -1.0
-    return None
 
 
 def _name_side(names: Iterable[str]) -> int:

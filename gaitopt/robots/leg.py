@@ -11,105 +11,26 @@ about +y; at A = B = 0 the leg hangs straight down)::
 ``d`` is the sideways offset between hip and foot, ``u`` how far the pitch axis lies below the roll
 axis. Eq. (11) of [Wang2020] is the case ``d = u = 0``.
 
-The trigonometry stands here once: :func:`roll_and_height` and :func:`pitch_angles` lead from the
-foot to the angles, :class:`PitchDerivatives` from the angles to the foot and its derivatives. They
-are written with NumPy's universal functions and take numbers, arrays of any shape (constants of
-many legs included) and CasADi symbols.
+The trigonometry stands once, in :mod:`gaitopt.robots.leg_angles`. Legs with other axes are a
+:class:`gaitopt.robots.general_leg.leg.GeneralLeg`, with the same interface.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from gaitopt.conventions import FloatArray, frozen
 from gaitopt.inputs import check_shape
+from gaitopt.robots.leg_angles import PitchDerivatives, pitch_angles, roll_and_height, wrap_angle
 
-
-def wrap_angle(angle: Any, centre: Any = 0.0) -> Any:
-    """``angle`` [rad] shifted by whole turns into ``[centre - pi, centre + pi)``."""
-    return angle - 2.0 * np.pi * np.floor((angle - centre + np.pi) / (2.0 * np.pi))
-
-
-def roll_and_height(y: Any, z: Any, lateral: Any, *, clamp: bool = True) -> tuple[Any, Any]:
-    """Roll angle of a leg, and height ``zeta`` of its foot over the roll axis in the leg's plane.
-
-    Args:
-        y, z: the foot in the leg frame [m].
-        lateral: sideways offset ``d`` between hip and foot [m].
-        clamp: a foot nearer to the roll axis than ``d`` cannot be reached: true gives the height 0
-            for it, false gives NaN.
-
-    Returns:
-        Roll angle [rad] and height [m], not above 0.
-    """
-    height = -np.sqrt(_not_negative(y * y + z * z - lateral**2, clamp))
-    return np.arctan2(z, y) - np.arctan2(height, lateral), height
-
-
-def pitch_angles(
-    x: Any, z: Any, upper: Any, lower: Any, knee: Any, *, clamp: bool = True
-) -> tuple[Any, Any]:
-    """Angles of thigh and knee [rad] that put the foot at a place in the leg's plane.
-
-    Args:
-        x, z: the foot from the first pitch axis, forward and up [m].
-        upper, lower: lengths of upper and lower leg [m].
-        knee: side to which the knee points, +1 forward or -1 backward.
-        clamp: for a place that cannot be reached, true gives the straight or folded leg that points
-            towards it, false gives NaN.
-    """
-    square = x * x + z * z
-    # The half-angle form keeps full precision near the straight leg, where arccos loses half.
-    to_straight = _not_negative((upper + lower) ** 2 - square, clamp)
-    to_folded = _not_negative(square - (upper - lower) ** 2, clamp)
-    angle = 2.0 * knee * np.arctan2(np.sqrt(to_straight), np.sqrt(to_folded))
-    thigh = np.arctan2(-x, -z) - np.arctan2(lower * np.sin(angle), upper + lower * np.cos(angle))
-    return thigh, angle
-
-
-def _not_negative(value: Any, clamp: bool) -> Any:
-    """``value``, raised to 0 when that is wanted."""
-    return np.maximum(value, 0.0) if clamp else value
-
-
-class PitchDerivatives(NamedTuple):
-    """Derivatives of the foot's place in the leg's plane by the pitch angles [m/rad].
-
-    The thigh's angle turns the whole leg about the first pitch axis. So the foot itself is at
-    ``x = -thigh_z``, ``z = thigh_x`` from that axis.
-
-    Attributes:
-        thigh_x, thigh_z: derivatives of x (forward) and z (up) by the thigh's angle.
-        knee_x, knee_z: derivatives by the knee's angle.
-    """
-
-    thigh_x: Any
-    thigh_z: Any
-    knee_x: Any
-    knee_z: Any
-
-    @classmethod
-    def at(cls, thigh: Any, knee: Any, upper: Any, lower: Any) -> PitchDerivatives:
-        """The derivatives at angles of thigh and knee [rad], for link lengths [m]."""
-        shank = thigh + knee
-        knee_x, knee_z = -lower * np.cos(shank), lower * np.sin(shank)
-        return cls(knee_x - upper * np.cos(thigh), knee_z + upper * np.sin(thigh), knee_x, knee_z)
-
-    def rates(self, thigh_rate: Any, knee_rate: Any) -> PitchDerivatives:
-        """Time derivatives of these four, at given rates of both angles [rad/s]."""
-        shank_rate = thigh_rate + knee_rate
-        knee_x, knee_z = self.knee_z * shank_rate, -self.knee_x * shank_rate
-        return PitchDerivatives(
-            knee_x + (self.thigh_z - self.knee_z) * thigh_rate,
-            knee_z - (self.thigh_x - self.knee_x) * thigh_rate,
-            knee_x, knee_z,
-        )  # fmt: skip
+REACH_TOLERANCE: Final = 1e-9
+"""A foot that is out of reach by no more than this counts as reached [m], for rounding."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,6 +77,25 @@ class Leg:
     def has_roll(self) -> bool:
         """Whether the leg has a roll joint, and so can move its foot sideways."""
         return len(self.joints) == 3
+
+    @property
+    def is_general(self) -> bool:
+        """Whether the leg has other axes than roll-pitch-pitch or pitch-pitch.
+
+        It is then a :class:`gaitopt.robots.general_leg.leg.GeneralLeg`.
+        """
+        return False
+
+    @property
+    def is_closed_form(self) -> bool:
+        """Whether :meth:`inverse` needs no iteration."""
+        return True
+
+    @property
+    def constants(self) -> FloatArray:
+        """All numbers that set the leg's kinematics ``(n,)``."""
+        lengths = (self.upper, self.lower, self.lateral, self.drop)
+        return np.hstack([self.hip, self.axes.ravel(), lengths, self.zeros])
 
     def forward(self, q: Any) -> Any:
         """Foot position in the body frame.
@@ -263,6 +203,17 @@ class Leg:
             pitch_column(pitch.knee_z, change.knee_x, change.knee_z),
         ])  # fmt: skip
 
+    def joint_points(self, q: FloatArray) -> FloatArray:
+        """Hip, pitch axis, knee and foot in the body frame ``(..., 4, 3)`` [m].
+
+        Args:
+            q: joint angles ``(..., nj)`` [rad].
+        """
+        # A leg without lower link ends at the knee; one without both links at the pitch axis.
+        ends = (replace(self, upper=0.0, lower=0.0), replace(self, lower=0.0), self)
+        points = [leg.forward(q) for leg in ends]
+        return np.stack([np.broadcast_to(self.hip, points[0].shape), *points], axis=-2)
+
     def _matrix(self, columns: Sequence[tuple[Any, Any, Any]]) -> FloatArray:
         """Matrix ``(..., 3, nj)`` in the body frame of columns for roll, thigh and knee.
 
@@ -284,6 +235,11 @@ class Leg:
         height = roll_and_height(py, pz, self.lateral)[1] if self.has_roll else pz
         down = height + self.drop
         return px * px + down * down
+
+    def length(self, point: Any) -> FloatArray:
+        """Distance from the first pitch axis to places of the foot ``(..., 3)``: ``(...)`` [m]."""
+        place = np.asarray(point, dtype=np.float64)
+        return np.asarray(np.sqrt(self.straightness(*np.moveaxis(place, -1, 0))))
 
     @property
     def reach(self) -> float:
@@ -317,6 +273,20 @@ class Leg:
             return np.asarray(np.hypot(out, py - self.lateral))
         inside = np.maximum(abs(self.lateral) - np.hypot(py, pz), 0.0)
         return np.asarray(np.maximum(out, inside))
+
+    def gap_in_words(self, point: FloatArray) -> str:
+        """What is wrong with a place ``(3,)`` in the body frame that the leg does not reach."""
+        distance = float(np.sqrt(self.straightness(*point)))
+        aside = float((point - self.hip) @ self.axes[:, 1])
+        what = f"{distance:.4g} m from the hip's pitch axis, and the knee allows "
+        what += f"{self.least_reach:.4g} to {self.reach:.4g} m"
+        if not self.has_roll and abs(aside - self.lateral) > REACH_TOLERANCE:
+            what += (
+                f", and {abs(aside - self.lateral):.4g} m beside the plane of a leg without roll"
+            )
+        elif self.has_roll and self.least_reach <= distance <= self.reach:
+            what = f"nearer to its roll axis than its sideways offset of {abs(self.lateral):.4g} m"
+        return what
 
     @cached_property
     def _extent(self) -> tuple[float, float]:

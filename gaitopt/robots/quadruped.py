@@ -1,4 +1,4 @@
-"""A four-legged robot: its URDF, Pinocchio model, and the closed form of its legs."""
+"""A four-legged robot: its URDF, Pinocchio model, and the kinematics of its legs."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ from gaitopt.robots.standing import foot_below_hip, standing_height
 from gaitopt.robots.urdf_text import check_urdf
 
 CLOSED_FORM_TOLERANCE = 1e-9
-"""Largest disagreement allowed between closed form and Pinocchio when a robot is loaded [m]: both
-are rounded to about 1e-15 m, and a leg of another kind is off by millimetres."""
+"""Largest disagreement allowed between the legs' kinematics and Pinocchio when a robot is loaded
+[m]: both are rounded to about 1e-15 m, and a leg that was read wrongly is off by millimetres."""
 _KNEES = {"forward": 1.0, "backward": -1.0}
 
 
@@ -44,7 +44,8 @@ class Quadruped:
         centre: middle of the four hips in the body frame ``(3,)`` [m]. It is the body centre, which
             [Wang2020] calls COG.
         knees: sides of the knees, as they were given to :meth:`from_urdf`.
-        closed_form_error: largest distance between closed form and Pinocchio seen at load [m].
+        closed_form_error: largest distance between the legs' kinematics and Pinocchio's that was
+            seen at load [m].
         notes: what was read and guessed of the file that the URDF was made of.
     """
 
@@ -71,13 +72,14 @@ class Quadruped:
                 both open; front knees backward and hind knees forward by default.
 
         Raises:
-            RobotError: no valid URDF, not four legs of two or three hinges, or a leg that is
-                neither roll-pitch-pitch nor pitch-pitch.
+            RobotError: no valid URDF, not four legs of two or three hinges, a leg of two hinges
+                that is not pitch-pitch, or one of three that cannot stand and move its foot in all
+                directions.
             InputError: ``knees`` names an unknown leg or side.
         """
         import pinocchio as pin
 
-        from gaitopt.robots import discovery
+        from gaitopt.robots import discovery, leg_reading
 
         sides = _knee_sides(knees)
         label = name or "URDF"
@@ -100,7 +102,7 @@ class Quadruped:
         axes = discovery.heading_axes(model.name, chains, known)
         named = discovery.assign_names(model.name, chains, axes)
         legs = {
-            leg: discovery.read_leg(model, leg, chain, axes, sides.get(leg))
+            leg: leg_reading.read_leg(model, leg, chain, axes, sides.get(leg))
             for leg, chain in named.items()
         }
         robot = cls(
@@ -281,7 +283,7 @@ def _knee_sides(knees: Mapping[str, str] | None) -> dict[str, float]:
 
 
 def _check_closed_form(robot: Quadruped, configurations: int = 8) -> float:
-    """Largest distance between closed form and Pinocchio over random joint angles [m]."""
+    """Largest distance between the legs' kinematics and Pinocchio over random joint angles [m]."""
     import pinocchio as pin
 
     model, data = robot.model, robot.model.createData()
@@ -299,8 +301,7 @@ def _check_closed_form(robot: Quadruped, configurations: int = 8) -> float:
     name = max(worst, key=lambda leg: np.nan_to_num(worst[leg], nan=np.inf))
     if not worst[name] <= CLOSED_FORM_TOLERANCE:
         raise RobotError(
-            f"{robot.name}: the closed form of leg {name} disagrees with Pinocchio by "
-            f"{worst[name]:.3g} m; it is no roll-pitch-pitch or pitch-pitch leg (are its axes "
-            "exactly parallel and square?)"
+            f"{robot.name}: the kinematics of leg {name} disagree with Pinocchio by "
+            f"{worst[name]:.3g} m; please report this, with the file"
         )
     return worst[name]

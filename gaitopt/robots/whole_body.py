@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike
 from gaitopt.conventions import LEGS, BoolArray, FloatArray, frozen
 from gaitopt.errors import InputError
 from gaitopt.inputs import check_shape
-from gaitopt.robots.leg import Leg
+from gaitopt.robots.leg import REACH_TOLERANCE, Leg
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.rotations import (
     matrix_to_rpy,
@@ -36,9 +36,6 @@ XILING_LEG_AXES: Final = frozen([[0.0, 1.0, 0.0], [0.0, 0.0, -1.0], [-1.0, 0.0, 
 Its formulae hold with x down the straight leg, y forward along the axis of HAA, and z right along
 the axes of HFE and KFE. So its R_{B,Li} is no identity, as it says, but this matrix.
 """
-
-REACH_TOLERANCE: Final = 1e-9
-"""A foot that is out of reach by no more than this counts as reached [m], for rounding."""
 
 
 class Configuration(NamedTuple):
@@ -284,16 +281,9 @@ def _out_of_reach(robot: Quadruped, leg: Leg, points: FloatArray, reached: BoolA
     point = points[sample]
     if not np.isfinite(point).all():
         return f"{robot.name}: the place asked for foot {leg.name}{at_sample(sample)} is not finite"
-    distance = float(np.sqrt(leg.straightness(*point)))
-    aside = float((point - leg.hip) @ leg.axes[:, 1])
-    what = f"{distance:.4g} m from its pitch axis where it reaches {leg.least_reach:.4g} to "
-    what += f"{leg.reach:.4g} m"
-    if not leg.has_roll and abs(aside - leg.lateral) > REACH_TOLERANCE:
-        what += f", and {abs(aside - leg.lateral):.4g} m beside the plane of a leg without roll"
-    elif leg.has_roll and leg.least_reach <= distance <= leg.reach:
-        what = f"nearer to its roll axis than its sideways offset of {abs(leg.lateral):.4g} m"
     return (
-        f"{robot.name}: leg {leg.name} does not reach its foot{at_sample(sample)}: it is {what} "
+        f"{robot.name}: leg {leg.name} does not reach its foot{at_sample(sample)}: it is "
+        f"{leg.gap_in_words(point)} "
         f"({leg.shortfall(point):.3g} m short); move the body or the foot, or ask with "
         "on_unreachable='mask' which feet are reached"
     )

@@ -38,3 +38,14 @@ def test_torque_lines_are_told(command: Callable[..., Result]) -> None:
     assert result.exit_code == 0
     told = " ".join(result.output.split())
     assert "motors: whole torque up to 0.2 rad/s, and none at 0.5 rad/s, at 12 joints" in told
+
+
+def test_how_legs_of_other_axes_are_solved_is_told(command: Callable[..., Result]) -> None:
+    axes = ("1 0.2 0", "0 1 0.2", "0 1 0")
+    told = " ".join(command("robot", robot_texts.robot(axes=axes)).output.split())
+    assert "legs LF, LH, RH, RF: axes other than roll-pitch-pitch" in told
+    assert "(numerical inverse kinematics, slower); not for plan_route" in told
+    axes = ("0 1 0", "1 0 0", "0 1 0")
+    told = " ".join(command("robot", robot_texts.robot(axes=axes)).output.split())
+    assert "(closed form, as the first two axes meet or are parallel)" in told
+    assert "axes other than" not in command("robot", robot_texts.robot()).output

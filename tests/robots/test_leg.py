@@ -14,7 +14,8 @@ from hypothesis import strategies as st
 
 from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.robots.catalog import load_robot, robot_names
-from gaitopt.robots.leg import Leg, wrap_angle
+from gaitopt.robots.leg import Leg
+from gaitopt.robots.leg_angles import wrap_angle
 from gaitopt.robots.numbering import NUMBERINGS
 from gaitopt.robots.quadruped import Quadruped
 

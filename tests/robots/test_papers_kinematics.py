@@ -15,7 +15,8 @@ import pytest
 
 from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.robots.catalog import load_robot
-from gaitopt.robots.leg import Leg, wrap_angle
+from gaitopt.robots.leg import Leg
+from gaitopt.robots.leg_angles import wrap_angle
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.rotations import rpy_to_matrix
 from gaitopt.robots.whole_body import (

@@ -220,17 +220,17 @@ def test_closed_form_was_checked_at_load(name: str) -> None:
 def test_planted_fault_in_any_leg_is_found_and_named(
     monkeypatch: pytest.MonkeyPatch, leg: str, constant: str, fault: float
 ) -> None:
-    from gaitopt.robots import discovery
+    from gaitopt.robots import leg_reading
 
     def wrong(model: object, name: str, *rest: object) -> object:
         found = genuine(model, name, *rest)  # type: ignore[arg-type]
         value = getattr(found, constant) + fault
         return dataclasses.replace(found, **{constant: value}) if name == leg else found
 
-    genuine = discovery.read_leg
-    monkeypatch.setattr(discovery, "read_leg", wrong)
+    genuine = leg_reading.read_leg
+    monkeypatch.setattr(leg_reading, "read_leg", wrong)
     text = refusal(WANG)
-    assert text.startswith(f"mine: the closed form of leg {leg} disagrees with Pinocchio by ")
+    assert text.startswith(f"mine: the kinematics of leg {leg} disagree with Pinocchio by ")
     distance = float(text.split(" by ")[1].split(" m;")[0])
     assert distance == pytest.approx(abs(fault), rel=1e-2, nan_ok=True)
 

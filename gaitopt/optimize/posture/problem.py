@@ -30,7 +30,7 @@ from numpy.typing import ArrayLike
 from gaitopt.conventions import LEGS, FloatArray, frozen
 from gaitopt.errors import InputError
 from gaitopt.inputs import check_number
-from gaitopt.robots.leg import pitch_angles
+from gaitopt.robots.leg_angles import pitch_angles
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.rotations import rpy_matrix_rows, rpy_to_matrix
 from gaitopt.robots.whole_body import base_of_body

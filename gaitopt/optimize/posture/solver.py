@@ -348,7 +348,7 @@ def _judged(
     short, beyond = 0.0, 0.0
     for name, place in problem.reaching:
         leg, local = robot.legs[name], pose.in_body(robot, place)
-        length = float(np.sqrt(leg.straightness(*local)))
+        length = float(leg.length(local))
         short = max(short, length - problem.reach_fraction * leg.reach, leg.least_reach - length)
         angles = leg.inverse(local)
         low, high = leg.position_limits

@@ -4,10 +4,11 @@ A *pose* is nine numbers: the body centre (3) [m], the body's roll, pitch and ya
 place of the foot that swings (3) [m]. The feet that stand have given places. So a pose determines
 all joint angles.
 
-The formulas are those of :mod:`gaitopt.robots.leg`, from which the trigonometry is taken. What
-stands here in addition is what a solver needs and a single :class:`~gaitopt.robots.leg.Leg` has
-not: all legs and poses in one array operation, out-of-reach feet as NaN, the derivative of the
-*inverse* kinematics, and its second derivative.
+The formulas are those of :mod:`gaitopt.robots.leg`, with the trigonometry of
+:mod:`gaitopt.robots.leg_angles`. What stands here in addition is what a solver needs and a single
+:class:`~gaitopt.robots.leg.Leg` has not: all legs and poses in one array operation, out-of-reach
+feet as NaN, the derivative of the *inverse* kinematics, and its second derivative. Legs with other
+axes than roll-pitch-pitch do not have these formulas.
 """
 
 from __future__ import annotations
@@ -18,7 +19,8 @@ from typing import NamedTuple
 import numpy as np
 
 from gaitopt.conventions import LEGS, FloatArray
-from gaitopt.robots.leg import PitchDerivatives, pitch_angles, roll_and_height, wrap_angle
+from gaitopt.errors import InputError
+from gaitopt.robots.leg_angles import PitchDerivatives, pitch_angles, roll_and_height, wrap_angle
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.rotations import rpy_derivatives, rpy_to_matrix
 
@@ -31,6 +33,21 @@ _SINGULAR = 1e-9
 distance of a foot from its roll axis, as a share of the lower leg. Nearer to a singularity these
 values are used, so that derivatives stay finite. A knee at 1e-9 rad counts as straight for any
 purpose, and the square of 1e9 is still far from overflow."""
+
+
+def check_square_legs(robot: Quadruped) -> None:
+    """Refuse a robot with legs that are not roll-pitch-pitch.
+
+    Raises:
+        InputError: names the first such leg, and the planner that takes it.
+    """
+    for name, leg in robot.legs.items():
+        if leg.is_general:
+            raise InputError(
+                f"{robot.name}: the axes of leg {name} ({', '.join(leg.joints)}) are not "
+                "roll-pitch-pitch, and the time-optimal planner (plan_route, objective='time') "
+                "needs the closed form of such legs; take plan_crawl with its usual objective"
+            )
 
 
 class Rotations(NamedTuple):
@@ -132,7 +149,12 @@ class StackedLegs:
 
     @classmethod
     def of(cls, robot: Quadruped) -> StackedLegs:
-        """Constants of a robot whose legs have three joints each."""
+        """Constants of a robot whose legs are roll-pitch-pitch.
+
+        Raises:
+            InputError: a leg has other axes.
+        """
+        check_square_legs(robot)
         legs = [robot.legs[name] for name in LEGS]
 
         def stack(name: str) -> FloatArray:

@@ -14,7 +14,8 @@ from gaitopt.motion.bounds import derivative_range, largest_sizes
 from gaitopt.motion.path import BASE_COLUMNS, MotionPath
 from gaitopt.plan.settings.by_velocity import GaitSettings
 from gaitopt.planners.by_velocity.motion import GaitMotion
-from gaitopt.robots.whole_body import REACH_TOLERANCE, into_body
+from gaitopt.robots.leg import REACH_TOLERANCE
+from gaitopt.robots.whole_body import into_body
 
 HALVINGS = 10
 """Bisections for the fastest velocity: it is found to a thousandth of the command."""
@@ -75,7 +76,7 @@ def leg_lengths(motion: GaitMotion, times: FloatArray) -> LegLengths:
     lengths, reached = np.empty(feet.shape[:2]), np.empty(feet.shape[:2], dtype=np.bool_)
     for i, name in enumerate(LEGS):
         leg, points = robot.legs[name], local[:, i]
-        lengths[:, i] = np.sqrt(leg.straightness(*points.T))
+        lengths[:, i] = leg.length(points)
         reached[:, i] = leg.shortfall(points) <= REACH_TOLERANCE
     return LegLengths(times, lengths, reached)
 

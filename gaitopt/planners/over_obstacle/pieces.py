@@ -22,7 +22,7 @@ from gaitopt.motion.pieces import States, cut, joined, quintic_hermite, stretche
 from gaitopt.motion.retiming import needed_stretch
 from gaitopt.optimize.posture.problem import BodyPose
 from gaitopt.optimize.spline.joint_spline import JointSpline
-from gaitopt.robots.leg import wrap_angle
+from gaitopt.robots.leg_angles import wrap_angle
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.whole_body import joints_from_feet
 from gaitopt.swing.curve import SwingCurve, smooth_step

@@ -11,11 +11,12 @@ import numpy as np
 
 from gaitopt.conventions import LEGS, OTHER_LEGS, FloatArray
 from gaitopt.optimize.route.centre_of_mass import MassDistribution
+from gaitopt.plan.com_margin import true_com
 from gaitopt.plan.settings.crawl import CrawlSettings
 from gaitopt.planners.phase_by_phase.steps import CrawlSteps
 from gaitopt.planners.phase_by_phase.swing_polylines import swing_polylines
 from gaitopt.robots.quadruped import Quadruped
-from gaitopt.robots.whole_body import joints_from_feet_in_body
+from gaitopt.robots.whole_body import configuration, joints_from_feet_in_body
 from gaitopt.stability.support import triangle_half_planes
 
 PLACES = 5
@@ -32,7 +33,7 @@ def shifts_at_rest(robot: Quadruped, steps: CrawlSteps, start: FloatArray) -> Fl
         start: body centre at the start ``(3,)`` [m], in the heading frame.
     """
     joints = joints_from_feet_in_body(robot, steps.feet[:1] - start + robot.centre)
-    offset = MassDistribution.of(robot).com_in_body(_by_leg(robot, joints))
+    offset = _com_in_body(robot, joints)
     return np.asarray(-np.einsum("sij,j->si", _normals(steps), offset[0, :2]) + RESERVE)
 
 
@@ -79,13 +80,23 @@ def com_in_swings(
     local = (feet - cogs[:, None, None] + robot.centre).reshape(-1, len(LEGS), 3)
     with np.errstate(invalid="ignore"):
         joints = joints_from_feet_in_body(robot, local)
-    offsets = MassDistribution.of(robot).com_in_body(_by_leg(robot, joints))
+    offsets = _com_in_body(robot, joints)
     return np.asarray(offsets[:, :2].reshape(-1, count, 2))
 
 
-def _by_leg(robot: Quadruped, joints: FloatArray) -> FloatArray:
-    """Joint angles leg by leg ``(N, 4, 3)`` of those in the robot's order ``(N, nj)``."""
-    return joints[:, robot.leg_joint_columns].reshape(-1, len(LEGS), 3)
+def _com_in_body(robot: Quadruped, joints: FloatArray) -> FloatArray:
+    """The COM from the body centre in the body frame ``(N, 3)`` [m], at joint angles ``(N, nj)``.
+
+    It is NaN where an angle is.
+    """
+    if not any(leg.is_general for leg in robot.legs.values()):
+        by_leg = joints[:, robot.leg_joint_columns].reshape(-1, len(LEGS), 3)
+        return MassDistribution.of(robot).com_in_body(by_leg)
+    robot.require_masses()
+    # Not in closed form: legs with other axes than roll-pitch-pitch.
+    still = np.zeros((len(joints), 3))
+    coms = true_com(robot, configuration(robot, still, still, joints))
+    return np.asarray(coms @ robot.body_axes - robot.centre)
 
 
 def _normals(steps: CrawlSteps) -> FloatArray:

@@ -36,11 +36,9 @@ def check_within_reach(leg: Leg, feet: FloatArray, step: np.ndarray, steps: Craw
     worst = int(short.argmax())
     if short[worst] <= REACH_TOLERANCE:
         return
-    distance = float(np.sqrt(leg.straightness(*feet[worst])))
     raise InfeasibleStepError(
         f"step {step[worst]} ({steps.legs[step[worst]]}): the foot of {leg.name} would have to "
-        f"be {distance:.4g} m from the hip's pitch axis, and the knee allows "
-        f"{leg.least_reach:.4g} to {leg.reach:.4g} m; change swing_height or body_height",
+        f"be {leg.gap_in_words(feet[worst])}; change swing_height or body_height",
         step=int(step[worst]), leg=leg.name, conflicts=(f"reach {leg.name}",),
     )  # fmt: skip
 

@@ -12,6 +12,7 @@ from typing import Any
 from gaitopt.conventions import Progress
 from gaitopt.errors import GaitoptError, InfeasibleStepError, SolverError
 from gaitopt.gait.crawl import CRAWL_SEQUENCES, FREE_ORDER, WANG_SEQUENCE
+from gaitopt.optimize.route.legs import check_square_legs
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.record import RouteRecord
 from gaitopt.plan.settings.keywords import chosen_settings, takes_settings
@@ -53,13 +54,15 @@ def plan_route(
         The plan. Its record holds the solver's residuals, worked out anew at the end.
 
     Raises:
-        InputError: a setting is unknown or out of range, or the robot's legs cannot move sideways.
+        InputError: a setting is unknown or out of range, or the robot's legs cannot move sideways,
+            or are not roll-pitch-pitch.
         InfeasibleStepError: a step is impossible even for the walk that is planned phase by phase.
         RouteError: no convergence; holds the walk planned phase by phase, and the solver's report.
         SolverError: standing feet cannot be kept on their footholds between knots.
     """
     check_walk("plan_route", robot, footholds)
     check_robot(robot)
+    check_square_legs(robot)
     open_height = settings is None and options.get("body_height") is None
     chosen = chosen_settings(RouteSettings, robot, settings, options)
     if open_height:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -103,11 +102,7 @@ def leg_points(plan: Plan, times: FloatArray) -> FloatArray:
     for i, name in enumerate(LEGS):
         leg = plan.robot.legs[name]
         q = values[:, 6:][:, list(plan.robot.leg_columns[name])]
-        points[:, i, 0] = leg.hip
-        # A leg without lower link ends at the knee; one without both links at the pitch axis.
-        points[:, i, 1] = replace(leg, upper=0.0, lower=0.0).forward(q)
-        points[:, i, 2] = replace(leg, lower=0.0).forward(q)
-        points[:, i, 3] = leg.forward(q)
+        points[:, i] = leg.joint_points(q)
     to_world = rpy_to_matrix(values[:, 3:6]) @ plan.robot.body_axes
     return np.asarray(values[:, None, None, :3] + np.einsum("nij,nlkj->nlki", to_world, points))
 

@@ -1,0 +1,1 @@
+"""Legs of three hinges with any axes."""

@@ -1,0 +1,152 @@
+"""Reads a leg of three hinges with any axes: its size, and the posture in which it stands."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from gaitopt.conventions import FloatArray
+from gaitopt.errors import RobotError
+from gaitopt.robots.general_leg.hinges import ThreeHinges
+from gaitopt.robots.general_leg.inverse import HingeInverse
+from gaitopt.robots.general_leg.leg import GeneralLeg
+from gaitopt.robots.leg_angles import wrap_angle
+from gaitopt.robots.leg_parts import LegParts
+
+LEAST_ALIGNMENT = 0.5
+"""Least cosine of the angle between the knee's axis and the body's y axis, at zero angles."""
+STANDING_SHARES = (0.7, 0.8, 0.6, 0.9, 0.5)
+"""Heights of the shoulder above the foot, as shares of the leg's reach, at which the posture of a
+standing leg is looked for. Chosen: the first is that of a standing robot
+(:mod:`gaitopt.robots.standing`)."""
+ROUNDS = 50
+"""Rounds in which the posture and the place of the shoulder are found by turns."""
+AGREED = 1e-9
+"""Distance by which the shoulder moves in the last of them [m]."""
+LEAST_MOBILITY = 0.05
+"""Least determinant of the foot's Jacobian in the standing posture, as a share of that of a leg
+with square axes that are all as far from the foot as they can be. Chosen: a leg that is straight to
+0.1 rad has less."""
+SWING, STEPS = 0.7, 15
+"""How far hip joints turn from the standing posture when it is measured how far the shoulder moves
+[rad], and how many places of each joint are looked at. Chosen: a leg that leans by 0.7 rad puts the
+foot as far aside as it is low."""
+STEEPEST = 0.7
+"""Least cosine of the angle between the vertical and the way from shoulder to foot there."""
+SLACK_RESERVE = 1.02
+"""Factor on what was measured, for what is between the places."""
+
+_NOT_STANDING = (
+    "{} is neither roll-pitch-pitch nor pitch-pitch, and it cannot stand: no posture within its "
+    "limits has the foot below the hip, free to move in all directions, and a knee whose axis "
+    "points sideways; turn the base link so that the robot faces along its x or y, or correct the "
+    "axes or limits"
+)
+
+
+def general_leg(parts: LegParts) -> GeneralLeg:
+    """A leg of three hinges with any axes."""
+    hinges = ThreeHinges(parts.axes, parts.points, parts.tip)
+    solver = HingeInverse.of(hinges)
+    axis, sideways = parts.axes[2], float(parts.axes[2, 1])
+    sign = float(np.sign(sideways))
+    if abs(sideways) < LEAST_ALIGNMENT or solver.is_singular:
+        raise RobotError(_NOT_STANDING.format(parts.listing))
+    links = np.diff([solver.shoulder, solver.knee, parts.tip], axis=0)
+    flat = links - (links @ axis)[:, None] * axis
+    lengths = np.linalg.norm(flat, axis=1)
+    parts.check_links(lengths)
+    bend = np.arctan2(sign * axis @ np.cross(*flat), flat[0] @ flat[1])
+    zero = parts.knee_zero(float(bend), sign)
+    first = GeneralLeg(
+        name=parts.name,
+        joints=parts.chain.names,
+        foot=parts.chain.foot,
+        hip=solver.shoulder,
+        axes=np.eye(3),
+        lateral=float(sign * (links.sum(axis=0) @ axis)),
+        drop=0.0,
+        upper=float(lengths[0]),
+        lower=float(lengths[1]),
+        signs=(1.0, 1.0, sign),
+        zeros=(0.0, zero),
+        knee=parts.knee_side(sign * parts.limits[:, -1] + zero),
+        position_limits=parts.limits,
+        velocity_limits=parts.rates,
+        hinges=hinges,
+        standing=np.clip(0.0, *parts.limits),
+    )
+    leg = _standing(parts, first, solver)
+    return replace(leg, slack=_slack(leg))
+
+
+def _standing(parts: LegParts, leg: GeneralLeg, solver: HingeInverse) -> GeneralLeg:
+    """The leg with its standing posture, and its shoulder in it.
+
+    Raises:
+        RobotError: there is none in which the foot can move in all directions.
+    """
+    for share in STANDING_SHARES:
+        found = leg
+        for _ in range(ROUNDS):
+            hip = leg.joint_points(found.standing)[1]
+            foot = hip + np.array([0.0, leg.lateral, -share * leg.reach])
+            q = _standing_angles(leg, solver, foot)
+            if q is None:
+                break
+            moved = float(np.linalg.norm(leg.joint_points(q)[1] - hip))
+            found = replace(leg, hip=hip, standing=q)
+            if moved < AGREED:
+                largest = leg.upper * leg.lower * (leg.upper + leg.lower)
+                if abs(np.linalg.det(leg.jacobian(q))) > LEAST_MOBILITY * largest:
+                    return found
+                break
+    raise RobotError(_NOT_STANDING.format(parts.listing))
+
+
+def _standing_angles(leg: GeneralLeg, solver: HingeInverse, foot: FloatArray) -> FloatArray | None:
+    """Joint angles ``(3,)`` [rad] for the place of a foot ``(3,)``; ``None`` where there are none.
+
+    The knee is on its side, with its axis pointing as at zero angles.
+    """
+    found = solver.postures(foot[None])[0]
+    found = solver.improved(found, np.repeat(foot[None], len(found), axis=0))
+    centres = np.where(np.isfinite(leg.position_limits).all(axis=0),
+                       leg.position_limits.sum(axis=0) / 2.0, 0.0)  # fmt: skip
+    found = wrap_angle(found, centres)
+    at = leg.hinges.placed(found)
+    bends = wrap_angle(leg.signs[2] * found[:, 2] + leg.zeros[1])
+    low, high = leg.position_limits
+    kept = (
+        (np.linalg.norm(at.foot - foot, axis=1) < AGREED)
+        & (at.axes[:, 2, 1] * leg.signs[2] > 0.0)
+        & (bends * leg.knee > 0.0)
+        & ((found >= low) & (found <= high)).all(axis=1)
+    )
+    if not kept.any():
+        return None
+    away = np.where(kept, ((found - centres) ** 2).sum(axis=1), np.inf)
+    return np.asarray(found[away.argmin()])
+
+
+def _slack(leg: GeneralLeg) -> float:
+    """How much longer a leg may be than the distance of its foot from its hip tells [m].
+
+    It is measured at many postures with the foot below the hip.
+    """
+    low, high = leg.position_limits
+    ranges = [
+        np.linspace(max(low[i], leg.standing[i] - SWING), min(high[i], leg.standing[i] + SWING),
+                    STEPS) for i in range(2)
+    ]  # fmt: skip
+    bends = np.linspace(0.0, np.pi, STEPS) * leg.knee
+    knees = np.clip(leg.signs[2] * (bends - leg.zeros[1]), low[2], high[2])
+    q = np.stack(np.meshgrid(*ranges, knees), axis=-1).reshape(-1, 3)
+    way = leg.forward(q) - leg.hip
+    distance = np.sqrt(np.maximum((way**2).sum(axis=1) - leg.lateral**2, 0.0))
+    bend = leg.signs[2] * q[:, 2] + leg.zeros[1]
+    length = np.sqrt(leg.upper**2 + leg.lower**2 + 2.0 * leg.upper * leg.lower * np.cos(bend))
+    below = -way[:, 2] > STEEPEST * np.linalg.norm(way, axis=1)
+    excess = float(np.max(length - distance, where=below, initial=0.0))
+    return SLACK_RESERVE * excess if excess > AGREED else 0.0
