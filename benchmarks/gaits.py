@@ -1,9 +1,10 @@
 """Gaits by velocity on all robots: with contact forces or not, and what physics makes of them.
 
-``python -m benchmarks.gaits [--gaits trot,trot60] [--robots a1,go2] [--velocity]`` prints a table.
+``python -m benchmarks.gaits [--gaits trot,trot60] [--robots a1,go2] [--velocity] [--speed 1.5]``
+prints a table.
 Trots are walked for 1.5 m at full speed, ``wang2020-fast`` at 0.3 m/s and others at 0.5 m/s;
 pronks, bounds and paces for 0.9 m at 0.3 m/s; gaits with three feet for 0.3 m at 0.1 m/s. With
-``--velocity`` the same gaits are planned without forces.
+``--velocity`` the same gaits are planned without forces, and with ``--speed`` at another speed.
 """
 
 from __future__ import annotations
@@ -37,13 +38,14 @@ DISTANCE, LASTING = 1.5, 3.0
 """Way at full speed of trots [m], and time at full speed of all others [s]."""
 
 
-def line(name: str, gait: str, timing: str) -> str:
-    """The table's line of one walk."""
+def line(name: str, gait: str, timing: str, other: float | None = None) -> str:
+    """The table's line of one walk; ``other`` takes the place of its usual speed [m/s]."""
     robot = gaitopt.load_robot(name)
     trots = gait.startswith("trot")
     speed = SLOW if gait in ("quasi-static", "walk") else WANG
     if trots and name != "wang2020-fast":
         speed = FAST
+    speed = speed if other is None else other
     began = process_time()
     try:
         plan = gaitopt.plan_gait(
@@ -74,13 +76,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--gaits", default="trot", help=f"some of {', '.join(GAITS)}")
     parser.add_argument("--robots", default=",".join(ROBOTS))
     parser.add_argument("--velocity", action="store_true", help="plan without forces")
+    parser.add_argument("--speed", type=float, help="at full speed [m/s]")
     asked = parser.parse_args(arguments)
     print("| robot | gait | m/s | forces | planned [s] | checked [s] | physics | feet beside their "
           "places | tilt [deg] | body error [mm] |")  # fmt: skip
     print("|---|---|---|---|---|---|---|---|---|---|")
     for gait in asked.gaits.split(","):
         for name in asked.robots.split(","):
-            print(line(name, gait, "velocity" if asked.velocity else "forces"))
+            print(line(name, gait, "velocity" if asked.velocity else "forces", asked.speed))
             sys.stdout.flush()
 
 

@@ -26,7 +26,7 @@ from gaitopt.planners.by_velocity.reaction import linearised, reaction
 
 MOST_STEPS = 12
 """Most steps of Newton's method. Measured: walks, trots and quasi-static gaits of six robots take
-one or two, trots with flight and pronks three, bounds three to five, and paces of free bodies up to
+one or two, trots with flight, pronks and bounds three to six, and paces of free bodies up to
 ten."""
 ON_LINE = 1e-6
 """How far the ZMP may be beside the line between two feet at the instants of the conditions [m],
@@ -58,7 +58,7 @@ def balanced_motion(
     Args:
         motion: along its route.
         limits: on forces, with the reserves that planning needs.
-        period: of the gait [s].
+        period: of the gait, which weighs accelerations against displacements [s].
         largest_offset: how far from the route the body may go along x and y [m].
         target: margin above which a larger one has no value [m].
         pieces: of the body's spline in the time of a swing, at least.

@@ -62,7 +62,7 @@ def plan_gait(
     feet the ZMP of the whole robot is on the line between them, to within
     :attr:`gaitopt.ForceLimits.balance_tolerance`. The body is level, at one height, if that can be.
     Where no foot stands for a time it cannot: the robot then falls freely, and keeps its angular
-    momentum. So in gaits with flight the body rises, falls and turns, and its height is about
+    momentum. So in gaits with flight the body rises, falls and turns, about a level way at
     ``body_height``. It does so as well where a level body has no forces, as in a bound.
 
     Returns:

@@ -182,7 +182,6 @@ def test_plans_with_flight_survive_their_files_and_are_drawn(
     np.testing.assert_array_equal(loaded.path.coefficients, plan.path.coefficients)
     gaitopt.replay(plan, tmp_path / "pronk.html")
     assert (tmp_path / "pronk.html").stat().st_size > 1e5
-    assert gaitopt.save_gait_figures(plan, tmp_path / "figures")
 
 
 def test_feet_land_without_speed(plans: dict[str, Plan]) -> None:
@@ -210,12 +209,13 @@ def test_a_turning_trot_with_flight_is_planned() -> None:
     assert gaitopt.verify(plan, collisions=False)["feet on their footholds"].status == "ok"
 
 
-def test_a_gait_that_torques_refuse_names_a_slower_one_that_works() -> None:
+def test_a_gait_that_forces_do_not_allow_names_a_slower_one_that_works() -> None:
     robot, gait = gaitopt.load_robot("go2"), gaitopt.trot(0.5, 0.4)
     weak = replace(LIMITS, torque_share=0.47)
-    with pytest.raises(InfeasibleSpeedError, match=r"torque of .* of it works") as caught:
+    with pytest.raises(InfeasibleSpeedError, match="of it works") as caught:
         plan_gait(robot, gait, velocity=0.8, duration=0.0, ramp=0.2, forces=weak)
     error = caught.value
+    assert error.limit.split()[0] in ("torque", "friction")
     assert error.fastest is not None and error.velocity is not None
     assert 0.1 < error.fastest < 1.0
     slow = plan_gait(robot, gait, velocity=error.velocity, duration=0.0, ramp=0.2, forces=weak)
