@@ -11,7 +11,7 @@ import pinocchio as pin
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from robot_loading import quiet
+from robot_loading import quiet, refusal
 from robot_texts import LOWER, OUT, UPPER, robot
 
 import gaitopt
@@ -286,6 +286,12 @@ def test_time_optimal_planner_refuses_such_legs_and_names_the_way_out() -> None:
     ):
         with pytest.raises(InputError, match=r"leg LF .* take plan_crawl with its usual objective"):
             call()
+
+
+def test_leg_that_stands_only_with_its_knee_aside_is_refused() -> None:
+    """Roll, yaw, pitch: the knee has to turn about the robot's forward axis."""
+    text = refusal(robot(axes=("1 0.09 -0.15", "0 0 1", "0 1 0")))
+    assert "it cannot stand: no posture within its limits has the foot below the hip" in text
 
 
 def test_knees_may_point_to_either_side() -> None:

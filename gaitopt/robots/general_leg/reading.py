@@ -15,7 +15,8 @@ from gaitopt.robots.leg_angles import wrap_angle
 from gaitopt.robots.leg_parts import LegParts
 
 LEAST_ALIGNMENT = 0.5
-"""Least cosine of the angle between the knee's axis and the body's y axis, at zero angles."""
+"""Least cosine of the angle between the knee's axis and the body's y axis, at zero angles and in
+the standing posture: up to 60 degrees, as for other legs (:mod:`gaitopt.robots.leg_reading`)."""
 STANDING_SHARES = (0.7, 0.8, 0.6, 0.9, 0.5)
 """Heights of the shoulder above the foot, as shares of the leg's reach, at which the posture of a
 standing leg is looked for. Chosen: the first is that of a standing robot
@@ -120,7 +121,7 @@ def _standing_angles(leg: GeneralLeg, solver: HingeInverse, foot: FloatArray) ->
     low, high = leg.position_limits
     kept = (
         (np.linalg.norm(at.foot - foot, axis=1) < AGREED)
-        & (at.axes[:, 2, 1] * leg.signs[2] > 0.0)
+        & (at.axes[:, 2, 1] * leg.signs[2] > LEAST_ALIGNMENT)
         & (bends * leg.knee > 0.0)
         & ((found >= low) & (found <= high)).all(axis=1)
     )
