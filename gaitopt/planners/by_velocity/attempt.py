@@ -83,6 +83,9 @@ def attempt(robot: Quadruped, settings: GaitSettings) -> Attempt:
     level = _with_forces(motion, settings, limits, Freedom.LEVEL)
     if not level.violations or level.violations[0].kind in KINEMATIC:
         return level
+    if settings.schedule.least_support > 2:
+        # Above three feet there is room enough for a level body.
+        return level
     # Where no level body has forces, one that rises and turns may have them.
     return _better(level, _free(motion, settings, limits))
 
@@ -90,10 +93,10 @@ def attempt(robot: Quadruped, settings: GaitSettings) -> Attempt:
 def _free(motion: GaitMotion, settings: GaitSettings, limits: ForceLimits) -> Attempt:
     """An attempt with contact forces whose body rises and turns.
 
-    Its forces are even; if they exceed a limit, the body then stays nearer to its route.
+    Its forces are even; where that does not do, the body stays nearer to its route.
     """
     even = _with_forces(motion, settings, limits, Freedom.FREE, EVEN)
-    if not even.violations or even.violations[0].kind == BALANCE:
+    if not even.violations:
         return even
     return _better(even, _with_forces(motion, settings, limits, Freedom.FREE))
 

@@ -63,7 +63,7 @@ def plan_gait(
     :attr:`gaitopt.ForceLimits.balance_tolerance`. The body is level, at one height, if that can be.
     Where no foot stands for a time it cannot: the robot then falls freely, and keeps its angular
     momentum. So in gaits with flight the body rises, falls and turns, about a level way at
-    ``body_height``. It does so as well where a level body has no forces, as in a bound.
+    ``body_height``. It does so as well where a level body has no forces on two feet, as in a bound.
 
     Returns:
         The plan. Its record holds ``zmp_margin``, the smallest margin of the ZMP while any foot

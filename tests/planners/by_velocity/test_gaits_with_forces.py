@@ -235,8 +235,8 @@ def test_where_nothing_works_the_way_out_is_one_of_forces() -> None:
     robot = gaitopt.load_robot("a1")
     for limits, words in (
         (ForceLimits(torque_share=0.05), "torque of .*_calf_joint"),
-        # As on ice: less than what planning keeps back.
-        (ForceLimits(friction=0.01), "no path of the body was found"),
+        # The largest reserve leaves no choice, and nothing to keep back from it.
+        (ForceLimits(reserve=1.0 / 3.0), "no path of the body was found"),
     ):
         with pytest.raises(InfeasibleSpeedError, match=words) as caught:
             plan_gait(
