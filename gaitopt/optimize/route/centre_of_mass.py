@@ -270,6 +270,16 @@ class ComRows:
         return replace(self, knot=self.knot[kept] - first, normal=self.normal[kept],
                        offset=self.offset[kept])  # fmt: skip
 
+    def between(self, first: int, last: int) -> ComRows:
+        """The rows of the knots after ``first`` up to ``last``; ``first`` becomes knot 0."""
+        kept = (self.knot > first) & (self.knot <= last)
+        return replace(self, knot=self.knot[kept] - first, normal=self.normal[kept],
+                       offset=self.offset[kept])  # fmt: skip
+
+    def raised(self, offsets: FloatArray) -> ComRows:
+        """The rows with offsets that are higher by ``offsets (M,)`` [m]."""
+        return replace(self, offset=self.offset + offsets)
+
     def by_pose(self, com: ComDerivatives) -> FloatArray:
         """Derivatives of the rows by their poses ``(M, 9)``."""
         return np.asarray(np.einsum("mi,mic->mc", self.normal, com.com_by_pose[self.knot, :2]))

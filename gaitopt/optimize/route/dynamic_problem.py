@@ -84,6 +84,7 @@ class DynamicRouteProblem(DynamicLayout, RouteProblem):
             acceleration_limits=self.acceleration_limits[:, first : last + 1],
             interval_velocity_limits=self.interval_velocity_limits[:, first:last],
             zmp=self.zmp.chosen(zmp_inside).shifted(-first), entry=entry,
+            com=None if self.com is None else self.com.between(first, last),
         )  # fmt: skip
 
     def linearise(self, x: FloatArray) -> DynamicRouteLinearisation:

@@ -10,6 +10,7 @@ from gaitopt.inputs import check_count
 from gaitopt.plan.settings.base import FORCES, MARGIN_SHARE, check_names, set_number
 from gaitopt.plan.settings.freedoms import VARIANTS, Freedoms
 from gaitopt.plan.settings.over_footholds import FootholdSettings
+from gaitopt.robots.pace import has_quick_joints
 from gaitopt.robots.quadruped import Quadruped
 
 SLOWEST_RAMP = 10.0
@@ -17,6 +18,11 @@ SLOWEST_RAMP = 10.0
 limit is refused as a mistake, since a joint would hardly get to speed within a step."""
 RAMP = 0.05
 """Time in which the slowest joint of a dynamic walk reaches its velocity limit, by default [s]."""
+FINE_KNOTS = {"stance_knots": 4, "swing_knots": 12}
+"""Intervals of the phases of a walk along splines whose timing forces set, on robots with slow
+joints. Such a walk has sharp turns, where joints change their directions, and each takes two knots.
+16 steps of wang2020 (``swing``, seed 0) take 28.7 s with these, 29.5 s with 3 and 10, 30.0 s with 3
+and 8, and 28.7 s with 5 and 16."""
 MOST_STEPS = 10_000
 """Longest horizon, so that a wrong number is refused."""
 MOST_ITERATIONS = 100_000
@@ -108,6 +114,8 @@ class RouteSettings(FootholdSettings):
             "stance_knots": 1 if stops else 3 if smooth else 4 if free.posture else 2,
             "swing_knots": 8 if free.swing else 6 if stops else 12,
         }
+        if forces and smooth and not has_quick_joints(robot):
+            knots = FINE_KNOTS
         kept = {k: v for k, v in options.items() if not (v is None and k in knots)}
         return super().for_robot(robot, **{**knots, **kept, "free": free,
                                            "acceleration_limit": limit})  # fmt: skip

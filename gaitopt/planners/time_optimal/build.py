@@ -14,7 +14,12 @@ from gaitopt.optimize.route.legs import FOOT, JOINTS, ORIENTATION, POSE, Stacked
 from gaitopt.optimize.route.problem import RouteProblem
 from gaitopt.plan.settings.time_optimal import RouteSettings
 from gaitopt.planners.time_optimal.balance import com_rows
-from gaitopt.planners.time_optimal.flights import FOOT_HEIGHT, Flights, smooth_apex_knots
+from gaitopt.planners.time_optimal.flights import (
+    FOOT_HEIGHT,
+    Flights,
+    knots_above_column,
+    smooth_apex_knots,
+)
 from gaitopt.planners.time_optimal.guess import first_guess
 from gaitopt.planners.time_optimal.knots import RouteKnots, route_knots
 from gaitopt.planners.time_optimal.support import support_on_spans
@@ -22,6 +27,8 @@ from gaitopt.planners.time_optimal.walk import Route
 
 MOST_TILT = 0.35
 """Largest roll, pitch and yaw of the body against level and heading [rad]: 20 degrees."""
+CUT_SHARE = 0.15
+"""Height by which a turn at the clearance is raised at first, as a share of the clearance."""
 FAR_LIMIT = 0.9
 """Position limits that are farther than this from all joint angles of the first guess are left out
 of the problem [rad]; the certificate checks all of them."""
@@ -120,31 +127,39 @@ def _tilt_rows(knots: int) -> Rows:
 def _height_rows(route: Route, knots: RouteKnots) -> Rows:
     """A foot keeps its clearance at all knots in the air, and the swing height in the middle.
 
-    Both are counted from the higher one of its footholds.
+    Both are counted from the higher one of its footholds. Where two knots of a flight are above a
+    column, the one next to its foothold is only not below it. The other is a little higher than the
+    clearance, as the spline cuts the turn there.
     """
     settings, flights = route.settings, Flights.of(knots)
-    in_air = np.arange(1, settings.swing_knots)
+    count, above = settings.swing_knots, knots_above_column(settings)
+    in_air = np.arange(1, count)
     height = np.full((route.count, len(in_air)), settings.clearance + settings.clearance_reserve)
     apex = max(settings.swing_height, settings.clearance)
-    middle = smooth_apex_knots(np.zeros(1, dtype=int), settings.swing_knots)
+    middle = smooth_apex_knots(np.zeros(1, dtype=int), count)
     for knot in middle if settings.smooth else middle[:1]:
         height[:, knot - 1] = apex
+    least = flights.higher_foothold[:, None] + height
+    if above > 1:
+        least[:, 0], least[:, -1] = flights.footholds[:, 0, 2], flights.footholds[:, 1, 2]
+        least[:, [1, -2]] += CUT_SHARE * settings.clearance
     knot = (flights.lift_off[:, None] + in_air).ravel()
     linear = np.zeros((len(knot), POSE))
     linear[:, FOOT_HEIGHT] = 1.0
-    offset = -(flights.higher_foothold[:, None] + height).ravel()
-    return Rows(knot, linear, np.zeros_like(linear), offset)
+    return Rows(knot, linear, np.zeros_like(linear), -least.ravel())
 
 
 def _column_rows(route: Route, knots: RouteKnots) -> list[Rows]:
-    """At its first and last knot in the air a foot is above the column that it leaves or reaches.
+    """At its first and last knots in the air a foot is above the column that it leaves or reaches.
 
     Below the clearance a foot is only allowed above its columns. Times between knots are free, so
     one may fix without loss at which knots the foot leaves and enters the space above a column.
     """
     radius, flights = route.footholds.landing_radius, Flights.of(knots)
     parts = []
-    for knot, number in ((flights.lift_off + 1, 0), (flights.touchdown - 1, 1)):
+    above = 1 + np.arange(knots_above_column(route.settings))
+    ends = [(flights.lift_off + n, 0) for n in above]
+    for knot, number in ends + [(flights.touchdown - n, 1) for n in above]:
         centre = flights.footholds[:, number, :2]
         # (r^2 - |f - c|^2) / 2 r: near the edge this is the distance from it in metres.
         linear, square = np.zeros((len(knot), POSE)), np.zeros((len(knot), POSE))

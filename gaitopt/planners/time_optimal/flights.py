@@ -9,10 +9,14 @@ import numpy as np
 from gaitopt.conventions import FloatArray
 from gaitopt.optimize.route.layout import Rows
 from gaitopt.optimize.route.legs import FOOT, POSE
+from gaitopt.plan.settings.time_optimal import RouteSettings
 from gaitopt.planners.time_optimal.knots import RouteKnots
 
 FOOT_HEIGHT = FOOT.start + 2
 """Column of a pose that holds the height of the flying foot."""
+LEAST_KNOTS_FOR_TWO = 6
+"""Least intervals of a flight with which two knots at either end are above a column: one is left
+between them."""
 
 
 class Flights(NamedTuple):
@@ -39,6 +43,17 @@ class Flights(NamedTuple):
     def higher_foothold(self) -> FloatArray:
         """Height of the higher one of the two footholds ``(S,)`` [m]."""
         return np.asarray(self.footholds[..., 2].max(axis=1))
+
+
+def knots_above_column(settings: RouteSettings) -> int:
+    """Knots in the air at either end of a flight at which the foot is above its column.
+
+    On a walk along splines whose timing forces set they are two, where there are knots enough. The
+    foot then leaves the space above the column at the second, which can be a sharp turn: its span
+    is short, and that of the first one, between ground and turn, is long.
+    """
+    turns = settings.smooth and settings.forces is not None
+    return 2 if turns and settings.swing_knots >= LEAST_KNOTS_FOR_TWO else 1
 
 
 def smooth_apex_knots(lift_off: np.ndarray, swing_intervals: int) -> tuple[np.ndarray, np.ndarray]:

@@ -111,6 +111,22 @@ def with_tightened_limits(
     )
 
 
+def with_raised_margins(
+    problem: DynamicRouteProblem, window: SmoothWindow, motion: SplineMotion
+) -> DynamicRouteProblem:
+    """The problem with stricter rows of the true centre of mass where its margin is missing.
+
+    Rows look at control points. Between them the centre of mass may be elsewhere by a little.
+    """
+    if problem.com is None:
+        return problem
+    margins = motion.margins(dynamic=False)[window.first_knot :]
+    missing = np.maximum(window.wanted_margins(motion) - margins, 0.0)
+    around = np.concatenate([[0.0], missing, [0.0]])
+    near = np.maximum(missing, np.maximum(around[:-2], around[2:]))
+    return replace(problem, com=problem.com.raised(LIMIT_OVERCORRECTION * near[problem.com.knot]))
+
+
 def _usable_limits(
     problem: DynamicRouteProblem, window: SmoothWindow, reserves: FloatArray
 ) -> list[tuple[FloatArray, FloatArray]]:

@@ -14,7 +14,7 @@ from dataclasses import fields
 import numpy as np
 
 from gaitopt.conventions import GRAVITY, LEGS, FloatArray
-from gaitopt.optimize.route.centre_of_mass import MassDistribution
+from gaitopt.optimize.route.centre_of_mass import ComRows, MassDistribution
 from gaitopt.optimize.route.dynamic_layout import ZmpRows
 from gaitopt.optimize.route.dynamic_problem import DynamicRouteProblem
 from gaitopt.optimize.route.layout import TIME_UNIT_ROTATION, Rows
@@ -24,6 +24,7 @@ from gaitopt.plan.settings.time_optimal import RouteSettings
 from gaitopt.planners.time_optimal.knots import RouteKnots
 from gaitopt.planners.time_optimal.support import support_on_spans
 from gaitopt.planners.time_optimal.walk import Route
+from gaitopt.robots.pace import FORCE_TIME_SHARE
 from gaitopt.robots.quadruped import Quadruped
 
 FIRST_ACCELERATION_SHARE, FIRST_VELOCITY_SHARE = 0.85, 0.97
@@ -43,13 +44,16 @@ To move toward the middle its body accelerates, and so its ZMP has to move outwa
 FORCE_ZMP_SHARE = 0.4
 """Share of the stability margin that the ZMP of all links keeps where forces set the timing. It
 leaves the least normal forces that a plan promises, and something for friction."""
-FORCE_TIME_SHARE = 0.5
-"""Least unit of time where forces set the timing, as a share of the time in which a pendulum as
-long as a leg turns by one radian."""
+COM_RESERVE = 2e-5
+"""Length that is added to the margin of the centre of mass where forces set the timing [m]. Between
+control points it leaves the polygon of theirs by a little, as it depends on angles."""
 LEAST_LOAD_SHARE = 0.2
 """Share of the weight that the ground bears at least, where joints are fast enough for less."""
 DYNAMIC_QUADRATIC_WEIGHT = 3.0
-"""Factor by which the quadratic term in the times has more weight in a dynamic walk."""
+"""Factor by which the quadratic term in the times has more weight in a dynamic walk, and in windows
+of a walk whose timing forces set."""
+STATIC_QUADRATIC_WEIGHT = 0.3
+"""The same factor of other walks whose timing forces set."""
 
 
 def build_smooth(base: RouteProblem, knots: RouteKnots, route: Route) -> DynamicRouteProblem:
@@ -66,17 +70,20 @@ def build_smooth(base: RouteProblem, knots: RouteKnots, route: Route) -> Dynamic
     rows = base.rows
     if not settings.true_com:
         rows = rows.chosen(np.abs(rows.linear[:, :2]).sum(axis=1) == 0)
-    zmp = _balance_rows(base, knots, settings, route.robot)
+    zmp, com = _balance_rows(base, knots, settings, route.robot), None
     least_unit = 0.0
     if settings.forces:
         # Forces, and not the joints, set the times of robots with fast joints.
         least_unit = FORCE_TIME_SHARE * float(np.sqrt(base.legs.reach.max() / GRAVITY))
+        if not dynamic:
+            rows, com = _static_rows(rows, base, knots, route)
     elif dynamic:
         # The time that a joint takes from rest to rest for the rotation of a unit of time.
         least_unit = 2.0 * float(np.sqrt(TIME_UNIT_ROTATION / limit))
     time_unit, quadratic_weight = max(base.time_unit, least_unit), base.quadratic_weight
     if dynamic or settings.forces:
-        quadratic_weight *= DYNAMIC_QUADRATIC_WEIGHT
+        whole = not dynamic and settings.horizon is None
+        quadratic_weight *= STATIC_QUADRATIC_WEIGHT if whole else DYNAMIC_QUADRATIC_WEIGHT
         if limit * base.legs.reach.max() > (1.0 - LEAST_LOAD_SHARE) * GRAVITY:
             zmp = ZmpRows.joined([zmp, _load_rows(base.knots)])
     elif not settings.true_com:
@@ -84,14 +91,14 @@ def build_smooth(base: RouteProblem, knots: RouteKnots, route: Route) -> Dynamic
         zmp = zmp.chosen(np.zeros(0, dtype=int))
     shared = {f.name: getattr(base, f.name) for f in fields(RouteProblem)}
     shared |= {"rows": rows, "time_unit": time_unit, "quadratic_weight": quadratic_weight}
-    # The rows of the true centre of mass are among those of the ZMP, with infinite gravity.
-    shared["com"] = None
+    # Where there are none here, they are among those of the ZMP, with infinite gravity.
+    shared["com"] = com
+    # Where forces set the timing joints may be too fast here: only the path is used.
+    shares = (1.0, 1.0) if settings.forces else (FIRST_ACCELERATION_SHARE, FIRST_VELOCITY_SHARE)
     return DynamicRouteProblem(
         **shared,
-        acceleration_limits=np.full((2, base.knots, JOINTS), FIRST_ACCELERATION_SHARE * limit),
-        interval_velocity_limits=np.tile(
-            FIRST_VELOCITY_SHARE * base.velocity_limits, (2, base.knots - 1, 1)
-        ),
+        acceleration_limits=np.full((2, base.knots, JOINTS), shares[0] * limit),
+        interval_velocity_limits=np.tile(shares[1] * base.velocity_limits, (2, base.knots - 1, 1)),
         zmp=zmp,
     )
 
@@ -111,21 +118,20 @@ def _balance_rows(
 ) -> ZmpRows:
     """Rows that keep the ZMP inside the support polygon, and the true centre of mass if asked for.
 
-    Where forces set the timing the ZMP keeps a share of the margin only.
+    Where forces set the timing the ZMP keeps a share of the margin only, and the rows of a centre
+    are others (:func:`_static_rows`).
     """
     margin, radius = settings.stability_margin, robot.foot_radius
-    if not settings.true_com:
+    if not settings.true_com and settings.forces is None:
         return _zmp_rows(knots, margin, base.poses[0, :2], radius)
     joints = base.legs.joints(base.poses, knots.feet, knots.in_air).reshape(-1, len(LEGS), 3)
     com = MassDistribution.of(robot).com(base.poses, joints)[:, :2]
-    share = FORCE_ZMP_SHARE if settings.forces else 1.0
-    parts = []
-    if settings.forces or settings.free.dynamic:
-        parts.append(_zmp_rows(knots, share * margin, com[0], radius))
-    if not settings.free.dynamic:
-        static = _zmp_rows(knots, margin, com[0], radius)
-        parts.append(static._replace(gravity=np.full(len(static.knot), np.inf)))
-    rows = ZmpRows.joined(parts)
+    if settings.forces:
+        rows = _zmp_rows(knots, FORCE_ZMP_SHARE * margin, com[0], radius)
+    else:
+        rows = _zmp_rows(knots, margin, com[0], radius)
+        if not settings.free.dynamic:
+            rows = rows._replace(gravity=np.full(len(rows.knot), np.inf))
     # A row sees the body centre. In later rounds this is corrected by what the motion really does.
     beside = (rows.normal * (base.poses[:, :2] - com)[rows.knot]).sum(axis=1)
     return rows._replace(offset=rows.offset + beside)
@@ -164,6 +170,32 @@ def _load_rows(knots: int) -> ZmpRows:
     one, none = -np.ones(knots), np.zeros(knots)
     gravity = np.full(knots, (1.0 - LEAST_LOAD_SHARE) * GRAVITY)
     return ZmpRows(np.arange(knots), np.zeros((knots, 2)), one, none, one, gravity)
+
+
+def _static_rows(
+    rows: Rows, base: RouteProblem, knots: RouteKnots, route: Route
+) -> tuple[Rows, ComRows | None]:
+    """Rows that keep the promised centre inside the polygon of every span, for forces.
+
+    Returns:
+        The rows, with others for the body centre, or rows for the true centre of mass.
+    """
+    settings, radius = route.settings, route.robot.foot_radius
+    if not settings.true_com:
+        spans = _zmp_rows(knots, settings.stability_margin, base.poses[0, :2], radius)
+        return _with_centre_rows(rows, spans), None
+    masses = MassDistribution.of(route.robot)
+    joints = base.legs.joints(base.poses[:1], knots.feet[:1], knots.in_air[:1])
+    start = masses.com(base.poses[:1], joints.reshape(1, len(LEGS), 3))[0, :2]
+    spans = _zmp_rows(knots, settings.stability_margin, start, radius)
+    sides = [spans._replace(knot=spans.knot + step) for step in (-1, 0, 1)]
+    joined = ZmpRows.joined(sides)
+    joined = joined.chosen((joined.knot > 0) & (joined.knot < base.knots))
+    # Knots within a phase have its sides from three spans.
+    kinds = np.column_stack([joined.knot, joined.normal, joined.least])
+    once = np.sort(np.unique(kinds, axis=0, return_index=True)[1])
+    kept = joined.chosen(once)
+    return rows, ComRows(masses, kept.knot, kept.normal, kept.least + COM_RESERVE)
 
 
 def _with_centre_rows(rows: Rows, spans: ZmpRows) -> Rows:

@@ -20,12 +20,15 @@ from gaitopt.planners.time_optimal.flights import (
     FOOT_HEIGHT,
     Flights,
     height_rows,
+    knots_above_column,
     smooth_apex_knots,
 )
 from gaitopt.planners.time_optimal.smooth.between import LIMIT_OVERCORRECTION
 from gaitopt.planners.time_optimal.smooth.motion import SplineMotion
 from gaitopt.planners.time_optimal.smooth.window import SmoothWindow
 
+LOWERED_SHARE = 0.5
+"""Share of a height above what is wanted by which a row is lowered, where forces set the timing."""
 PIECES_PER_SPAN = 64
 """Pieces of a span on each of which a foot's parabola is bounded by its chord."""
 
@@ -96,16 +99,17 @@ def with_raised_heights(
     wanted = settings.clearance + settings.clearance_reserve
     offset = problem.rows.offset.copy()
     apexes = np.concatenate(smooth_apex_knots(flights.lift_off, settings.swing_knots))
-    for in_air, on_ground in (
-        (flights.lift_off + 1, flights.lift_off),
-        (flights.touchdown - 1, flights.touchdown),
+    above = knots_above_column(settings)
+    for in_air, before in (
+        (flights.lift_off + above, flights.lift_off + above - 1),
+        (flights.touchdown - above, flights.touchdown - above + 1),
     ):
         # Rows of these knots, and the flight of each.
         rows = height_rows(problem.rows)
         rows = rows[np.isin(problem.rows.knot[rows] + first_knot, in_air)]
         knot = problem.rows.knot[rows] + first_knot
         flight = np.searchsorted(in_air, knot)
-        lowest = np.minimum(found[in_air], found[on_ground])[flight]
+        lowest = np.minimum(found[in_air], found[before])[flight]
         # Where the foot is above a column all the time nothing is missing.
         missing = np.where(np.isfinite(lowest), wanted - lowest, -np.inf)
         if only_upward:
@@ -113,5 +117,8 @@ def with_raised_heights(
             continue
         least = np.where(np.isin(knot, apexes), max(settings.swing_height, wanted), wanted)
         least = flights.higher_foothold[flight] + least
+        if settings.forces:
+            # Few rounds: less is taken back than there is too much, more is added than is missing.
+            missing *= np.where(missing > 0.0, LIMIT_OVERCORRECTION, LOWERED_SHARE)
         offset[rows] = -np.maximum(least, motion.poses[knot, FOOT_HEIGHT] + missing)
     return replace(problem, rows=problem.rows._replace(offset=offset))

@@ -16,6 +16,7 @@ from gaitopt.planners.time_optimal.smooth.between import (
     MOST_STRETCH,
     sampled_stretch,
     with_corrected_limits,
+    with_raised_margins,
     with_tightened_limits,
 )
 from gaitopt.planners.time_optimal.smooth.clearance import clearance_is_kept, with_raised_heights
@@ -27,6 +28,8 @@ MOST_SMOOTH_ROUNDS = 12
 TOLERANCES = (3e-2, 1e-2, 2e-3)
 """Tolerances of the solver in the first rounds; in all later rounds it is the last of them. Only
 motions from rounds with the last one are kept."""
+FORCE_TOLERANCES = (3e-2, 1e-2)
+"""The same where forces set the timing, which is found anew."""
 CORRECTING_ROUNDS = 3
 """Rounds that correct all limits in rows; those after them only tighten limits."""
 ENOUGH = 1.001
@@ -69,8 +72,10 @@ def best_motion(window: SmoothWindow) -> tuple[FoundMotion, list[DynamicSolution
     guess = _Start(window.problem.pack(window.problem.poses, window.guessed_spans))
     problem, start, found = window.problem, guess, _Candidates(window)
     solutions: list[DynamicSolution] = []
+    forces = window.route.settings.forces is not None
+    tolerances = FORCE_TOLERANCES if forces else TOLERANCES
     for n in range(MOST_SMOOTH_ROUNDS):
-        tolerance = TOLERANCES[min(n, len(TOLERANCES) - 1)]
+        tolerance = tolerances[min(n, len(tolerances) - 1)]
         solution = _solve(window, problem, start, tolerance)
         solutions.append(solution)
         nearly = start.multipliers is None and found.best is None and _is_nearly_solved(solution)
@@ -80,10 +85,14 @@ def best_motion(window: SmoothWindow) -> tuple[FoundMotion, list[DynamicSolution
             start = guess
             continue
         motion = window.motion(solution.x)
-        apart = _with_legs_apart(window, solution)
-        if tolerance == TOLERANCES[-1] and apart is None and found.add(solution, motion):
+        last = tolerance == tolerances[-1]
+        # The first solution for forces is rough: whether legs touch in it says little.
+        apart = _with_legs_apart(window, solution) if last or not forces else None
+        if last and apart is None and found.add(solution, motion):
             break
-        start = _Start(solution.x, solution.multipliers if apart is None else None)
+        # Multipliers of turns that move with every round are no help.
+        warm = apart is None and not forces
+        start = _Start(solution.x, solution.multipliers if warm else None)
         problem = _with_stricter_rows(apart or problem, window, motion, n >= CORRECTING_ROUNDS)
     best = found.best or found.stretched()
     if best is None:
@@ -136,9 +145,8 @@ def _with_stricter_rows(
         only_tighten: never make a row less strict.
     """
     change = with_tightened_limits if only_tighten else with_corrected_limits
-    return with_raised_heights(
-        change(problem, window, motion), window, motion, only_upward=only_tighten
-    )
+    stricter = with_raised_margins(change(problem, window, motion), window, motion)
+    return with_raised_heights(stricter, window, motion, only_upward=only_tighten)
 
 
 @dataclass
@@ -206,17 +214,16 @@ def judge(
     Raises:
         SolverError: feet that stand leave their footholds.
     """
+    if window.route.settings.forces:
+        return Judgement((motion, motion.path()) if _path_is_kept(window, motion) else None, 1.0)
     first = window.first_knot
     stretch = sampled_stretch(window, motion)
     if stretch > most_stretch or not clearance_is_kept(window, motion):
         return Judgement(None, stretch)
     # The ZMP of a stretched motion lies on the line between that of the motion itself and the
     # centre of mass, and a margin is a concave function of the point: so both ends are enough.
-    settings, wanted = window.route.settings, window.wanted_margins(motion)
-    dynamic = settings.free.dynamic
-    # Where forces set the timing they are what keeps a dynamic walk in balance, not its ZMP.
-    judged = () if dynamic and settings.forces else (motion, motion.slower(most_stretch))
-    for one in judged[: 2 if dynamic else 1]:
+    wanted, dynamic = window.wanted_margins(motion), window.route.settings.free.dynamic
+    for one in (motion, motion.slower(most_stretch))[: 2 if dynamic else 1]:
         if (one.margins(dynamic)[first:] < wanted).any():
             return Judgement(None, stretch)
     path = motion.path()
@@ -230,3 +237,16 @@ def judge(
         motion = motion.slower(stretch * (1.0 + SPLINE_STRETCH_RESERVE))
         path = motion.path()
     return Judgement((motion, path), stretch)
+
+
+def _path_is_kept(window: SmoothWindow, motion: SplineMotion) -> bool:
+    """Whether a motion whose timing forces will set keeps its clearance and its static margin.
+
+    Its own times do not count. In a dynamic walk forces are what keeps balance.
+    """
+    if not clearance_is_kept(window, motion):
+        return False
+    if window.route.settings.free.dynamic:
+        return True
+    margins = motion.margins(dynamic=False)[window.first_knot :]
+    return bool((margins >= window.wanted_margins(motion)).all())
