@@ -87,10 +87,17 @@ class Reference:
 
 
 def standing_feet(plan: Plan, times: FloatArray, pausing: BoolArray) -> BoolArray:
-    """Which feet stand ``(N, 4)``; in a pause those that stand on either side of it."""
+    """Which feet stand ``(N, 4)``.
+
+    In a pause those stand that do so on either side of it, and the foot that has just landed, even
+    where it lifts off again at once.
+    """
     standing = np.array(plan.at(times).contacts)
     sides = np.clip(times[pausing] + [[-BESIDE], [BESIDE]], 0.0, plan.duration)
     standing[pausing] = plan.at(sides[0]).contacts | plan.at(sides[1]).contacts
+    for swing in plan.swings:
+        landed = np.abs(times - swing.end) <= BESIDE
+        standing[pausing & landed, LEGS.index(swing.leg)] = True
     return standing
 
 

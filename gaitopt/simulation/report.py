@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from gaitopt.control.clock import SAME_INSTANT
 from gaitopt.control.gains import ControlGains
 from gaitopt.conventions import LEGS, BoolArray, FloatArray
 from gaitopt.plan.com_margin import margins_over, true_com
@@ -151,7 +152,9 @@ def _landings(
         counts[leg] += 1
         mine = columns[column, min(counts[leg], columns.shape[1] - 1)]
         first = int(np.searchsorted(record.clock, start))
-        settled = int(np.searchsorted(record.clock, min(start + settings.landing_time, end - 1e-6)))
+        # While the clock stands still at the lift-off the foot still stands.
+        until = min(start + settings.landing_time, end) + SAME_INSTANT
+        settled = max(int(np.searchsorted(record.clock, until, side="right")) - 1, first)
         last = int(np.searchsorted(record.clock, end - BEFORE_LIFT_OFF)) - 1
         if first >= len(record.clock):
             out.append((np.nan, None))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import pytest
 
 import gaitopt
@@ -42,3 +44,21 @@ def test_a_walk_along_splines_is_walked_without_a_stop() -> None:
     assert result.passed, str(result)
     assert result.waited == 0.0
     assert result.body_error < 0.02 * robot.standing_height
+
+
+def test_a_foot_that_lands_and_lifts_off_again_at_once_stands_between() -> None:
+    """In the free order a leg may step twice in a row, without a stance phase between."""
+    robot = gaitopt.load_robot("go2")
+    columns = gaitopt.s_columns(seed=1, columns=3, robot=robot)
+    plan = gaitopt.plan_crawl(robot, columns, sequence="free")
+    steps = [(swing.leg, swing.start, swing.end) for swing in plan.swings]
+    again = [
+        (before, after)
+        for before, after in itertools.pairwise(steps)
+        if before[0] == after[0] and after[1] - before[2] < 1e-9
+    ]
+    assert again
+    result = simulate(plan)
+    assert result.passed, str(result)
+    # The clock waits at each of these landings.
+    assert result.waited >= 0.05 * len(again)
