@@ -20,7 +20,7 @@ from gaitopt.robots.collision_shapes import CollisionPairs
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.footholds import Footholds
 
-FORCE_RAMPS = {"level": 0.03, "posture": 0.06, "others": 0.05}
+FORCE_RAMPS = {"level": 0.04, "posture": 0.06, "others": 0.055}
 """Times in which the slowest joint reaches its velocity limit on splines whose timing forces set
 [s]: where the body stays level at one height, where its posture is free, and in other walks.
 Sharper turns make walks faster, but then knees that turn at their velocity limits exceed them in
