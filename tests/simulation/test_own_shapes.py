@@ -186,6 +186,7 @@ def test_shapes_survive_a_second_reading() -> None:
         'link="base" kind="sphere" size="0.1 0.1" place="0 0 0" turn="1 0 0 0" bits="1 1"',
         'link="base" kind="sphere" size="0.1" place="0 nan 0" turn="1 0 0 0" bits="1 1"',
         'link="base" kind="sphere" size="0.1" place="0 0 0" turn="0 0 0 0" bits="1 1"',
+        'link="base" kind="sphere" size="0.1" place="0 0 0" turn="1e200 0 0 0" bits="1 1"',
         'link="base" kind="sphere" size="0.1" place="0 0 0" turn="1 0 0 0" bits="-1 1"',
         'link="base" kind="mesh" size="" place="0 0 0" turn="1 0 0 0" bits="1 1"',
     ],

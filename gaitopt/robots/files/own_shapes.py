@@ -100,7 +100,7 @@ def _shape(element: ElementTree.Element, where: str) -> OwnShape:
     good = bool(link) and len(size) == SIZES.get(kind, -1) and len(place) == 3 and len(turn) == 4
     good = good and all(0.0 < value < FARTHEST for value in size)
     good = good and all(abs(value) < FARTHEST for value in (*place, *corners))
-    good = good and 0.9 < math.sqrt(sum(value**2 for value in turn)) < 1.1
+    good = good and 0.9 < math.hypot(*turn) < 1.1
     good = good and len(bits) == 2 and all(0 <= bit <= MOST_BITS for bit in bits)
     hull = len(corners) >= 12 and len(corners) % 3 == 0
     if not good or hull != (kind == "mesh"):

@@ -12,7 +12,7 @@ from gaitopt.conventions import FloatArray
 from gaitopt.errors import RobotError
 from gaitopt.robots.files.meshes import MeshFinder, mesh_corners
 from gaitopt.robots.files.notes import first_of
-from gaitopt.robots.files.origins import Element, numbers, placement_of, set_origin
+from gaitopt.robots.files.origins import FARTHEST, Element, numbers, placement_of, set_origin
 from gaitopt.robots.files.tree import UrdfTree
 
 SLAB = 0.05
@@ -166,6 +166,8 @@ def _sizes(element: Element, names: tuple[str, ...], where: str) -> FloatArray:
               for name in names]  # fmt: skip
     if min(values) <= 0.0:
         raise RobotError(f"{where}: a {element.tag} of size {values}; sizes must be positive")
+    if max(values) > FARTHEST:  # the cube of a huge radius would be no number
+        raise RobotError(f"{where}: a {element.tag} of size {values}, above {FARTHEST:g} m")
     return np.array(values)
 
 

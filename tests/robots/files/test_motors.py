@@ -182,3 +182,31 @@ def test_inertia_of_an_actuator_counts_behind_its_gear() -> None:
         pytest.skip("MuJoCo before 4")
     made = quiet(general('armature="0.001"'))
     assert made.motor_inertia == pytest.approx(np.full(12, 0.02 + 81.0 * 0.001))
+
+
+@pytest.mark.parametrize(
+    ("extra", "words"),
+    [
+        ('armature="1"', "its motor's inertia is inf kg m"),
+        ('armature="0"', "its motor's inertia is nan kg m"),
+    ],
+)
+def test_inertia_behind_a_huge_gear_is_refused(extra: str, words: str) -> None:
+    if not hasattr(mujoco.MjModel.from_xml_string("<mujoco/>"), "actuator_armature"):
+        pytest.skip("MuJoCo before 4")
+    text = general(extra).replace('gear="9"', 'gear="1e200"')
+    assert f"joint LF_j0: {words}" in refusal(text)
+
+
+def test_armature_above_every_motor_s_is_refused_by_its_joint() -> None:
+    text = mjcf().replace('armature="0.02"', 'armature="2000"')
+    assert "joint LF_j0: its motor's inertia is 2000 kg m^2, above 1000" in refusal(text)
+
+
+def test_torque_lines_of_numbers_out_of_range_are_none_or_refused() -> None:
+    """A speed without load of no motor, two equal speeds, and a product that is 0."""
+    words = "joint LF_j0: by its actuator its torque falls from"
+    assert words in refusal(general(gain=1.0, slope=1e-290))
+    assert words in refusal(general('forcerange="-1e-20 1e-20"'))
+    flat = general(slope=1e-300).replace('gear="9"', 'gear="1e-100"')
+    assert np.isinf(quiet(flat).torque_lines).all()

@@ -159,6 +159,12 @@ def test_masses_from_shapes_are_water() -> None:
     assert any("estimated from shapes" in words for words in warnings_of(text, masses="shapes"))
 
 
+def test_shapes_of_no_sensible_size_are_refused() -> None:
+    """The mass of such a ball is no number."""
+    text = robot(shank=collision('<sphere radius="1e200"/>'))
+    assert "a sphere of size" in refusal(text, masses="shapes")
+
+
 def test_inertia_that_no_body_has_is_refused_or_told() -> None:
     good = robot()
     hip = (

@@ -19,12 +19,7 @@ from gaitopt.conventions import FloatArray
 from gaitopt.errors import MissingPackageError, RobotError
 from gaitopt.files import silenced_stderr
 from gaitopt.robots.files.meshes import MeshFinder
-from gaitopt.robots.files.mjcf.actuators import (
-    actuators_of,
-    effort_of,
-    motor_inertia_of,
-    torque_line_of,
-)
+from gaitopt.robots.files.mjcf.actuators import motor_of
 from gaitopt.robots.files.mjcf.check import check_agreement
 from gaitopt.robots.files.mjcf.links import (
     BALL,
@@ -270,15 +265,12 @@ class _Writer:
         ElementTree.SubElement(element, "child", link=child)
         ElementTree.SubElement(element, "axis", xyz=" ".join(repr(float(a)) for a in axis))
         if kind in (HINGE, SLIDE):
-            actuators = actuators_of(self.mujoco, model, joint)
-            effort = effort_of(self.mujoco, model, joint, actuators)
-            joint_limit(model, joint, effort, element)
-            inertia = motor_inertia_of(model, joint, actuators)
-            if inertia > 0.0:
-                self.armature[name] = inertia
-            line = torque_line_of(self.mujoco, model, actuators, effort)
-            if line is not None and kind == HINGE:
-                self.torque_lines[name] = line
+            motor = motor_of(self.mujoco, model, joint, f"{self.label}: joint {name}")
+            joint_limit(model, joint, motor.effort, element)
+            if motor.inertia > 0.0:
+                self.armature[name] = motor.inertia
+            if motor.line is not None:
+                self.torque_lines[name] = motor.line
 
     def _add_link(self, body: int) -> None:
         """Add a body's link: its inertia and shapes."""
