@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from numbers import Real
-from typing import Any
+from types import MappingProxyType
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -106,11 +108,25 @@ def check_shape(name: str, values: ArrayLike, *tail: int) -> FloatArray:
     return array
 
 
+SOURCES: Final[Mapping[str, str]] = MappingProxyType({
+    "Quadruped": "gaitopt.load_robot(name or file) loads one",
+    "Plan": "planners return one, and gaitopt.load_plan(file) reads one",
+    "Footholds": "gaitopt.Footholds.from_csv(file) or gaitopt.s_columns() makes them",
+    "GaitSchedule": "gaitopt.trot(0.5) makes one, for instance",
+})  # fmt: skip
+"""Where objects of a class come from, in words: the way out of the error of :func:`check_kind`."""
+
+
 def check_kind(name: str, value: object, kind: type) -> None:
     """Refuse what is no object of a class.
 
     Raises:
-        InputError: the message gives ``name``, the class, and that of ``value``.
+        InputError: the message gives ``name``, the class, and that of ``value``; and for classes in
+            :data:`SOURCES` where an object comes from.
     """
     if not isinstance(value, kind):
-        raise InputError(f"{name} must be a {kind.__name__}, got a {type(value).__name__}")
+        source = SOURCES.get(kind.__name__)
+        raise InputError(
+            f"{name} must be a {kind.__name__}, got a {type(value).__name__}"
+            + (f"; {source}" if source else "")
+        )

@@ -13,7 +13,8 @@ import pytest
 
 import gaitopt
 from gaitopt import errors
-from gaitopt.errors import GaitoptError, InfeasibleStepError
+from gaitopt.errors import GaitoptError, InfeasibleStepError, InputError
+from gaitopt.studies.race import race
 
 PACKAGE = Path(gaitopt.__file__).parent
 TREES = {
@@ -182,3 +183,39 @@ def test_infeasible_step_can_be_kept_in_a_set() -> None:
 @pytest.mark.parametrize("kind", FAMILY, ids=lambda c: c.__name__)
 def test_every_error_says_what_it_is_for(kind: type[Exception]) -> None:
     assert kind.__doc__ and len(kind.__doc__) > 20
+
+
+PLAN_TAKERS = (
+    "com_margin contact_forces export_csv export_ros replay retimed save_figures "
+    "save_gait_figures show simulate verify view"
+)
+
+
+@pytest.mark.parametrize("name", PLAN_TAKERS.split())
+def test_a_file_name_in_place_of_a_plan_is_named_with_the_way_out(
+    name: str, tmp_path: Path
+) -> None:
+    more = [tmp_path / "out"] if name.startswith(("export", "replay", "save")) else []
+    with pytest.raises(InputError, match=r"Plan, .*got a?.*str.*gaitopt\.load_plan"):
+        getattr(gaitopt, name)("plan.npz", *more)
+    assert not any(tmp_path.iterdir())
+
+
+def test_a_name_in_place_of_a_robot_is_named_with_the_way_out() -> None:
+    ground = gaitopt.s_columns(columns=2)
+    calls = [
+        lambda: gaitopt.s_columns(robot="go2"),  # type: ignore[arg-type]
+        lambda: gaitopt.compare("go2", ground),  # type: ignore[arg-type]
+        lambda: race("go2", ground),  # type: ignore[arg-type]
+        lambda: gaitopt.feasible_region("go2", ground.array[:, 0]),  # type: ignore[arg-type]
+        lambda: gaitopt.plan_crawl("go2", ground),  # type: ignore[arg-type]
+    ]
+    for call in calls:
+        with pytest.raises(InputError, match=r"Quadruped.*load_robot"):
+            call()
+
+
+def test_something_else_in_place_of_footholds_is_named(wang: gaitopt.Quadruped) -> None:
+    for wrong in ("ground.csv", 3, [gaitopt.s_columns(columns=2)]):
+        with pytest.raises(InputError, match=r"terrains must be Footholds, or pairs"):
+            gaitopt.compare(wang, wrong)  # type: ignore[arg-type]

@@ -8,6 +8,7 @@ import numpy as np
 
 from gaitopt.conventions import FloatArray
 from gaitopt.files import StrPath, written_whole
+from gaitopt.inputs import check_kind
 from gaitopt.plan.plan import Plan
 
 
@@ -27,6 +28,7 @@ def export_ros(plan: Plan, path: StrPath, dt: float | None = None) -> None:
     Raises:
         InputError: ``dt`` is no positive time, or the file cannot be written.
     """
+    check_kind("plan", plan, Plan)
     motion = plan.knots() if dt is None else plan.sample(dt)
     nanoseconds = np.rint(motion.t * 1e9).astype(np.int64)
     positions, velocities = motion.q[:, 7:], motion.v[:, 6:]

@@ -7,6 +7,7 @@ import csv
 import numpy as np
 
 from gaitopt.files import StrPath, written_whole
+from gaitopt.inputs import check_kind
 from gaitopt.plan.plan import Plan
 
 _BASE = ("base_x", "base_y", "base_z", "base_qx", "base_qy", "base_qz", "base_qw")
@@ -30,6 +31,7 @@ def export_csv(plan: Plan, path: StrPath, dt: float | None = None) -> None:
     Raises:
         InputError: ``dt`` is no positive time, or the file cannot be written.
     """
+    check_kind("plan", plan, Plan)
     motion = plan.knots() if dt is None else plan.sample(dt)
     joints = motion.joint_names
     header = ["t", *_BASE, *joints, *_TWIST, *(f"{j}_velocity" for j in joints)]

@@ -20,7 +20,7 @@ from gaitopt.gait.schedule import CYCLE_TIMES, GaitSchedule, wrapped
 from gaitopt.gait.step_timing import GaitClock, Moment, check_cycles, first_swings
 from gaitopt.gait.step_timing import SwingEvent as SwingEvent
 from gaitopt.gait.step_timing import swing_events as swing_events
-from gaitopt.inputs import check_number
+from gaitopt.inputs import check_kind, check_number
 
 LONGEST_ADVANCE: Final = 1000
 """Most cycles in one call of :meth:`GaitStateMachine.advance` on a walk without end, so that a
@@ -122,6 +122,7 @@ class GaitStateMachine:
         longest_wait: float = 0.5,
         earliest_contact: float = 0.5,
     ) -> None:
+        check_kind("schedule", schedule, GaitSchedule)
         self.schedule = schedule
         self.cycles = None if cycles is None else check_cycles(cycles)
         self.longest_wait = check_number("longest_wait", longest_wait, 0.0, CYCLE_TIMES[1], "s")

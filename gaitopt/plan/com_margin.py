@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from gaitopt.conventions import FloatArray
+from gaitopt.inputs import check_kind
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.trajectory import Trajectory
 from gaitopt.robots.quadruped import Quadruped
@@ -35,6 +36,7 @@ def com_margin(plan: Plan, times: FloatArray | None = None) -> tuple[FloatArray,
     Returns:
         The times ``(N,)`` [s] and the margins ``(N,)`` [m], on the horizontal projection.
     """
+    check_kind("plan", plan, Plan)
     motion = plan.at(times_of_margins(plan) if times is None else times)
     return motion.t, margins_over(motion, true_com(plan.robot, motion.q))
 

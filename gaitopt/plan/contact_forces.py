@@ -11,6 +11,7 @@ from gaitopt.dynamics.contact_forces import ContactForces
 from gaitopt.dynamics.contacts import ForceLimits
 from gaitopt.dynamics.forces import ForceObjective, build_force_problem, solve_forces
 from gaitopt.dynamics.whole_body import motion_of_path
+from gaitopt.inputs import check_kind
 from gaitopt.plan.plan import Plan
 
 
@@ -48,6 +49,7 @@ def contact_forces(
         InputError: a time lies outside the plan, ``dt`` is not positive, or the objective is
             unknown.
     """
+    check_kind("plan", plan, Plan)
     motion = plan.sample(dt) if times is None else plan.at(times)
     values, first, second = (plan.path.evaluate(motion.t, order) for order in range(3))
     problem = build_force_problem(

@@ -8,7 +8,7 @@ import numpy as np
 
 from gaitopt.dynamics.contacts import ForceLimits
 from gaitopt.errors import InputError
-from gaitopt.inputs import check_number
+from gaitopt.inputs import check_kind, check_number
 from gaitopt.motion.path import MotionPath
 from gaitopt.plan.phase import Phase
 from gaitopt.plan.plan import Plan
@@ -54,8 +54,7 @@ def retimed(plan: Plan, forces: ForceLimits | None = None, *, rounding: float = 
             between the places at which they are looked for.
     """
     check_number("rounding", rounding, 0.0, 0.5, "")
-    if not isinstance(plan, Plan):
-        raise InputError(f"retimed takes a Plan, from any planner, got {type(plan).__name__}")
+    check_kind("plan", plan, Plan)
     plan.robot.require_masses()
     promised = plan.settings.promised_forces if forces is None else forces
     settings = plan.settings.with_forces(ForceLimits() if promised is None else promised)

@@ -12,6 +12,7 @@ from rich.table import Table
 
 from gaitopt.conventions import FloatArray
 from gaitopt.errors import InfeasibleStepError, InputError
+from gaitopt.inputs import check_kind
 from gaitopt.plan.com_margin import com_margin
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.settings.base import VELOCITY
@@ -133,6 +134,22 @@ class Comparison:
         return as_text(self.table())
 
 
+def _pairs(terrains: object) -> list[tuple[int, Footholds]]:
+    """Pairs of a seed and footholds.
+
+    Raises:
+        InputError: something is no such pair.
+    """
+    pairs: list[Any] = list(terrains) if isinstance(terrains, Iterable) else [terrains]
+    for pair in pairs:
+        if not (isinstance(pair, tuple) and len(pair) == 2 and isinstance(pair[1], Footholds)):
+            raise InputError(
+                "terrains must be Footholds, or pairs (seed, Footholds), got a "
+                f"{type(pair if isinstance(terrains, list) else terrains).__name__}"
+            )
+    return pairs
+
+
 def compare(
     robot: Quadruped,
     terrains: Iterable[tuple[int, Footholds]] | Footholds,
@@ -154,9 +171,11 @@ def compare(
 
     Raises:
         InfeasibleStepError: on every terrain some method finds no plan; the error is the first one.
-        InputError: no terrain or method was given, or a setting is out of range.
+        InputError: no terrain or method was given, robot or terrains are something else, or a
+            setting is out of range.
     """
-    todo = [(-1, terrains)] if isinstance(terrains, Footholds) else list(terrains)
+    check_kind("robot", robot, Quadruped)
+    todo = [(-1, terrains)] if isinstance(terrains, Footholds) else _pairs(terrains)
     if not todo or not methods:
         raise InputError("a comparison needs at least one terrain and one method")
     options = with_one_height(robot, todo[0][1], {"timing": timing, **settings})

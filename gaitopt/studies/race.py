@@ -19,6 +19,7 @@ import numpy as np
 from gaitopt.conventions import Progress
 from gaitopt.errors import GaitoptError, InputError
 from gaitopt.files import StrPath
+from gaitopt.inputs import check_kind
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.settings.base import FORCES, VELOCITY, one_of
 from gaitopt.plan.settings.crawl import CrawlSettings
@@ -102,6 +103,8 @@ def race(
     Raises:
         InputError: a row's name is unknown, or a setting is out of range.
     """
+    check_kind("robot", robot, Quadruped)
+    check_kind("footholds", footholds, Footholds)
     names = row_names(rows, timing)
     shared = shared_settings(robot, footholds, settings, timing)
     rules = _Rules(certify, collisions, bound, timing, shared)

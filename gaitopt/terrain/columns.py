@@ -8,7 +8,7 @@ import numpy as np
 
 from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.errors import InputError
-from gaitopt.inputs import check_count
+from gaitopt.inputs import check_count, check_kind
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.footholds import Footholds
 
@@ -71,6 +71,8 @@ def s_columns(
         "amplitude": amplitude, "wavelength": wavelength, "jitter": jitter,
         "body_length": body_length, "body_width": body_width, "diameter": diameter,
     }  # fmt: skip
+    if robot is not None:
+        check_kind("robot", robot, Quadruped)
     scale, fitted = _lengths(robot)
     lengths = {name: fitted[name] if value is None else value for name, value in given.items()}
     check_count("columns", columns, 1, 100_000)

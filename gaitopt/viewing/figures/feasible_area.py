@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gaitopt.conventions import LEGS, FloatArray
+from gaitopt.inputs import check_kind
 from gaitopt.plan.plan import Plan
 from gaitopt.viewing.colours import HELD, LEG_COLOURS
 from gaitopt.viewing.figures.area import FeasibleArea, feasible_area
@@ -47,6 +48,7 @@ def plot_feasible_area(plan: Plan, step: int, ax: Axes | None = None) -> Figure:
     Raises:
         InputError: there is no such step.
     """
+    check_kind("plan", plan, Plan)
     area = feasible_area(plan, step)
     title = f"Step {area.step}: where the COG may be while {area.leg} swings"
     if ax is not None:

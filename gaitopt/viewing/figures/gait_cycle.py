@@ -8,6 +8,7 @@ import numpy as np
 
 from gaitopt.conventions import FloatArray, leg_index
 from gaitopt.errors import InputError
+from gaitopt.inputs import check_kind
 from gaitopt.plan.phase import Phase
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.settings.crawl import CrawlSettings
@@ -54,6 +55,7 @@ def plot_gait_cycle(plan: Plan, cycle: int | None = None, ax: Axes | None = None
     Raises:
         InputError: there is no such cycle.
     """
+    check_kind("plan", plan, Plan)
     from matplotlib.patches import Patch
 
     number, phases = cycle_phases(plan, cycle)
@@ -107,6 +109,7 @@ def plot_swing(plan: Plan, step: int, ax: Axes | None = None) -> Figure:
     Raises:
         InputError: there is no such step, or no foot flies in it.
     """
+    check_kind("plan", plan, Plan)
     _, phase = step_phases(plan, step)
     if phase is None:
         raise InputError(f"step {step} has no swing phase to draw; choose another step")

@@ -14,6 +14,7 @@ import numpy as np
 
 from gaitopt.files import StrPath
 from gaitopt.gait.schedule import GaitSchedule
+from gaitopt.inputs import check_kind
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.settings.by_velocity import GaitSettings
 from gaitopt.viewing.figures.files import write_figures
@@ -58,6 +59,7 @@ def save_gait_figures(plan: Plan, folder: StrPath) -> list[Path]:
     Raises:
         InputError: the folder cannot be made or written to.
     """
+    check_kind("plan", plan, Plan)
     return write_figures(_figures(plan), folder)
 
 

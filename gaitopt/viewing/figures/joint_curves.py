@@ -9,6 +9,7 @@ import numpy as np
 
 from gaitopt.conventions import LEGS, FloatArray, leg_index
 from gaitopt.errors import InputError
+from gaitopt.inputs import check_kind
 from gaitopt.motion.path import MotionPath
 from gaitopt.plan.plan import Plan
 from gaitopt.viewing.colours import LEG_COLOURS
@@ -77,6 +78,7 @@ def plot_joint_curves(
     Raises:
         InputError: a leg or a derivative is unknown, or the span is not within the plan.
     """
+    check_kind("plan", plan, Plan)
     shown, orders, window = _checked_legs(legs), _checked_orders(derivatives), _window(plan, span)
     joints = JOINTS if any(plan.robot.legs[leg].has_roll for leg in shown) else JOINTS[1:]
     stacked = len(orders) == 1

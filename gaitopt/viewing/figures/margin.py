@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.errors import InputError
+from gaitopt.inputs import check_kind
 from gaitopt.plan.phase import Phase
 from gaitopt.plan.plan import Plan
 from gaitopt.stability.margins import static_stability_margin
@@ -64,6 +65,7 @@ def plot_margin(
     Raises:
         InputError: there is no such cycle, or ``com_margin`` is not two arrays of the same length.
     """
+    check_kind("plan", plan, Plan)
     com = None if com_margin is None else _checked(com_margin)
     number, phases = cycle_phases(plan, cycle)
     if ax is not None:

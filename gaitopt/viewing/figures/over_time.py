@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gaitopt.errors import InputError
+from gaitopt.inputs import check_kind
 from gaitopt.plan.plan import Plan
 from gaitopt.viewing.colours import LEG_COLOURS
 from gaitopt.viewing.figures.common import (
@@ -118,6 +119,7 @@ def plot_joint_velocities(plan: Plan, *, cycle: int | None = None) -> Figure:
     Raises:
         InputError: there is no such cycle.
     """
+    check_kind("plan", plan, Plan)
     number, phases = cycle_phases(plan, cycle)
     figure = new_figure(11.0, 8.0)
     axes = figure.subplots(4, 2, sharex="col", sharey="row", width_ratios=[1.5, 1.0])

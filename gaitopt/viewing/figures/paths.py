@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gaitopt.conventions import LEGS, FloatArray
+from gaitopt.inputs import check_kind
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.trajectory import Trajectory
 from gaitopt.terrain.footholds import Footholds
@@ -54,6 +55,7 @@ def plot_terrain(footholds: Footholds, ax: Axes | None = None) -> Figure:
         footholds: any footholds.
         ax: where to draw; by default a new figure.
     """
+    check_kind("footholds", footholds, Footholds)
     points = footholds.array.reshape(-1, 3)
     figure, ax = panel(ax, WIDTH, panel_height(points, WIDTH - 2.0) + 0.9)
     _draw_footholds(ax, footholds, alpha=0.9)
@@ -88,6 +90,7 @@ def plot_paths(plan: Plan, ax: Axes | None = None) -> Figure:
         plan: any plan.
         ax: where to draw the view from above; by default a new figure with both views.
     """
+    check_kind("plan", plan, Plan)
     walk = plan.at(times_to_draw(plan))
     places = (walk.feet.reshape(-1, 3), walk.cog, plan.footholds.array.reshape(-1, 3))
     points = np.concatenate(places)

@@ -18,7 +18,7 @@ import numpy as np
 
 from gaitopt.conventions import LEGS, FloatArray, rotation_z
 from gaitopt.errors import InputError
-from gaitopt.inputs import check_count
+from gaitopt.inputs import check_count, check_kind
 from gaitopt.plan.phase import Swing
 from gaitopt.plan.plan import Plan
 from gaitopt.viewing.colours import LEG_COLOURS
@@ -124,6 +124,7 @@ def plot_posture(plan: Plan) -> Figure:
     Raises:
         InputError: the plan has no obstacle, or no front leg steps over it.
     """
+    check_kind("plan", plan, Plan)
     over = striding_cycle(plan)
     normal = over - 1 if over else len(plan.swings) // len(LEGS) - 1
     figure = new_figure(9.0, 6.4)

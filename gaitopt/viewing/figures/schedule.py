@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from gaitopt.gait.crawl import CRAWL_SEQUENCES, WANG_SEQUENCE
 from gaitopt.gait.longitudinal import margin_over_duty, wave_margin_over_duty
 from gaitopt.gait.schedule import GaitSchedule
-from gaitopt.inputs import check_count
+from gaitopt.inputs import check_count, check_kind
 from gaitopt.viewing.colours import LEG_COLOURS
 from gaitopt.viewing.figures.common import (
     BESIDE,
@@ -52,6 +52,7 @@ def plot_gait_diagram(schedule: GaitSchedule, cycles: int = 2, ax: Axes | None =
     Raises:
         InputError: the number of cycles is not a whole number from 1 to :data:`MOST_DRAWN`.
     """
+    check_kind("schedule", schedule, GaitSchedule)
     check_count("cycles", cycles, 1, MOST_DRAWN)
     figure, ax = panel(ax, 8.5, 3.1)
     rows = {leg: 4 - i for i, leg in enumerate(LEG_COLOURS)}

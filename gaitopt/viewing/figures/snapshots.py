@@ -8,7 +8,7 @@ import numpy as np
 
 from gaitopt.conventions import LEGS, BoolArray, FloatArray
 from gaitopt.gait.schedule import GaitSchedule
-from gaitopt.inputs import check_count
+from gaitopt.inputs import check_count, check_kind
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.settings.by_velocity import GaitSettings
 from gaitopt.robots.rotations import rpy_to_matrix
@@ -60,6 +60,7 @@ def plot_snapshots(plan: Plan, count: int | None = None) -> Figure:
     Raises:
         InputError: the count is not a whole number from 1 to :data:`MOST`.
     """
+    check_kind("plan", plan, Plan)
     axis = side_axis(plan)
     count = _fitting(plan, axis) if count is None else check_count("count", count, 1, MOST)
     times = np.linspace(0.0, plan.duration, count)

@@ -8,6 +8,7 @@ import numpy as np
 
 from gaitopt.conventions import LEGS, BoolArray, FloatArray
 from gaitopt.dynamics.whole_body import motion_of_path
+from gaitopt.inputs import check_kind
 from gaitopt.plan.plan import Plan
 from gaitopt.robots.rotations import (
     rpy_accelerations_to_angular,
@@ -63,6 +64,7 @@ def plot_zmp(plan: Plan) -> Figure:
     Args:
         plan: any plan.
     """
+    check_kind("plan", plan, Plan)
     times, zmp, margins, standing = zmp_line(plan)
     places = plan.footholds.array.reshape(-1, 3)
     known = np.isfinite(zmp).all(axis=1)

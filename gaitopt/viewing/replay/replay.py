@@ -13,6 +13,7 @@ import numpy as np
 from gaitopt.conventions import LEGS
 from gaitopt.errors import InputError, MissingPackageError
 from gaitopt.files import StrPath, written_whole
+from gaitopt.inputs import check_kind
 from gaitopt.motion.path import MotionPath
 from gaitopt.plan.phase import Phase
 from gaitopt.plan.plan import Plan
@@ -147,6 +148,7 @@ def plan_scene(
     plan: Plan, meshes: bool | StrPath = False, simulated: Trajectory | None = None
 ) -> Scene:
     """All that a replay shows, as frames and keyframes."""
+    check_kind("plan", plan, Plan)
     samples = samples_of(plan)
     scenes = [
         terrain_scene(plan.footholds, plan.robot.foot_radius),
@@ -188,6 +190,7 @@ def plan_page(
     simulated: Trajectory | None = None,
 ) -> Page:
     """A plan's scene with its heading, legend and phases."""
+    check_kind("plan", plan, Plan)
     centre, radius, heading = view_sphere(plan)
     facts = [
         f"{plan.footholds.steps} steps in {plan.duration:.1f} s",
