@@ -169,6 +169,35 @@ def assign_names(label: str, chains: list[Chain], body: FloatArray) -> dict[str,
     return {leg: named[leg] for leg in LEGS}
 
 
+def refuse_other_corners(
+    label: str, asked: Mapping[str, Chain], named: Mapping[str, Chain]
+) -> None:
+    """Refuse legs that are asked for in corners of the body in which they are not.
+
+    Names may say which end of the robot is the front. They cannot mirror it.
+
+    Args:
+        label: what to call the robot in messages.
+        asked: the legs by the names that are asked for.
+        named: the legs by the corners in which they start, with the front that the names say.
+
+    Raises:
+        RobotError: a leg is in another corner; the message names each such leg.
+    """
+    corners = {chain.names: leg for leg, chain in named.items()}
+    wrong = [
+        f"{asked[leg].names[-1]} is the last joint of {corner} and was given as {leg}"
+        for leg in asked
+        if (corner := corners[asked[leg].names]) != leg
+    ]
+    if wrong:
+        raise RobotError(
+            f"{label}: legs: {'; '.join(wrong)}. No turn of the body about the vertical puts "
+            "these legs into the corners of their names: legs= may say which end is the front, "
+            "and left is then the left of a robot that faces that way"
+        )
+
+
 def _serial(model: Any, first: int) -> list[int]:
     """Joint ids from ``first`` to the tip.
 

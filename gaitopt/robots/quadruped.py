@@ -101,6 +101,7 @@ class Quadruped:
         chains = list(known.values()) if known else chains
         axes = discovery.heading_axes(model.name, chains, known)
         named = discovery.assign_names(model.name, chains, axes)
+        discovery.refuse_other_corners(model.name, known or named, named)
         legs = {
             leg: leg_reading.read_leg(model, leg, chain, axes, sides.get(leg))
             for leg, chain in named.items()

@@ -17,7 +17,7 @@ from robot_texts import (
 )  # fmt: skip
 
 from gaitopt.conventions import LEGS
-from gaitopt.errors import InputError
+from gaitopt.errors import InputError, RobotError
 from gaitopt.robots.quadruped import Quadruped
 
 
@@ -63,6 +63,37 @@ def test_robot_may_be_called_by_the_wrong_names() -> None:
     np.testing.assert_array_equal(made.body_axes[:, 0], [-1.0, 0.0, 0.0])
     copy = Quadruped.from_urdf(made.urdf, made.name)
     assert copy.legs["LF"].joints == made.legs["LF"].joints
+
+
+@pytest.mark.parametrize(
+    ("order", "wrong"),
+    [
+        # Left and right exchanged, front and hind exchanged, a quarter turn, one side exchanged:
+        # the legs that are given as LF, LH, RH, RF.
+        (("RF", "RH", "LH", "LF"), {"LF": "RF", "LH": "RH", "RH": "LH", "RF": "LF"}),
+        (("LH", "LF", "RF", "RH"), {"LF": "RF", "LH": "RH", "RH": "LH", "RF": "LF"}),
+        (("RF", "LF", "LH", "RH"), {"LF": "RF", "LH": "LF", "RH": "LH", "RF": "RH"}),
+        (("LH", "LF", "RH", "RF"), {"LF": "LH", "LH": "LF"}),
+    ],
+)
+def test_legs_on_the_wrong_side_are_refused_by_name(
+    order: tuple[str, ...], wrong: dict[str, str]
+) -> None:
+    """The body can be turned and not mirrored; with hind legs in front, left is right."""
+    legs = {name: f"{given}_foot" for name, given in zip(LEGS, order, strict=True)}
+    text = refusal(robot(), legs=legs)
+    for name in LEGS:
+        words = rf"{legs[name][:2]}_j2 is the last joint of (..) and was given as {name}"
+        found = re.search(words, text)
+        assert (found.group(1) if found else None) == wrong.get(name)
+
+
+def test_legs_of_a_plan_s_text_are_in_their_corners() -> None:
+    """Somebody else may have exchanged the feet in the text of a plan's robot."""
+    made = quiet(robot(), legs={name: f"{name}_foot" for name in LEGS})
+    text = made.urdf.replace('leg="LF"', 'leg="X"').replace('leg="RF"', 'leg="LF"')
+    with pytest.raises(RobotError, match="RF_j2 is the last joint of RF and was given as LF"):
+        Quadruped.from_urdf(text.replace('leg="X"', 'leg="RF"'))
 
 
 @pytest.mark.parametrize(
