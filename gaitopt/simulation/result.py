@@ -143,6 +143,28 @@ class SimulationResult:
         """Simulated time over processor time: above 1 it is faster than real time."""
         return self.simulated_time / self.cpu_time if self.cpu_time > 0 else float("inf")
 
+    @property
+    def failures(self) -> tuple[str, ...]:
+        """Why it did not pass, in words; empty where :attr:`passed`."""
+        found = []
+        if not self.finished:
+            found.append(f"the robot {self.status}")
+        elif self.steps_done != self.steps:
+            found.append(f"{self.steps - self.steps_done} steps were not done")
+        if self.missed:
+            found.append(f"footholds missed: {len(self.missed)}")
+        if not self.rates_within:
+            found.append(
+                f"a joint velocity reached {self.rate_use:.1%} of its limit, and the servos' "
+                f"tolerance ends at {1.0 + self.servo_tolerance:.0%}"
+            )
+        return tuple(found)
+
+    @property
+    def verdict(self) -> str:
+        """``"passed"``, or ``"failed: "`` with the reasons."""
+        return "passed" if self.passed else "failed: " + "; ".join(self.failures)
+
     def _shapes(self) -> str:
         """What of the robot touched what, in words."""
         if not self.own_shapes:
@@ -155,10 +177,11 @@ class SimulationResult:
         return f"SimulationResult({self.status.value!r}, {self.steps_done} of {self.steps} steps)"
 
     def __str__(self) -> str:
-        """The report as plain text."""
+        """The report as plain text; its first line is the :attr:`verdict`."""
         missed = ", ".join(f"step {m.step + 1} {m.leg} ({m.reason})" for m in self.missed[:5])
         more = f" and {len(self.missed) - 5} more" if len(self.missed) > 5 else ""
         return "\n".join([
+            self.verdict,
             f"{self.status} at {self.end:.1f} s, {self.steps_done} of {self.steps} steps, "
             f"{self.waited:.2f} s of it waiting for feet",
             f"missed footholds: {missed or 'none'}{more}",

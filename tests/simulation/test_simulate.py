@@ -10,7 +10,7 @@ import pytest
 
 import gaitopt
 from gaitopt import LEGS, Footholds, InputError, MissingPackageError, MotionPath, Plan, Quadruped
-from gaitopt.simulation.result import SimulationResult
+from gaitopt.simulation.result import MissedFoothold, MissReason, SimulationResult
 from gaitopt.simulation.settings import SimulationSettings
 from gaitopt.simulation.simulate import simulate
 from gaitopt.studies.disturbances import push_settings, static_push
@@ -117,6 +117,19 @@ def test_a_body_outside_the_support_triangle_falls(short_plan: Plan) -> None:
     assert result.end < short_plan.duration
     assert result.steps_done < result.steps
     assert "fell at" in str(result)
+    assert str(result).startswith("failed: the robot fell")
+
+
+def test_the_report_begins_with_the_verdict_and_all_its_reasons(walk: SimulationResult) -> None:
+    """Joint velocities beyond the tolerance fail a walk of which all else is right."""
+    assert walk.passed and str(walk).startswith("passed\n")
+    fast = replace(walk, rate_use=1.304)
+    assert not fast.missed and not fast.passed
+    assert str(fast).startswith("failed: a joint velocity reached 130.4% of its limit")
+    beside = MissedFoothold(1, "RF", 0.03, MissReason.BESIDE)
+    both = replace(fast, missed=(beside,))
+    assert both.verdict.startswith("failed: footholds missed: 1; a joint velocity reached")
+    assert len(both.failures) == 2 and walk.failures == ()
 
 
 def leaning(plan: Plan, offset: np.ndarray) -> Plan:
