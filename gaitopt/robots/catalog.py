@@ -125,7 +125,8 @@ def _read(source: StrPath, options: ReadOptions) -> tuple[str, str, Notes]:
     name = str(source).strip().lower()
     if name in OWN_NAMES:
         text = _own_text(name)
-        return (name, text, Notes()) if options.empty else (name, *read_text(text, name, options))
+        plain = options.empty and not options.xacro_arguments
+        return (name, text, Notes()) if plain else (name, *read_text(text, name, options))
     if name in EXAMPLE_ROBOTS:
         return (name, *read_file(example_urdf(name), options))
     if "<" in str(source):

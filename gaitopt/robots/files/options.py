@@ -122,14 +122,27 @@ def folder_paths(given: Sequence[StrPath]) -> tuple[Path, ...]:
     """Folders of packages as paths.
 
     Raises:
-        InputError: it is no list of paths, but one path, for example.
+        InputError: it is no list of paths, but one path, for example; or a folder is not there.
     """
     try:
-        if not isinstance(given, (str, bytes, os.PathLike)):
-            return tuple(Path(folder) for folder in given)
+        one = isinstance(given, (str, bytes, os.PathLike))
+        folders = None if one else tuple(Path(folder) for folder in given)
     except TypeError:
-        pass
-    raise InputError(f"package_folders must be a list of folders, got {given!r}")
+        folders = None
+    if folders is None:
+        raise InputError(f"package_folders must be a list of folders, got {given!r}")
+    for folder in folders:
+        if not _is_folder(folder):
+            raise InputError(f"package_folders: there is no folder {str(folder)!r}")
+    return folders
+
+
+def _is_folder(path: Path) -> bool:
+    """Whether a folder is there; false also for what cannot be a path."""
+    try:
+        return path.is_dir()
+    except (OSError, ValueError):  # a name too long, a folder that is closed, a null character
+        return False
 
 
 def _per_joint(

@@ -5,10 +5,10 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from gaitopt.errors import RobotError
+from gaitopt.errors import InputError, RobotError
 from gaitopt.files import read_bounded
 from gaitopt.robots.files.mjcf.reader import read_mjcf
-from gaitopt.robots.files.notes import Notes
+from gaitopt.robots.files.notes import Notes, first_of
 from gaitopt.robots.files.options import ReadOptions
 from gaitopt.robots.files.prepare import prepared_urdf
 from gaitopt.robots.files.xacro import expanded, is_xacro
@@ -69,7 +69,8 @@ def read_text(
         path: the file; ``None`` for a robot that comes as text.
 
     Raises:
-        RobotError, MissingPackageError, InputError: as for :func:`read_file`.
+        RobotError, MissingPackageError, InputError: as for :func:`read_file`; and there are
+            arguments of xacro for a file that is no xacro.
     """
     folder = None if path is None else path.parent
     refuse_entities(text, label, "file")
@@ -79,9 +80,15 @@ def read_text(
             f"{label}: this is SDF, which gaitopt does not read; convert it to a URDF, as the "
             "ROS package sdformat_urdf does"
         )
+    xacro = kind == "robot" and is_xacro(parsed_xml(text, label, "URDF"))
+    if options.xacro_arguments and not xacro:
+        raise InputError(
+            f"{label}: xacro_arguments: {first_of(list(options.xacro_arguments))} would change "
+            "nothing, because this file is no xacro; leave them out, or give the xacro file"
+        )
     if kind in ("mujoco", "mujocoinclude"):
         return read_mjcf(text, label, folder, options)
-    if kind == "robot" and is_xacro(parsed_xml(text, label, "URDF")):
+    if xacro:
         plain, told = expanded(text, label, path, options)
         known = Notes(kind="xacro", warnings=tuple(told))
         return prepared_urdf(plain, known, label, folder, options)

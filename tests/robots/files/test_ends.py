@@ -147,6 +147,13 @@ def test_meshes_are_looked_for_in_given_folders_and_ros_package_path(
     assert quiet(text).foot_radius == pytest.approx(0.02, abs=5e-4)
 
 
+@pytest.mark.parametrize("name", ["absent", "file", "x" * 5000, "null \0"])
+def test_package_folders_that_are_not_there_are_refused(tmp_path: Path, name: str) -> None:
+    (tmp_path / "file").write_text("no folder")
+    with pytest.raises(InputError, match="package_folders: there is no folder"):
+        load_robot(robot(), package_folders=[tmp_path, tmp_path / name])
+
+
 def test_ball_beside_the_foot_link_is_the_foot() -> None:
     """The foot frame is the ball's centre, wherever the link's origin is."""
     made = quiet(robot(foot=collision('<sphere radius="0.03"/>', "0 0 0.02")))

@@ -6,9 +6,9 @@ import warnings
 from pathlib import Path
 
 import pytest
-from robot_texts import MASS, leg, link, robot
+from robot_texts import MASS, leg, link, mjcf, robot
 
-from gaitopt.errors import MissingPackageError, RobotError, RobotWarning
+from gaitopt.errors import InputError, MissingPackageError, RobotError, RobotWarning
 from gaitopt.robots.catalog import load_robot
 from gaitopt.robots.files import xacro
 
@@ -96,3 +96,10 @@ def test_expressions_that_fail_are_told_in_one_line(expression: str) -> None:
     with pytest.raises(RobotError, match="xacro cannot expand this file") as caught:
         load_robot(with_macros().replace("${2 * half}", expression))
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("source", ["wang2020", robot(), mjcf()])
+def test_arguments_of_a_file_that_is_no_xacro_are_refused(source: str) -> None:
+    words = "xacro_arguments: load, DEBUG would change nothing, because this file is no xacro"
+    with pytest.raises(InputError, match=words):
+        load_robot(source, xacro_arguments={"load": "1", "DEBUG": "true"})
