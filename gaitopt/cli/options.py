@@ -75,7 +75,8 @@ SwingHeightOption = Annotated[
 ]  # fmt: skip
 SequenceOption = Annotated[
     str,
-    typer.Option(help="Order of the legs in a cycle, or 'free' to search for the fastest order.",
+    typer.Option(help="Order of the legs in a cycle, as in RH,RF,LH,LF (or RR,FR,RL,FL), or 'free' "
+                 "to search for the fastest order.",
                  rich_help_panel="How"),
 ]  # fmt: skip
 ReachOption = Annotated[

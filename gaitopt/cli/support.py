@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gaitopt.errors import InputError
-from gaitopt.gait.crawl import FREE_ORDER
 
 if TYPE_CHECKING:
     from gaitopt.dynamics.contacts import ForceLimits
@@ -67,12 +66,11 @@ def plan_options(
     follow_terrain: bool,
 ) -> dict[str, Any]:
     """Keywords of ``plan_crawl`` from options; ``None`` stands for the planner's default."""
-    free = sequence == FREE_ORDER
     return {
         "stability_margin": stability_margin,
         "body_height": body_height,
         "swing_height": swing_height,
-        "sequence": FREE_ORDER if free else tuple(s.strip() for s in sequence.split(",")),
+        "sequence": sequence,
         "reach_fraction": reach_fraction,
         "heading": heading,
         "follow_terrain": follow_terrain,

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from itertools import permutations
-from typing import Final
+from typing import Any, Final
 
 from gaitopt.conventions import LEGS
 from gaitopt.errors import InputError
+from gaitopt.robots.leg_names import leg_named
 
 WANG_SEQUENCE: Final[tuple[str, str, str, str]] = ("RH", "RF", "LH", "LF")
 """Leg order of [Wang2020], Section II.D, best for static stability."""
@@ -24,16 +26,32 @@ CRAWL_SEQUENCES: Final[tuple[tuple[str, ...], ...]] = tuple(
 """The six different cyclic orders of four legs."""
 
 
+def legs_in(sequence: object) -> tuple[Any, ...]:
+    """The legs that ``sequence`` names, as names of :data:`gaitopt.LEGS`; others are kept.
+
+    Args:
+        sequence: names of legs; or one text, in which commas or spaces are between them.
+    """
+    names: tuple[Any, ...]
+    if isinstance(sequence, str):
+        names = tuple(name for name in re.split(r"[,\s]+", sequence) if name)
+    else:
+        names = tuple(sequence) if isinstance(sequence, Iterable) else (sequence,)
+    return tuple((leg_named(n) or n) if isinstance(n, str) else n for n in names)
+
+
 def check_sequence(sequence: Iterable[str]) -> tuple[str, ...]:
-    """``sequence`` as a tuple, if it names each leg once.
+    """``sequence`` as a tuple, if it names each leg once; see :func:`legs_in`.
 
     Raises:
         InputError: a leg is missing, unknown or named twice.
     """
-    order = tuple(sequence) if isinstance(sequence, Iterable) else (sequence,)
+    order = legs_in(sequence)
     if sorted(map(str, order)) != sorted(LEGS):
         raise InputError(
-            f"sequence must name each of {', '.join(LEGS)} once, got {', '.join(map(str, order))}"
+            f"sequence must name each of {', '.join(LEGS)} once, got "
+            f"{', '.join(map(str, order)) or 'nothing'}; an order is {', '.join(WANG_SEQUENCE)}, "
+            f"for instance, and where footholds are given {FREE_ORDER!r} searches for one"
         )
     return order
 
@@ -41,10 +59,12 @@ def check_sequence(sequence: Iterable[str]) -> tuple[str, ...]:
 def check_order(sequence: Iterable[str]) -> tuple[str, ...]:
     """``sequence`` as a tuple, if it is a cycle of four legs or the order of a whole walk.
 
+    Names are read as by :func:`legs_in`.
+
     Raises:
         InputError: a leg is missing or unknown, or steps more often than another.
     """
-    order = tuple(sequence) if isinstance(sequence, Iterable) else (sequence,)
+    order = legs_in(sequence)
     counts = {leg: order.count(leg) for leg in LEGS}
     if len(order) <= len(LEGS) or sum(counts.values()) != len(order):
         return check_sequence(order)

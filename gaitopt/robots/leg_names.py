@@ -17,6 +17,10 @@ _SHORT: Final = {
 """Short names: of two letters for the end and the side, the first may be ``R`` for rear."""
 _ENDS: Final = {"front": "F", "fore": "F", "hind": "H", "rear": "H", "back": "H"}
 _SIDES: Final = {"left": "L", "right": "R"}
+_NAMES: Final = _SHORT | {
+    name: _SIDES[side] + _ENDS[end]
+    for side in _SIDES for end in _ENDS for name in (side + end, end + side)
+}  # fmt: skip
 _WORD: Final = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+")
 
 
@@ -29,6 +33,14 @@ def leg_of(name: str) -> str | None:
     side, end = parts_of(name)
     leg = side + end
     return leg if leg in LEGS else None
+
+
+def leg_named(name: str) -> str | None:
+    """The leg that has this name, and not only within a longer one; ``None`` where none has.
+
+    Letters count in any case: ``"FL"``, ``"rh"``, ``"front_left"``, ``"Rear-Right"``.
+    """
+    return _NAMES.get(re.sub(r"[\s_-]+", "", name).lower())
 
 
 def parts_of(name: str) -> tuple[str, str]:

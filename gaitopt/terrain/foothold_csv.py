@@ -19,6 +19,7 @@ from typing import IO, NamedTuple
 
 from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.errors import FootholdsError
+from gaitopt.robots.leg_names import leg_named
 
 HEADER = ("leg", "step", "x", "y", "z")
 FARTHEST = 1e6
@@ -129,9 +130,13 @@ def _parse_row(row: list[str], where: str, found: dict[str, dict[int, list[float
     """Add the foothold of a row to those that were ``found``: by leg, then by step."""
     if len(row) != len(HEADER):
         raise FootholdsError(f"{where}: {len(row)} fields where 5 are needed (leg,step,x,y,z)")
-    leg, step_text, *coordinates = (cell.strip() for cell in row)
-    if leg not in LEGS:
-        raise FootholdsError(f"{where}: leg {leg[:20]!r} is unknown; legs are {', '.join(LEGS)}")
+    name, step_text, *coordinates = (cell.strip() for cell in row)
+    leg = leg_named(name)
+    if leg is None:
+        raise FootholdsError(
+            f"{where}: leg {name[:20]!r} is unknown; legs are {', '.join(LEGS)} (FL, RL, RR, FR "
+            "and front_left are understood, too)"
+        )
     try:
         step = int(step_text)
     except ValueError:

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from gaitopt.conventions import LEGS, FloatArray, frozen
 from gaitopt.errors import FootholdsError
 from gaitopt.files import StrPath, read_bounded, written_whole
+from gaitopt.robots.leg_names import leg_named
 from gaitopt.terrain.foothold_csv import FARTHEST, parse_footholds, write_footholds
 
 CSV_LIMIT = 50_000_000
@@ -33,13 +34,15 @@ class Footholds:
     ground into footholds.
 
     Args:
-        points: for each of ``"LF" "LH" "RH" "RF"`` an array ``(n, 3)`` [m], ``n >= 1``.
+        points: for each of ``"LF" "LH" "RH" "RF"`` an array ``(n, 3)`` [m], ``n >= 1``. Names like
+            ``"FL"`` or ``"front_left"`` are understood, too, also in CSV files.
         radius: radius of the column under each foothold [m]; ``None`` for open ground. How far
             from a foothold a foot may land is :attr:`landing_radius`.
 
     Raises:
-        FootholdsError: a leg is missing or unknown, a shape is not ``(n, 3)``, legs have different
-            numbers of footholds, a coordinate is not finite, or the radius is not positive.
+        FootholdsError: a leg is missing, unknown or named twice, a shape is not ``(n, 3)``, legs
+            have different numbers of footholds, a coordinate is not finite, or the radius is not
+            positive.
     """
 
     points: Mapping[str, FloatArray]
@@ -51,15 +54,8 @@ class Footholds:
                 f"footholds must map {', '.join(LEGS)} to arrays (n, 3), got "
                 f"{type(points).__name__}"
             )
-        unknown = [str(leg) for leg in points if leg not in LEGS]
-        missing = [leg for leg in LEGS if leg not in points]
-        if unknown or missing:
-            raise FootholdsError(
-                f"footholds are needed for the legs {', '.join(LEGS)}"
-                + (f"; missing: {', '.join(missing)}" if missing else "")
-                + (f"; unknown: {', '.join(unknown)}" if unknown else "")
-            )
-        arrays = {leg: _checked(leg, points[leg]) for leg in LEGS}
+        named = _by_leg(points)
+        arrays = {leg: _checked(leg, named[leg]) for leg in LEGS}
         counts = {leg: len(a) for leg, a in arrays.items()}
         if len(set(counts.values())) > 1:
             raise FootholdsError(
@@ -148,6 +144,26 @@ class Footholds:
             raise FootholdsError(f"{path} is no text in UTF-8 (byte {error.start})") from error
         points, stored = parse_footholds(text, str(path))
         return cls(points, stored if radius is None else radius)
+
+
+def _by_leg(points: Mapping[str, ArrayLike]) -> dict[str, ArrayLike]:
+    """The footholds of each of :data:`gaitopt.LEGS`, whose names may be others.
+
+    Raises:
+        FootholdsError: a leg is missing, unknown, or there under two names.
+    """
+    names = {name: leg_named(name) if isinstance(name, str) else None for name in points}
+    unknown = [str(name) for name, leg in names.items() if leg is None]
+    missing = [leg for leg in LEGS if leg not in names.values()]
+    if unknown or missing:
+        raise FootholdsError(
+            f"footholds are needed for the legs {', '.join(LEGS)}"
+            + (f"; missing: {', '.join(missing)}" if missing else "")
+            + (f"; unknown: {', '.join(unknown)}" if unknown else "")
+        )
+    if len(names) > len(LEGS):
+        raise FootholdsError(f"two of the names {', '.join(names)} are of one leg")
+    return {leg: points[name] for name, leg in names.items() if leg is not None}
 
 
 def _checked(leg: str, points: ArrayLike) -> FloatArray:

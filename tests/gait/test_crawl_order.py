@@ -3,12 +3,21 @@
 from __future__ import annotations
 
 from itertools import permutations
+from typing import Any
 
 import pytest
 
 from gaitopt.conventions import LEGS
 from gaitopt.errors import InputError
-from gaitopt.gait.crawl import CRAWL_SEQUENCES, WANG_SEQUENCE, check_sequence, swing_order
+from gaitopt.gait.crawl import (
+    CRAWL_SEQUENCES,
+    FREE_ORDER,
+    WANG_SEQUENCE,
+    check_order,
+    check_sequence,
+    swing_order,
+)
+from gaitopt.plan.settings.crawl import CrawlSettings
 from gaitopt.robots.numbering import NUMBERINGS
 
 
@@ -45,20 +54,36 @@ def test_any_order_of_all_legs_is_allowed(sequence: tuple[str, ...]) -> None:
 @pytest.mark.parametrize(
     ("sequence", "got"),
     [
-        ((), ""),
+        ((), "nothing"),
         (("RH", "RF", "LH"), "RH, RF, LH"),
         (("RH", "RF", "LH", "LH"), "RH, RF, LH, LH"),
         (("RH", "RF", "LH", "LF", "RH"), "RH, RF, LH, LF, RH"),
         (("RH", "RF", "LH", "XX"), "RH, RF, LH, XX"),
-        (("rh", "rf", "lh", "lf"), "rh, rf, lh, lf"),
         ((1, 2, 3, 4), "1, 2, 3, 4"),
-        ("RHRF", "R, H, R, F"),
+        ("RHRF", "RHRF"),
+        ("Freely", "Freely"),
     ],
 )
 def test_other_orders_are_refused_with_what_was_given(sequence: tuple[str, ...], got: str) -> None:
     with pytest.raises(InputError) as caught:
         check_sequence(sequence)
-    assert str(caught.value) == f"sequence must name each of LF, LH, RH, RF once, got {got}"
+    assert str(caught.value) == (
+        f"sequence must name each of LF, LH, RH, RF once, got {got}; an order is RH, RF, LH, LF, "
+        "for instance, and where footholds are given 'free' searches for one"
+    )
+
+
+@pytest.mark.parametrize("sequence", [
+    "RH,RF,LH,LF", " RH RF  LH LF ", "rh, rf, lh, lf,", "RR,FR,RL,FL", ("HR", "fr", "hl", "FL"),
+    ("rear_right", "Front-Right", "hind left", "leftFront"),
+])  # fmt: skip
+def test_an_order_may_be_one_text_and_legs_may_have_other_names(sequence: Any) -> None:
+    assert check_sequence(sequence) == check_order(sequence) == WANG_SEQUENCE
+    assert CrawlSettings(sequence=sequence).sequence == WANG_SEQUENCE
+
+
+def test_free_is_understood_in_any_case() -> None:
+    assert CrawlSettings(sequence=" Free").sequence == FREE_ORDER  # type: ignore[arg-type]
 
 
 def test_walk_steps_every_leg_onto_each_of_its_footholds_in_turn() -> None:
@@ -78,5 +103,5 @@ def test_one_foothold_is_standing_still() -> None:
 
 
 def test_walk_refuses_a_bad_order() -> None:
-    with pytest.raises(InputError, match=r"once, got LF, LF, LF, LF$"):
+    with pytest.raises(InputError, match=r"once, got LF, LF, LF, LF; an order is"):
         swing_order(("LF",) * 4, 3)

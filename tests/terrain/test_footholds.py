@@ -142,13 +142,27 @@ def test_raising_by_nan_is_refused() -> None:
 
 def test_missing_and_unknown_legs_are_named() -> None:
     points = small()
-    points["FL"] = points.pop("LF")
+    points["XX"] = points.pop("LF")
     del points["RH"]
     with pytest.raises(FootholdsError) as caught:
         Footholds(points)
     assert str(caught.value) == (
-        "footholds are needed for the legs LF, LH, RH, RF; missing: LF, RH; unknown: FL"
+        "footholds are needed for the legs LF, LH, RH, RF; missing: LF, RH; unknown: XX"
     )
+
+
+def test_legs_may_have_other_names() -> None:
+    names = {"LF": "FL", "LH": "rear_left", "RH": "rr", "RF": "Front Right"}
+    assert Footholds({names[leg]: p for leg, p in small().items()}) == Footholds(small())
+    with pytest.raises(FootholdsError, match=r"two of the names .*FL.* are of one leg"):
+        Footholds({**small(), "FL": small()["LF"]})
+
+
+def test_legs_may_have_other_names_in_a_csv(read: Reader) -> None:
+    text = "\n".join(csv_lines())
+    for leg, other in {"LF": "FL", "LH": "rear_left", "RH": "rr", "RF": "Front Right"}.items():
+        text = text.replace(f"{leg},", f"{other},")
+    assert "FL," in text and read(text) == read("\n".join(csv_lines()))
 
 
 @pytest.mark.parametrize("shape", [(3,), (2, 2), (2, 4), (0, 3), (1, 2, 3), ()])
@@ -314,8 +328,13 @@ def test_csv_may_be_written_by_any_hand(read: Reader, content: str | bytes) -> N
         (1, "", "the header must be leg,step,x,y,z, got nothing"),
         (3, "LF,1,0,0", "4 fields where 5 are needed (leg,step,x,y,z)"),
         (3, "LF,1,0,0,0,0", "6 fields where 5 are needed (leg,step,x,y,z)"),
-        (4, "FL,0,0,0,0", "leg 'FL' is unknown; legs are LF, LH, RH, RF"),
-        (4, "lh,0,0,0,0", "leg 'lh' is unknown; legs are LF, LH, RH, RF"),
+        (4, "FL,0,0,0,0", "step 0 of leg LF stands there twice"),
+        (
+            4,
+            "hind,0,0,0,0",
+            "leg 'hind' is unknown; legs are LF, LH, RH, RF (FL, RL, RR, FR and "
+            "front_left are understood, too)",
+        ),
         (5, "LH,one,0,0,0", "step 'one' is no whole number"),
         (5, "LH,1.0,0,0,0", "step '1.0' is no whole number"),
         (5, "LH,,0,0,0", "step '' is no whole number"),

@@ -29,7 +29,8 @@ class FootholdSettings(PlanSettings):
     Attributes:
         sequence: order of the legs in a cycle, or of all steps of the walk, in which every leg
             steps equally often; ``"free"`` searches for the fastest order that is possible, which
-            need not be periodic, and the plan's settings name it.
+            need not be periodic, and the plan's settings name it. Legs may have other names, and
+            stand in one text: ``"RH, RF, LH, LF"``, ``("RR", "FR", "RL", "FL")``.
         follow_terrain: keep the body ``body_height`` above the mean of the four feet, instead of
             at a constant height.
         com: what keeps the stability margin: ``"body"``, the body's centre, as in [Wang2020];
@@ -50,8 +51,9 @@ class FootholdSettings(PlanSettings):
         if self.com is None:
             object.__setattr__(self, "com", "body" if self.forces is None else "model")
         one_of("com", self.com, ("body", "model"))
-        if self.sequence != FREE_ORDER:
-            object.__setattr__(self, "sequence", check_order(self.sequence))
+        text = self.sequence.strip().lower() if isinstance(self.sequence, str) else ""
+        order = FREE_ORDER if text == FREE_ORDER else check_order(self.sequence)
+        object.__setattr__(self, "sequence", order)
         set_flag(self, "follow_terrain")
         object.__setattr__(self, "cog_start", check_place("cog_start", self.cog_start))
 
