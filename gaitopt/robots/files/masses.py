@@ -69,6 +69,8 @@ def set_masses(
                 raise InputError(f"masses: the robot has no link {link!r}")
             _give(tree, link, mass, finder)
     for link in tree.links:
+        if masses != NO_MASSES:
+            _refuse_negative(tree, link)
         _complete(tree, link)
     return warnings if masses == NO_MASSES else [*warnings, *_check_bodies(tree)]
 
@@ -106,6 +108,20 @@ def _check_bodies(tree: UrdfTree) -> list[str]:
         f"inertias that no body can have (one principal moment above the sum of the others): "
         f"{first_of(odd)}; correct them in the file, or give masses= for these links"
     ]
+
+
+def _refuse_negative(tree: UrdfTree, link: str) -> None:
+    """Refuse a link whose mass is negative, or no finite number.
+
+    Raises:
+        RobotError: it is; the message names the link and the mass.
+    """
+    mass = tree.mass(link)
+    if not 0.0 <= mass < np.inf:
+        raise RobotError(
+            f"{tree.label}: link {link}: its mass is {mass:g} kg, and must not be negative; "
+            f"correct <mass value=>, or {CURE}"
+        )
 
 
 def _complete(tree: UrdfTree, link: str) -> None:

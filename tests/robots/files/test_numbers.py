@@ -138,6 +138,21 @@ def test_robot_without_masses_is_refused_with_the_ways_out() -> None:
     assert quiet(text, masses="none").mass == 0.0
 
 
+@pytest.mark.parametrize("mass", ["-0.5", "nan", "inf"])
+@pytest.mark.parametrize("every", [True, False])
+def test_negative_mass_is_told_with_its_link(mass: str, every: bool) -> None:
+    text = robot()
+    if every:
+        text = re.sub(r'mass value="[^"]*"', f'mass value="{mass}"', text)
+    else:
+        text = text.replace('mass value="0.1"', f'mass value="{mass}"', 1)
+    link_name = "base" if every else "LF_foot"
+    words = refusal(text)
+    assert f"link {link_name}: its mass is {mass} kg" in words and "masses={" in words
+    if not every:
+        assert quiet(text, masses={"LF_foot": 0.1}).mass == pytest.approx(MASS)
+
+
 def test_part_that_moves_without_a_mass_is_named() -> None:
     text = robot(changed={"LF": leg("LF", masses=(0.0, 0.5, 0.5))})
     assert "link LF_l0 moves and has no mass" in refusal(text)
