@@ -22,6 +22,7 @@ from gaitopt.certificate.trace import configurations
 from gaitopt.conventions import FloatArray
 from gaitopt.errors import RobotError
 from gaitopt.plan.plan import Plan
+from gaitopt.robots.quadruped import Quadruped
 
 NAME = "self-collision"
 CONTACT = 1e-4
@@ -86,9 +87,9 @@ def _geometry(plan: Plan) -> Any:
     ``None`` where there is no hull for a link that has meshes.
     """
     robot, model = plan.robot, plan.robot.model
-    text, meshed = without_meshes(robot.urdf)
-    if set(meshed) - {link for link, _ in robot.notes.hulls}:
+    if links_without_hulls(robot):
         return None
+    text, _ = without_meshes(robot.urdf)
     geometry = pin.buildGeomFromUrdfString(model, text, pin.GeometryType.COLLISION)
     for number, (link, numbers) in enumerate(robot.notes.hulls):
         index = model.getFrameId(link, pin.FrameType.BODY)
@@ -100,6 +101,13 @@ def _geometry(plan: Plan) -> Any:
         )
         geometry.addGeometryObject(solid)
     return geometry
+
+
+def links_without_hulls(robot: Quadruped) -> tuple[str, ...]:
+    """Links with collision meshes whose hulls are not known: with one, nothing can be checked."""
+    _, meshed = without_meshes(robot.urdf)
+    known = {link for link, _ in robot.notes.hulls}
+    return tuple(link for link in meshed if link not in known)
 
 
 def _convex(numbers: tuple[float, ...]) -> Any:

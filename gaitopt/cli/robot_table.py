@@ -89,6 +89,7 @@ def _range(values: FloatArray) -> str:
 
 def _mesh_lines(robot: Quadruped, source: Path, folders: Sequence[Path]) -> Iterator[str]:
     """Which mesh files were found where."""
+    from gaitopt.certificate.self_collision import links_without_hulls
     from gaitopt.robots.catalog import EXAMPLE_ROBOTS, example_urdf, is_file
     from gaitopt.robots.files.meshes import found_meshes
     from gaitopt.robots.files.notes import first_of
@@ -102,8 +103,12 @@ def _mesh_lines(robot: Quadruped, source: Path, folders: Sequence[Path]) -> Iter
     if found:
         where = f" in {first_of(places, 3)}" if places else ""
         yield escape(f"meshes: {len(found) - len(missing)} of {len(found)} found{where}")
+    unknown = links_without_hulls(robot)
     if missing:
+        only = "" if unknown else "; they cost the drawing only"
+        yield escape(f"meshes that are missing: {first_of(missing, 3)} (--package-folder{only})")
+    if unknown:
         yield escape(
-            f"meshes that are missing: {first_of(missing, 3)} (--package-folder; they cost the "
-            "drawing only)"
+            "self-collisions: certificates leave them unchecked, because collision meshes are "
+            f"missing or cannot be read, those of {first_of(unknown)}"
         )

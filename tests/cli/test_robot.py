@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import robot_texts
+import trimesh
 from typer.testing import Result
 
 
@@ -49,3 +50,29 @@ def test_how_legs_of_other_axes_are_solved_is_told(command: Callable[..., Result
     told = " ".join(command("robot", robot_texts.robot(axes=axes)).output.split())
     assert "(closed form, as the first two axes meet or are parallel)" in told
     assert "axes other than" not in command("robot", robot_texts.robot()).output
+
+
+def test_what_missing_meshes_cost_is_told(command: Callable[..., Result], tmp_path: Path) -> None:
+    """Meshes to look at cost the drawing; those of collision shapes the check of collisions."""
+    seen = '<{0}><geometry><mesh filename="{0}.stl"/></geometry></{0}>'
+    words = "self-collisions: certificates leave them unchecked"
+
+    def told(*kinds: str) -> str:
+        text = robot_texts.robot().replace(
+            '<link name="base">', '<link name="base">' + "".join(map(seen.format, kinds))
+        )
+        (tmp_path / "robot.urdf").write_text(text)
+        return " ".join(command("robot", str(tmp_path / "robot.urdf")).output.split())
+
+    looks = told("visual")
+    assert "visual.stl (--package-folder; they cost the drawing only)" in looks
+    assert words not in looks
+    shapes = told("visual", "collision")
+    assert "drawing only" not in shapes
+    why = "because collision meshes are missing or cannot be read, those of base"
+    assert f"{words}, {why}" in shapes
+    # Found, the mesh becomes a hull, and nothing is left open.
+    trimesh.creation.box(extents=[0.1, 0.1, 0.1]).export(tmp_path / "collision.stl")
+    found = told("visual", "collision")
+    assert "meshes: 1 of 2 found" in found and "they cost the drawing only" in found
+    assert words not in found
