@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import isfinite
 from typing import Final
 
 from gaitopt.conventions import FloatArray, TextEnum
@@ -58,7 +59,7 @@ class ForceViolation:
         amount: how far the limit is exceeded, in :attr:`unit`.
         unit: ``"N"`` or ``"N m"``.
         share: the same as a share of the weight, of the weight times half the stance, or of the
-            joint's torque limit.
+            joint's torque limit; ``inf`` where this limit is zero.
     """
 
     sample: int
@@ -72,7 +73,9 @@ class ForceViolation:
     @property
     def excess(self) -> str:
         """By how much the limit is exceeded, in words."""
-        return f"exceeded by {self.amount:.3g} {self.unit} ({100.0 * self.share:.3g} %)"
+        # A limit of zero has no shares.
+        share = f" ({100.0 * self.share:.3g} %)" if isfinite(self.share) else ""
+        return f"exceeded by {self.amount:.3g} {self.unit}{share}"
 
     def __str__(self) -> str:
         return f"{self.kind.words} of {self.name} at {self.time:.3f} s: {self.excess}"

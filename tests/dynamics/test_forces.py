@@ -17,7 +17,7 @@ from gaitopt import LEGS, Quadruped
 from gaitopt.dynamics.contact_forces import ContactForces
 from gaitopt.dynamics.contacts import ForceLimits
 from gaitopt.dynamics.force_space import ForceProblem, force_rows, force_spaces
-from gaitopt.dynamics.force_status import ForceStatus
+from gaitopt.dynamics.force_status import ForceStatus, ForceViolation
 from gaitopt.dynamics.forces import ForceObjective, build_force_problem, solve_forces
 from gaitopt.errors import InputError
 from gaitopt.stability.zmp import whole_body_zmp
@@ -463,3 +463,9 @@ def test_what_does_not_fit_is_refused(a1: Quadruped) -> None:
 def test_every_status_says_what_to_do() -> None:
     for status in ForceStatus:
         assert status is ForceStatus.FEASIBLE or (": " in status and "; " in status.value + "; ")
+
+
+def test_a_limit_of_zero_has_no_share() -> None:
+    found = ForceViolation(0, 0.0, ForceStatus.TORQUE, "LF_KFE", 1.6, "N m", np.inf)
+    assert found.excess == "exceeded by 1.6 N m"
+    assert replace(found, share=0.25).excess == "exceeded by 1.6 N m (25 %)"
