@@ -113,8 +113,8 @@ def trot(
 
 def gait(
     name: Annotated[
-        str, typer.Argument(help="walk, trot, quasi-static, wave, pace, bound, pronk; or a crawl's "
-                            "order of legs, as in RH,RF,LH,LF."),
+        str, typer.Argument(help="walk, quasi-static, trot, pace, bound, pronk, wave; or a crawl's "
+                            "order of legs, as in RH,RF,LF,LH."),
     ],
     robot: RobotOption = FAST,
     speed: ForwardOption = 0.1,
@@ -134,16 +134,11 @@ def gait(
     out: OutOption = Path("out"),
 ) -> None:  # fmt: skip
     """Plan any gait at a commanded velocity, and write plan, replay and figures."""
-    from gaitopt.gait.gaits import crawl
     from gaitopt.gait.gaits import gait as named
     from gaitopt.planners.by_velocity.planner import plan_gait
     from gaitopt.robots.catalog import load_robot
 
-    if "," in name:
-        order = tuple(part.strip() for part in name.split(","))
-        schedule = crawl(order, cycle) if duty is None else crawl(order, cycle, duty)
-    else:
-        schedule = named(name.replace("-", "_"), cycle, duty)
+    schedule = named(name, cycle, duty)
     if duration is None and not (speed or sideways):
         raise InputError("a gait on the spot has no distance: give --duration")
     model = load_robot(robot)

@@ -150,12 +150,25 @@ GAITS: Final[Mapping[str, Callable[..., GaitSchedule]]] = MappingProxyType(
 def gait(name: str, cycle_time: float, duty_factor: float | None = None) -> GaitSchedule:
     """The gait of that name, with its own duty factor by default.
 
+    Args:
+        name: in any case, with ``-`` or ``_`` between words; or the order of a :func:`crawl`, with
+            commas: ``"RH,RF,LF,LH"``.
+        cycle_time: duration of a cycle [s].
+        duty_factor: the gait's own by default.
+
     Raises:
         InputError: there is no gait of that name, or it does not go with the duty factor.
     """
-    if not isinstance(name, str) or name not in GAITS:
-        raise InputError(f"gait must be one of {', '.join(map(repr, GAITS))}, got {name!r}")
-    return GAITS[name](*(cycle_time,) if duty_factor is None else (cycle_time, duty_factor))
+    rest = (cycle_time,) if duty_factor is None else (cycle_time, duty_factor)
+    if isinstance(name, str) and "," in name:
+        return crawl(name, *rest)
+    known = name.strip().lower().replace("-", "_") if isinstance(name, str) else ""
+    if known not in GAITS:
+        names = ", ".join(GAITS).replace("_", "-")
+        raise InputError(
+            f"gait must be one of {names}, or an order of legs such as RH,RF,LF,LH; got {name!r}"
+        )
+    return GAITS[known](*rest)
 
 
 def _one_by_one(

@@ -205,9 +205,18 @@ def test_gaits_are_found_by_their_names(name: str) -> None:
     assert gait(name, 0.8, duty) == GAITS[name](0.8, duty)
 
 
+def test_gaits_are_found_in_any_case_and_crawls_by_their_order() -> None:
+    assert gait("Pronk", 0.5) == GAITS["pronk"](0.5)
+    assert gait("Quasi-Static", 0.5) == GAITS["quasi_static"](0.5)
+    order = ("RH", "RF", "LF", "LH")
+    assert gait("RH,RF, LF,LH", 1.0) == crawl(order, 1.0)
+    assert gait("RR,FR,FL,RL", 1.0, 0.8) == crawl(order, 1.0, 0.8)
+
+
 def test_an_unknown_gait_is_refused_with_the_names_that_there_are() -> None:
     with pytest.raises(
-        InputError, match=r"gait must be one of 'walk', 'quasi_static', 'trot', .*'"
+        InputError,
+        match=r"gait must be one of walk, quasi-static, .* order of legs such as RH,RF,LF,LH; got",
     ):
         gait("canter", 1.0)
     with pytest.raises(InputError, match=r"got \['trot'\]"):
