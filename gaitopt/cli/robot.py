@@ -16,9 +16,9 @@ if TYPE_CHECKING:
 DRAWING = "What is written"
 
 
-def _reading(text: str) -> Any:
+def _reading(text: str, metavar: str | None = None) -> Any:
     """An option that says how the file is read, with its help."""
-    return typer.Option(help=text, rich_help_panel="How the file is read")
+    return typer.Option(help=text, metavar=metavar, rich_help_panel="How the file is read")
 
 
 def robot(
@@ -56,8 +56,8 @@ def robot(
     ] = None,
     torque_line: Annotated[
         tuple[float, float] | None,
-        _reading("Two speeds of all joints, in rad/s: up to the first a motor has its whole "
-                 "torque, and at the second none."),
+        _reading("Two speeds of all joints, in rad/s, with a space between them (10 30): up to the "
+                 "first a motor has its whole torque, and at the second none.", "FULL NONE"),
     ] = None,
     leg: Annotated[
         list[str] | None, _reading("Foot link or last joint of a leg, as LF=NAME; four times.")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -39,6 +40,15 @@ def test_torque_lines_are_told(command: Callable[..., Result]) -> None:
     assert result.exit_code == 0
     told = " ".join(result.output.split())
     assert "motors: whole torque up to 0.2 rad/s, and none at 0.5 rad/s, at 12 joints" in told
+
+
+def test_help_says_how_the_two_speeds_are_written(command: Callable[..., Result]) -> None:
+    """As it says them, they are taken."""
+    told = " ".join(re.sub("[│ \n]+", " ", command("robot", "--help").output).split())
+    assert "--torque-line FULL NONE" in told and "<float,float>" not in told
+    pair = re.search(r"with a space between them \((\S+) (\S+)\)", told)
+    assert pair is not None
+    assert command("robot", "wang2020", "--torque-line", *pair.groups()).exit_code == 0
 
 
 def test_how_legs_of_other_axes_are_solved_is_told(command: Callable[..., Result]) -> None:
