@@ -138,10 +138,13 @@ TimingOption = Annotated[
                  "joint velocities alone, as in the paper (nothing is promised of forces).",
                  rich_help_panel="How"),
 ]  # fmt: skip
+FRICTIONS = (0.001, 10.0)
+"""Least and largest friction: those of :class:`gaitopt.ForceLimits`, whose module would make the
+command line slow to start."""
 FrictionOption = Annotated[
     float | None,
     typer.Option(help="Friction between feet and ground, for contact forces (0.6 by default).",
-                 min=0.01, show_default=False),
+                 min=FRICTIONS[0], max=FRICTIONS[1], show_default=False),
 ]  # fmt: skip
 JobsOption = Annotated[
     int, typer.Option(help="Number of processes for many terrains; -1 for one on each core.")

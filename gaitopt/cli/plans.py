@@ -10,6 +10,7 @@ import typer
 from rich.markup import escape
 
 from gaitopt.cli.options import (
+    FRICTIONS,
     CollisionsOption,
     ForcesOption,
     PlanArgument,
@@ -69,7 +70,8 @@ def verify(
         float | None,
         typer.Option(
             help="Look for contact forces with this friction, and not with that of the plan.",
-            min=0.01,
+            min=FRICTIONS[0],
+            max=FRICTIONS[1],
         ),
     ] = None,
 ) -> None:

@@ -17,6 +17,7 @@ from typer.testing import CliRunner, Result
 import gaitopt
 from gaitopt import Plan
 from gaitopt.cli.app import app
+from gaitopt.cli.options import FRICTIONS
 
 Command = Callable[..., Result]
 ErrorOf = Callable[..., str]
@@ -311,3 +312,14 @@ def test_names_with_brackets_are_no_markup(shell: Any, short_plan: Plan, tmp_pat
 def test_the_version_and_the_bare_command(shell: Any) -> None:
     assert shell("--version").stdout == f"gaitopt {gaitopt.__version__}\n"
     assert "walk" in shell().stdout
+
+
+def test_the_range_of_friction_is_the_one_of_its_limits(command: Command) -> None:
+    for bound in FRICTIONS:
+        assert gaitopt.ForceLimits(friction=bound).friction == bound
+    for beyond in (0.99 * FRICTIONS[0], 1.01 * FRICTIONS[1]):
+        with pytest.raises(gaitopt.InputError, match="friction must be a number from"):
+            gaitopt.ForceLimits(friction=beyond)
+        for name in ("walk", "verify"):
+            refused = command(name, "--friction", str(beyond))
+            assert refused.exit_code == 2 and "--friction" in refused.output
