@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from math import pi, radians
 
 import numpy as np
 
@@ -25,6 +26,7 @@ class CrawlSteps:
         targets: where the swing foot touches down ``(S, 3)`` [m].
         heights: height of the body centre at the end of each stance phase ``(S,)`` [m].
         start_height: its height at the start [m].
+        heading: of the frame, from the world's x axis [rad].
     """
 
     legs: tuple[str, ...]
@@ -32,12 +34,13 @@ class CrawlSteps:
     targets: FloatArray
     heights: FloatArray
     start_height: float
+    heading: float = 0.0
 
     def part(self, first: int, last: int) -> CrawlSteps:
         """The steps from ``first`` up to, not including, ``last``."""
         own = slice(first, last)
         return CrawlSteps(self.legs[own], self.feet[own], self.targets[own], self.heights[own],
-                          self.start_height)  # fmt: skip
+                          self.start_height, self.heading)  # fmt: skip
 
     @cached_property
     def indices(self) -> np.ndarray:
@@ -93,7 +96,15 @@ def check_stance(steps: CrawlSteps) -> None:
                 raise InputError(
                     f"the first foothold of {one} is not {side} that of {other}, seen in the "
                     "direction of walking; swap the footholds of these legs, or set heading"
+                    + _in_degrees(steps.heading)
                 )
+
+
+def _in_degrees(heading: float) -> str:
+    """A hint where a heading [rad] is more than a full turn, and may be meant in degrees."""
+    if abs(heading) <= 2.0 * pi:
+        return ""
+    return f" (in radians: {heading:g} degrees are {radians(heading):.4f}, and it is {heading:g})"
 
 
 def crawl_steps(footholds: Footholds, settings: CrawlSettings) -> CrawlSteps:
@@ -126,4 +137,5 @@ def crawl_steps(footholds: Footholds, settings: CrawlSettings) -> CrawlSteps:
         targets=np.array([points[leg_index(leg), k] for leg, k in order]).reshape(-1, 3),
         heights=levels + settings.body_height,
         start_height=first + settings.body_height,
+        heading=settings.heading,
     )

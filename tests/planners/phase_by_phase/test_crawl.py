@@ -489,6 +489,13 @@ def test_a_forgotten_heading_is_noticed(wang: Quadruped, columns: Footholds) -> 
     assert plan_crawl(wang, sideways, heading=np.pi / 2, timing="velocity").margin >= 0.02 - 1e-9
 
 
+def test_a_heading_in_degrees_is_noticed(wang: Quadruped, columns: Footholds) -> None:
+    with pytest.raises(InputError, match=r"set heading \(in radians: 90 degrees are 1\.5708"):
+        plan_crawl(wang, columns, heading=90.0, timing="velocity")
+    with pytest.raises(InputError, match=r"set heading$"):
+        plan_crawl(wang, columns, heading=2.0, timing="velocity")
+
+
 @pytest.mark.parametrize(("name", "height"), [("anymal", 0.10), ("solo12", 0.03)])
 def test_a_body_too_low_is_refused_rather_than_walked_wrongly(name: str, height: float) -> None:
     """Folded that far, inverse kinematics has no continuous answer."""
