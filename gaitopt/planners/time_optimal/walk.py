@@ -20,12 +20,12 @@ from gaitopt.robots.collision_shapes import CollisionPairs
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.footholds import Footholds
 
-FORCE_RAMPS = {"level": 0.04, "posture": 0.06, "others": 0.055}
-"""Times in which the slowest joint reaches its velocity limit on splines whose timing forces set
-[s]: where the body stays level at one height, where its posture is free, and in other walks.
-Sharper turns make walks faster, but then knees that turn at their velocity limits exceed them in
-physics by more than a servo should: 16 steps of wang2020 (``height``, seeds 0 to 3) take 19.6 s
-with 0.03 and 20.1 s with 0.05, and knees turn with up to 2.2 and 1.26 times their limits."""
+FORCE_RAMP, LEVEL_FORCE_RAMP = 0.06, 0.04
+"""Time in which the slowest joint reaches its velocity limit on splines whose timing forces set,
+and the same where the body stays level at one height [s]. Sharper turns make walks faster, but then
+knees that turn at their velocity limits exceed them in physics by more than a servo should: 16
+steps of wang2020 (``height``, seeds 0 to 3) take 19.6 s with 0.03 and 20.1 s with 0.05, and knees
+turn with up to 2.2 and 1.26 times their limits."""
 FORCE_ACCELERATION = 3.0
 """Largest acceleration of a leg's end by that of one joint, in units of gravity, of splines whose
 timing forces set."""
@@ -74,8 +74,8 @@ class Route:
         if asked is not None:
             return asked
         legs, free = self.robot.legs.values(), self.settings.free
-        kind = "posture" if free.posture else "others" if free.height else "level"
-        ramp = FORCE_RAMPS[kind if self.settings.static else "others"]
+        level = self.settings.static and not (free.height or free.posture)
+        ramp = LEVEL_FORCE_RAMP if level else FORCE_RAMP
         quick = min(float(leg.velocity_limits.min()) for leg in legs) / ramp
         return min(quick, FORCE_ACCELERATION * GRAVITY / max(leg.reach for leg in legs))
 
