@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 import warnings
 from pathlib import Path
@@ -315,3 +316,11 @@ def test_robot_from_mjcf_walks(tmp_path: Path) -> None:
     assert all(check.status != "violated" for check in certificate.checks)
     found = gaitopt.simulate(back)
     assert found.passed and found.own_shapes and found.steps > 0
+
+
+def test_a_damping_without_an_end_is_refused_with_its_joint() -> None:
+    text = mjcf()
+    endless = re.sub(r'(<joint name="[^"]*")', r'\1 damping="1e400"', text, count=1)
+    assert endless != text
+    with pytest.raises(RobotError, match=r"damping of the joint '\w+' is inf"):
+        load_robot(endless)

@@ -9,6 +9,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from gaitopt.conventions import FloatArray
+from gaitopt.errors import RobotError
 from gaitopt.robots.files.masses import add_inertial
 from gaitopt.robots.files.origins import Element
 from gaitopt.robots.files.shapes import add_capsule, add_geometry, add_solid
@@ -99,6 +100,9 @@ def joint_limit(model: Any, joint: int, effort: float, element: Element) -> None
     """Add a joint's limits, and its damping and friction.
 
     MJCF knows no velocity limits. The effort limit [N m] is what its actuators state.
+
+    Raises:
+        RobotError: one of these is not a finite number.
     """
     low, high = (float(v) for v in model.jnt_range[joint])
     if not model.jnt_limited[joint]:
@@ -108,5 +112,9 @@ def joint_limit(model: Any, joint: int, effort: float, element: Element) -> None
     dof = int(model.jnt_dofadr[joint])
     damping = float(np.ravel(model.dof_damping[dof])[0])
     friction = float(model.dof_frictionloss[dof])
+    numbers = {"range": low, "upper range": high, "damping": damping, "frictionloss": friction}
+    for name, value in {**numbers, "torque limit": effort}.items():
+        if not np.isfinite(value):
+            raise RobotError(f"{name} of the joint {joint_name(model, joint)!r} is {value!r}")
     if damping > 0.0 or friction > 0.0:
         ElementTree.SubElement(element, "dynamics", damping=repr(damping), friction=repr(friction))
