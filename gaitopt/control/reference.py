@@ -95,9 +95,11 @@ def standing_feet(plan: Plan, times: FloatArray, pausing: BoolArray) -> BoolArra
     standing = np.array(plan.at(times).contacts)
     sides = np.clip(times[pausing] + [[-BESIDE], [BESIDE]], 0.0, plan.duration)
     standing[pausing] = plan.at(sides[0]).contacts | plan.at(sides[1]).contacts
-    for swing in plan.swings:
-        landed = np.abs(times - swing.end) <= BESIDE
-        standing[pausing & landed, LEGS.index(swing.leg)] = True
+    paused, swings = np.flatnonzero(pausing), plan.swings
+    ends = np.array([swing.end for swing in swings])
+    legs = np.array([LEGS.index(swing.leg) for swing in swings], dtype=int)
+    at, landed = np.nonzero(np.abs(times[paused, None] - ends) <= BESIDE)
+    standing[paused[at], legs[landed]] = True
     return standing
 
 

@@ -266,13 +266,14 @@ class ComRows:
 
     def from_knot(self, first: int) -> ComRows:
         """The rows from the knot ``first`` on, which becomes knot 0."""
-        kept = self.knot >= first
-        return replace(self, knot=self.knot[kept] - first, normal=self.normal[kept],
-                       offset=self.offset[kept])  # fmt: skip
+        return self._chosen(self.knot >= first, first)
 
     def between(self, first: int, last: int) -> ComRows:
         """The rows of the knots after ``first`` up to ``last``; ``first`` becomes knot 0."""
-        kept = (self.knot > first) & (self.knot <= last)
+        return self._chosen((self.knot > first) & (self.knot <= last), first)
+
+    def _chosen(self, kept: np.ndarray, first: int) -> ComRows:
+        """Some of the rows ``(M,)``, whose knots are counted from ``first``."""
         return replace(self, knot=self.knot[kept] - first, normal=self.normal[kept],
                        offset=self.offset[kept])  # fmt: skip
 

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import TypeVar
 
 from gaitopt.errors import InputError
 from gaitopt.robots.files.limbs import Limb
 from gaitopt.robots.files.options import PairPerJoint, PerJoint, SpeedPair
+
+Value = TypeVar("Value", float, SpeedPair)
 
 
 def motor_inertias(
@@ -23,12 +26,7 @@ def motor_inertias(
     Raises:
         InputError: the user names a joint that no leg has.
     """
-    joints = [joint.name for limb in limbs.values() for joint in limb.joints]
-    if given is None:
-        return dict(known)
-    own = given if isinstance(given, Mapping) else dict.fromkeys(joints, given)
-    refuse_unknown(label, "motor_inertia", own, joints)
-    found = {**known, **own}
+    found = _by_joint(label, "motor_inertia", limbs, known, given)
     return {joint: value for joint, value in found.items() if value > 0.0}
 
 
@@ -44,11 +42,30 @@ def torque_lines(
     Raises:
         InputError: the user names a joint that no leg has.
     """
+    return _by_joint(label, "torque_line", limbs, known, given)
+
+
+def _by_joint(
+    label: str,
+    what: str,
+    limbs: Mapping[str, Limb],
+    known: Mapping[str, Value],
+    given: Value | Mapping[str, Value] | None,
+) -> dict[str, Value]:
+    """Values by joint: what is known, and in its place what the user gives, for all or for some.
+
+    Args:
+        label, limbs, known, given: as in :func:`motor_inertias`.
+        what: the name of the user's option.
+
+    Raises:
+        InputError: the user names a joint that no leg has.
+    """
     joints = [joint.name for limb in limbs.values() for joint in limb.joints]
     if given is None:
         return dict(known)
     own = given if isinstance(given, Mapping) else dict.fromkeys(joints, given)
-    refuse_unknown(label, "torque_line", own, joints)
+    refuse_unknown(label, what, own, joints)
     return {**known, **own}
 
 
