@@ -226,7 +226,7 @@ def comparison_table(comparison: Comparison) -> Table:
     count = len(comparison.seeds)
     spread = f", mean ± standard deviation over {count} terrains" if count > 1 else ""
     table = Table(
-        title=f"{comparison.robot}: Table II{_by_forces(comparison)} over the same footholds"
+        title=f"{comparison.robot}: Table II{_timed_by(comparison)} over the same footholds"
         f"{' (paper)' if _is_papers(comparison) else ''}{spread}",
         caption=_caption(comparison),
         caption_justify="left",
@@ -246,9 +246,10 @@ def _is_papers(comparison: Comparison) -> bool:
     return comparison.robot == "wang2020" and comparison.timing == VELOCITY
 
 
-def _by_forces(comparison: Comparison) -> str:
-    """What the title says of another timing than the paper's."""
-    return "" if comparison.timing == VELOCITY else ", timed by contact forces,"
+def _timed_by(comparison: Comparison) -> str:
+    """What the title says of the timing."""
+    by = "joint velocities" if comparison.timing == VELOCITY else "contact forces"
+    return f", timed by {by},"
 
 
 def _row(comparison: Comparison, method: Method) -> list[str]:
