@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from gaitopt.errors import CertificateError as CertificateError
     from gaitopt.errors import FootholdsError as FootholdsError
     from gaitopt.errors import GaitoptError as GaitoptError
+    from gaitopt.errors import GroundError as GroundError
     from gaitopt.errors import InfeasibleSpeedError as InfeasibleSpeedError
     from gaitopt.errors import InfeasibleStepError as InfeasibleStepError
     from gaitopt.errors import InputError as InputError
@@ -111,6 +112,7 @@ if TYPE_CHECKING:
     from gaitopt.swing.touchdown import velocity_touchdown as velocity_touchdown
     from gaitopt.terrain.columns import s_columns as s_columns
     from gaitopt.terrain.footholds import Footholds as Footholds
+    from gaitopt.terrain.height_map import HeightMap as HeightMap
     from gaitopt.terrain.obstacles import Obstacle as Obstacle
     from gaitopt.terrain.obstacles import rectangular_obstacle as rectangular_obstacle
     from gaitopt.terrain.obstacles import round_obstacle as round_obstacle
@@ -132,7 +134,8 @@ _HOMES = {
     "dynamics.contacts": "ForceLimits",
     "dynamics.feasible_region": "feasible_region",
     "errors": (
-        "CertificateError FootholdsError GaitoptError InfeasibleSpeedError InfeasibleStepError "
+        "CertificateError FootholdsError GaitoptError GroundError InfeasibleSpeedError "
+        "InfeasibleStepError "
         "InputError MissingPackageError PlanFileError RobotError RobotWarning RouteError "
         "SolverError "
         "UnknownNameError UnsolvedSplineError"
@@ -185,6 +188,7 @@ _HOMES = {
     "swing.touchdown": "com_touchdown velocity_touchdown",
     "terrain.columns": "s_columns",
     "terrain.footholds": "Footholds",
+    "terrain.height_map": "HeightMap",
     "terrain.obstacles": "Obstacle rectangular_obstacle round_obstacle triangular_obstacle",
     "viewing.figures.crawl_figures": "save_figures",
     "viewing.figures.gait_figures": "save_gait_figures",

@@ -30,6 +30,10 @@ class FootholdsError(GaitoptError, ValueError):
     """Footholds, or the CSV file that holds them, are not valid."""
 
 
+class GroundError(GaitoptError, ValueError):
+    """A height map, or the file that holds it, is not valid."""
+
+
 class PlanFileError(GaitoptError, ValueError):
     """A plan file cannot be read: it is incomplete, too large, of another version or no plan."""
 

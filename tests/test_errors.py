@@ -31,6 +31,7 @@ BUILT_IN = {
     "InputError": ValueError,
     "RobotError": ValueError,
     "FootholdsError": ValueError,
+    "GroundError": ValueError,
     "PlanFileError": ValueError,
     "SolverError": RuntimeError,
     "MissingPackageError": ImportError,

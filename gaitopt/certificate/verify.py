@@ -23,7 +23,6 @@ from gaitopt.errors import InputError
 from gaitopt.inputs import check_kind
 from gaitopt.plan.plan import Plan
 from gaitopt.robots.quadruped import Quadruped
-from gaitopt.terrain.footholds import Footholds
 
 
 def verify(
@@ -107,7 +106,7 @@ def _read_anew(plan: Plan) -> Plan:
     return replace(
         plan,
         robot=Quadruped.from_urdf(robot.urdf, robot.name, robot.knees),
-        footholds=Footholds(dict(plan.footholds.points), plan.footholds.radius),
+        footholds=plan.footholds.with_(),
         settings=replace(settings, forces=limits),
     )
 

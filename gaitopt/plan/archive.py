@@ -13,12 +13,16 @@ from gaitopt.errors import PlanFileError
 
 FORMAT = "gaitopt-plan"
 VERSION = 1
+"""Version of files with what every version of gaitopt understands."""
+GROUND_VERSION = 2
+"""Version of files whose footholds have more than places and a radius."""
 FILE_LIMIT = 300_000_000
 """Most bytes of a plan file that are read."""
 CONTENT_LIMIT = 1_000_000_000
 """Most bytes that a plan file may unpack to."""
 
 _ARRAYS = ("footholds", "times", "coefficients")
+_FURTHER_ARRAYS = ("normals", "friction", "swing_heights", "postures", "ground")
 
 
 def _unpack(data: bytes, name: str) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -39,9 +43,10 @@ def _unpack(data: bytes, name: str) -> tuple[dict[str, Any], dict[str, Any]]:
         header = json.loads(stored["header"].tobytes().decode("utf-8"))
         if not isinstance(header, dict) or header.get("format") != FORMAT:
             raise PlanFileError(f"{name} is no plan file: its header is of another kind")
-        if header.get("version") != VERSION:
+        if header.get("version") not in (VERSION, GROUND_VERSION):
             raise PlanFileError(
                 f"{name} is a plan of version {header.get('version')!r}; this gaitopt reads "
-                f"version {VERSION}"
+                f"versions {VERSION} and {GROUND_VERSION}"
             )
-        return header, {key: stored[key] for key in _ARRAYS}
+        further = [key for key in _FURTHER_ARRAYS if key in stored]
+        return header, {key: stored[key] for key in (*_ARRAYS, *further)}

@@ -15,7 +15,8 @@ from gaitopt.conventions import LEGS, BoolArray, FloatArray, frozen
 from gaitopt.errors import GaitoptError, InputError, PlanFileError
 from gaitopt.files import StrPath, read_bounded, written_whole
 from gaitopt.motion.path import MotionPath
-from gaitopt.plan.archive import FILE_LIMIT, FORMAT, VERSION, _unpack
+from gaitopt.plan.archive import FILE_LIMIT, FORMAT, GROUND_VERSION, VERSION, _unpack
+from gaitopt.plan.foothold_archive import packed_footholds, unpacked_footholds
 from gaitopt.plan.phase import Phase, Swing, _phase_from_dict, _phase_to_dict, find_swings
 from gaitopt.plan.record import PlanRecord, record_from_dict
 from gaitopt.plan.settings.base import PlanSettings
@@ -201,9 +202,10 @@ def save_plan(plan: Plan, path: StrPath) -> None:
     Raises:
         InputError: the file cannot be written.
     """
+    further, arrays = packed_footholds(plan.footholds)
     header = {
         "format": FORMAT,
-        "version": VERSION,
+        "version": GROUND_VERSION if further or arrays else VERSION,
         "robot": {
             "name": plan.robot.name,
             "sha256": plan.robot.sha256,
@@ -213,18 +215,20 @@ def save_plan(plan: Plan, path: StrPath) -> None:
         "planner": plan.settings.planner,
         "settings": plan.settings.to_dict(),
         "column_radius": plan.footholds.radius,
+        **({"footholds": further} if further or arrays else {}),
         "phases": [_phase_to_dict(phase) for phase in plan.phases],
         "info": plan.record.to_dict(),
     }
     text = json.dumps(header, allow_nan=False).encode()
     with written_whole(path, binary=True) as stream:
-        np.savez_compressed(
-            stream,
-            header=np.frombuffer(text, dtype=np.uint8),
-            footholds=plan.footholds.array,
-            times=plan.path.times,
-            coefficients=plan.path.coefficients,
-        )
+        parts: dict[str, Any] = {
+            "header": np.frombuffer(text, dtype=np.uint8),
+            "footholds": plan.footholds.array,
+            "times": plan.path.times,
+            "coefficients": plan.path.coefficients,
+            **arrays,
+        }
+        np.savez_compressed(stream, **parts)
 
 
 def load_plan(path: StrPath) -> Plan:
@@ -260,10 +264,9 @@ def _plan_from(header: dict[str, Any], arrays: dict[str, Any], name: str) -> Pla
             f"{name}: the URDF inside has the fingerprint {robot.sha256[:12]}..., and the plan was "
             f"made for {str(described['sha256'])[:12]}...; plan again for this robot"
         )
-    points = dict(zip(LEGS, arrays["footholds"], strict=True))
     return Plan(
         robot=robot,
-        footholds=Footholds(points, header["column_radius"]),
+        footholds=unpacked_footholds(header["column_radius"], header.get("footholds", {}), arrays),
         settings=settings_from_dict(header["planner"], header["settings"]),
         phases=tuple(_phase_from_dict(p) for p in header["phases"]),
         path=MotionPath(arrays["times"], arrays["coefficients"]),

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, fields
 from functools import cached_property
 from numbers import Real
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,8 +15,16 @@ from numpy.typing import ArrayLike
 from gaitopt.conventions import LEGS, FloatArray, frozen
 from gaitopt.errors import FootholdsError
 from gaitopt.files import StrPath, read_bounded, written_whole
-from gaitopt.robots.leg_names import leg_named
-from gaitopt.terrain.foothold_csv import FARTHEST, parse_footholds, write_footholds
+from gaitopt.terrain.foothold_checks import (
+    checked_friction,
+    checked_normals,
+    checked_order,
+    checked_points,
+    checked_postures,
+    checked_swing_heights,
+)
+from gaitopt.terrain.foothold_csv import parse_footholds, write_footholds
+from gaitopt.terrain.height_map import HeightMap
 
 CSV_LIMIT = 50_000_000
 """Most bytes of CSV that are read: about a million footholds."""
@@ -26,69 +35,104 @@ OPEN_GROUND_RADIUS = 0.02
 
 @dataclass(frozen=True, eq=False)
 class Footholds:
-    """Places of the foot frames in the world, the same number for every leg.
+    """Places of the foot frames in the world, for every leg in the order of the walk.
 
-    The first foothold of a leg is where its foot stands at the start. A walk over ``n`` footholds
-    of each leg has ``4 (n - 1)`` steps. Where the foot is a ball (``robot.foot_radius``), the foot
-    frame is its centre and the ground lies that much lower: :meth:`raised` turns points on the
-    ground into footholds.
+    The first foothold of a leg is where its foot stands at the start; every further one is a step.
+    Legs may have different numbers of footholds. Where the foot is a ball (``robot.foot_radius``),
+    the foot frame is its centre, and the ball touches the ground at ``centre - radius * normal``:
+    :meth:`raised` turns points on level ground into footholds, :meth:`HeightMap.ball` points on any
+    ground.
 
     Args:
         points: for each of ``"LF" "LH" "RH" "RF"`` an array ``(n, 3)`` [m], ``n >= 1``. Names like
             ``"FL"`` or ``"front_left"`` are understood, too, also in CSV files.
         radius: radius of the column under each foothold [m]; ``None`` for open ground. How far
             from a foothold a foot may land is :attr:`landing_radius`.
+        normals: for each leg the unit normals of the ground there ``(n, 3)``, away from the ground;
+            vertical by default.
+        friction: for each leg the coefficients of friction ``(n,)``, or one number for all; by
+            default that of the forces that are asked for.
+        ground: the height map that the footholds stand on. Certificate, physics and replay use it.
+        order: the legs in the order in which they step, over the whole walk; planners take it where
+            no other order is asked for.
+        swing_heights: for each leg how far the foot rises above the higher end of each of its
+            swings ``(n - 1,)`` [m]; by default as the settings say.
+        postures: of the body at the start and during each swing, in the order of the swings
+            ``(steps + 1, 4)``: height of the body centre [m], and roll, pitch, yaw [rad], all in
+            the world. By default the body is level, as high as the settings say. They go with
+            ``order``.
 
     Raises:
-        FootholdsError: a leg is missing, unknown or named twice, a shape is not ``(n, 3)``, legs
-            have different numbers of footholds, a coordinate is not finite, or the radius is not
-            positive.
+        FootholdsError: a leg is missing, unknown or named twice, a shape is wrong, a number is not
+            finite or out of its range, or the order does not fit the numbers of footholds.
     """
 
     points: Mapping[str, FloatArray]
     radius: float | None = None
+    normals: Mapping[str, FloatArray] | None = None
+    friction: Mapping[str, FloatArray] | None = None
+    ground: HeightMap | None = None
+    order: tuple[str, ...] | None = None
+    swing_heights: Mapping[str, FloatArray] | None = None
+    postures: FloatArray | None = None
 
-    def __init__(self, points: Mapping[str, ArrayLike], radius: float | None = None) -> None:
-        if not isinstance(points, Mapping):
-            raise FootholdsError(
-                f"footholds must map {', '.join(LEGS)} to arrays (n, 3), got "
-                f"{type(points).__name__}"
-            )
-        named = _by_leg(points)
-        arrays = {leg: _checked(leg, named[leg]) for leg in LEGS}
+    def __init__(
+        self,
+        points: Mapping[str, ArrayLike],
+        radius: float | None = None,
+        *,
+        normals: Mapping[str, ArrayLike] | None = None,
+        friction: float | Mapping[str, ArrayLike] | None = None,
+        ground: HeightMap | None = None,
+        order: Iterable[str] | None = None,
+        swing_heights: Mapping[str, ArrayLike] | None = None,
+        postures: ArrayLike | None = None,
+    ) -> None:
+        arrays = checked_points(points)
         counts = {leg: len(a) for leg, a in arrays.items()}
-        if len(set(counts.values())) > 1:
-            raise FootholdsError(
-                "every leg needs the same number of footholds, got "
-                + ", ".join(f"{leg} {n}" for leg, n in counts.items())
-            )
         if radius is not None and not (isinstance(radius, Real) and 0 < radius < np.inf):
             raise FootholdsError(f"radius must be a positive length in metres, got {radius!r}")
-        object.__setattr__(self, "points", MappingProxyType(arrays))
-        object.__setattr__(self, "radius", None if radius is None else float(radius))
+        if ground is not None and not isinstance(ground, HeightMap):
+            raise FootholdsError(f"ground must be a HeightMap, got {type(ground).__name__}")
+        legs = checked_order(order, counts)
+        for name, value in (
+            ("points", MappingProxyType(arrays)),
+            ("radius", None if radius is None else float(radius)),
+            ("normals", checked_normals(normals, counts)),
+            ("friction", checked_friction(friction, counts)),
+            ("ground", ground),
+            ("order", legs),
+            ("swing_heights", checked_swing_heights(swing_heights, counts)),
+            ("postures", checked_postures(postures, legs)),
+        ):
+            object.__setattr__(self, name, value)
 
     def __getitem__(self, leg: str) -> FloatArray:
         return self.points[leg]
 
     def __len__(self) -> int:
-        """Number of footholds of each leg."""
-        return len(self.points[LEGS[0]])
+        """Number of footholds of the leg that has most."""
+        return max(self.counts.values())
 
     def __eq__(self, other: object) -> bool:
-        return (
-            isinstance(other, Footholds)
-            and self.radius == other.radius
-            and np.array_equal(self.array, other.array)
+        """Whether all footholds and all that is told of them are the same."""
+        return isinstance(other, Footholds) and all(
+            _same(getattr(self, f.name), getattr(other, f.name)) for f in fields(self)
         )
 
     __hash__ = None  # type: ignore[assignment]
 
     def __reduce__(self) -> tuple[object, ...]:
-        return (Footholds, (dict(self.points), self.radius))
+        values = [getattr(self, f.name) for f in fields(self)]
+        return (_restored, tuple(dict(v) if isinstance(v, Mapping) else v for v in values))
 
     def __repr__(self) -> str:
         where = "open ground" if self.radius is None else f"columns of {2e3 * self.radius:g} mm"
-        return f"Footholds({len(self)} a leg, {self.steps} steps, {where})"
+        if self.ground is not None:
+            where = "a height map"
+        counts = set(self.counts.values())
+        each = str(len(self)) if len(counts) == 1 else f"{min(counts)} to {max(counts)}"
+        return f"Footholds({each} a leg, {self.steps} steps, {where})"
 
     @property
     def landing_radius(self) -> float:
@@ -98,20 +142,51 @@ class Footholds:
         """
         return OPEN_GROUND_RADIUS if self.radius is None else self.radius
 
+    @cached_property
+    def counts(self) -> Mapping[str, int]:
+        """Number of footholds of each leg."""
+        return MappingProxyType({leg: len(p) for leg, p in self.points.items()})
+
     @property
     def steps(self) -> int:
         """Number of steps of a walk over all footholds."""
-        return 4 * (len(self) - 1)
+        return sum(self.counts.values()) - len(LEGS)
 
     @cached_property
     def array(self) -> FloatArray:
-        """All footholds ``(4, n, 3)`` [m], legs in the order of :data:`gaitopt.LEGS`."""
-        return frozen([self.points[leg] for leg in LEGS])
+        """All footholds ``(4, n, 3)`` [m], legs in the order of :data:`gaitopt.LEGS`.
+
+        ``n`` is the number of the leg that has most; the last foothold of others is repeated.
+        """
+        return self._padded(self.points)
+
+    @cached_property
+    def normal_array(self) -> FloatArray:
+        """Normals of the ground under all footholds ``(4, n, 3)``, as for :attr:`array`."""
+        if self.normals is None:
+            return frozen(np.broadcast_to([0.0, 0.0, 1.0], self.array.shape))
+        return self._padded(self.normals)
+
+    def touching(self, radius: float) -> FloatArray:
+        """Where feet that are balls of ``radius`` [m] touch the ground ``(4, n, 3)`` [m]."""
+        return frozen(self.array - radius * self.normal_array)
 
     def raised(self, height: float) -> Footholds:
         """The same footholds moved up by ``height`` [m], for instance by a foot's radius."""
         lift = np.array([0.0, 0.0, height])
-        return Footholds({leg: p + lift for leg, p in self.points.items()}, self.radius)
+        return self.with_(points={leg: p + lift for leg, p in self.points.items()})
+
+    def with_(self, **changes: Any) -> Footholds:
+        """The same footholds with other values of the arguments that are named."""
+        given = {f.name: getattr(self, f.name) for f in fields(self)}
+        return Footholds(**{**given, **changes})
+
+    def _padded(self, of_legs: Mapping[str, FloatArray]) -> FloatArray:
+        most = len(self)
+        return frozen([
+            np.concatenate([a, np.repeat(a[-1:], most - len(a), axis=0)])
+            for a in (of_legs[leg] for leg in LEGS)
+        ])  # fmt: skip
 
     def to_csv(self, path: StrPath) -> None:
         """Write ``leg,step,x,y,z`` lines, below a comment with the columns' radius.
@@ -146,43 +221,15 @@ class Footholds:
         return cls(points, stored if radius is None else radius)
 
 
-def _by_leg(points: Mapping[str, ArrayLike]) -> dict[str, ArrayLike]:
-    """The footholds of each of :data:`gaitopt.LEGS`, whose names may be others.
-
-    Raises:
-        FootholdsError: a leg is missing, unknown, or there under two names.
-    """
-    names = {name: leg_named(name) if isinstance(name, str) else None for name in points}
-    unknown = [str(name) for name, leg in names.items() if leg is None]
-    missing = [leg for leg in LEGS if leg not in names.values()]
-    if unknown or missing:
-        raise FootholdsError(
-            f"footholds are needed for the legs {', '.join(LEGS)}"
-            + (f"; missing: {', '.join(missing)}" if missing else "")
-            + (f"; unknown: {', '.join(unknown)}" if unknown else "")
-        )
-    if len(names) > len(LEGS):
-        raise FootholdsError(f"two of the names {', '.join(names)} are of one leg")
-    return {leg: points[name] for name, leg in names.items() if leg is not None}
+def _restored(*values: Any) -> Footholds:
+    """Footholds from the values of their fields, in order."""
+    return Footholds(**dict(zip((f.name for f in fields(Footholds)), values, strict=True)))
 
 
-def _checked(leg: str, points: ArrayLike) -> FloatArray:
-    """The footholds of a leg as a read-only array ``(n, 3)``."""
-    try:
-        array = np.asarray(points)
-        array = array if np.iscomplexobj(array) else frozen(array)
-    except (TypeError, ValueError) as error:
-        raise FootholdsError(f"footholds of {leg} are no array of numbers: {error}") from error
-    if np.iscomplexobj(array):
-        raise FootholdsError(f"footholds of {leg} are no array of numbers: complex numbers")
-    if array.ndim != 2 or array.shape[1] != 3 or len(array) < 1:
-        raise FootholdsError(
-            f"footholds of {leg} must have the shape (n, 3) with n >= 1, got {array.shape}"
-        )
-    bad = np.flatnonzero(~np.isfinite(array).all(axis=1) | (np.abs(array) > FARTHEST).any(axis=1))
-    if bad.size:
-        raise FootholdsError(
-            f"foothold {bad[0]} of {leg} is {array[bad[0]].tolist()}; coordinates must be finite "
-            f"and below {FARTHEST:g} m"
-        )
-    return array
+def _same(one: Any, other: Any) -> bool:
+    """Whether two values of a field are the same."""
+    if isinstance(one, Mapping) and isinstance(other, Mapping):
+        return all(np.array_equal(one[leg], other[leg]) for leg in LEGS)
+    if isinstance(one, np.ndarray) and isinstance(other, np.ndarray):
+        return bool(np.array_equal(one, other))
+    return type(one) is type(other) and bool(one == other)

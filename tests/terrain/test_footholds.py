@@ -17,7 +17,8 @@ from gaitopt.conventions import LEGS
 from gaitopt.errors import FootholdsError
 from gaitopt.terrain import footholds as module
 from gaitopt.terrain.columns import s_columns
-from gaitopt.terrain.footholds import FARTHEST, Footholds
+from gaitopt.terrain.foothold_csv import FARTHEST
+from gaitopt.terrain.footholds import Footholds
 
 HEADER = "leg,step,x,y,z"
 coordinate = st.floats(-FARTHEST, FARTHEST)
@@ -184,7 +185,8 @@ def test_unequal_numbers_are_listed() -> None:
     with pytest.raises(FootholdsError) as caught:
         Footholds({**small(2), "RH": small(3)["RH"]})
     assert str(caught.value) == (
-        "every leg needs the same number of footholds, got LF 2, LH 2, RH 3, RF 2"
+        "every leg needs the same number of footholds, got LF 2, LH 2, RH 3, RF 2; or give the "
+        "order of all steps"
     )
 
 
