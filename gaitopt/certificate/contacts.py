@@ -61,16 +61,16 @@ def _sequence_faults(plan: Plan) -> list[str]:
 def _order_faults(plan: Plan) -> list[str]:
     """Swings that are missing, too many, or in another order than was asked for."""
     flown = [swing.leg for swing in plan.swings]
-    asked = plan.settings.swing_legs(len(plan.footholds))
+    asked = plan.settings.swing_legs(plan.footholds.counts)
     if asked is not None and flown != asked:
         first = next((i for i, (a, b) in enumerate(zip(flown, asked, strict=False)) if a != b),
                      min(len(flown), len(asked)))  # fmt: skip
         return [f"{len(flown)} swings where {len(asked)} are asked for; step {first} differs"]
     made = {leg: flown.count(leg) for leg in LEGS}
     return [
-        f"{leg} swings {count} times over {len(plan.footholds)} footholds"
+        f"{leg} swings {count} times over {plan.footholds.counts[leg]} footholds"
         for leg, count in made.items()
-        if count != len(plan.footholds) - 1
+        if count != plan.footholds.counts[leg] - 1
     ]
 
 
@@ -120,7 +120,7 @@ def swing_height(plan: Plan, motion: Motion) -> Check:
     """Every swing rises the swing height above the higher of its two ends."""
     shortfalls = [
         (_apex(motion, swing) - max(swing.foot_start[2], swing.foot_end[2])
-         - plan.settings.swing_height, swing)
+         - _asked_height(plan, swing), swing)
         for swing in plan.swings
     ]  # fmt: skip
     if not shortfalls:
@@ -128,6 +128,14 @@ def swing_height(plan: Plan, motion: Motion) -> Check:
     least, swing = min(shortfalls, key=lambda pair: pair[0])
     return judged("swing height", float(least), -SHORT, "m above what is asked", ">=",
                    when=swing.start, where=f"step {swing.step} ({swing.leg})")  # fmt: skip
+
+
+def _asked_height(plan: Plan, swing: Swing) -> float:
+    """How far the foot was to rise above the higher end of a swing [m]."""
+    heights = plan.footholds.swing_heights
+    if heights is None or swing.index >= len(heights[swing.leg]):
+        return plan.settings.swing_height
+    return float(heights[swing.leg][swing.index])
 
 
 def _apex(motion: Motion, swing: Swing) -> float:
@@ -156,7 +164,7 @@ def _expected(plan: Plan, motion: Motion) -> FloatArray:
     """Where each foot should stand during each piece ``(P, 4, 3)`` [m]."""
     counts = np.zeros((max(len(plan.phases), 1), 4), dtype=int)
     for swing in plan.swings:
-        landed = min(swing.index + 1, len(plan.footholds) - 1)
+        landed = min(swing.index + 1, plan.footholds.counts[swing.leg] - 1)
         counts[swing.phases[1] + 1 :, LEGS.index(swing.leg)] = landed
     return np.asarray(plan.footholds.array[np.arange(4), counts[motion.phase]])
 

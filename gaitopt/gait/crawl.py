@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from itertools import permutations
 from typing import Any, Final
 
@@ -57,46 +57,69 @@ def check_sequence(sequence: Iterable[str]) -> tuple[str, ...]:
 
 
 def check_order(sequence: Iterable[str]) -> tuple[str, ...]:
-    """``sequence`` as a tuple, if it is a cycle of four legs or the order of a whole walk.
+    """``sequence`` as a tuple, if it names legs only: a cycle of four legs, or all steps of a walk.
 
-    Names are read as by :func:`legs_in`.
+    Names are read as by :func:`legs_in`. Whether it fits a walk, :func:`swing_order` tells.
 
     Raises:
-        InputError: a leg is missing or unknown, or steps more often than another.
+        InputError: it names no leg, or one that is unknown.
     """
     order = legs_in(sequence)
-    counts = {leg: order.count(leg) for leg in LEGS}
-    if len(order) <= len(LEGS) or sum(counts.values()) != len(order):
-        return check_sequence(order)
-    if len(set(counts.values())) > 1:
-        raise InputError(
-            "a sequence of more than four steps is the order of a whole walk, in which every leg "
-            "steps equally often; got " + ", ".join(f"{leg} {n}" for leg, n in counts.items())
-        )
-    return order
+    known = order and all(leg in LEGS for leg in order)
+    return order if known else check_sequence(order)
 
 
-def swing_order(sequence: Iterable[str], footholds: int) -> list[tuple[str, int]]:
+def swing_order(
+    sequence: Iterable[str], footholds: int | Mapping[str, int]
+) -> list[tuple[str, int]]:
     """The steps of a whole walk: ``(leg, index of the foothold it steps onto)``.
 
     Args:
-        sequence: order of the legs in a cycle, or of all steps of the walk.
-        footholds: footholds of each leg, the first of which is where its foot stands at the start.
+        sequence: order of the legs in a cycle, or of all steps of the walk, in which legs may step
+            unequally often.
+        footholds: footholds of each leg, or one number for all; the first is where its foot stands
+            at the start.
 
     Raises:
-        InputError: the sequence is that of a walk with another number of steps.
+        InputError: the sequence is that of a walk with other numbers of steps.
     """
     order = check_order(sequence)
-    if len(order) == len(LEGS):
-        return [(leg, k) for k in range(1, footholds) for leg in order]
-    if len(order) != len(LEGS) * (footholds - 1):
-        raise InputError(
-            f"the sequence has {len(order)} steps, and {footholds} footholds a leg ask for "
-            f"{len(LEGS) * (footholds - 1)}; give a cycle of four legs, or as many steps"
-        )
+    counts = dict.fromkeys(LEGS, footholds) if isinstance(footholds, int) else dict(footholds)
+    asked = {leg: n - 1 for leg, n in counts.items()}
+    if len(order) <= len(LEGS) and len(set(asked.values())) == 1 and _steps_of(order) != asked:
+        cycle = check_sequence(order)
+        return [(leg, k) for k in range(1, counts[LEGS[0]]) for leg in cycle]
+    if _steps_of(order) != asked:
+        raise InputError(_misfit(order, asked))
     taken = dict.fromkeys(LEGS, 0)
     steps = []
     for leg in order:
         taken[leg] += 1
         steps.append((leg, taken[leg]))
     return steps
+
+
+def _steps_of(order: tuple[str, ...]) -> dict[str, int]:
+    """How often each leg steps."""
+    return {leg: order.count(leg) for leg in LEGS}
+
+
+def _misfit(order: tuple[str, ...], asked: Mapping[str, int]) -> str:
+    """What to say of an order in which legs step other numbers of times than ``asked``."""
+
+    def in_words(steps: Mapping[str, int]) -> str:
+        return ", ".join(f"{leg} {steps[leg]}" for leg in LEGS)
+
+    cycle = sorted(order) == sorted(LEGS)
+    have = "is a cycle in which every leg steps equally often" if cycle else (
+        f"has {len(order)} steps ({in_words(_steps_of(order))})"
+    )  # fmt: skip
+    if len(set(asked.values())) == 1:
+        way = "give a cycle of four legs, or as many steps"
+    else:
+        way = "give an order with as many steps of each leg, or leave sequence out for that of the "
+        way += "footholds"
+    return (
+        f"the sequence {have}, and the footholds ask for {sum(asked.values())} steps "
+        f"({in_words(asked)}); {way}"
+    )

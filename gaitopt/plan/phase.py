@@ -174,12 +174,13 @@ def find_swings(phases: Sequence[Phase], footholds: Footholds) -> tuple[Swing, .
     made = dict.fromkeys(LEGS, 0)
     swings = []
     for step, (first, _, leg, last) in enumerate(found):
-        index = min(made[leg], len(footholds) - 1)
+        last_index = footholds.counts[leg] - 1
+        index = min(made[leg], last_index)
         made[leg] += 1
         swings.append(
             Swing(
                 step, leg, index, phases[first].start, phases[last].end, footholds[leg][index],
-                footholds[leg][min(index + 1, len(footholds) - 1)], (first, last),
+                footholds[leg][min(index + 1, last_index)], (first, last),
             )
         )  # fmt: skip
     return tuple(swings)

@@ -48,7 +48,9 @@ def plan_crawl(
 
     Args:
         robot: from :func:`gaitopt.load_robot`; its legs need a roll joint.
-        footholds: where the feet go; the first of each leg is where it stands at the start.
+        footholds: where the feet go; the first of each leg is where it stands at the start. Their
+            ``order`` holds where no ``sequence`` is asked for; their ``swing_heights`` hold in
+            place of ``swing_height``.
         settings: all settings as one object. By default they fit the robot: margins and heights
             are to its size, and of a few body heights the first is taken at which the walk is
             possible.
@@ -77,6 +79,7 @@ def plan_crawl(
     check_robot(robot)
     open_height = settings is None and options.get("body_height") is None
     chosen = chosen_settings(CrawlSettings, robot, settings, options)
+    chosen = chosen.with_order_of(footholds, options.get("sequence") is not None)
     if chosen.sequence == FREE_ORDER:
         if open_height:
             chosen = with_fitting_height(robot, footholds, chosen)

@@ -7,7 +7,7 @@ import numpy as np
 from gaitopt.conventions import FloatArray
 
 
-def box_corners(start: FloatArray, end: FloatArray, height: float) -> FloatArray:
+def box_corners(start: FloatArray, end: FloatArray, height: float | FloatArray) -> FloatArray:
     """Corners A, B, C, D of the box over which feet swing, for many swings at once.
 
     The foot rises ``height`` above the higher of its two ends, so that it clears both.
@@ -15,7 +15,7 @@ def box_corners(start: FloatArray, end: FloatArray, height: float) -> FloatArray
     Args:
         start: where the feet lift off ``(..., 3)`` [m].
         end: where they touch down ``(..., 3)`` [m].
-        height: swing height [m].
+        height: swing height ``(...)`` [m], or one for all.
 
     Returns:
         ``(..., 4, 3)`` [m]. Source: [Wang2020], Section II.E and Fig. 5.

@@ -52,7 +52,7 @@ class BoxSwing(SwingCurve):
         return np.asarray(self._lengths().sum(axis=-1))
 
     def _corners(self) -> FloatArray:
-        return box_corners(self.start, self.end, self.height)  # type: ignore[arg-type]
+        return box_corners(self.start, self.end, self.height)
 
     def _lengths(self) -> FloatArray:
         edges = np.diff(self._corners(), axis=-2)

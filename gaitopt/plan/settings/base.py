@@ -161,11 +161,11 @@ class PlanSettings:
         """
         return None
 
-    def swing_legs(self, footholds: int) -> list[str] | None:
+    def swing_legs(self, footholds: int | Mapping[str, int]) -> list[str] | None:
         """The legs in the order in which they lift off; ``None`` where any order will do.
 
         Args:
-            footholds: footholds a leg.
+            footholds: of each leg, or one number for all.
         """
         return None
 

@@ -147,10 +147,11 @@ class GaitSettings(PlanSettings):
         """A gait by velocity promises no static margin; its ZMP is judged instead."""
         return False
 
-    def swing_legs(self, footholds: int) -> list[str]:
+    def swing_legs(self, footholds: int | Mapping[str, int]) -> list[str]:
         """The legs in the order of the schedule's lift-offs."""
+        counts = [footholds] * len(LEGS) if isinstance(footholds, int) else footholds.values()
         events = swing_events(self.schedule, self.cycles, self.cycle_times)
-        return [event.leg for event in events][: len(LEGS) * (footholds - 1)]
+        return [event.leg for event in events][: sum(counts) - len(LEGS)]
 
 
 def _plateau(velocity: tuple[float, float], distance: object, duration: object) -> float:

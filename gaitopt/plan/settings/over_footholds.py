@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from typing import Any, Literal, TypeVar
 
 from gaitopt.gait.crawl import FREE_ORDER, WANG_SEQUENCE, check_order, swing_order
 from gaitopt.plan.settings.base import FORCES, PlanSettings, check_place, one_of, set_flag
 from gaitopt.robots.quadruped import Quadruped
+from gaitopt.terrain.footholds import Footholds
 
 FORCE_MARGIN_SHARE = 0.07
 """Stability margin of walks that are timed by forces, as a share of the standing height. With a
@@ -27,10 +29,11 @@ class FootholdSettings(PlanSettings):
     """Settings of a walk over given footholds.
 
     Attributes:
-        sequence: order of the legs in a cycle, or of all steps of the walk, in which every leg
-            steps equally often; ``"free"`` searches for the fastest order that is possible, which
-            need not be periodic, and the plan's settings name it. Legs may have other names, and
-            stand in one text: ``"RH, RF, LH, LF"``, ``("RR", "FR", "RL", "FL")``.
+        sequence: order of the legs in a cycle, or of all steps of the walk, in which legs may step
+            unequally often; ``"free"`` searches for the fastest order that is possible, which need
+            not be periodic, and the plan's settings name it. Footholds may have an order of their
+            own, which holds where no sequence is asked for. Legs may have other names, and stand in
+            one text: ``"RH, RF, LH, LF"``, ``("RR", "FR", "RL", "FL")``.
         follow_terrain: keep the body ``body_height`` above the mean of the four feet, instead of
             at a constant height.
         com: what keeps the stability margin: ``"body"``, the body's centre, as in [Wang2020];
@@ -82,13 +85,29 @@ class FootholdSettings(PlanSettings):
         """Whether the margin is promised of the true centre of mass, and not of the body's."""
         return self.com == "model"
 
-    @property
-    def order(self) -> tuple[str, ...]:
-        """The order of the legs; that of [Wang2020] where it is still to be searched for."""
-        return WANG_SEQUENCE if self.sequence == FREE_ORDER else tuple(self.sequence)
+    def order_over(self, footholds: Footholds) -> tuple[str, ...]:
+        """The order of the legs.
 
-    def swing_legs(self, footholds: int) -> list[str] | None:
+        Where it is still to be searched for, that of the footholds; or else that of [Wang2020].
+        """
+        if self.sequence == FREE_ORDER:
+            return footholds.order or WANG_SEQUENCE
+        return tuple(self.sequence)
+
+    def with_order_of(self: Kind, footholds: Footholds, asked: bool) -> Kind:
+        """The settings with the order of the footholds, where no other is asked for.
+
+        Args:
+            footholds: of the walk.
+            asked: whether the sequence was asked for by name; else one that is not the usual one
+                counts as asked for.
+        """
+        if not footholds.order or asked or self.sequence != WANG_SEQUENCE:
+            return self
+        return replace(self, sequence=footholds.order)
+
+    def swing_legs(self, footholds: int | Mapping[str, int]) -> list[str] | None:
         """The legs in the order in which they lift off; ``None`` where any order will do."""
         if self.sequence == FREE_ORDER:
             return None
-        return [leg for leg, _ in swing_order(self.order, footholds)]
+        return [leg for leg, _ in swing_order(self.sequence, footholds)]

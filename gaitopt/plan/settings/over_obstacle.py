@@ -126,7 +126,7 @@ class StrideSettings(PlanSettings):
         """Distance that every part of the robot keeps from the obstacles [m]."""
         return self.clearance
 
-    def swing_legs(self, footholds: int) -> list[str]:
+    def swing_legs(self, footholds: int | Mapping[str, int]) -> list[str]:
         """The sequence, over and over."""
         return [leg for leg, _ in swing_order(self.sequence, footholds)]
 

@@ -18,6 +18,7 @@ import numpy as np
 from gaitopt.conventions import LEGS, FloatArray, Progress, rotation_z
 from gaitopt.plan.settings.crawl import CrawlSettings
 from gaitopt.planners.free_order.steps import StepPlanner, Steps
+from gaitopt.planners.phase_by_phase.steps import mean_height, swing_lifts
 from gaitopt.planners.phase_by_phase.targets import start_for_any_order
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.footholds import Footholds
@@ -48,6 +49,31 @@ class FreeOrder:
     complete: bool
     duration: float
     candidates: int
+
+
+class _Ground(NamedTuple):
+    """What feet may step onto.
+
+    Attributes:
+        points: footholds in the heading frame ``(4, n, 3)`` [m].
+        steps: how often each leg steps ``(4,)``.
+        lifts: how far the foot rises above the higher end of each swing ``(4, n - 1)`` [m]; ``n``
+            is the number of the leg that has most footholds.
+    """
+
+    points: FloatArray
+    steps: np.ndarray
+    lifts: FloatArray
+
+    @classmethod
+    def of(cls, footholds: Footholds, settings: CrawlSettings) -> _Ground:
+        """That of a walk."""
+        steps = np.array([footholds.counts[leg] - 1 for leg in LEGS])
+        lifts = np.zeros((len(LEGS), max(len(footholds) - 1, 1)))
+        for i, leg in enumerate(LEGS):
+            each = [(leg, k + 1) for k in range(int(steps[i]))]
+            lifts[i, : len(each)] = swing_lifts(footholds, each, settings.swing_height)
+        return cls(footholds.array @ rotation_z(settings.heading), steps, lifts)
 
 
 class _Layer(NamedTuple):
@@ -87,11 +113,11 @@ def find_order(
         InfeasibleStepError: the body cannot stand over the first footholds.
     """
     start = start_for_any_order(robot, footholds, settings)
-    points = footholds.array @ rotation_z(settings.heading)
-    planner = StepPlanner(robot, settings, float(footholds.array[..., 2].mean()))
+    ground = _Ground.of(footholds, settings)
+    planner = StepPlanner(robot, settings, mean_height(footholds))
     candidates = 0
     for width in BEAM_WIDTHS:
-        layers = _search(planner, points, start, width, progress)
+        layers = _search(planner, ground, start, width, progress)
         candidates += sum(len(layer.time) for layer in layers)
         # Where no layer was cut, a wider search finds nothing else.
         if len(layers) > footholds.steps or max(len(layer.time) for layer in layers) < width:
@@ -102,7 +128,7 @@ def find_order(
 
 def _search(
     planner: StepPlanner,
-    points: FloatArray,
+    ground: _Ground,
     start: FloatArray,
     width: int,
     progress: Progress | None,
@@ -111,16 +137,16 @@ def _search(
 
     Args:
         planner: plans single steps.
-        points: footholds in the heading frame ``(4, n, 3)`` [m].
+        ground: what feet may step onto.
         start: body centre at the start ``(3,)`` [m].
         width: most candidates of a layer.
         progress: called with (steps done, steps in all).
     """
     none = np.array([-1])
     layers = [_Layer(np.zeros((1, 4), dtype=int), start[None], np.zeros(1), none, none)]
-    steps = 4 * (points.shape[1] - 1)
+    steps = int(ground.steps.sum())
     for done in range(steps):
-        layer = _next_layer(planner, points, layers[-1], width)
+        layer = _next_layer(planner, ground, layers[-1], width)
         if not len(layer.time):
             break
         layers.append(layer)
@@ -129,16 +155,16 @@ def _search(
     return layers
 
 
-def _next_layer(planner: StepPlanner, points: FloatArray, layer: _Layer, width: int) -> _Layer:
+def _next_layer(planner: StepPlanner, ground: _Ground, layer: _Layer, width: int) -> _Layer:
     """The candidates one step later; arguments as for :func:`_search`."""
     parent, leg = (a.ravel() for a in np.indices((len(layer.time), len(LEGS))))
     taken = layer.taken[parent] + np.eye(len(LEGS), dtype=int)[leg]
-    exists = np.flatnonzero(taken.max(axis=1) < points.shape[1])
+    exists = np.flatnonzero((taken <= ground.steps).all(axis=1))
     parent, leg, taken = parent[exists], leg[exists], taken[exists]
-    each = np.arange(len(LEGS))
+    each, points = np.arange(len(LEGS)), ground.points
     steps = Steps(
         leg, points[each, layer.taken[parent]], points[each, taken], layer.place[parent],
-        layer.place[parent],
+        layer.place[parent], ground.lifts[leg, layer.taken[parent, leg]],
     )  # fmt: skip
     kept = np.flatnonzero(planner.can_stand(steps))
     steps = planner.with_places(steps.chosen(kept))

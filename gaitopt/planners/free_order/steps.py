@@ -43,6 +43,7 @@ class Steps(NamedTuple):
         feet, landed: where the feet stand before and after ``(E, 4, 3)`` [m].
         before: body centre before the step ``(E, 3)`` [m].
         place: body centre while the foot flies ``(E, 3)`` [m]; NaN where there is no place for it.
+        lift: how far the foot rises above the higher end of its swing ``(E,)`` [m].
     """
 
     leg: np.ndarray
@@ -50,6 +51,7 @@ class Steps(NamedTuple):
     landed: FloatArray
     before: FloatArray
     place: FloatArray
+    lift: FloatArray
 
     def chosen(self, which: np.ndarray) -> Steps:
         """The steps with these numbers."""
@@ -162,7 +164,7 @@ class StepPlanner:
     def _swings(self, steps: Steps) -> FloatArray:
         """Points of each swing ``(E, n, 3)`` [m], dense at the ends of its edges."""
         s = self.settings
-        corners = swing_polylines(s.swing, *steps.ends, s.swing_height)
+        corners = swing_polylines(s.swing, *steps.ends, steps.lift)
         edges = corners.shape[1] - 1
         each = max(SWING_INTERVALS // max(edges, 1), 1)
         share = (1.0 - np.cos(np.pi * np.arange(each) / each)) / 2.0

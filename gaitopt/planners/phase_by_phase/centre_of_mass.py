@@ -70,7 +70,7 @@ def com_in_swings(
         cogs: body centre during each swing ``(S, 3)`` [m], in the heading frame.
     """
     starts = steps.feet[np.arange(len(steps.legs)), steps.indices]
-    corners = swing_polylines(settings.swing, starts, steps.targets, settings.swing_height)
+    corners = swing_polylines(settings.swing, starts, steps.targets, steps.lifts)
     share = np.arange(PLACES)[:, None] / PLACES
     inner = corners[:, :-1, None] + np.diff(corners, axis=1)[:, :, None] * share
     foot = np.concatenate([inner.reshape(len(corners), -1, 3), corners[:, -1:]], axis=1)

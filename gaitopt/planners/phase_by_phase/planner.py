@@ -60,7 +60,7 @@ def plan_in_order(
         InfeasibleStepError: a step is impossible.
         SolverError: a solution failed the check of its residuals.
     """
-    settings = replace(settings, sequence=settings.order)
+    settings = replace(settings, sequence=settings.order_over(footholds))
     steps = crawl_steps(footholds, settings)
     check_stance(steps)
     check_heights(robot, steps, settings)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import pi, radians
@@ -24,6 +25,7 @@ class CrawlSteps:
         legs: the leg that swings at each step ``(S,)``.
         feet: where the feet stand before each step ``(S, 4, 3)`` [m].
         targets: where the swing foot touches down ``(S, 3)`` [m].
+        lifts: how far the foot rises above the higher end of each swing ``(S,)`` [m].
         heights: height of the body centre at the end of each stance phase ``(S,)`` [m].
         start_height: its height at the start [m].
         heading: of the frame, from the world's x axis [rad].
@@ -32,6 +34,7 @@ class CrawlSteps:
     legs: tuple[str, ...]
     feet: FloatArray
     targets: FloatArray
+    lifts: FloatArray
     heights: FloatArray
     start_height: float
     heading: float = 0.0
@@ -39,8 +42,8 @@ class CrawlSteps:
     def part(self, first: int, last: int) -> CrawlSteps:
         """The steps from ``first`` up to, not including, ``last``."""
         own = slice(first, last)
-        return CrawlSteps(self.legs[own], self.feet[own], self.targets[own], self.heights[own],
-                          self.start_height, self.heading)  # fmt: skip
+        return CrawlSteps(self.legs[own], self.feet[own], self.targets[own], self.lifts[own],
+                          self.heights[own], self.start_height, self.heading)  # fmt: skip
 
     @cached_property
     def indices(self) -> np.ndarray:
@@ -107,6 +110,28 @@ def _in_degrees(heading: float) -> str:
     return f" (in radians: {heading:g} degrees are {radians(heading):.4f}, and it is {heading:g})"
 
 
+def mean_height(footholds: Footholds) -> float:
+    """Mean height of all footholds [m]."""
+    if len(set(footholds.counts.values())) == 1:
+        return float(footholds.array[..., 2].mean())
+    return float(np.concatenate([footholds[leg][:, 2] for leg in LEGS]).mean())
+
+
+def swing_lifts(
+    footholds: Footholds, order: Sequence[tuple[str, int]], height: float
+) -> FloatArray:
+    """How far the foot rises above the higher end of each swing ``(S,)`` [m].
+
+    Args:
+        footholds: which may say it of each swing.
+        order: the legs, and the footholds that they step onto.
+        height: where they do not [m].
+    """
+    if footholds.swing_heights is None:
+        return np.full(len(order), height)
+    return np.array([footholds.swing_heights[leg][k - 1] for leg, k in order], dtype=np.float64)
+
+
 def crawl_steps(footholds: Footholds, settings: CrawlSettings) -> CrawlSteps:
     """All steps of a walk: which leg swings onto which foothold, and how high the body is.
 
@@ -118,7 +143,7 @@ def crawl_steps(footholds: Footholds, settings: CrawlSettings) -> CrawlSteps:
         InputError: the order of legs does not fit the number of footholds.
     """
     points = footholds.array @ rotation_z(settings.heading)
-    order = swing_order(settings.order, len(footholds))
+    order = swing_order(settings.order_over(footholds), footholds.counts)
     feet = np.empty((len(order) + 1, len(LEGS), 3))
     feet[0] = points[:, 0]
     for s, (leg, k) in enumerate(order):
@@ -129,12 +154,13 @@ def crawl_steps(footholds: Footholds, settings: CrawlSettings) -> CrawlSteps:
         levels = (ground[:-1] + ground[1:]) / 2.0
         first = float(ground[0])
     else:
-        first = float(points[..., 2].mean())
+        first = mean_height(footholds)
         levels = np.full(len(order), first)
     return CrawlSteps(
         legs=tuple(leg for leg, _ in order),
         feet=feet[:-1] if order else feet,
         targets=np.array([points[leg_index(leg), k] for leg, k in order]).reshape(-1, 3),
+        lifts=swing_lifts(footholds, order, settings.swing_height),
         heights=levels + settings.body_height,
         start_height=first + settings.body_height,
         heading=settings.heading,

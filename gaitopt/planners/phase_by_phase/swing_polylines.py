@@ -26,7 +26,9 @@ PATH_POINTS = 21
 than the 13 of [Shao2011], since here no spline smooths the path."""
 
 
-def swing_polylines(name: str, starts: FloatArray, ends: FloatArray, height: float) -> FloatArray:
+def swing_polylines(
+    name: str, starts: FloatArray, ends: FloatArray, heights: float | FloatArray
+) -> FloatArray:
     """Corners of the foot paths of many swings ``(S, n, 3)`` [m], with as many corners each.
 
     Args:
@@ -34,16 +36,18 @@ def swing_polylines(name: str, starts: FloatArray, ends: FloatArray, height: flo
             ``"parabola path"`` go over a board in the middle of the step, a quarter of the step
             wide.
         starts, ends: footholds ``(S, 3)`` [m].
-        height: swing height above the higher of both ends [m].
+        heights: swing heights above the higher of both ends ``(S,)`` [m], or one for all.
     """
     if name == "box" or not len(starts):
-        return box_corners(starts, ends, height)
+        return box_corners(starts, ends, heights)
     if name in PATTERNS:
         return np.stack([
-            _over_a_board(PATTERNS[name], a, b, height)
-            for a, b in zip(starts, ends, strict=True)
+            _over_a_board(PATTERNS[name], a, b, float(height))
+            for a, b, height in zip(
+                starts, ends, np.broadcast_to(heights, len(starts)), strict=True
+            )
         ])  # fmt: skip
-    curve = swing_curve(name, starts, ends, height, 1.0)
+    curve = swing_curve(name, starts, ends, heights, 1.0)
     points = curve.position(np.linspace(0.0, 1.0, POINTS)[:, None])
     return np.ascontiguousarray(points.transpose(1, 0, 2))
 

@@ -48,7 +48,8 @@ def start_for_any_order(
         InfeasibleStepError: the legs do not reach the first footholds.
     """
     # The start does not depend on the order: any will do.
-    steps = crawl_steps(footholds, replace(settings, sequence=WANG_SEQUENCE))
+    order = tuple(leg for leg in LEGS for _ in range(footholds.counts[leg] - 1))
+    steps = crawl_steps(footholds, replace(settings, sequence=order or WANG_SEQUENCE))
     check_stance(steps)
     return start_place(robot, steps, settings)
 

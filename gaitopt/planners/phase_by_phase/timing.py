@@ -146,7 +146,7 @@ def _swing_moves(
 ) -> list[TimedMove]:
     """Swings of the feet while the body stands still at the COG targets ``cogs (S + 1, 3)``."""
     starts = steps.feet[np.arange(len(steps.legs)), steps.indices]
-    corners = swing_polylines(settings.swing, starts, steps.targets, settings.swing_height)
+    corners = swing_polylines(settings.swing, starts, steps.targets, steps.lifts)
     edges = np.diff(corners, axis=1)
     standing = np.array([s.joints[-1] for s in stances])
 

@@ -10,7 +10,7 @@ from dataclasses import replace
 from typing import Any
 
 from gaitopt.conventions import Progress
-from gaitopt.errors import GaitoptError, InfeasibleStepError, SolverError
+from gaitopt.errors import GaitoptError, InfeasibleStepError, InputError, SolverError
 from gaitopt.gait.crawl import CRAWL_SEQUENCES, FREE_ORDER, WANG_SEQUENCE
 from gaitopt.optimize.route.legs import check_square_legs
 from gaitopt.plan.plan import Plan
@@ -65,12 +65,28 @@ def plan_route(
     check_square_legs(robot)
     open_height = settings is None and options.get("body_height") is None
     chosen = chosen_settings(RouteSettings, robot, settings, options)
+    chosen = chosen.with_order_of(footholds, options.get("sequence") is not None)
+    _check_footholds(footholds)
     if open_height:
         fitting = with_fitting_height(robot, footholds, crawl_settings(chosen))
         chosen = replace(chosen, body_height=fitting.body_height)
     if chosen.sequence == FREE_ORDER:
         return _fastest_order(robot, footholds, chosen, progress)
     return _plan_in_order(robot, footholds, chosen, progress)
+
+
+def _check_footholds(footholds: Footholds) -> None:
+    """Refuse footholds that tell more of the walk than this planner can take into account.
+
+    Raises:
+        InputError: they do; names what.
+    """
+    for name in ("swing_heights", "postures"):
+        if getattr(footholds, name) is not None:
+            raise InputError(
+                f"a time-optimal walk does not take {name} of footholds into account; plan the "
+                f"walk phase by phase (gaitopt.plan_crawl), or leave {name} out"
+            )
 
 
 def _plan_in_order(
@@ -135,7 +151,13 @@ def _fastest_order(
 def _orders(
     robot: Quadruped, footholds: Footholds, settings: RouteSettings
 ) -> list[tuple[str, ...]]:
-    """The six cycles of legs, that of [Wang2020] first; last the fastest order phase by phase."""
-    cycles = [WANG_SEQUENCE, *(order for order in CRAWL_SEQUENCES if order != WANG_SEQUENCE)]
+    """The orders to try; the last is the fastest one phase by phase, where there is any.
+
+    Before it come the six cycles of legs, that of [Wang2020] first; or where legs step unequally
+    often, the order of the footholds.
+    """
+    orders = [WANG_SEQUENCE, *(order for order in CRAWL_SEQUENCES if order != WANG_SEQUENCE)]
+    if footholds.order and len(set(footholds.counts.values())) > 1:
+        orders = [footholds.order]
     found = find_order(robot, footholds, crawl_settings(settings))
-    return [*cycles, found.legs] if found.complete and found.legs else cycles
+    return [*orders, found.legs] if found.complete and found.legs else orders

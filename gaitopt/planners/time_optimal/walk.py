@@ -98,7 +98,7 @@ def crawl_settings(settings: RouteSettings) -> CrawlSettings:
     """Settings of the same walk planned phase by phase."""
     return CrawlSettings(
         stability_margin=settings.stability_margin, body_height=settings.body_height,
-        swing_height=settings.swing_height, sequence=settings.order,
+        swing_height=settings.swing_height, sequence=settings.sequence,
         reach_fraction=settings.reach_fraction, heading=settings.heading,
         follow_terrain=settings.follow_terrain, cog_start=settings.cog_start, timing=VELOCITY,
         com=settings.com,
