@@ -15,6 +15,7 @@ from gaitopt.cli.options import (
     ForcesOption,
     PlanArgument,
 )
+from gaitopt.cli.robot_options import RobotChoice, takes_robot
 from gaitopt.cli.support import (
     make_folder,
     open_plan,
@@ -55,15 +56,19 @@ def replay(
         terminal().print("no browser could be started: open the file by hand")
 
 
+RunOnOption = Annotated[
+    str | None,
+    typer.Option(
+        help="The robot that it is to run on, by name or file: the plan's own may not be stronger.",
+        metavar="ROBOT",
+    ),
+]
+
+
+@takes_robot(None, RunOnOption)
 def verify(
     plan: PlanArgument,
-    robot: Annotated[
-        str | None,
-        typer.Option(
-            help="The robot that it is to run on, by name or file: the plan's own may "
-            "not be stronger."
-        ),
-    ] = None,
+    robot: RobotChoice | None,
     collisions: CollisionsOption = True,
     forces: ForcesOption = True,
     friction: Annotated[
@@ -87,13 +92,12 @@ def verify(
     from gaitopt.certificate.certificate import Outcome
     from gaitopt.certificate.known_robot import refuse_stronger
     from gaitopt.certificate.verify import verify as certify
-    from gaitopt.robots.catalog import load_robot
 
     if friction is not None and not forces:
         raise InputError("--friction needs the check of contact forces: leave out --no-forces")
     loaded = open_plan(plan)
     if robot is not None:
-        refuse_stronger(loaded.robot, load_robot(robot))
+        refuse_stronger(loaded.robot, robot.load())
     limits = _asked_forces(loaded, friction) if forces else None
     # The plan's own robot, once it is known to be no stronger than the one that was named.
     judged = None if robot is None else loaded.robot
@@ -119,8 +123,8 @@ def simulate(
     ] = None,
     balls: Annotated[
         bool,
-        typer.Option("--balls", help="Give a robot that was read from an MJCF balls as feet, as "
-                     "all other robots have, and not the shapes of its file."),
+        typer.Option("--balls", help="Let nothing but balls at the feet touch the ground: neither "
+                     "limbs and trunk, nor the shapes of a robot that was read from an MJCF."),
     ] = False,
 ) -> None:  # fmt: skip
     """Simulate a plan with physics (MuJoCo).
@@ -135,7 +139,7 @@ def simulate(
     loaded = open_plan(plan)
     with progress_bar("simulating") as tick:
         tick(0, 1)
-        result = run_simulation(loaded, SimulationSettings(own_shapes=not balls))
+        result = run_simulation(loaded, SimulationSettings(own_shapes=not balls, limbs=not balls))
         tick(1, 1)
     terminal().print(escape(str(result)))
     if out is not None:

@@ -16,28 +16,17 @@ import numpy as np
 
 from gaitopt.control.gains import ControlGains
 from gaitopt.conventions import LEGS, FloatArray
-from gaitopt.errors import InputError, MissingPackageError, RobotError
+from gaitopt.errors import MissingPackageError, RobotError
 from gaitopt.robots.quadruped import Quadruped
+from gaitopt.simulation.ground import add_ground
 from gaitopt.simulation.settings import SimulationSettings
-from gaitopt.simulation.shapes import (
-    FOOT,
-    LEAST_BALL,
-    add_shapes,
-    ground_bits,
-    has_own_feet,
-    surface,
-)
+from gaitopt.simulation.shapes import FOOT, add_shapes, has_own_feet
 from gaitopt.simulation.urdf import bare_urdf
 from gaitopt.terrain.footholds import Footholds
 
 AGREEMENT = 1e-6
 """Largest disagreement with Pinocchio [m], and as a share of the mass: both read the same digits,
 so more than rounding is a different robot."""
-
-LEVEL = 1e-6
-"""A foothold this little above the ground lies on the ground itself [m]."""
-
-_GROUND = "gaitopt ground"
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +42,7 @@ class SimModel:
             the robot's own.
         sites: ids of the places of the feet, in the same order.
         columns: id of the shape under each foothold ``(4, n)``; on open ground that of the ground,
-            save for footholds that are higher.
+            save for footholds that are higher; on a height map that of the map.
         mass_error: disagreement with Pinocchio's mass, as a share of it.
         kinematics_error: largest disagreement with Pinocchio over random postures, of the feet and
             the centre of mass [m].
@@ -100,6 +89,8 @@ def build_sim_model(
         MissingPackageError: MuJoCo is not installed.
         RobotError: MuJoCo cannot read the URDF, or reads another robot from it than Pinocchio.
         InputError: ``settings.column_errors`` names an unknown column.
+        FootholdsError: columns of different heights are so close that no foot fits between.
+        GroundError: the footholds' height map is nowhere near them.
     """
     mujoco = import_mujoco()
     own = settings.own_shapes and has_own_feet(robot)
@@ -109,7 +100,7 @@ def build_sim_model(
         raise RobotError(f"{robot.name}: MuJoCo cannot read this URDF: {error}") from error
     _set_options(mujoco, spec, settings)
     add_shapes(mujoco, spec, robot, settings, own)
-    columns = _add_ground(mujoco, spec, robot, footholds, settings, own)
+    columns = add_ground(mujoco, spec, robot, footholds, settings, own)
     _add_servos(mujoco, spec, robot, gains)
     # Now that the robot has its shapes, links that do not move may go: anymal_c has sixty. Contacts
     # of feet on links without mass would be softer.
@@ -132,47 +123,6 @@ def _set_options(mujoco: Any, spec: Any, settings: SimulationSettings) -> None:
     option.noslip_iterations = int(settings.noslip_iterations)
     # MuJoCo starts over when a simulation diverges; here that is a fall and must be seen.
     option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
-
-
-def _add_ground(
-    mujoco: Any, spec: Any, robot: Quadruped, footholds: Footholds, settings: SimulationSettings,
-    own: bool,
-) -> list[list[str]]:  # fmt: skip
-    """Add the ground and the columns.
-
-    Returns:
-        For each leg the names of the shapes under its footholds.
-    """
-    bare = {**ground_bits(own), **surface(settings)}
-    errors = np.zeros(footholds.array.shape[:2])
-    for leg, index, error in settings.column_errors:
-        if leg not in LEGS or not 0 <= index < len(footholds) or not np.isfinite(error):
-            raise InputError(
-                f"column_errors: there is no foothold {index} of leg {leg!r}, or no finite error"
-            )
-        errors[LEGS.index(leg), index] = error
-    tops = footholds.array - [0.0, 0.0, robot.foot_radius or LEAST_BALL]
-    level = float(tops[..., 2].min())
-    if footholds.radius is not None:
-        level -= settings.column_height
-    world = spec.worldbody
-    world.add_geom(name=_GROUND, type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 1.0],
-                   pos=[0, 0, level], **bare)  # fmt: skip
-    names = []
-    for leg, row, lifts in zip(LEGS, tops, errors, strict=True):
-        names.append([_GROUND] * len(row))
-        for k, (top, lift) in enumerate(zip(row, lifts, strict=True)):
-            height = float(top[2] + lift) - level
-            if height <= LEVEL:
-                continue
-            name = f"gaitopt column {leg} {k}"
-            world.add_geom(
-                name=name, type=mujoco.mjtGeom.mjGEOM_CYLINDER,
-                size=[footholds.landing_radius, height / 2.0, 0],
-                pos=[top[0], top[1], level + height / 2.0], **bare,
-            )  # fmt: skip
-            names[-1][k] = name
-    return names
 
 
 def _add_servos(mujoco: Any, spec: Any, robot: Quadruped, gains: ControlGains) -> None:

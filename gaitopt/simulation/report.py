@@ -143,8 +143,14 @@ def _landings(
     columns: np.ndarray,
     settings: SimulationSettings,
 ) -> list[tuple[float, MissedFoothold | None]]:
-    """For each step the landing error [m], NaN where it was not done, and whether it missed."""
+    """For each step the landing error [m], NaN where it was not done, and whether it missed.
+
+    A foot is on its column where that is the shape under it. A height map is one shape, so there
+    the foot is on its foothold where its ball touches the map and its centre is near the foothold,
+    heights included.
+    """
     counts = dict.fromkeys(LEGS, 0)
+    one_surface = plan.footholds.ground is not None
     radius = plan.footholds.landing_radius
     out: list[tuple[float, MissedFoothold | None]] = []
     for step, leg, start, end, foothold in stances(plan):
@@ -162,15 +168,16 @@ def _landings(
         settled = min(settled, len(record.clock) - 1)
         last = min(max(last, settled), len(record.clock) - 1)
         off = np.linalg.norm(feet[:, column, :2] - foothold[:2], axis=1)
+        away = np.linalg.norm(feet[:, column] - foothold, axis=1) if one_surface else off
         beneath = record.beneath[first : settled + 1, column]
         reason: MissReason | None = None
         if (beneath < 0).all():
             reason = MissReason.NO_CONTACT
-        elif off[settled] > radius or not (beneath == mine).any():
+        elif away[settled] > radius or not (beneath == mine).any():
             reason = MissReason.BESIDE
-        elif off[last] > radius or (record.beneath[last - 2 : last + 1, column] != mine).all():
+        elif away[last] > radius or (record.beneath[last - 2 : last + 1, column] != mine).all():
             reason = MissReason.LEFT
-        distance = float(off[last] if reason is MissReason.LEFT else off[settled])
+        distance = float(away[last] if reason is MissReason.LEFT else away[settled])
         out.append((float(off[settled]),
                     MissedFoothold(step, leg, distance, reason) if reason else None))  # fmt: skip
     return out

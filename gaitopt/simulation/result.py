@@ -30,7 +30,8 @@ class MissReason(TextEnum):
     NO_CONTACT = "no contact"
     """Nothing was under the foot."""
     BESIDE = "beside"
-    """The foot stood on something else, or farther away than the footholds' landing radius."""
+    """The foot stood on something else, or farther away than the footholds' landing radius: on a
+    height map also higher or lower than that."""
     LEFT = "left"
     """The foot stood, and was away before its next swing."""
 
@@ -42,7 +43,8 @@ class MissedFoothold:
     Attributes:
         step: index of the step, from 0 over the whole walk.
         leg: the leg.
-        distance: how far the foot was from its foothold, horizontally [m].
+        distance: how far the foot was from its foothold [m]: horizontally; on a height map in
+            space.
         reason: why it counts as missed.
     """
 
@@ -80,8 +82,9 @@ class SimulationResult:
         servo_tolerance: by how much ``rate_use`` may exceed 1.
         energy: mechanical work done by the joints [J]; energy from braking is not recovered.
         own_shapes: whether the shapes of the robot's own MJCF touched the ground and one another;
-            otherwise its feet were balls, and nothing else touched anything.
-        bumps: links that touched something with what is no foot; only of a robot's own shapes.
+            otherwise its feet were balls, and limbs and trunk touched the ground
+            (``settings.limbs``).
+        bumps: links that touched something with what is no foot. They fail no walk by themselves.
         wall_time, cpu_time: time that the simulation took, and time that the processor spent on it
             [s]. No other values differ from run to run.
         simulated_time: time simulated [s].
@@ -167,11 +170,12 @@ class SimulationResult:
 
     def _shapes(self) -> str:
         """What of the robot touched what, in words."""
-        if not self.own_shapes:
+        if not (self.own_shapes or self.settings.limbs):
             return "balls at the feet"
         more = f" and {len(self.bumps) - 4} more" if len(self.bumps) > 4 else ""
         beside = f"{', '.join(self.bumps[:4])}{more}" if self.bumps else "nothing"
-        return f"those of the robot's own MJCF; {beside} touched beside the feet"
+        kind = "those of the robot's own MJCF" if self.own_shapes else "balls at the feet, limbs"
+        return f"{kind}; {beside} touched beside the feet"
 
     def __repr__(self) -> str:
         return f"SimulationResult({self.status.value!r}, {self.steps_done} of {self.steps} steps)"

@@ -59,9 +59,10 @@ class SimulationSettings:
         rate_limits: whether the servos clip their wanted speeds to the URDF's velocity limits. The
             ground may still turn a joint faster.
         own_shapes: whether the shapes of a robot that was read from an MJCF touch the ground and
-            one another as that file says. Otherwise, and for all other robots, the feet are balls,
-            and nothing else of the robot touches anything. Friction and stiffness of contacts are
-            those of these settings in any case.
+            one another as that file says. Otherwise, and for all other robots, the feet are balls.
+            Friction and stiffness of contacts are those of these settings in any case.
+        limbs: whether limbs and trunk of a robot whose feet are balls touch the ground: plane,
+            columns, or height map. They do not touch one another.
         contact_time: MuJoCo's time constant of contacts (``solref``) [s]. At 10 ms feet and ground
             give way by less than 1 mm, and steps of 2 ms are stable; MuJoCo asks for twice the
             timestep at least.
@@ -95,6 +96,7 @@ class SimulationSettings:
     torque_limits: bool = True
     rate_limits: bool = True
     own_shapes: bool = True
+    limbs: bool = True
     contact_time: float = 0.01
     impratio: float = 10.0
     noslip_iterations: int = 3

@@ -1,7 +1,8 @@
-"""What of a simulated robot touches the ground: balls at its feet, or its own file's shapes.
+"""What of a simulated robot touches the ground: balls at its feet, limbs, or its own file's shapes.
 
-A URDF says little about contacts, so the feet get balls, and nothing else of the robot touches
-anything. An MJCF is a model for physics: its shapes touch the ground and one another as it says.
+A URDF says little about contacts, so the feet get balls, and limbs and trunk touch the ground and
+nothing else. An MJCF is a model for physics: its shapes touch the ground and one another as it
+says.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from typing import Any
 from gaitopt.conventions import LEGS
 from gaitopt.robots.files.own_shapes import MOST_BITS
 from gaitopt.robots.quadruped import Quadruped
+from gaitopt.simulation.limbs import add_limbs
 from gaitopt.simulation.settings import SimulationSettings
 
 LEAST_BALL = 0.003
@@ -24,8 +26,12 @@ friction (``condim`` 3) do not use them."""
 FOOT = "gaitopt foot "
 """Beginning of the names of the feet's balls and of their places."""
 
-BALL_BITS, GROUND_BITS = (1, 2), (2, 1)
-"""What balls and ground touch: only one another."""
+BALL_BITS, LIMB_BITS = (1, 2), (4, 8)
+"""What balls and limbs touch: neither one another nor themselves."""
+
+GROUND_BITS, PLATE_BITS = (2 | 8, 1 | 4), (2, 1)
+"""The ground touches balls and limbs. A plate below a foothold of open ground touches balls alone:
+nothing is known of the ground beside it."""
 
 
 def surface(settings: SimulationSettings) -> dict[str, Any]:
@@ -37,10 +43,15 @@ def surface(settings: SimulationSettings) -> dict[str, Any]:
     }
 
 
-def ground_bits(own: bool) -> dict[str, int]:
-    """What the ground touches: balls, or all of a robot's own shapes."""
-    contype, conaffinity = (MOST_BITS, MOST_BITS) if own else GROUND_BITS
-    return {"contype": contype, "conaffinity": conaffinity}
+def ground_bits(own: bool, plate: bool = False) -> dict[str, int]:
+    """What the ground touches: balls and limbs, or all of a robot's own shapes.
+
+    Args:
+        own: whether the shapes are those of the robot's file.
+        plate: whether it is a plate below a foothold of open ground.
+    """
+    bits = (MOST_BITS, MOST_BITS) if own else PLATE_BITS if plate else GROUND_BITS
+    return {"contype": bits[0], "conaffinity": bits[1]}
 
 
 def has_own_feet(robot: Quadruped) -> bool:
@@ -77,6 +88,9 @@ def add_shapes(
             name=FOOT + leg, type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[radius, 0, 0], mass=0.0,
             contype=contype, conaffinity=conaffinity, **surface(settings),
         )  # fmt: skip
+    if settings.limbs:
+        bits = {"contype": LIMB_BITS[0], "conaffinity": LIMB_BITS[1]}
+        add_limbs(mujoco, spec, robot, _first_links(robot), {**bits, **surface(settings)})
 
 
 def _add_own(mujoco: Any, spec: Any, robot: Quadruped, settings: SimulationSettings) -> None:
@@ -107,10 +121,21 @@ def _moving_links(robot: Quadruped) -> dict[str, str]:
     """For each link the one on its joint, which stays when links that do not move go."""
     import pinocchio as pin
 
+    first = _first_links(robot)
+    return {
+        str(frame.name): first[int(frame.parentJoint)]
+        for frame in robot.model.frames
+        if frame.type == pin.FrameType.BODY and int(frame.parentJoint) in first
+    }
+
+
+def _first_links(robot: Quadruped) -> dict[int, str]:
+    """The link on each joint, by Pinocchio's number: its frame is that of the joint."""
+    import pinocchio as pin
+
     first: dict[int, str] = {}
-    found = {}
     for frame in robot.model.frames:
         if frame.type == pin.FrameType.BODY:
             # The link on a joint comes before those that are fixed to it.
-            found[str(frame.name)] = first.setdefault(int(frame.parentJoint), str(frame.name))
-    return found
+            first.setdefault(int(frame.parentJoint), str(frame.name))
+    return first

@@ -1,9 +1,9 @@
 """A plan in physics: MuJoCo with the tracking controller.
 
 The simulation has what a plan leaves out: inertia, contact, friction, servos that give way, feet
-that roll. Of a robot that was read from an MJCF its own shapes collide. Of others only feet do:
-legs and body pass through columns, ground and one another (that no two links touch is checked by
-the certificate). The same plan and settings give the same result on the same machine, bit for bit.
+that roll. Of a robot that was read from an MJCF its own shapes collide. Of others feet, limbs and
+trunk collide with the ground, and not with one another (that no two links touch is checked by the
+certificate). The same plan and settings give the same result on the same machine, bit for bit.
 """
 
 from __future__ import annotations
@@ -49,6 +49,9 @@ def simulate(
         RobotError: MuJoCo cannot simulate the plan's URDF.
         InputError: an argument is something else, a setting does not fit the plan, the robot has no
             mass, or its legs have two joints.
+        FootholdsError: columns of different heights are so close that a foot on the lower one would
+            touch the higher one.
+        GroundError: the footholds' height map is nowhere near them.
     """
     check_kind("plan", plan, Plan)
     plan.robot.require_masses()

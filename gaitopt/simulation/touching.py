@@ -7,12 +7,8 @@ from typing import Any
 import numpy as np
 
 from gaitopt.conventions import LEGS
+from gaitopt.simulation.limbs import NEAR_FOOT, NEAR_MORE
 from gaitopt.simulation.model import SimModel
-
-NEAR_FOOT, NEAR_MORE = 1.3, 0.005
-"""A shape of the robot's own touches with its foot up to this many radii of the foot from the foot
-frame, and this much more [m]. Chosen: shapes of feet are balls, or near to the ball that stands for
-them; a shin begins farther up."""
 
 
 class Touching:
@@ -24,6 +20,7 @@ class Touching:
 
     def __init__(self, sim: SimModel, radius: float) -> None:
         self._sim, self._near = sim, NEAR_FOOT * radius + NEAR_MORE
+        self._legs = {ball: leg for leg, ball in enumerate(sim.feet)}
         self.bumps: set[str] = set()
 
     def beneath(self, data: Any) -> np.ndarray:
@@ -35,14 +32,10 @@ class Touching:
         if not data.ncon:
             return found
         pairs, gaps = data.contact.geom.tolist(), data.contact.dist.tolist()
-        places = data.contact.pos if self._sim.own_shapes else None
+        places = data.contact.pos
         for number, ((a, b), gap) in enumerate(zip(pairs, gaps, strict=True)):
-            if places is None:
-                foot, other = (a, b) if a in self._sim.feet else (b, a)
-                leg = self._sim.feet.index(foot)
-            else:
-                foot, other = (b, a) if self._is_ground(a) else (a, b)
-                leg = self._leg(data, foot, other, places[number])
+            own, other = (b, a) if self._is_ground(a) else (a, b)
+            leg = self._leg(data, own, other, places[number])
             if leg >= 0 and gap <= min(deepest[leg], 0.0):
                 found[leg], deepest[leg] = other, gap
         return found
@@ -52,13 +45,15 @@ class Touching:
 
     def _leg(self, data: Any, own: int, other: int, place: np.ndarray) -> int:
         """Number of the leg whose foot touches the ground in a place; -1 for another contact."""
-        model = self._sim.model
-        if self._is_ground(other):
+        if own in self._legs:
+            return self._legs[own]
+        on_ground = self._is_ground(other)
+        if on_ground and self._sim.own_shapes:
             away = np.linalg.norm(data.site_xpos[list(self._sim.sites)] - place, axis=1)
             leg = int(away.argmin())
             if away[leg] <= self._near:
                 return leg
-        else:
-            self.bumps.add(str(model.body(int(model.geom_bodyid[other])).name))
-        self.bumps.add(str(model.body(int(model.geom_bodyid[own])).name))
+        for geom in (own,) if on_ground else (own, other):
+            body = int(self._sim.model.geom_bodyid[geom])
+            self.bumps.add(str(self._sim.model.body(body).name))
         return -1
