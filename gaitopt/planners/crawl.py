@@ -50,7 +50,9 @@ def plan_crawl(
         robot: from :func:`gaitopt.load_robot`; its legs need a roll joint.
         footholds: where the feet go; the first of each leg is where it stands at the start. Their
             ``order`` holds where no ``sequence`` is asked for; their ``swing_heights`` hold in
-            place of ``swing_height``.
+            place of ``swing_height``, and their ``postures`` in place of ``body_height``,
+            ``follow_terrain`` and ``heading``: the body moves from one to the next while four feet
+            stand, and rests during swings.
         settings: all settings as one object. By default they fit the robot: margins and heights
             are to its size, and of a few body heights the first is taken at which the walk is
             possible.
@@ -81,6 +83,11 @@ def plan_crawl(
     chosen = chosen_settings(CrawlSettings, robot, settings, options)
     chosen = chosen.with_order_of(footholds, options.get("sequence") is not None)
     if chosen.sequence == FREE_ORDER:
+        if footholds.postures is not None:
+            raise InputError(
+                "postures of the body go with the order of the footholds, and a free order is "
+                "asked for; leave sequence out, or postures"
+            )
         if open_height:
             chosen = with_fitting_height(robot, footholds, chosen)
         return plan_free_crawl(robot, footholds, chosen, progress=progress)

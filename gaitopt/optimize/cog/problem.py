@@ -18,8 +18,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
-from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -27,124 +25,16 @@ from numpy.typing import ArrayLike
 from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.errors import InputError
 from gaitopt.inputs import check_kind
+from gaitopt.optimize.cog.formulation import (
+    CogFormulation,
+    Objective,
+    build_cog_formulation,
+)
 from gaitopt.optimize.cog.half_planes import SIDES, constraint_names, padded, triangle_planes
 from gaitopt.robots.quadruped import Quadruped
 
-Objective = Literal["distance", "margin", "reach"]
-
 FURTHER = 2 + 3 * SIDES
 """Where half-planes beside those of the triangle stand among the parameters."""
-LINEAR_WEIGHT = 10.0
-"""Weight of the linear objectives ``"margin"`` and ``"reach"`` against a proximal term
-``|step|^2 / 2``, which makes the Hessian of each QP positive definite. Chosen here: the heavier
-the objective, the larger the steps, and multipliers of order ten are still well scaled."""
-
-
-@dataclass(frozen=True, eq=False)
-class CogFormulation:
-    """The symbolic problem of one robot, swing leg and objective.
-
-    Attributes:
-        objective: ``"distance"``, ``"margin"`` or ``"reach"``.
-        swing: the leg that swings next; ``None`` for standing on four feet (no triangle).
-        further: number of half-planes beside those of the triangle.
-        reaching: the leg of each reach constraint.
-        width: upper bound on the width of the area within the legs' reach [m].
-        expressions: CasADi function ``(w, parameters) -> (cost, constraints)``, for inspection.
-        derivatives: CasADi function ``(w, parameters, multipliers) -> (gradient, hessian,
-            constraints, jacobian)`` that the solver calls.
-    """
-
-    objective: str
-    swing: str | None
-    further: int
-    reaching: tuple[str, ...]
-    width: float
-    expressions: Any
-    derivatives: Any
-
-    @cached_property
-    def planes(self) -> int:
-        """Number of half-planes."""
-        return 0 if self.swing is None else SIDES + self.further
-
-    @cached_property
-    def constraints(self) -> int:
-        """Number of constraints."""
-        return self.planes + len(self.reaching)
-
-    @cached_property
-    def variables(self) -> int:
-        """Number of unknowns: x, y, and the margin or squared reach fraction."""
-        return 2 if self.objective == "distance" else 3
-
-
-@lru_cache(maxsize=256)
-def build_cog_formulation(
-    robot: Quadruped, swing: str | None, objective: Objective, further: int = 0
-) -> CogFormulation:
-    """Write eqs. (1)-(10) in CasADi for one robot, swing leg and objective.
-
-    The unknowns ``w`` are the body centre's x and y in a frame turned to the walk's heading; a
-    third one is the margin for ``"margin"``, and the squared reach fraction for ``"reach"``. The
-    parameters are the start (2 numbers), the half-planes (3 each: normal, offset; those of the
-    triangle, then ``further`` others), the margin, the reach fraction, and the feet (n x 3, with
-    heights relative to the body centre). Every constraint has the form ``g(w) >= 0``, with ``g`` in
-    metres.
-    """
-    import casadi as ca
-
-    ca.GlobalOptions.setNumpyMode(1)
-    reaching = LEGS if swing is None else (*LEGS, swing)
-    planes = 0 if swing is None else SIDES + further
-    w = ca.SX.sym("w", 2 if objective == "distance" else 3)
-    prm = ca.SX.sym("parameters", 2 + 3 * planes + 2 + 3 * len(reaching))
-    cost = {
-        "distance": ca.sumsqr(w[:2] - prm[:2]) / 2.0,
-        "margin": -LINEAR_WEIGHT * w[-1],
-        "reach": LINEAR_WEIGHT * w[-1],
-    }[objective]
-    rows = _rows(robot, objective, reaching, planes, w, prm)
-    g = ca.vertcat(*rows)
-    multipliers = ca.SX.sym("multipliers", len(rows))
-    hessian, _ = ca.hessian(cost - ca.dot(multipliers, g), w)
-    outputs = [ca.gradient(cost, w), hessian, g, ca.jacobian(g, w)]
-    names = ["gradient", "hessian", "constraints", "jacobian"]
-    return CogFormulation(
-        objective=objective,
-        swing=swing,
-        further=further,
-        reaching=reaching,
-        width=2.0 * max(float(np.hypot(x.reach, x.lateral)) for x in robot.legs.values()),
-        expressions=ca.Function("cog", [w, prm], [cost, g], ["w", "p"], ["cost", "g"]),
-        derivatives=ca.Function(
-            "cog_derivatives", [w, prm, multipliers], [ca.densify(o) for o in outputs],
-            ["w", "p", "multipliers"], names,
-        ),
-    )  # fmt: skip
-
-
-def _rows(
-    robot: Quadruped, objective: str, reaching: tuple[str, ...], planes: int, w: Any, prm: Any
-) -> list[Any]:
-    """The constraints as CasADi expressions: ``planes`` half-planes, then the legs' reach.
-
-    The first three half-planes keep the margin.
-    """
-    margin = w[2] if objective == "margin" else prm[2 + 3 * planes]
-    square = w[2] if objective == "reach" else prm[3 + 3 * planes] ** 2
-    feet = prm[4 + 3 * planes :]
-    rows = []
-    for i in range(planes):
-        nx, ny, offset = (prm[2 + 3 * i + k] for k in range(3))
-        rows.append(nx * w[0] + ny * w[1] - offset - (margin if i < SIDES else 0.0))
-    for i, leg in enumerate(reaching):
-        x, y = feet[3 * i] - w[0] + robot.centre[0], feet[3 * i + 1] - w[1] + robot.centre[1]
-        distance2 = robot.legs[leg].straightness(x, y, feet[3 * i + 2] + robot.centre[2])
-        reach = robot.legs[leg].reach
-        # Divided by 2 reach, the row has the unit metre and a gradient of length 1 at most.
-        rows.append((square * reach**2 - distance2) / (2.0 * reach))
-    return rows
 
 
 @dataclass(frozen=True, eq=False)
@@ -207,11 +97,12 @@ def build_cog_problem(
     objective: Objective = "distance",
     shifts: ArrayLike | None = None,
     further: FloatArray | None = None,
+    turn: FloatArray | None = None,
 ) -> CogProblem:
     """The COG problem of one step, eq. (10).
 
     Args:
-        robot: the robot; its body axes are parallel to the world's.
+        robot: the robot; its body axes are parallel to the frame's, if nothing else is said.
         feet: where the four feet stand, ``(3,)`` each [m].
         height: height of the body centre [m].
         start: where the COG is before the step ``(2,)`` [m].
@@ -224,6 +115,7 @@ def build_cog_problem(
             keeps the margin ``(3,)`` [m]; by default it is the body centre.
         further: other half-planes that the body centre keeps, without a margin, as rows of x and y
             of the inward normal and of the offset [m] ``(k, 3)``.
+        turn: rotation from the body's axes to the frame's ``(3, 3)``.
 
     Raises:
         InputError: the feet of the support triangle stand in one line, or ``swing`` and
@@ -239,6 +131,7 @@ def build_cog_problem(
         stability_margin=stability_margin, reach_fraction=reach_fraction, objective=objective,
         shifts=None if shifts is None else np.array([shifts], dtype=np.float64),
         further=None if further is None else [further],
+        turns=None if turn is None else turn[None],
     )  # fmt: skip
     return problem.starting_at(np.asarray(start, dtype=np.float64))
 
@@ -255,6 +148,7 @@ def build_cog_problems(
     objective: Objective,
     shifts: FloatArray | None = None,
     further: Sequence[FloatArray | None] | None = None,
+    turns: FloatArray | None = None,
 ) -> list[CogProblem]:
     """The COG problems of many steps, each beginning in the middle of its feet.
 
@@ -266,6 +160,7 @@ def build_cog_problems(
         robot, stability_margin, reach_fraction, objective: as in :func:`build_cog_problem`.
         shifts: as there, of every step ``(S, 3)`` [m].
         further: as there, of every step before which a leg is to swing; ``None`` for none.
+        turns: as there, of every step ``(S, 3, 3)``.
 
     Raises:
         InputError: the feet of a support triangle stand in one line.
@@ -285,6 +180,8 @@ def build_cog_problems(
     below = places - np.array([0.0, 0.0, 1.0]) * heights[:, None, None]
     blocks.append(np.tile([stability_margin, reach_fraction], (count, 1)))
     blocks.append(below.reshape(count, -1))
+    if turns is not None:
+        blocks.append(turns.reshape(count, -1))
     parameters = np.concatenate(blocks, axis=1)
     problems = []
     for i, swing in enumerate(swings):
@@ -294,7 +191,7 @@ def build_cog_problems(
         extra = (len(values) - parameters.shape[1]) // 3
         problems.append(
             CogProblem(
-                build_cog_formulation(robot, swing, objective, extra), values,
+                build_cog_formulation(robot, swing, objective, extra, turns is not None), values,
                 constraint_names(swing, extra), origins[i], stability_margin, reach_fraction,
             )
         )  # fmt: skip

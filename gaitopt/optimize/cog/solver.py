@@ -15,13 +15,8 @@ import numpy as np
 
 from gaitopt.conventions import FloatArray, TextEnum
 from gaitopt.errors import SolverError
-from gaitopt.optimize.cog.problem import (
-    LINEAR_WEIGHT,
-    CogFormulation,
-    CogProblem,
-    build_cog_problem,
-    build_cog_problems,
-)
+from gaitopt.optimize.cog.formulation import LINEAR_WEIGHT, CogFormulation
+from gaitopt.optimize.cog.problem import CogProblem, build_cog_problem, build_cog_problems
 from gaitopt.optimize.quadratic import QuadraticSolver
 
 __all__ = [

@@ -13,7 +13,7 @@ from gaitopt.conventions import LEGS, OTHER_LEGS, FloatArray
 from gaitopt.optimize.route.centre_of_mass import MassDistribution
 from gaitopt.plan.com_margin import true_com
 from gaitopt.plan.settings.crawl import CrawlSettings
-from gaitopt.planners.phase_by_phase.steps import CrawlSteps
+from gaitopt.planners.phase_by_phase.steps import CrawlSteps, feet_in_body
 from gaitopt.planners.phase_by_phase.swing_polylines import swing_polylines
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.whole_body import configuration, joints_from_feet_in_body
@@ -32,8 +32,13 @@ def shifts_at_rest(robot: Quadruped, steps: CrawlSteps, start: FloatArray) -> Fl
         robot, steps: the walk.
         start: body centre at the start ``(3,)`` [m], in the heading frame.
     """
-    joints = joints_from_feet_in_body(robot, steps.feet[:1] - start + robot.centre)
-    offset = _com_in_body(robot, joints)
+    turn = None if steps.turns is None else steps.turns[:1]
+    local = feet_in_body(robot, steps.feet[:1], start[None], turn)
+    offset = _com_in_body(robot, joints_from_feet_in_body(robot, local))
+    if steps.swing_turns is not None:
+        # As if the legs kept their angles: a first guess.
+        offsets = (steps.swing_turns @ offset[0])[:, :2]
+        return np.asarray(-np.einsum("sij,sj->si", _normals(steps), offsets) + RESERVE)
     return np.asarray(-np.einsum("sij,j->si", _normals(steps), offset[0, :2]) + RESERVE)
 
 
@@ -77,10 +82,15 @@ def com_in_swings(
     count = foot.shape[1]
     feet = np.repeat(steps.feet[:, None], count, axis=1)
     feet[np.arange(len(foot)), :, steps.indices] = foot
-    local = (feet - cogs[:, None, None] + robot.centre).reshape(-1, len(LEGS), 3)
+    turns = None if steps.swing_turns is None else np.repeat(steps.swing_turns, count, axis=0)
+    local = feet_in_body(
+        robot, feet.reshape(-1, len(LEGS), 3), np.repeat(cogs, count, axis=0), turns
+    )
     with np.errstate(invalid="ignore"):
         joints = joints_from_feet_in_body(robot, local)
     offsets = _com_in_body(robot, joints)
+    if turns is not None:
+        offsets = (turns @ offsets[..., None])[..., 0]
     return np.asarray(offsets[:, :2].reshape(-1, count, 2))
 
 

@@ -33,12 +33,21 @@ def check_heights(robot: Quadruped, steps: CrawlSteps, settings: CrawlSettings) 
     heights = np.append(steps.heights, steps.start_height)[: len(steps.feet)]
     for column, name in enumerate(LEGS):
         leg = robot.legs[name]
-        drop = heights + leg.hip[2] - robot.centre[2] - feet_z[: len(heights), column]
+        drop = heights + _hip_heights(robot, steps, leg) - feet_z[: len(heights), column]
         reach = settings.reach_fraction * leg.reach + leg.drop
         farthest = float(np.hypot(reach, leg.lateral))
         worst = int(drop.argmax())
         if drop[worst] > farthest:
             excess = drop[worst] - farthest
+            if steps.tilts is not None:
+                raise InfeasibleStepError(
+                    f"step {worst}: in the posture that the footholds ask for, with the body "
+                    f"centre at {heights[worst]:.4g} m, the hip of {name} is {drop[worst]:.4g} m "
+                    f"above its foot, and the leg reaches {farthest:.4g} m; lower the body by at "
+                    f"least {excess:.4g} m, or tilt it less",
+                    step=worst, leg=name, conflicts=(f"reach {name}",),
+                    reach_fraction=settings.reach_fraction,
+                )  # fmt: skip
             raise InfeasibleStepError(
                 f"step {worst}: at body_height {settings.body_height:.4g} m the hip of {name} is "
                 f"{drop[worst]:.4g} m above its foot, and the leg reaches {farthest:.4g} m; take "
@@ -49,6 +58,14 @@ def check_heights(robot: Quadruped, steps: CrawlSteps, settings: CrawlSettings) 
                 reach_fraction=settings.reach_fraction,
                 needed_reach_fraction=_needed_straight_down(leg, float(drop[worst])),
             )  # fmt: skip
+
+
+def _hip_heights(robot: Quadruped, steps: CrawlSteps, leg: Leg) -> FloatArray | float:
+    """Height of a leg's hip over the body centre [m], as :func:`check_heights` counts steps."""
+    if steps.turns is None:
+        return float(leg.hip[2] - robot.centre[2])
+    turns = np.concatenate([steps.turns[1:], steps.turns[:1]])[: len(steps.feet)]
+    return np.asarray(turns[:, 2] @ (np.asarray(leg.hip) - robot.centre))
 
 
 def explain_step(
@@ -146,7 +163,12 @@ def explain_start(
         wanted: where the body centre was to start ``(2,)`` [m], in the heading frame.
     """
     feet = dict(zip(LEGS, steps.feet[0], strict=True))
-    least = solve_cog(build_cog_problem(robot, feet, steps.start_height, wanted, objective="reach"))
+    least = solve_cog(
+        build_cog_problem(
+            robot, feet, steps.start_height, wanted, objective="reach",
+            turn=None if steps.turns is None else steps.turns[0],
+        )
+    )  # fmt: skip
     needed = least.value if least.solved else None
     return InfeasibleStepError(
         "the first footholds lie too far apart: no place of the body lets all four legs reach "
@@ -186,6 +208,7 @@ def _solve(
         objective=objective,  # type: ignore[arg-type]
         shifts=None if demands is None or demands.shifts is None else demands.shifts[0],
         further=None if demands is None else demands.half_planes[0],
+        turn=None if steps.swing_turns is None else steps.swing_turns[step],
     )  # fmt: skip
     return solve_cog(problem)
 

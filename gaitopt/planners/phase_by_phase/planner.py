@@ -8,7 +8,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
-from gaitopt.conventions import Progress
+import numpy as np
+
+from gaitopt.conventions import LEGS, FloatArray, Progress
 from gaitopt.errors import GaitoptError, InfeasibleStepError
 from gaitopt.plan.com_margin import with_com_margins
 from gaitopt.plan.plan import Plan
@@ -37,6 +39,10 @@ with them every robot that ships, or that example-robot-data has, walks ``s_colu
 """
 
 
+LEAST_HEIGHT = 1e-3
+"""Least body height that settings name [m]; what postures ask for is what counts."""
+
+
 def plan_in_order(
     robot: Quadruped,
     footholds: Footholds,
@@ -61,6 +67,8 @@ def plan_in_order(
         SolverError: a solution failed the check of its residuals.
     """
     settings = replace(settings, sequence=settings.order_over(footholds))
+    if footholds.postures is not None:
+        settings = with_first_posture(settings, footholds.postures[0], footholds)
     steps = crawl_steps(footholds, settings)
     check_stance(steps)
     check_heights(robot, steps, settings)
@@ -73,6 +81,21 @@ def plan_in_order(
     return with_com_margins(plan) if settings.true_com else plan
 
 
+def with_first_posture(
+    settings: CrawlSettings, posture: FloatArray, footholds: Footholds
+) -> CrawlSettings:
+    """The settings with the heading of the first of given postures, and its height of the body.
+
+    Args:
+        settings: of the walk.
+        posture: height of the body centre [m], roll, pitch, yaw [rad] ``(4,)``.
+        footholds: the height counts from the mean of the first ones.
+    """
+    ground = float(np.mean([footholds[leg][0, 2] for leg in LEGS]))
+    height = max(float(posture[0]) - ground, LEAST_HEIGHT)
+    return replace(settings, heading=float(posture[3]), body_height=height)
+
+
 def plan_at_fitting_height(
     robot: Quadruped,
     footholds: Footholds,
@@ -83,7 +106,8 @@ def plan_at_fitting_height(
     """Plan the walk at the first of a few body heights at which it is possible.
 
     Where forces set targets of the body centre there, higher ones are tried as well, as long as
-    the walk gets faster: straighter legs need less torque.
+    the walk gets faster: straighter legs need less torque. Where the footholds say how high the
+    body is, there is one height.
 
     Arguments are those of :func:`plan_in_order`.
 
@@ -92,6 +116,8 @@ def plan_at_fitting_height(
             height.
         InputError, SolverError: as for :func:`plan_in_order`.
     """
+    if footholds.postures is not None:
+        return plan_in_order(robot, footholds, settings, progress=progress)
     first: InfeasibleStepError | None = None
     for height in _heights(settings.body_height):
         try:

@@ -36,7 +36,8 @@ class TimedMove(NamedTuple):
     """The knots of one move after its first.
 
     Attributes:
-        body: body centre ``(n, 3)`` [m].
+        body: body centre ``(n, 3)`` [m], in the heading frame; of a body that turns, x, y, z, roll,
+            pitch, yaw of the base in the world ``(n, 6)`` [m, rad].
         joints: joint angles ``(n, nj)`` [rad].
         durations: time since the knot before ``(n,)`` [s].
         slowest: joint that sets this time, -1 for the speed that was asked for ``(n,)``.
@@ -63,8 +64,9 @@ class Knots(NamedTuple):
 
 
 PoseAt = Callable[[Knots], tuple[FloatArray, FloatArray, FloatArray]]
-"""Gives at knots the moving points ``(M, 3)`` [m], all joints ``(M, nj)`` [rad], and how far feet
-depart from their paths in the middle of each interval ``(M - 1,)`` [m]."""
+"""Gives at knots the moving points ``(M, 3)`` [m] (of a base that turns, with roll, pitch, yaw
+``(M, 6)``), all joints ``(M, nj)`` [rad], and how far feet depart from their paths in the middle of
+each interval ``(M - 1,)`` [m]."""
 
 
 def refined_moves(
@@ -100,7 +102,7 @@ def refined_moves(
         at, firsts = _knots(open_steps, intervals, edges)
         points, joints, errors = pose(at)
         check_position_limits(robot, joints, at.step, steps, kind)
-        lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)
+        lengths = np.linalg.norm(np.diff(points[:, :3], axis=0), axis=1)
         durations, slowest = knot_times(joints, robot.velocity_limits, lengths, speed)
         # Between the last knot of one step and the first knot of the next there is no interval.
         errors[firsts[1:] - 1] = 0.0

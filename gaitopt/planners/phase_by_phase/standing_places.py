@@ -22,7 +22,7 @@ from gaitopt.dynamics.region.rows import FOOT_TOLERANCE
 from gaitopt.dynamics.region.vertical import vertical_forces_hold
 from gaitopt.motion.body_and_feet import base_poses
 from gaitopt.planners.phase_by_phase.centre_of_mass import nearer
-from gaitopt.planners.phase_by_phase.steps import CrawlSteps
+from gaitopt.planners.phase_by_phase.steps import CrawlSteps, feet_in_body
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.whole_body import joints_from_feet_in_body
 
@@ -67,7 +67,7 @@ class SwingStances(NamedTuple):
             cogs: body centre during each swing ``(S, 3)`` [m], in the heading frame.
             offsets: of the COM from it during each swing ``(S, n, 2)`` [m].
         """
-        local = steps.feet - cogs[:, None] + robot.centre
+        local = feet_in_body(robot, steps.feet, cogs, steps.swing_turns)
         with np.errstate(invalid="ignore"):
             joints = joints_from_feet_in_body(robot, local)[:, robot.leg_joint_columns]
         low, high = robot.position_limits[:, robot.leg_joint_columns]
@@ -79,8 +79,9 @@ class SwingStances(NamedTuple):
         to_world = rotation_z(heading).T
         coms = (cogs[:, None, :2] + offsets) @ to_world[:2, :2]
         within = kept.all(axis=1) & np.isfinite(coms).all(axis=(1, 2))
-        return cls(steps.feet @ to_world, steps.indices, base_poses(robot, heading, cogs), coms,
-                   within)  # fmt: skip
+        tilts = np.zeros(3) if steps.tilts is None else steps.tilts[1:]
+        return cls(steps.feet @ to_world, steps.indices, base_poses(robot, heading, cogs, tilts),
+                   coms, within)  # fmt: skip
 
 
 def half_planes_by_forces(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from math import pi, radians
 
@@ -14,6 +14,7 @@ from gaitopt.errors import InputError
 from gaitopt.gait.crawl import swing_order
 from gaitopt.plan.settings.crawl import CrawlSettings
 from gaitopt.robots.quadruped import Quadruped
+from gaitopt.robots.rotations import rpy_to_matrix
 from gaitopt.terrain.footholds import Footholds
 
 
@@ -29,6 +30,8 @@ class CrawlSteps:
         heights: height of the body centre at the end of each stance phase ``(S,)`` [m].
         start_height: its height at the start [m].
         heading: of the frame, from the world's x axis [rad].
+        tilts: roll, pitch, yaw of the body against the frame at the start and during each swing
+            ``(S + 1, 3)`` [rad]; ``None`` where it is level and faces along the frame's x axis.
     """
 
     legs: tuple[str, ...]
@@ -38,17 +41,45 @@ class CrawlSteps:
     heights: FloatArray
     start_height: float
     heading: float = 0.0
+    tilts: FloatArray | None = None
 
     def part(self, first: int, last: int) -> CrawlSteps:
         """The steps from ``first`` up to, not including, ``last``."""
         own = slice(first, last)
+        tilts = None if self.tilts is None else self.tilts[first : last + 1]
         return CrawlSteps(self.legs[own], self.feet[own], self.targets[own], self.lifts[own],
-                          self.heights[own], self.start_height, self.heading)  # fmt: skip
+                          self.heights[own], self.start_height, self.heading, tilts)  # fmt: skip
+
+    @cached_property
+    def turns(self) -> FloatArray | None:
+        """Rotations from the body's axes to the frame's, of :attr:`tilts` ``(S + 1, 3, 3)``."""
+        return None if self.tilts is None else rpy_to_matrix(self.tilts)
+
+    @property
+    def swing_turns(self) -> FloatArray | None:
+        """The same during the swings ``(S, 3, 3)``."""
+        return None if self.turns is None else self.turns[1:]
 
     @cached_property
     def indices(self) -> np.ndarray:
         """Index of each step's leg in :data:`gaitopt.LEGS` ``(S,)``."""
         return np.array([leg_index(leg) for leg in self.legs], dtype=int)
+
+
+def feet_in_body(
+    robot: Quadruped, feet: FloatArray, cogs: FloatArray, turns: FloatArray | None
+) -> FloatArray:
+    """Feet in the body's frame ``(M, n, 3)`` [m].
+
+    Args:
+        robot: the robot.
+        feet: in the heading frame ``(M, n, 3)`` [m].
+        cogs: body centre there ``(M, 3)`` [m].
+        turns: rotations from the body's axes to the frame's ``(M, 3, 3)``; ``None`` where there is
+            none.
+    """
+    away = feet - cogs[:, None]
+    return (away if turns is None else away @ turns) + robot.centre
 
 
 def check_walk(planner: str, robot: object, footholds: object) -> None:
@@ -84,12 +115,13 @@ def check_robot(robot: Quadruped) -> None:
 
 
 def check_stance(steps: CrawlSteps) -> None:
-    """Check that legs do not cross in the first stance.
+    """Check that legs do not cross in the first stance, seen along the body.
 
     Raises:
         InputError: two do. Names both; they may be swapped, or the heading forgotten.
     """
-    first = dict(zip(LEGS, steps.feet[0], strict=True))
+    turn = 0.0 if steps.tilts is None else float(steps.tilts[0, 2])
+    first = dict(zip(LEGS, steps.feet[0] @ rotation_z(turn), strict=True))
     for axis, side, pairs in (
         (1, "left of", (("LF", "RF"), ("LH", "RH"))),
         (0, "ahead of", (("LF", "LH"), ("RF", "RH"))),
@@ -136,11 +168,12 @@ def crawl_steps(footholds: Footholds, settings: CrawlSettings) -> CrawlSteps:
     """All steps of a walk: which leg swings onto which foothold, and how high the body is.
 
     Args:
-        footholds: in the world.
+        footholds: in the world. Their postures hold in place of the settings' body height.
         settings: order of legs, heading and body height.
 
     Raises:
-        InputError: the order of legs does not fit the number of footholds.
+        InputError: the order of legs does not fit the number of footholds, or is another than that
+            which postures go with.
     """
     points = footholds.array @ rotation_z(settings.heading)
     order = swing_order(settings.order_over(footholds), footholds.counts)
@@ -156,7 +189,12 @@ def crawl_steps(footholds: Footholds, settings: CrawlSettings) -> CrawlSteps:
     else:
         first = mean_height(footholds)
         levels = np.full(len(order), first)
-    return CrawlSteps(
+    if footholds.postures is not None and tuple(leg for leg, _ in order) != footholds.order:
+        raise InputError(
+            "postures of the body go with the order of the footholds, and another sequence is "
+            "asked for; leave sequence out, or postures"
+        )
+    steps = CrawlSteps(
         legs=tuple(leg for leg, _ in order),
         feet=feet[:-1] if order else feet,
         targets=np.array([points[leg_index(leg), k] for leg, k in order]).reshape(-1, 3),
@@ -165,3 +203,12 @@ def crawl_steps(footholds: Footholds, settings: CrawlSettings) -> CrawlSteps:
         start_height=first + settings.body_height,
         heading=settings.heading,
     )
+    return steps if footholds.postures is None else _with_postures(steps, footholds.postures)
+
+
+def _with_postures(steps: CrawlSteps, postures: FloatArray) -> CrawlSteps:
+    """The steps with the body as high and as turned as given ``(S + 1, 4)`` [m, rad]."""
+    tilts = postures[:, 1:] - np.array([0.0, 0.0, steps.heading])
+    return replace(
+        steps, heights=postures[1:, 0], start_height=float(postures[0, 0]), tilts=tilts
+    )  # fmt: skip

@@ -194,6 +194,7 @@ def step_problems(
         objective=objective,  # type: ignore[arg-type]
         shifts=None if demands is None else demands.shifts,
         further=None if demands is None else demands.half_planes,
+        turns=steps.swing_turns,
     )  # fmt: skip
 
 
@@ -212,8 +213,9 @@ def start_place(robot: Quadruped, steps: CrawlSteps, settings: CrawlSettings) ->
     if cog_start is not None:
         wanted = np.array(cog_start) @ rotation_z(settings.heading)[:2, :2]
     problem = build_cog_problem(
-        robot, feet, steps.start_height, wanted, reach_fraction=settings.reach_fraction
-    )
+        robot, feet, steps.start_height, wanted, reach_fraction=settings.reach_fraction,
+        turn=None if steps.turns is None else steps.turns[0],
+    )  # fmt: skip
     if cog_start is not None and problem.constraint_values(wanted).min() < -ROUNDING:
         worst = int(problem.constraint_values(wanted).argmin())
         raise InfeasibleStepError(

@@ -20,8 +20,9 @@ from gaitopt.plan.settings.crawl import CrawlSettings
 from gaitopt.planners.phase_by_phase.joint_checks import check_within_reach
 from gaitopt.planners.phase_by_phase.phases import crawl_phases
 from gaitopt.planners.phase_by_phase.refinement import Knots, TimedMove, refined_moves
-from gaitopt.planners.phase_by_phase.steps import CrawlSteps
+from gaitopt.planners.phase_by_phase.steps import CrawlSteps, feet_in_body
 from gaitopt.planners.phase_by_phase.swing_polylines import swing_polylines
+from gaitopt.planners.phase_by_phase.turning import base_targets, turning_pose
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.whole_body import joints_from_feet_in_body
 from gaitopt.terrain.footholds import Footholds
@@ -56,10 +57,16 @@ def assemble_plan(
     cogs = np.vstack([start, *(
         np.append(s.position, z) for s, z in zip(solutions, steps.heights, strict=True)
     )])  # fmt: skip
-    stances = _stance_moves(robot, steps, settings, cogs)
+    bodies = cogs if steps.tilts is None else base_targets(robot, steps, cogs)
+    stances = _stance_moves(robot, steps, settings, bodies)
     swings = _swing_moves(robot, steps, settings, cogs, stances)
+    # The body stands still during swings.
+    swings = [
+        move._replace(body=np.repeat(bodies[i + 1][None], len(move.body), axis=0))
+        for i, move in enumerate(swings)
+    ]
     moves = [move for pair in zip(stances, swings, strict=True) for move in pair]
-    timed = _joined(robot, settings, steps, start, moves)
+    timed = _joined(robot, settings, steps, start, bodies[0], moves)
     phases = crawl_phases(
         robot, settings, steps, cogs, solutions, timed.times, timed.ends, timed.slowest
     )
@@ -92,22 +99,31 @@ def _joined(
     settings: CrawlSettings,
     steps: CrawlSteps,
     start: FloatArray,
+    first_body: FloatArray,
     moves: list[TimedMove],
 ) -> _TimedWalk:
-    """Join the moves of a walk, which begins with the body centre at ``start (3,)`` [m]."""
-    first = joints_from_feet_in_body(robot, steps.feet[:1] - start + robot.centre)
+    """Join the moves of a walk.
+
+    Args:
+        robot, settings, steps: the walk.
+        start: body centre at the start ``(3,)`` [m], in the heading frame.
+        first_body: the same, as :class:`TimedMove` has it.
+        moves: one after another.
+    """
+    turn = None if steps.turns is None else steps.turns[:1]
+    first = joints_from_feet_in_body(
+        robot, feet_in_body(robot, steps.feet[:1], start[None], turn)
+    )  # fmt: skip
     joints = np.concatenate([first, *(m.joints for m in moves)])
-    body = np.concatenate([start[None], *(m.body for m in moves)])
+    body = np.concatenate([first_body[None], *(m.body for m in moves)])
     durations = np.concatenate([np.zeros(1), *(m.durations for m in moves)])
     # The sum of durations is rounded. Two units in the last place of the largest time more for each
     # interval keep every velocity within its limit all the same.
     durations[durations > 0.0] += 2.0 * np.spacing(durations.sum())
     times = np.cumsum(durations)
     kept = np.concatenate([[True], np.diff(times) > 0.0])
-    path = MotionPath.polyline(
-        times[kept],
-        np.concatenate([base_poses(robot, settings.heading, body), joints], axis=1)[kept],
-    )
+    bases = body if steps.tilts is not None else base_poses(robot, settings.heading, body)
+    path = MotionPath.polyline(times[kept], np.concatenate([bases, joints], axis=1)[kept])
     return _TimedWalk(
         path=path,
         times=times,
@@ -119,10 +135,17 @@ def _joined(
 def _stance_moves(
     robot: Quadruped, steps: CrawlSteps, settings: CrawlSettings, cogs: FloatArray
 ) -> list[TimedMove]:
-    """Moves of the body on four feet, along straight lines between COG targets ``(S + 1, 3)``."""
+    """Moves of the body on four feet, along straight lines.
+
+    They go between COG targets ``(S + 1, 3)``, or where the body turns, between poses of the base
+    ``(S + 1, 6)``.
+    """
+    if steps.tilts is not None:
+        pose = turning_pose(robot, steps, cogs)
+        return refined_moves(robot, settings, steps, pose, 1, SLIP_TOLERANCE, "stance")
     shifts = np.diff(cogs, axis=0)
 
-    def pose(at: Knots) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def level_pose(at: Knots) -> tuple[FloatArray, FloatArray, FloatArray]:
         body = cogs[at.step] + shifts[at.step] * at.share[:, None]
         feet = steps.feet[at.step]
         local = feet - body[:, None] + robot.centre
@@ -134,7 +157,7 @@ def _stance_moves(
         standing = np.ones((len(body) - 1, len(LEGS)), dtype=np.bool_)
         return body, joints, slip_between(robot, values, feet[1:], standing)
 
-    return refined_moves(robot, settings, steps, pose, 1, SLIP_TOLERANCE, "stance")
+    return refined_moves(robot, settings, steps, level_pose, 1, SLIP_TOLERANCE, "stance")
 
 
 def _swing_moves(
@@ -144,7 +167,10 @@ def _swing_moves(
     cogs: FloatArray,
     stances: list[TimedMove],
 ) -> list[TimedMove]:
-    """Swings of the feet while the body stands still at the COG targets ``cogs (S + 1, 3)``."""
+    """Swings of the feet while the body stands still at the COG targets ``cogs (S + 1, 3)``.
+
+    In the result the ``body`` is the foot.
+    """
     starts = steps.feet[np.arange(len(steps.legs)), steps.indices]
     corners = swing_polylines(settings.swing, starts, steps.targets, steps.lifts)
     edges = np.diff(corners, axis=1)
@@ -152,7 +178,8 @@ def _swing_moves(
 
     def pose(at: Knots) -> tuple[FloatArray, FloatArray, FloatArray]:
         foot = corners[at.step, at.edge] + edges[at.step, at.edge] * at.share[:, None]
-        local = foot - cogs[at.step + 1] + robot.centre
+        turns = None if steps.turns is None else steps.turns[at.step + 1]
+        local = feet_in_body(robot, foot[:, None], cogs[at.step + 1], turns)[:, 0]
         joints = standing[at.step]
         flying = steps.indices[at.step]
         errors = np.zeros(len(at.step) - 1)
@@ -170,8 +197,4 @@ def _swing_moves(
         return foot, joints, errors
 
     count = corners.shape[1] - 1
-    moves = refined_moves(robot, settings, steps, pose, count, CHORD_TOLERANCE, "swing")
-    return [
-        move._replace(body=np.repeat(cogs[i + 1][None], len(move.body), axis=0))
-        for i, move in enumerate(moves)
-    ]
+    return refined_moves(robot, settings, steps, pose, count, CHORD_TOLERANCE, "swing")
