@@ -110,9 +110,15 @@ if TYPE_CHECKING:
     from gaitopt.swing.curve import SwingCurve as SwingCurve
     from gaitopt.swing.touchdown import com_touchdown as com_touchdown
     from gaitopt.swing.touchdown import velocity_touchdown as velocity_touchdown
+    from gaitopt.terrain.ball_contact import BallContact as BallContact
     from gaitopt.terrain.columns import s_columns as s_columns
     from gaitopt.terrain.footholds import Footholds as Footholds
     from gaitopt.terrain.height_map import HeightMap as HeightMap
+    from gaitopt.terrain.layers import Footing as Footing
+    from gaitopt.terrain.layers import GroundLayers as GroundLayers
+    from gaitopt.terrain.layers import ground_layers as ground_layers
+    from gaitopt.terrain.maps.catalogue import ground_names as ground_names
+    from gaitopt.terrain.maps.catalogue import make_ground as make_ground
     from gaitopt.terrain.obstacles import Obstacle as Obstacle
     from gaitopt.terrain.obstacles import rectangular_obstacle as rectangular_obstacle
     from gaitopt.terrain.obstacles import round_obstacle as round_obstacle
@@ -186,9 +192,12 @@ _HOMES = {
     "swing.catalogue": "SWING_CURVES swing_curve",
     "swing.curve": "SwingCurve",
     "swing.touchdown": "com_touchdown velocity_touchdown",
+    "terrain.ball_contact": "BallContact",
     "terrain.columns": "s_columns",
     "terrain.footholds": "Footholds",
     "terrain.height_map": "HeightMap",
+    "terrain.layers": "Footing GroundLayers ground_layers",
+    "terrain.maps.catalogue": "ground_names make_ground",
     "terrain.obstacles": "Obstacle rectangular_obstacle round_obstacle triangular_obstacle",
     "viewing.figures.crawl_figures": "save_figures",
     "viewing.figures.gait_figures": "save_gait_figures",

@@ -117,7 +117,8 @@ def run_document(path: Path, folder: Path) -> int:
                                   "docs/errors.md", "docs/plan_file.md", "docs/robots.md",
                                   "docs/theory.md", "docs/reproduction.md", "docs/gaits.md",
                                   "docs/trust.md", "docs/striding.md",
-                                  "docs/time_optimal.md", "docs/forces.md"])  # fmt: skip
+                                  "docs/time_optimal.md", "docs/forces.md",
+                                  "docs/terrain.md"])  # fmt: skip
 def test_what_documents_show_runs_and_prints_what_they_say(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -10,12 +10,15 @@ from numpy.typing import ArrayLike
 
 from gaitopt.conventions import BoolArray, FloatArray, frozen
 from gaitopt.errors import GroundError
-from gaitopt.inputs import check_number
+from gaitopt.inputs import check_number, check_shape
+from gaitopt.terrain.ball_contact import BallContact, rest_balls
 
 MOST_POINTS = 16_000_000
 """Most points of a map: 80 m by 80 m at 2 cm, 128 MB."""
 FARTHEST = 1e6
 """Coordinates beyond this are taken for a mistake [m]."""
+MOST_CELLS_A_RADIUS = 50
+"""Largest radius of a ball, in cells: the time grows with its square."""
 EDGE = 1e-9
 """How far outside of the map a place may come out by rounding, in cells."""
 
@@ -124,6 +127,41 @@ class HeightMap:
         slope = self.gradient(places)
         out = np.concatenate([-slope, np.ones_like(slope[..., :1])], axis=-1)
         return np.asarray(out / np.linalg.norm(out, axis=-1, keepdims=True))
+
+    def ball(self, places: ArrayLike, radius: float) -> BallContact:
+        """Balls that rest on the ground: the foothold of a ball foot, and where it touches.
+
+        On a slope a ball touches the ground beside its lowest point, and on rough ground it may
+        rest on an edge or a point of the grid. The result is exact for this surface.
+
+        Args:
+            places: x and y of the centres ``(..., 2)`` [m].
+            radius: of the balls [m]; with 0 the result is the ground itself and its normals.
+
+        Returns:
+            Centres, points of contact and normals ``(..., 3)``; ``normals = (centres - touches) /
+            radius``. NaN where a triangle of the ground within the radius is unknown or off the
+            map.
+
+        Raises:
+            InputError: places have another shape, or the radius is negative or larger than
+                50 cells.
+        """
+        at = check_shape("places", places, 2)
+        most = MOST_CELLS_A_RADIUS * self.resolution
+        radius = check_number("radius", radius, 0.0, most, "m")
+        if radius == 0.0:
+            touches = np.concatenate([at, self.height(at)[..., None]], axis=-1)
+            touches[np.isnan(touches[..., 2])] = np.nan
+            return BallContact(touches, touches, self.normal(at))
+        cells = (at.reshape(-1, 2) - self.origin) / self.resolution
+        z, touches = rest_balls(self.z / self.resolution, cells, radius / self.resolution)
+        touches = touches * self.resolution + np.append(self.origin, 0.0)
+        centres = np.column_stack([at.reshape(-1, 2), z * self.resolution])
+        centres[np.isnan(z)] = np.nan
+        whole = (*at.shape[:-1], 3)
+        centres, touches = centres.reshape(whole), touches.reshape(whole)
+        return BallContact(centres, touches, (centres - touches) / radius)
 
     def with_heights(self, z: ArrayLike) -> HeightMap:
         """The same grid with other heights ``(nx, ny)`` [m]."""

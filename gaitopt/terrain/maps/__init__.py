@@ -1,0 +1,1 @@
+"""Height maps that are made: rubble, stepping stones, stairs and others, by seed and difficulty."""
