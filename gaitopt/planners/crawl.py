@@ -11,12 +11,8 @@ from gaitopt.plan.plan import Plan
 from gaitopt.plan.settings.crawl import CrawlSettings
 from gaitopt.plan.settings.keywords import chosen_settings, takes_settings
 from gaitopt.plan.settings.time_optimal import RouteSettings
-from gaitopt.planners.free_order.planner import plan_free_crawl
-from gaitopt.planners.phase_by_phase.planner import (
-    plan_at_fitting_height,
-    plan_in_order,
-    with_fitting_height,
-)
+from gaitopt.planners.free_order.planner import plan_free_at_fitting_height, plan_free_crawl
+from gaitopt.planners.phase_by_phase.planner import plan_at_fitting_height, plan_in_order
 from gaitopt.planners.phase_by_phase.steps import check_robot, check_walk
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.footholds import Footholds
@@ -55,7 +51,7 @@ def plan_crawl(
             stand, and rests during swings.
         settings: all settings as one object. By default they fit the robot: margins and heights
             are to its size, and of a few body heights the first is taken at which the walk is
-            possible.
+            possible and no legs touch each other or the trunk.
         progress: called with (steps done, steps in all).
         options: single settings by name: the fields of :class:`gaitopt.CrawlSettings`; with
             ``objective="time"`` those of :class:`gaitopt.RouteSettings`.
@@ -88,9 +84,8 @@ def plan_crawl(
                 "postures of the body go with the order of the footholds, and a free order is "
                 "asked for; leave sequence out, or postures"
             )
-        if open_height:
-            chosen = with_fitting_height(robot, footholds, chosen)
-        return plan_free_crawl(robot, footholds, chosen, progress=progress)
+        free = plan_free_at_fitting_height if open_height else plan_free_crawl
+        return free(robot, footholds, chosen, progress=progress)
     plan = plan_at_fitting_height if open_height else plan_in_order
     return plan(robot, footholds, chosen, progress=progress)
 

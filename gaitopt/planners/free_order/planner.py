@@ -10,8 +10,11 @@ from gaitopt.plan.plan import Plan
 from gaitopt.plan.record import CrawlRecord
 from gaitopt.plan.settings.crawl import CrawlSettings
 from gaitopt.planners.free_order.search import find_order
-from gaitopt.planners.phase_by_phase.planner import plan_in_order
-from gaitopt.robots.collision_shapes import path_touches
+from gaitopt.planners.phase_by_phase.planner import (
+    plan_in_order,
+    plan_touches,
+    with_fitting_height,
+)
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.footholds import Footholds
 
@@ -55,9 +58,26 @@ def plan_free_crawl(
     )  # fmt: skip
 
 
-def plan_touches(plan: Plan) -> bool:
-    """Whether legs or trunk touch at any knot of a plan's path."""
-    return path_touches(plan.robot, plan.path.coefficients[-1][:, 6:])
+def plan_free_at_fitting_height(
+    robot: Quadruped,
+    footholds: Footholds,
+    settings: CrawlSettings,
+    *,
+    progress: Progress | None = None,
+) -> Plan:
+    """The same at the first body height at which the settings' own order is possible.
+
+    Where legs touch in the order that was found, too, it is searched for again at a height at which
+    they do not touch in the settings' own order.
+
+    Arguments and errors are those of :func:`plan_free_crawl`.
+    """
+    first = with_fitting_height(robot, footholds, settings, may_touch=True)
+    plan = plan_free_crawl(robot, footholds, first, progress=progress)
+    if not plan_touches(plan):
+        return plan
+    other = with_fitting_height(robot, footholds, settings)
+    return plan if other == first else plan_free_crawl(robot, footholds, other, progress=progress)
 
 
 def _plan_or_error(

@@ -128,7 +128,7 @@ class StepPlanner:
     def keeps_apart(self, step: Steps) -> bool:
         """Whether legs and trunk keep apart during a single step.
 
-        Where shapes are meshes nothing is known, and the answer is yes.
+        Where shapes are meshes whose hulls are not known, the answer is yes.
         """
         if self._shapes is None:
             return True
@@ -153,7 +153,7 @@ class StepPlanner:
 
     @cached_property
     def _shapes(self) -> CollisionPairs | None:
-        """The robot's shapes; ``None`` where they are meshes."""
+        """The robot's shapes; ``None`` where they are not known."""
         return CollisionPairs.of(self.robot)
 
     def _body_moves(self, steps: Steps) -> FloatArray:

@@ -20,6 +20,7 @@ from gaitopt.planners.phase_by_phase.steps import check_stance, crawl_steps
 from gaitopt.planners.phase_by_phase.targets import optimise_cogs, start_place
 from gaitopt.planners.phase_by_phase.timing import assemble_plan
 from gaitopt.retiming.retimed import retimed
+from gaitopt.robots.collision_shapes import path_touches
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.swing.catalogue import PATTERNS
 from gaitopt.terrain.footholds import Footholds
@@ -101,15 +102,19 @@ def plan_at_fitting_height(
     footholds: Footholds,
     settings: CrawlSettings,
     *,
+    may_touch: bool = False,
     progress: Progress | None = None,
 ) -> Plan:
-    """Plan the walk at the first of a few body heights at which it is possible.
+    """Plan the walk at the first of a few body heights at which it is possible and no legs touch.
 
-    Where forces set targets of the body centre there, higher ones are tried as well, as long as
-    the walk gets faster: straighter legs need less torque. Where the footholds say how high the
-    body is, there is one height.
+    Where legs, or a leg and the trunk, touch at all of them, it is the first one at which the walk
+    is possible. Where forces set targets of the body centre there, higher ones are tried as well,
+    as long as the walk gets faster: straighter legs need less torque.
+    Where the footholds say how high the body is, there is one height.
 
-    Arguments are those of :func:`plan_in_order`.
+    Args:
+        robot, footholds, settings, progress: as for :func:`plan_in_order`.
+        may_touch: whether legs may touch.
 
     Raises:
         InfeasibleStepError: it is possible at none of them; the error is that of the settings' own
@@ -119,6 +124,7 @@ def plan_at_fitting_height(
     if footholds.postures is not None:
         return plan_in_order(robot, footholds, settings, progress=progress)
     first: InfeasibleStepError | None = None
+    touching: Plan | None = None
     for height in _heights(settings.body_height):
         try:
             plan = plan_in_order(
@@ -128,13 +134,23 @@ def plan_at_fitting_height(
             first = first or error
         except GaitoptError:
             # At another height than the settings' own, what fails is told for that height.
-            if first is None:
+            if first is None and touching is None:
                 raise
         else:
+            if not may_touch and plan_touches(plan):
+                touching = touching or plan
+                continue
             higher = [h for h in _heights(settings.body_height) if h > height]
             return _fastest_of_higher(plan, settings, sorted(higher), progress)
+    if touching is not None:
+        return touching
     assert first is not None
     raise first
+
+
+def plan_touches(plan: Plan) -> bool:
+    """Whether legs, or a leg and the trunk, touch at a knot of a plan's path."""
+    return path_touches(plan.robot, plan.path.coefficients[-1][:, 6:])
 
 
 def _fastest_of_higher(
@@ -151,21 +167,21 @@ def _fastest_of_higher(
         except GaitoptError:
             # There is a plan already: what is tried beside it may fail for any reason.
             break
-        if other.duration >= plan.duration:
+        if other.duration >= plan.duration or plan_touches(other):
             break
         plan = other
     return plan
 
 
 def with_fitting_height(
-    robot: Quadruped, footholds: Footholds, settings: CrawlSettings
+    robot: Quadruped, footholds: Footholds, settings: CrawlSettings, *, may_touch: bool = False
 ) -> CrawlSettings:
     """The settings with the body height that :func:`plan_at_fitting_height` finds.
 
     They are unchanged where the walk is possible at none of the heights.
     """
     try:
-        plan = plan_at_fitting_height(robot, footholds, settings)
+        plan = plan_at_fitting_height(robot, footholds, settings, may_touch=may_touch)
     except InfeasibleStepError:
         return settings
     return replace(settings, body_height=plan.settings.body_height)

@@ -17,9 +17,12 @@ from gaitopt.plan.plan import Plan
 from gaitopt.plan.record import RouteRecord
 from gaitopt.plan.settings.keywords import chosen_settings, takes_settings
 from gaitopt.plan.settings.time_optimal import RouteSettings
-from gaitopt.planners.free_order.planner import plan_touches
 from gaitopt.planners.free_order.search import find_order
-from gaitopt.planners.phase_by_phase.planner import plan_in_order, with_fitting_height
+from gaitopt.planners.phase_by_phase.planner import (
+    plan_in_order,
+    plan_touches,
+    with_fitting_height,
+)
 from gaitopt.planners.phase_by_phase.steps import check_robot, check_walk
 from gaitopt.planners.time_optimal.smooth.planner import smooth_plan
 from gaitopt.planners.time_optimal.straight.planner import straight_plan

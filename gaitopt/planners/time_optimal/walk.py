@@ -40,8 +40,8 @@ class Route:
         steps: the steps to plan, in the heading frame.
         cogs: body centre before and after the stance phase of each of them ``(S + 1, 3)`` [m], of
             the walk that is planned phase by phase.
-        shapes: collision shapes of the legs, which must not touch each other; ``None`` where the
-            robot's shapes are meshes, which planners do not look at.
+        shapes: collision shapes of the legs, which must not touch each other; ``None`` where
+            they are meshes whose hulls are not known.
         first_step: index of the first of these steps in the whole walk.
     """
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
-from gaitopt.conventions import FloatArray
+from gaitopt.errors import RobotError
 from gaitopt.robots.files.meshes import MeshFinder, mesh_hull
 from gaitopt.robots.files.notes import Hulls
 from gaitopt.robots.files.origins import placement_of
@@ -37,6 +39,22 @@ def find_hulls(tree: UrdfTree, finder: MeshFinder) -> Hulls:
     return tuple(out)
 
 
-def hull_corners(numbers: tuple[float, ...]) -> FloatArray:
-    """A hull's corners ``(N, 3)`` [m]."""
-    return np.array(numbers, dtype=np.float64).reshape(-1, 3)
+def convex_hull(numbers: tuple[float, ...]) -> Any:
+    """A convex solid of coal's, from the coordinates of a hull's corners.
+
+    Raises:
+        RobotError: the corners lie in a plane.
+    """
+    from pinocchio import coal
+    from scipy.spatial import ConvexHull, QhullError
+
+    corners = np.array(numbers, dtype=np.float64).reshape(-1, 3)
+    try:
+        hull = ConvexHull(corners)
+    except (QhullError, ValueError) as error:
+        raise RobotError(f"a hull of the robot's meshes is flat: {str(error)[:100]}") from error
+    points, triangles = coal.StdVec_Vec3s(), coal.StdVec_Triangle()
+    points.extend(list(corners[hull.vertices]))
+    place = {int(corner): k for k, corner in enumerate(hull.vertices)}
+    triangles.extend([coal.Triangle(*(place[int(c)] for c in face)) for face in hull.simplices])
+    return coal.Convex(points, triangles)

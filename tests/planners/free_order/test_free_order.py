@@ -30,8 +30,9 @@ def certified_durations(wang: Quadruped, terrain: Footholds) -> dict[tuple[str, 
     for order in permutations(LEGS):
         try:
             plan = plan_crawl(
-                wang, terrain, sequence=order, stability_margin=MARGIN, timing="velocity"
-            )
+                wang, terrain, sequence=order, stability_margin=MARGIN, timing="velocity",
+                body_height=wang.standing_height,
+            )  # fmt: skip
         except InfeasibleStepError:
             continue
         if gaitopt.verify(plan).ok:
@@ -89,7 +90,10 @@ def test_an_order_in_which_legs_touch_gives_way_to_one_in_which_they_do_not(
         leg: [[x * length / 2 + k * strides[leg], y * width / 2, 0.0] for k in range(2)]
         for leg, (x, y) in corners.items()
     })  # fmt: skip
-    fixed = gaitopt.verify(plan_crawl(wang, terrain, stability_margin=0.03, timing="velocity"))
+    low = wang.standing_height
+    fixed = gaitopt.verify(
+        plan_crawl(wang, terrain, stability_margin=0.03, timing="velocity", body_height=low)
+    )
     assert [check.name for check in fixed.violations] == ["self-collision"]
     plan = plan_crawl(wang, terrain, stability_margin=0.03, sequence="free", timing="velocity")
     order = plan.settings.swing_legs(2)
