@@ -168,7 +168,13 @@ def rpy_accelerations_to_angular(
 
 def _matrices(rows: list[list[Any]]) -> FloatArray:
     """Matrices ``(..., 3, 3)`` of nine arrays ``(...)``."""
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+    # Written into one array: planners ask for single matrices, for which np.stack takes longer
+    # than all of the arithmetic.
+    out = np.empty((*np.shape(rows[0][0]), 3, 3))
+    for i, row in enumerate(rows):
+        for j, entry in enumerate(row):
+            out[..., i, j] = entry
+    return out
 
 
 def _columns(values: ArrayLike) -> FloatArray:

@@ -21,7 +21,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any, Final, Literal
 
 import numpy as np
@@ -69,10 +69,10 @@ class BodyPose:
         for name in ("centre", "rpy"):
             object.__setattr__(self, name, _three_numbers(name, getattr(self, name)))
 
-    @property
+    @cached_property
     def axes(self) -> FloatArray:
         """Axes of the body frame as columns in the world ``(3, 3)``."""
-        return rpy_to_matrix(self.rpy)
+        return frozen(rpy_to_matrix(self.rpy))
 
     @property
     def numbers(self) -> FloatArray:
