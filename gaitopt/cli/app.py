@@ -16,6 +16,7 @@ from gaitopt.cli.gait import gait, trot
 from gaitopt.cli.plans import export, figures, replay, simulate, verify
 from gaitopt.cli.race import race
 from gaitopt.cli.robot import robot
+from gaitopt.cli.robot_options import in_options
 from gaitopt.cli.stride import stride
 from gaitopt.cli.study import study
 from gaitopt.errors import GaitoptError, RobotWarning
@@ -62,7 +63,7 @@ def main() -> None:
         click_message = getattr(error, "format_message", None)
         if click_message is None and not isinstance(error, GaitoptError):
             raise
-        text = str(error) if click_message is None else click_message()
+        text = in_options(str(error)) if click_message is None else click_message()
         print(f"gaitopt: {' '.join(text.split())}", file=sys.stderr)
         sys.exit(2)
     sys.exit(code if isinstance(code, int) else 0)
@@ -78,7 +79,7 @@ def _show_warning(
 ) -> None:
     """Print a warning of gaitopt in one line, and others as Python does."""
     if issubclass(category, RobotWarning):
-        print(f"gaitopt: warning: {' '.join(str(message).split())}", file=sys.stderr)
+        print(f"gaitopt: warning: {' '.join(in_options(str(message)).split())}", file=sys.stderr)
     else:
         sys.stderr.write(warnings.formatwarning(message, category, filename, lineno, line))
 

@@ -22,7 +22,6 @@ from gaitopt.cli.options import (
     ObjectiveOption,
     OutOption,
     ReachOption,
-    RobotOption,
     SeedOption,
     SeedsOption,
     SequenceOption,
@@ -31,6 +30,7 @@ from gaitopt.cli.options import (
     Timing,
     TimingOption,
 )
+from gaitopt.cli.robot_options import RobotChoice, takes_robot
 from gaitopt.cli.support import (
     drawable,
     force_limits,
@@ -47,8 +47,9 @@ from gaitopt.cli.support import (
 from gaitopt.errors import InputError
 
 
+@takes_robot("wang2020")
 def walk(
-    robot: RobotOption = "wang2020",
+    robot: RobotChoice,
     footholds: FootholdsOption = None,
     seed: SeedOption = None,
     objective: ObjectiveOption = Objective.distance,
@@ -116,8 +117,9 @@ def walk(
     })  # fmt: skip
 
 
+@takes_robot("wang2020")
 def compare(
-    robot: RobotOption = "wang2020",
+    robot: RobotChoice,
     footholds: FootholdsOption = None,
     seed: SeedOption = None,
     seeds: SeedsOption = 1,

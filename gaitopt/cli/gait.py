@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.markup import escape
 
-from gaitopt.cli.options import FrictionOption, OutOption, RobotOption, Timing, TimingOption
+from gaitopt.cli.options import FrictionOption, OutOption, Timing, TimingOption
+from gaitopt.cli.robot_options import RobotChoice, takes_robot
 from gaitopt.cli.support import (
     file_name,
     force_limits,
@@ -86,8 +87,9 @@ AccelerationOption = Annotated[
 ]  # fmt: skip
 
 
+@takes_robot(FAST)
 def trot(
-    robot: RobotOption = FAST,
+    robot: RobotChoice,
     speed: ForwardOption = 0.3,
     sideways: SidewaysOption = 0.0,
     yaw_rate: YawOption = 0.0,
@@ -105,18 +107,19 @@ def trot(
     out: OutOption = Path("out"),
 ) -> None:
     """Trot at a speed, as in [Wang2024], and write plan, replay and figures."""
-    gait(
+    _gait(
         "trot", robot, speed, sideways, yaw_rate, distance, duration, acceleration_limit, cycle,
         duty, swing, sway, body_height, swing_height, timing, friction, out,
     )  # fmt: skip
 
 
+@takes_robot(FAST)
 def gait(
     name: Annotated[
         str, typer.Argument(help="walk, quasi-static, trot, pace, bound, pronk, wave; or a crawl's "
                             "order of legs, as in RH,RF,LF,LH."),
     ],
-    robot: RobotOption = FAST,
+    robot: RobotChoice,
     speed: ForwardOption = 0.1,
     sideways: SidewaysOption = 0.0,
     yaw_rate: YawOption = 0.0,
@@ -134,14 +137,26 @@ def gait(
     out: OutOption = Path("out"),
 ) -> None:  # fmt: skip
     """Plan any gait at a commanded velocity, and write plan, replay and figures."""
+    _gait(
+        name, robot, speed, sideways, yaw_rate, distance, duration, acceleration_limit, cycle,
+        duty, swing, sway, body_height, swing_height, timing, friction, out,
+    )  # fmt: skip
+
+
+def _gait(
+    name: str, robot: RobotChoice, speed: float, sideways: float, yaw_rate: float,
+    distance: float | None, duration: float | None, acceleration_limit: float | None, cycle: float,
+    duty: float | None, swing: str, sway: bool | None, body_height: float | None,
+    swing_height: float | None, timing: Timing, friction: float | None, out: Path,
+) -> None:  # fmt: skip
+    """Plan a gait, and write plan, replay and figures."""
     from gaitopt.gait.gaits import gait as named
     from gaitopt.planners.by_velocity.planner import plan_gait
-    from gaitopt.robots.catalog import load_robot
 
     schedule = named(name, cycle, duty)
     if duration is None and not (speed or sideways):
         raise InputError("a gait on the spot has no distance: give --duration")
-    model = load_robot(robot)
+    model = robot.load()
     with progress_bar("planning") as tick:
         plan = plan_gait(
             model, schedule, velocity=(speed, sideways), yaw_rate=yaw_rate,

@@ -10,7 +10,7 @@ import typer
 
 
 class Objective(str, Enum):
-    """Where the COG goes before each swing."""
+    """Where the body goes before each swing."""
 
     distance = "distance"
     margin = "margin"
@@ -24,12 +24,6 @@ class Com(str, Enum):
     model = "model"
 
 
-RobotOption = Annotated[
-    str,
-    typer.Option(help="A robot's name (see [bold]gaitopt robot --list[/]) or its file: URDF, "
-                 "xacro or MJCF.",
-                 rich_help_panel="What walks where"),
-]  # fmt: skip
 FootholdsOption = Annotated[
     Path | None,
     typer.Option(help="CSV file with the columns leg,step,x,y,z, in metres.", metavar="CSV",
@@ -47,7 +41,7 @@ SeedsOption = Annotated[
 ]  # fmt: skip
 ObjectiveOption = Annotated[
     Objective,
-    typer.Option(help="Move the COG as little as possible (distance), or to the largest stability "
+    typer.Option(help="Move the body as little as possible (distance), or to the largest stability "
                  "margin (margin), or optimise all steps together for the least time (time).",
                  rich_help_panel="How"),
 ]  # fmt: skip
@@ -58,8 +52,9 @@ SpeedOption = Annotated[
 ]  # fmt: skip
 MarginOption = Annotated[
     float | None,
-    typer.Option(help="Stability margin S0, in metres. Default: 0.07 of the standing height, 0.028 "
-                 "for wang2020; with --timing velocity 0.05 of it, 0.02 for wang2020.",
+    typer.Option(help="Stability margin, in metres: how far inside the polygon of the standing "
+                 "feet the robot's centre stays. Default: 0.07 of the standing height, 0.028 for "
+                 "wang2020; with --timing velocity 0.05 of it, 0.02 for wang2020.",
                  rich_help_panel="How", show_default=False),
 ]  # fmt: skip
 HeightOption = Annotated[

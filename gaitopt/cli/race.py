@@ -19,7 +19,6 @@ from gaitopt.cli.options import (
     MarginOption,
     OutOption,
     ReachOption,
-    RobotOption,
     SeedOption,
     SeedsOption,
     SequenceOption,
@@ -27,6 +26,7 @@ from gaitopt.cli.options import (
     Timing,
     TimingOption,
 )
+from gaitopt.cli.robot_options import RobotChoice, takes_robot
 from gaitopt.cli.support import (
     file_name,
     force_limits,
@@ -59,8 +59,9 @@ CertifyOption = Annotated[bool, typer.Option(help="Certify every plan.")]
 BoundOption = Annotated[bool, typer.Option(help="Compute lower bounds on the times.")]
 
 
+@takes_robot("wang2020")
 def race(
-    robot: RobotOption = "wang2020",
+    robot: RobotChoice,
     footholds: FootholdsOption = None,
     seed: SeedOption = None,
     seeds: SeedsOption = 1,
@@ -121,15 +122,14 @@ def race(
 
 
 def _inputs(
-    robot: str, footholds: Path | None, seed: int | None, columns: int | None
+    robot: RobotChoice, footholds: Path | None, seed: int | None, columns: int | None
 ) -> tuple[Quadruped, Footholds]:
     """The robot, and the footholds of the first terrain."""
     if columns is None:
         return load_inputs(robot, footholds, seed)
-    from gaitopt.robots.catalog import load_robot
     from gaitopt.terrain.columns import s_columns
 
-    model = load_robot(robot)
+    model = robot.load()
     return model, s_columns(seed or 0, columns=columns, robot=model)
 
 

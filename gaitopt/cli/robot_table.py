@@ -9,6 +9,7 @@ import numpy as np
 from rich.markup import escape
 from rich.table import Table
 
+from gaitopt.cli.robot_options import in_options
 from gaitopt.conventions import FloatArray
 from gaitopt.robots.quadruped import Quadruped
 
@@ -63,7 +64,7 @@ def robot_notes(robot: Quadruped, source: Path, folders: Sequence[Path]) -> Iter
         yield escape(text)
     yield from _mesh_lines(robot, source, folders)
     for text in robot.notes.warnings:
-        yield f"[bold yellow]warning[/]: {escape(text)}"
+        yield f"[bold yellow]warning[/]: {escape(in_options(text))}"
     if not robot.notes.warnings:
         yield "no warnings"
 

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.markup import escape
 
-from gaitopt.cli.options import MarginOption, OutOption, RobotOption, Timing
+from gaitopt.cli.options import MarginOption, OutOption, Timing
+from gaitopt.cli.robot_options import RobotChoice, takes_robot
 from gaitopt.cli.support import make_folder, print_files, progress_bar, terminal
 from gaitopt.errors import InputError, MissingPackageError
 from gaitopt.plan.record import StrideRecord
@@ -91,8 +92,9 @@ StudyOption = Annotated[
 ]  # fmt: skip
 
 
+@takes_robot(PAPER_ROBOT)
 def stride(
-    robot: RobotOption = PAPER_ROBOT,
+    robot: RobotChoice,
     shape: ShapeOption = Shape.rectangular,
     height: HeightOption = None,
     width: WidthOption = None,
@@ -107,12 +109,11 @@ def stride(
 ) -> None:
     """Walk over an obstacle, as in [Shao2011], and write plan, replay and figures."""
     from gaitopt.planners.over_obstacle.planner import plan_stride
-    from gaitopt.robots.catalog import load_robot
 
     if study:
         print_study()
         return
-    model = load_robot(robot)
+    model = robot.load()
     scale = scale_of(model)
     chosen = timing or (Timing.velocity if model.name == PAPER_ROBOT else Timing.forces)
     with progress_bar("planning") as tick:

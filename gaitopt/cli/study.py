@@ -11,19 +11,20 @@ from gaitopt.cli.options import (
     FreeOption,
     JobsOption,
     Objective,
-    RobotOption,
     SeedOption,
     SpeedOption,
 )
-from gaitopt.cli.support import parse_speed, print_files, progress_bar, terminal
+from gaitopt.cli.robot_options import RobotChoice, takes_robot
+from gaitopt.cli.support import file_name, parse_speed, print_files, progress_bar, terminal
 from gaitopt.files import written_whole
 
 
+@takes_robot("wang2020")
 def study(
+    robot: RobotChoice,
     table: Annotated[
         Path, typer.Argument(help="CSV file that rows are appended to.", metavar="TABLE")
     ] = Path("study.csv"),
-    robot: RobotOption = "wang2020",
     seed: SeedOption = None,
     seeds: Annotated[int, typer.Option(help="How many terrains, from --seed on.", min=1)] = 100,
     objective: Annotated[
@@ -55,7 +56,7 @@ def study(
 
     walks = grid(
         range(seed or 0, (seed or 0) + seeds),
-        robots=(robot,),
+        robots=(_source(robot, table),),
         objectives=[o.value for o in objective or [Objective.distance]],
         stability_margins=stability_margin or [None],
         speed=parse_speed(speed),
@@ -70,3 +71,19 @@ def study(
     with written_whole(picture, binary=True) as stream:
         plot_study(rows).savefig(stream, format="png", dpi=150)
     print_files({table: "a row for each walk", picture: "the results as a picture"})
+
+
+def _source(robot: RobotChoice, table: Path) -> str:
+    """What a study loads: the robot's name or file; with options, a file as gaitopt reads it.
+
+    The file lies beside the table. Its name has digits of its content, because walks of the same
+    robot are done only once.
+    """
+    if not robot.options:
+        return robot.source
+    found = robot.load()
+    stem = f"{table.stem}-{file_name(found.name) or 'robot'}-{found.sha256[:8]}"
+    path = table.with_name(f"{stem}.urdf")
+    with written_whole(path) as stream:
+        stream.write(found.urdf)
+    return str(path)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from gaitopt.errors import InputError
 
 if TYPE_CHECKING:
+    from gaitopt.cli.robot_options import RobotChoice
     from gaitopt.dynamics.contacts import ForceLimits
     from gaitopt.plan.plan import Plan
     from gaitopt.robots.quadruped import Quadruped
@@ -24,26 +25,25 @@ TABLE_WIDTH = 150
 
 
 def load_inputs(
-    robot: str, footholds: Path | None, seed: int | None
+    robot: RobotChoice, footholds: Path | None, seed: int | None
 ) -> tuple[Quadruped, Footholds]:
     """The robot and the footholds that the options name.
 
     Args:
-        robot: a robot's name or a URDF file.
+        robot: the robot.
         footholds: a CSV file, or ``None`` for random columns.
         seed: of the random columns; 0 by default.
 
     Raises:
         InputError: both a file and a seed are given.
-        RobotError: the robot is unknown, or its URDF cannot be read.
+        RobotError: the robot is unknown, or its file cannot be read.
         FootholdsError: the file cannot be read.
     """
-    from gaitopt.robots.catalog import load_robot
     from gaitopt.terrain.footholds import Footholds
 
     if footholds is not None and seed is not None:
         raise InputError("--footholds and --seed exclude each other: give one of them")
-    model = load_robot(robot)
+    model = robot.load()
     if footholds is not None:
         return model, Footholds.from_csv(footholds)
     return model, random_terrain(model, seed or 0)

@@ -32,6 +32,10 @@ CURE = (
     "give masses={'link': kg, ...}; masses='shapes' estimates all from the links' shapes, and "
     "masses='none' does without, which is enough for plans with timing='velocity'"
 )
+NO_SHAPE = (
+    " and no shape that could be read, so masses='shapes' cannot estimate it; give "
+    "masses={'link': kg, ...} for all links, or masses='none'"
+)
 
 
 class _Inertia(NamedTuple):
@@ -72,11 +76,17 @@ def set_masses(
         if masses != NO_MASSES:
             _refuse_negative(tree, link)
         _complete(tree, link)
-    return warnings if masses == NO_MASSES else [*warnings, *_check_bodies(tree)]
+    return warnings if masses == NO_MASSES else [
+        *warnings, *_check_bodies(tree, NO_SHAPE if masses == FROM_SHAPES else f"; {CURE}")
+    ]  # fmt: skip
 
 
-def _check_bodies(tree: UrdfTree) -> list[str]:
+def _check_bodies(tree: UrdfTree, cure: str) -> list[str]:
     """Check that the base and all parts that move have masses and inertias that bodies can have.
+
+    Args:
+        tree: the robot.
+        cure: how an error goes on that says that a link has no mass.
 
     Returns:
         Warnings.
@@ -90,7 +100,7 @@ def _check_bodies(tree: UrdfTree) -> list[str]:
     for body in (tree.base, *(joint.child for joint in tree.walk() if not joint.fixed)):
         whole = _whole(tree, body)
         if not whole.mass > 0.0:
-            raise RobotError(f"{tree.label}: link {body} moves and has no mass; {CURE}")
+            raise RobotError(f"{tree.label}: link {body} moves and has no mass{cure}")
         if not np.abs(whole.matrix).max() < LARGEST_INERTIA:
             raise RobotError(f"{tree.label}: the inertia of link {body} is no sensible number")
         principal = np.linalg.eigvalsh(whole.matrix)
