@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from gaitopt.errors import RobotWarning as RobotWarning
     from gaitopt.errors import RouteError as RouteError
     from gaitopt.errors import SolverError as SolverError
+    from gaitopt.errors import TerrainError as TerrainError
     from gaitopt.errors import UnknownNameError as UnknownNameError
     from gaitopt.errors import UnsolvedSplineError as UnsolvedSplineError
     from gaitopt.exporting.ros import export_ros as export_ros
@@ -85,6 +86,11 @@ if TYPE_CHECKING:
     from gaitopt.planners.by_velocity.planner import plan_gait as plan_gait
     from gaitopt.planners.crawl import plan_crawl as plan_crawl
     from gaitopt.planners.over_obstacle.planner import plan_stride as plan_stride
+    from gaitopt.planners.over_terrain.planner import choose_footholds as choose_footholds
+    from gaitopt.planners.over_terrain.planner import plan_terrain as plan_terrain
+    from gaitopt.planners.over_terrain.planner import search_terrain as search_terrain
+    from gaitopt.planners.over_terrain.result import TerrainSearch as TerrainSearch
+    from gaitopt.planners.over_terrain.settings import TerrainSettings as TerrainSettings
     from gaitopt.planners.time_optimal.planner import plan_route as plan_route
     from gaitopt.retiming.retimed import retimed as retimed
     from gaitopt.robots.catalog import load_robot as load_robot
@@ -143,7 +149,7 @@ _HOMES = {
         "CertificateError FootholdsError GaitoptError GroundError InfeasibleSpeedError "
         "InfeasibleStepError "
         "InputError MissingPackageError PlanFileError RobotError RobotWarning RouteError "
-        "SolverError "
+        "SolverError TerrainError "
         "UnknownNameError UnsolvedSplineError"
     ),
     "exporting.ros": "export_ros",
@@ -174,6 +180,9 @@ _HOMES = {
     "planners.by_velocity.planner": "plan_gait",
     "planners.crawl": "plan_crawl",
     "planners.over_obstacle.planner": "plan_stride",
+    "planners.over_terrain.planner": "choose_footholds plan_terrain search_terrain",
+    "planners.over_terrain.result": "TerrainSearch",
+    "planners.over_terrain.settings": "TerrainSettings",
     "planners.time_optimal.planner": "plan_route",
     "retiming.retimed": "retimed",
     "robots.catalog": "load_robot robot_names",

@@ -103,6 +103,25 @@ class InfeasibleStepError(_MessageAndFields, GaitoptError):
     __hash__ = GaitoptError.__hash__
 
 
+@dataclass(eq=False)
+class TerrainError(_MessageAndFields, GaitoptError):
+    """No way over the ground was found.
+
+    Attributes:
+        message: how far the search got, what was in the way, and what to do.
+        step: the step that no state could make, counted from 0 over the whole walk.
+        leg: the leg that was to step.
+        refused: how many tries of this step were refused for what.
+        search: the :class:`gaitopt.TerrainSearch`, which knows how far it got.
+    """
+
+    message: str
+    step: int
+    leg: str
+    refused: Any = field(repr=False)
+    search: Any = field(repr=False)
+
+
 @dataclass
 class InfeasibleSpeedError(_MessageAndFields, GaitoptError):
     """A joint, a leg's reach, or contact forces do not allow the commanded velocity.

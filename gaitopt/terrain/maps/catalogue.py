@@ -12,7 +12,8 @@ from gaitopt.conventions import frozen
 from gaitopt.errors import InputError
 from gaitopt.inputs import check_count, check_kind, check_number
 from gaitopt.robots.quadruped import Quadruped
-from gaitopt.terrain.height_map import MOST_POINTS, HeightMap
+from gaitopt.terrain.height_map import HeightMap
+from gaitopt.terrain.height_map_checks import MOST_POINTS
 from gaitopt.terrain.maps.pits import BEAMS, GAPS
 from gaitopt.terrain.maps.site import GroundKind, RobotSize, Site, Size
 from gaitopt.terrain.maps.slopes import HILLS, RAMP, STAIRS, STAIRS_DOWN, STAIRS_UP
@@ -35,7 +36,7 @@ GROUNDS: Final[Mapping[str, GroundKind]] = MappingProxyType({
 RESOLUTION = 0.02
 """Distance of the points [m]: with it balls of usual feet touch few enough triangles for MuJoCo's
 limit of 50 contacts."""
-APRON_SHARE = 0.5
+APRON_SHARE = 0.8
 """Flat ground before and behind the stance, as a share of the standing height. Chosen: trunk and
 knees are above it."""
 WIDTH = 1.5
@@ -77,7 +78,7 @@ def make_ground(
         length: from start to goal [m].
         width: [m]; by default three times the width of the stance, at least 1.5 m.
         resolution: distance of the points of the grid [m].
-        apron: [m]; by default half the length of the stance and half the standing height.
+        apron: [m]; by default half the length of the stance and 0.8 of the standing height.
         sizes: sizes of the ground by name, for instance ``height=0.15`` [m] for rubble;
             ``GROUNDS[name].sizes`` in :mod:`gaitopt.terrain.maps.catalogue` lists them, as does the
             page on terrain.

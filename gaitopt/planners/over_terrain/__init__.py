@@ -1,0 +1,1 @@
+"""The walk over any ground: footholds are searched for on a height map."""

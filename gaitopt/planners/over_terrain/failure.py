@@ -1,0 +1,52 @@
+"""The error of a search that finds no way, and what would help."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from gaitopt.errors import TerrainError
+from gaitopt.planners.over_terrain.pairs import Cause
+from gaitopt.planners.over_terrain.result import TerrainSearch
+
+_CURES = {
+    Cause.APART: "another start or goal",
+    Cause.MARGIN: "a smaller stability_margin",
+    Cause.REACH: "shorter steps (step_length), a larger reach_fraction, or another body_height",
+    Cause.SWING: "a smaller clearance or swing_height, or another body_height",
+    Cause.LIMB: "a smaller limb_clearance, or a larger body_height",
+    Cause.TRUNK: "a smaller limb_clearance, or a larger body_height",
+    Cause.GROUND: "a larger freedom, a smaller edge_margin, or another way round (waypoints)",
+    Cause.PLAN: "a smaller stability_margin, or lower reserves of forces",
+}
+
+
+def no_way(search: TerrainSearch, detail: str = "") -> TerrainError:
+    """The error for a search that did not reach the goal.
+
+    Args:
+        search: the search.
+        detail: what the planner of the walk said last, if anything.
+    """
+    step = search.footholds.steps
+    share = step / max(search.steps, 1)
+    where = np.round(search.course.at(search.course.length * share)[:2], 2).tolist()
+    words = [
+        f"no way over the ground was found: step {step} of {search.steps} ({search.next_leg}) is "
+        f"not possible, {share:.0%} of the way, with the body near {where}"
+    ]
+    causes = _in_order(search.refused)
+    if causes:
+        counts = ", ".join(f"{cause}: {count}" for cause, count in causes)
+        words.append(f"what stopped the {sum(n for _, n in causes)} tries of this step: {counts}")
+    if detail:
+        words.append(detail)
+    worst = causes[0][0] if causes else Cause.GROUND
+    words.append(f"what may help: {_CURES[worst]}; or a wider search (width_limit)")
+    return TerrainError("; ".join(words), step, search.next_leg, dict(search.refused), search)
+
+
+def _in_order(refused: Mapping[Cause, int]) -> list[tuple[Cause, int]]:
+    """Causes that refused something, the most frequent first."""
+    return sorted(((c, n) for c, n in refused.items() if n), key=lambda pair: -pair[1])

@@ -1,0 +1,266 @@
+"""Judges possible steps: where the body goes, and whether anything is in the way.
+
+The questions are asked in the order in which they cost least for what they refuse.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gaitopt.conventions import LEGS, OTHER_LEGS, BoolArray, FloatArray
+from gaitopt.optimize.route.centre_of_mass import MassDistribution
+from gaitopt.planners.over_terrain.limbs import Limbs
+from gaitopt.planners.over_terrain.link_spheres import LinkSpheres
+from gaitopt.planners.over_terrain.pairs import Cause, Judged, Pairs
+from gaitopt.planners.over_terrain.settings import TerrainSettings
+from gaitopt.planners.over_terrain.surfaces import Surfaces
+from gaitopt.planners.over_terrain.triangles import into_triangles, shrunken_triangles
+from gaitopt.robots.quadruped import Quadruped
+from gaitopt.robots.rotations import rpy_to_matrix
+
+ANGLE_RESERVE = 0.02
+"""How far joints keep from their limits [rad]. Chosen: the plan's body may be some millimetres from
+where the search puts it."""
+COM_RESERVE = 0.3
+"""Margin beyond the one that is asked for, as a share of it: the centre of mass moves in the body
+while a foot flies, and forces may ask for more."""
+APART = 0.01
+"""Distance that feet keep from each other beside their radii [m]."""
+CROSSING = 0.25
+"""Least distance, ahead and sideways, of feet that must not cross, as a share of the stance."""
+SWING_SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)
+"""Places along the top of a box swing that are looked at."""
+
+OTHER_HEIGHTS = (0.92, 1.06, 0.84)
+"""Heights of the body that are tried where a step is not possible at the usual one, as shares of
+it. Chosen: within them the legs of all robots at hand keep their joint limits."""
+ENOUGH_LEFT = 0.5
+"""Share of pairs that may be left impossible without another height being tried."""
+AHEAD = (0.4, 0.8)
+"""How far ahead the body is when a new foothold is judged once more, in step lengths."""
+
+
+@dataclass(frozen=True, eq=False)
+class Judge:
+    """Judges pairs for one robot on one map.
+
+    Attributes:
+        robot, settings, surfaces: whose steps, what is asked for, and the ground.
+        limbs: the robot's links over the ground.
+        com: the centre of mass from the body centre of the standing robot, body frame ``(3,)`` [m].
+        hips: usual places of the feet from the body centre, body frame ``(4, 2)`` [m].
+    """
+
+    robot: Quadruped
+    settings: TerrainSettings
+    surfaces: Surfaces
+    limbs: Limbs
+    com: FloatArray
+    hips: FloatArray
+
+    @classmethod
+    def of(cls, robot: Quadruped, settings: TerrainSettings, surfaces: Surfaces) -> Judge:
+        """The judge of a robot's steps."""
+        legs = [robot.legs[leg] for leg in LEGS]
+        hips = np.array([leg.hip[:2] + leg.axes[:2, 1] * leg.lateral for leg in legs])
+        standing = robot.standing_joints()[robot.leg_joint_columns].reshape(1, 4, 3)
+        com = MassDistribution.of(robot).com_in_body(standing)[0]
+        limbs = Limbs(robot, surfaces, settings.limb_clearance, LinkSpheres.of(robot))
+        return cls(robot, settings, surfaces, limbs, com, hips - robot.centre[:2])
+
+    def judge(self, pairs: Pairs) -> Judged:
+        """Which pairs are possible, and how.
+
+        What is not possible at the usual height of the body is tried at others.
+        """
+        found = self._at_height(pairs, 1.0)
+        for share in OTHER_HEIGHTS:
+            left = np.flatnonzero(~found.possible)
+            if len(left) <= ENOUGH_LEFT * len(pairs.target):
+                break
+            other = self._at_height(pairs.chosen(left), share)
+            now = left[other.possible]
+            for mine, its in zip(found[:4], other[:4], strict=True):
+                mine[now] = its[other.possible]
+        return found
+
+    def _at_height(self, pairs: Pairs, share: float) -> Judged:
+        """Which pairs are possible with the body at a share of its usual height."""
+        count = len(pairs.target)
+        body, rise, prospects = np.full((count, 6), np.nan), np.zeros(count), np.zeros(count)
+        refused: dict[Cause, int] = {}
+        left = np.arange(count)
+
+        def keep(kept: BoolArray, cause: Cause) -> None:
+            nonlocal left
+            refused[cause] = refused.get(cause, 0) + int((~kept).sum())
+            left = left[kept]
+
+        apart: BoolArray = self._apart(pairs)
+        keep(apart, Cause.APART)
+        now = pairs.chosen(apart)
+        posture = self.postures(now, share)
+        places, there = self._places(now, posture)
+        keep(there, Cause.MARGIN)
+        now, posture, places = self._kept(there, now, posture, places)
+        reached = self._reached(now, posture, places)
+        first = reached.argmax(axis=1)
+        poses = np.concatenate([places[np.arange(len(first)), first], posture], axis=1)
+        body[left] = poses
+        somewhere = np.array(reached.any(axis=1), dtype=np.bool_)
+        keep(somewhere, Cause.REACH)
+        now, poses = self._kept(somewhere, now, poses)
+        paths, heights = self._swings(now)
+        rise[left] = heights
+        flown = self._flown(now, poses, paths)
+        keep(flown, Cause.SWING)
+        now, poses, paths = self._kept(flown, now, poses, paths)
+        clear = self.limbs.trunk_clear(now, poses)
+        keep(clear, Cause.TRUNK)
+        now, poses, paths = self._kept(clear, now, poses, paths)
+        clear = self.limbs.limbs_clear(now, poses, paths)
+        keep(clear, Cause.LIMB)
+        now, poses = self._kept(clear, now, poses)
+        prospects[left] = self._prospects(now, poses)
+        possible = np.zeros(count, dtype=np.bool_)
+        possible[left] = True
+        return Judged(possible, body, rise, prospects, refused)
+
+    def _prospects(self, pairs: Pairs, poses: FloatArray) -> FloatArray:
+        """At how many places of the body ahead the foothold would be of no use ``(K,)``.
+
+        A foothold may be good now, and its leg touch the ground, or not reach it, when the body has
+        moved on.
+        """
+        out = np.zeros(len(poses))
+        ahead = np.column_stack([np.cos(pairs.yaw), np.sin(pairs.yaw)]) * self.settings.step_length
+        for share in AHEAD:
+            later = poses.copy()
+            later[:, :2] += share * ahead
+            local = self.limbs.local(pairs.target[:, None], later)
+            reached = self._within(pairs.leg, local[:, 0])[1]
+            out += ~(reached & self.limbs.leg_clear(pairs.leg, pairs.target[:, None], later))
+        return out
+
+    def postures(self, pairs: Pairs, share: float = 1.0) -> FloatArray:
+        """Height, roll, pitch and yaw of the body over the feet ``(K, 4)``.
+
+        The body lies as the plane that fits best to the feet before and after the step.
+        """
+        after = pairs.feet.copy()
+        after[:, pairs.leg] = pairs.target
+        return self.posture_over((pairs.feet + after) / 2.0, pairs.yaw, share)
+
+    def posture_over(self, feet: FloatArray, yaw: FloatArray, share: float = 1.0) -> FloatArray:
+        """The same over feet ``(K, 4, 3)``, for a body that is turned by ``yaw (K,)``."""
+        middle = feet.mean(axis=1)
+        cosine, sine = np.cos(yaw), np.sin(yaw)
+        turn = np.stack([np.stack([cosine, sine]), np.stack([-sine, cosine])]).transpose(2, 0, 1)
+        away = feet - middle[:, None]
+        flat = np.einsum("kij,klj->kli", turn, away[..., :2])
+        gram = np.einsum("kli,klj->kij", flat, flat)
+        slope = np.linalg.solve(gram, np.einsum("kli,kl->ki", flat, away[..., 2])[..., None])
+        slope = self.settings.follow * slope[..., 0]
+        pitch = -np.arctan(slope[:, 0])
+        # After pitching, the y axis rises by sin(roll) cos(pitch) for each unit of its length.
+        roll = np.arctan(slope[:, 1] * np.cos(pitch))
+        height = middle[:, 2] + share * self.settings.body_height
+        return np.column_stack([height, roll, pitch, yaw])
+
+    @staticmethod
+    def _kept(which: BoolArray, pairs: Pairs, *arrays: FloatArray) -> tuple:  # type: ignore[type-arg]
+        return (pairs.chosen(which), *(a[which] for a in arrays))
+
+    def _apart(self, pairs: Pairs) -> BoolArray:
+        """Whether the foot keeps apart from the others, and legs do not cross."""
+        others = pairs.feet[:, OTHER_LEGS[pairs.leg]]
+        away = np.linalg.norm(others - pairs.target[:, None], axis=2).min(axis=1)
+        after = pairs.feet.copy()
+        after[:, pairs.leg] = pairs.target
+        cosine, sine = np.cos(pairs.yaw)[:, None], np.sin(pairs.yaw)[:, None]
+        ahead = cosine * after[..., 0] + sine * after[..., 1]
+        left = -sine * after[..., 0] + cosine * after[..., 1]
+        lf, lh, rh, rf = range(4)
+        length = CROSSING * float(np.ptp(self.hips[:, 0]))
+        width = CROSSING * float(np.ptp(self.hips[:, 1]))
+        kept = away >= 2.0 * self.robot.foot_radius + APART
+        for front, hind in ((lf, lh), (rf, rh)):
+            kept &= ahead[:, front] - ahead[:, hind] >= length
+        for one, other in ((lf, rf), (lh, rh)):
+            kept &= left[:, one] - left[:, other] >= width
+        return np.array(kept, dtype=np.bool_)
+
+    def _places(self, pairs: Pairs, posture: FloatArray) -> tuple[FloatArray, BoolArray]:
+        """Places that the body may go to ``(K, P, 2)`` [m], nearest first, and if there are any."""
+        standing = pairs.feet[:, OTHER_LEGS[pairs.leg], :2]
+        turn = rpy_to_matrix(posture[:, 1:])
+        offset = (turn @ self.com)[:, :2]
+        margin = self.settings.stability_margin * (1.0 + COM_RESERVE)
+        corners, some = shrunken_triangles(standing - offset[:, None], margin)
+        usual = self._usual(pairs, turn)
+        nearest = into_triangles(corners, pairs.body[:, :2])
+        best = into_triangles(corners, usual)
+        shares = np.array([0.0, 0.33, 0.67, 1.0])[:, None]
+        blend = nearest[:, None] + shares * (best - nearest)[:, None]
+        middle = corners.mean(axis=1)
+        further = np.stack([middle, (middle + best) / 2.0], axis=1)
+        places = np.concatenate([blend, further], axis=1)
+        return places, some
+
+    def _usual(self, pairs: Pairs, turn: FloatArray) -> FloatArray:
+        """The middle of where the body would be for each foot to be below its hip ``(K, 2)``."""
+        before = pairs.feet[..., :2].sum(axis=1)
+        mean = (before + pairs.target[:, :2] - 0.0) / 5.0
+        weight = np.ones(4)
+        weight[pairs.leg] = 2.0
+        hip = (weight[:, None] * self.hips).sum(axis=0) / 5.0
+        return np.asarray(mean - turn[:, :2, :2] @ hip)
+
+    def _within(self, leg: int, points: FloatArray) -> tuple[FloatArray, BoolArray]:
+        """Joint angles for places ``(..., 3)`` of a foot in the body frame, and if all is kept."""
+        own = self.robot.legs[LEGS[leg]]
+        angles = own.inverse(points)
+        low, high = own.position_limits
+        kept = ((angles >= low + ANGLE_RESERVE) & (angles <= high - ANGLE_RESERVE)).all(axis=-1)
+        share = own.straightness(*np.moveaxis(points, -1, 0))
+        kept &= own.shortfall(points) <= 0.0
+        kept &= share <= (self.settings.reach_fraction * own.reach) ** 2
+        return angles, kept
+
+    def _reached(self, pairs: Pairs, posture: FloatArray, places: FloatArray) -> BoolArray:
+        """Whether all feet and the foothold are reached from places of the body ``(K, P)``."""
+        count, choices = places.shape[:2]
+        poses = np.concatenate(
+            [places, np.broadcast_to(posture[:, None], (count, choices, 4))], axis=2
+        ).reshape(-1, 6)
+        points = np.concatenate([pairs.feet, pairs.target[:, None]], axis=1)
+        local = self.limbs.local(np.repeat(points, choices, axis=0), poses)
+        kept = np.ones(len(poses), dtype=np.bool_)
+        for k in range(5):
+            kept &= self._within(k if k < 4 else pairs.leg, local[:, k])[1]
+        return kept.reshape(count, choices)
+
+    def _swings(self, pairs: Pairs) -> tuple[FloatArray, FloatArray]:
+        """Places along the box swings ``(K, n, 3)``, and how far they rise ``(K,)`` [m]."""
+        start, end = pairs.feet[:, pairs.leg], pairs.target
+        cell = self.surfaces.ground.resolution
+        longest = float(np.linalg.norm((end - start)[:, :2], axis=1).max(initial=0.0))
+        share = np.linspace(0.0, 1.0, int(np.ceil(longest / cell)) + 2)[:, None]
+        line = start[:, None, :2] + share * (end - start)[:, None, :2]
+        below = self.surfaces.clear_height(line, self.robot.foot_radius).max(axis=1)
+        higher = np.maximum(start[:, 2], end[:, 2])
+        top = np.maximum(below + self.settings.clearance, higher + self.settings.swing_height)
+        shares = np.array(SWING_SHARES)[:, None]
+        over = start[:, None] + shares * (end - start)[:, None]
+        over[..., 2] = top[:, None]
+        halfway = np.stack([start, end], axis=1)
+        halfway[..., 2] = (halfway[..., 2] + top[:, None]) / 2.0
+        return np.concatenate([over, halfway], axis=1), top - higher
+
+    def _flown(self, pairs: Pairs, poses: FloatArray, paths: FloatArray) -> BoolArray:
+        """Whether the leg reaches all places of its swing ``(K,)``."""
+        finite = np.isfinite(paths).all(axis=(1, 2))
+        local = self.limbs.local(np.nan_to_num(paths, posinf=1e3), poses)
+        return np.asarray(finite & self._within(pairs.leg, local)[1].all(axis=1))

@@ -1,0 +1,43 @@
+"""Whether the limbs and the trunk of a planned walk are clear of the ground, all along its path."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from gaitopt.conventions import LEGS, FloatArray
+from gaitopt.plan.plan import Plan
+from gaitopt.planners.over_terrain.limbs import Limbs
+from gaitopt.robots.rotations import matrix_to_rpy, rpy_to_matrix
+
+EVERY = 0.02
+"""Time between the samples [s]: a limb moves a centimetre or two in it, and the search's clearance
+is about as much."""
+MOST_SAMPLES = 20_000
+"""Most samples; longer walks are looked at less often."""
+
+
+def first_touching_step(plan: Plan, limbs: Limbs) -> int | None:
+    """The first step in which a limb or the trunk touches the ground; ``None`` where none does.
+
+    Args:
+        plan: over a height map.
+        limbs: the robot's links over it.
+    """
+    count = min(int(np.ceil(plan.duration / EVERY)) + 1, MOST_SAMPLES)
+    times = np.linspace(0.0, plan.duration, count)
+    values = plan.path.evaluate(times)
+    robot = plan.robot
+    axes = rpy_to_matrix(values[:, 3:6]) @ robot.body_axes
+    poses = np.concatenate([values[:, :3] + axes @ robot.centre, matrix_to_rpy(axes)], axis=1)
+    touching = ~replace(limbs, clearance=0.0).clear(poses, _leg_joints(plan, values[:, 6:]))
+    if not touching.any():
+        return None
+    return plan.phase_at(float(times[int(touching.argmax())])).step
+
+
+def _leg_joints(plan: Plan, joints: FloatArray) -> FloatArray:
+    """Joint angles of the legs ``(N, 4, 3)`` [rad]."""
+    columns = [list(plan.robot.leg_columns[leg]) for leg in LEGS]
+    return np.stack([joints[:, own] for own in columns], axis=1)

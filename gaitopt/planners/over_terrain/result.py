@@ -1,0 +1,64 @@
+"""What a search for footholds found, and how far it got."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from gaitopt.conventions import FloatArray
+from gaitopt.planners.over_terrain.course import Course
+from gaitopt.planners.over_terrain.pairs import Cause
+from gaitopt.planners.over_terrain.settings import TerrainSettings
+from gaitopt.terrain.footholds import Footholds
+from gaitopt.terrain.layers import GroundLayers
+
+
+@dataclass(frozen=True, eq=False)
+class TerrainSearch:
+    """A search for footholds over a map.
+
+    Attributes:
+        footholds: those of the way that was found; of its first part, where the goal was not
+            reached.
+        complete: whether the goal was reached.
+        settings: what was asked for, with the step length and body height that worked.
+        course: the way of the body that was asked for.
+        layers: of the ground.
+        tried: footholds that were tried ``(n, 3)`` [m].
+        width: of the beam that found the way, or that was tried last.
+        stands: numbers of the places where the feet stand, at the start and after each step
+            ``(S + 1, 4)``.
+        steps: steps that lead to the goal.
+        next_leg: the leg that was to step next, where the goal was not reached.
+        refused: at the first step that no state could make, how many tries were refused for what.
+        cost: of the way, in body heights.
+        seconds: that the search took [s].
+    """
+
+    footholds: Footholds
+    complete: bool
+    settings: TerrainSettings
+    course: Course
+    layers: GroundLayers
+    tried: FloatArray
+    width: int
+    stands: np.ndarray
+    steps: int
+    next_leg: str
+    refused: Mapping[Cause, int]
+    cost: float
+    seconds: float
+
+    @property
+    def metres(self) -> float:
+        """Length of the course [m]."""
+        return float(np.linalg.norm(np.diff(self.course.poses[:, :2], axis=0), axis=1).sum())
+
+    def __repr__(self) -> str:
+        end = "reached" if self.complete else "not reached"
+        return (
+            f"TerrainSearch(goal {end}, {self.footholds.steps} steps over {self.metres:.2f} m, "
+            f"width {self.width}, {self.seconds:.2f} s)"
+        )

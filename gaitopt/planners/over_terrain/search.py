@@ -1,0 +1,211 @@
+"""The search for footholds on a map: a beam search over where four feet stand and which leg steps.
+
+In a cycle every leg steps once, each to near its usual place one step length farther along the
+course. After each step the states with the least cost are kept. The cost is in units of the body's
+height: the ways of body and feet, and penalties of footholds. All states of a layer have made the
+same number of steps, so what is left of the way is the same for all, and costs can be compared.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+
+import numpy as np
+
+from gaitopt.conventions import LEGS, FloatArray, Progress
+from gaitopt.gait.crawl import WANG_SEQUENCE
+from gaitopt.planners.over_terrain.course import Course
+from gaitopt.planners.over_terrain.judge import Judge
+from gaitopt.planners.over_terrain.pairs import Cause, Pairs
+from gaitopt.planners.over_terrain.states import Found, Kept, Layer
+from gaitopt.planners.over_terrain.surfaces import Stands
+from gaitopt.terrain.layers import GroundLayers
+
+CHUNK = 48
+"""Pairs that are judged at once. Chosen: the cost of a call is then shared well, and few are judged
+that are not needed."""
+MOST_CHUNKS = 12
+"""Most times that further pairs are judged for a layer of the least width; more for wider ones."""
+CANDIDATES = 28
+"""Most footholds that are tried for a step."""
+BLOCK = 0.12
+"""Side of the squares of which each gives one foothold to try, as a share of the step's freedom
+times two. Chosen: neighbours on the grid differ too little to try both."""
+FROM_USUAL, FOOT_WAY, BODY_WAY = 1.0, 0.15, 1.0
+"""Costs of the distance from the usual foothold, of the foot's and of the body's way, each as a
+share of the body's height."""
+NO_USE_AHEAD = 0.5
+"""Cost of a foothold that is of no use when the body has moved on, for each place looked at."""
+BACK, PAST = 2, 4
+"""Steps that the search goes back from a dead end for each width of the beam, and steps beyond it
+after which the beam is as narrow as before. Chosen: what leads into a dead end is where a foot was
+put in the last cycle, or the one before."""
+WIDER = 4
+"""By what the beam is widened at a dead end."""
+CYCLE: tuple[int, ...] = tuple(LEGS.index(leg) for leg in WANG_SEQUENCE)
+
+
+@dataclass(frozen=True, eq=False)
+class Search:
+    """A search for one robot, map and course.
+
+    Attributes:
+        judge: of its steps.
+        stands: where feet may stand.
+        layers: of the ground.
+        course: where the body goes.
+        cycles: how often each leg steps.
+        banned: steps that the planner refused, as (number of the step, stands of all feet).
+    """
+
+    judge: Judge
+    stands: Stands
+    layers: GroundLayers
+    course: Course
+    cycles: int
+    banned: frozenset[tuple[int, tuple[int, ...]]]
+
+    def run(self, start: Layer, progress: Progress | None = None) -> Found:
+        """Search as far as it gets.
+
+        Where no state can make a further step, the search goes back some steps and on with a wider
+        beam, and farther back with a still wider one, until the widest has been tried.
+        """
+        settings = self.judge.settings
+        layers, steps = [start], 4 * self.cycles
+        tried: set[int] = set()
+        refused: Counter[Cause] = Counter()
+        width, stuck, farthest = settings.width, -1, [start]
+        reasons: dict[Cause, int] = {}
+        while len(layers) <= steps:
+            refused = Counter()
+            following = self._next(layers[-1], width, refused, tried)
+            if following is not None:
+                layers.append(following)
+                if len(layers) > len(farthest):
+                    farthest = list(layers)
+                if len(layers) > stuck + PAST:
+                    width = settings.width
+                if progress is not None:
+                    progress(len(farthest) - 1, steps)
+                continue
+            if len(layers) == len(farthest):
+                reasons = dict(refused)
+            if width >= settings.width_limit:
+                break
+            # At another place than before it begins with little once more.
+            new = len(layers) > stuck + BACK
+            width = min(WIDER * (settings.width if new else width), settings.width_limit)
+            stuck = max(len(layers), stuck)
+            layers = layers[: max(len(layers) - BACK * width // settings.width, 1)]
+        return Found(tuple(farthest), steps, reasons, np.array(sorted(tried), dtype=int), width)
+
+    def usual(self, leg: int, steps: int) -> FloatArray:
+        """Where a leg usually stands after a number of its steps ``(2,)`` [m]."""
+        x, y, yaw = self.course.at(self.course.length * steps / max(self.cycles, 1))
+        cosine, sine = np.cos(yaw), np.sin(yaw)
+        ahead, left = self.judge.hips[leg]
+        return np.array([x + cosine * ahead - sine * left, y + sine * ahead + cosine * left])
+
+    def _next(
+        self, layer: Layer, width: int, refused: Counter[Cause], tried: set[int]
+    ) -> Layer | None:
+        """The states after one more step; ``None`` where there is none."""
+        orders = [self.legs(made) for made in layer.made]
+        for choice in range(4):
+            legs = np.array([o[choice] if choice < len(o) else -1 for o in orders])
+            found = self._expand(layer, legs, width, refused, tried)
+            if found is not None:
+                return found
+        return None
+
+    def legs(self, made: np.ndarray) -> list[int]:
+        """The legs that may step next, the usual one first."""
+        least = int(made.min())
+        return [leg for leg in CYCLE if made[leg] == least]
+
+    def _expand(
+        self, layer: Layer, legs: np.ndarray, width: int, refused: Counter[Cause], tried: set[int]
+    ) -> Layer | None:
+        """The cheapest states in which given legs ``(N,)`` have stepped; -1 for none."""
+        state, stand, cost = self._candidates(layer, legs, refused)
+        if not len(state):
+            refused[Cause.GROUND] += int((legs >= 0).sum())
+            return None
+        kept = Kept(width)
+        order = np.argsort(cost, kind="stable")
+        most = MOST_CHUNKS * max(width // self.judge.settings.width, 1)
+        for chunk in np.array_split(order, max(len(order) // CHUNK, 1))[:most]:
+            for leg in sorted(set(legs[state[chunk]].tolist())):
+                own = chunk[legs[state[chunk]] == leg]
+                self._judge(layer, leg, state[own], stand[own], cost[own], kept, refused)
+            tried.update(stand[chunk].tolist())
+            if kept.full:
+                break
+        return kept.layer(layer, legs)
+
+    def _candidates(
+        self, layer: Layer, legs: np.ndarray, refused: Counter[Cause]
+    ) -> tuple[np.ndarray, np.ndarray, FloatArray]:
+        """States, stands to step to, and their costs, before anything is judged."""
+        height = self.judge.settings.body_height
+        states, stands, costs = [], [], []
+        for leg, made in sorted({(int(k), int(m[k])) for k, m in zip(legs, layer.made, strict=True)
+                                 if k >= 0}):  # fmt: skip
+            usual = self.usual(leg, made + 1)
+            near, own = self._thinned(usual)
+            if not near.size:
+                continue
+            for n in np.flatnonzero((legs == leg) & (layer.made[:, leg] == made)):
+                way = np.linalg.norm(self.stands.centres[near] - layer.feet[n, leg], axis=1)
+                cost = layer.cost[n] + own + FOOT_WAY * way / height
+                kept = [self._allowed(layer, int(n), leg, int(k)) for k in near]
+                refused[Cause.PLAN] += len(kept) - sum(kept)
+                states.append(np.full(len(near), n)[kept])
+                stands.append(near[kept])
+                costs.append(cost[kept])
+        if not states:
+            return np.empty(0, int), np.empty(0, int), np.empty(0)
+        return np.concatenate(states), np.concatenate(stands), np.concatenate(costs)
+
+    def _allowed(self, layer: Layer, state: int, leg: int, stand: int) -> bool:
+        """Whether a step was not refused before."""
+        if not self.banned:
+            return True
+        after = [*layer.stands[state].tolist()]
+        after[leg] = stand
+        return (int(layer.made[state].sum()), tuple(after)) not in self.banned
+
+    def _thinned(self, usual: FloatArray) -> tuple[np.ndarray, FloatArray]:
+        """Some stands near a usual place, spread over it, and what each costs."""
+        settings = self.judge.settings
+        near = self.stands.near(self.judge.surfaces.ground, usual, settings.freedom)
+        if not near.size:
+            return near, np.empty(0)
+        away = self.stands.centres[near, :2] - usual
+        own = FROM_USUAL * (away**2).sum(axis=1) / settings.freedom**2 * 0.5
+        own = own + self.stands.penalties[near]
+        side = max(2.0 * BLOCK * settings.freedom, self.judge.surfaces.ground.resolution)
+        block = np.floor(away / side + 0.5).astype(int)
+        order = np.argsort(own, kind="stable")
+        _, first = np.unique(block[order], axis=0, return_index=True)
+        chosen = order[np.sort(first)][:CANDIDATES]
+        return near[chosen], own[chosen]
+
+    def _judge(
+        self, layer: Layer, leg: int, state: np.ndarray, stand: np.ndarray, cost: FloatArray,
+        kept: Kept, refused: Counter[Cause],
+    ) -> None:  # fmt: skip
+        """Judge pairs of one leg, and keep those that are possible."""
+        made = layer.made[state].sum(axis=1) + 1
+        yaw = self.course.at(self.course.length * made / max(4 * self.cycles, 1))[:, 2]
+        pairs = Pairs(layer.feet[state], layer.body[state], self.stands.centres[stand], yaw, leg)
+        judged = self.judge.judge(pairs)
+        refused.update(judged.refused)
+        way = np.linalg.norm(judged.body[:, :3] - layer.body[state, :3], axis=1)
+        cost = cost + BODY_WAY * way / self.judge.settings.body_height
+        cost = cost + NO_USE_AHEAD * judged.prospects
+        for i in np.flatnonzero(judged.possible):
+            kept.add(int(state[i]), int(stand[i]), leg, float(cost[i]), pairs.target[i],
+                     judged.body[i], float(judged.rise[i]))  # fmt: skip

@@ -1,0 +1,119 @@
+"""Settings of the search for footholds on a map."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from gaitopt.errors import InputError
+from gaitopt.inputs import check_count, check_number
+from gaitopt.plan.settings.over_footholds import force_margin
+from gaitopt.robots.quadruped import Quadruped
+from gaitopt.robots.standing import foot_below_hip
+
+STEP_SHARE = 0.55
+"""Length of a step as a share of the standing height. Chosen: longer ones reach the limits of hind
+legs uphill, shorter ones take more time."""
+FREEDOM_SHARE = 0.4
+"""How far from its usual place a foot may step, as a share of the standing height."""
+SWING_SHARE = 0.12
+"""Least height of a swing above its higher end, as a share of the standing height."""
+CLEARANCE_SHARE = 0.05
+"""Clearance of flying feet above what lies between, as a share of the standing height."""
+LIMB_SHARE = 0.03
+"""Clearance of limbs and trunk, as a share of the standing height."""
+
+
+HEIGHT_SHARE = 1.15
+"""Height of the body as a share of the standing height, where the joints allow it. Chosen: limbs
+are then higher above the ground, and legs still reach footholds that are lower than others."""
+
+
+def usual_height(robot: Quadruped) -> float:
+    """Height of the hips above the mean of the feet where none is asked for [m]."""
+    height = round(HEIGHT_SHARE * robot.standing_height, 4)
+    for leg in robot.legs.values():
+        foot = foot_below_hip(leg, height)
+        low, high = leg.position_limits
+        angles = leg.inverse(foot)
+        if leg.shortfall(foot) > 0.0 or (angles < low).any() or (angles > high).any():
+            return robot.standing_height
+    return height
+
+
+@dataclass(frozen=True)
+class TerrainSettings:
+    """What the search for footholds asks for.
+
+    Attributes:
+        step_length: how far each leg moves on in a cycle [m].
+        freedom: how far a foot may step from its usual place [m].
+        body_height: of the hips above the mean of the feet [m].
+        swing_height: least height of a swing above its higher end [m].
+        clearance: of flying feet above the ground between their footholds [m].
+        limb_clearance: of limbs and trunk from the ground [m].
+        stability_margin: static stability margin of the centre of mass [m].
+        reach_fraction: share of the legs' reach that is used.
+        follow: share of the ground's slope that the body takes, 0 for a level body.
+        friction: coefficient of friction of the ground.
+        edge_margin: least distance of a foothold from an edge [m].
+        width: states that are kept after each step (the beam's width).
+        width_limit: width up to which the search is repeated where it finds no way.
+
+    Raises:
+        InputError: a value is out of range.
+    """
+
+    step_length: float
+    freedom: float
+    body_height: float
+    swing_height: float
+    clearance: float
+    limb_clearance: float
+    stability_margin: float
+    reach_fraction: float = 0.98
+    follow: float = 1.0
+    friction: float = 0.6
+    edge_margin: float = 0.02
+    width: int = 6
+    width_limit: int = 96
+
+    def __post_init__(self) -> None:
+        for name, low in (
+            ("step_length", 1e-3), ("freedom", 0.0), ("body_height", 1e-3), ("swing_height", 0.0),
+            ("clearance", 0.0), ("limb_clearance", 0.0), ("stability_margin", 0.0),
+        ):  # fmt: skip
+            object.__setattr__(self, name, check_number(name, getattr(self, name), low, 1e3, "m"))
+        check_number("reach_fraction", self.reach_fraction, 0.05, 1.0)
+        check_number("follow", self.follow, 0.0, 1.0)
+        check_number("edge_margin", self.edge_margin, 0.0, 10.0, "m")
+        check_number("friction", self.friction, 1e-3, 10.0)
+        check_count("width", self.width, 1, 10_000)
+        check_count("width_limit", self.width_limit, 1, 100_000)
+
+    @classmethod
+    def for_robot(cls, robot: Quadruped, **options: Any) -> TerrainSettings:
+        """Settings to a robot's size, save for those that are given by name.
+
+        Raises:
+            InputError: an option is unknown, or a value is out of range.
+        """
+        height = robot.standing_height
+        fitted = {
+            "step_length": round(STEP_SHARE * height, 4),
+            "freedom": round(FREEDOM_SHARE * height, 4),
+            "body_height": usual_height(robot),
+            "swing_height": round(SWING_SHARE * height, 4),
+            "clearance": round(CLEARANCE_SHARE * height, 4),
+            "limb_clearance": round(LIMB_SHARE * height, 4),
+            "stability_margin": force_margin(robot),
+        }
+        given = {name: value for name, value in options.items() if value is not None}
+        try:
+            return cls(**{**fitted, **given})
+        except TypeError:
+            known = ", ".join(cls.__dataclass_fields__)
+            unknown = [name for name in given if name not in cls.__dataclass_fields__]
+            raise InputError(
+                f"the search has no setting {', '.join(unknown)}; there are {known}"
+            ) from None
