@@ -10,6 +10,7 @@ from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.settings.time_optimal import RouteSettings
 
+NAME = "swing clearance"
 ON_EDGE = 1e-9
 """How far inside a column a place counts as outside [m], as those on the edge may come out inside
 by rounding (1e-13 m for places 100 m away). To count too many places as outside is safe."""
@@ -19,12 +20,12 @@ def swing_clearance(plan: Plan, motion: Motion) -> Check | None:
     """Feet on a free swing keep the clearance wherever they are outside both columns' radius.
 
     The clearance is a height above the higher of the two footholds. ``None`` for plans whose swing
-    curve is not free.
+    curve is not free: theirs is judged with the ground (:mod:`gaitopt.certificate.ground.checks`).
     """
     settings = plan.settings
-    if not isinstance(settings, RouteSettings) or not settings.free.swing:
+    if not (isinstance(settings, RouteSettings) and has_free_swing(plan)):
         return None
-    name, asked = "swing clearance", settings.clearance
+    asked = settings.clearance
     heights = np.full((len(motion.phase), len(LEGS)), np.inf)
     for swing in plan.swings:
         first, last = np.searchsorted(motion.phase, [swing.phases[0], swing.phases[1] + 1])
@@ -37,10 +38,15 @@ def swing_clearance(plan: Plan, motion: Motion) -> Check | None:
     piece, leg = (int(i) for i in np.unravel_index(int(heights.argmin()), heights.shape))
     worst = float(heights[piece, leg])
     if not np.isfinite(worst):
-        return Check(name, Verdict.OK, asked, asked - SHORT, "m", ">=",
+        return Check(NAME, Verdict.OK, asked, asked - SHORT, "m", ">=",
                      note="no foot leaves its columns")  # fmt: skip
-    return judged(name, worst, asked - SHORT, "m", ">=", bound=motion.feet_deviation[piece, leg],
+    return judged(NAME, worst, asked - SHORT, "m", ">=", bound=motion.feet_deviation[piece, leg],
                   when=motion.pieces.starts[piece], where=LEGS[leg])  # fmt: skip
+
+
+def has_free_swing(plan: Plan) -> bool:
+    """Whether feet fly on free curves, with a clearance that the plan promises."""
+    return isinstance(plan.settings, RouteSettings) and plan.settings.free.swing
 
 
 def lowest_outside(

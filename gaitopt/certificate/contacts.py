@@ -7,6 +7,7 @@ import numpy as np
 from gaitopt.certificate.check import JUMP, SHORT, Check, Verdict, column_name, judged, worst_place
 from gaitopt.certificate.trace import Motion
 from gaitopt.conventions import LEGS, FloatArray
+from gaitopt.errors import InputError
 from gaitopt.plan.phase import Phase, Swing
 from gaitopt.plan.plan import Plan
 
@@ -61,7 +62,10 @@ def _sequence_faults(plan: Plan) -> list[str]:
 def _order_faults(plan: Plan) -> list[str]:
     """Swings that are missing, too many, or in another order than was asked for."""
     flown = [swing.leg for swing in plan.swings]
-    asked = plan.settings.swing_legs(plan.footholds.counts)
+    try:
+        asked = plan.settings.swing_legs(plan.footholds.counts)
+    except InputError as error:
+        return [str(error)]
     if asked is not None and flown != asked:
         first = next((i for i, (a, b) in enumerate(zip(flown, asked, strict=False)) if a != b),
                      min(len(flown), len(asked)))  # fmt: skip
@@ -98,7 +102,10 @@ def slip(plan: Plan, motion: Motion) -> Check:
 
 
 def landings(plan: Plan, motion: Motion) -> Check:
-    """Standing feet stand on their footholds: within the landing radius, and at their height."""
+    """Standing feet stand on their footholds: within the landing radius, and at their height.
+
+    So do feet that lift off as they touch down, and so stand for no time.
+    """
     home = _expected(plan, motion)
     away = motion.feet - home
     radius = plan.footholds.landing_radius
@@ -108,6 +115,11 @@ def landings(plan: Plan, motion: Motion) -> Check:
     least = min(radius, LANDING_HEIGHT)
     use = np.where(motion.standing, use + motion.feet_deviation / least, 0.0)
     end = np.linalg.norm(motion.feet[1, -1] - plan.footholds.array[:, -1], axis=1) / radius
+    for swing in plan.swings:
+        leg, landed = LEGS.index(swing.leg), np.searchsorted(motion.phase, swing.phases[1] + 1) - 1
+        away = np.abs(motion.feet[1, landed, leg] - swing.foot_end)
+        on = max(float(np.hypot(*away[:2])) / radius, float(away[2]) / LANDING_HEIGHT)
+        use[landed, leg] = max(use[landed, leg], on)
     piece, leg = worst_place(use)
     worst, where = float(use[piece, leg]), LEGS[leg]
     if end.max() > max(worst, 1.0):
@@ -145,8 +157,14 @@ def _apex(motion: Motion, swing: Swing) -> float:
     return float(heights.max(initial=-np.inf))
 
 
-def ground(plan: Plan, motion: Motion) -> Check:
-    """Flying feet do not sink below the lower end of their swing."""
+def ground(plan: Plan, motion: Motion) -> Check | None:
+    """Flying feet do not sink below the lower end of their swing.
+
+    ``None`` for plans with a height map, which says where the ground is
+    (:mod:`gaitopt.certificate.ground.checks`).
+    """
+    if plan.footholds.ground is not None:
+        return None
     lows = np.full((max(len(plan.phases), 1), len(LEGS)), -np.inf)
     for swing in plan.swings:
         flight = slice(swing.phases[0], swing.phases[1] + 1)

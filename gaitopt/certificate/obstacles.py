@@ -108,7 +108,7 @@ def robot_shapes(robot: Quadruped) -> Shapes:
     whole = {int(shape.parentJoint) for shape in geometry.geometryObjects}
     whole -= {int(model.frames[model.getFrameId(link, pin.BODY)].parentJoint) for link in meshed}
     stand_ins = []
-    for joint, link, shape, placement in _stand_ins(robot):
+    for joint, link, shape, placement in stand_in_shapes(robot):
         if joint not in whole:
             name = f"{link} as a line"
             geometry.addGeometryObject(pin.GeometryObject(name, joint, placement, shape))
@@ -117,7 +117,7 @@ def robot_shapes(robot: Quadruped) -> Shapes:
     return Shapes(geometry, tuple(links), tuple(stand_ins))
 
 
-def _stand_ins(robot: Quadruped) -> list[tuple[int, str, Any, Any]]:
+def stand_in_shapes(robot: Quadruped) -> list[tuple[int, str, Any, Any]]:
     """For the body and each part of each leg its joint, its link, and a shape with its place."""
     model = robot.model
     radius = robot.foot_radius or THIN

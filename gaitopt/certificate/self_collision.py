@@ -13,6 +13,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pinocchio as pin
+from numpy.typing import ArrayLike
 from pinocchio import coal
 from scipy.spatial import ConvexHull, QhullError
 
@@ -96,9 +97,8 @@ def _geometry(plan: Plan) -> Any:
         if index >= model.nframes:
             raise RobotError(f"{robot.name}: there is no link {link!r}, which has a hull")
         frame = model.frames[index]
-        solid = pin.GeometryObject(
-            f"{link} (hull {number})", int(frame.parentJoint), frame.placement, _convex(numbers)
-        )
+        name, joint = f"{link} (hull {number})", int(frame.parentJoint)
+        solid = pin.GeometryObject(name, joint, frame.placement, convex_solid(numbers))
         geometry.addGeometryObject(solid)
     return geometry
 
@@ -110,8 +110,12 @@ def links_without_hulls(robot: Quadruped) -> tuple[str, ...]:
     return tuple(link for link in meshed if link not in known)
 
 
-def _convex(numbers: tuple[float, ...]) -> Any:
-    """A convex solid of coal's, from the coordinates of its corners."""
+def convex_solid(numbers: ArrayLike) -> Any:
+    """A convex solid of coal's, from the coordinates of its corners.
+
+    Raises:
+        RobotError: the corners lie in a plane.
+    """
     corners = np.array(numbers, dtype=np.float64).reshape(-1, 3)
     try:
         hull = ConvexHull(corners)

@@ -15,6 +15,7 @@ from gaitopt.certificate import balance, clearance, contacts, joints, obstacles,
 from gaitopt.certificate.certificate import Certificate
 from gaitopt.certificate.check import FORCES, Check, unchecked
 from gaitopt.certificate.forces import contact_forces
+from gaitopt.certificate.ground.checks import ground_checks
 from gaitopt.certificate.known_robot import refuse_other_robot, refuse_other_text
 from gaitopt.certificate.trace import trace
 from gaitopt.certificate.weak_settings import weak_settings
@@ -71,6 +72,7 @@ def verify(
         contacts.swing_height(plan, motion),
         contacts.ground(plan, motion),
         clearance.swing_clearance(plan, motion),
+        *ground_checks(plan, motion),
         joints.joint_positions(plan, motion),
         joints.joint_velocities(plan, motion),
         joints.joint_accelerations(plan, motion),

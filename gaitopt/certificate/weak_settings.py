@@ -28,6 +28,9 @@ LEAST_LENGTH: Final = 1e-3
 MOST_LANDING: Final = 0.25
 """Largest radius of a column as a share of a leg's reach: on a larger one a foot may land a good
 part of a step away from its foothold."""
+MOST_FOOT: Final = 0.25
+"""Largest radius of a foot as a share of a leg's reach: what lies within the foot's ball is not
+held against the ground. Robots' feet have up to 0.08 of it, and wheels that are locked 0.2."""
 MOST_TORQUE: Final = 3.0
 """Largest effort limit that is believed, as a share of the robot's weight times the reach of its
 longest leg: it is at most 0.75 for robots with real limits."""
@@ -68,10 +71,20 @@ def _of_the_plan(plan: Plan) -> Iterator[str]:
             f"feet may land {plan.footholds.landing_radius:g} m from their footholds, more than "
             f"{MOST_LANDING:g} of the reach of a leg"
         )
+    if not plan.robot.foot_radius <= MOST_FOOT * reach:
+        yield (
+            f"feet are balls of {plan.robot.foot_radius:g} m, more than {MOST_FOOT:g} of the reach "
+            "of a leg"
+        )
+    slippery = plan.footholds.friction or {}
+    friction = max((float(each.max(initial=0.0)) for each in slippery.values()), default=0.0)
+    if not friction <= MOST_FRICTION:
+        yield f"a foothold's friction of {friction:g} is more than {MOST_FRICTION:g}"
     if settings.static and not settings.stability_margin >= LEAST_LENGTH:
         yield f"a stability margin of {settings.stability_margin:g} m is less than {LEAST_LENGTH:g}"
-    if plan.swings and not settings.swing_height >= LEAST_LENGTH:
-        yield f"a swing height of {settings.swing_height:g} m is less than {LEAST_LENGTH:g}"
+    height = _least_swing_height(plan)
+    if plan.swings and not height >= LEAST_LENGTH:
+        yield f"a swing height of {height:g} m is less than {LEAST_LENGTH:g}"
     if settings.promised_forces is not None:
         return
     if settings.zmp_margin is None and isinstance(claimed, (int, float)) and not claimed > 0.0:
@@ -79,6 +92,14 @@ def _of_the_plan(plan: Plan) -> Iterator[str]:
             f"the ZMP's margin of {claimed:g} m is the plan's own statement, and says that the ZMP "
             "leaves the support"
         )
+
+
+def _least_swing_height(plan: Plan) -> float:
+    """The least height that any swing was asked to rise [m]."""
+    own = plan.footholds.swing_heights
+    if own is None:
+        return plan.settings.swing_height
+    return min((float(each.min()) for each in own.values() if len(each)), default=np.inf)
 
 
 def _of_forces(limits: ForceLimits) -> Iterator[str]:

@@ -7,8 +7,6 @@ from dataclasses import dataclass, fields
 from types import MappingProxyType
 from typing import Any, Literal
 
-import numpy as np
-
 from gaitopt.conventions import LEGS, FloatArray, frozen
 from gaitopt.errors import InputError
 from gaitopt.terrain.footholds import Footholds
@@ -165,10 +163,7 @@ def find_swings(phases: Sequence[Phase], footholds: Footholds) -> tuple[Swing, .
     """
     found: list[tuple[int, int, str, int]] = []
     for leg in LEGS:
-        up = np.array([leg not in p.support for p in phases], dtype=np.int8)
-        edges = np.diff(np.concatenate([[0], up, [0]]))
-        ends = np.flatnonzero(edges < 0) - 1
-        for first, last in zip(np.flatnonzero(edges > 0).tolist(), ends.tolist(), strict=True):
+        for first, last in _flights(phases, leg):
             found.append((first, LEGS.index(leg), leg, last))
     found.sort()
     made = dict.fromkeys(LEGS, 0)
@@ -184,6 +179,28 @@ def find_swings(phases: Sequence[Phase], footholds: Footholds) -> tuple[Swing, .
             )
         )  # fmt: skip
     return tuple(swings)
+
+
+def _flights(phases: Sequence[Phase], leg: str) -> list[tuple[int, int]]:
+    """The first and the last phase of each flight of a leg.
+
+    A flight ends where the foot stands, and where the leg's next step begins without a stance.
+    """
+    found: list[tuple[int, int]] = []
+    for k, phase in enumerate(phases):
+        if leg in phase.support:
+            continue
+        if k and leg not in phases[k - 1].support and not _next_step(phases[k - 1], phase, leg):
+            found[-1] = (found[-1][0], k)
+        else:
+            found.append((k, k))
+    return found
+
+
+def _next_step(before: Phase, after: Phase, leg: str) -> bool:
+    """Whether two phases are different steps of the same leg."""
+    swings = before.kind == after.kind == "swing" and before.leg == after.leg == leg
+    return swings and before.step != after.step
 
 
 def _phase_to_dict(phase: Phase) -> dict[str, Any]:

@@ -156,9 +156,20 @@ def test_no_place_outside_the_columns_is_lower_than_the_bound(seed: int) -> None
         assert bound >= seen - 1e-3
 
 
-def test_walks_that_promise_none_have_no_such_check(wang: Quadruped, columns: Footholds) -> None:
+def test_walks_that_promise_none_are_held_against_the_columns(
+    wang: Quadruped, columns: Footholds
+) -> None:
+    """A box carries the foot at its whole height over all that lies between level columns."""
     for plan in (
         gaitopt.plan_crawl(wang, columns, timing="velocity"),
         plan_route(wang, columns, free="overlap", timing="velocity"),
     ):
-        assert "swing clearance" not in {c.name for c in verify(plan, collisions=False)}
+        check = verify(plan, collisions=False)["swing clearance"]
+        assert check.status == "ok"
+        assert check.limit == 0.0
+        assert check.worst == pytest.approx(plan.settings.swing_height, abs=5e-4)
+
+
+def test_on_open_ground_nothing_says_how_high_it_is(wang: Quadruped, columns: Footholds) -> None:
+    plan = gaitopt.plan_crawl(wang, Footholds(columns.points), timing="velocity")
+    assert "swing clearance" not in {c.name for c in verify(plan, collisions=False)}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import pickle
 import re
 from collections.abc import Callable
@@ -185,6 +186,48 @@ def test_a_planted_fault_is_found(
     certificate = verify(plant(short_plan), collisions=check == "self-collision")
     assert not certificate.ok
     assert check in {c.name for c in certificate.violations}, certificate.report()
+
+
+@pytest.fixture(scope="module")
+def free_order(wang: Quadruped) -> Plan:
+    """A walk in which feet touch down and lift off again at once."""
+    columns = gaitopt.s_columns(0, columns=3)
+    plan = gaitopt.plan_crawl(wang, columns, sequence="free", timing="velocity")
+    assert any(a.leg == b.leg for a, b in itertools.pairwise(plan.swings))
+    return plan
+
+
+def without_stances_that_take_no_time(plan: Plan) -> Plan:
+    kept = tuple(p for p in plan.phases if p.duration > 0.0 or p.kind == "swing")
+    return dataclasses.replace(plan, phases=kept)
+
+
+@pytest.mark.parametrize("alter", [lambda plan: plan, without_stances_that_take_no_time])
+def test_a_foothold_between_two_swings_of_a_leg_is_looked_at(
+    free_order: Plan, alter: Callable[[Plan], Plan]
+) -> None:
+    """The foot stands there for 0 s, so no sample of a standing foot shows it."""
+    plan = alter(free_order)
+    assert verify(plan, collisions=False).ok
+    first = next(a for a, b in itertools.pairwise(plan.swings) if a.leg == b.leg)
+    moved = {leg: p.copy() for leg, p in plan.footholds.points.items()}
+    moved[first.leg][first.index + 1, 0] += 0.3
+    elsewhere = dataclasses.replace(plan, footholds=plan.footholds.with_(points=moved))
+    found = verify(elsewhere, collisions=False)["feet on their footholds"]
+    assert found.status == "violated"
+    assert found.worst == pytest.approx(0.3 / 0.02, rel=1e-3)
+    assert found.where == first.leg
+
+
+def test_an_order_that_does_not_fit_the_footholds_is_a_fault(short_plan: Plan) -> None:
+    points = {leg: p.copy() for leg, p in short_plan.footholds.points.items()}
+    points["LF"] = points["LF"][:-1]
+    order = [swing.leg for swing in short_plan.swings]
+    order.remove("LF")
+    fewer = dataclasses.replace(short_plan, footholds=Footholds(points, 0.02, order=order))
+    found = verify(fewer, collisions=False)["contact sequence"]
+    assert found.status == "violated"
+    assert "the footholds ask for 7 steps" in found.where
 
 
 def test_the_main_job_keeps_its_promises(plan: Plan) -> None:

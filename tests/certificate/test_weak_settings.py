@@ -65,6 +65,30 @@ def test_a_foot_that_need_not_rise_is_told(short_plan: Plan) -> None:
     assert "a swing height of 0 m" in certificate["settings"].note
 
 
+def test_footholds_that_grip_too_well_are_told(still: Plan) -> None:
+    sticky = replace(still, footholds=still.footholds.with_(friction=2.0))
+    certificate = gaitopt.verify(sticky)
+    assert certificate.outcome != "certified"
+    assert "a foothold's friction of 2 is more than 1.5" in certificate["settings"].note
+
+
+def test_swings_that_need_not_rise_are_told_by_leg(short_plan: Plan) -> None:
+    heights = {leg: [0.07, 0.07] for leg in gaitopt.LEGS} | {"RH": [0.07, 0.0]}
+    footholds = short_plan.footholds.with_(swing_heights=heights)
+    certificate = gaitopt.verify(replace(short_plan, footholds=footholds), collisions=False)
+    assert "a swing height of 0 m" in certificate["settings"].note
+
+
+def test_feet_as_large_as_legs_are_told(wang: Quadruped) -> None:
+    """What lies within the ball of a foot is not held against the ground."""
+    large = wang.urdf.replace('<sphere radius="0.015"/>', '<sphere radius="0.2"/>')
+    robot = Quadruped.from_urdf(large, "balls")
+    assert robot.foot_radius == 0.2
+    points = gaitopt.s_columns(0, columns=1).points
+    plan = gaitopt.plan_crawl(robot, Footholds(points), timing="velocity")
+    assert "feet are balls of 0.2 m" in gaitopt.verify(plan, collisions=False)["settings"].note
+
+
 def test_a_zmp_margin_that_a_plan_states_of_itself_is_told() -> None:
     """A trot's ZMP is beside the line of its two feet: what a plan says of that proves nothing."""
     trot = gaitopt.plan_gait(

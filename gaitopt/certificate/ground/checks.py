@@ -1,0 +1,97 @@
+"""All checks of the ground, for plans that know it: a height map, or columns."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gaitopt.certificate.check import Check, Verdict, judged
+from gaitopt.certificate.clearance import NAME as CLEARANCE
+from gaitopt.certificate.clearance import ON_EDGE, has_free_swing
+from gaitopt.certificate.contacts import SINKING
+from gaitopt.certificate.enclosure import Pieces
+from gaitopt.certificate.ground.feet import feet_on_the_ground, normals_of_footholds
+from gaitopt.certificate.ground.flights import Flights
+from gaitopt.certificate.ground.limbs import legs_and_trunk_clear
+from gaitopt.certificate.ground.pillars import Pillars
+from gaitopt.certificate.ground.solids import farthest
+from gaitopt.certificate.ground.surface import Surface
+from gaitopt.certificate.trace import Motion
+from gaitopt.conventions import LEGS, BoolArray
+from gaitopt.plan.plan import Plan
+from gaitopt.terrain.height_map import HeightMap
+
+
+def ground_checks(plan: Plan, motion: Motion) -> list[Check | None]:
+    """The checks of feet, legs and trunk with the ground; none on open ground without a map."""
+    footholds = plan.footholds
+    if footholds.ground is not None:
+        surface = _surface(plan, footholds.ground)
+        feet = [feet_on_the_ground(plan, motion, surface), normals_of_footholds(plan, surface)]
+        return [*feet, *_clear(plan, motion, surface)]
+    if footholds.radius is not None:
+        return _clear(plan, motion, Pillars.of(footholds, plan.robot.foot_radius))
+    return []
+
+
+def _clear(plan: Plan, motion: Motion, ground: Surface | Pillars) -> list[Check | None]:
+    """The checks that feet, legs and trunk are clear of the ground."""
+    flights = Flights.of(plan, motion, ground)
+    return [
+        flying_feet_clear(flights, motion),
+        swing_room(plan, flights, motion),
+        legs_and_trunk_clear(plan, ground),
+    ]
+
+
+def flying_feet_clear(flights: Flights, motion: Motion) -> Check:
+    """Flying feet are above the ground; at both ends of their swings they may sink a little."""
+    # Away from the ends nothing may sink: there the gap counts as that much less.
+    counted = np.where(flights.near, flights.gaps, flights.gaps - SINKING)
+    piece, leg = (int(i) for i in np.unravel_index(int(counted.argmin()), counted.shape))
+    worst, where = float(counted[piece, leg]), LEGS[leg]
+    if worst == np.inf:
+        return judged("flying feet clear of the ground", 0.0, -SINKING, "m", ">=")
+    if worst == -np.inf:
+        where = f"{where} above ground that is unknown or off the map"
+    elif not flights.near[piece, leg]:
+        where = f"{where} away from both ends of its swing, less {SINKING:g} m"
+    return judged("flying feet clear of the ground", worst, -SINKING, "m", ">=",
+                  when=motion.pieces.starts[piece], where=where)  # fmt: skip
+
+
+def swing_room(plan: Plan, flights: Flights, motion: Motion) -> Check | None:
+    """How high feet are above the ground wherever they are outside the radius of both footholds.
+
+    ``None`` for swings on a free curve, whose clearance is a promise of its own
+    (:mod:`gaitopt.certificate.clearance`).
+    """
+    if has_free_swing(plan):
+        return None
+    heights = np.where(motion.standing | ~_outside(plan, motion), np.inf, flights.gaps)
+    piece, leg = (int(i) for i in np.unravel_index(int(heights.argmin()), heights.shape))
+    worst = float(heights[piece, leg])
+    if worst == np.inf:
+        return Check(CLEARANCE, Verdict.OK, 0.0, 0.0, "m", ">=",
+                     note="no foot leaves its footholds")  # fmt: skip
+    return judged(CLEARANCE, worst, 0.0, "m above the ground", ">=",
+                  when=motion.pieces.starts[piece], where=LEGS[leg])  # fmt: skip
+
+
+def _outside(plan: Plan, motion: Motion) -> BoolArray:
+    """Whether a flying foot may be outside the radius of both its footholds ``(P, 4)``."""
+    out = np.zeros(motion.standing.shape, dtype=np.bool_)
+    for swing in plan.swings:
+        leg, (first, last) = LEGS.index(swing.leg), swing.phases
+        flight = slice(*np.searchsorted(motion.phase, [first, last + 1]).tolist())
+        ends = np.stack([swing.foot_start, swing.foot_end])[:, :2]
+        away = np.linalg.norm(motion.feet[:, flight, leg, None, :2] - ends, axis=-1).min(axis=-1)
+        least = plan.footholds.landing_radius - motion.feet_deviation[flight, leg]
+        out[flight, leg] = (away >= least - ON_EDGE).any(axis=0)
+    return out
+
+
+def _surface(plan: Plan, ground: HeightMap) -> Surface:
+    """The part of the map that the robot can be above."""
+    low, high = Pieces.of(plan.path).enclosure(0)
+    far = farthest(plan.robot)
+    return Surface.around(ground, low[:, :2].min(axis=0) - far, high[:, :2].max(axis=0) + far)

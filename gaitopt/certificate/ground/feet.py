@@ -1,0 +1,98 @@
+"""Checks of feet on a height map: where they stand, and the normals of their footholds."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.optimize import nnls
+
+from gaitopt.certificate.check import Check, judged
+from gaitopt.certificate.contacts import LANDING_HEIGHT
+from gaitopt.certificate.ground.surface import Surface
+from gaitopt.certificate.trace import Motion
+from gaitopt.conventions import LEGS, FloatArray
+from gaitopt.plan.plan import Plan
+
+NORMAL = 0.05
+"""Largest angle between a foothold's normal and the ground's [rad]. Chosen: a tenth of the half
+angle of the friction cone of a coefficient of 0.6."""
+SAME = 1e-5
+"""Difference of distances below which a ball touches two places at once [m]. Chosen: on flat ground
+it makes a ball of 20 mm touch within 0.6 mm, so that the normal is known to 0.03 rad."""
+REACH = 0.05
+"""How far beyond a foot's radius the ground is looked for [m]. Chosen: far above all limits."""
+
+
+def feet_on_the_ground(plan: Plan, motion: Motion, surface: Surface) -> Check:
+    """The balls of standing feet touch the ground, at touch-down and as long as they stand.
+
+    Ground that is unknown or off the map carries no foot.
+    """
+    radius = plan.robot.foot_radius
+    worst, when, where = 0.0, np.nan, ""
+    for k, leg in enumerate(LEGS):
+        begins = _begins(motion.standing[:, k])
+        owner = np.maximum.accumulate(np.where(begins, np.arange(len(begins)), 0))
+        first = np.flatnonzero(begins)
+        off = np.full(len(begins), np.nan)
+        off[first] = _off_the_ground(motion.feet[0, first, k], surface, radius)
+        moved = np.linalg.norm(motion.feet[:, :, k] - motion.feet[0, owner, k], axis=2).max(axis=0)
+        standing = off[owner] + moved + motion.feet_deviation[:, k]
+        standing = np.where(motion.standing[:, k], standing, 0.0)
+        # A foot that lifts off as it touches down stands on no piece.
+        ends = _ends_of_flights(plan, motion, leg)
+        landing = _off_the_ground(motion.feet[1, ends, k], surface, radius)
+        for found, pieces in ((standing, np.arange(len(begins))), (landing, ends)):
+            if len(found) and not found.max() <= worst:
+                piece = int(pieces[found.argmax()])
+                worst, when, where = float(found.max()), float(motion.pieces.starts[piece]), leg
+    if np.isinf(worst):
+        where = f"{where} on ground that is unknown or off the map"
+    return judged("feet on the ground", worst, LANDING_HEIGHT, "m", when=when, where=where)
+
+
+def _begins(standing: np.ndarray) -> np.ndarray:
+    """The pieces on which a foot begins to stand, or to fly."""
+    return np.concatenate([[True], standing[1:] != standing[:-1]])
+
+
+def _ends_of_flights(plan: Plan, motion: Motion, leg: str) -> np.ndarray:
+    """The last piece of each flight of a leg."""
+    last = [swing.phases[1] + 1 for swing in plan.swings if swing.leg == leg]
+    ends = np.searchsorted(motion.phase, last) - 1
+    return ends[ends >= 0]
+
+
+def _off_the_ground(middles: FloatArray, surface: Surface, radius: float) -> FloatArray:
+    """How far balls are from touching the ground ``(N,)``; infinite where it is unknown [m]."""
+    near = surface.nearest(middles, radius + REACH)
+    known = ~np.isnan(surface.heights(middles[:, :2]))
+    known &= ~np.isnan(surface.heights(near.points[:, :2]))
+    return np.where(known, np.abs(near.distances - radius), np.inf)
+
+
+def normals_of_footholds(plan: Plan, surface: Surface) -> Check:
+    """The normals of the footholds are those of the ground where the balls of feet touch it.
+
+    A ball in a hollow touches the ground at several places. Then every direction between their
+    normals will do.
+    """
+    radius = plan.robot.foot_radius
+    worst, where = 0.0, ""
+    normals = plan.footholds.normal_array
+    for k, leg in enumerate(LEGS):
+        for n, point in enumerate(plan.footholds[leg]):
+            angle = _angle(surface, point, radius, normals[k, n])
+            if not angle <= worst:
+                worst, where = angle, f"{leg}, foothold {n}"
+    return judged("normals of footholds", worst, NORMAL, "rad", where=where)
+
+
+def _angle(surface: Surface, middle: FloatArray, radius: float, normal: FloatArray) -> float:
+    """Angle between a normal and those of the ground at a ball [rad]; infinite without ground."""
+    distance = float(surface.nearest(middle[None], radius + REACH).distances[0])
+    touched = surface.contacts(middle, distance + SAME)
+    lengths = np.linalg.norm(touched, axis=1)
+    if not 0.0 < distance < radius + REACH or not lengths.min(initial=np.inf) > 0.0:
+        return np.inf
+    _, rest = nnls(-(touched / lengths[:, None]).T, normal)
+    return float(np.arcsin(min(float(rest), 1.0)))

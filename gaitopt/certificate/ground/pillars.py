@@ -1,0 +1,100 @@
+"""Columns as the ground that they are: upright round pillars that go down without end."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from pinocchio import coal
+
+from gaitopt.certificate.ground.solids import Solid
+from gaitopt.conventions import FloatArray
+from gaitopt.terrain.footholds import Footholds
+
+AT_ONCE = 4_000_000
+"""Most pairs of a rectangle and a pillar that are looked at in one call of NumPy: 32 MB a table."""
+
+
+@dataclass(frozen=True, eq=False)
+class Pillars:
+    """Upright pillars.
+
+    Attributes:
+        tops: middles of their tops ``(n, 3)`` [m].
+        radius: of all of them [m].
+    """
+
+    tops: FloatArray
+    radius: float
+
+    @classmethod
+    def of(cls, footholds: Footholds, foot: float) -> Pillars:
+        """The columns under footholds, which are centres of foot balls.
+
+        Args:
+            footholds: with a radius.
+            foot: radius of the feet [m].
+        """
+        places = np.concatenate(list(footholds.points.values())) - np.array([0.0, 0.0, foot])
+        return cls(np.unique(places, axis=0), footholds.landing_radius)
+
+    @property
+    def top(self) -> float:
+        """Height of the highest pillar [m]."""
+        return float(self.tops[:, 2].max())
+
+    def highest(self, low: FloatArray, high: FloatArray) -> FloatArray:
+        """Height of the highest pillar under rectangles ``(N,)``; minus infinity without one [m].
+
+        Args:
+            low, high: corners of the rectangles ``(N, 2)`` [m].
+        """
+        out = np.full(len(low), -np.inf)
+        many = max(AT_ONCE // len(self.tops), 1)
+        for k in range(0, len(low), many):
+            part = slice(k, k + many)
+            middle = self.tops[:, None, :2]
+            away = middle - np.clip(middle, low[part], high[part])
+            over = (away**2).sum(axis=2) <= self.radius**2
+            out[part] = np.where(over, self.tops[:, None, 2], -np.inf).max(axis=0)
+        return out
+
+    def distances(self, points: FloatArray, reach: float) -> FloatArray:
+        """Distance of points ``(N, 3)`` to the nearest pillar, negative within one ``(N,)`` [m].
+
+        Args:
+            points: from which.
+            reach: farthest distance that is of interest [m]; larger ones are told as this.
+        """
+        return np.asarray(np.minimum(self._each(points).min(axis=1), reach))
+
+    def _each(self, points: FloatArray) -> FloatArray:
+        """Distance of points ``(N, 3)`` to each pillar, negative within it ``(N, n)`` [m]."""
+        aside = np.linalg.norm(points[:, None, :2] - self.tops[:, :2], axis=2) - self.radius
+        above = points[:, None, 2] - self.tops[:, 2]
+        outside = np.hypot(np.maximum(aside, 0.0), np.maximum(above, 0.0))
+        return np.asarray(outside + np.minimum(np.maximum(aside, above), 0.0))
+
+    def gap(self, solid: Solid, rotation: FloatArray, origin: FloatArray) -> float:
+        """Distance of a solid to the nearest pillar, negative where it reaches into it [m].
+
+        Args:
+            solid: the solid.
+            rotation, origin: of its joint's frame ``(3, 3)`` and ``(3,)``.
+        """
+        middle = rotation @ solid.centre + origin
+        at_least = self._each(middle[None])[0] - solid.radius
+        place, found = solid.transform(rotation, origin), np.inf
+        for k in np.argsort(at_least):
+            if at_least[k] >= found:
+                break
+            # The lowest point of the solid lies above the lower end of the cylinder.
+            depth = self.tops[k, 2] - (middle[2] - solid.radius) + 2.0 * self.radius
+            depth = max(float(depth), 2.0 * self.radius)
+            top = coal.Transform3s(np.eye(3), self.tops[k] - np.array([0.0, 0.0, depth / 2.0]))
+            distance = coal.distance(
+                solid.shape, place, coal.Cylinder(self.radius, depth), top,
+                coal.DistanceRequest(), coal.DistanceResult(),
+            )  # fmt: skip
+            found = min(found, float(distance))
+        return found

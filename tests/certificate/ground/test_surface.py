@@ -1,0 +1,142 @@
+"""The certificate's own geometry of a height map: distances, heights and highest points."""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from pinocchio import coal
+
+from gaitopt import HeightMap
+from gaitopt.certificate.ground.block_maxima import BlockMaxima
+from gaitopt.certificate.ground.solids import Solid
+from gaitopt.certificate.ground.surface import Surface
+
+Array = NDArray[np.float64]
+EVERYWHERE = np.array([-100.0, -100.0]), np.array([100.0, 100.0])
+
+
+def surface(
+    z: Array, resolution: float = 0.02, origin: tuple[float, float] = (0.0, 0.0)
+) -> Surface:
+    return Surface.around(HeightMap(z, resolution, origin), *EVERYWHERE)
+
+
+def rough(seed: int, shape: tuple[int, int] = (12, 9)) -> Array:
+    return np.random.default_rng(seed).uniform(-0.03, 0.03, shape)
+
+
+def ramp(slope: float, shape: tuple[int, int] = (60, 60), resolution: float = 0.02) -> Array:
+    """Heights that rise along x."""
+    return np.broadcast_to(slope * resolution * np.arange(shape[0])[:, None], shape).copy()
+
+
+@pytest.mark.parametrize("slope", [0.0, 0.3, -1.0, 5.0])
+def test_distance_to_a_plane(slope: float) -> None:
+    ground = surface(ramp(slope))
+    points = np.array([[0.6, 0.6, 0.6 * slope + 0.05], [0.55, 0.61, 0.55 * slope - 0.02]])
+    found = ground.nearest(points, 0.2)
+    along = np.hypot(1.0, slope)
+    np.testing.assert_allclose(found.distances, np.array([0.05, -0.02]) / along, atol=1e-12)
+    normal = np.array([-slope, 0.0, 1.0]) / along
+    np.testing.assert_allclose(points - found.points, found.distances[:, None] * normal, atol=1e-12)
+
+
+def test_distance_to_a_ridge_and_to_the_foot_of_a_cliff() -> None:
+    """Above a ridge the nearest point is on it; beside a wall it is on the wall."""
+    x = 0.02 * np.arange(41)
+    roof = surface(np.broadcast_to(-np.abs(x - 0.4)[:, None], (41, 41)).copy())
+    assert roof.distances(np.array([[0.4, 0.413, 0.1]]), 0.5)[0] == pytest.approx(0.1, abs=1e-12)
+    step = surface(np.broadcast_to(np.where(x > 0.41, 0.5, 0.0)[:, None], (41, 41)).copy())
+    # The wall rises from x = 0.40 to 0.42 m, by 0.5 m.
+    beside = step.distances(np.array([[0.39, 0.4, 0.1]]), 0.5)[0]
+    lean = np.hypot(0.02, 0.5)
+    assert beside == pytest.approx((0.01 * 0.5 + 0.1 * 0.02) / lean, abs=1e-12)
+
+
+@given(seed=st.integers(0, 10_000))
+@settings(max_examples=30)
+def test_distances_are_those_of_coal(seed: int) -> None:
+    """Coal's ball and triangles, against the formulas here."""
+    z = rough(seed)
+    z[seed % 10, seed % 7] = np.nan
+    ground = surface(z)
+    rng = np.random.default_rng(seed)
+    points = rng.uniform([0.0, 0.0, -0.02], [0.22, 0.16, 0.1], (20, 3))
+    found = ground.distances(points, 0.2)
+    radius = 1e-4
+    ball = Solid.of("ball", 1, coal.Sphere(radius), pin.SE3.Identity())
+    for point, distance in zip(points, found, strict=True):
+        gap = ground.gap(ball, np.eye(3), point)
+        if distance > 1e-3:
+            assert gap + radius == pytest.approx(distance, abs=2e-6)
+        elif distance < -1e-3:
+            assert gap <= 0.0
+
+
+@given(seed=st.integers(0, 10_000))
+@settings(max_examples=30)
+def test_heights_are_those_of_the_map(seed: int) -> None:
+    """The planners' formula for the surface and the certificate's own."""
+    z = rough(seed)
+    z[3, 4] = np.nan
+    ground = HeightMap(z, 0.02, (0.1, -0.2))
+    places = np.random.default_rng(seed).uniform([0.08, -0.22], [0.34, -0.02], (200, 2))
+    own = Surface.around(ground, *EVERYWHERE).heights(places)
+    np.testing.assert_allclose(own, ground.height(places), atol=1e-12)
+    assert np.isnan(own).any() and np.isfinite(own).any()
+
+
+@given(seed=st.integers(0, 10_000))
+@settings(max_examples=30)
+def test_nothing_under_a_rectangle_is_higher_than_the_highest(seed: int) -> None:
+    z = rough(seed, (30, 25))
+    z[seed % 30, seed % 25] = np.nan
+    ground = surface(z)
+    rng = np.random.default_rng(seed)
+    low = rng.uniform([-0.05, -0.05], [0.6, 0.5], (40, 2))
+    high = low + rng.uniform(0.0, 0.3, (40, 2))
+    found = ground.highest(low, high)
+    for a, b, top in zip(low, high, found, strict=True):
+        x, y = (np.linspace(a[k], b[k], 30) for k in (0, 1))
+        seen = ground.heights(np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2))
+        if np.isnan(seen).any():
+            assert top == np.inf
+        else:
+            assert top >= seen.max() - 1e-12
+
+
+@given(seed=st.integers(0, 10_000), nx=st.integers(1, 40), ny=st.integers(1, 40))
+@settings(max_examples=50)
+def test_block_maxima_are_maxima(seed: int, nx: int, ny: int) -> None:
+    rng = np.random.default_rng(seed)
+    table = rng.normal(size=(nx, ny))
+    first = np.stack([rng.integers(0, nx, 20), rng.integers(0, ny, 20)], axis=1)
+    end = np.stack([rng.integers(first[:, 0], nx), rng.integers(first[:, 1], ny)], axis=1) + 1
+    found = BlockMaxima.of(table).over(first, end)
+    for (i, j), (k, m), largest in zip(first, end, found, strict=True):
+        assert largest == table[i:k, j:m].max()
+
+
+def test_a_part_of_a_map_is_the_same_ground() -> None:
+    whole = HeightMap(rough(7, (60, 50)), 0.02, (-0.3, 0.2))
+    part = Surface.around(whole, np.array([0.1, 0.5]), np.array([0.4, 0.8]))
+    assert part.z.size < whole.z.size / 3 and not part.cut_short
+    points = np.random.default_rng(0).uniform([0.15, 0.55, -0.05], [0.35, 0.75, 0.1], (100, 3))
+    everything = Surface.around(whole, *EVERYWHERE)
+    assert everything.cut_short
+    np.testing.assert_allclose(
+        part.distances(points, 0.03), everything.distances(points, 0.03), atol=1e-12
+    )
+
+
+def test_what_lies_wholly_below_the_ground_is_in_it() -> None:
+    ground = surface(np.zeros((40, 40)))
+    box = Solid.of("box", 1, coal.Box(0.05, 0.05, 0.05), pin.SE3.Identity())
+    for height, gap in ((0.125, 0.1), (-0.125, -0.1)):
+        at = np.array([0.4, 0.4, height])
+        assert ground.gap(box, np.eye(3), at) == pytest.approx(gap, abs=1e-6)
+    assert ground.gap(box, np.eye(3), np.array([0.4, 0.4, 0.02])) < 0.0
