@@ -11,6 +11,7 @@ from gaitopt.control.clock import WalkClock
 from gaitopt.control.gains import ControlGains
 from gaitopt.control.reference import Reference, legs_in_base, ramped, standing_feet
 from gaitopt.conventions import LEGS, BoolArray, FloatArray
+from gaitopt.plan.contact_ground import contact_friction, contact_normals
 from gaitopt.plan.plan import Plan
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.rotations import quaternion_to_matrix
@@ -64,6 +65,8 @@ def averaged_reference(plan: Plan, clock: WalkClock, gains: ControlGains, dt: fl
         velocity=np.zeros_like(velocity),
         acceleration=np.gradient(velocity, dt, axis=0),
         forces=np.zeros((len(times), len(LEGS), 3)),
+        normals=contact_normals(plan, times),
+        friction=np.minimum(contact_friction(plan, times, gains.friction), gains.friction),
         feet=smoothed(motion.feet.reshape(len(times), -1), width).reshape(-1, len(LEGS), 3),
         feet_in_base=feet,
         inverse=inverse,

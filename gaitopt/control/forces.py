@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from gaitopt.conventions import FloatArray, TextEnum
+from gaitopt.dynamics.contacts import tangents, unit_normals
 
 TOLERANCE = 1e-6
 """Violation of a friction pyramid that counts as rounding, as a share of the weight: a hundred
@@ -58,7 +59,8 @@ class ForceDistribution:
 
     It minimises the squared error of the wrench and, with a small weight, the squared forces. Each
     force keeps to the pyramid ``|fx|, |fy| <= mu / sqrt(2) fz``, which lies inside its friction
-    cone. An instance remembers its last forces, so it serves one thread.
+    cone; on a slope x, y and z are two tangents and the normal of the ground
+    (:meth:`stand_on`). An instance remembers its last forces, so it serves one thread.
 
     Args:
         weight: of the robot [N], the unit of force.
@@ -71,10 +73,14 @@ class ForceDistribution:
 
         self._weight = weight
         self._scale = np.array([1.0] * 3 + [1.0 / length] * 3) / weight
-        self._rows = _pyramids(friction / np.sqrt(2.0))
+        self.stand_on(np.tile([0.0, 0.0, 1.0], (4, 1)), np.full(4, friction))
         self._solve = dposv
         self._solver: Any = None
         self._last = np.zeros(12)
+
+    def stand_on(self, normals: FloatArray, friction: FloatArray) -> None:
+        """From now on feet stand on ground with these normals ``(4, 3)`` and friction ``(4,)``."""
+        self._rows = _pyramids(normals, friction / np.sqrt(2.0))
 
     def reset(self) -> None:
         """Forget the last forces, so that the next ones do not depend on earlier ones."""
@@ -134,16 +140,20 @@ class ForceDistribution:
         return np.asarray(np.round(self._solver.results.x, DIGITS))
 
 
-def _pyramids(slope: float) -> FloatArray:
+def _pyramids(normals: FloatArray, slopes: FloatArray) -> FloatArray:
     """Rows ``J (16, 12)`` of the constraints ``J f >= 0`` of four friction pyramids.
 
-    Two opposite ones add up to ``fz >= 0``.
+    Two opposite ones add up to a normal force of at least 0.
 
     Args:
-        slope: largest ratio of each horizontal component to the vertical one.
+        normals: of the ground below each foot ``(4, 3)``.
+        slopes: largest ratio of each tangential component to the normal one ``(4,)``.
     """
-    one = np.array([[1, 0, slope], [-1, 0, slope], [0, 1, slope], [0, -1, slope]])
-    return np.kron(np.eye(4), one)
+    up, out = unit_normals(normals), np.zeros((16, 12))
+    for i, (normal, along) in enumerate(zip(up, tangents(up), strict=True)):
+        sides = np.repeat(along, 2, axis=0) * [[1.0], [-1.0], [1.0], [-1.0]]
+        out[4 * i : 4 * i + 4, 3 * i : 3 * i + 3] = sides + slopes[i] * normal
+    return out
 
 
 def _workspace(rows: int) -> Any:

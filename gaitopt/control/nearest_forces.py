@@ -6,7 +6,7 @@ import numpy as np
 
 from gaitopt.control.forces import EFFORT, TOLERANCE, ForceShare, ForceStatus
 from gaitopt.conventions import BoolArray, FloatArray
-from gaitopt.dynamics.contacts import ForceLimits
+from gaitopt.dynamics.contacts import ForceLimits, tangents, unit_normals
 from gaitopt.dynamics.many_programs import solve_quadratic_programs
 from gaitopt.dynamics.small_programs import NO_BOUND
 
@@ -24,7 +24,8 @@ class NearestForces:
 
     It minimises the squared error of the wrench and, with a small weight, the squared differences
     from the planned forces. Each force keeps to a friction pyramid and to the least normal force
-    that the plan promises. An instance remembers its last forces, so it serves one thread.
+    that the plan promises, about the normal of the ground (:meth:`stand_on`). An instance remembers
+    its last forces, so it serves one thread.
 
     Args:
         weight: of the robot [N], the unit of force.
@@ -35,8 +36,13 @@ class NearestForces:
     def __init__(self, weight: float, length: float, limits: ForceLimits) -> None:
         self._weight, self._limits = weight, limits
         self._scale = np.array([1.0] * 3 + [1.0 / length] * 3) / weight
-        self._rows = _rows(limits.friction * np.cos(np.pi / SIDES))
         self._last = np.zeros((4, 3))
+        self.stand_on(np.tile([0.0, 0.0, 1.0], (4, 1)), np.full(4, limits.friction))
+
+    def stand_on(self, normals: FloatArray, friction: FloatArray) -> None:
+        """From now on feet stand on ground with these normals ``(4, 3)`` and friction ``(4,)``."""
+        self._normals = unit_normals(normals)
+        self._rows = _rows(self._normals, friction * np.cos(np.pi / SIDES))
 
     def reset(self) -> None:
         """Forget the last forces, so that the next ones do not depend on earlier ones."""
@@ -65,8 +71,7 @@ class NearestForces:
         """
         target = self._scale * wrench
         least = self._limits.least_normal_shares(load > 0.0)
-        forces = np.zeros((4, 3))
-        forces[:, 2] = self._weight * least
+        forces = self._weight * least[:, None] * self._normals
         feet = np.flatnonzero((load > 0.0) & contacts)
         if not len(feet):
             return ForceShare(forces, float(np.abs(target).max()), 0.0, ForceStatus.FREE)
@@ -79,7 +84,7 @@ class NearestForces:
             np.maximum(load[feet], LEAST_SHARE) ** -2.0, 3
         )
         gradient = -(matrix.T @ rest)
-        rows = np.asarray(np.kron(np.eye(len(feet)), self._rows), dtype=np.float64)
+        rows = _side_by_side(self._rows[feet])
         floor = np.zeros((len(feet), SIDES + 1))
         floor[:, -1] = least[feet]
         low = floor.reshape(-1) - rows @ wanted
@@ -104,12 +109,24 @@ class NearestForces:
         )
 
 
-def _rows(slope: float) -> FloatArray:
-    """Rows of one foot ``(SIDES + 1, 3)``: its friction pyramid, and its normal force.
+def _rows(normals: FloatArray, slopes: FloatArray) -> FloatArray:
+    """Rows of each foot ``(4, SIDES + 1, 3)``: its friction pyramid, and its normal force.
 
     Args:
-        slope: largest ratio of the horizontal force to the vertical one, square to every side.
+        normals: unit normals of the ground below each foot ``(4, 3)``.
+        slopes: largest ratio of the tangential force to the normal one ``(4,)``, square to every
+            side.
     """
     turns = 2.0 * np.pi * np.arange(SIDES) / SIDES
-    sides = np.stack([np.cos(turns), np.sin(turns), np.full(SIDES, slope)], axis=1)
-    return np.vstack([sides, [[0.0, 0.0, 1.0]]])
+    sides = np.stack([np.cos(turns), np.sin(turns)], axis=1) @ tangents(normals)
+    sides += slopes[:, None, None] * normals[:, None]
+    return np.concatenate([sides, normals[:, None]], axis=1)
+
+
+def _side_by_side(rows: FloatArray) -> FloatArray:
+    """Rows of ``k`` feet ``(k, r, 3)`` as one matrix of all their forces ``(k r, 3 k)``."""
+    count, each, _ = rows.shape
+    out = np.zeros((count, each, count, 3))
+    for i in range(count):
+        out[i, :, i] = rows[i]
+    return out.reshape(count * each, 3 * count)

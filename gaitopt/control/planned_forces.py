@@ -32,6 +32,7 @@ def planned_forces(
     standing: BoolArray,
     load: FloatArray,
     limits: ForceLimits,
+    normals: FloatArray | None = None,
 ) -> FloatArray:
     """Contact forces of a motion in the world's axes ``(N, 4, 3)`` [N]; 0 for feet in the air.
 
@@ -43,12 +44,14 @@ def planned_forces(
         standing: which feet stand ``(N, 4)``.
         load: share of a full load for each foot ``(N, 4)``.
         limits: on forces and torques.
+        normals: of the ground below the feet ``(N, 4, 3)``; vertical by default.
     """
+    up = np.broadcast_to([0.0, 0.0, 1.0] if normals is None else normals, (*standing.shape, 3))
     forces = np.zeros((len(standing), 4, 3))
     for first in range(0, len(standing), BLOCK):
         part = slice(first, first + BLOCK)
         piece = Motion(motion.q[part], motion.v[part], motion.a[part])
-        problem = build_force_problem(robot, piece, standing[part], limits)
+        problem = build_force_problem(robot, piece, standing[part], limits, normals=up[part])
         for space in force_spaces(problem):
             places = np.ix_(first + space.samples, space.feet)
             z = _coordinates(problem, space, np.maximum(load[places], LEAST_SHARE))

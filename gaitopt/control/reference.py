@@ -42,6 +42,8 @@ class Reference:
             the motion is averaged.
         acceleration: Pinocchio's: of the base in its own frame, and of the joints ``(N, nv)``.
         forces: on the feet, fed forward ``(N, 4, 3)`` [N]; zero for plans that promise none.
+        normals: of the ground below each foot, or where it will land ``(N, 4, 3)``.
+        friction: coefficient of friction there ``(N, 4)``.
         feet: foot frames in the world ``(N, 4, 3)`` [m].
         feet_in_base: foot frames at ``joints``, in the base frame ``(N, 4, 3)`` [m].
         inverse: inverse Jacobians: joint angles of a leg for a displacement of its foot in the
@@ -65,6 +67,8 @@ class Reference:
     velocity: FloatArray
     acceleration: FloatArray
     forces: FloatArray
+    normals: FloatArray
+    friction: FloatArray
     feet: FloatArray
     feet_in_base: FloatArray
     inverse: FloatArray

@@ -21,9 +21,14 @@ BLOCK = 8192
 
 
 def rolled_away(
-    robot: Quadruped, q: FloatArray, v: FloatArray, standing: BoolArray, dt: float
+    robot: Quadruped,
+    q: FloatArray,
+    v: FloatArray,
+    standing: BoolArray,
+    dt: float,
+    normals: FloatArray | None = None,
 ) -> FloatArray:
-    """Horizontal distances of the feet from the plan's, in the world's axes ``(N, 4, 3)`` [m].
+    """Distances of the feet from the plan's along the ground ``(N, 4, 3)`` [m], in the world.
 
     Feet that stand roll; those that fly go from one distance to the next one.
 
@@ -33,15 +38,17 @@ def rolled_away(
         v: its velocities ``(N, nv)``, those of the plan's feet, which do not roll.
         standing: which feet stand ``(N, 4)``.
         dt: time between samples [s].
+        normals: of the ground below the feet ``(N, 4, 3)``; vertical by default.
     """
+    up = np.broadcast_to([0.0, 0.0, 1.0] if normals is None else normals, (*standing.shape, 3))
     speed = np.zeros((*standing.shape, 3))
     for first in range(0, len(speed), BLOCK):
         part = slice(first, first + BLOCK)
-        jacobians = contact_geometry(robot, q[part]).jacobians
-        # The plan's ball turns while its centre stands still, and its lowest point goes backwards.
+        jacobians = contact_geometry(robot, q[part], up[part]).jacobians
+        # The plan's ball turns while its centre stands still, and its contact goes backwards.
         # A ball that rolls does not slide: its centre goes forwards instead.
         speed[part] = -np.einsum("nfij,nj->nfi", jacobians, v[part])
-    speed[..., 2] = 0.0
+    speed -= np.einsum("nfi,nfi->nf", speed, up)[..., None] * up
     out = np.zeros_like(speed)
     for leg in range(standing.shape[1]):
         _stances(out[:, leg], speed[:, leg] * dt, standing[:, leg])

@@ -90,6 +90,8 @@ class TrackingController:
         self._frames = [robot.model.getFrameId(robot.legs[leg].foot) for leg in LEGS]
         self._columns = np.array([robot.leg_columns[leg] for leg in LEGS])
         self._radius = robot.foot_radius
+        self._normals, self._friction = np.zeros((len(LEGS), 3)), np.zeros(len(LEGS))
+        self._levers = np.zeros((len(LEGS), 3, 3))
         self._at_rest = np.zeros(robot.model.nv)
         self._blend_decay = _decay(dt, self.gains.blend_time)
         self._swing_decay = _decay(dt, self.gains.swing_blend_time)
@@ -126,6 +128,7 @@ class TrackingController:
         """What the servos are to do from ``time`` [s] on, given the measured ``state``."""
         footing = self._footing
         tick = footing.wait(self.reference.tick(time - self.waited))
+        self._stand_on(tick)
         state = self._ahead(state)
         rotation = rotation_of(state.q[3:7])
         feet, jacobian, needed = self._dynamics(tick, state.q)
@@ -149,6 +152,18 @@ class TrackingController:
 
         q = pin.integrate(self._model, state.q, self.reference.ahead * state.v)
         return RobotState(np.asarray(q), state.v, state.contacts)
+
+    def _stand_on(self, tick: int) -> None:
+        """Take up the ground below each foot, where it is another than at the last call."""
+        normals, friction = self.reference.normals[tick], self.reference.friction[tick]
+        if (normals == self._normals).all() and (friction == self._friction).all():
+            return
+        self._normals, self._friction = normals, friction
+        # A ball that turns by w moves its contact at -r n by r n x w.
+        self._levers = np.swapaxes(np.cross(self._radius * normals[:, None], np.eye(3)), 1, 2)
+        self._forces.stand_on(normals, friction)
+        if self._nearest is not None:
+            self._nearest.stand_on(normals, friction)
 
     def _share(
         self, tick: int, grasp: FloatArray, wrench: FloatArray, contacts: BoolArray
@@ -178,10 +193,7 @@ class TrackingController:
         for i, frame in enumerate(self._frames):
             feet[i] = pin.updateFramePlacement(model, data, frame).translation
             j = pin.getFrameJacobian(model, data, frame, pin.LOCAL_WORLD_ALIGNED)
-            # The ground touches the ball's lowest point, whose velocity is v - r (w x z).
-            jacobian[3 * i : 3 * i + 3] = j[:3]
-            jacobian[3 * i] -= self._radius * j[4]
-            jacobian[3 * i + 1] += self._radius * j[3]
+            jacobian[3 * i : 3 * i + 3] = j[:3] + self._levers[i] @ j[3:]
         return feet, jacobian, needed
 
     def _filtered(self, forces: FloatArray, contacts: BoolArray) -> FloatArray:
