@@ -49,6 +49,21 @@ class BallContact:
     normals: FloatArray
 
 
+def resting_balls(
+    z: FloatArray, resolution: float, origin: tuple[float, float], at: FloatArray, radius: float
+) -> BallContact:
+    """Balls of a radius above 0 [m] that rest on a map at places ``(..., 2)`` [m]."""
+    flat = at.reshape(-1, 2)
+    cells = (flat - origin) / resolution
+    heights, touches = rest_balls(z / resolution, cells, radius / resolution)
+    touches = touches * resolution + np.append(origin, 0.0)
+    centres = np.column_stack([flat, heights * resolution])
+    centres[np.isnan(heights)] = np.nan
+    whole = (*at.shape[:-1], 3)
+    centres, touches = centres.reshape(whole), touches.reshape(whole)
+    return BallContact(centres, touches, (centres - touches) / radius)
+
+
 def rest_balls(z: FloatArray, at: FloatArray, radius: float) -> tuple[FloatArray, FloatArray]:
     """Heights of the centres of balls ``(n,)``, and where the balls touch the ground ``(n, 3)``.
 

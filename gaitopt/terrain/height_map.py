@@ -9,14 +9,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gaitopt.conventions import BoolArray, FloatArray, frozen
-from gaitopt.errors import GroundError
+from gaitopt.files import StrPath, written_whole
 from gaitopt.inputs import check_number, check_shape
-from gaitopt.terrain.ball_contact import BallContact, rest_balls
+from gaitopt.terrain.ball_contact import BallContact, resting_balls
+from gaitopt.terrain.gridding.filling import filled_heights
+from gaitopt.terrain.gridding.grid import grid_places, points_within
+from gaitopt.terrain.gridding.points import heights_of_points
+from gaitopt.terrain.gridding.surfaces import Columns, heights_of_columns, heights_of_triangles
+from gaitopt.terrain.height_map_checks import checked_heights, checked_place
 
-MOST_POINTS = 16_000_000
-"""Most points of a map: 80 m by 80 m at 2 cm, 128 MB."""
-FARTHEST = 1e6
-"""Coordinates beyond this are taken for a mistake [m]."""
 MOST_CELLS_A_RADIUS = 50
 """Largest radius of a ball, in cells: the time grows with its square."""
 EDGE = 1e-9
@@ -42,6 +43,9 @@ class HeightMap:
         GroundError: heights are no array of numbers of this shape, or too high, or none is known,
             or the origin is no place.
         InputError: the resolution is out of range.
+
+    :func:`gaitopt.load_ground` reads files, :func:`gaitopt.make_ground` makes test grounds, and
+    ``from_points``, ``from_triangles`` and ``from_columns`` put other data on a grid.
     """
 
     z: FloatArray
@@ -49,10 +53,72 @@ class HeightMap:
     origin: tuple[float, float]
 
     def __init__(self, z: ArrayLike, resolution: float, origin: ArrayLike = (0.0, 0.0)) -> None:
-        object.__setattr__(self, "z", _heights(z))
+        object.__setattr__(self, "z", checked_heights(z))
         size = check_number("resolution", resolution, 1e-6, 1e3, "m")
         object.__setattr__(self, "resolution", size)
-        object.__setattr__(self, "origin", _place(origin))
+        object.__setattr__(self, "origin", checked_place(origin))
+
+    @classmethod
+    def from_points(
+        cls, points: ArrayLike, resolution: float, *, method: str = "highest"
+    ) -> HeightMap:
+        """The map of a cloud of points.
+
+        Args:
+            points: ``(n, 3)`` [m]; those that are not finite are left out.
+            resolution: distance of the grid's points [m]; the grid's coordinates are whole
+                multiples of it.
+            method: height of a point of the grid, from the points of the cloud that are nearer to
+                it than to others: the ``"highest"`` or the ``"median"`` one. It is unknown where
+                there is none.
+
+        Raises:
+            GroundError: there are no points, or the map would have too few or too many.
+            InputError: the method is unknown, or the resolution is out of range.
+        """
+        resolution = check_number("resolution", resolution, 1e-6, 1e3, "m")
+        return cls(*heights_of_points(points, resolution, method))
+
+    @classmethod
+    def from_triangles(cls, triangles: ArrayLike, resolution: float) -> HeightMap:
+        """The map of the top of triangles, as of a mesh; unknown where there is none.
+
+        Args:
+            triangles: their corners ``(n, 3, 3)`` [m], as of trimesh's ``mesh.triangles``.
+            resolution: distance of the grid's points [m]; the grid's coordinates are whole
+                multiples of it.
+
+        Raises:
+            GroundError: corners are not finite, or the map would have too few or too many points.
+            InputError: the resolution is out of range.
+        """
+        resolution = check_number("resolution", resolution, 1e-6, 1e3, "m")
+        return cls(*heights_of_triangles(triangles, resolution))
+
+    @classmethod
+    def from_columns(
+        cls, footholds: Columns, foot_radius: float, resolution: float, *, depth: float = 0.3
+    ) -> HeightMap:
+        """The map of the columns that footholds stand on, with a floor around them.
+
+        Where columns overlap, the higher one counts. Between a column's last point of the grid and
+        the floor the map slopes down over one cell, so the resolution must be a small share of the
+        columns' radius.
+
+        Args:
+            footholds: :class:`gaitopt.Footholds` with a radius.
+            foot_radius: of the feet, whose centres the footholds are [m].
+            resolution: distance of the grid's points [m].
+            depth: how far the floor is below the lowest top [m].
+
+        Raises:
+            GroundError: the footholds are on open ground, or the map would have too many points.
+            InputError: a number is out of range.
+        """
+        resolution = check_number("resolution", resolution, 1e-6, 1e3, "m")
+        depth = check_number("depth", depth, 0.0, 1e3, "m")
+        foot = check_number("foot_radius", foot_radius, 0.0, 10.0, "m")
+        return cls(*heights_of_columns(footholds, foot, resolution, depth))
 
     def __eq__(self, other: object) -> bool:
         """Whether resolution, origin and all heights are the same."""
@@ -154,18 +220,60 @@ class HeightMap:
             touches = np.concatenate([at, self.height(at)[..., None]], axis=-1)
             touches[np.isnan(touches[..., 2])] = np.nan
             return BallContact(touches, touches, self.normal(at))
-        cells = (at.reshape(-1, 2) - self.origin) / self.resolution
-        z, touches = rest_balls(self.z / self.resolution, cells, radius / self.resolution)
-        touches = touches * self.resolution + np.append(self.origin, 0.0)
-        centres = np.column_stack([at.reshape(-1, 2), z * self.resolution])
-        centres[np.isnan(z)] = np.nan
-        whole = (*at.shape[:-1], 3)
-        centres, touches = centres.reshape(whole), touches.reshape(whole)
-        return BallContact(centres, touches, (centres - touches) / radius)
+        return resting_balls(self.z, self.resolution, self.origin, at, radius)
 
     def with_heights(self, z: ArrayLike) -> HeightMap:
         """The same grid with other heights ``(nx, ny)`` [m]."""
         return HeightMap(z, self.resolution, self.origin)
+
+    def filled(self, method: str = "nearest") -> HeightMap:
+        """The same map with no unknown heights.
+
+        A map from sensors has holes, where something hid the ground. What they are filled with is a
+        guess: walk on it only where that is right.
+
+        Args:
+            method: ``"nearest"``: the height of the nearest known point of the grid; ``"highest"``
+                or ``"lowest"``: that of the known points around each patch of unknown ground.
+
+        Raises:
+            InputError: the method is unknown.
+        """
+        return self.with_heights(filled_heights(self.z, method))
+
+    def cropped(
+        self, x: tuple[float, float] | None = None, y: tuple[float, float] | None = None
+    ) -> HeightMap:
+        """The part of the map within ``x`` and ``y``, each lowest and highest [m].
+
+        Raises:
+            GroundError: there are fewer than 2 by 2 points.
+        """
+        i = points_within(self.x, x, self.resolution)
+        j = points_within(self.y, y, self.resolution)
+        return HeightMap(self.z[i][:, j], self.resolution, (self.x[i][0], self.y[j][0]))
+
+    def resampled(self, resolution: float) -> HeightMap:
+        """The same ground on a grid of another resolution [m], within the extent of this one.
+
+        With a coarser one, tops and hollows between its points are lost.
+
+        Raises:
+            GroundError: the map would have too few or too many points.
+            InputError: the resolution is out of range.
+        """
+        resolution = check_number("resolution", resolution, 1e-6, 1e3, "m")
+        places = grid_places(self.shape, self.resolution, self.origin, resolution)
+        return HeightMap(self.height(places), resolution, self.origin)
+
+    def save(self, path: StrPath) -> None:
+        """Write the map to an ``.npz`` file, without loss; :func:`gaitopt.load_ground` reads it.
+
+        Raises:
+            InputError: the file cannot be written.
+        """
+        with written_whole(path, binary=True) as stream:
+            np.savez_compressed(stream, z=self.z, resolution=self.resolution, origin=self.origin)
 
     def _surface(self, places: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Heights ``(...)`` and gradients ``(..., 2)`` at places ``(..., 2)``."""
@@ -184,50 +292,3 @@ class HeightMap:
         height = np.where(inside, low + u * along_x + v * along_y, np.nan)
         slope = np.stack([along_x, along_y], axis=-1) / self.resolution
         return height, np.where(np.expand_dims(inside, -1), slope, np.nan)
-
-
-def _heights(z: ArrayLike) -> FloatArray:
-    """The heights of a map as a read-only array.
-
-    Raises:
-        GroundError: they are no array ``(nx, ny)`` of numbers, or no height is known.
-    """
-    try:
-        array = np.asarray(z)
-    except (TypeError, ValueError) as error:
-        raise GroundError(f"heights of a map are no array of numbers: {error}") from error
-    if array.dtype.kind not in "iuf":
-        raise GroundError(f"heights of a map are no array of numbers, but of {array.dtype}")
-    if array.ndim != 2 or min(array.shape) < 2 or array.size > MOST_POINTS:
-        raise GroundError(
-            f"heights of a map must have the shape (nx, ny), each at least 2 and at most "
-            f"{MOST_POINTS:,} points in all, got {array.shape}"
-        )
-    heights = frozen(array)
-    if not np.isfinite(heights).any():
-        raise GroundError("no height of the map is known: all are NaN or infinite")
-    far = np.argwhere(np.abs(heights) > FARTHEST)
-    if far.size:
-        i, j = (int(k) for k in far[0])
-        raise GroundError(
-            f"z[{i}, {j}] is {heights[i, j]:g}; heights must be below {FARTHEST:g} m, and NaN "
-            "where they are unknown"
-        )
-    return heights
-
-
-def _place(origin: ArrayLike) -> tuple[float, float]:
-    """The origin of a map.
-
-    Raises:
-        GroundError: it is no pair of finite numbers.
-    """
-    try:
-        place = np.asarray(origin, dtype=np.float64)
-    except (TypeError, ValueError):
-        place = np.empty(0)
-    if place.shape != (2,) or not (np.abs(place) <= FARTHEST).all():
-        raise GroundError(
-            f"origin must be two numbers (x, y) in metres below {FARTHEST:g}, got {origin!r}"
-        )
-    return float(place[0]), float(place[1])

@@ -158,7 +158,8 @@ def test_hills_have_their_height_and_no_steps() -> None:
 
 
 def test_beams_lie_below_the_feet() -> None:
-    ground = make_ground("beams", beam=0.1, piece=0.5, offset=0.0, relief=0.02, depth=0.6, seed=1)
+    sizes = {"beam": 0.1, "piece": 0.5, "offset": 0.0, "relief": 0.02, "depth": 0.6}
+    ground = make_ground("beams", seed=1, apron=0.4, **sizes)
     z = inner(ground, 0.5, 3.0)
     wood = z > -0.5
     # 10 cm about y = 15 cm, and the same on the other side.
