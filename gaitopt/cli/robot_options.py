@@ -23,6 +23,7 @@ OPTION_OF = {
     "velocity_limits": "--velocity-limit", "effort_limits": "--effort-limit",
     "motor_inertia": "--motor-inertia", "torque_line": "--torque-line",
     "package_folders": "--package-folder DIR", "xacro_arguments": "--argument NAME=VALUE",
+    "scale": "--scale",
 }  # fmt: skip
 """Options in place of the keywords of ``load_robot``."""
 
@@ -147,6 +148,10 @@ def reading(
         list[str] | None,
         _way("Where a joint of no leg is locked, as JOINT=RADIANS.", "JOINT=RADIANS"),
     ] = None,
+    scale: Annotated[
+        float | None,
+        _way("Unit of length of a file that is not in metres: 0.001 for millimetres.", "METRES"),
+    ] = None,
     package_folder: Annotated[list[Path] | None, _way("Folder with ROS packages.")] = None,
     argument: Annotated[
         list[str] | None, _way("Argument of a xacro file, as NAME=VALUE.", "NAME=VALUE")
@@ -166,7 +171,8 @@ def reading(
         "motor_inertia": _number_or_numbers("--motor-inertia", motor_inertia),
         "torque_line": torque_line, "legs": _pairs("--leg", leg), "feet": _feet(foot),
         "knees": _pairs("--knee", knee), "pose": _numbers("--pose", pose),
-        "package_folders": package_folder, "xacro_arguments": _pairs("--argument", argument),
+        "scale": scale, "package_folders": package_folder,
+        "xacro_arguments": _pairs("--argument", argument),
     }  # fmt: skip
     return {name: value for name, value in keywords.items() if value not in (None, {}, [])}
 
@@ -175,7 +181,9 @@ def in_options(text: str) -> str:
     """A message of gaitopt with the options of the command line in place of robots' keywords."""
     text = re.sub(r"\bmasses='(\w+)'", r"--masses \1", text)
     for keyword, option in OPTION_OF.items():
-        text = re.sub(rf"\b{keyword}=({{[^{{}}]*}}|\[[^\[\]]*\]|\.\.\.)?", option, text)
+        value = r"({[^{}]*}|\[[^\[\]]*\]|\.\.\.)?"
+        text = re.sub(rf"\b{keyword}=(?=\d)", f"{option} ", text)
+        text = re.sub(rf"\b{keyword}={value}", option, text)
     return text
 
 

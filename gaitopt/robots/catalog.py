@@ -63,6 +63,7 @@ def load_robot(
     effort_limits: float | Mapping[str, float] | None = None,
     motor_inertia: float | Mapping[str, float] | None = None,
     torque_line: tuple[float, float] | Mapping[str, tuple[float, float]] | None = None,
+    scale: float | None = None,
     package_folders: Sequence[StrPath] = (),
     xacro_arguments: Mapping[str, str] | None = None,
 ) -> Quadruped:
@@ -94,6 +95,9 @@ def load_robot(
         torque_line: two speeds of the legs' joints [rad/s], one pair or pairs by joint: up to the
             first a motor has its whole torque, and at the second, the speed without load, it has
             none. In between the torque that drives the joint falls linearly.
+        scale: unit of length of a URDF or xacro file that is not in metres [m]: 0.001 for one in
+            millimetres. Places, shapes and meshes are multiplied by it, moments of inertia by its
+            square.
         package_folders: folders with ROS packages, for ``package://`` and ``$(find ...)``. Folders
             above the file and those in ``ROS_PACKAGE_PATH`` are looked into anyway.
         xacro_arguments: of a xacro file, by name.
@@ -108,7 +112,7 @@ def load_robot(
         legs=legs, feet=feet, foot_radius=foot_radius, pose={} if pose is None else pose,
         masses=masses, velocity_limits=velocity_limits, effort_limits=effort_limits,
         motor_inertia=motor_inertia, torque_line=torque_line,
-        package_folders=folder_paths(package_folders),
+        scale=scale, package_folders=folder_paths(package_folders),
         xacro_arguments={} if xacro_arguments is None else xacro_arguments,
     )  # fmt: skip
     name, urdf, notes = _read(source, options)

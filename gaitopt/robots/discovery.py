@@ -116,7 +116,8 @@ def heading_axes(
 ) -> FloatArray:
     """Axes of the body frame (x forward, y left, z up) as columns in the base frame ``(3, 3)``.
 
-    The pitch axes give the lateral direction. Which of its two perpendiculars is forward, names
+    The pitch axes give the lateral direction; where those of the legs form an X, names do, and the
+    base's own x is forward without names. Which of its two perpendiculars is forward, names
     decide (front feet lie ahead); without names it is the base's own +x, or +y.
 
     Args:
@@ -132,18 +133,23 @@ def heading_axes(
             f"{label}: joint {joint} turns about a vertical axis; legs must be "
             "roll-pitch-pitch or pitch-pitch"
         )
-    if share.max() < LEAST_SHARE:
+    in_an_x = np.ptp(np.sign(pitch[:, 0] * pitch[:, 1])) > 0.0
+    if share.max() < LEAST_SHARE and not in_an_x:
         raise RobotError(
             f"{label}: the knees turn about axes between x and y of the base link "
             f"({chains[0].names[-1]} about {np.round(pitch[0], 4)}); turn the base link so that "
             "the robot faces along its x or y"
         )
     # Legs stand along the base's axes; a slightly turned pitch axis does not turn the body.
-    forward = np.eye(3)[1 - share.argmax()]
     known = {chain.names: leg for leg, chain in (named or {}).items()}
     sides = [_name_side(c.names if c.names not in known else [known[c.names]]) for c in chains]
-    ahead = sum(s * float(forward @ c.tip) for s, c in zip(sides, chains, strict=True))
-    if any(sides) and ahead < 0:
+    ahead = np.array(sides, dtype=np.float64) @ [chain.tip for chain in chains]
+    along = 1 - int(share.argmax())
+    if share.max() < LEAST_SHARE:
+        # Legs reach out to the corners, as a spider's, and their knees say nothing of the front.
+        along = int(abs(ahead[1]) > abs(ahead[0]))
+    forward = np.eye(3)[along]
+    if any(sides) and ahead[along] < 0:
         forward = -forward
     up = np.array([0.0, 0.0, 1.0])
     return np.column_stack([forward, np.cross(up, forward), up])

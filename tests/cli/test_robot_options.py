@@ -167,6 +167,7 @@ def test_a_study_of_a_robot_with_options(command: Command, tmp_path: Path) -> No
         ("give foot_radius=", "give --foot-radius"),
         ("give velocity_limits= in rad/s", "give --velocity-limit in rad/s"),
         ("or give feet={'LF': ('shank', (x, y, z))}", "or give --foot LF=LINK,X,Y,Z"),
+        ("give scale=0.001 (that", "give --scale 0.001 (that"),
         ("package_folders=...)", "--package-folder DIR)"),
     ],
 )  # fmt: skip

@@ -456,7 +456,8 @@ def test_yaw_pitch_pitch_leg_is_named_with_its_axes() -> None:
     text = refusal(with_hinge(limbs(), 2, 0, axis="0 0 1"))
     assert text.startswith(
         "test: leg RH (RH_j0 about [0. 0. 1.], RH_j1 about [0. 1. 0.], RH_j2 about [0. 1. 0.], in "
-        "the body frame) is neither roll-pitch-pitch nor pitch-pitch, and it cannot stand: "
+        "the body frame) turns first about the vertical, and no posture within its limits has "
+        "the foot below the hip, "
     )
 
 

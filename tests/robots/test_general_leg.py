@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from robot_loading import quiet, refusal
-from robot_texts import LOWER, OUT, UPPER, robot
+from robot_texts import CORNERS, LOWER, OUT, UPPER, collision, joint, link, robot
 
 import gaitopt
 from gaitopt.conventions import LEGS, FloatArray
@@ -328,3 +328,31 @@ def test_a_foot_just_beyond_the_straight_leg_gets_the_straight_leg(kind: str) ->
             # Tilted axes let the foot go a little farther with the knee a little bent.
             near = 20.0 * np.sqrt(gap) + 0.1 * (kind not in CLOSED)
             np.testing.assert_allclose(found, q, rtol=0, atol=near)
+
+
+def spider(yaw: float) -> str:
+    """A robot whose legs reach out from vertical axes at their corners, turned from x by `yaw`."""
+    limit = '<limit lower="-1.6" upper="1.6" effort="30" velocity="12"/>'
+    parts = [link("base", 5.0)]
+    for leg, (x, y) in CORNERS.items():
+        turn = f"0 0 {np.arctan2(np.sin(yaw) * np.sign(y), np.cos(yaw) * np.sign(x))}"
+        names = [f"{leg}_{part}" for part in ("coxa", "femur", "tibia")]
+        parts += [link(name, 0.3) for name in names]
+        parts.append(link(f"{leg}_foot", 0.05, collision('<sphere radius="0.01"/>')))
+        for k, (parent, xyz, axis, rpy) in enumerate([
+            ("base", f"{x} {y} 0", "0 0 1", turn), (names[0], "0.05 0 0", "0 1 0", "0 0 0"),
+            (names[1], "0.1 0 0", "0 1 0", "0 0 0"),
+        ]):  # fmt: skip
+            parts.append(joint(f"{leg}_j{k}", parent, names[k], xyz, "revolute", axis, limit, rpy))
+        parts.append(joint(f"{leg}_end", names[2], f"{leg}_foot", "0 0 -0.15"))
+    return f'<robot name="spider">{"".join(parts)}</robot>'
+
+
+@pytest.mark.parametrize("yaw", [np.pi / 2, np.pi / 4])
+def test_spiders_walk(yaw: float) -> None:
+    """Legs to the sides; and to the corners, where the knees do not say where the front is."""
+    made = quiet(spider(yaw))
+    assert made.legs["LF"].hip[0] > 0.0 < made.legs["LF"].hip[1]
+    plan = gaitopt.plan_crawl(made, s_columns(0, columns=2, robot=made))
+    assert gaitopt.verify(plan).ok
+    assert gaitopt.simulate(plan).passed

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -39,6 +41,53 @@ class FootPlace:
     at: FloatArray
     radius: float
     how: str
+
+
+def set_feet(
+    tree: UrdfTree,
+    limbs: dict[str, Limb],
+    asked: Mapping[str, Any],
+    finder: MeshFinder,
+    given: float | None,
+    done: list[str],
+    warnings: list[str],
+) -> tuple[dict[str, str], float]:
+    """Find or make the links of the feet; gives them, and their radius [m], the ``given`` one."""
+    feet, radii, told = {}, [], []
+    for leg, limb in limbs.items():
+        place = _foot(tree, leg, limb, asked.get(leg), finder)
+        radii.append(place.radius)
+        told.append(place.how.replace(place.link, "its link"))
+        feet[leg] = place.link
+        if place.at.any() or place.link in tree.joints:
+            feet[leg] = tree.new_name(f"{leg} ball")
+            tree.add_frame(feet[leg], place.link, place.at)
+    if given is not None:
+        done.append(f"feet: radius {1e3 * given:.4g} mm, as given")
+        return feet, float(given)
+    how = sorted(set(told))
+    done.append(f"feet: radius {1e3 * min(radii):.4g} mm, from {'; '.join(how)}")
+    if min(radii) == 0.0:
+        warnings.append(
+            "the radius of the feet is not known, so they are points; give foot_radius="
+        )
+    elif max(radii) > 1.05 * min(radii):
+        warnings.append(
+            f"the feet have radii of {1e3 * min(radii):.4g} to {1e3 * max(radii):.4g} mm, and the "
+            "least counts; give foot_radius="
+        )
+    return feet, float(min(radii))
+
+
+def _foot(tree: UrdfTree, leg: str, limb: Limb, asked: Any, finder: MeshFinder) -> FootPlace:
+    """The foot of a leg: that which the user names, or the one that is found."""
+    if asked is None:
+        return find_foot(tree, leg, limb, finder)
+    if isinstance(asked, str):
+        return place_asked(tree, leg, limb, asked, finder)
+    link, at = asked
+    near = place_asked(tree, leg, limb, link, finder)
+    return FootPlace(near.link, np.asarray(at, dtype=np.float64), near.radius, near.how)
 
 
 def find_foot(tree: UrdfTree, leg: str, limb: Limb, finder: MeshFinder) -> FootPlace:

@@ -23,6 +23,8 @@ SpeedPair = tuple[float, float]
 """Two speeds: up to the first a motor has its whole torque, and at the second none [rad/s]."""
 PairPerJoint = SpeedPair | Mapping[str, SpeedPair]
 
+SMALLEST_UNIT, LARGEST_UNIT = 1e-6, 1e4
+"""Units of length of a file that are taken for one [m]. Chosen."""
 NO_MASSES, FROM_SHAPES = "none", "shapes"
 """What ``masses`` may say instead of numbers."""
 
@@ -42,6 +44,7 @@ class ReadOptions:
         velocity_limits, effort_limits: of the legs' joints [rad/s], [N m].
         motor_inertia: of the motors of the legs' joints, seen at the joints [kg m^2].
         torque_line: of the motors of the legs' joints.
+        scale: the file's unit of length [m].
         package_folders: folders in which packages with meshes and xacro files lie.
         xacro_arguments: values of a xacro file's arguments, by name.
 
@@ -58,6 +61,7 @@ class ReadOptions:
     effort_limits: PerJoint | None = None
     motor_inertia: PerJoint | None = None
     torque_line: PairPerJoint | None = None
+    scale: float | None = None
     package_folders: Sequence[Path] = ()
     xacro_arguments: Mapping[str, str] = field(default_factory=dict)
 
@@ -76,6 +80,8 @@ class ReadOptions:
                 raise InputError(f"legs: {leg}: give the name of a joint or link, got {end!r}")
         if self.foot_radius is not None:
             check_number("foot_radius", self.foot_radius, 0.0, LARGEST_RADIUS, "m")
+        if self.scale is not None:
+            check_number("scale", self.scale, SMALLEST_UNIT, LARGEST_UNIT, "m")
         for joint, at in self.pose.items():
             check_number(f"pose: {joint}", at, -100.0, 100.0)
         if isinstance(self.masses, Mapping):

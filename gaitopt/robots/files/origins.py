@@ -29,7 +29,10 @@ def placement_of(element: Element, where: str) -> FloatArray:
     if origin is not None:
         out[:3, 3] = numbers(origin.get("xyz", "0 0 0"), 3, f"{where}: xyz")
         if np.abs(out[:3, 3]).max() > FARTHEST:
-            raise RobotError(f"{where}: xyz {origin.get('xyz')!r} is farther than {FARTHEST:g} m")
+            raise RobotError(
+                f"{where}: xyz {origin.get('xyz')!r} is farther than {FARTHEST:g} m; a URDF is in "
+                "metres: give scale= where the file has another unit"
+            )
         out[:3, :3] = rpy_to_matrix(numbers(origin.get("rpy", "0 0 0"), 3, f"{where}: rpy"))
     return out
 

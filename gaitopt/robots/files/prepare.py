@@ -6,9 +6,9 @@ nothing else that moves. A URDF that is all that already keeps its text.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
@@ -18,7 +18,7 @@ from gaitopt.errors import InputError, RobotError
 from gaitopt.robots.discovery import Chain, assign_names, heading_axes
 from gaitopt.robots.feet import ball_radius
 from gaitopt.robots.files.axes import straighten
-from gaitopt.robots.files.ends import FootPlace, find_foot, place_asked
+from gaitopt.robots.files.ends import set_feet
 from gaitopt.robots.files.hulls import find_hulls
 from gaitopt.robots.files.joint_limits import set_limits
 from gaitopt.robots.files.limbs import Limb, find_limbs, named_limbs
@@ -29,6 +29,7 @@ from gaitopt.robots.files.notes import TAG, Notes, read_notes, write_notes
 from gaitopt.robots.files.options import ReadOptions, SpeedPair
 from gaitopt.robots.files.own_shapes import OwnShapes
 from gaitopt.robots.files.shapes import write_known_shapes
+from gaitopt.robots.files.sizes import mass_warnings, scale_lengths, size_warnings
 from gaitopt.robots.files.tree import UrdfTree
 from gaitopt.robots.urdf_text import parsed_urdf
 
@@ -59,18 +60,25 @@ def prepared_urdf(
     if root.find(TAG) is not None and options.empty:
         return _checked(root, urdf, label), before
     notes, same = known or before, ElementTree.tostring(root)
-    tree, finder = UrdfTree(root, label), MeshFinder(folder, options.package_folders)
     done, warnings = list(notes.done), _open_warnings(notes, options)
+    if options.scale is not None:
+        scale_lengths(root, options.scale, label)
+        done.append(f"lengths are those of the file times {options.scale:g}")
+    tree, finder = UrdfTree(root, label), MeshFinder(folder, options.package_folders)
     done += write_known_shapes(tree)
     named, locked = _set_legs(tree, options, done, warnings)
+    unreal = size_warnings(tree, named.values())
+    warnings += unreal
     # Feet of an earlier reading stay, unless the user says that the legs are others.
     kept = {} if options.legs else {leg: (link, np.zeros(3)) for leg, link in before.feet.items()}
     asked = {**kept, **(options.feet or {})}
     given = options.foot_radius if options.foot_radius is not None else before.foot_radius
-    feet, radius = _set_feet(tree, named, asked, finder, given, done, warnings)
+    with _adding(unreal):
+        feet, radius = set_feet(tree, named, asked, finder, given, done, warnings)
+        warnings += set_masses(tree, options.masses, finder)
+    warnings += [] if unreal else mass_warnings(tree, named.values())
     lines = torque_lines(tree.label, named, notes.torque_lines, options.torque_line)
     _set_limits(tree, named, options, lines, done, warnings)
-    warnings += set_masses(tree, options.masses, finder)
     told = Notes(
         kind=notes.kind, feet=feet, foot_radius=radius, standing=notes.standing,
         armature=motor_inertias(tree.label, named, notes.armature, options.motor_inertia),
@@ -86,6 +94,17 @@ def prepared_urdf(
     root.attrib.setdefault("name", label)
     write_notes(root, told)
     return tree.text(), told
+
+
+@contextmanager
+def _adding(doubts: list[str]) -> Iterator[None]:
+    """Add doubts to the message of a RobotError, which they may explain."""
+    try:
+        yield
+    except RobotError as error:
+        if not doubts:
+            raise
+        raise RobotError("; ".join([str(error), *doubts])) from error
 
 
 def _checked(root: ElementTree.Element, urdf: str, label: str) -> str:
@@ -176,7 +195,7 @@ def _part_names(tree: UrdfTree) -> None:
     """Give fixed joints other names where a link has the same: Pinocchio then finds neither."""
     for name, joint in list(tree.joints.items()):
         if joint.fixed and (name in tree.links or name in PINOCCHIO):
-            tree.rename(name, _new_name(tree, f"{name} fixed"))
+            tree.rename(name, tree.new_name(f"{name} fixed"))
 
 
 def _lock_others(
@@ -241,57 +260,3 @@ def _refuse_linkages(tree: UrdfTree, limbs: dict[str, Limb]) -> None:
                     "(<mimic>), as in a parallel or five-bar linkage; gaitopt plans for serial "
                     "legs: describe the leg by joints that move on their own"
                 )
-
-
-def _set_feet(
-    tree: UrdfTree,
-    limbs: dict[str, Limb],
-    asked: Mapping[str, Any],
-    finder: MeshFinder,
-    given: float | None,
-    done: list[str],
-    warnings: list[str],
-) -> tuple[dict[str, str], float]:
-    """Find or make the links of the feet; gives them, and their radius [m], the ``given`` one."""
-    feet, radii, told = {}, [], []
-    for leg, limb in limbs.items():
-        place = _foot(tree, leg, limb, asked.get(leg), finder)
-        radii.append(place.radius)
-        told.append(place.how.replace(place.link, "its link"))
-        feet[leg] = place.link
-        if place.at.any() or place.link in tree.joints:
-            feet[leg] = _new_name(tree, f"{leg} ball")
-            tree.add_frame(feet[leg], place.link, place.at)
-    if given is not None:
-        done.append(f"feet: radius {1e3 * given:.4g} mm, as given")
-        return feet, float(given)
-    how = sorted(set(told))
-    done.append(f"feet: radius {1e3 * min(radii):.4g} mm, from {'; '.join(how)}")
-    if min(radii) == 0.0:
-        warnings.append(
-            "the radius of the feet is not known, so they are points; give foot_radius="
-        )
-    elif max(radii) > 1.05 * min(radii):
-        warnings.append(
-            f"the feet have radii of {1e3 * min(radii):.4g} to {1e3 * max(radii):.4g} mm, and the "
-            "least counts; give foot_radius="
-        )
-    return feet, float(min(radii))
-
-
-def _foot(tree: UrdfTree, leg: str, limb: Limb, asked: Any, finder: MeshFinder) -> FootPlace:
-    """The foot of a leg: that which the user names, or the one that is found."""
-    if asked is None:
-        return find_foot(tree, leg, limb, finder)
-    if isinstance(asked, str):
-        return place_asked(tree, leg, limb, asked, finder)
-    link, at = asked
-    near = place_asked(tree, leg, limb, link, finder)
-    return FootPlace(near.link, np.asarray(at, dtype=np.float64), near.radius, near.how)
-
-
-def _new_name(tree: UrdfTree, name: str) -> str:
-    """A name that no link or joint has."""
-    while name in tree.links or name in tree.joints:
-        name += "'"
-    return name

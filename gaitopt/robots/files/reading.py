@@ -87,6 +87,8 @@ def read_text(
             "nothing, because this file is no xacro; leave them out, or give the xacro file"
         )
     if kind in ("mujoco", "mujocoinclude"):
+        if options.scale is not None:
+            raise InputError(f"{label}: scale is for URDF and xacro; an MJCF is in metres")
         return read_mjcf(text, label, folder, options)
     if xacro:
         plain, told = expanded(text, label, path, options)

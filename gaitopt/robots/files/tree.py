@@ -216,6 +216,12 @@ class UrdfTree:
         found.element.set("name", name)
         self.joints[name] = found
 
+    def new_name(self, name: str) -> str:
+        """A name that no link or joint has."""
+        while name in self.links or name in self.joints:
+            name += "'"
+        return name
+
     def add_frame(self, name: str, parent: str, xyz: FloatArray) -> None:
         """Add a link without mass at a place of another [m]."""
         link = ElementTree.SubElement(self.root, "link", name=name)

@@ -44,6 +44,14 @@ _NOT_STANDING = (
     "points sideways; turn the base link so that the robot faces along its x or y, or correct the "
     "axes or limits"
 )
+_SPRAWLING = (
+    "{} turns first about the vertical, and no posture within its limits has the foot below the "
+    "hip, free to move in all directions; gaitopt plans for legs that lean sideways at their first "
+    "joint (roll), and for sprawling ones that reach out from a vertical axis: correct the axes or "
+    "limits"
+)
+VERTICAL = 0.9
+"""Least cosine of the angle between an axis and the vertical with which it counts as vertical."""
 
 
 def general_leg(parts: LegParts) -> GeneralLeg:
@@ -53,7 +61,7 @@ def general_leg(parts: LegParts) -> GeneralLeg:
     axis, sideways = parts.axes[2], float(parts.axes[2, 1])
     sign = float(np.sign(sideways))
     if abs(sideways) < LEAST_ALIGNMENT or solver.is_singular:
-        raise RobotError(_NOT_STANDING.format(parts.listing))
+        raise _refusal(parts)
     links = np.diff([solver.shoulder, solver.knee, parts.tip], axis=0)
     flat = links - (links @ axis)[:, None] * axis
     lengths = np.linalg.norm(flat, axis=1)
@@ -103,7 +111,13 @@ def _standing(parts: LegParts, leg: GeneralLeg, solver: HingeInverse) -> General
                 if abs(np.linalg.det(leg.jacobian(q))) > LEAST_MOBILITY * largest:
                     return found
                 break
-    raise RobotError(_NOT_STANDING.format(parts.listing))
+    raise _refusal(parts)
+
+
+def _refusal(parts: LegParts) -> RobotError:
+    """The error of a leg that cannot stand."""
+    words = _SPRAWLING if abs(parts.axes[0, 2]) > VERTICAL else _NOT_STANDING
+    return RobotError(words.format(parts.listing))
 
 
 def _standing_angles(leg: GeneralLeg, solver: HingeInverse, foot: FloatArray) -> FloatArray | None:
