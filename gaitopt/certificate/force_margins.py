@@ -7,7 +7,7 @@ matrix ``G``. Forces that solve them are ``f = G^+ w + N z``, with any ``z``.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -43,12 +43,16 @@ class Stance:
         robot, limits: the robot, and what is asked.
         feet: indices of the standing feet ``(k,)``.
         points: their contact points ``(k, 3)`` [m].
+        normals: unit normals of the ground there ``(k, 3)``.
+        friction: coefficients of friction there ``(k,)``.
     """
 
     robot: Quadruped
     limits: ForceLimits
     feet: np.ndarray
     points: FloatArray
+    normals: FloatArray
+    friction: FloatArray
 
     @cached_property
     def centre(self) -> FloatArray:
@@ -119,10 +123,18 @@ class Stance:
         by_moment = np.linalg.norm(blocks[:, :, 3:], ord=2, axis=(1, 2))
         return np.asarray(force[:, None] * by_force + moment[:, None] * by_moment)
 
-    @property
+    @cached_property
     def friction_rows(self) -> FloatArray:
-        """Sides of the friction pyramid, of unit length ``(sides, 3)``."""
-        return _unit_rows(self.limits)
+        """Sides of the friction pyramids, of unit length ``(k, sides, 3)``."""
+        if not len(self.feet):
+            return np.zeros((0, self.limits.sides, 3))
+        rows = pyramid_rows(self.limits, self.normals, self.friction / self.limits.friction)
+        return frozen(rows / np.linalg.norm(rows, axis=2, keepdims=True))
+
+    def sides_of(self, forces: FloatArray) -> FloatArray:
+        """What the sides of the pyramids leave of forces ``(n, k, 3)`` [N]: ``(n, k, sides)``."""
+        by_foot = np.swapaxes(forces, 0, 1) @ np.swapaxes(self.friction_rows, 1, 2)
+        return np.swapaxes(by_foot, 0, 1)
 
     @cached_property
     def least_normals(self) -> FloatArray:
@@ -178,9 +190,8 @@ class Stance:
     def names(self) -> list[str]:
         """What each column of :meth:`left` is about."""
         legs = [LEGS[i] for i in self.feet]
-        sides = len(self.friction_rows)
         return [
-            *(f"friction {leg}" for leg in legs for _ in range(sides)),
+            *(f"friction {leg}" for leg in legs for _ in range(self.limits.sides)),
             *(f"normal force {leg}" for leg in legs),
             *(f"torque {name}" for name in self.robot.joint_names),
         ]
@@ -193,14 +204,8 @@ class Stance:
             torques: of the joints ``(n, nj)`` [N m].
             limits: of the torques.
         """
-        sides = forces @ self.friction_rows.T
+        sides = self.sides_of(forces)
         friction = sides.reshape(len(forces), sides.shape[1] * sides.shape[2])
-        normal = forces[:, :, 2] - self.least_normals
+        normal = np.einsum("nkd,kd->nk", forces, self.normals) - self.least_normals
         torque = np.minimum(limits.high - torques, torques - limits.low) / self.reach
         return np.concatenate([friction, normal, torque], axis=1)
-
-
-@lru_cache(maxsize=8)
-def _unit_rows(limits: ForceLimits) -> FloatArray:
-    rows = pyramid_rows(limits)
-    return frozen(rows / np.linalg.norm(rows, axis=1, keepdims=True))

@@ -93,10 +93,12 @@ def _rows(
 ) -> tuple[FloatArray, FloatArray]:  # fmt: skip
     """Rows ``A (n, r, d + 1)`` and ``b (n, r)`` of ``A (z, s) >= b``, in units of forces."""
     count, feet, basis = len(plain), len(stance.feet), stance.directions
-    friction = np.einsum("sd,kdf->ksf", stance.friction_rows, basis.reshape(feet, 3, -1))
+    by_foot = basis.reshape(feet, 3, basis.shape[1])
+    friction = np.einsum("ksd,kdf->ksf", stance.friction_rows, by_foot)
     friction = friction.reshape(-1, basis.shape[1])
-    now = plain.reshape(count, feet, 3) @ stance.friction_rows.T
-    level, ground = basis[2::3], plain[:, 2::3]
+    now = stance.sides_of(plain.reshape(count, feet, 3))
+    level = np.einsum("kd,kdf->kf", stance.normals, by_foot)
+    ground = np.einsum("nkd,kd->nk", plain.reshape(count, feet, 3), stance.normals)
     known = np.isfinite(torques.high).all(axis=0) & (jacobians != 0.0).any(axis=(0, 1))
     legs = np.swapaxes(jacobians[:, :, known], 1, 2)
     moved = legs @ basis / stance.reach

@@ -65,38 +65,53 @@ def chain_model(robot: Quadruped) -> Any:
 def sample_forces(
     robot: Quadruped, values: FloatArray, rates: FloatArray, accelerations: FloatArray
 ) -> ForceSamples:
-    """Evaluate path values and their first two derivatives ``(N, 6 + nj)``."""
-    return _samples(robot, values, np.arange(len(values)), rates, accelerations)
+    """Evaluate path values and their first two derivatives ``(N, 6 + nj)``, on level ground."""
+    level = np.tile([0.0, 0.0, 1.0], (len(values), len(LEGS), 1))
+    return _samples(robot, values, np.arange(len(values)), rates, accelerations, level)
 
 
-def sample_ends(robot: Quadruped, pieces: Pieces) -> tuple[ForceSamples, ForceSamples]:
+def sample_ends(
+    robot: Quadruped, pieces: Pieces, normals: FloatArray
+) -> tuple[ForceSamples, ForceSamples]:
     """Samples at the starts and at the ends of pieces.
+
+    Args:
+        robot: the robot.
+        pieces: of its path.
+        normals: of the ground under the feet on each of them ``(P, 4, 3)``.
 
     Where one piece goes on from another they share their place, and velocity and acceleration,
     which may jump there, are each one's own.
     """
     places = pieces.places()
     rates, accelerations = (np.concatenate(pieces.at_ends(k)) for k in (1, 2))
-    both = _samples(robot, places.values, places.ends.ravel(), rates, accelerations)
+    under = np.concatenate([normals, normals])
+    both = _samples(robot, places.values, places.ends.ravel(), rates, accelerations, under)
     starts = np.arange(len(pieces.starts))
     return both.chosen(starts), both.chosen(starts + len(starts))
 
 
 def _samples(
     robot: Quadruped, places: FloatArray, at: np.ndarray, rates: FloatArray,
-    accelerations: FloatArray,
+    accelerations: FloatArray, normals: FloatArray,
 ) -> ForceSamples:  # fmt: skip
-    """Samples of motions that are at the places with the numbers ``at (N,)``."""
+    """Samples of motions that are at the places with the numbers ``at (N,)``.
+
+    Under the feet the ground has the ``normals (N, 4, 3)``.
+    """
     model = chain_model(robot)
     q = _chain(places)
-    feet, jacobians = _contact_geometry(robot, model, q)
+    feet, level, turning = _contact_geometry(robot, model, q)
+    # From the point straight below the foot's frame to that one radius against the normal.
+    beside = robot.foot_radius * (np.array([0.0, 0.0, 1.0]) - normals)
+    jacobians = level[at] + np.cross(turning[at], beside[..., None], axis=2)
     forces = _inverse_dynamics(model, q[at], _chain(rates), _chain(accelerations))
     # The chain's model knows no motors.
     torques = forces[:, 6:] + robot.motor_inertia * accelerations[:, 6:]
     values = places[at]
     return ForceSamples(
         forces[:, :3], _moments(values, forces[:, 3:6]), values[:, :3], torques, rates[:, 6:],
-        feet[at], jacobians[at],
+        feet[at], jacobians,
     )  # fmt: skip
 
 
@@ -113,8 +128,13 @@ def _inverse_dynamics(model: Any, q: FloatArray, v: FloatArray, a: FloatArray) -
     return out
 
 
-def _contact_geometry(robot: Quadruped, model: Any, q: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Foot frames ``(N, 4, 3)`` and Jacobians of their contact points ``(N, 4, 3, nj)`` [m]."""
+def _contact_geometry(
+    robot: Quadruped, model: Any, q: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Foot frames ``(N, 4, 3)`` [m], and Jacobians of the points one radius straight below them.
+
+    The latter of velocity and of angular velocity, by the joints ``(N, 4, 3, nj)`` each [m], [1].
+    """
     data = model.createData()
     frames = [model.getFrameId(robot.legs[leg].foot) for leg in LEGS]
     feet, spatial = np.empty((len(q), 4, 3)), np.empty((len(q), 6, model.nv))
@@ -129,6 +149,7 @@ def _contact_geometry(robot: Quadruped, model: Any, q: FloatArray) -> tuple[Floa
     # the velocity of the body's point at the world's origin: v + w x p.
     points = feet - np.array([0.0, 0.0, robot.foot_radius])
     jacobians = np.zeros((len(q), 4, 3, len(robot.joint_names)))
+    turning = np.zeros_like(jacobians)
     for k, leg in enumerate(LEGS):
         columns = list(robot.leg_columns[leg])
         linear, angular = np.split(spatial[:, :, 6:][:, :, columns], 2, axis=1)
@@ -136,7 +157,8 @@ def _contact_geometry(robot: Quadruped, model: Any, q: FloatArray) -> tuple[Floa
         turned = [angular[:, 1] * z - angular[:, 2] * y, angular[:, 2] * x - angular[:, 0] * z,
                   angular[:, 0] * y - angular[:, 1] * x]  # fmt: skip
         jacobians[:, k][:, :, columns] = linear + np.stack(turned, axis=1)
-    return feet, jacobians
+        turning[:, k][:, :, columns] = angular
+    return feet, jacobians, turning
 
 
 def _moments(values: FloatArray, generalised: FloatArray) -> FloatArray:

@@ -20,7 +20,7 @@ from gaitopt.certificate.derivative_bounds import LinkBounds
 from gaitopt.certificate.enclosure import Pieces, chord_deviation
 from gaitopt.certificate.force_samples import chain_model, sample_ends
 from gaitopt.certificate.inertial_deviations import InertialDeviations
-from gaitopt.certificate.phase_forces import PhaseJudge
+from gaitopt.certificate.phase_forces import PhaseGround, PhaseJudge, ground_in_phases
 from gaitopt.certificate.trace import deviations, foot_chain, owners
 from gaitopt.conventions import GRAVITY, LEGS, FloatArray
 from gaitopt.dynamics.contacts import ForceLimits
@@ -91,8 +91,11 @@ def _in_words(plan: Plan, limits: ForceLimits) -> str:
     line = ", which falls with the speed" if falls else ""
     inertia = float(plan.robot.motor_inertia.max(initial=0.0))
     motors = f", motors of up to {inertia:.3g} kg m²" if inertia > 0.0 else ""
+    given = plan.footholds.friction
+    least = min((float(own.min()) for own in given.values()), default=1.0) if given else np.inf
+    less = f", down to {least:g} on footholds" if least < limits.friction else ""
     return (
-        f"friction {limits.friction:g}, a reserve of {100.0 * limits.reserve:g} %, "
+        f"friction {limits.friction:g}{less}, a reserve of {100.0 * limits.reserve:g} %, "
         f"{100.0 * limits.torque_share:g} % of the torque{line}{motors}"
     )
 
@@ -155,14 +158,16 @@ def _some(judged_pieces: _Judged, which: np.ndarray) -> _Judged:
 def _judge_pieces(plan: Plan, limits: ForceLimits, pieces: Pieces) -> _Judged:
     """Of every piece the least that a limit leaves, with samples at both of its ends."""
     phase, standing = owners(plan, pieces)
-    ends = sample_ends(plan.robot, pieces)
+    ground = ground_in_phases(plan, limits.friction)
+    ends = sample_ends(plan.robot, pieces, ground.normals[phase])
     left, bound = np.empty(len(phase)), np.empty(len(phase))
     where = [""] * len(phase)
     groups = [np.flatnonzero(phase == p) for p in np.unique(phase)]
     bulge = deviations([foot_chain(plan, leg) for leg in LEGS], pieces)
     judges = [
         PhaseJudge.of(plan, limits, pieces.chosen(mine), standing[mine[0]],
-                      (ends[0].chosen(mine), ends[1].chosen(mine)), bulge[mine])
+                      (ends[0].chosen(mine), ends[1].chosen(mine)), bulge[mine],
+                      PhaseGround(*(part[phase[mine[0]]] for part in ground)))
         for mine in groups
     ]  # fmt: skip
     off = np.empty(len(phase))

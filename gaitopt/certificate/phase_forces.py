@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,6 +16,44 @@ from gaitopt.certificate.inertial_deviations import InertialDeviations
 from gaitopt.conventions import LEGS, BoolArray, FloatArray
 from gaitopt.dynamics.contacts import ForceLimits
 from gaitopt.plan.plan import Plan
+
+
+class PhaseGround(NamedTuple):
+    """The ground under four feet in each phase; what is said of feet that fly means nothing.
+
+    Attributes:
+        normals: unit normals ``(P, 4, 3)``.
+        friction: coefficients of friction ``(P, 4)``.
+    """
+
+    normals: FloatArray
+    friction: FloatArray
+
+
+def ground_in_phases(plan: Plan, friction: float) -> PhaseGround:
+    """The ground under the feet in all phases of a plan; a plan without phases has one.
+
+    Planners have a function for this as well (:mod:`gaitopt.plan.contact_ground`). This one counts
+    the swings that have ended, so that an error in one of them is seen by the other.
+
+    Args:
+        plan: the plan.
+        friction: of the limits. A foothold has no more than this, and it may have less.
+    """
+    phases, footholds = max(len(plan.phases), 1), plan.footholds
+    landed = np.zeros((phases, len(LEGS)), dtype=int)
+    for swing in plan.swings:
+        landed[swing.phases[1] + 1 :, LEGS.index(swing.leg)] += 1
+    normals = np.zeros((phases, len(LEGS), 3))
+    normals[..., 2] = 1.0
+    least = np.full((phases, len(LEGS)), friction)
+    for i, leg in enumerate(LEGS):
+        on = np.minimum(landed[:, i], footholds.counts[leg] - 1)
+        if footholds.normals is not None:
+            normals[:, i] = footholds.normals[leg][on]
+        if footholds.friction is not None:
+            least[:, i] = np.minimum(footholds.friction[leg][on], friction)
+    return PhaseGround(normals, least)
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +77,7 @@ class PhaseJudge:
     @classmethod
     def of(
         cls, plan: Plan, limits: ForceLimits, pieces: Pieces, standing: BoolArray,
-        ends: tuple[ForceSamples, ForceSamples], bulge: FloatArray,
+        ends: tuple[ForceSamples, ForceSamples], bulge: FloatArray, ground: PhaseGround,
     ) -> PhaseJudge:  # fmt: skip
         """The judge of a phase.
 
@@ -48,13 +87,16 @@ class PhaseJudge:
             standing: which feet stand ``(4,)``.
             ends: samples at the starts and the ends.
             bulge: how far each foot leaves its chord at most ``(P, 4)`` [m].
+            ground: under the feet in this phase.
         """
         feet = np.flatnonzero(standing)
         places = np.stack([end.feet[:, feet] for end in ends])
         middle = (places.min(axis=(0, 1)) + places.max(axis=(0, 1))) / 2.0
         slip = np.linalg.norm(places - middle, axis=3).max(axis=0) + bulge[:, feet]
-        points = middle - np.array([0.0, 0.0, plan.robot.foot_radius])
-        return cls(plan, pieces, Stance(plan.robot, limits, feet, points), ends, slip)
+        normals, friction = ground.normals[feet], ground.friction[feet]
+        points = middle - plan.robot.foot_radius * normals
+        stance = Stance(plan.robot, limits, feet, points, normals, friction)
+        return cls(plan, pieces, stance, ends, slip)
 
     @property
     def centre(self) -> FloatArray:
@@ -139,7 +181,7 @@ class PhaseJudge:
         if stance.lines is not None:
             torques += self._torque_losses()
         torques /= stance.reach
-        sides = len(stance.friction_rows)
+        sides = stance.limits.sides
         unbalanced = force + moment / stance.reach if len(stance.feet) < 3 else np.zeros_like(force)
         return np.concatenate([np.repeat(more, sides, axis=1), more, torques], axis=1), unbalanced
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -167,6 +167,26 @@ class ForceLimits:
         return np.asarray(np.where(standing, np.where(count >= 4, on_four, self.reserve), 0.0))
 
 
+class ContactGround(NamedTuple):
+    """The ground below the four feet, for any number of samples; one for all broadcasts.
+
+    Attributes:
+        normals: unit normals, out of the ground ``(N, 4, 3)`` or ``(3,)``.
+        grip: friction as a share of that of the limits ``(N, 4)`` or ``()``.
+    """
+
+    normals: FloatArray
+    grip: FloatArray
+
+    def at(self, which: np.ndarray) -> ContactGround:
+        """That of some samples."""
+        return self if self.normals.ndim == 1 else ContactGround(*(part[which] for part in self))
+
+
+LEVEL_GROUND: Final = ContactGround(np.array([0.0, 0.0, 1.0]), np.array(1.0))
+"""Level ground with all the friction of the limits."""
+
+
 @dataclass(frozen=True, eq=False)
 class Contacts:
     """Where feet touch the ground, over any number of samples.
@@ -175,14 +195,16 @@ class Contacts:
         points: contact points in the world ``(..., m, 3)`` [m].
         normals: unit normals of the ground there, out of the ground ``(..., m, 3)``.
         standing: which feet stand ``(..., m)``. Points and normals of the others mean nothing.
+        grip: friction of each contact as a share of that of the limits ``(..., m)``.
     """
 
     points: FloatArray
     normals: FloatArray
     standing: BoolArray
+    grip: FloatArray
 
     def __post_init__(self) -> None:
-        for name in ("points", "normals", "standing"):
+        for name in ("points", "normals", "standing", "grip"):
             getattr(self, name).setflags(write=False)
 
     @classmethod
@@ -192,6 +214,7 @@ class Contacts:
         standing: ArrayLike,
         radius: float = 0.0,
         normals: ArrayLike = (0.0, 0.0, 1.0),
+        grip: ArrayLike = 1.0,
     ) -> Contacts:
         """The contacts of feet that are balls.
 
@@ -202,10 +225,12 @@ class Contacts:
             standing: which feet stand, as truth values ``(..., m)``.
             radius: of the balls [m], :attr:`Quadruped.foot_radius`.
             normals: of the ground, of any length, broadcast to the shape of ``feet``.
+            grip: friction of each contact as a share of that of the limits, from 0 to 1, broadcast
+                to ``(..., m)``.
 
         Raises:
-            InputError: shapes do not fit, a number is not finite, or a normal has no length or
-                points down.
+            InputError: shapes do not fit, a number is not finite or out of its range, or a normal
+                has no length or points down.
         """
         places = check_shape("feet", feet, 3)
         flags = np.array(standing)
@@ -218,7 +243,23 @@ class Contacts:
             raise InputError("feet must be finite where they stand")
         check_number("radius", radius, 0.0, 10.0, "m")
         up = np.array(np.broadcast_to(unit_normals(normals), places.shape))
-        return cls(places - radius * up, up, flags)
+        return cls(places - radius * up, up, flags, grips(grip, places.shape[:-1]))
+
+
+def grips(grip: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
+    """Shares of the friction of limits, one for each contact ``shape``.
+
+    Raises:
+        InputError: one is not from 0 to 1, or they do not fit the shape.
+    """
+    try:
+        given = np.array(np.broadcast_to(np.asarray(grip, dtype=np.float64), shape))
+    except (TypeError, ValueError) as error:
+        raise InputError(f"grip must fit {shape}, got {np.shape(grip)}: {error}") from error
+    # Comparisons with NaN are false.
+    if not ((given >= 0.0) & (given <= 1.0)).all():
+        raise InputError("grip must be a share of the friction of the limits, from 0 to 1")
+    return given
 
 
 def unit_normals(normals: ArrayLike) -> FloatArray:
@@ -256,7 +297,9 @@ def tangents(normals: ArrayLike) -> FloatArray:
     return np.stack([first, second], axis=-2)
 
 
-def pyramid_rows(limits: ForceLimits, normals: ArrayLike = (0.0, 0.0, 1.0)) -> FloatArray:
+def pyramid_rows(
+    limits: ForceLimits, normals: ArrayLike = (0.0, 0.0, 1.0), grip: ArrayLike = 1.0
+) -> FloatArray:
     """Rows ``P (..., sides, 3)`` of the friction pyramids ``P f >= 0``.
 
     With four sides on level ground they say ``|fx|, |fy| <= friction / sqrt(2) * fz``. All rows
@@ -265,6 +308,7 @@ def pyramid_rows(limits: ForceLimits, normals: ArrayLike = (0.0, 0.0, 1.0)) -> F
     Args:
         limits: the coefficient of friction and the number of sides.
         normals: of any length ``(..., 3)``.
+        grip: share of this friction that each contact has ``(...)``.
 
     Raises:
         InputError: as in :func:`unit_normals`.
@@ -272,5 +316,5 @@ def pyramid_rows(limits: ForceLimits, normals: ArrayLike = (0.0, 0.0, 1.0)) -> F
     up = unit_normals(normals)
     angles = 2.0 * np.pi * np.arange(limits.sides) / limits.sides
     directions = np.stack([np.cos(angles), np.sin(angles)], axis=-1) @ tangents(up)
-    slope = limits.friction * limits.friction_share
-    return np.asarray(slope * up[..., None, :] - directions)
+    slope = limits.friction * limits.friction_share * np.asarray(grip, dtype=np.float64)
+    return np.asarray(slope[..., None, None] * up[..., None, :] - directions)

@@ -53,6 +53,7 @@ def feasible_region(
     *,
     torques: bool = True,
     tolerance: float = DEFAULT_TOLERANCE,
+    grip: ArrayLike = 1.0,
 ) -> FeasibleRegion:
     """The horizontal places of the COM at which ``robot`` can rest on its feet.
 
@@ -68,6 +69,8 @@ def feasible_region(
             :attr:`Quadruped.standing_height`.
         torques: whether joint torques are limited. Those of legs in the air are not looked at.
         tolerance: largest distance between the inner and the outer polygon [m].
+        grip: friction of each contact as a share of that of the limits, from 0 to 1, broadcast to
+            ``(4,)``.
 
     Raises:
         InputError: robot or limits are something else, shapes do not fit, a number is outside its
@@ -84,7 +87,7 @@ def feasible_region(
     standing = np.array([[leg in support for leg in LEGS]])
     return feasible_regions(
         robot, places[None], normals, limits, standing, posture,
-        torques=torques, tolerance=tolerance,
+        torques=torques, tolerance=tolerance, grip=grip,
     )[0]  # fmt: skip
 
 
@@ -98,6 +101,7 @@ def feasible_regions(
     *,
     torques: bool = True,
     tolerance: float = DEFAULT_TOLERANCE,
+    grip: ArrayLike = 1.0,
 ) -> tuple[FeasibleRegion, ...]:
     """The regions of many stances: :func:`feasible_region`, with all matrices made at once.
 
@@ -110,6 +114,7 @@ def feasible_regions(
         postures: ``(B, 6)``, or one for all.
         torques: whether joint torques are limited.
         tolerance: largest distance between the inner and the outer polygon [m].
+        grip: friction of each contact as a share of that of the limits, broadcast to ``(B, 4)``.
 
     Raises:
         InputError: as in :func:`feasible_region`.
@@ -125,7 +130,7 @@ def feasible_regions(
     if not len(places):
         return ()
     flags = np.ones(places.shape[:2], dtype=np.bool_) if standing is None else standing
-    contacts = Contacts.below_feet(places, flags, robot.foot_radius, normals)
+    contacts = Contacts.below_feet(places, flags, robot.foot_radius, normals, grip)
     count = contacts.standing.sum(axis=1)
     if (count < 2).any():
         raise InputError(

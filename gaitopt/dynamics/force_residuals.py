@@ -22,10 +22,10 @@ def judged(problem: ForceProblem, forces: FloatArray, conflicts: BoolArray) -> C
             exceed are added.
     """
     standing, limits = problem.standing, problem.limits
-    normals = problem.equations.contacts.normals
+    normals, grip = problem.equations.contacts.normals, problem.equations.contacts.grip
     pressing = np.einsum("nfi,nfi->nf", normals, forces)
     sliding = np.linalg.norm(forces - pressing[..., None] * normals, axis=2)
-    friction = -(pyramid_rows(limits, normals) @ forces[..., None])[..., 0].min(axis=2)
+    friction = -(pyramid_rows(limits, normals, grip) @ forces[..., None])[..., 0].min(axis=2)
     least = problem.weight * limits.least_normal_shares(standing)
     left = problem.equations.residuals(forces)
     torques = problem.equations.torques(forces)
@@ -43,7 +43,7 @@ def judged(problem: ForceProblem, forces: FloatArray, conflicts: BoolArray) -> C
         torques=torques,
         standing=standing,
         reserve=np.where(standing, pressing / problem.weight, np.inf).min(axis=1),
-        friction_use=np.where(standing, _cone_use(sliding, limits.friction * pressing), 0.0),
+        friction_use=np.where(standing, _cone_use(sliding, limits.friction * grip * pressing), 0.0),
         torque_use=_torque_use(problem, torques),
         residuals=residuals,
         conflict_table=conflicts | _exceeded(problem, residuals),

@@ -174,8 +174,9 @@ def _base_equations(
 def force_rows(problem: ForceProblem, space: ForceSpace) -> ForceRows:
     """What is asked of the forces of a group, as rows of ``z``."""
     count, feet = len(space.samples), len(space.feet)
-    normals = problem.equations.contacts.normals[np.ix_(space.samples, space.feet)]
-    pyramids = pyramid_rows(problem.limits, normals)
+    contacts, own = problem.equations.contacts, np.ix_(space.samples, space.feet)
+    normals = contacts.normals[own]
+    pyramids = pyramid_rows(problem.limits, normals, contacts.grip[own])
     shares = problem.limits.least_normal_shares(problem.standing[space.samples])[:, space.feet]
     bases = space.directions.reshape(count, feet, 3, -1)
     offset = space.particular.reshape(count, feet, 3)

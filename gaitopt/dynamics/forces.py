@@ -66,6 +66,7 @@ def build_force_problem(
     limits: ForceLimits | None = None,
     *,
     normals: ArrayLike = (0.0, 0.0, 1.0),
+    grip: ArrayLike = 1.0,
     times: ArrayLike | None = None,
 ) -> ForceProblem:
     """The contact forces that are looked for, at every sample of a motion.
@@ -77,6 +78,7 @@ def build_force_problem(
             :data:`gaitopt.LEGS`.
         limits: what is asked of forces and torques.
         normals: of the ground below the feet, of any length, broadcast to ``(N, 4, 3)``.
+        grip: friction of each contact as a share of that of the limits, broadcast to ``(N, 4)``.
         times: of the samples ``(N,)`` [s], for the report; 0, 1, 2, ... by default.
 
     Raises:
@@ -85,7 +87,7 @@ def build_force_problem(
     """
     asked = ForceLimits.or_default(limits)
     robot.require_masses()
-    equations = equations_of_motion(robot, motion, normals)
+    equations = equations_of_motion(robot, motion, normals, grip)
     count = len(equations)
     flags = np.array(standing)
     if flags.dtype != np.bool_ or flags.shape != (count, 4):

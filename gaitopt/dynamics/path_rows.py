@@ -89,10 +89,13 @@ def place_rows(
     basis = np.swapaxes(right[:, rank:], 1, 2)
     # What the feet cannot make must vanish by itself.
     missing = np.swapaxes(left[:, :, rank:], 1, 2) @ wrench
-    normals = dynamics.contacts.normals[np.ix_(samples, feet)]
+    own = np.ix_(samples, feet)
+    normals, grip = dynamics.contacts.normals[own], dynamics.contacts.grip[own]
     forces = plain.reshape(n, len(feet), 3, 3)
     bases = basis.reshape(n, len(feet), 3, basis.shape[2])
-    pyramids = pyramid_rows(limits, normals) if len(feet) else np.zeros((n, 0, limits.sides, 3))
+    pyramids = np.zeros((n, 0, limits.sides, 3))
+    if len(feet):
+        pyramids = pyramid_rows(limits, normals, grip)
     slip = pyramids @ forces, pyramids @ bases
     upward = normals[:, :, None]
     press = (upward @ forces)[:, :, 0], (upward @ bases)[:, :, 0]

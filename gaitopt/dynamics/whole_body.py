@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gaitopt.conventions import LEGS, BoolArray, FloatArray
-from gaitopt.dynamics.contacts import unit_normals
+from gaitopt.dynamics.contacts import grips, unit_normals
 from gaitopt.errors import InputError
 from gaitopt.inputs import check_shape
 from gaitopt.robots.quadruped import Quadruped
@@ -91,16 +91,18 @@ class ContactGeometry:
         points: contact points in the world ``(N, 4, 3)`` [m], one foot radius below the foot
             frames along the normals.
         normals: unit normals of the ground ``(N, 4, 3)``.
+        grip: friction of each contact as a share of that of the limits ``(N, 4)``.
         jacobians: of the contact points' velocities in the world, by ``v`` ``(N, 4, 3, nv)``. The
             point belongs to the foot: it rolls with the ball.
     """
 
     points: FloatArray
     normals: FloatArray
+    grip: FloatArray
     jacobians: FloatArray
 
     def __post_init__(self) -> None:
-        for array in (self.points, self.normals, self.jacobians):
+        for array in (self.points, self.normals, self.grip, self.jacobians):
             array.setflags(write=False)
 
 
@@ -197,7 +199,10 @@ class PathDynamics:
 
 
 def equations_of_motion(
-    robot: Quadruped, motion: Motion, normals: ArrayLike = (0.0, 0.0, 1.0)
+    robot: Quadruped,
+    motion: Motion,
+    normals: ArrayLike = (0.0, 0.0, 1.0),
+    grip: ArrayLike = 1.0,
 ) -> EquationsOfMotion:
     """The equations of motion of ``robot`` at every sample of ``motion``.
 
@@ -205,14 +210,17 @@ def equations_of_motion(
         robot: the robot.
         motion: in Pinocchio's vectors.
         normals: of the ground below the feet, of any length, broadcast to ``(N, 4, 3)``.
+        grip: friction of each contact as a share of that of the limits, broadcast to ``(N, 4)``.
 
     Raises:
-        InputError: shapes do not fit, a number is not finite, or a normal has no direction.
+        InputError: shapes do not fit, a number is not finite or out of its range, or a normal has
+            no direction.
     """
     q = _table("q", motion.q, robot.model.nq)
     v = _table("v", motion.v, robot.model.nv, len(q))
     a = _table("a", motion.a, robot.model.nv, len(q))
-    return EquationsOfMotion(_inverse_dynamics(robot, q, v, a), contact_geometry(robot, q, normals))
+    contacts = contact_geometry(robot, q, normals, grip)
+    return EquationsOfMotion(_inverse_dynamics(robot, q, v, a), contacts)
 
 
 def path_dynamics(
@@ -221,6 +229,7 @@ def path_dynamics(
     first: ArrayLike,
     second: ArrayLike,
     normals: ArrayLike = (0.0, 0.0, 1.0),
+    grip: ArrayLike = 1.0,
 ) -> PathDynamics:
     """The equations of motion along a path, linear in its acceleration and squared speed.
 
@@ -229,7 +238,7 @@ def path_dynamics(
         values: columns of the path ``(N, 6 + nj)``, as in :func:`motion_of_path`.
         first: their first derivative by the path's parameter ``s``.
         second: their second derivative by ``s``.
-        normals: as in :func:`equations_of_motion`.
+        normals, grip: as in :func:`equations_of_motion`.
 
     Source: [Hauser2014]; with three calls of inverse dynamics a sample.
 
@@ -245,19 +254,22 @@ def path_dynamics(
         acceleration=_inverse_dynamics(robot, q, rest, slope) - gravity,
         speed=_inverse_dynamics(robot, q, slope, curvature) - gravity,
         gravity=gravity,
-        contacts=contact_geometry(robot, q, normals),
+        contacts=contact_geometry(robot, q, normals, grip),
     )
 
 
 def contact_geometry(
-    robot: Quadruped, q: ArrayLike, normals: ArrayLike = (0.0, 0.0, 1.0)
+    robot: Quadruped,
+    q: ArrayLike,
+    normals: ArrayLike = (0.0, 0.0, 1.0),
+    grip: ArrayLike = 1.0,
 ) -> ContactGeometry:
     """Contact points of the four feet and their Jacobians.
 
     Args:
         robot: the robot.
         q: Pinocchio's configurations ``(N, nq)``.
-        normals: as in :func:`equations_of_motion`.
+        normals, grip: as in :func:`equations_of_motion`.
 
     Raises:
         InputError: shapes do not fit, a number is not finite, or a normal has no direction.
@@ -276,7 +288,7 @@ def contact_geometry(
     # Pinocchio's Jacobians give the velocity of the body's point at the world's origin.
     jacobians = linear + _cross(angular, points[..., None])
     jacobians *= _moved_by(robot)[:, None, :]
-    return ContactGeometry(points, up, jacobians)
+    return ContactGeometry(points, up, grips(grip, shape[:2]), jacobians)
 
 
 def _inverse_dynamics(robot: Quadruped, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:

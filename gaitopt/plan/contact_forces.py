@@ -12,6 +12,7 @@ from gaitopt.dynamics.contacts import ForceLimits
 from gaitopt.dynamics.forces import ForceObjective, build_force_problem, solve_forces
 from gaitopt.dynamics.whole_body import motion_of_path
 from gaitopt.inputs import check_kind
+from gaitopt.plan.contact_ground import ground_below
 from gaitopt.plan.plan import Plan
 
 
@@ -22,14 +23,14 @@ def contact_forces(
     dt: float = 0.005,
     times: ArrayLike | None = None,
     objective: ForceObjective | str = ForceObjective.SMOOTHEST,
-    normals: ArrayLike = (0.0, 0.0, 1.0),
+    normals: ArrayLike | None = None,
 ) -> ContactForces:
     """Contact forces and joint torques that make a plan's motion, with the whole robot's dynamics.
 
-    Masses and inertias of all links count. Feet touch the ground one foot radius below their
-    frames. Whether forces exist is judged at the instants that are asked for, not between them; a
-    path whose velocity jumps needs impulses at its knots, which no instant shows
-    (:attr:`ContactForces.velocity_jump`).
+    Masses and inertias of all links count. Feet touch the ground one foot radius from their
+    frames, against the normals. Whether forces exist is judged at the instants that are asked for,
+    not between them; a path whose velocity jumps needs impulses at its knots, which no instant
+    shows (:attr:`ContactForces.velocity_jump`).
 
     Args:
         plan: the plan.
@@ -39,7 +40,9 @@ def contact_forces(
             acceleration jumps, and where a foot lands or lifts off, it is the later value.
         objective: which of all possible forces: ``"smoothest"`` (of least norm), ``"least
             torque"``, or ``"largest reserve"`` (on the foot that presses least).
-        normals: of the ground below the feet, of any length, broadcast to ``(N, 4, 3)``.
+        normals: of the ground below the feet, of any length, broadcast to ``(N, 4, 3)``; those of
+            the plan's footholds by default. Where these have less friction than the limits, theirs
+            counts.
 
     Returns:
         Forces, torques and residuals. Where no forces keep all limits, the status of the instant
@@ -52,12 +55,14 @@ def contact_forces(
     check_kind("plan", plan, Plan)
     motion = plan.sample(dt) if times is None else plan.at(times)
     values, first, second = (plan.path.evaluate(motion.t, order) for order in range(3))
+    ground = ground_below(plan, motion.t, ForceLimits.or_default(limits).friction)
     problem = build_force_problem(
         plan.robot,
         motion_of_path(plan.robot, values, first, second),
         motion.contacts,
         limits,
-        normals=normals,
+        normals=ground.normals if normals is None else normals,
+        grip=ground.grip,
         times=motion.t,
     )
     jump = float(np.max(plan.path.jumps(1), initial=0.0))

@@ -7,6 +7,7 @@ import numpy as np
 from gaitopt.dynamics.feasible_region import feasible_region
 from gaitopt.dynamics.region.result import FeasibleRegion
 from gaitopt.errors import InputError
+from gaitopt.plan.contact_ground import ground_below
 from gaitopt.plan.phase import Phase
 from gaitopt.plan.plan import Plan
 
@@ -32,9 +33,10 @@ def swing_region(plan: Plan, swing: Phase) -> FeasibleRegion | None:
         return None
     middle = np.array([min(swing.start + swing.duration / 2.0, plan.duration)])
     feet, posture = plan.at(middle).feet[0], plan.path.evaluate(middle)[0, :6]
+    ground = ground_below(plan, middle, limits.friction).at(np.array(0))
     try:
         return feasible_region(
-            plan.robot, feet, limits=limits, support=swing.support, posture=posture
+            plan.robot, feet, ground.normals, limits, swing.support, posture, grip=ground.grip
         )
     except InputError:
         # A standing leg beyond its joint limits: the certificate tells of it.

@@ -80,6 +80,8 @@ class Course(ABC):
     robot: Quadruped
     standing: BoolArray
     """Which feet stand on each piece ``(P, 4)``."""
+    moments: FloatArray
+    """An instant of the old plan at which it is on each piece ``(P,)`` [s]."""
     continuous: bool
     """Whether two derivatives do not jump where two pieces of a chain meet."""
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from gaitopt.conventions import GRAVITY, BoolArray, FloatArray
-from gaitopt.dynamics.contacts import ForceLimits
+from gaitopt.dynamics.contacts import LEVEL_GROUND, ContactGround, ForceLimits
 from gaitopt.dynamics.forces import build_force_problem, solve_forces
 from gaitopt.dynamics.torque_limits import effort_limits
 from gaitopt.dynamics.whole_body import PathDynamics, motion_of_path
@@ -29,7 +29,11 @@ BENT_TORQUE = 5e-3
 
 
 def without_forces(
-    motion: PacedCourse, path: MotionPath, own: np.ndarray, limits: ForceLimits
+    motion: PacedCourse,
+    path: MotionPath,
+    own: np.ndarray,
+    limits: ForceLimits,
+    ground: ContactGround = LEVEL_GROUND,
 ) -> BoolArray:
     """Intervals in whose middle no forces keep the limits ``(n,)``.
 
@@ -38,12 +42,16 @@ def without_forces(
         path: its path.
         own: the intervals that are looked at ``(n,)``.
         limits: on forces and torques.
+        ground: below the feet on these intervals.
     """
     course: Course = motion.course
     middles = (motion.times[1:] + motion.times[:-1])[own] / 2.0
     moved = motion_of_path(course.robot, *(path.evaluate(middles, k) for k in range(3)))
     standing = course.standing[motion.grid.piece[own]]
-    return ~solve_forces(build_force_problem(course.robot, moved, standing, limits)).feasible
+    problem = build_force_problem(
+        course.robot, moved, standing, limits, normals=ground.normals, grip=ground.grip
+    )
+    return ~solve_forces(problem).feasible
 
 
 def bent(motion: PacedCourse, places: GridPlaces, dynamics: PathDynamics) -> BoolArray:

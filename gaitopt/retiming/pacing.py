@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gaitopt.conventions import BoolArray, FloatArray
-from gaitopt.dynamics.contacts import ForceLimits
+from gaitopt.dynamics.contacts import LEVEL_GROUND, ContactGround, ForceLimits
 from gaitopt.dynamics.force_timing import ForceTiming, fastest_with_forces
 from gaitopt.dynamics.path_intervals import PathIntervals, TimingLimits
 from gaitopt.dynamics.whole_body import PathDynamics, path_dynamics
@@ -20,6 +20,7 @@ from gaitopt.motion.bounds import largest_sizes
 from gaitopt.motion.path import BASE_COLUMNS, MotionPath
 from gaitopt.motion.pieces import States
 from gaitopt.motion.retiming import time_optimal_parametrisation
+from gaitopt.plan.contact_ground import ground_below
 from gaitopt.plan.phase import Phase
 from gaitopt.plan.plan import Plan
 from gaitopt.retiming.course import AT_REST, Course, Grid, GridPlaces
@@ -63,6 +64,7 @@ class Pacing:
         places: both ends of all intervals.
         states: of the course, at the places.
         promised: limits on forces and torques; ``None`` where nothing is promised of them.
+        ground: below the feet, on the pieces of the course.
         dynamics: at the places; ``None`` without forces.
         timing: other limits, at the places.
         even: intervals that are followed at constant speed, as the course begins or ends at rest
@@ -77,6 +79,7 @@ class Pacing:
     places: GridPlaces
     states: States
     promised: ForceLimits | None
+    ground: ContactGround
     dynamics: PathDynamics | None
     timing: TimingLimits
     even: BoolArray
@@ -114,10 +117,13 @@ class Pacing:
         even = np.zeros(len(grid.piece), dtype=np.bool_)
         even[grid.first[:-1][rests[0]]] = even[grid.first[1:][rests[1]] - 1] = True
         timing = TimingLimits(squares, joints, bend, others.acceleration, FRICTION_SLACK)
-        dynamics = None if promised is None else path_dynamics(robot, values, first, second)
+        ground, dynamics = LEVEL_GROUND, None
+        if promised is not None:
+            ground = ground_below(plan, course.moments, promised.friction)
+            dynamics = path_dynamics(robot, values, first, second, *ground.at(places.piece))
         unknown = np.zeros(len(grid.piece), dtype=np.bool_)
-        return cls(plan, course, grid, places, states, promised, dynamics, timing, even, None,
-                   unknown)  # fmt: skip
+        return cls(plan, course, grid, places, states, promised, ground, dynamics, timing, even,
+                   None, unknown)  # fmt: skip
 
     def fastest(self) -> tuple[PacedCourse, ForceTiming | None]:
         """The course with its fastest timing, and what was learnt of forces for it.
@@ -138,7 +144,8 @@ class Pacing:
         )
         if found.stuck.any():
             place = int(found.places[int(np.argmax(found.stuck))])
-            raise no_motion(self.course, grid, place, self._phase(place), limits)
+            ground = self.ground.at(grid.piece[[place]])
+            raise no_motion(self.course, grid, place, self._phase(place), limits, ground)
         return self._paced(found.begin, found.end), found
 
     def squares(self, motion: PacedCourse) -> FloatArray:
@@ -227,7 +234,8 @@ class Pacing:
         out = np.zeros(len(self.good), dtype=np.bool_)
         if self.dynamics is not None:
             own = np.flatnonzero(~self.good & bent(motion, self.places, self.dynamics))
-            out[own] = without_forces(motion, path, own, limits)
+            ground = self.ground.at(self.grid.piece[own])
+            out[own] = without_forces(motion, path, own, limits, ground)
         return out
 
     def _phase(self, interval: int) -> Phase:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gaitopt.dynamics.contacts import ForceLimits
+from gaitopt.dynamics.contacts import ContactGround, ForceLimits
 from gaitopt.dynamics.forces import build_force_problem, solve_forces
 from gaitopt.dynamics.whole_body import motion_of_path
 from gaitopt.errors import InfeasibleStepError, SolverError
@@ -16,7 +16,12 @@ WAY_OUT = "take another stability_margin or body_height, or allow more friction 
 
 
 def no_motion(
-    course: Course, grid: Grid, interval: int, phase: Phase, limits: ForceLimits
+    course: Course,
+    grid: Grid,
+    interval: int,
+    phase: Phase,
+    limits: ForceLimits,
+    ground: ContactGround,
 ) -> InfeasibleStepError:
     """The error of an interval on which no motion was found.
 
@@ -24,11 +29,14 @@ def no_motion(
         course, grid, interval: the interval.
         phase: that it is part of.
         limits: on forces and torques.
+        ground: below the feet there.
     """
     piece = grid.piece[[interval]]
     value = course.states(grid.begin[[interval]], piece)[0]
     rest = motion_of_path(course.robot, value, np.zeros_like(value), np.zeros_like(value))
-    problem = build_force_problem(course.robot, rest, course.standing[piece], limits)
+    problem = build_force_problem(
+        course.robot, rest, course.standing[piece], limits, normals=ground.normals, grip=ground.grip
+    )
     forces = solve_forces(problem)
     conflicts, worst = forces.conflicts(0), forces.worst()
     way_out = WAY_OUT

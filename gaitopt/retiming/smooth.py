@@ -30,6 +30,7 @@ class SmoothCourse(Course):
         robot: the robot.
         path: whose velocities jump at stops only.
         standing: which feet stand on each segment ``(P, 4)``.
+        moments: the middle of each segment ``(P,)`` [s].
         stops: knots at which the motion stops: velocities jump there, or are zero.
         continuous: whether accelerations jump nowhere between.
     """
@@ -37,6 +38,7 @@ class SmoothCourse(Course):
     robot: Quadruped
     path: MotionPath
     standing: BoolArray
+    moments: FloatArray
     stops: np.ndarray
     continuous: bool
 
@@ -81,5 +83,6 @@ def smooth_course(plan: Plan) -> SmoothCourse:
     bends = np.abs(path.evaluate(path.times, 2)).max(axis=0)
     bent = (np.abs(fine.jumps(2)) > SMOOTH_JUMP * bends + AT_REST).any(axis=1)
     bent[stops - 1] = False
-    standing = np.array(plan.at((fine.times[1:] + fine.times[:-1]) / 2.0).contacts)
-    return SmoothCourse(plan.robot, fine, standing, stops, not bent.any())
+    moments = (fine.times[1:] + fine.times[:-1]) / 2.0
+    standing = np.array(plan.at(moments).contacts)
+    return SmoothCourse(plan.robot, fine, standing, moments, stops, not bent.any())

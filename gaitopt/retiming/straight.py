@@ -59,6 +59,7 @@ class StraightCourse(Course):
         intervals: how many intervals of the timing each piece has ``(P,)``.
         chains: first piece of each chain, and ``P`` ``(C + 1,)``.
         old: times at the begin and the end of each chain in the plan ``(C, 2)`` [s].
+        moments: an instant of the plan at which it is on each piece ``(P,)`` [s].
     """
 
     robot: Quadruped
@@ -68,6 +69,7 @@ class StraightCourse(Course):
     intervals: np.ndarray
     chains: np.ndarray
     old: FloatArray
+    moments: FloatArray
     # Lines and corners meet without curvature, and a spline's curvature does not jump.
     continuous = True
 
@@ -129,6 +131,7 @@ def straight_course(plan: Plan, rounding: float) -> StraightCourse:
         plan.robot, np.stack([piece.coefficients for piece in pieces], axis=1), edges,
         np.array([piece.standing for piece in pieces]),
         np.array([piece.intervals for piece in pieces]), np.array(chains), np.array(old),
+        np.repeat(np.mean(old, axis=1), np.diff(chains)),
     )  # fmt: skip
 
 

@@ -182,7 +182,8 @@ def test_a_limit_that_falls_with_the_speed_is_not_below_its_bound(
 ) -> None:
     """Dense samples of random motions, slow ones and some that are faster than without load."""
     piece = random_piece(wang, length=0.02)
-    stance = Stance(wang, falling(no_load), np.arange(4), np.eye(4)[:, :3])
+    level = np.tile([0.0, 0.0, 1.0], (4, 1))
+    stance = Stance(wang, falling(no_load), np.arange(4), np.eye(4)[:, :3], level, np.full(4, 0.6))
     largest = np.abs(along(piece, np.zeros(1), 1)[:, 6:]).max()
     for share in (0.2, 0.5, 0.9, 1.1):
         scale = share * no_load * wang.velocity_limits.max() / largest

@@ -334,6 +334,21 @@ def test_reach_region_is_convex_below_the_hip(leg_name: str) -> None:
         assert (middle <= values.mean(axis=0) + 1e-12).all()
 
 
+@each_leg
+def test_squared_lengths_are_convex_in_the_place_of_the_foot(leg_name: str) -> None:
+    """In all three coordinates: what lets the COG problem tilt the body."""
+    rng = np.random.default_rng(9)
+    for name in ("wang2020", "a1", "hyq"):
+        leg = robot(name).legs[leg_name]
+        ends = rng.uniform(-0.4, 0.4, (2, 2000, 3))
+        # Below the pitch axis, wherever the leg rolls.
+        ends[..., 2] = -np.hypot(leg.drop, leg.lateral) - leg.reach * np.abs(ends[..., 2])
+        ends += leg.hip
+        values = leg.straightness(*np.moveaxis(ends, -1, 0))
+        middle = leg.straightness(*ends.mean(axis=0).T)
+        assert (middle <= values.mean(axis=0) + 1e-12).all()
+
+
 # --- one source, arrays and symbols -----------------------------------------------------------
 
 

@@ -55,7 +55,7 @@ def friction_rows(contacts: Contacts, limits: ForceLimits) -> FootRows:
         contacts: of the four feet ``(B, 4)``.
         limits: what is asked.
     """
-    slide = -pyramid_rows(limits, contacts.normals)
+    slide = -pyramid_rows(limits, contacts.normals, contacts.grip)
     press = contacts.normals[..., None, :]
     least = limits.least_normal_shares(contacts.standing)[..., None]
     return FootRows(

@@ -11,7 +11,13 @@ from __future__ import annotations
 import numpy as np
 
 from gaitopt.conventions import OTHER_LEGS, BoolArray, FloatArray
-from gaitopt.dynamics.contacts import Contacts, ForceLimits
+from gaitopt.dynamics.contacts import (
+    LEVEL_GROUND,
+    ContactGround,
+    Contacts,
+    ForceLimits,
+    pyramid_rows,
+)
 from gaitopt.dynamics.region.rows import standing_legs, torque_rows
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.stability.support import triangle_half_planes
@@ -25,10 +31,11 @@ def vertical_forces_hold(
     coms: FloatArray,
     limits: ForceLimits,
     room: FloatArray,
+    ground: ContactGround = LEVEL_GROUND,
 ) -> BoolArray:
     """Whether vertical forces hold the robot with its COM anywhere near given places ``(B,)``.
 
-    The ground is level below each foot. The feet may stand at different heights.
+    The feet may stand at different heights.
 
     Args:
         robot: the robot.
@@ -36,8 +43,9 @@ def vertical_forces_hold(
         flying: index of the leg that does not stand ``(B,)``.
         postures: x, y, z [m], roll, pitch, yaw [rad] of the base ``(B, 6)``.
         coms: horizontal places of the COM ``(B, n, 2)`` [m].
-        limits: least normal forces, and share of the torques.
+        limits: least normal forces, friction, and share of the torques.
         room: distance from those places up to which the forces are asked for ``(B,)`` [m].
+        ground: below the feet. A vertical force on a slope needs friction.
 
     Raises:
         InputError: a standing leg does not reach its foot within its joint limits.
@@ -46,8 +54,8 @@ def vertical_forces_hold(
     others = OTHER_LEGS[flying]
     standing = np.ones(feet.shape[:2], dtype=np.bool_)
     standing[own[:, 0], flying] = False
-    contacts = Contacts.below_feet(feet, standing, robot.foot_radius)
-    corners = feet[own, others, :2]
+    contacts = Contacts.below_feet(feet, standing, robot.foot_radius, *ground)
+    corners = contacts.points[own, others, :2]
     normals, offsets = triangle_half_planes(corners)
     # The side 0-1 is opposite to the corner 2, and so on.
     opposite = np.roll(corners, 1, axis=1)
@@ -57,12 +65,15 @@ def vertical_forces_hold(
     least, most = shares.min(axis=1) - change, shares.max(axis=1) + change
     asked = limits.least_normal_shares(standing).max(axis=1, keepdims=True)
     # Comparisons with NaN are false.
-    held = (least >= asked).all(axis=1)
+    carrying = np.roll(others, 1, axis=1)
+    upright = contacts.normals[own, carrying, 2]
+    held = (least * upright >= asked).all(axis=1)
+    sides = pyramid_rows(limits, contacts.normals[own, carrying], contacts.grip[own, carrying])
+    held &= (sides[..., 2] >= 0.0).all(axis=(1, 2))
     legs = standing_legs(robot, contacts, limits, feet, postures)
     if legs is None:
         return np.asarray(held)
     rows = torque_rows(robot, contacts, legs)
-    carrying = np.roll(others, 1, axis=1)
     by_share, bounds = rows.matrix[own, carrying, :, 2], rows.bounds[own, carrying]
     for carried in (least, most):
         held &= (by_share * carried[..., None] <= bounds).all(axis=(1, 2))

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gaitopt.conventions import LEGS, BoolArray, FloatArray, rotation_z
-from gaitopt.dynamics.contacts import ForceLimits
+from gaitopt.dynamics.contacts import ContactGround, ForceLimits
 from gaitopt.dynamics.feasible_region import feasible_regions
 from gaitopt.dynamics.region.result import FeasibleRegion
 from gaitopt.dynamics.region.rows import FOOT_TOLERANCE
@@ -42,6 +42,7 @@ class SwingStances(NamedTuple):
         postures: x, y, z [m], roll, pitch, yaw [rad] of the base ``(S, 6)``.
         coms: horizontal places of the COM ``(S, n, 2)`` [m].
         within: whether every standing leg reaches its foot within its joint limits ``(S,)``.
+        ground: below the feet, for ``S`` samples.
     """
 
     feet: FloatArray
@@ -49,6 +50,7 @@ class SwingStances(NamedTuple):
     postures: FloatArray
     coms: FloatArray
     within: BoolArray
+    ground: ContactGround
 
     @classmethod
     def of(
@@ -81,7 +83,7 @@ class SwingStances(NamedTuple):
         within = kept.all(axis=1) & np.isfinite(coms).all(axis=(1, 2))
         tilts = np.zeros(3) if steps.tilts is None else steps.tilts[1:]
         return cls(steps.feet @ to_world, steps.indices, base_poses(robot, heading, cogs, tilts),
-                   coms, within)  # fmt: skip
+                   coms, within, steps.ground)  # fmt: skip
 
 
 def half_planes_by_forces(
@@ -115,7 +117,16 @@ def half_planes_by_forces(
     if not reached.size:
         return {}
     feet, flying, postures, coms = (part[reached] for part in stances[:4])
-    held = vertical_forces_hold(robot, feet, flying, postures, coms, limits, KEPT * room[reached])
+    held = vertical_forces_hold(
+        robot,
+        feet,
+        flying,
+        postures,
+        coms,
+        limits,
+        KEPT * room[reached],
+        stances.ground.at(reached),
+    )
     regions = {
         step: region
         for step, region in regions_in_swings(robot, stances, reached[~held], limits).items()
@@ -173,5 +184,8 @@ def regions_in_swings(
     feet, flying, postures = (part[which] for part in stances[:3])
     standing = np.ones(feet.shape[:2], dtype=np.bool_)
     standing[np.arange(len(standing)), flying] = False
-    regions = feasible_regions(robot, feet, limits=limits, standing=standing, postures=postures)
+    ground = stances.ground.at(which)
+    regions = feasible_regions(
+        robot, feet, ground.normals, limits, standing, postures, grip=ground.grip
+    )
     return dict(zip(which.tolist(), regions, strict=True))

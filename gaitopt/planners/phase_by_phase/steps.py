@@ -10,8 +10,10 @@ from math import pi, radians
 import numpy as np
 
 from gaitopt.conventions import LEGS, FloatArray, leg_index, rotation_z
+from gaitopt.dynamics.contacts import LEVEL_GROUND, ContactGround
 from gaitopt.errors import InputError
 from gaitopt.gait.crawl import swing_order
+from gaitopt.plan.contact_ground import ground_on
 from gaitopt.plan.settings.crawl import CrawlSettings
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.rotations import rpy_to_matrix
@@ -32,6 +34,7 @@ class CrawlSteps:
         heading: of the frame, from the world's x axis [rad].
         tilts: roll, pitch, yaw of the body against the frame at the start and during each swing
             ``(S + 1, 3)`` [rad]; ``None`` where it is level and faces along the frame's x axis.
+        ground: below the feet before each step, for ``S`` samples; normals are in the world.
     """
 
     legs: tuple[str, ...]
@@ -42,13 +45,15 @@ class CrawlSteps:
     start_height: float
     heading: float = 0.0
     tilts: FloatArray | None = None
+    ground: ContactGround = LEVEL_GROUND
 
     def part(self, first: int, last: int) -> CrawlSteps:
         """The steps from ``first`` up to, not including, ``last``."""
         own = slice(first, last)
         tilts = None if self.tilts is None else self.tilts[first : last + 1]
         return CrawlSteps(self.legs[own], self.feet[own], self.targets[own], self.lifts[own],
-                          self.heights[own], self.start_height, self.heading, tilts)  # fmt: skip
+                          self.heights[own], self.start_height, self.heading, tilts,
+                          self.ground.at(np.arange(len(self.legs))[own]))  # fmt: skip
 
     @cached_property
     def turns(self) -> FloatArray | None:
@@ -177,11 +182,11 @@ def crawl_steps(footholds: Footholds, settings: CrawlSettings) -> CrawlSteps:
     """
     points = footholds.array @ rotation_z(settings.heading)
     order = swing_order(settings.order_over(footholds), footholds.counts)
-    feet = np.empty((len(order) + 1, len(LEGS), 3))
-    feet[0] = points[:, 0]
+    stands = np.zeros((len(order) + 1, len(LEGS)), dtype=int)
     for s, (leg, k) in enumerate(order):
-        feet[s + 1] = feet[s]
-        feet[s + 1, leg_index(leg)] = points[leg_index(leg), k]
+        stands[s + 1] = stands[s]
+        stands[s + 1, leg_index(leg)] = k
+    feet = points[np.arange(len(LEGS)), stands]
     if settings.follow_terrain:
         ground = feet[:, :, 2].mean(axis=1)
         levels = (ground[:-1] + ground[1:]) / 2.0
@@ -202,8 +207,21 @@ def crawl_steps(footholds: Footholds, settings: CrawlSettings) -> CrawlSteps:
         heights=levels + settings.body_height,
         start_height=first + settings.body_height,
         heading=settings.heading,
+        ground=_ground_of(footholds, settings, stands[: max(len(order), 1)]),
     )
     return steps if footholds.postures is None else _with_postures(steps, footholds.postures)
+
+
+def _ground_of(footholds: Footholds, settings: CrawlSettings, stands: np.ndarray) -> ContactGround:
+    """The ground below the feet, where forces are asked for.
+
+    Args:
+        footholds, settings: of the walk.
+        stands: the foothold on which each foot stands ``(S, 4)``.
+    """
+    if settings.forces is None:
+        return LEVEL_GROUND
+    return ground_on(footholds, stands, settings.forces.friction)
 
 
 def _with_postures(steps: CrawlSteps, postures: FloatArray) -> CrawlSteps:

@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 import pytest
+from turning import on_the_spot, up_a_ramp
 
 import gaitopt
 from gaitopt import LEGS, InfeasibleStepError, InputError, Plan, Quadruped, plan_crawl, plan_route
 from gaitopt.stability.margins import static_stability_margin
-from tests.helpers.turning import on_the_spot, up_a_ramp
 
 TURN, SLOPE = 0.3, float(np.radians(10.0))
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 import gaitopt
 from gaitopt import ForceLimits, Plan, Quadruped
 from gaitopt.conventions import LEGS, rotation_z
+from gaitopt.dynamics.contacts import ContactGround
 from gaitopt.dynamics.feasible_region import feasible_regions
 from gaitopt.dynamics.region.vertical import vertical_forces_hold
 from gaitopt.errors import InfeasibleStepError, SolverError
@@ -204,6 +205,28 @@ class TestVerticalForces:
         assert held.any() and not held.all()
         # Of what the region holds half a millimetre may be missing.
         assert margins[held].min() >= room[0] - 5e-4
+
+    def test_on_slopes_what_they_hold_is_in_the_region(self) -> None:
+        """Normals up to 25 degrees from the vertical, and contacts with less friction."""
+        robot = gaitopt.load_robot("go2")
+        feet, flying, postures, coms = self.stances(robot, 80)
+        random = np.random.default_rng(1)
+        normals = np.dstack([random.uniform(-0.3, 0.3, (80, 4, 2)), np.ones((80, 4, 1))])
+        normals /= np.linalg.norm(normals, axis=2, keepdims=True)
+        ground = ContactGround(normals, random.uniform(0.4, 1.0, (80, 4)))
+        limits, room = ForceLimits(reserve=0.05), np.full(80, 0.005)
+        held = vertical_forces_hold(robot, feet, flying, postures, coms, limits, room, ground)
+        standing = flying[:, None] != np.arange(4)
+        regions = feasible_regions(
+            robot, feet, normals, limits, standing, postures, grip=ground.grip
+        )
+        held_by = np.array(
+            [not r.empty and r.margin(c).min() >= room[0] - 5e-4
+             for r, c in zip(regions, coms, strict=True)]
+        )  # fmt: skip
+        assert held.any() and not held.all() and held_by[held].all()
+        level = vertical_forces_hold(robot, feet, flying, postures, coms, limits, room)
+        assert level.sum() > held.sum()
 
     def test_without_torque_limits_they_are_all_that_is_needed(self) -> None:
         """On level ground the region is the triangle of the least normal forces."""
