@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from typing import Any
+
 import pytest
 from hypothesis import settings
 
@@ -11,6 +14,23 @@ from gaitopt import Footholds, Plan, Quadruped
 # On a loaded machine a single example may take long: that is no fault of the code.
 settings.register_profile("patient", deadline=None)
 settings.load_profile("patient")
+
+
+@pytest.fixture(scope="module")
+def no_pixels() -> Iterator[None]:
+    """Figures are drawn up, but their files hold no pixels: those take most of the time.
+
+    For tests that look at the names of files. What figures show is tested in ``tests/viewing``.
+    """
+    from matplotlib.figure import Figure
+    from PIL import Image
+
+    def empty(figure: Figure, file: Any, **_: Any) -> None:
+        Image.new("RGB", (4, 4)).save(file, format="PNG")
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Figure, "savefig", empty)
+        yield
 
 
 @pytest.fixture(scope="session")

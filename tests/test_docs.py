@@ -10,12 +10,14 @@ import re
 import shlex
 import subprocess
 import sys
+import warnings
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import pytest
 
 import gaitopt
+from gaitopt.cli.app import main
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
@@ -69,29 +71,36 @@ SLOW = (
 """Commands of the pages that the tests of the command line run in much the same way."""
 
 
-def run_console(fence: Fence, folder: Path) -> str:
+def run_command(line: str) -> str:
+    """What ``$ gaitopt ...`` prints, or its error; it runs in this process, which has all loaded.
+
+    Commands that begin with an empty process are tested in ``tests/cli/test_app.py``.
+    """
+    out, errors = io.StringIO(), io.StringIO()
+    with pytest.MonkeyPatch.context() as patch, warnings.catch_warnings():
+        patch.setattr(sys, "argv", ["gaitopt", *shlex.split(line[10:], comments=True)])
+        with (
+            contextlib.redirect_stdout(out),
+            contextlib.redirect_stderr(errors),
+            pytest.raises(SystemExit) as exit_,
+        ):
+            main()
+    assert exit_.value.code in (0, 2), f"{line}: {errors.getvalue()}"
+    return (errors if exit_.value.code else out).getvalue()
+
+
+def run_console(fence: Fence) -> str:
     """What the block's ``$ gaitopt ...`` lines print; other commands are left alone."""
-    out = ""
-    for line in fence.text.splitlines():
-        if line.startswith("$ gaitopt ") and line not in SLOW:
-            command = [
-                sys.executable,
-                "-m",
-                "gaitopt",
-                *shlex.split(line[10:], comments=True),
-            ]
-            done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=120)
-            assert done.returncode in (0, 2), f"{line}: {done.stderr}"
-            out += done.stdout if done.returncode == 0 else done.stderr
-    return out
+    lines = fence.text.splitlines()
+    return "".join(run_command(x) for x in lines if x.startswith("$ gaitopt ") and x not in SLOW)
 
 
 def words(text: str) -> str:
     return " ".join(text.split())
 
 
-def run_document(path: Path, folder: Path) -> int:
-    """Run a document's blocks in order; a ``text`` block says what the one before it prints.
+def run_document(path: Path) -> int:
+    """Run a document's blocks in order in this folder; a ``text`` block says what one prints.
 
     ``...`` in a ``text`` block stands for anything. Lines may be broken anywhere in it.
     """
@@ -103,7 +112,7 @@ def run_document(path: Path, folder: Path) -> int:
             continue
         count += 1
         is_python = fence.language == "python"
-        printed = run_python(fence, path.name, space) if is_python else run_console(fence, folder)
+        printed = run_python(fence, path.name, space) if is_python else run_console(fence)
         where = f"{path.name}, line {fence.line}"
         if after is not None and after.language == "text" and after.joined:
             told = re.escape(words(after.text)).replace(r"\.\.\.", ".*")
@@ -113,6 +122,7 @@ def run_document(path: Path, folder: Path) -> int:
     return count
 
 
+@pytest.mark.usefixtures("no_pixels")
 @pytest.mark.parametrize("name", ["README.md", "docs/index.md", "docs/tutorial.md",
                                   "docs/errors.md", "docs/plan_file.md", "docs/robots.md",
                                   "docs/theory.md", "docs/reproduction.md", "docs/gaits.md",
@@ -124,7 +134,7 @@ def test_what_documents_show_runs_and_prints_what_they_say(
 ) -> None:
     path = ROOT / name
     monkeypatch.chdir(tmp_path)
-    assert run_document(path, tmp_path) > 0 or name == "README.md"
+    assert run_document(path) > 0 or name == "README.md"
 
 
 def test_the_site_builds_without_a_warning(tmp_path: Path) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
@@ -12,7 +12,7 @@ from typer.testing import CliRunner, Result
 
 from gaitopt import GaitoptError, Plan
 from gaitopt.cli.app import app, main
-from gaitopt.viewing.figures import crawl_figures, files, gait_figures
+from gaitopt.viewing.figures import crawl_figures, gait_figures
 
 
 class Finished(NamedTuple):
@@ -24,11 +24,8 @@ class Finished(NamedTuple):
 
 
 @pytest.fixture(scope="module", autouse=True)
-def coarse_figures() -> Iterator[None]:
-    """Figures have few pixels: writing the usual ones takes seconds."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(files, "DPI", 30)
-        yield
+def figures_without_pixels(no_pixels: None) -> None:
+    """All commands write their figures without pixels."""
 
 
 @pytest.fixture(scope="session")
