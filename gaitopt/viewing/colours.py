@@ -12,3 +12,15 @@ the names of the legs."""
 
 HELD = "#7b3294"
 """Colour of where contact forces hold the robot."""
+
+FOOTING_COLOURS: dict[str, str] = {
+    "steppable": "#7fb89a",
+    "off the map": "#b9bec5",
+    "unknown": "#5d6875",
+    "in a pit": "#7a5195",
+    "too near an edge": "#e8a33d",
+    "too steep": "#d45d79",
+    "too rough": "#8c6d46",
+}
+"""Colours of places where a foot may stand, and of those where it may not, by
+:class:`gaitopt.Footing`."""

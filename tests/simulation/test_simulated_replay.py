@@ -11,7 +11,8 @@ import gaitopt
 from gaitopt import Plan, Quadruped, Trajectory
 from gaitopt.robots.rotations import rpy_to_quaternion
 from gaitopt.terrain.columns import s_columns
-from gaitopt.viewing.replay.replay import GHOST, plan_page, plan_scene, replay, simulated_plan
+from gaitopt.viewing.replay.plan_page import GHOST, plan_page, plan_scene, simulated_plan
+from gaitopt.viewing.replay.replay import replay
 
 
 @pytest.fixture(scope="module")

@@ -10,6 +10,7 @@ from pathlib import Path
 from gaitopt.errors import InputError
 from gaitopt.files import StrPath
 from gaitopt.plan.plan import Plan
+from gaitopt.viewing.ground_search import GroundSearch
 from gaitopt.viewing.replay.replay import replay_html
 
 
@@ -19,6 +20,7 @@ def view(
     title: str | None = None,
     meshes: bool | StrPath = False,
     folder: StrPath | None = None,
+    search: GroundSearch | None = None,
 ) -> Path:
     """Write a plan's replay to a new temporary file and open it in the default browser.
 
@@ -29,7 +31,7 @@ def view(
 
     Args:
         plan: the motion.
-        title, meshes: as for :func:`gaitopt.replay`.
+        title, meshes, search: as for :func:`gaitopt.replay`.
         folder: where the file is made; the system's temporary folder by default. Some browsers
             cannot read files there, for instance Firefox as a snap on Ubuntu; then give a folder in
             your home.
@@ -40,7 +42,7 @@ def view(
     Raises:
         InputError: the folder does not exist or cannot be written to, or a mesh is missing.
     """
-    page = replay_html(plan, title=title, meshes=meshes)
+    page = replay_html(plan, title=title, meshes=meshes, search=search)
     try:
         # mkstemp makes files with mode 0600, whatever the umask is.
         handle, name = tempfile.mkstemp(prefix="gaitopt-", suffix=".html", dir=folder)

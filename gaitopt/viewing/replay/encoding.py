@@ -13,8 +13,10 @@ from gaitopt.viewing.replay.scene import (
     Ball,
     Box,
     Cylinder,
-    Node,
+    Dots,
+    Draped,
     Part,
+    Relief,
     Scene,
     Segments,
     Shape,
@@ -36,7 +38,9 @@ CYLINDER_SIDES = 32
 def commands(scene: Scene) -> list[bytes]:
     """The scene as messages for the viewer's ``handle_command_bytearray``, in this order.
 
-    The same scene always gives the same bytes.
+    Height maps and what lies on them are left out: they are in
+    :func:`gaitopt.viewing.replay.ground.encoding.ground_data`. The same scene always gives the same
+    bytes.
     """
     import umsgpack
     from meshcat.commands import SetAnimation, SetProperty, SetTransform
@@ -47,9 +51,10 @@ def commands(scene: Scene) -> list[bytes]:
     ]
     names = (f"id{i}" for i in count())
     for node in scene.nodes:
-        if node.parts:
+        parts = [p for p in node.parts if not isinstance(p.shape, Relief | Draped | Dots)]
+        if parts:
             path = Path(node.path).lower()
-            lowered.append({"type": "set_object", "object": _group(node, names), "path": path})
+            lowered.append({"type": "set_object", "object": _group(parts, names), "path": path})
         lowered.append(SetTransform(node.pose, Path(node.path)).lower())
     lowered.append(SetAnimation(_Animation(scene), play=False).lower())
     return [umsgpack.packb(_plain(command)) for command in lowered]
@@ -89,13 +94,13 @@ def _lower_track(track: Track) -> dict[str, Any]:
     }
 
 
-def _group(node: Node, names: Iterator[str]) -> dict[str, Any]:
-    """All parts of a node as one group of three.js; equal shapes and materials occur once."""
+def _group(parts: list[Part], names: Iterator[str]) -> dict[str, Any]:
+    """The parts of a node as one group of three.js; equal shapes and materials occur once."""
     data: dict[str, Any] = {"metadata": {"version": 4.5, "type": "Object"}}
     data |= {"geometries": [], "materials": []}
     known: dict[Any, str] = {}
     children = []
-    for part in node.parts:
+    for part in parts:
         style = (
             part.appearance,
             isinstance(part.shape, Segments),
@@ -148,7 +153,9 @@ def _geometry(shape: Shape) -> Any:
         return cylinder
     if isinstance(shape, Segments):
         return geometry.PointsGeometry(np.ascontiguousarray(shape.points.T, dtype=np.float32))
-    return geometry.TriangularMeshGeometry(shape.vertices, shape.faces)
+    if isinstance(shape, Surface):
+        return geometry.TriangularMeshGeometry(shape.vertices, shape.faces)
+    raise TypeError(f"{type(shape).__name__} is no shape of meshcat")
 
 
 def _material(appearance: Appearance, thin: bool, smooth: bool) -> Any:

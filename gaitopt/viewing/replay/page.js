@@ -55,6 +55,7 @@
   camera.fov = 32;
   camera.near = 0.05;
   camera.far = 400;
+  drawGround(THREE, viewer, data.ground);
   controls.maxDistance = 60;
   controls.maxPolarAngle = 0.49 * Math.PI;
   const follower = data.follow
@@ -91,7 +92,8 @@
     controls.target.copy(centre);
     if (state.follow) {
       whereIsIt(place);
-      controls.target.set(place.x, centre.y, place.z);
+      const drop = data.followDrop;
+      controls.target.set(place.x, drop === null ? centre.y : place.y - drop, place.z);
     }
     controls.target.y -= 0.08 * radius;
     const distance = data.inView.length && !state.follow ? distanceTo(data.inView, direction)
@@ -245,21 +247,7 @@
     f: () => setFollow(!state.follow),
     r: () => resetView(),
   };
-  for (const { name, title, key, frame } of data.switches) {
-    const button = document.createElement("button");
-    let shown = true;
-    const turn = () => {
-      shown = !shown;
-      viewer.set_property(frame.split("/"), "visible", shown);
-      button.setAttribute("aria-pressed", String(shown));
-    };
-    Object.assign(button, { className: "small", title, textContent: name, onclick: turn });
-    button.setAttribute("aria-pressed", "true");
-    button.addEventListener("pointerup", () => button.blur());
-    el("follow").before(button);
-    keys[key] = turn;
-    if (hash.has(`no-${name.toLowerCase()}`)) turn();
-  }
+  Object.assign(keys, addSwitches(viewer, data.switches, hash, dot));
   window.addEventListener("keydown", (event) => {
     const act = keys[event.key] || keys[event.key.toLowerCase()];
     if (!act || event.ctrlKey || event.metaKey || event.altKey) return;

@@ -10,6 +10,7 @@ from functools import lru_cache
 from importlib import resources
 from typing import Any
 
+from gaitopt.viewing.replay.ground.encoding import ground_data
 from gaitopt.viewing.replay.scene import Scene
 
 SPEEDS = (0.1, 0.2, 0.5, 1, 2, 5, 10, 20)
@@ -24,6 +25,10 @@ POLICY = (
     "img-src data: blob:; base-uri 'none'; form-action 'none'"
 )
 """Content security policy, which browsers enforce: the page may load nothing but itself."""
+
+
+SCRIPTS = ("ground.js", "switches.js", "page.js")
+"""The page's own scripts; the last one uses the others."""
 
 
 @dataclass(frozen=True)
@@ -75,12 +80,16 @@ class Switch:
         title: what it does, shown when the mouse rests on it.
         key: small letter that does the same.
         frame: names from the root of the scene, joined by slashes.
+        shown: whether the frame is shown at first.
+        legend: names with their colours, which are shown with the frame.
     """
 
     name: str
     title: str
     key: str
     frame: str
+    shown: bool = True
+    legend: tuple[tuple[str, str], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -97,11 +106,13 @@ class Page:
         heading: direction of the walk about z [rad].
         follow: frame that the camera can follow, for instance ``"/robot/base"``; ``""`` for none.
         follow_radius: radius of the ball around it that is visible then [m].
+        follow_drop: how far below it the camera looks then [m]; without it, at the height of
+            ``centre``.
         speeds: to choose from, as multiples of real time.
         labels: names above frames.
         view_from: direction from the scene to the camera: along the heading, to the left, up.
         in_view: points that are visible in the first view, instead of the ball [m].
-        switches: buttons that show and hide frames, which are shown at first.
+        switches: buttons that show and hide frames.
     """
 
     scene: Scene
@@ -114,6 +125,7 @@ class Page:
     heading: float = 0.0
     follow: str = ""
     follow_radius: float = 0.5
+    follow_drop: float | None = None
     speeds: tuple[float, ...] = field(default=SPEEDS)
     labels: tuple[Label, ...] = ()
     view_from: tuple[float, float, float] = (0.75, 0.8, 0.62)
@@ -153,7 +165,7 @@ def render(page: Page) -> str:
         VIEWER=_viewer(),
         DATA=_safe_json(_data(page)),
         COMMANDS=_safe_json(packed),
-        SCRIPT=_text("page.js"),
+        SCRIPT="".join(map(_text, SCRIPTS)),
     )
 
 
@@ -171,10 +183,12 @@ def _data(page: Page) -> dict[str, Any]:
         "heading": page.heading,
         "follow": page.follow,
         "followRadius": page.follow_radius,
+        "followDrop": page.follow_drop,
         "labels": [asdict(label) for label in page.labels],
         "viewFrom": list(page.view_from),
         "inView": [list(point) for point in page.in_view],
         "switches": [asdict(switch) for switch in page.switches],
+        "ground": ground_data(page.scene),
     }
 
 

@@ -14,11 +14,13 @@ from gaitopt.files import StrPath, written_whole
 from gaitopt.plan.plan import Plan
 from gaitopt.terrain.footholds import Footholds
 from gaitopt.viewing.colours import LEG_COLOURS
+from gaitopt.viewing.replay.camera import robot_size, view_sphere
+from gaitopt.viewing.replay.ground.ground_scene import FLOOR_BELOW, ground_scene, lowest
 from gaitopt.viewing.replay.keyframes import kept_samples, turn_error
 from gaitopt.viewing.replay.page import Caption, Label, Page, render
-from gaitopt.viewing.replay.replay import in_notebook, robot_size, view_sphere
+from gaitopt.viewing.replay.replay import in_notebook
 from gaitopt.viewing.replay.robot_scene import robot_scene
-from gaitopt.viewing.replay.runners import BASELINE, Runner, line_up
+from gaitopt.viewing.replay.runners import BASELINE, Runner, lane_window, line_up
 from gaitopt.viewing.replay.scene import Node, Scene, Track, joined, pose
 from gaitopt.viewing.replay.terrain_scene import (
     samples_of,
@@ -140,11 +142,10 @@ def race_scene(runners: tuple[Runner, ...], meshes: bool | StrPath = False) -> S
 
 
 def _lane(runner: Runner, meshes: bool | StrPath) -> Scene:
-    """A robot with its columns and the ways of its feet, below the lane's frame."""
+    """A robot with its terrain and the ways of its feet, below the lane's frame."""
     plan = runner.plan
-    terrain = terrain_scene(plan.footholds, plan.robot.foot_radius)
-    columns = changed(terrain, nodes=tuple(n for n in terrain.nodes if n.path[-1] != "ground"))
-    scene = joined([columns, swings_scene(plan, samples_of(plan)), robot_scene(plan, meshes)])
+    below = _terrain(plan)
+    scene = joined([below, swings_scene(plan, samples_of(plan)), robot_scene(plan, meshes)])
     return Scene(
         nodes=(
             Node(runner.root, pose=pose(runner.offset)),
@@ -157,8 +158,23 @@ def _lane(runner: Runner, meshes: bool | StrPath) -> Scene:
     )
 
 
+def _terrain(plan: Plan) -> Scene:
+    """What a robot walks on, without the floor under all lanes."""
+    window = lane_window(plan)
+    if window is None:
+        terrain = terrain_scene(plan.footholds, plan.robot.foot_radius)
+        return changed(terrain, nodes=tuple(n for n in terrain.nodes if n.path[-1] != "ground"))
+    ground = ground_scene(plan, window)
+    return changed(ground, nodes=tuple(n for n in ground.nodes if n.path[-1] != "floor"))
+
+
 def _ground(runners: tuple[Runner, ...]) -> Scene:
-    """The ground under all lanes."""
+    """The floor under all lanes, below the lowest point of their height maps."""
+    drop = 0.0
+    for runner in runners:
+        window = lane_window(runner.plan)
+        if window is not None:
+            drop = max(drop, FLOOR_BELOW - lowest(window.heights) - float(runner.offset[2]))
     places = [r.plan.footholds.array + r.offset for r in runners]
     # A terrain of all lanes' footholds, of which only the ground is taken.
     every = np.concatenate(places, axis=1)
@@ -166,7 +182,9 @@ def _ground(runners: tuple[Runner, ...]) -> Scene:
         Footholds(dict(zip(LEGS, every, strict=True)), runners[0].plan.footholds.radius),
         runners[0].plan.robot.foot_radius,
     )
-    return changed(terrain, nodes=tuple(n for n in terrain.nodes if n.path[-1] == "ground"))
+    return changed(terrain, nodes=tuple(
+        changed(n, pose=pose([0.0, 0.0, -drop])) for n in terrain.nodes if n.path[-1] == "ground"
+    ))  # fmt: skip
 
 
 def _lighter(track: Track) -> Track:

@@ -11,7 +11,8 @@ from gaitopt.conventions import FloatArray
 from gaitopt.errors import InputError
 from gaitopt.plan.plan import Plan
 from gaitopt.robots.rotations import rpy_to_matrix
-from gaitopt.viewing.replay.replay import robot_size, view_sphere
+from gaitopt.viewing.replay.camera import robot_size, view_sphere
+from gaitopt.viewing.replay.ground.window import GroundWindow, ground_window
 from gaitopt.viewing.replay.scene import FramePath
 from gaitopt.viewing.replay.terrain_scene import ground_level
 
@@ -30,6 +31,14 @@ LANE_COLOURS = {
     "dynamic": "#b5179e",
 }
 """Colours of the rows of a race; lanes of other names take them in turn."""
+
+
+GROUND_MARGIN = 0.3
+"""How far around a walk its height map is drawn, as a share of the robot's size. Chosen: as far as
+lanes without maps are apart."""
+
+GROUND_GAP = 0.05
+"""Distance between the height maps of neighbours [m]."""
 
 
 def lane_colour(name: str, lane: int) -> str:
@@ -106,7 +115,29 @@ def _pitch(plans: Mapping[str, Plan], heading: float) -> float:
         ends = np.searchsorted(flat[:, 0], flat[:, 0] + 0.3 * size, side="right")
         widths = [float(np.ptp(flat[i:end, 1])) for i, end in enumerate(ends)]
         across = max(across, *widths)
-    return across + 0.3 * size
+    return max(across + 0.3 * size, _ground_width(plans, heading))
+
+
+def lane_window(plan: Plan) -> GroundWindow | None:
+    """The part of a plan's height map that is drawn on its lane; ``None`` where it has none."""
+    return ground_window(plan, GROUND_MARGIN * robot_size(plan))
+
+
+def _ground_width(plans: Mapping[str, Plan], heading: float) -> float:
+    """Distance between lanes that keeps their height maps off each other [m]; 0 without maps.
+
+    All lanes are lined up by the starts of their plans.
+    """
+    left = np.array([-np.sin(heading), np.cos(heading)])
+    low, high = np.inf, -np.inf
+    for plan in plans.values():
+        window = lane_window(plan)
+        if window is None:
+            continue
+        corners = np.array(np.meshgrid(*window.ground.extent)).reshape(2, -1).T
+        across = (corners - plan.footholds.array[:, 0, :2].mean(axis=0)) @ left
+        low, high = min(low, across.min()), max(high, across.max())
+    return float(high - low) + GROUND_GAP if high > low else 0.0
 
 
 def _hips(plan: Plan) -> FloatArray:

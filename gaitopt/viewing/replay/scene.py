@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gaitopt.conventions import BoolArray, FloatArray
 
@@ -59,7 +60,51 @@ class Segments:
     points: FloatArray
 
 
-Shape = Box | Ball | Cylinder | Surface | Segments
+@dataclass(frozen=True, eq=False)
+class Dots:
+    """Square dots ``size`` [m] wide at ``points (n, 3)`` [m]."""
+
+    points: FloatArray
+    size: float
+
+
+@dataclass(frozen=True, eq=False)
+class Heights:
+    """A height map that is drawn.
+
+    Attributes:
+        z: heights ``(nx, ny)`` [m]; NaN where nothing is drawn.
+        step: distance of the points [m].
+        origin: x and y of ``z[0, 0]`` [m].
+    """
+
+    z: FloatArray
+    step: float
+    origin: tuple[float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class Relief:
+    """The surface of a height map; the browser makes its triangles.
+
+    Without ``codes`` it is coloured by height. With them ``(nx, ny)`` it is a thin cover, and the
+    cell around each point has the colour ``palette[code]``.
+    """
+
+    heights: Heights
+    codes: NDArray[np.uint8] | None = None
+    palette: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Draped:
+    """Convex polygons, each ``(n, 2)`` [m], laid upon the surface of a height map."""
+
+    heights: Heights
+    polygons: tuple[FloatArray, ...]
+
+
+Shape = Box | Ball | Cylinder | Surface | Segments | Dots | Relief | Draped
 
 
 @dataclass(frozen=True)

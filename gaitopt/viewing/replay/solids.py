@@ -81,6 +81,24 @@ def border(corners: FloatArray, width: float) -> Surface:
         corners: ``(n, 3)`` [m], counter-clockwise.
         width: of the border [m].
     """
+    inner = _inner_corners(corners, width)
+    n = len(corners)
+    this, following = np.arange(n), np.roll(np.arange(n), -1)
+    faces = np.concatenate([np.column_stack([this, following, following + n]),
+                            np.column_stack([this, following + n, this + n])])  # fmt: skip
+    return Surface(np.concatenate([corners, inner]), faces)
+
+
+def border_strips(corners: FloatArray, width: float) -> tuple[FloatArray, ...]:
+    """The border of a convex polygon, ``corners (n, 2)`` [m], as quadrangles ``(4, 2)``."""
+    outer = np.column_stack([corners, np.zeros(len(corners))])
+    inner = _inner_corners(outer, width)[:, :2]
+    following = np.roll(corners, -1, axis=0), np.roll(inner, -1, axis=0)
+    return tuple(np.stack([corners, following[0], following[1], inner], axis=1))
+
+
+def _inner_corners(corners: FloatArray, width: float) -> FloatArray:
+    """Corners ``(n, 3)`` of a polygon whose sides are ``width`` [m] further inside."""
     sides = np.roll(corners, -1, axis=0) - corners
     sides = sides / np.maximum(np.linalg.norm(sides, axis=1, keepdims=True), 1e-12)
     before = np.roll(sides, 1, axis=0)
@@ -88,12 +106,18 @@ def border(corners: FloatArray, width: float) -> Surface:
     # away: there the distance is limited.
     sine = np.abs(np.cross(before, sides)[:, 2])[:, None]
     distance = np.minimum(width / np.maximum(sine, LEAST_SINE), LONGEST_CORNER * width)
-    inner = corners + distance * (sides - before)
-    n = len(corners)
-    this, following = np.arange(n), np.roll(np.arange(n), -1)
-    faces = np.concatenate([np.column_stack([this, following, following + n]),
-                            np.column_stack([this, following + n, this + n])])  # fmt: skip
-    return Surface(np.concatenate([corners, inner]), faces)
+    return np.asarray(corners + distance * (sides - before))
+
+
+def strips_along(line: FloatArray, width: float) -> tuple[FloatArray, ...]:
+    """A line ``(n, 2)`` [m] as rectangles of a ``width`` [m], each ``(4, 2)``."""
+    along = np.diff(line, axis=0)
+    lengths = np.linalg.norm(along, axis=1)
+    kept = lengths > SHORTEST
+    along = along[kept] / lengths[kept, None]
+    aside = 0.5 * width * np.column_stack([-along[:, 1], along[:, 0]])
+    start, end = line[:-1][kept], line[1:][kept]
+    return tuple(np.stack([start - aside, end - aside, end + aside, start + aside], axis=1))
 
 
 def merged(surfaces: list[Surface]) -> Surface:

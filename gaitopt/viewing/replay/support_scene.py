@@ -11,25 +11,41 @@ from gaitopt.errors import InputError
 from gaitopt.plan.phase import Phase
 from gaitopt.plan.plan import Plan
 from gaitopt.stability.support import shrunken_polygon
+from gaitopt.terrain.height_map import HeightMap
 from gaitopt.viewing.colours import LEG_COLOURS
 from gaitopt.viewing.replay.keyframes import POSITION_TOLERANCE, kept_samples
 from gaitopt.viewing.replay.scene import (
     Appearance,
+    Ball,
+    Draped,
     FramePath,
+    Heights,
     Node,
     Part,
     Scene,
+    Shape,
     Track,
     pose,
     shown_during,
 )
-from gaitopt.viewing.replay.solids import border, disc, filled_polygon, tube
+from gaitopt.viewing.replay.solids import (
+    border,
+    border_strips,
+    disc,
+    filled_polygon,
+    strips_along,
+    tube,
+)
 from gaitopt.viewing.replay.terrain_scene import Samples, swing_points
 
 SUPPORT: FramePath = ("support",)
 GROUND_LIFT = 1.5e-3
 """Height of marks above the ground, so that they are seen [m]."""
 INK, INSIDE, DOT = "#3a4350", "#18a999", "#d7263d"
+BALL = 0.011
+"""Radius of the ball that marks the COG's projection on a height map [m]."""
+MAP_TOLERANCE = 1e-3
+"""Largest distance of that ball from the ground below the COG [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,12 +64,15 @@ class Stance:
         return np.column_stack([flat, self.plane[0] + flat @ self.plane[1:] + lift])
 
 
-def support_scene(plan: Plan, samples: Samples, root: FramePath = SUPPORT) -> Scene:
+def support_scene(
+    plan: Plan, samples: Samples, root: FramePath = SUPPORT, *, heights: Heights | None = None
+) -> Scene:
     """For each phase that lasts: the support polygon, its inside, and the swing that is flown.
 
     The inside is the support polygon less ``plan.settings.stability_margin``. Two feet have a line
     instead; phases with fewer, or with feet in one line, have nothing. Phase ``i`` of the
-    plan has the frame ``(*root, str(i))``.
+    plan has the frame ``(*root, str(i))``. All lie in the plane of the feet, or upon a height map
+    where one is drawn (``heights``).
     """
     stances = standing_places(plan)
     # From the foot frames down to the ground they stand on, and up a little to be seen.
@@ -62,9 +81,16 @@ def support_scene(plan: Plan, samples: Samples, root: FramePath = SUPPORT) -> Sc
     nodes, tracks = [Node(root)], []
     for index, stance in stances.items():
         phase, path = stance.phase, (*root, str(index))
-        nodes.append(Node(path, (*_polygons(stance, margin, lift), *_flown(phase, samples))))
+        nodes.append(
+            Node(path, (*_polygons(stance, margin, lift, heights), *_flown(phase, samples)))
+        )
         tracks.append(shown_during(path, phase.start, phase.end, plan.duration))
-    marks, track = _projection(root, list(stances.values()), samples, lift)
+    ground = plan.footholds.ground if heights is not None else None
+    times, places = _projections(list(stances.values()), samples, ground, lift)
+    if heights is None:
+        marks, track = _projection(root, times, places, lift)
+    else:
+        marks, track = _projection_on(root, times, places, heights)
     return Scene((*nodes, *marks), (*tracks, track), plan.duration)
 
 
@@ -90,10 +116,28 @@ def _plane(feet: FloatArray) -> FloatArray:
     return np.asarray(np.linalg.lstsq(table, feet[:, 2], rcond=None)[0])
 
 
-def _polygons(stance: Stance, margin: float, lift: float) -> list[Part]:
+def filled(stance: Stance, flat: FloatArray, lift: float, heights: Heights | None) -> Shape:
+    """A convex polygon ``(n, 2)`` [m] in the plane of the feet, or upon a height map."""
+    if heights is None:
+        return filled_polygon(stance.on_plane(flat, lift))
+    return Draped(heights, (flat,))
+
+
+def outlined(
+    stance: Stance, flat: FloatArray, width: float, lift: float, heights: Heights | None
+) -> Shape:
+    """The border of such a polygon, of a ``width`` [m]."""
+    if heights is None:
+        return border(stance.on_plane(flat, lift), width)
+    return Draped(heights, border_strips(flat, width))
+
+
+def _polygons(stance: Stance, margin: float, lift: float, heights: Heights | None) -> list[Part]:
     if len(stance.feet) == 2:
         line = stance.on_plane(stance.feet[:, :2], lift)
-        return [Part(tube(line, 0.003), _flat(INK, 0.9, 6))]
+        strips = strips_along(line[:, :2], 0.006)
+        shape = tube(line, 0.003) if heights is None else Draped(heights, strips)
+        return [Part(shape, _flat(INK, 0.9, 6))]
     try:
         outer = shrunken_polygon(stance.feet, 0.0)
         inner = shrunken_polygon(stance.feet, margin)
@@ -103,17 +147,18 @@ def _polygons(stance: Stance, margin: float, lift: float) -> list[Part]:
     swing = stance.phase.kind == "swing"
     parts = []
     if len(outer) > 2:
-        corners = stance.on_plane(outer, lift)
         parts += [
-            Part(filled_polygon(corners), _flat("#ffffff", 0.5 if swing else 0.3, 4)),
-            Part(border(corners, 0.004), _flat(INK, 0.9 if swing else 0.5, 6)),
-        ]
+            Part(filled(stance, outer, lift, heights), _flat("#ffffff", 0.5 if swing else 0.3, 4)),
+            Part(outlined(stance, outer, 0.004, lift, heights),
+                 _flat(INK, 0.9 if swing else 0.5, 6)),
+        ]  # fmt: skip
     if len(inner) > 2:
-        corners = stance.on_plane(inner, lift + 6e-4)
+        lift += 6e-4
         parts += [
-            Part(filled_polygon(corners), _flat(INSIDE, 0.45 if swing else 0.2, 5)),
-            Part(border(corners, 0.0025), _flat(INSIDE, 0.95 if swing else 0.6, 7)),
-        ]
+            Part(filled(stance, inner, lift, heights), _flat(INSIDE, 0.45 if swing else 0.2, 5)),
+            Part(outlined(stance, inner, 0.0025, lift, heights),
+                 _flat(INSIDE, 0.95 if swing else 0.6, 7)),
+        ]  # fmt: skip
     return parts
 
 
@@ -125,16 +170,45 @@ def _flown(phase: Phase, samples: Samples) -> list[Part]:
     ]  # fmt: skip
 
 
-def _projection(
-    root: FramePath, stances: list[Stance], samples: Samples, lift: float
-) -> tuple[tuple[Node, ...], Track]:
-    """The COG's vertical projection onto the plane of the standing feet: its way, and where it is.
+def _projections(
+    stances: list[Stance], samples: Samples, ground: HeightMap | None, lift: float
+) -> tuple[FloatArray, FloatArray]:
+    """Times ``(n,)`` and places ``(n, 3)`` of the COG's vertical projection.
 
-    The plane may change at once when the feet change, so each phase has its own keys.
+    It lies in the plane of the standing feet, or upon the ground where there is a map. The plane
+    may change at once when the feet change, so each phase has its own places.
     """
     pieces = [_projected(stance, samples) for stance in stances]
+    if ground is not None:
+        pieces = [_upon(ground, t, p, lift) for t, p in pieces]
     times = np.concatenate([t for t, _ in pieces]) if pieces else samples.times[:1]
     places = np.concatenate([p for _, p in pieces]) if pieces else samples.cog[:1]
+    return times, places
+
+
+def _upon(
+    ground: HeightMap, times: FloatArray, places: FloatArray, lift: float
+) -> tuple[FloatArray, FloatArray]:
+    """Places ``(n, 3)`` put upon a map, and enough between them that heights follow it.
+
+    Where the ground is unknown, it is taken to be in the plane of the feet.
+    """
+    apart = np.linalg.norm(np.diff(places[:, :2], axis=0), axis=1)
+    count = np.maximum(np.ceil(2.0 * apart / ground.resolution).astype(int), 1)
+    first = np.repeat(np.cumsum(count) - count, count)
+    part = (np.arange(len(first)) - first) / np.repeat(count, count)
+    index = np.append(np.repeat(np.arange(len(count)), count) + part, len(places) - 1)
+    numbers = np.arange(len(places))
+    out = np.column_stack([np.interp(index, numbers, column) for column in places.T])
+    z = ground.height(out[:, :2])
+    out[:, 2] = np.where(np.isfinite(z), z, out[:, 2] + lift)
+    return np.interp(index, numbers, times), out
+
+
+def _projection(
+    root: FramePath, times: FloatArray, places: FloatArray, lift: float
+) -> tuple[tuple[Node, ...], Track]:
+    """The COG's projection in the plane of the standing feet: its way, and where it is."""
     keys = kept_samples(times, places, POSITION_TOLERANCE)
     dot = Node(
         (*root, "cog"),
@@ -144,6 +218,19 @@ def _projection(
         ),
     )
     return (_trail((*root, "trail"), places[keys], lift), dot), Track(
+        dot.path, "position", times[keys], places[keys]
+    )
+
+
+def _projection_on(
+    root: FramePath, times: FloatArray, places: FloatArray, heights: Heights
+) -> tuple[tuple[Node, ...], Track]:
+    """The COG's projection upon a height map: its way, and where it is."""
+    flat = places[kept_samples(times, places[:, :2], MAP_TOLERANCE), :2]
+    way = Part(Draped(heights, strips_along(flat, 0.005)), _flat(INK, 0.99, 7))
+    dot = Node((*root, "cog"), (Part(Ball(BALL), Appearance(DOT, casts_shadow=False)),))
+    keys = kept_samples(times, places, MAP_TOLERANCE)
+    return (Node((*root, "trail"), (way,)), dot), Track(
         dot.path, "position", times[keys], places[keys]
     )
 

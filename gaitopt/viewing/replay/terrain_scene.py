@@ -77,7 +77,8 @@ def terrain_scene(footholds: Footholds, foot_radius: float) -> Scene:
 def ground_level(footholds: Footholds, foot_radius: float) -> float:
     """Height at which the ground is drawn [m]."""
     lowest = float(footholds.array[:, :, 2].min()) - foot_radius
-    return lowest - (0.0 if footholds.radius is None else COLUMN_HEIGHT)
+    columns = footholds.radius is not None and footholds.ground is None
+    return lowest - (COLUMN_HEIGHT if columns else 0.0)
 
 
 def swings_scene(plan: Plan, samples: Samples) -> Scene:

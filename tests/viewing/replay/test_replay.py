@@ -29,7 +29,8 @@ from gaitopt.viewing.replay.encoding import commands
 from gaitopt.viewing.replay.keyframes import kept_samples, sample_times, slerp
 from gaitopt.viewing.replay.mesh_files import read_mesh
 from gaitopt.viewing.replay.page import SPEEDS, comfortable_speed
-from gaitopt.viewing.replay.replay import plan_scene, replay, replay_html, show
+from gaitopt.viewing.replay.plan_page import plan_scene
+from gaitopt.viewing.replay.replay import replay, replay_html, show
 from gaitopt.viewing.replay.robot_scene import joint_paths, robot_scene
 from gaitopt.viewing.replay.robot_shapes import robot_parts
 from gaitopt.viewing.replay.scene import Box, joined

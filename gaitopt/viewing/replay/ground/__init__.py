@@ -1,0 +1,1 @@
+"""The height map below a plan, in its replay."""

@@ -1,0 +1,31 @@
+"use strict";
+// Buttons that show and hide frames, each with its legend. What they do, by the key that does the
+// same; the address may say what is shown at first, as in replay.html#steppable&no-region.
+function addSwitches(viewer, switches, hash, dot) {
+  const el = (id) => document.getElementById(id), keys = {};
+  for (const { name, title, key, frame, shown: first, legend } of switches) {
+    const button = document.createElement("button"), names = document.createElement("div");
+    let shown = true;
+    const turn = () => {
+      shown = !shown;
+      viewer.set_property(frame.split("/"), "visible", shown);
+      button.setAttribute("aria-pressed", String(shown));
+      names.hidden = !shown;
+    };
+    names.className = "legend";
+    for (const [text, colour] of legend) {
+      const entry = document.createElement("span");
+      entry.append(dot(colour), text);
+      names.append(entry);
+    }
+    if (legend.length) el("about").append(names);
+    Object.assign(button, { className: "small", title, textContent: name, onclick: turn });
+    button.setAttribute("aria-pressed", "true");
+    button.addEventListener("pointerup", () => button.blur());
+    el("follow").before(button);
+    keys[key] = turn;
+    const word = name.toLowerCase();
+    if (hash.has(`no-${word}`) || !first && !hash.has(word)) turn();
+  }
+  return keys;
+}
