@@ -16,6 +16,8 @@ from gaitopt.terrain.foothold_csv import FARTHEST
 
 UNIT = 1e-6
 """How far the length of a normal may be from 1: numbers in a text file are rounded."""
+ROUNDING = 1e-15
+"""How far the length of a unit vector is from 1 by rounding: at most 3.4e-16 of a million."""
 LOWEST_NORMAL = 0.05
 """Least vertical part of a normal: ground steeper than 87 degrees is a wall."""
 MOST_FRICTION = 10.0
@@ -39,7 +41,7 @@ def checked_points(points: object) -> dict[str, FloatArray]:
 def checked_normals(
     normals: Mapping[str, ArrayLike] | None, counts: Mapping[str, int]
 ) -> Mapping[str, FloatArray] | None:
-    """Unit normals by leg, made exactly one long.
+    """Unit normals by leg, made one long. Those that are, within rounding, are kept as they are.
 
     Raises:
         FootholdsError: one is not a unit vector that points up.
@@ -55,7 +57,8 @@ def checked_normals(
                 f"normal {bad[0]} of {leg} is {array[bad[0]].tolist()}; it must have the length 1 "
                 f"and point up, with a vertical part of at least {LOWEST_NORMAL:g}"
             )
-        found[leg] = frozen(array / lengths[:, None])
+        found[leg] = frozen(np.where(np.abs(lengths - 1.0)[:, None] <= ROUNDING, array,
+                                     array / lengths[:, None]))  # fmt: skip
     return MappingProxyType(found)
 
 

@@ -6,7 +6,8 @@
     leg,step,x,y,z
     LF,0,0.2,0.15,0.0
 
-Text that stands on open ground has no such comment.
+Text that stands on open ground has no such comment. Further columns, which may be left out, are
+those of :mod:`gaitopt.terrain.foothold_columns`.
 """
 
 from __future__ import annotations
@@ -14,12 +15,19 @@ from __future__ import annotations
 import csv
 import io
 import re
-from collections.abc import Mapping
-from typing import IO, NamedTuple
+from typing import IO
 
-from gaitopt.conventions import LEGS, FloatArray
+from gaitopt.conventions import LEGS
 from gaitopt.errors import FootholdsError
 from gaitopt.robots.leg_names import leg_named
+from gaitopt.terrain.foothold_columns import (
+    FURTHER,
+    GROUPS,
+    FootholdTable,
+    Row,
+    further_cells,
+    table_of,
+)
 
 HEADER = ("leg", "step", "x", "y", "z")
 FARTHEST = 1e6
@@ -31,35 +39,22 @@ RADIUS_COMMENT = "column radius [m]:"
 _COMMENTS = re.compile(r"(?:[ \t\"]*#[^\n]*(?:\n|$))*")
 
 
-class FootholdTable(NamedTuple):
-    """What CSV text holds.
-
-    Attributes:
-        points: for each leg that is named its footholds, a list of three numbers each [m].
-        radius: of the columns [m]; ``None`` where the text names none.
-    """
-
-    points: dict[str, list[list[float]]]
-    radius: float | None
-
-
-def write_footholds(
-    stream: IO[str], points: Mapping[str, FloatArray], radius: float | None
-) -> None:
+def write_footholds(stream: IO[str], table: FootholdTable) -> None:
     """Write footholds as CSV; every number is written so that reading gives it back exactly.
 
     Args:
         stream: an open text file.
-        points: for each leg its footholds ``(n, 3)`` [m].
-        radius: of the columns [m]; ``None`` on open ground.
+        table: the footholds.
     """
-    if radius is not None:
-        stream.write(f"# {RADIUS_COMMENT} {radius!r}\n")
+    if table.radius is not None:
+        stream.write(f"# {RADIUS_COMMENT} {table.radius!r}\n")
     writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(HEADER)
-    for leg, places in points.items():
+    columns = further_cells(table)
+    writer.writerow([*HEADER, *columns])
+    for leg, places in table.points.items():
         for step, place in enumerate(places):
-            writer.writerow([leg, step, *(repr(float(c)) for c in place)])
+            further = [cells[leg][step] for cells in columns.values()]
+            writer.writerow([leg, step, *(repr(float(c)) for c in place), *further])
 
 
 def parse_footholds(text: str, name: str) -> FootholdTable:
@@ -75,29 +70,46 @@ def parse_footholds(text: str, name: str) -> FootholdTable:
     comments, rest = _split_comments(text)
     radius = _radius(comments, name)
     reader = csv.reader(io.StringIO(rest))
-    found: dict[str, dict[int, list[float]]] = {}
+    found: dict[str, dict[int, Row]] = {}
 
     def line() -> str:
         return f"{name}, line {len(comments) + reader.line_num}"
 
     try:
         header = [c.strip().lower() for c in next(reader, [])]
-        if tuple(header) != HEADER:
-            raise FootholdsError(
-                f"{name}, line {len(comments) + 1}: the header must be {','.join(HEADER)}, got "
-                f"{','.join(header)[:80] or 'nothing'}"
-            )
+        _check_header(header, f"{name}, line {len(comments) + 1}")
         for row in reader:
             if row and any(cell.strip() for cell in row):
-                _parse_row(row, line(), found)
+                _parse_row(row, header, line(), found)
     except csv.Error as error:
         raise FootholdsError(f"{line()}: {error}") from error
     for leg, steps in found.items():
         gap = next((k for k in range(len(steps)) if k not in steps), None)
         if gap is not None:
             raise FootholdsError(f"{name}: leg {leg} has no step {gap}; steps count 0, 1, 2, ...")
-    points = {leg: [steps[k] for k in range(len(steps))] for leg, steps in found.items()}
-    return FootholdTable(points, radius)
+    rows = {leg: [steps[k] for k in range(len(steps))] for leg, steps in found.items()}
+    return table_of(rows, header[len(HEADER) :], radius)
+
+
+def _check_header(header: list[str], where: str) -> None:
+    """Refuse a header with columns that are unknown, there twice, or without their group."""
+    further = header[len(HEADER) :]
+    if tuple(header[: len(HEADER)]) != HEADER:
+        raise FootholdsError(
+            f"{where}: the header must be {','.join(HEADER)}, got "
+            f"{','.join(header)[:80] or 'nothing'}"
+        )
+    unknown = [name for name in further if name not in FURTHER]
+    if unknown:
+        raise FootholdsError(
+            f"{where}: the column {unknown[0][:20]!r} is unknown; after {','.join(HEADER)} there "
+            f"may be {','.join(FURTHER)}"
+        )
+    if len(set(further)) < len(further):
+        raise FootholdsError(f"{where}: a column is there twice")
+    for group in GROUPS:
+        if 0 < len(set(group) & set(further)) < len(group):
+            raise FootholdsError(f"{where}: the columns {','.join(group)} go together")
 
 
 def _split_comments(text: str) -> tuple[list[str], str]:
@@ -126,11 +138,15 @@ def _radius(comments: list[str], name: str) -> float | None:
     return radius
 
 
-def _parse_row(row: list[str], where: str, found: dict[str, dict[int, list[float]]]) -> None:
+def _parse_row(
+    row: list[str], header: list[str], where: str, found: dict[str, dict[int, Row]]
+) -> None:
     """Add the foothold of a row to those that were ``found``: by leg, then by step."""
-    if len(row) != len(HEADER):
-        raise FootholdsError(f"{where}: {len(row)} fields where 5 are needed (leg,step,x,y,z)")
-    name, step_text, *coordinates = (cell.strip() for cell in row)
+    if len(row) != len(header):
+        raise FootholdsError(
+            f"{where}: {len(row)} fields where {len(header)} are needed ({','.join(header)})"
+        )
+    name, step_text, *cells = (cell.strip() for cell in row)
     leg = leg_named(name)
     if leg is None:
         raise FootholdsError(
@@ -141,18 +157,29 @@ def _parse_row(row: list[str], where: str, found: dict[str, dict[int, list[float
         step = int(step_text)
     except ValueError:
         raise FootholdsError(f"{where}: step {step_text[:20]!r} is no whole number") from None
-    values = []
-    for axis, text in zip("xyz", coordinates, strict=True):
-        try:
-            value = float(text)
-        except ValueError:
-            raise FootholdsError(f"{where}: {axis} is {text[:20]!r}, no number") from None
-        if not abs(value) <= FARTHEST:
-            raise FootholdsError(
-                f"{where}: {axis} is {text[:20]}; it must be finite and below {FARTHEST:g} m"
-            )
-        values.append(value)
+    place = [_parsed(axis, text, where) for axis, text in zip("xyz", cells[:3], strict=True)]
+    further = {
+        column: _parsed(column, text, where) if text else None
+        for column, text in zip(header[len(HEADER) :], cells[3:], strict=True)
+    }
     if step < 0 or step in found.setdefault(leg, {}):
         problem = "is negative" if step < 0 else "stands there twice"
         raise FootholdsError(f"{where}: step {step} of leg {leg} {problem}")
-    found[leg][step] = values
+    found[leg][step] = Row(place, further, where)
+
+
+def _parsed(column: str, text: str, where: str) -> float:
+    """The number in a field.
+
+    Raises:
+        FootholdsError: it is none, or too large.
+    """
+    try:
+        value = float(text)
+    except ValueError:
+        raise FootholdsError(f"{where}: {column} is {text[:20]!r}, no number") from None
+    if not abs(value) <= FARTHEST:
+        raise FootholdsError(
+            f"{where}: {column} is {text[:20]}; it must be finite and below {FARTHEST:g} m"
+        )
+    return value

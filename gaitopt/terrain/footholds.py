@@ -23,6 +23,7 @@ from gaitopt.terrain.foothold_checks import (
     checked_postures,
     checked_swing_heights,
 )
+from gaitopt.terrain.foothold_columns import FootholdTable
 from gaitopt.terrain.foothold_csv import parse_footholds, write_footholds
 from gaitopt.terrain.height_map import HeightMap
 
@@ -191,13 +192,21 @@ class Footholds:
     def to_csv(self, path: StrPath) -> None:
         """Write ``leg,step,x,y,z`` lines, below a comment with the columns' radius.
 
-        :meth:`from_csv` gives back every number exactly. On open ground there is no comment.
+        Normals, friction, swing heights, order and postures are further columns where they are
+        there. :meth:`from_csv` gives back every number exactly; the height map is not written. On
+        open ground there is no comment.
 
         Raises:
             InputError: the file cannot be written.
         """
         with written_whole(path) as stream:
-            write_footholds(stream, self.points, self.radius)
+            write_footholds(
+                stream,
+                FootholdTable(
+                    self.points, self.radius, self.normals, self.friction, self.order,
+                    self.swing_heights, self.postures,
+                ),
+            )  # fmt: skip
 
     @classmethod
     def from_csv(cls, path: StrPath, radius: float | None = None) -> Footholds:
@@ -205,6 +214,10 @@ class Footholds:
 
         Steps count from 0 for each leg, in any order of lines, without gaps. Lines above the header
         that begin with ``#`` are comments; ``# column radius [m]: 0.02`` tells the columns' radius.
+        Further columns may be ``nx,ny,nz`` (the unit normal), ``friction``, ``swing_height`` (of
+        the swing that leads to the foothold), ``turn`` (which step of the whole walk leads to it,
+        from 0 on), and ``body_height,roll,pitch,yaw`` (of the body during this step; in step 0 at
+        the start).
 
         Args:
             path: the file.
@@ -217,8 +230,9 @@ class Footholds:
             text = read_bounded(path, CSV_LIMIT, FootholdsError).decode("utf-8-sig")
         except UnicodeDecodeError as error:
             raise FootholdsError(f"{path} is no text in UTF-8 (byte {error.start})") from error
-        points, stored = parse_footholds(text, str(path))
-        return cls(points, stored if radius is None else radius)
+        table = parse_footholds(text, str(path))
+        given = table if radius is None else table._replace(radius=radius)
+        return cls(**given._asdict())
 
 
 def _restored(*values: Any) -> Footholds:
