@@ -11,7 +11,7 @@ from gaitopt.control.clock import WalkClock
 from gaitopt.control.gains import ControlGains
 from gaitopt.control.reference import Reference, legs_in_base, ramped, standing_feet
 from gaitopt.conventions import LEGS, BoolArray, FloatArray
-from gaitopt.plan.contact_ground import contact_friction, contact_normals
+from gaitopt.plan.contact_ground import ground_below
 from gaitopt.plan.plan import Plan
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.rotations import quaternion_to_matrix
@@ -40,6 +40,7 @@ def averaged_reference(plan: Plan, clock: WalkClock, gains: ControlGains, dt: fl
     grid = np.arange(-lead, int(np.ceil((plan.duration + clock.paused) / dt)) + lead + 1) * dt
     times, pausing = np.clip(clock.plan_time(grid), 0.0, plan.duration), clock.pausing(grid)
     motion, standing = plan.at(times), standing_feet(plan, times, pausing)
+    ground = ground_below(plan, times, gains.friction)
     moving = ((grid >= 0.0) & (times < plan.duration) & ~pausing)[:, None]
     joints = smoothed(motion.q[:, 7:], width)
     values = smoothed(plan.path.evaluate(times)[:, :3], wide)
@@ -65,8 +66,8 @@ def averaged_reference(plan: Plan, clock: WalkClock, gains: ControlGains, dt: fl
         velocity=np.zeros_like(velocity),
         acceleration=np.gradient(velocity, dt, axis=0),
         forces=np.zeros((len(times), len(LEGS), 3)),
-        normals=contact_normals(plan, times),
-        friction=np.minimum(contact_friction(plan, times, gains.friction), gains.friction),
+        normals=np.broadcast_to(ground.normals, (*standing.shape, 3)),
+        friction=np.broadcast_to(gains.friction * ground.grip, standing.shape),
         feet=smoothed(motion.feet.reshape(len(times), -1), width).reshape(-1, len(LEGS), 3),
         feet_in_base=feet,
         inverse=inverse,

@@ -16,7 +16,7 @@ from gaitopt.control.rolling import rolled_away
 from gaitopt.conventions import LEGS, BoolArray, FloatArray
 from gaitopt.dynamics.contacts import ForceLimits
 from gaitopt.dynamics.whole_body import Motion
-from gaitopt.plan.contact_ground import contact_friction, contact_normals
+from gaitopt.plan.contact_ground import ground_below
 from gaitopt.plan.plan import Plan
 from gaitopt.robots.rotations import quaternion_to_matrix
 
@@ -48,7 +48,8 @@ def exact_reference(
     load = _loads(standing, gains, dt)
     rotation = quaternion_to_matrix(planned.q[:, 3:7])
     feet, inverse = legs_in_base(robot, planned.q[:, 7:])
-    normals = contact_normals(plan, times)
+    ground = ground_below(plan, times, limits.friction)
+    normals = np.broadcast_to(ground.normals, (*standing.shape, 3))
     rolled = rolled_away(robot, planned.q, velocity, standing, dt, normals)
     at_rest = np.abs(velocity[:, :6]).max(axis=1) < AT_REST
     return Reference(
@@ -63,9 +64,9 @@ def exact_reference(
         rates=velocity[:, 6:] + _rolling_rates(plan, rolled, rotation, inverse, dt),
         velocity=velocity,
         acceleration=motion.a,
-        forces=planned_forces(robot, motion, standing, load, limits, normals),
+        forces=planned_forces(robot, motion, standing, load, limits, ground),
         normals=normals,
-        friction=contact_friction(plan, times, limits.friction),
+        friction=np.broadcast_to(limits.friction * ground.grip, standing.shape),
         feet=planned.feet + rolled,
         feet_in_base=feet,
         inverse=inverse,

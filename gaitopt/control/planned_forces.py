@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from gaitopt.conventions import BoolArray, FloatArray
-from gaitopt.dynamics.contacts import ForceLimits
+from gaitopt.dynamics.contacts import LEVEL_GROUND, ContactGround, ForceLimits
 from gaitopt.dynamics.force_space import ForceProblem, ForceSpace, force_rows, force_spaces
 from gaitopt.dynamics.forces import build_force_problem
 from gaitopt.dynamics.many_programs import solve_quadratic_programs
@@ -32,7 +32,7 @@ def planned_forces(
     standing: BoolArray,
     load: FloatArray,
     limits: ForceLimits,
-    normals: FloatArray | None = None,
+    ground: ContactGround = LEVEL_GROUND,
 ) -> FloatArray:
     """Contact forces of a motion in the world's axes ``(N, 4, 3)`` [N]; 0 for feet in the air.
 
@@ -44,14 +44,16 @@ def planned_forces(
         standing: which feet stand ``(N, 4)``.
         load: share of a full load for each foot ``(N, 4)``.
         limits: on forces and torques.
-        normals: of the ground below the feet ``(N, 4, 3)``; vertical by default.
+        ground: below the feet; level by default.
     """
-    up = np.broadcast_to([0.0, 0.0, 1.0] if normals is None else normals, (*standing.shape, 3))
     forces = np.zeros((len(standing), 4, 3))
     for first in range(0, len(standing), BLOCK):
-        part = slice(first, first + BLOCK)
+        part = np.arange(first, min(first + BLOCK, len(standing)))
+        below = ground.at(part)
         piece = Motion(motion.q[part], motion.v[part], motion.a[part])
-        problem = build_force_problem(robot, piece, standing[part], limits, normals=up[part])
+        problem = build_force_problem(
+            robot, piece, standing[part], limits, normals=below.normals, grip=below.grip
+        )
         for space in force_spaces(problem):
             places = np.ix_(first + space.samples, space.feet)
             z = _coordinates(problem, space, np.maximum(load[places], LEAST_SHARE))

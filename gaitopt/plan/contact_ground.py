@@ -31,12 +31,6 @@ def foothold_indices(plan: Plan, times: FloatArray) -> np.ndarray:
     return np.stack(columns, axis=1)
 
 
-def contact_normals(plan: Plan, times: FloatArray) -> FloatArray:
-    """Unit normals of the ground below each foot, or where it will land ``(N, 4, 3)``."""
-    normals = plan.footholds.normal_array
-    return np.asarray(normals[np.arange(len(LEGS)), foothold_indices(plan, times)])
-
-
 def ground_below(plan: Plan, times: FloatArray, friction: float) -> ContactGround:
     """The ground below each foot, or where it will land.
 
@@ -74,18 +68,3 @@ def is_level(footholds: Footholds, friction: float) -> bool:
     )
     tilted = footholds.normals is not None and bool((footholds.normal_array[..., :2] != 0.0).any())
     return not (slippery or tilted)
-
-
-def contact_friction(plan: Plan, times: FloatArray, usual: float) -> FloatArray:
-    """Coefficient of friction below each foot, or where it will land ``(N, 4)``.
-
-    Args:
-        plan: the plan.
-        times: instants of it ``(N,)`` [s].
-        usual: that of footholds of which none is known.
-    """
-    of_legs = plan.footholds.friction
-    if of_legs is None:
-        return np.full((len(times), len(LEGS)), usual)
-    indices = foothold_indices(plan, times)
-    return np.stack([of_legs[leg][indices[:, i]] for i, leg in enumerate(LEGS)], axis=1)

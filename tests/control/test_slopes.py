@@ -16,7 +16,7 @@ from gaitopt.control.nearest_forces import NearestForces
 from gaitopt.control.rolling import rolled_away
 from gaitopt.control.tracking import TrackingController
 from gaitopt.dynamics.whole_body import contact_geometry
-from gaitopt.plan.contact_ground import contact_normals
+from gaitopt.plan.contact_ground import ground_below
 
 DT = 0.006
 WEIGHT, LENGTH, FRICTION = 250.0, 0.2, 0.5
@@ -126,16 +126,18 @@ def test_the_reference_knows_the_ground_below_each_foot(sloped: Plan) -> None:
     for i, leg in enumerate(LEGS):
         for tick, k in ((0, 0), (last, -1)):
             assert reference.normals[tick, i] == pytest.approx(footholds.normals[leg][k])
-            assert reference.friction[tick, i] == footholds.friction[leg][k]
+            # It counts on no more than the plan promises.
+            least = min(footholds.friction[leg][k], 0.6)
+            assert reference.friction[tick, i] == pytest.approx(least)
     # A plan without forces is followed with no more friction than the gains have.
     plain = replace(sloped, settings=replace(sloped.settings, timing="velocity", forces=None))
     gains = ControlGains.for_robot(sloped.robot, friction=0.55)
-    assert build_reference(plain, gains, DT).friction.max() == 0.55
+    assert build_reference(plain, gains, DT).friction.max() == pytest.approx(0.55)
 
 
 def test_balls_roll_along_the_ground(sloped: Plan) -> None:
     times = np.arange(0.0, sloped.swings[0].start, 1e-3)
-    motion, normals = sloped.at(times), contact_normals(sloped, times)
+    motion, normals = sloped.at(times), ground_below(sloped, times, 0.6).normals
     rolled = rolled_away(sloped.robot, motion.q, motion.v, motion.contacts, 1e-3, normals)
     off = np.einsum("nfi,nfi->nf", rolled, normals)
     assert np.abs(off).max() < 1e-12

@@ -5,10 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 import gaitopt
 from gaitopt import LEGS, Plan
-from gaitopt.plan.contact_ground import contact_friction, contact_normals, foothold_indices
+from gaitopt.dynamics.contacts import LEVEL_GROUND
+from gaitopt.plan.contact_ground import foothold_indices, ground_below
 
 
 def test_standing_feet_are_on_the_footholds_where_they_are(short_plan: Plan) -> None:
@@ -47,11 +49,9 @@ def test_normals_and_friction_are_those_of_the_foothold(short_plan: Plan) -> Non
     footholds = short_plan.footholds.with_(normals=normals, friction=friction)
     plan = replace(short_plan, footholds=footholds)
     indices = foothold_indices(plan, times)
+    ground = ground_below(plan, times, 0.6)
     for i, leg in enumerate(LEGS):
-        ours = contact_normals(plan, times)[:, i]
-        np.testing.assert_array_equal(ours, footholds.normals[leg][indices[:, i]])
-        np.testing.assert_array_equal(
-            contact_friction(plan, times, 0.6)[:, i], friction[leg][indices[:, i]]
-        )
-    assert (contact_friction(short_plan, times, 0.6) == 0.6).all()
-    assert (contact_normals(short_plan, times) == [0.0, 0.0, 1.0]).all()
+        np.testing.assert_array_equal(ground.normals[:, i], footholds.normals[leg][indices[:, i]])
+        theirs = np.minimum(friction[leg][indices[:, i]], 0.6)
+        assert 0.6 * ground.grip[:, i] == pytest.approx(theirs)
+    assert ground_below(short_plan, times, 0.6) is LEVEL_GROUND

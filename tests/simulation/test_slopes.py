@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import gaitopt
-from gaitopt import LEGS, Footholds, HeightMap, Plan, Quadruped
+from gaitopt import LEGS, Footholds, HeightMap, Quadruped
 
 pytest.importorskip("mujoco")
 
@@ -35,16 +35,23 @@ def on_a_ramp(robot: Quadruped, towards: float) -> Footholds:
     )  # fmt: skip
 
 
-@pytest.fixture(scope="module", params=[0.0, np.pi / 2.0], ids=["up", "across"])
-def ramp(request: pytest.FixtureRequest) -> Plan:
-    robot = gaitopt.load_robot("go2")
-    return gaitopt.plan_crawl(robot, on_a_ramp(robot, request.param), speed=0.1)
-
-
-def test_a_ramp_is_walked_closely_where_its_normals_are_known(ramp: Plan) -> None:
-    """A controller that takes the ground for level errs by the radius times the sine."""
-    result = gaitopt.simulate(ramp)
+@pytest.mark.parametrize(
+    ("name", "towards"),
+    [("go2", 0.0), ("go2", np.pi / 2.0), ("anymal_c", 2.5)],
+    ids=["up", "across", "down and across"],
+)
+def test_a_ramp_is_walked_as_planned(name: str, towards: float) -> None:
+    """As fast as forces about the normals of the ramp allow."""
+    robot = gaitopt.load_robot(name)
+    result = gaitopt.simulate(gaitopt.plan_crawl(robot, on_a_ramp(robot, towards)))
     assert result.passed and result.bumps == (), str(result)
-    assert result.body_error < 1.5e-3 and result.tilt < np.radians(0.3)
-    unaware = replace(ramp, footholds=ramp.footholds.with_(normals=None))
-    assert gaitopt.simulate(unaware).body_error > 1.5 * result.body_error
+    assert result.body_error < 2e-3 and result.tilt < np.radians(0.5)
+
+
+def test_a_controller_that_takes_a_ramp_for_level_errs() -> None:
+    """By the radius of the balls times the sine of the slope, where they touch the ground."""
+    robot = gaitopt.load_robot("go2")
+    plan = gaitopt.plan_crawl(robot, on_a_ramp(robot, 0.0), speed=0.3)
+    unaware = replace(plan, footholds=plan.footholds.with_(normals=None))
+    ours, theirs = gaitopt.simulate(plan).body_error, gaitopt.simulate(unaware).body_error
+    assert ours < 1e-3 and theirs > 1.5 * ours
