@@ -22,7 +22,7 @@ CONTENT_LIMIT = 1_000_000_000
 """Most bytes that a plan file may unpack to."""
 
 _ARRAYS = ("footholds", "times", "coefficients")
-_FURTHER_ARRAYS = ("normals", "friction", "swing_heights", "postures", "ground")
+_FURTHER_ARRAYS = ("normals", "friction", "swing_heights", "postures", "body_places", "ground")
 
 
 def _unpack(data: bytes, name: str) -> tuple[dict[str, Any], dict[str, Any]]:

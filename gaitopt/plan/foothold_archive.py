@@ -17,6 +17,8 @@ from gaitopt.terrain.height_map import HeightMap
 
 _BY_LEG = {"normals": 0, "friction": 0, "swing_heights": 1}
 """Arrays that hold a row for each leg, and by how much they are shorter than the footholds."""
+_OF_STEPS = ("postures", "body_places")
+"""Arrays that hold a row for the start and one for each step."""
 
 
 def packed_footholds(footholds: Footholds) -> tuple[dict[str, Any], dict[str, FloatArray]]:
@@ -34,8 +36,9 @@ def packed_footholds(footholds: Footholds) -> tuple[dict[str, Any], dict[str, Fl
         value: Mapping[str, FloatArray] | None = getattr(footholds, name)
         if value is not None:
             arrays[name] = _rows(value, len(footholds) - fewer)
-    if footholds.postures is not None:
-        arrays["postures"] = footholds.postures
+    for name in _OF_STEPS:
+        if getattr(footholds, name) is not None:
+            arrays[name] = getattr(footholds, name)
     if footholds.ground is not None:
         arrays["ground"] = footholds.ground.z
         header["ground"] = {
@@ -63,11 +66,12 @@ def unpacked_footholds(
         for name, fewer in _BY_LEG.items()
         if name in arrays
     }
+    further |= {name: arrays[name] for name in _OF_STEPS if name in arrays}
     if "ground" in arrays:
         further["ground"] = HeightMap(arrays["ground"], **header["ground"])
     return Footholds(
         {leg: row[:n] for leg, row, n in zip(LEGS, points, counts, strict=True)}, radius,
-        order=header.get("order"), postures=arrays.get("postures"), **further,
+        order=header.get("order"), **further,
     )  # fmt: skip
 
 

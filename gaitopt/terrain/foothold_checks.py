@@ -120,26 +120,26 @@ def checked_order(order: Iterable[str] | None, counts: Mapping[str, int]) -> tup
     return known
 
 
-def checked_postures(
-    postures: ArrayLike | None, order: tuple[str, ...] | None
+def checked_of_steps(
+    name: str, values: ArrayLike | None, order: tuple[str, ...] | None, width: int
 ) -> FloatArray | None:
-    """Heights [m] and angles [rad] of the body ``(steps + 1, 4)``.
+    """Numbers of the body at the start and during each swing ``(steps + 1, width)`` [m, rad].
 
     Raises:
         FootholdsError: there is no order of steps, or the shape or a number is wrong.
     """
-    if postures is None:
+    if values is None:
         return None
     if order is None:
-        raise FootholdsError("postures go with the order of the steps, and there is no order")
-    array = _numbers("postures", postures)
-    if array.shape != (len(order) + 1, 4):
+        raise FootholdsError(f"{name} go with the order of the steps, and there is no order")
+    array = _numbers(name, values)
+    if array.shape != (len(order) + 1, width):
         raise FootholdsError(
-            f"postures must have the shape ({len(order) + 1}, 4), one row for the start and one "
-            f"for each step, got {array.shape}"
+            f"{name} must have the shape ({len(order) + 1}, {width}), one row for the start and "
+            f"one for each step, got {array.shape}"
         )
     if not (np.abs(array) <= FARTHEST).all():
-        raise FootholdsError("postures must be finite heights [m] and angles [rad]")
+        raise FootholdsError(f"{name} must be finite lengths [m] and angles [rad]")
     return array
 
 

@@ -18,9 +18,9 @@ from gaitopt.files import StrPath, read_bounded, written_whole
 from gaitopt.terrain.foothold_checks import (
     checked_friction,
     checked_normals,
+    checked_of_steps,
     checked_order,
     checked_points,
-    checked_postures,
     checked_swing_heights,
 )
 from gaitopt.terrain.foothold_columns import FootholdTable
@@ -63,6 +63,10 @@ class Footholds:
             the world. By default the body is level, as high as the settings say. They go with
             ``order``.
 
+        body_places: where the body centre is wanted, at the start and during each swing
+            ``(steps + 1, 2)`` [m]; planners take the nearest places that are possible. By default
+            the body moves as little as possible. They go with ``order``.
+
     Raises:
         FootholdsError: a leg is missing, unknown or named twice, a shape is wrong, a number is not
             finite or out of its range, or the order does not fit the numbers of footholds.
@@ -76,6 +80,7 @@ class Footholds:
     order: tuple[str, ...] | None = None
     swing_heights: Mapping[str, FloatArray] | None = None
     postures: FloatArray | None = None
+    body_places: FloatArray | None = None
 
     def __init__(
         self,
@@ -88,6 +93,7 @@ class Footholds:
         order: Iterable[str] | None = None,
         swing_heights: Mapping[str, ArrayLike] | None = None,
         postures: ArrayLike | None = None,
+        body_places: ArrayLike | None = None,
     ) -> None:
         arrays = checked_points(points)
         counts = {leg: len(a) for leg, a in arrays.items()}
@@ -104,7 +110,8 @@ class Footholds:
             ("ground", ground),
             ("order", legs),
             ("swing_heights", checked_swing_heights(swing_heights, counts)),
-            ("postures", checked_postures(postures, legs)),
+            ("postures", checked_of_steps("postures", postures, legs, 4)),
+            ("body_places", checked_of_steps("body_places", body_places, legs, 2)),
         ):
             object.__setattr__(self, name, value)
 

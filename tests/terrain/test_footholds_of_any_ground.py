@@ -25,6 +25,7 @@ def full(**changes: Any) -> Footholds:
         "order": ORDER,
         "swing_heights": {leg: np.full(n - 1, 0.05) for leg, n in COUNTS.items()},
         "postures": np.zeros((5, 4)),
+        "body_places": np.ones((5, 2)),
     }
     return Footholds(POINTS, None, **{**told, **changes})
 
@@ -51,7 +52,8 @@ def test_all_is_kept_and_compared() -> None:
     footholds = full()
     assert pickle.loads(pickle.dumps(footholds)) == footholds == footholds.with_()
     for name, other in (("order", ("LF", "RH", "RF", "RH")), ("friction", 0.6), ("normals", None),
-                        ("ground", None), ("postures", None), ("swing_heights", None)):  # fmt: skip
+                        ("ground", None), ("postures", None), ("swing_heights", None),
+                        ("body_places", None)):  # fmt: skip
         assert footholds.with_(**{name: other}) != footholds
 
 
@@ -77,6 +79,7 @@ def test_a_plan_file_keeps_all(tmp_path: Any) -> None:
         ({"ground": np.zeros((3, 3))}, "ground must be a HeightMap"),
         ({"postures": np.zeros((4, 4))}, r"shape \(5, 4\)"),
         ({"postures": np.full((5, 4), np.nan)}, "finite"),
+        ({"body_places": np.zeros((4, 2))}, r"shape \(5, 2\)"),
         ({"normals": {leg: np.ones((n, 3)) for leg, n in COUNTS.items()}}, "length 1"),
         ({"normals": {leg: np.tile([1.0, 0, 0], (n, 1)) for leg, n in COUNTS.items()}}, "point up"),
         ({"swing_heights": {leg: [-0.1] * (n - 1) for leg, n in COUNTS.items()}},

@@ -31,6 +31,9 @@ from gaitopt.terrain.height_map import HeightMap
 ROOM = 0.8
 """Ground behind the stance at the usual start, as a share of the standing height: trunk and knees
 are above it."""
+BEFORE = 4
+"""Steps before one that was refused from which the search goes on: a foot is where the last cycle
+put it."""
 MOST_PLANS = 12
 """Most walks that are planned over the ways of one search. Chosen: three were needed at most on the
 maps that were tried."""
@@ -67,7 +70,7 @@ def search_terrain(
     """
     begin = time.perf_counter()
     search = _search_for(robot, ground, goal, start, TerrainSettings.for_robot(robot, **options))
-    found = search.run(first_layer(search), progress)
+    found = search.run([first_layer(search)], progress)
     return _result(search, found, begin)
 
 
@@ -135,25 +138,27 @@ def plan_terrain(
         further["stability_margin"] = asked["stability_margin"]
     begin = time.perf_counter()
     searching = _search_for(robot, ground, goal, start, TerrainSettings.for_robot(robot, **asked))
-    detail = ""
+    detail, layers = "", [first_layer(searching)]
     for _ in range(MOST_PLANS):
         if search is None:
-            found = searching.run(first_layer(searching), progress)
+            found = searching.run(layers, progress)
             search = _result(searching, found, begin)
+            layers = list(found.layers)
         if not search.complete:
             raise no_way(search, detail)
-        refused = None
         try:
             plan = plan_crawl(robot, search.footholds, **further)
         except InfeasibleStepError as error:
             refused, detail = max(error.step, 0), f"the planner of the walk said: {error}"
         else:
-            refused = first_touching_step(plan, searching.judge.limbs)
-            if refused is None:
+            touching = first_touching_step(plan, searching.judge.limbs)
+            if touching is None:
                 return plan
+            refused = touching
             detail = f"a limb touches the ground in step {refused} of the walk that was planned"
         after = tuple(search.stands[refused + 1].tolist())
         searching = replace(searching, banned=searching.banned | {(refused, after)})
+        layers = layers[: max(refused + 1 - BEFORE, 1)]
         last, search = search, None
     raise no_way(replace(last, complete=False), detail)
 
@@ -263,6 +268,7 @@ def footholds_of(search: Search, found: Found) -> Footholds:
         friction=search.judge.settings.friction,
         ground=ground, order=order, swing_heights=rises,
         postures=np.array([layer.body[k, 2:] for layer, k in states]),
+        body_places=np.array([layer.body[k, :2] for layer, k in states]),
     )  # fmt: skip
 
 

@@ -9,6 +9,7 @@ same number of steps, so what is left of the way is the same for all, and costs 
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -66,17 +67,17 @@ class Search:
     cycles: int
     banned: frozenset[tuple[int, tuple[int, ...]]]
 
-    def run(self, start: Layer, progress: Progress | None = None) -> Found:
-        """Search as far as it gets.
+    def run(self, first: Sequence[Layer], progress: Progress | None = None) -> Found:
+        """Search as far as it gets, from the last of some layers on.
 
         Where no state can make a further step, the search goes back some steps and on with a wider
         beam, and farther back with a still wider one, until the widest has been tried.
         """
         settings = self.judge.settings
-        layers, steps = [start], 4 * self.cycles
+        layers, steps = list(first), 4 * self.cycles
         tried: set[int] = set()
         refused: Counter[Cause] = Counter()
-        width, stuck, farthest = settings.width, -1, [start]
+        width, stuck, farthest = settings.width, -1, list(first)
         reasons: dict[Cause, int] = {}
         while len(layers) <= steps:
             refused = Counter()

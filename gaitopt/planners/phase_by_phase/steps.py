@@ -35,6 +35,8 @@ class CrawlSteps:
         tilts: roll, pitch, yaw of the body against the frame at the start and during each swing
             ``(S + 1, 3)`` [rad]; ``None`` where it is level and faces along the frame's x axis.
         ground: below the feet before each step, for ``S`` samples; normals are in the world.
+        wanted: where the body centre is wanted at the start and during each swing ``(S + 1, 2)``
+            [m]; ``None`` where it is to move as little as possible.
     """
 
     legs: tuple[str, ...]
@@ -46,14 +48,17 @@ class CrawlSteps:
     heading: float = 0.0
     tilts: FloatArray | None = None
     ground: ContactGround = LEVEL_GROUND
+    wanted: FloatArray | None = None
 
     def part(self, first: int, last: int) -> CrawlSteps:
         """The steps from ``first`` up to, not including, ``last``."""
         own = slice(first, last)
         tilts = None if self.tilts is None else self.tilts[first : last + 1]
+        wanted = None if self.wanted is None else self.wanted[first : last + 1]
         return CrawlSteps(self.legs[own], self.feet[own], self.targets[own], self.lifts[own],
                           self.heights[own], self.start_height, self.heading, tilts,
-                          self.ground.at(np.arange(len(self.legs))[own]))  # fmt: skip
+                          self.ground.at(np.arange(len(self.legs))[own]),
+                          wanted)  # fmt: skip
 
     @cached_property
     def turns(self) -> FloatArray | None:
@@ -208,8 +213,19 @@ def crawl_steps(footholds: Footholds, settings: CrawlSettings) -> CrawlSteps:
         start_height=first + settings.body_height,
         heading=settings.heading,
         ground=_ground_of(footholds, settings, stands[: max(len(order), 1)]),
+        wanted=_wanted(footholds, order, settings.heading),
     )
     return steps if footholds.postures is None else _with_postures(steps, footholds.postures)
+
+
+def _wanted(
+    footholds: Footholds, order: Sequence[tuple[str, int]], heading: float
+) -> FloatArray | None:
+    """Where the body centre is wanted, in the heading frame; places go with their own order."""
+    places = footholds.body_places
+    if places is None or tuple(leg for leg, _ in order) != footholds.order:
+        return None
+    return np.asarray(places @ rotation_z(heading)[:2, :2])
 
 
 def _ground_of(footholds: Footholds, settings: CrawlSettings, stands: np.ndarray) -> ContactGround:

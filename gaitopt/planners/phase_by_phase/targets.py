@@ -112,6 +112,8 @@ def _optimise(
     solutions = []
     place = start[:2]
     for s, problem in enumerate(problems):
+        if steps.wanted is not None:
+            place = steps.wanted[s + 1]
         solution = solve_cog(problem.starting_at(place), workspace)
         if demands is not None and not _is_possible(solution, settings):
             step = steps.part(s, s + 1)
@@ -201,15 +203,15 @@ def step_problems(
 def start_place(robot: Quadruped, steps: CrawlSteps, settings: CrawlSettings) -> FloatArray:
     """Body centre at the start ``(3,)`` [m], in the heading frame.
 
-    It is ``settings.cog_start``, or else the place nearest to the middle of the feet from which all
-    legs reach them.
+    It is ``settings.cog_start``, or else the place nearest to where the footholds say, or to the
+    middle of the feet, from which all legs reach them.
 
     Raises:
         InfeasibleStepError: the legs do not reach the first footholds from there.
     """
     cog_start = settings.cog_start
     feet = dict(zip(LEGS, steps.feet[0], strict=True))
-    wanted = steps.feet[0, :, :2].mean(axis=0)
+    wanted = steps.feet[0, :, :2].mean(axis=0) if steps.wanted is None else steps.wanted[0]
     if cog_start is not None:
         wanted = np.array(cog_start) @ rotation_z(settings.heading)[:2, :2]
     problem = build_cog_problem(
