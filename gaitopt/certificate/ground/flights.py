@@ -17,9 +17,9 @@ from gaitopt.certificate.trace import Motion
 from gaitopt.conventions import LEGS, BoolArray, FloatArray
 from gaitopt.plan.plan import Plan
 
-SHORT_ENOUGH = 1e-3
-"""Length of a piece of a chord below which its gap is known well enough [m], once it is large
-enough."""
+KNOWN = 0.05
+"""A gap is known well enough when half the piece of chord that it belongs to is no longer than this
+share of it. Chosen: reports are then true to 5 %."""
 SHORTEST = 2e-5
 """Shortest piece of a chord that is looked at [m]. Chosen: a fifth of how far a foot may leave its
 chord."""
@@ -102,7 +102,7 @@ def _gaps(
         middle = (a + b) / 2.0
         bound = ground.distances(middle, reach) - radius - half - leaves[owner]
         seen = bound + half
-        known = (bound >= ROOM / 2.0) | (half <= SHORT_ENOUGH / 2.0)
+        known = (bound >= ROOM / 2.0) | (half <= np.maximum(KNOWN * seen, 2.0 * SHORTEST))
         again = ~((bound >= limits[owner]) & known) & (half > SHORTEST / 2.0) & (left > 0)
         # A point that is too low settles the piece.
         again &= seen >= limits[owner]

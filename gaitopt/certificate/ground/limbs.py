@@ -17,8 +17,9 @@ from gaitopt.certificate.check import Check, Verdict, judged
 from gaitopt.certificate.enclosure import Pieces, chain_to
 from gaitopt.certificate.ground.placements import Placements, placement_of
 from gaitopt.certificate.ground.solids import Solid, Solids
+from gaitopt.certificate.ground.unknown import Footprints
 from gaitopt.certificate.trace import deviations
-from gaitopt.conventions import FloatArray
+from gaitopt.conventions import BoolArray, FloatArray
 from gaitopt.plan.plan import Plan
 
 NAME = "legs and trunk clear of the ground"
@@ -53,6 +54,9 @@ class Ground(Protocol):
 
     def highest(self, low: FloatArray, high: FloatArray) -> FloatArray:
         """Upper bound on its height under rectangles; infinite where it is not known."""
+
+    def unknown_under(self, boxes: Footprints) -> BoolArray:
+        """Whether some of it under boxes is not known."""
 
     def gap(self, solid: Solid, rotation: FloatArray, origin: FloatArray) -> float:
         """Distance of a solid to it, negative where it reaches into it [m]."""
@@ -142,9 +146,10 @@ class _Limbs:
     def follow(self, solid: Solid) -> None:
         """Hold one part against the ground, over the whole path."""
         room = self._room(solid)
-        off = np.isneginf(room)
-        if off.any():
-            k = int(np.argmax(off))
+        off = np.flatnonzero(np.isneginf(room))
+        off = off[self._above_unknown(solid, off)] if off.size else off
+        if off.size:
+            k = int(off[0])
             where = f"{solid.name} above ground that is unknown or off the map"
             self.found.see(-np.inf, float(self._pieces.starts[k]), where)
             return
@@ -174,6 +179,23 @@ class _Limbs:
         high = np.maximum((middle + half)[a], (middle + half)[b]) + extra
         room[close] = bottom[close] - self._ground.highest(low, high)
         return np.asarray(room)
+
+    def _above_unknown(self, solid: Solid, pieces: np.ndarray) -> BoolArray:
+        """Whether the box around a part may be above unknown ground on pieces ``(N,)``.
+
+        On one half of a piece no point of it is farther from its place at the nearer end than half
+        of what it moves from end to end, and how far it leaves its chord.
+        """
+        ends = self._places.ends[:, pieces]
+        moved = _moved(self._corners(solid, ends[0]), self._corners(solid, ends[1]))
+        margins = moved / 2.0 + self._leaves[solid.joint][pieces]
+        above = np.zeros(len(pieces), dtype=np.bool_)
+        for samples in ends:
+            turn = self._placed.rotations[solid.joint][samples]
+            middles = self._placed.origins[solid.joint][samples] + turn @ solid.centre
+            axes = (turn @ solid.place[0] * solid.half).mT
+            above |= self._ground.unknown_under(Footprints(middles[:, :2], axes[..., :2], margins))
+        return above
 
     def _run(self, solid: Solid, first: int, end: int) -> None:
         """Hold a part against the ground over the pieces from ``first`` to before ``end``."""

@@ -8,7 +8,8 @@ import numpy as np
 from pinocchio import coal
 
 from gaitopt.certificate.ground.solids import Solid
-from gaitopt.conventions import FloatArray
+from gaitopt.certificate.ground.unknown import Footprints
+from gaitopt.conventions import BoolArray, FloatArray
 from gaitopt.terrain.footholds import Footholds
 
 AT_ONCE = 4_000_000
@@ -58,6 +59,10 @@ class Pillars:
             over = (away**2).sum(axis=2) <= self.radius**2
             out[part] = np.where(over, self.tops[:, None, 2], -np.inf).max(axis=0)
         return out
+
+    def unknown_under(self, boxes: Footprints) -> BoolArray:
+        """Whether ground under boxes is unknown ``(N,)``: that of pillars never is."""
+        return np.zeros(len(boxes.middles), dtype=np.bool_)
 
     def distances(self, points: FloatArray, reach: float) -> FloatArray:
         """Distance of points ``(N, 3)`` to the nearest pillar, negative within one ``(N,)`` [m].

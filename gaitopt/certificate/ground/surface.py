@@ -15,6 +15,7 @@ from pinocchio import coal
 
 from gaitopt.certificate.ground.block_maxima import BlockMaxima
 from gaitopt.certificate.ground.solids import Solid
+from gaitopt.certificate.ground.unknown import Footprints, over_cells
 from gaitopt.conventions import BoolArray, FloatArray
 from gaitopt.terrain.height_map import HeightMap
 
@@ -93,6 +94,17 @@ class Surface:
         end = np.maximum(last[inside].astype(int), begin + 1)
         out[inside] = self._maxima.over(begin, end + 1)
         return out
+
+    def unknown_under(self, boxes: Footprints) -> BoolArray:
+        """Whether ground under boxes is unknown, or off the map ``(N,)``."""
+        most = np.array(self.z.shape) - 1
+        reach = np.abs(boxes.axes).sum(axis=1) + boxes.margins[:, None]
+        low = (boxes.middles - reach - self.origin) / self.resolution
+        high = (boxes.middles + reach - self.origin) / self.resolution
+        off = ((low < -ON_EDGE) | (high > most + ON_EDGE)).any(axis=1)
+        dark = np.isnan(self.z)
+        cells = dark[:-1, :-1] | dark[1:, :-1] | dark[:-1, 1:] | dark[1:, 1:]
+        return np.asarray(off | over_cells(boxes, cells, self.resolution, self.origin))
 
     def heights(self, places: FloatArray) -> FloatArray:
         """Height of the ground at places ``(N, 2)`` [m]; NaN off the map and where unknown."""

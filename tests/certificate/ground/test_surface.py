@@ -14,6 +14,7 @@ from gaitopt import HeightMap
 from gaitopt.certificate.ground.block_maxima import BlockMaxima
 from gaitopt.certificate.ground.solids import Solid
 from gaitopt.certificate.ground.surface import Surface
+from gaitopt.certificate.ground.unknown import Footprints
 
 Array = NDArray[np.float64]
 EVERYWHERE = np.array([-100.0, -100.0]), np.array([100.0, 100.0])
@@ -131,6 +132,47 @@ def test_a_part_of_a_map_is_the_same_ground() -> None:
     np.testing.assert_allclose(
         part.distances(points, 0.03), everything.distances(points, 0.03), atol=1e-12
     )
+
+
+@given(seed=st.integers(0, 10_000))
+@settings(max_examples=50)
+def test_unknown_ground_is_found_under_boxes_that_are_turned(seed: int) -> None:
+    """Against points within the box, and within the box grown by a cell's diagonal."""
+    rng = np.random.default_rng(seed)
+    z = np.zeros((30, 30))
+    z[rng.integers(5, 25, 6), rng.integers(5, 25, 6)] = np.nan
+    ground = surface(z)
+    turn = pin.rpy.rpyToMatrix(*rng.uniform(-3.0, 3.0, 3))
+    half, middle = rng.uniform(0.005, 0.08, 3), rng.uniform(0.2, 0.38, 2)
+    boxes = Footprints(middle[None], (turn * half).T[None, :, :2], np.array([0.0]))
+    shares = rng.uniform(-1.0, 1.0, (4000, 3))
+    inside = middle + (shares * half @ turn.T)[:, :2]
+    (found,) = ground.unknown_under(boxes)
+    if np.isnan(ground.heights(inside)).any():
+        assert found
+    if found:
+        grown = np.concatenate([
+            middle + (shares * half @ turn.T)[:, :2] + shift
+            for shift in rng.uniform(-0.03, 0.03, (40, 2))
+        ])  # fmt: skip
+        assert np.isnan(ground.heights(grown)).any()
+
+
+def test_ground_beside_a_turned_box_does_not_count() -> None:
+    """A corner of the rectangle around a plank that lies at 45 degrees is free."""
+    z = np.zeros((60, 60))
+    z[50, 10] = np.nan
+    ground = surface(z)
+    along = 0.4 * np.array([1.0, 1.0, 0.0]) / np.sqrt(2.0)
+    across = 0.03 * np.array([-1.0, 1.0, 0.0]) / np.sqrt(2.0)
+    axes = np.stack([along, across, [0.0, 0.0, 0.02]])[None, :, :2]
+    for margin, found in ((0.0, False), (0.5, True)):
+        boxes = Footprints(np.array([[0.6, 0.6]]), axes, np.array([margin]))
+        assert ground.unknown_under(boxes)[0] == found
+    low, high = np.array([[0.3, 0.3]]), np.array([[0.9, 0.9]])
+    assert ground.highest(low - 0.13, high + 0.13)[0] == np.inf
+    outside = Footprints(np.array([[0.1, 0.6]]), axes, np.zeros(1))
+    assert ground.unknown_under(outside)[0]
 
 
 def test_what_lies_wholly_below_the_ground_is_in_it() -> None:
