@@ -119,6 +119,7 @@ if TYPE_CHECKING:
     from gaitopt.terrain.ball_contact import BallContact as BallContact
     from gaitopt.terrain.columns import s_columns as s_columns
     from gaitopt.terrain.footholds import Footholds as Footholds
+    from gaitopt.terrain.ground_files.load import load_ground as load_ground
     from gaitopt.terrain.height_map import HeightMap as HeightMap
     from gaitopt.terrain.layers import Footing as Footing
     from gaitopt.terrain.layers import GroundLayers as GroundLayers
@@ -204,6 +205,7 @@ _HOMES = {
     "terrain.ball_contact": "BallContact",
     "terrain.columns": "s_columns",
     "terrain.footholds": "Footholds",
+    "terrain.ground_files.load": "load_ground",
     "terrain.height_map": "HeightMap",
     "terrain.layers": "Footing GroundLayers ground_layers",
     "terrain.maps.catalogue": "ground_names make_ground",
