@@ -18,6 +18,8 @@ angle of the friction cone of a coefficient of 0.6."""
 SAME = 1e-5
 """Difference of distances below which a ball touches two places at once [m]. Chosen: on flat ground
 it makes a ball of 20 mm touch within 0.6 mm, so that the normal is known to 0.03 rad."""
+SMALL = 1e-3
+"""Smallest radius of a ball that a normal is looked for with [m]. Chosen: far below a foot's."""
 REACH = 0.05
 """How far beyond a foot's radius the ground is looked for [m]. Chosen: far above all limits."""
 
@@ -76,12 +78,14 @@ def normals_of_footholds(plan: Plan, surface: Surface) -> Check:
     A ball in a hollow touches the ground at several places. Then every direction between their
     normals will do.
     """
-    radius = plan.robot.foot_radius
+    # A foot that is a point touches the ground as a small ball above it does.
+    more = max(SMALL - plan.robot.foot_radius, 0.0)
+    radius = plan.robot.foot_radius + more
     worst, where = 0.0, ""
     normals = plan.footholds.normal_array
     for k, leg in enumerate(LEGS):
         for n, point in enumerate(plan.footholds[leg]):
-            angle = _angle(surface, point, radius, normals[k, n])
+            angle = _angle(surface, point + more * normals[k, n], radius, normals[k, n])
             if not angle <= worst:
                 worst, where = angle, f"{leg}, foothold {n}"
     return judged("normals of footholds", worst, NORMAL, "rad", where=where)

@@ -26,6 +26,9 @@ chord."""
 MOST_ROUNDS = 16
 """Most times that a piece is cut in halves. Chosen: 1 m in 2^16 parts is less than
 :data:`SHORTEST`."""
+POINT = 0.01
+"""How far a foot that is a point is from the end of its swing where it counts as there [m]; one
+that is a ball, by its radius. Chosen: the radius of a small foot."""
 ROOM = 0.02
 """Distances are computed up to this one beyond a foot's radius [m]. Chosen: a larger one says no
 more than that a foot is well above the ground."""
@@ -66,7 +69,7 @@ class Flights:
             flight = slice(int(first), int(last))
             ends = np.stack([swing.foot_start, swing.foot_end])
             away = np.linalg.norm(motion.feet[:, flight, leg, None] - ends, axis=-1)
-            near[flight, leg] = (away <= max(radius, SINKING)).all(axis=0).any(axis=-1)
+            near[flight, leg] = (away <= max(radius, POINT)).all(axis=0).any(axis=-1)
         flying = np.nonzero(~motion.standing)
         limits = np.where(near[flying], -SINKING, 0.0)
         start, end = motion.feet[0][flying], motion.feet[1][flying]

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from gaitopt.certificate.check import Check, Verdict, judged
+from gaitopt.certificate.check import Check, Verdict, judged, unchecked
 from gaitopt.certificate.enclosure import Pieces, chain_to
 from gaitopt.certificate.ground.placements import Placements, placement_of
 from gaitopt.certificate.ground.solids import Solid, Solids
@@ -93,6 +93,9 @@ def legs_and_trunk_clear(plan: Plan, ground: Ground) -> Check:
     Every shape of :class:`Solids` counts. Ground that is unknown or off the map, under the box
     around a part, is a violation.
     """
+    if not plan.robot.foot_radius > 0.0:
+        words = "feet are points, so nobody knows where legs end; load the robot with foot_radius="
+        return unchecked(NAME, "m", words, CLEAR)
     solids = Solids.of(plan.robot)
     motion = _Limbs(plan, ground, *_cut(plan, solids))
     for solid in solids.parts:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 from collections.abc import Callable
 from typing import Any
 
@@ -14,6 +15,8 @@ from numpy.typing import NDArray
 import gaitopt
 from gaitopt import LEGS, Footholds, HeightMap, MotionPath, Plan, Quadruped
 from gaitopt.certificate.certificate import Certificate
+from gaitopt.certificate.ground.checks import ground_checks
+from gaitopt.certificate.trace import Motion, trace
 from gaitopt.certificate.verify import verify
 from gaitopt.plan.phase import Phase
 
@@ -48,6 +51,11 @@ def walk(wang: Quadruped) -> Plan:
     return gaitopt.plan_crawl(wang, footholds, timing="velocity")
 
 
+@pytest.fixture(scope="module")
+def motion(walk: Plan) -> Motion:
+    return trace(walk)
+
+
 def test_a_walk_on_a_flat_map_is_clear_of_it(walk: Plan) -> None:
     found = judged(walk)
     assert found.ok
@@ -67,8 +75,8 @@ def test_walks_of_other_robots_are_clear_of_flat_ground(name: str) -> None:
     ground = flat(-robot.foot_radius, -1.0, 1.0)
     plan = gaitopt.plan_crawl(robot, Footholds(columns.points, ground=ground), timing="velocity")
     for each in (plan, on(plan, None, radius=columns.radius)):
-        assert judged(each).ok
-        assert judged(each)[LIMBS].worst > 1e-3
+        found = judged(each)
+        assert found.ok and found[LIMBS].worst > 1e-3
 
 
 def test_on_a_slope_feet_touch_beside_their_lowest_point(wang: Quadruped) -> None:
@@ -144,9 +152,9 @@ def spike_into_the_trunk(plan: Plan) -> Plan:
     return on(plan, spike(trunk[:2], trunk[2] - 0.05 + 0.002))
 
 
-def spike(place: Array, top: float, cell: float = 0.01) -> HeightMap:
+def spike(place: Array, top: float, cell: float = 0.02) -> HeightMap:
     """A flat map with one point that is higher."""
-    around = 90
+    around = 50
     z = np.zeros((2 * around + 1, 2 * around + 1))
     z[around, around] = top
     return HeightMap(z, cell, place - cell * around)
@@ -169,9 +177,9 @@ def spike(place: Array, top: float, cell: float = 0.01) -> HeightMap:
     ],
 )
 def test_a_planted_fault_is_found(
-    walk: Plan, plant: Callable[[Plan], Plan], check: str, words: str
+    walk: Plan, motion: Motion, plant: Callable[[Plan], Plan], check: str, words: str
 ) -> None:
-    found = judged(plant(walk))[check]
+    (found,) = [c for c in ground_checks(plant(walk), motion) if c is not None and c.name == check]
     assert found.status == "violated"
     assert words in found.where
 
@@ -238,7 +246,7 @@ def test_a_shank_in_the_ground_between_samples(wang: Quadruped, into: float) -> 
     # 60 mm above the lower end of the cylinder.
     point = at.translation + axis * (0.06 - shank.halfLength)
     lowest = point[2] - shank.radius / np.hypot(axis[0], axis[1])
-    ground = spike(point[:2], lowest + into, cell=0.005)
+    ground = spike(point[:2], lowest + into, cell=0.01)
     found = judged(on(plan, ground))[LIMBS]
     assert found.status == ("violated" if into > 0.0 else "ok")
     assert "SHANK" in found.where
@@ -281,3 +289,23 @@ def test_a_shank_that_hits_a_column(wang: Quadruped) -> None:
     found = judged(dataclasses.replace(plan, footholds=columns.with_(points=points)))[LIMBS]
     assert found.status == "violated"
     assert "LF" in found.where
+
+
+def test_of_feet_without_a_radius_nobody_knows_where_legs_end(wang: Quadruped) -> None:
+    """A point on a ramp: its normal is the ramp's, and the shank reaches to it or beyond."""
+    ball = r'<collision>\s*<origin[^>]*>\s*<geometry><sphere radius="0.015"/>.*\s*</collision>'
+    robot = Quadruped.from_urdf(re.sub(ball, "", wang.urdf), "points")
+    assert robot.foot_radius == 0.0
+    slope = 0.2
+    x = flat().x
+    ground = HeightMap(np.broadcast_to(slope * x[:, None], (len(x), len(x))), CELL, (-0.6, -0.6))
+    points = {leg: np.column_stack([p[:, :2], slope * p[:, 0]])
+              for leg, p in gaitopt.s_columns(3, columns=2).points.items()}  # fmt: skip
+    normal = np.array([-slope, 0.0, 1.0]) / np.hypot(slope, 1.0)
+    normals = {leg: np.tile(normal, (2, 1)) for leg in LEGS}
+    found = judged(gaitopt.plan_crawl(
+        robot, Footholds(points, ground=ground, normals=normals), timing="velocity"
+    ))  # fmt: skip
+    assert found.ok
+    assert found[NORMALS].worst < 1e-6 and found[FEET].worst < 1e-4
+    assert found[LIMBS].status == "unchecked" and "foot_radius=" in found[LIMBS].note
