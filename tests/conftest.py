@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import cache
 from typing import Any
 
 import pytest
@@ -60,3 +61,23 @@ def a1_walk() -> Plan:
     """Four steps of a1, as fast as forces allow."""
     robot = gaitopt.load_robot("a1")
     return gaitopt.plan_crawl(robot, gaitopt.s_columns(0, columns=2, robot=robot))
+
+
+@pytest.fixture(scope="session")
+def flying() -> Callable[[str], Plan]:
+    """Short gaits whose body flies or pitches, by name: ``"trot"``, ``"pronk"``, ``"bound"``."""
+
+    @cache
+    def planned(name: str) -> Plan:
+        robot, gait, asked = {
+            "trot": (
+                "go2",
+                gaitopt.trot(0.5, 0.4),
+                {"velocity": 0.5, "ramp": 0.4, "duration": 0.5},
+            ),
+            "pronk": ("a1", gaitopt.pronk(0.5), {"velocity": 0.2, "ramp": 0.5, "duration": 0.2}),
+            "bound": ("a1", gaitopt.bound(0.3), {"velocity": 0.2, "ramp": 0.3, "duration": 0.2}),
+        }[name]
+        return gaitopt.plan_gait(gaitopt.load_robot(robot), gait, **asked)
+
+    return planned
