@@ -12,7 +12,6 @@ import numpy as np
 from gaitopt.conventions import LEGS, OTHER_LEGS, BoolArray, FloatArray
 from gaitopt.optimize.route.centre_of_mass import MassDistribution
 from gaitopt.planners.over_terrain.limbs import Limbs
-from gaitopt.planners.over_terrain.link_spheres import LinkSpheres
 from gaitopt.planners.over_terrain.pairs import Cause, Judged, Pairs
 from gaitopt.planners.over_terrain.settings import TerrainSettings
 from gaitopt.planners.over_terrain.surfaces import Surfaces
@@ -51,6 +50,7 @@ class Judge:
         limbs: the robot's links over the ground.
         com: the centre of mass from the body centre of the standing robot, body frame ``(3,)`` [m].
         hips: usual places of the feet from the body centre, body frame ``(4, 2)`` [m].
+        foot_size: number of the feet's table of :class:`Surfaces` ``(1,)``.
     """
 
     robot: Quadruped
@@ -59,6 +59,7 @@ class Judge:
     limbs: Limbs
     com: FloatArray
     hips: FloatArray
+    foot_size: np.ndarray
 
     @classmethod
     def of(cls, robot: Quadruped, settings: TerrainSettings, surfaces: Surfaces) -> Judge:
@@ -67,8 +68,9 @@ class Judge:
         hips = np.array([leg.hip[:2] + leg.axes[:2, 1] * leg.lateral for leg in legs])
         standing = robot.standing_joints()[robot.leg_joint_columns].reshape(1, 4, 3)
         com = MassDistribution.of(robot).com_in_body(standing)[0]
-        limbs = Limbs(robot, surfaces, settings.limb_clearance, LinkSpheres.of(robot))
-        return cls(robot, settings, surfaces, limbs, com, hips - robot.centre[:2])
+        limbs = Limbs.of(robot, surfaces, settings.limb_clearance)
+        foot = surfaces.sizes([robot.foot_radius])
+        return cls(robot, settings, surfaces, limbs, com, hips - robot.centre[:2], foot)
 
     def judge(self, pairs: Pairs) -> Judged:
         """Which pairs are possible, and how.
@@ -249,7 +251,7 @@ class Judge:
         longest = float(np.linalg.norm((end - start)[:, :2], axis=1).max(initial=0.0))
         share = np.linspace(0.0, 1.0, int(np.ceil(longest / cell)) + 2)[:, None]
         line = start[:, None, :2] + share * (end - start)[:, None, :2]
-        below = self.surfaces.clear_height(line, self.robot.foot_radius).max(axis=1)
+        below = self.surfaces.clear_heights(line, self.foot_size).max(axis=1)
         higher = np.maximum(start[:, 2], end[:, 2])
         top = np.maximum(below + self.settings.clearance, higher + self.settings.swing_height)
         shares = np.array(SWING_SHARES)[:, None]

@@ -7,14 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from gaitopt.conventions import LEGS, BoolArray, FloatArray
-from gaitopt.planners.over_terrain.link_spheres import LinkSpheres
+from gaitopt.planners.over_terrain.link_spheres import LinkSpheres, Placements, link_spheres
 from gaitopt.planners.over_terrain.pairs import Pairs
 from gaitopt.planners.over_terrain.surfaces import Surfaces
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.rotations import rpy_to_matrix
-
-NEAR_FOOT = 2.0
-"""Balls of the shank as near as this to the foot, in radii of the foot, count as the foot."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,12 +23,23 @@ class Limbs:
         surfaces: the ground.
         clearance: that limbs and trunk keep from the ground [m].
         spheres: the robot's links.
+        trunk_sizes, leg_sizes: the numbers of the tables of :class:`Surfaces` for the balls.
     """
 
     robot: Quadruped
     surfaces: Surfaces
     clearance: float
     spheres: LinkSpheres
+    trunk_sizes: np.ndarray
+    leg_sizes: tuple[np.ndarray, ...]
+
+    @classmethod
+    def of(cls, robot: Quadruped, surfaces: Surfaces, clearance: float) -> Limbs:
+        """The links of a robot over a map."""
+        spheres = link_spheres(robot)
+        radii = [np.concatenate([balls.radii for balls in leg]) for leg in spheres.legs]
+        sizes = tuple(surfaces.sizes(each) for each in radii)
+        return cls(robot, surfaces, clearance, spheres, surfaces.sizes(spheres.trunk.radii), sizes)
 
     def local(self, feet: FloatArray, poses: FloatArray) -> FloatArray:
         """Places in the world ``(K, n, 3)`` in the body frame, for body poses ``(K, 6)``."""
@@ -40,20 +48,17 @@ class Limbs:
 
     def trunk_clear(self, pairs: Pairs, poses: FloatArray) -> BoolArray:
         """Whether the trunk is clear of the ground, at its place and halfway to it ``(K,)``."""
-        balls, kept = self.spheres.trunk, np.ones(len(poses), dtype=np.bool_)
-        if not len(balls.radii):
-            return kept
-        for pose in (poses, (poses + pairs.body) / 2.0):
-            kept &= self._gaps(balls.centres[None], balls.radii, pose).min(axis=1) >= 0.0
-        return kept
+        halfway = (poses + pairs.body) / 2.0
+        return self._trunk(self._body(poses)) & self._trunk(self._body(halfway))
 
     def limbs_clear(self, pairs: Pairs, poses: FloatArray, paths: FloatArray) -> BoolArray:
         """Whether all legs are clear of the ground, as they stand and along the swing ``(K,)``."""
-        kept = np.ones(len(poses), dtype=np.bool_)
-        halfway = (poses + pairs.body) / 2.0
+        count = len(poses)
+        kept = np.ones(count, dtype=np.bool_)
+        both = np.concatenate([poses, (poses + pairs.body) / 2.0])
         for leg in range(4):
-            for pose in (poses, halfway):
-                kept &= self.leg_clear(leg, pairs.feet[:, leg][:, None], pose)
+            feet = np.tile(pairs.feet[:, leg], (2, 1))[:, None]
+            kept &= self.leg_clear(leg, feet, both).reshape(2, count).all(axis=0)
         flying = np.concatenate([paths, pairs.target[:, None]], axis=1)
         return kept & self.leg_clear(pairs.leg, flying, poses)
 
@@ -61,7 +66,9 @@ class Limbs:
         """Whether a leg is clear of the ground with its foot at all of ``feet (K, n, 3)``."""
         count, places = feet.shape[:2]
         angles = self.robot.legs[LEGS[leg]].inverse(self.local(feet, poses).reshape(-1, 3))
-        kept = self._links_clear(leg, angles, np.repeat(poses, places, axis=0))
+        body = self._body(poses)
+        repeated = Placements(*(np.repeat(part, places, axis=0) for part in body))
+        kept = self._leg(leg, angles, repeated)
         return np.asarray(kept.reshape(count, places).all(axis=1), dtype=np.bool_)
 
     def clear(self, poses: FloatArray, joints: FloatArray) -> BoolArray:
@@ -71,34 +78,32 @@ class Limbs:
             poses: x, y, z, roll, pitch, yaw of the body centre ``(K, 6)``.
             joints: angles of the legs ``(K, 4, 3)`` [rad].
         """
-        balls = self.spheres.trunk
-        kept = np.ones(len(poses), dtype=np.bool_)
-        if len(balls.radii):
-            kept &= self._gaps(balls.centres[None], balls.radii, poses).min(axis=1) >= 0.0
+        body = self._body(poses)
+        kept = self._trunk(body)
         for leg in range(4):
-            kept &= self._links_clear(leg, joints[:, leg], poses)
+            kept &= self._leg(leg, joints[:, leg], body)
         return kept
 
-    def _links_clear(self, leg: int, angles: FloatArray, poses: FloatArray) -> BoolArray:
-        """Whether the links of a leg with joint angles ``(N, 3)`` are clear of the ground."""
-        kept = np.ones(len(poses), dtype=np.bool_)
-        near = NEAR_FOOT * self.robot.foot_radius
-        links = self.spheres.in_body(leg, angles)
-        for link, (centres, balls) in enumerate(zip(links, self.spheres.legs[leg], strict=True)):
-            if not len(balls.radii):
-                continue
-            gaps = self._gaps(centres, balls.radii, poses)
-            if link == 2:
-                foot = self.robot.legs[LEGS[leg]].forward(angles)
-                away = np.linalg.norm(centres - foot[:, None], axis=2)
-                gaps = np.where(away < near + balls.radii, np.inf, gaps)
-            kept &= gaps.min(axis=1) >= 0.0
-        return kept
-
-    def _gaps(self, centres: FloatArray, radii: FloatArray, poses: FloatArray) -> FloatArray:
-        """How far balls at ``centres (K or 1, n, 3)``, body frame, are clear ``(K, n)`` [m]."""
+    def _body(self, poses: FloatArray) -> Placements:
+        """Where the body frame is."""
         turn = rpy_to_matrix(poses[:, 3:])
-        world = (centres - self.robot.centre) @ np.swapaxes(turn, -1, -2) + poses[:, None, :3]
-        radius = float(radii.max())
-        clear = self.surfaces.clear_height(world[..., :2], radius)
-        return np.asarray(world[..., 2] - clear - self.clearance)
+        return Placements(turn, poses[:, :3] - turn @ self.robot.centre)
+
+    def _trunk(self, body: Placements) -> BoolArray:
+        return self._are_clear(body.moved(self.spheres.trunk.centres), self.trunk_sizes)
+
+    def _leg(self, leg: int, angles: FloatArray, body: Placements) -> BoolArray:
+        """Whether the links of a leg with joint angles ``(N, 3)`` are clear of the ground."""
+        links = self.spheres.placements(leg, angles, body)
+        centres = [
+            place.moved(balls.centres)
+            for place, balls in zip(links, self.spheres.legs[leg], strict=True)
+        ]
+        return self._are_clear(np.concatenate(centres, axis=1), self.leg_sizes[leg])
+
+    def _are_clear(self, centres: FloatArray, sizes: np.ndarray) -> BoolArray:
+        """Whether all balls at ``centres (N, n, 3)`` [m] are clear of the ground ``(N,)``."""
+        if not len(sizes):
+            return np.ones(len(centres), dtype=np.bool_)
+        gaps = centres[..., 2] - self.surfaces.clear_heights(centres[..., :2], sizes)
+        return np.asarray(gaps.min(axis=1) >= self.clearance, dtype=np.bool_)

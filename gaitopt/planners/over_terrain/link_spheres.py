@@ -7,12 +7,13 @@ is covered by a few balls. They reach a little beyond the shapes, which is on th
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
-from gaitopt.conventions import LEGS, FloatArray
+from gaitopt.conventions import LEGS, BoolArray, FloatArray
 from gaitopt.robots.collision_shapes import robot_shapes
 from gaitopt.robots.quadruped import Quadruped
 
@@ -23,6 +24,17 @@ MOST_CELLS = 12
 """Most cells along each side of a shape."""
 ROUND = 24
 """Corners that stand for a circle."""
+SAMPLES = 2.0
+"""Points on the surface of a shape for each length of a cell."""
+LARGEST_CELL = 0.2
+"""Largest side of a cell as a share of the legs' reach: balls of thick trunks reach little beyond
+them then."""
+NEAR_FOOT = 2.0
+"""Balls of the shank as near as this to the foot, in radii of the foot, count as the foot."""
+STEEP = 1.5
+"""Tangent of the slope, from one ball of the trunk to another, from which on the upper one cannot
+touch the ground before the lower one does. Chosen: trunks tilt by less than the 34 degrees that are
+left to the vertical."""
 
 
 class LinkBalls(NamedTuple):
@@ -36,6 +48,26 @@ class LinkBalls(NamedTuple):
     centres: FloatArray
     radii: FloatArray
 
+    def chosen(self, which: BoolArray) -> LinkBalls:
+        """Some of the balls."""
+        return LinkBalls(self.centres[which], self.radii[which])
+
+
+class Placements(NamedTuple):
+    """Rotations and places of links.
+
+    Attributes:
+        turns: ``(N, 3, 3)``.
+        shifts: ``(N, 3)`` [m].
+    """
+
+    turns: FloatArray
+    shifts: FloatArray
+
+    def moved(self, points: FloatArray) -> FloatArray:
+        """Points that move with the link ``(N, n, 3)``, given at no rotation ``(n, 3)`` [m]."""
+        return np.asarray(points @ np.swapaxes(self.turns, -1, -2) + self.shifts[:, None])
+
 
 @dataclass(frozen=True, eq=False)
 class LinkSpheres:
@@ -43,7 +75,8 @@ class LinkSpheres:
 
     Attributes:
         trunk: balls that move with the body.
-        legs: for each leg the balls of its links, from the body to the foot.
+        legs: for each leg the balls of its links, from the body to the foot; those at the foot are
+            left out, since it stands on the ground.
         points: a point on each hinge's axis at the zero configuration ``(4, 3, 3)`` [m].
         axes: the hinges' unit axes ``(4, 3, 3)``. Points and axes are in the body frame.
     """
@@ -53,59 +86,86 @@ class LinkSpheres:
     points: FloatArray
     axes: FloatArray
 
-    @classmethod
-    def of(cls, robot: Quadruped) -> LinkSpheres:
-        """Those of a robot whose legs have three joints."""
-        import pinocchio as pin
-
-        model, data = robot.model, robot.model.createData()
-        q = pin.neutral(model)
-        q[7:] = robot.neutral_joints()
-        for columns in robot.leg_columns.values():
-            q[7:][list(columns)] = 0.0
-        pin.computeJointJacobians(model, data, q)
-        to_body = robot.body_axes.T
-        joints = [[int(model.getJointId(j)) for j in robot.legs[leg].joints] for leg in LEGS]
-        axes = np.array([
-            [to_body @ data.J[3:, model.joints[j].idx_v] for j in row] for row in joints
-        ])  # fmt: skip
-        points = np.array([[to_body @ data.oMi[j].translation for j in row] for row in joints])
-        found: dict[int, list[LinkBalls]] = {}
-        for joint, corners in _solids(robot):
-            placed = (data.oMi[joint].rotation @ corners.T).T + data.oMi[joint].translation
-            found.setdefault(joint, []).append(covering_balls(placed @ to_body.T))
-        owned = {j for row in joints for j in row}
-        return cls(
-            trunk=_joined([b for j, each in found.items() if j not in owned for b in each]),
-            legs=tuple(tuple(_joined(found.get(j, [])) for j in row) for row in joints),
-            points=points, axes=axes,
-        )  # fmt: skip
-
-    def in_body(self, leg: int, joints: FloatArray) -> tuple[FloatArray, ...]:
-        """Centres of the balls of each link of a leg in the body frame ``(N, n, 3)`` [m].
+    def placements(self, leg: int, joints: FloatArray, body: Placements) -> list[Placements]:
+        """Where the links of a leg are.
 
         Args:
             leg: index of the leg.
             joints: its joint angles ``(N, 3)`` [rad].
+            body: where the body is.
         """
-        turn = np.broadcast_to(np.eye(3), (len(joints), 3, 3))
-        shift = np.zeros((len(joints), 3))
+        turn, shift = body
         out = []
-        for link, (balls, point, axis) in enumerate(
-            zip(self.legs[leg], self.points[leg], self.axes[leg], strict=True)
-        ):
+        for link, (point, axis) in enumerate(zip(self.points[leg], self.axes[leg], strict=True)):
             own = _about(axis, joints[:, link])
             shift = shift + (turn @ (point - own @ point)[..., None])[..., 0]
             turn = turn @ own
-            out.append(balls.centres @ np.swapaxes(turn, -1, -2) + shift[:, None])
-        return tuple(out)
+            out.append(Placements(turn, shift))
+        return out
 
 
-def covering_balls(corners: FloatArray) -> LinkBalls:
+@lru_cache(maxsize=16)
+def link_spheres(robot: Quadruped) -> LinkSpheres:
+    """The balls of a robot whose legs have three joints."""
+    import pinocchio as pin
+
+    model, data = robot.model, robot.model.createData()
+    q = pin.neutral(model)
+    q[7:] = robot.neutral_joints()
+    for columns in robot.leg_columns.values():
+        q[7:][list(columns)] = 0.0
+    pin.computeJointJacobians(model, data, q)
+    to_body = robot.body_axes.T
+    joints = [[int(model.getJointId(j)) for j in robot.legs[leg].joints] for leg in LEGS]
+    axes = np.array([
+        [to_body @ data.J[3:, model.joints[j].idx_v] for j in row] for row in joints
+    ])  # fmt: skip
+    points = np.array([[to_body @ data.oMi[j].translation for j in row] for row in joints])
+    found: dict[int, list[LinkBalls]] = {}
+    largest = LARGEST_CELL * robot.legs[LEGS[0]].reach
+    for joint, corners in _solids(robot):
+        placed = (data.oMi[joint].rotation @ corners.T).T + data.oMi[joint].translation
+        found.setdefault(joint, []).append(covering_balls(placed @ to_body.T, largest))
+    owned = {j for row in joints for j in row}
+    trunk = _joined([b for j, each in found.items() if j not in owned for b in each])
+    legs = tuple(tuple(_joined(found.get(j, [])) for j in row) for row in joints)
+    return LinkSpheres(
+        trunk=_lower(trunk),
+        legs=tuple(_without_foot(robot, leg, own) for leg, own in zip(LEGS, legs, strict=True)),
+        points=points, axes=axes,
+    )  # fmt: skip
+
+
+def _without_foot(
+    robot: Quadruped, leg: str, links: tuple[LinkBalls, ...]
+) -> tuple[LinkBalls, ...]:
+    """A leg's balls without those at its foot."""
+    balls = links[-1]
+    foot = robot.legs[leg].forward(np.zeros(3))
+    away = np.linalg.norm(balls.centres - foot, axis=1)
+    return (*links[:-1], balls.chosen(away >= NEAR_FOOT * robot.foot_radius + balls.radii))
+
+
+def _lower(balls: LinkBalls) -> LinkBalls:
+    """The trunk's balls below which there are no others, for a trunk that tilts a little."""
+    if not len(balls.radii):
+        return balls
+    away = balls.centres[:, None] - balls.centres[None]
+    below = away[..., 2] > STEEP * np.linalg.norm(away[..., :2], axis=2)
+    covered = below & (balls.radii[:, None] <= balls.radii[None] + 1e-9)
+    np.fill_diagonal(covered, False)
+    return balls.chosen(~covered.any(axis=1))
+
+
+def covering_balls(corners: FloatArray, largest: float) -> LinkBalls:
     """Balls that cover the surface of the convex hull of points ``(n, 3)`` [m].
 
     The hull's box along its principal axes is divided into cells about half as large as it is
     thick, and the part of the surface in each cell gets a ball about it.
+
+    Args:
+        corners: the points.
+        largest: side of a cell at most [m].
     """
     middle = corners.mean(axis=0)
     _, _, frame = np.linalg.svd(corners - middle, full_matrices=False)
@@ -113,14 +173,16 @@ def covering_balls(corners: FloatArray) -> LinkBalls:
     low, high = local.min(axis=0), local.max(axis=0)
     size = np.maximum(high - low, 1e-6)
     cell = STRETCH * max(float(size.min()), float(size.max()) / MOST_CELLS)
+    cell = min(cell, max(largest, float(size.max()) / MOST_CELLS))
     counts = np.clip(np.ceil(size / cell), 1, MOST_CELLS).astype(int)
-    counts[int(size.argmin())] = 1
-    points, spacing = _surface(local, cell / 4.0)
+    if size.min() <= largest:
+        counts[int(size.argmin())] = 1
+    points, spacing = _surface(local, cell / SAMPLES)
     number = np.minimum(((points - low) / size * counts).astype(int), counts - 1)
-    _, owner = np.unique(number, axis=0, return_inverse=True)
+    owner = (number[:, 0] * counts[1] + number[:, 1]) * counts[2] + number[:, 2]
     centres, radii = [], []
-    for k in range(int(owner.max()) + 1):
-        own = points[owner.ravel() == k]
+    for k in np.unique(owner):
+        own = points[owner == k]
         centre = (own.min(axis=0) + own.max(axis=0)) / 2.0
         centres.append(centre)
         radii.append(float(np.linalg.norm(own - centre, axis=1).max()) + spacing)

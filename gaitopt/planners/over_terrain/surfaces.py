@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.ndimage import grey_dilation
 
 from gaitopt.conventions import BoolArray, FloatArray, frozen
@@ -21,16 +22,27 @@ STEEPEST = 0.8
 
 @dataclass(frozen=True, eq=False)
 class Surfaces:
-    """Heights at which balls clear the ground, in tables.
+    """Heights at which balls clear the ground, in tables for balls of several sizes.
 
     Attributes:
         ground: the height map.
     """
 
     ground: HeightMap
-    _tables: dict[int, FloatArray] = field(default_factory=dict, init=False, repr=False)
+    _numbers: dict[int, int] = field(default_factory=dict, init=False, repr=False)
+    _tables: list[FloatArray] = field(default_factory=list, init=False, repr=False)
 
-    def clear_height(self, places: FloatArray, radius: float) -> FloatArray:
+    def sizes(self, radii: ArrayLike) -> np.ndarray:
+        """Numbers of the tables for balls of ``radii (n,)`` [m]."""
+        steps = np.maximum(np.ceil(np.asarray(radii) / RADIUS_STEP - 1e-9), 1).astype(int)
+        for step in np.unique(steps).tolist():
+            if step not in self._numbers:
+                self._numbers[step] = len(self._numbers)
+                made = self._dilated(step * RADIUS_STEP)
+                self._tables[:] = [np.stack([*(self._tables[0] if self._tables else ()), made])]
+        return np.array([self._numbers[step] for step in steps.tolist()], dtype=np.intp)
+
+    def clear_heights(self, places: FloatArray, sizes: np.ndarray) -> FloatArray:
         """Height at which the centre of a ball clears the ground ``(...)`` [m].
 
         It may be too high beside steps, by what the ground rises within a cell or so; on level
@@ -38,19 +50,17 @@ class Surfaces:
 
         Args:
             places: of the centres ``(..., 2)`` [m].
-            radius: of the ball [m].
+            sizes: numbers of the balls' tables, from :meth:`sizes`.
         """
-        table = self._table(int(np.ceil(radius / RADIUS_STEP - 1e-9)))
-        at = (places - self.ground.origin) / self.ground.resolution
+        table = self._tables[0]
         # The table has a border of one point, which is off the map.
-        i = np.clip(np.rint(at[..., 0]) + 1, 0, table.shape[0] - 1).astype(np.intp)
-        j = np.clip(np.rint(at[..., 1]) + 1, 0, table.shape[1] - 1).astype(np.intp)
-        return np.asarray(table[i, j])
-
-    def _table(self, size: int) -> FloatArray:
-        if size not in self._tables:
-            self._tables[size] = self._dilated(max(size, 1) * RADIUS_STEP)
-        return self._tables[size]
+        scale = 1.0 / self.ground.resolution
+        x, y = self.ground.origin
+        i = (places[..., 0] * scale + (1.5 - x * scale)).astype(np.intp)
+        j = (places[..., 1] * scale + (1.5 - y * scale)).astype(np.intp)
+        np.clip(i, 0, table.shape[1] - 1, out=i)
+        np.clip(j, 0, table.shape[2] - 1, out=j)
+        return np.asarray(table.reshape(-1)[(sizes * table.shape[1] + i) * table.shape[2] + j])
 
     def _dilated(self, radius: float) -> FloatArray:
         """Heights of balls at all points of the grid, with a border that is off the map."""
