@@ -112,6 +112,7 @@ SOURCES: Final[Mapping[str, str]] = MappingProxyType({
     "Quadruped": "gaitopt.load_robot(name or file) loads one",
     "Plan": "planners return one, and gaitopt.load_plan(file) reads one",
     "Footholds": "gaitopt.Footholds.from_csv(file) or gaitopt.s_columns() makes them",
+    "HeightMap": "gaitopt.load_ground(file) reads one, and gaitopt.make_ground(name) makes one",
     "GaitSchedule": "gaitopt.trot(0.5) makes one, for instance",
 })  # fmt: skip
 """Where objects of a class come from, in words: the way out of the error of :func:`check_kind`."""

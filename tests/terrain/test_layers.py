@@ -143,7 +143,7 @@ def test_layers_are_not_written_into_and_limits_are_checked() -> None:
     for name in ("friction", "patch", "foot_radius", "pit_width"):
         with pytest.raises(InputError, match=name):
             of(np.zeros((9, 9)), **{name: -1.0})
-    with pytest.raises(InputError, match="HeightMap"):
+    with pytest.raises(InputError, match=r"HeightMap, got a ndarray; gaitopt.load_ground\(file\)"):
         ground_layers(np.zeros((9, 9)))  # type: ignore[arg-type]
     with pytest.raises(InputError, match="place"):
         layers.footing([0.0])
