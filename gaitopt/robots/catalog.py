@@ -19,7 +19,9 @@ from gaitopt.robots.files.notes import Notes
 from gaitopt.robots.files.options import ReadOptions, folder_paths
 from gaitopt.robots.files.packages import packaged_robot
 from gaitopt.robots.files.reading import name_of, read_file, read_text
+from gaitopt.robots.files.sizes import UNREAL
 from gaitopt.robots.quadruped import Quadruped
+from gaitopt.robots.strength import strength_warnings
 from gaitopt.robots.urdf_text import with_velocity_limit
 
 OWN_ROBOTS: Final[tuple[str, ...]] = ("wang2020", "frog1")
@@ -117,6 +119,8 @@ def load_robot(
     )  # fmt: skip
     name, urdf, notes = _read(source, options)
     robot = Quadruped.from_urdf(urdf, name or None, knees)
+    if not any(UNREAL in warning for warning in notes.warnings):
+        notes = replace(notes, warnings=(*notes.warnings, *strength_warnings(robot)))
     for warning in notes.warnings:
         warnings.warn(f"{robot.name}: {warning}", RobotWarning, stacklevel=2)
     return replace(robot, notes=notes)

@@ -19,11 +19,16 @@ from gaitopt.errors import RobotError
 from gaitopt.robots.files.hulls import convex_hull
 from gaitopt.robots.quadruped import Quadruped
 
+HULL = "(hull "
+"""In the names of hulls."""
 THICKNESS = 0.02
 """Radius of the lines that replace meshes, where the foot is no ball [m]. Chosen: about that of the
 feet and shanks of the robots at hand."""
 TOUCHING = 1e-4
 """Distance below which two shapes count as touching [m]: that of the certificate."""
+ROUGH = 2e-3
+"""Distance below which a convex hull counts as touching when the robot stands [m]: that of the
+certificate."""
 EVERY = 4
 """One of so many knots is looked at to find the pairs that come close."""
 CLOSE = 0.08
@@ -166,8 +171,10 @@ class CollisionPairs:
 
         gaps = self.distances(joints[None, self.columns])[0]
         numbers = [(pair.first, pair.second) for pair in self.geometry.collisionPairs]
-        for k in np.flatnonzero(gaps < TOUCHING):
-            self.geometry.removeCollisionPair(pin.CollisionPair(*numbers[k]))
+        hull = [HULL in str(shape.name) for shape in self.geometry.geometryObjects]
+        for gap, (first, second) in zip(gaps, numbers, strict=True):
+            if gap < (ROUGH if hull[first] or hull[second] else TOUCHING):
+                self.geometry.removeCollisionPair(pin.CollisionPair(first, second))
 
     def distances(self, joints: FloatArray, pairs: list[int] | None = None) -> FloatArray:
         """Distances of pairs ``(N, k)`` [m].
@@ -202,7 +209,7 @@ def _add_hulls(geometry: Any, robot: Quadruped) -> None:
         frame = model.frames[index]
         geometry.addGeometryObject(
             pin.GeometryObject(
-                f"{link} (hull {number})", int(frame.parentJoint), frame.placement,
+                f"{link} {HULL}{number})", int(frame.parentJoint), frame.placement,
                 convex_hull(numbers),
             )
         )  # fmt: skip

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import shutil
 import sys
+import warnings
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from gaitopt.certificate.known_robot import refuse_other_robot
+from gaitopt.conventions import GRAVITY
 from gaitopt.errors import InputError, MissingPackageError, RobotError
 from gaitopt.robots.catalog import EXAMPLE_ROBOTS, OWN_ROBOTS, load_robot, own_urdf, robot_names
 from gaitopt.robots.files import reading
@@ -181,3 +184,20 @@ def test_urdf_missing_from_the_installation_says_so() -> None:
     assert str(caught.value) == (
         "wang2222.urdf is missing from this installation of gaitopt; reinstall it"
     )
+
+
+def test_torque_limits_too_small_to_stand_are_warned_about() -> None:
+    """The knee of wang2020 stands with 25 kg * 9.81 m/s^2 / 4 at a lever that geometry gives."""
+    robot = load_robot("wang2020")
+    leg, height = robot.legs["LF"], robot.standing_height
+    # By the law of cosines: the knee's distance from the vertical through hip and foot.
+    cosine = (leg.upper**2 + height**2 - leg.lower**2) / (2.0 * leg.upper * height)
+    lever = leg.upper * np.sqrt(1.0 - cosine**2)
+    needed = 25.0 * GRAVITY / 4.0 * lever
+    for share, told in ((0.99, True), (1.01, False)):
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            made = load_robot("wang2020", effort_limits={"LF_KFE": share * needed})
+        text = f"LF_KFE {needed:.3g} of {share * needed:.3g}; if they are placeholders"
+        assert [text in str(w.message) for w in caught] == [True] * told
+        assert len(made.notes.warnings) == told

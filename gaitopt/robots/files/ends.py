@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,7 @@ from gaitopt.robots.discovery import FOOT_WORDS
 from gaitopt.robots.files.limbs import Limb
 from gaitopt.robots.files.meshes import MeshFinder
 from gaitopt.robots.files.origins import placement_of
-from gaitopt.robots.files.shapes import Ball, Solid, end_ball, farthest, solids_of
+from gaitopt.robots.files.shapes import Ball, Solid, end_ball, farthest, rolling_ball, solids_of
 from gaitopt.robots.files.tree import UrdfTree
 
 BESIDE = 1e-3
@@ -22,6 +22,9 @@ BESIDE = 1e-3
 Chosen: a tenth of the radius of small feet."""
 LARGEST_FOOT = 0.3
 """Largest radius of a foot that is no wheel, as a share of the lower leg. Chosen."""
+MARKER = 0.02
+"""Radius below which a ball only marks a place, as a share of the lower leg. Chosen: balls that are
+feet have 0.06 of it or more."""
 BEYOND = 1.3
 """A leg whose shape is so many times longer than its farthest link has no foot link. Chosen."""
 
@@ -112,7 +115,7 @@ def find_foot(tree: UrdfTree, leg: str, limb: Limb, finder: MeshFinder) -> FootP
     longer = float(np.linalg.norm(tip)) > BEYOND * distance
     if distance < BESIDE or (longer and not _footlike(link)):
         return _end_of_shape(tree, leg, limb, shapes, tip)
-    return _foot_of_link(link, body, solids, shapes)
+    return _foot_of_link(link, body, solids, shapes, limb.joints[-1].axis)
 
 
 def place_asked(tree: UrdfTree, leg: str, limb: Limb, link: str, finder: MeshFinder) -> FootPlace:
@@ -124,7 +127,7 @@ def place_asked(tree: UrdfTree, leg: str, limb: Limb, link: str, finder: MeshFin
             f"are {', '.join(body)}"
         )
     solids, shapes = _solids(tree, {link: body[link]}, finder)
-    return _foot_of_link(link, body, solids, shapes)
+    return _foot_of_link(link, body, solids, shapes, limb.joints[-1].axis)
 
 
 def _solids(
@@ -158,13 +161,18 @@ def _foot_of_link(
     body: dict[str, FloatArray],
     solids: dict[str, dict[str, list[Solid]]],
     shapes: list[Solid],
+    axis: FloatArray,
 ) -> FootPlace:
-    """The foot at a link: where a ball is near it, that ball."""
+    """The foot at a link: where a ball is near it, that ball.
+
+    ``axis`` is the knee's ``(3,)``.
+    """
     place = body[link][:3, 3]
     distance = float(np.linalg.norm(place))
     along = place / distance if distance > BESIDE else np.array([0.0, 0.0, -1.0])
+    least = MARKER * distance
     balls = [end_ball(solid, along) for solid in shapes if solid.kind == "sphere"]
-    ball = _end_near(balls, place, along)
+    ball = _end_near([ball for ball in balls if ball.radius > least], place, along)
     if ball is not None:
         return _placed(link, body, ball, f"a ball near {link}")
     for tag, of_links in solids.items():
@@ -173,13 +181,18 @@ def _foot_of_link(
                 float((ball.centre - place) @ along) + ball.radius
                 for ball in (end_ball(solid, along) for solid in of_links[link])
             )
-            if 0.0 < beyond < LARGEST_FOOT * max(distance, 0.1):
+            if least < beyond < LARGEST_FOOT * max(distance, 0.1):
                 how = f"how far the {tag} shape of {link} goes beyond it"
                 return FootPlace(link, np.zeros(3), beyond, how)
     ends = [end_ball(solid, along) for solid in shapes if solid.kind in ("capsule", "cylinder")]
     ball = _end_near(ends, place, along)
     if ball is not None:
         return _placed(link, body, ball, f"the end of a shape near {link}")
+    ball = rolling_ball(shapes, along, axis, LARGEST_FOOT * distance) if shapes else None
+    if ball is not None and ball.radius > least and _end_near([ball], place, along):
+        how = f"how the shapes near {link} roll over the ground"
+        foot, beside = _placed(link, body, ball, how), float(np.linalg.norm(ball.centre - place))
+        return foot if foot.at.any() else replace(foot, radius=ball.radius + beside)
     return FootPlace(link, np.zeros(3), 0.0, f"no shape at {link} tells a radius")
 
 
@@ -216,7 +229,11 @@ def _end_of_shape(
             f"or give feet={{'{leg}': ('{limb.end}', (x, y, z))}}"
         )
     along = tip / length
-    ball = _outermost([end_ball(solid, along) for solid in shapes], along)
+    ball = None
+    if any(len(solid.corners) for solid in shapes):
+        ball = rolling_ball(shapes, along, limb.joints[-1].axis, LARGEST_FOOT * length)
+    if ball is None:
+        ball = _outermost([end_ball(solid, along) for solid in shapes], along)
     radius = min(ball.radius, LARGEST_FOOT * length)
     centre = ball.centre + (ball.radius - radius) * along
     return FootPlace(limb.end, centre, radius, f"the end of the shape of {limb.end}")

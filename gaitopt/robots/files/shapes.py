@@ -23,6 +23,16 @@ SLENDER = 0.7
 roll. Chosen: 45 degrees."""
 
 
+LEAN = (1.0, 0.15)
+"""By how much the ground may lean against a lower leg about the knee's axis, and square to it
+[rad]. Chosen: lower legs of walking robots lean by about so much."""
+COVER = 2e-4
+"""How far a ball reaches beyond meshes [m]. Chosen: corners lie between the ways that are tried."""
+ROLLS = 0.1
+"""How much more a ball may cover than the shapes, as a share of its radius. Chosen: the feet of
+robots at hand miss a ball by up to 3 % of the radius, and flat ends by half of it."""
+
+
 class Ball(NamedTuple):
     """A ball: its centre ``(3,)`` and radius [m]."""
 
@@ -208,6 +218,49 @@ def end_ball(solid: Solid, along: FloatArray) -> Ball:
     # The balls at a capsule's ends are beyond its length, and those of a stick within.
     beyond = length / 2.0 if solid.kind == "capsule" else length / 2.0 - radius
     return Ball(centre + beyond * axis, radius)
+
+
+def rolling_ball(
+    solids: list[Solid], along: FloatArray, axis: FloatArray, largest: float
+) -> Ball | None:
+    """The ball on which shapes roll over flat ground; ``None`` where they do not roll like a ball.
+
+    It is the smallest one that covers how far the shapes reach towards the ground, for ground that
+    leans by up to :data:`LEAN` against the leg: a linear program in its centre and radius.
+
+    Args:
+        solids: the shapes of the lower leg.
+        along: unit vector ``(3,)`` along it, towards its end.
+        axis: unit vector ``(3,)`` of the knee's axis.
+        largest: largest radius [m].
+    """
+    from scipy.optimize import linprog
+
+    flat = along - (along @ axis) * axis
+    flat /= max(float(np.linalg.norm(flat)), 1e-9)
+    pitch, roll = (a.ravel() for a in np.meshgrid(
+        np.linspace(-LEAN[0], LEAN[0], 41), np.linspace(-LEAN[1], LEAN[1], 5)))  # fmt: skip
+    aside = np.outer(np.cos(pitch), flat) + np.outer(np.sin(pitch), np.cross(axis, flat))
+    ways = np.cos(roll)[:, None] * aside + np.sin(roll)[:, None] * axis
+    reach = np.max([_reach(solid, ways) for solid in solids], axis=0) + COVER
+    rows = np.column_stack([ways, np.ones(len(ways))])
+    found = linprog(rows.sum(axis=0), A_ub=-rows, b_ub=-reach,
+                    bounds=[(None, None)] * 3 + [(0.0, largest)])  # fmt: skip
+    if found.x is None:
+        return None
+    centre, radius = np.round(found.x[:3], 6), round(float(found.x[3]), 6)
+    good = float((rows @ found.x - reach).max()) < ROLLS * radius
+    return Ball(centre, radius) if good else None
+
+
+def _reach(solid: Solid, ways: FloatArray) -> FloatArray:
+    """How far a shape reaches along unit vectors ``(N, 3)`` [m]."""
+    if len(solid.corners):
+        return np.asarray((ways @ solid.corners.T).max(axis=1))
+    middle, along = ways @ solid.pose[:3, 3], np.abs(ways @ solid.pose[:3, 2])
+    radius, half = float(solid.size[0]), float(solid.size[1:].sum()) / 2.0
+    round_ = 1.0 if solid.kind != "cylinder" else np.sqrt(np.maximum(1.0 - along**2, 0.0))
+    return np.asarray(middle + half * along + radius * round_)
 
 
 def _corner_ball(corners: FloatArray, along: FloatArray) -> Ball:

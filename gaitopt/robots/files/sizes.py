@@ -31,6 +31,8 @@ LENGTHS = {
     "cylinder": ("radius", "length"), "capsule": ("radius", "length"),
 }  # fmt: skip
 """Attributes of a URDF's elements that are lengths."""
+UNREAL = "no walking robot"
+"""What every warning of this module says."""
 MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 
 
@@ -83,9 +85,8 @@ def size_warnings(tree: UrdfTree, limbs: Iterable[Limb]) -> list[str]:
     fitting = [unit for unit in UNITS if USUAL[0] <= length * unit <= USUAL[1]]
     unit = f"scale={fitting[0]:g}" if fitting else "scale="
     return [
-        f"the legs are {length:.3g} m long from the first joint to the last, which no walking "
-        f"robot's are: a URDF is in metres; if this file has another unit, give {unit} (that unit "
-        "in metres)"
+        f"the legs are {length:.3g} m long from the first joint to the last, which {UNREAL}'s are: "
+        f"a URDF is in metres; if this file has another unit, give {unit} (that unit in metres)"
     ]
 
 
@@ -96,7 +97,7 @@ def mass_warnings(tree: UrdfTree, limbs: Iterable[Limb]) -> list[str]:
     if mass == 0.0 or LIGHTEST <= mass / max(length, 1e-9) ** 3 <= HEAVIEST:
         return []
     return [
-        f"the robot has {mass:.3g} kg on legs of {length:.3g} m, which is no walking robot's mass: "
+        f"the robot has {mass:.3g} kg on legs of {length:.3g} m, which is {UNREAL}'s mass: "
         "a URDF is in kilograms and metres; give masses= in kg"
     ]
 

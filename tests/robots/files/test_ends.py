@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 import pytest
+import trimesh
 from robot_loading import feet_by_pinocchio, quiet, refusal, warnings_of
 from robot_texts import (
     CORNERS,
@@ -108,8 +109,6 @@ def test_box_is_as_thick_as_its_end() -> None:
 
 def ball_on_a_stick(path: Path, centre: float, radius: float) -> None:
     """A mesh of a lower leg with a ball at its end, as STL."""
-    import trimesh
-
     ball = trimesh.creation.icosphere(subdivisions=3, radius=radius)
     ball.apply_translation([0.0, 0.0, centre])
     stick = trimesh.creation.box(extents=[0.01, 0.01, abs(centre)])
@@ -152,6 +151,45 @@ def test_package_folders_that_are_not_there_are_refused(tmp_path: Path, name: st
     (tmp_path / "file").write_text("no folder")
     with pytest.raises(InputError, match="package_folders: there is no folder"):
         load_robot(robot(), package_folders=[tmp_path, tmp_path / name])
+
+
+def roller(path: Path, radius: float, tilt: float = 0.0) -> None:
+    """A mesh of a lower leg whose end is a drum, with its axis along that of the knee."""
+    drum = trimesh.creation.cylinder(radius=radius, height=0.004, sections=128)
+    drum.apply_transform(trimesh.transformations.rotation_matrix(np.pi / 2 + tilt, [1, 0, 0]))
+    drum.apply_translation([0.03, 0.0, -LOWER])
+    stick = trimesh.creation.box(extents=[0.01, 0.01, 0.9 * LOWER])
+    stick.apply_translation([0.0, 0.0, -0.45 * LOWER])
+    trimesh.util.concatenate([drum, stick]).export(path)
+
+
+def test_foot_that_rolls_has_the_radius_on_which_it_rolls(tmp_path: Path) -> None:
+    """A drum ahead of the leg's line: its edge is farther away than its lowest line."""
+    roller(tmp_path / "shank.stl", 0.02)
+    mesh = collision('<mesh filename="shank.stl"/>')
+    (tmp_path / "robot.urdf").write_text(robot(foot=None, shank=mesh))
+    made = quiet(tmp_path / "robot.urdf")
+    assert made.foot_radius == pytest.approx(0.02, abs=5e-4)
+    feet = feet_by_pinocchio(made, np.zeros(12))
+    assert feet[0] == pytest.approx([0.23, 0.14, -UPPER - LOWER], abs=1e-3)
+
+
+def test_foot_link_without_shapes_takes_those_of_its_leg(tmp_path: Path) -> None:
+    """Its frame is the drum's axis."""
+    roller(tmp_path / "shank.stl", 0.02)
+    mesh = collision('<mesh filename="shank.stl"/>')
+    text = robot(foot="", shank=mesh).replace(f'xyz="0 0 {-LOWER}"', f'xyz="0.03 0 {-LOWER}"')
+    (tmp_path / "robot.urdf").write_text(text)
+    made = quiet(tmp_path / "robot.urdf")
+    assert made.foot_radius == pytest.approx(0.02, abs=5e-4)
+    assert made.legs["LF"].foot == "LF_foot"
+
+
+def test_small_balls_only_mark_a_place() -> None:
+    dot = '<visual><geometry><sphere radius="0.001"/></geometry></visual>'
+    (words,) = warnings_of(robot(foot=dot))
+    assert "radius of the feet is not known" in words
+    assert load_robot(robot(foot=dot.replace("0.001", "0.01"))).foot_radius == 0.01
 
 
 def test_ball_beside_the_foot_link_is_the_foot() -> None:
