@@ -23,6 +23,9 @@ from gaitopt.viewing.figures.gait_cycle import plot_gait_cycle, plot_swing
 from gaitopt.viewing.figures.margin import plot_margin
 from gaitopt.viewing.figures.over_time import plot_cog_over_time, plot_joint_velocities
 from gaitopt.viewing.figures.paths import plot_paths, plot_terrain
+from gaitopt.viewing.figures.terrain_map import plot_terrain_map
+from gaitopt.viewing.figures.terrain_profile import plot_terrain_profile
+from gaitopt.viewing.ground_search import GroundSearch
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -36,6 +39,8 @@ __all__ = [
     "plot_paths",
     "plot_swing",
     "plot_terrain",
+    "plot_terrain_map",
+    "plot_terrain_profile",
     "save_figures",
 ]
 
@@ -47,11 +52,13 @@ def save_figures(
     comparison: Mapping[str, Plan] | None = None,
     com_margin: tuple[ArrayLike, ArrayLike] | None = None,
     step: int | None = None,
+    search: GroundSearch | None = None,
 ) -> list[Path]:
     """Write all figures of a plan as PNG files.
 
-    A plan without steps has no figures of a feasible area and a swing. The figures of a gait by
-    velocity are others (:func:`gaitopt.save_gait_figures`).
+    A plan without steps has no figures of a feasible area and a swing. A plan over a height map has
+    two more: the map from above, and the feet over the ground from the side. The figures of a gait
+    by velocity are others (:func:`gaitopt.save_gait_figures`).
 
     Args:
         plan: any plan.
@@ -61,6 +68,7 @@ def save_figures(
         com_margin: see :func:`plot_margin`.
         step: step whose feasible area and swing are drawn; by default the one before which the COG
             moves farthest.
+        search: for the footholds of a plan over a height map; what it tried is drawn on the map.
 
     Returns:
         The files, in the order of the paper's figures.
@@ -73,7 +81,7 @@ def save_figures(
         from gaitopt.viewing.figures.gait_figures import save_gait_figures
 
         return save_gait_figures(plan, folder)
-    return write_figures(_figures(plan, comparison or {}, com_margin, step), folder)
+    return write_figures(_figures(plan, comparison or {}, com_margin, step, search), folder)
 
 
 def _figures(
@@ -81,6 +89,7 @@ def _figures(
     comparison: Mapping[str, Plan],
     com_margin: tuple[ArrayLike, ArrayLike] | None,
     step: int | None = None,
+    search: GroundSearch | None = None,
 ) -> dict[str, Callable[[], Figure]]:
     """Functions that draw the figures, by the names of their files."""
     included = any(other is plan for other in comparison.values())
@@ -89,6 +98,9 @@ def _figures(
         "fig03_terrain": lambda: plot_terrain(plan.footholds),
         "fig04_gait_cycle": lambda: plot_gait_cycle(plan),
     }
+    if plan.footholds.ground is not None:
+        figures["terrain_map"] = lambda: plot_terrain_map(plan, search=search)
+        figures["terrain_profile"] = lambda: plot_terrain_profile(plan)
     if any(p.kind == "swing" for p in plan.phases):
         shown = step_of_longest_move(plan) if step is None else step
         figures["fig05_swing"] = lambda: plot_swing(plan, shown)

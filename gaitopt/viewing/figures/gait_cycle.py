@@ -13,6 +13,7 @@ from gaitopt.plan.phase import Phase
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.settings.crawl import CrawlSettings
 from gaitopt.swing.box import box_corners
+from gaitopt.terrain.height_map import HeightMap
 from gaitopt.viewing.colours import LEG_COLOURS
 from gaitopt.viewing.figures.common import (
     BESIDE,
@@ -122,6 +123,9 @@ def plot_swing(plan: Plan, step: int, ax: Axes | None = None) -> Figure:
     ax.plot(*dots.T, "o", color=colour, markersize=4, label=f"every {interval:g} s")
     if isinstance(plan.settings, CrawlSettings) and plan.settings.swing == "box":
         _mark_box(ax, plan, phase)
+    if plan.footholds.ground is not None:
+        ground = _ground_below(plan, phase, plan.footholds.ground)
+        ax.plot(*ground.T, color=MUTED, linewidth=1.2, label="ground below it", gid="ground")
     style_axes(ax, f"Swing of {phase.leg} in step {step}, {phase.duration:.2f} s",
                "along the step [mm]", "height over lift-off [mm]")  # fmt: skip
     ax.margins(0.14)
@@ -152,6 +156,24 @@ def _in_swing_plane(plan: Plan, phase: Phase, times: FloatArray) -> FloatArray:
     return np.asarray(1e3 * np.column_stack([moved[:, :2] @ _step_axis(plan, phase), moved[:, 2]]))
 
 
+def _ground_below(plan: Plan, phase: Phase, ground: HeightMap) -> FloatArray:
+    """The ground below a step: distance along it, and height above lift-off ``(n, 2)`` [mm]."""
+    start, end = phase.foot_start, phase.foot_end
+    count = 2 * int(np.ceil(np.linalg.norm(end - start) / ground.resolution)) + 2
+    places = start[:2] + np.linspace(-0.1, 1.1, count)[:, None] * (end - start)[:2]
+    along = (places - start[:2]) @ _step_axis(plan, phase)
+    return np.asarray(1e3 * np.column_stack([along, ground.height(places) - start[2]]))
+
+
+def _swing_height(plan: Plan, phase: Phase) -> float:
+    """How far the foot was to rise above the higher end of a swing [m]."""
+    heights = plan.footholds.swing_heights
+    made = [s.index for s in plan.swings if s.leg == phase.leg and s.start <= phase.start + 1e-9]
+    if heights is None or not made or made[-1] >= len(heights[phase.leg]):
+        return plan.settings.swing_height
+    return float(heights[phase.leg][made[-1]])
+
+
 def _step_axis(plan: Plan, phase: Phase) -> FloatArray:
     """Unit vector of a step ``(2,)``."""
     step = (phase.foot_end - phase.foot_start)[:2]
@@ -161,7 +183,7 @@ def _step_axis(plan: Plan, phase: Phase) -> FloatArray:
 
 def _mark_box(ax: Axes, plan: Plan, phase: Phase) -> None:
     """Write the corners A, B, C, D of a swing along a box, and its width and height."""
-    height = plan.settings.swing_height
+    height = _swing_height(plan, phase)
     moved = box_corners(phase.foot_start, phase.foot_end, height) - phase.foot_start
     corners = 1e3 * np.column_stack([moved[:, :2] @ _step_axis(plan, phase), moved[:, 2]])
     for name, corner, offset in zip("ABCD", corners, ((-1, 0), (-1, 1), (1, 1), (1, 0)),

@@ -75,7 +75,13 @@ def plot_terrain(footholds: Footholds, ax: Axes | None = None) -> Figure:
 
 def _terrain_title(footholds: Footholds) -> str:
     """Number of footholds, and size of columns."""
-    count = f"{len(footholds)} foothold{'s' * (len(footholds) > 1)} for each leg, "
+    counts = footholds.counts.values()
+    most = len(footholds)
+    count = f"{most} foothold{'s' * (most > 1)} for each leg, "
+    if min(counts) < most:
+        count = f"{min(counts)} to {most} footholds for each leg, "
+    if footholds.ground is not None:
+        return count + "height map"
     if footholds.radius is None:
         return count + "open ground"
     return count + f"columns of {2e3 * footholds.radius:g} mm diameter"

@@ -167,7 +167,7 @@ def _draw_ground(ax: Axes, plan: Plan, span: tuple[float, float], axis: FloatArr
         ax.fill_between(span, level - 1.0, level, color="#e9e6df", linewidth=0, zorder=0)
         ax.plot(span, (level, level), color=MUTED, linewidth=1.0, zorder=1, gid="ground")
     elif axis is not None:
-        spots = _from_side(places, axis).reshape(-1, 2) - [0.0, plan.robot.foot_radius]
+        spots = _from_side(plan.footholds.touching(plan.robot.foot_radius), axis).reshape(-1, 2)
         ax.plot(*spots.T, "_", color=MUTED, markersize=9, markeredgewidth=1.5, gid="ground")
 
 
