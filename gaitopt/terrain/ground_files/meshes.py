@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -86,19 +87,23 @@ def _numbers(data: bytes) -> FloatArray:
     and so are the first lines that are no points, such as names of columns or the number of points.
 
     Raises:
-        GroundError: a line after the first points has fewer than three numbers.
+        GroundError: no line has three numbers.
     """
-    text = data.decode("utf-8-sig")
-    lines = [line for line in text.splitlines() if line.strip() and line.strip()[0] != "#"]
-    first = next((k for k, line in enumerate(lines) if _is_point(line)), None)
-    if first is None:
+    lines = io.TextIOWrapper(io.BytesIO(data), encoding="utf-8-sig")
+    before = ""
+    for line in lines:
+        if _is_point(line):
+            break
+        before = line if _split(line) else before
+    else:
         raise GroundError("no line of it has three numbers x, y and z")
-    names = _split(lines[first - 1].lower()) if first else []
+    # Names may stand in a comment, as CloudCompare and NumPy write them.
+    names = _split(before.lower().lstrip("#/ "))
     columns = [names.index(name) for name in "xyz"] if {"x", "y", "z"} <= set(names) else [0, 1, 2]
-    separator = next((mark for mark in ",;" if mark in lines[first]), None)
-    return np.loadtxt(
-        lines[first:], np.float64, delimiter=separator, usecols=columns, ndmin=2, comments=None
-    )
+    separator = next((mark for mark in ",;" if mark in line), None)
+    # One line after the other, so that a large file is not in memory several times.
+    rest = chain([line], lines)
+    return np.loadtxt(rest, np.float64, delimiter=separator, usecols=columns, ndmin=2)
 
 
 def _split(line: str) -> list[str]:

@@ -56,12 +56,13 @@ def test_a_cloud_of_points(tmp_path: Path, name: str, method: str) -> None:
     assert load_ground(path, resolution=100.0, unit=1000.0, method=method).shape == told.shape
 
 
-def test_columns_are_found_by_their_names(tmp_path: Path) -> None:
+@pytest.mark.parametrize("head", ['"id";"Z";"Y";"X"', "# id;z;y;x", "//ID;Z;Y;X;Class"])
+def test_columns_are_found_by_their_names(tmp_path: Path, head: str) -> None:
     path = tmp_path / "c.csv"
-    rows = "\n".join(f"{k};{z};{y};{x}" for k, (x, y, z) in enumerate(CLOUD.tolist()))
-    path.write_text(f'"id";"Z";"Y";"X"\n{rows}\n')
-    assert np.allclose(load_ground(path, resolution=0.1).z,
-                       HeightMap.from_points(CLOUD, 0.1).z, equal_nan=True)  # fmt: skip
+    rows = "\n".join(f"{k};{z};{y};{x};1" for k, (x, y, z) in enumerate(CLOUD.tolist()))
+    path.write_text(f"{head}\n{rows}\n")
+    told = HeightMap.from_points(CLOUD, 0.1)
+    assert np.allclose(load_ground(path, resolution=0.1).z, told.z, equal_nan=True)
 
 
 @pytest.mark.parametrize(
