@@ -111,10 +111,29 @@ def _add_own(mujoco: Any, spec: Any, robot: Quadruped, settings: SimulationSetti
             conaffinity=shape.bits[1], **made, **surface(settings),
         )  # fmt: skip
     moving = _moving_links(robot)
-    for pair in own.apart:
+    for pair in {*own.apart, *_overlapping(mujoco, spec, robot)}:
         one, other = (moving.get(link, "") for link in pair)
         if one in bodies and other in bodies and one != other:
             spec.add_exclude(bodyname1=one, bodyname2=other)
+
+
+def _overlapping(mujoco: Any, spec: Any, robot: Quadruped) -> set[tuple[str, str]]:
+    """Links whose own shapes touch when the robot stands, high above any ground.
+
+    There the file's shapes are too large, and would push the robot apart; the certificate leaves
+    such shapes out as well.
+    """
+    try:
+        model = spec.copy().compile()
+    except (ValueError, mujoco.FatalError):
+        return set()  # the caller compiles it again, and tells what is wrong
+    data = mujoco.MjData(model)
+    for name, angle in zip(robot.joint_names, robot.standing_joints(), strict=True):
+        data.qpos[int(model.joint(name).qposadr[0])] = angle
+    mujoco.mj_forward(model, data)
+    names = [mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_BODY, k) for k in range(model.nbody)]
+    pairs = [[int(model.geom_bodyid[g]) for g in contact.geom] for contact in data.contact]
+    return {(names[one], names[other]) for one, other in pairs if 0 not in (one, other)}
 
 
 def _moving_links(robot: Quadruped) -> dict[str, str]:

@@ -217,3 +217,21 @@ def test_a_mesh_that_mujoco_cannot_take_is_an_error_of_the_robot() -> None:
     with pytest.raises(gaitopt.RobotError, match="MuJoCo cannot simulate"):
         model_of(quiet(text))
     assert not model_of(quiet(text), own_shapes=False).own_shapes
+
+
+def test_shapes_that_overlap_when_the_robot_stands_do_not_push_it_apart() -> None:
+    """A trunk so wide that the upper legs are inside of it: the certificate leaves it out, too."""
+    wide = '<geom type="box" size="0.25 0.17 0.04" mass="0.1"/>'
+    thigh = '<geom type="capsule" fromto="0 0 -0.02 0 0 -0.15" size="0.02" mass="0.01"/>'
+    text = mjcf(extra=wide).replace('<body name="LF_shank"', f'{thigh}<body name="LF_shank"')
+    assert text.count(thigh) == 1
+    made = quiet(text)
+    sim = model_of(made)
+    names = {mujoco.mj_id2name(sim.model, mujoco.mjtObj.mjOBJ_BODY, k): k
+             for k in range(sim.model.nbody)}  # fmt: skip
+    left_out = {frozenset((int(s) >> 16, int(s) & 0xFFFF)) for s in sim.model.exclude_signature}
+    thighs = [name for name in names if "LF" in name and "thigh" in name]
+    assert any(frozenset((names["trunk"], names[name])) in left_out for name in thighs)
+    assert len(left_out) == 1
+    plan = gaitopt.plan_crawl(made, gaitopt.s_columns(0, columns=2, robot=made))
+    assert gaitopt.simulate(plan).passed
