@@ -19,6 +19,7 @@ from gaitopt.cli.robot import robot
 from gaitopt.cli.robot_options import in_options
 from gaitopt.cli.stride import stride
 from gaitopt.cli.study import study
+from gaitopt.cli.terrain import terrain
 from gaitopt.errors import GaitoptError, RobotWarning
 
 app = typer.Typer(
@@ -35,6 +36,7 @@ app.command()(walk)
 app.command()(trot)
 app.command()(gait)
 app.command()(stride)
+app.command()(terrain)
 app.command()(race)
 app.command()(compare)
 app.command()(verify)

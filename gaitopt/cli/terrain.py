@@ -1,0 +1,274 @@
+"""The command ``gaitopt terrain``: a walk over a map, from the file to the replay."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.markup import escape
+
+from gaitopt.cli.ground_options import GroundChoice, ground_options, is_made
+from gaitopt.cli.grouped_options import numbers, takes_options
+from gaitopt.cli.options import (
+    CollisionsOption,
+    Objective,
+    ObjectiveOption,
+    OutOption,
+    SpeedOption,
+    Timing,
+    TimingOption,
+)
+from gaitopt.cli.robot_options import RobotChoice, takes_robot
+from gaitopt.cli.search_options import in_search_options, search_options
+from gaitopt.cli.support import (
+    make_folder,
+    parse_speed,
+    print_files,
+    progress_bar,
+    summarise,
+    terminal,
+)
+from gaitopt.errors import InputError, TerrainError
+from gaitopt.files import written_whole
+
+if TYPE_CHECKING:
+    from gaitopt.certificate.certificate import Certificate
+    from gaitopt.plan.plan import Plan
+    from gaitopt.planners.over_terrain.result import TerrainSearch
+    from gaitopt.robots.quadruped import Quadruped
+    from gaitopt.simulation.result import SimulationResult
+    from gaitopt.terrain.height_map import HeightMap
+
+WAY = "What walks where"
+
+MapArgument = Annotated[
+    str,
+    typer.Argument(
+        help="A map: PNG, NumPy file, GeoTIFF, mesh, cloud of points or bag of ROS; or the name of "
+        "ground that is made: flat, rubble, stepping_stones, stairs, stairs_up, stairs_down, ramp, "
+        "gaps, hills or beams.",
+        metavar="MAP",
+    ),
+]
+GoalOption = Annotated[
+    str | None,
+    typer.Option(help="Where to go, in metres, and with a third number the direction to face "
+                 "there, in radians. Without it the middle of the far side of the map.",
+                 metavar="X,Y[,YAW]", rich_help_panel=WAY),
+]  # fmt: skip
+WaypointOption = Annotated[
+    list[str] | None,
+    typer.Option(help="A place to go through on the way; may be given more than once.",
+                 metavar="X,Y[,YAW]", rich_help_panel=WAY),
+]  # fmt: skip
+StartOption = Annotated[
+    str | None,
+    typer.Option(help="Where the body is at the start, and the direction that it faces. Without it "
+                 "the middle of the side of the map that is farthest from the goal; 0,0,0 on "
+                 "ground that is made.", metavar="X,Y,YAW", rich_help_panel=WAY),
+]  # fmt: skip
+PhysicsOption = Annotated[
+    bool, typer.Option("--simulate", help="Also walk the plan in physics; the replay shows both.")
+]
+
+
+@takes_robot("wang2020")
+@takes_options("settings", search_options)
+@takes_options("ground", ground_options)
+def terrain(
+    where: MapArgument,
+    robot: RobotChoice,
+    ground: GroundChoice,
+    settings: dict[str, Any],
+    goal: GoalOption = None,
+    waypoint: WaypointOption = None,
+    start: StartOption = None,
+    objective: ObjectiveOption = Objective.distance,
+    speed: SpeedOption = "max",
+    timing: TimingOption = Timing.forces,
+    collisions: CollisionsOption = True,
+    with_physics: PhysicsOption = False,
+    out: OutOption = Path("out"),
+) -> None:
+    """Walk over a map: search for footholds, plan, certify, and write replay and figure.
+
+    Exit code 0 when the walk is certified (and passes in physics, with --simulate); 1 when a
+    promise is violated or physics fails; 3 when not all could be checked; 2 when there is no way.
+    """
+    model = robot.load()
+    surface = ground.load(where, model)
+    begin, places = _way(model, surface, is_made(where), ground, start, waypoint, goal)
+    make_folder(out)
+    how = {"objective": objective.value, "speed": parse_speed(speed), "timing": timing.value}
+    try:
+        search, plan, seconds = _planned(model, surface, places, begin, settings, how)
+    except TerrainError as error:
+        _explain(error, out)
+        told = in_search_options(error.message)
+        raise TerrainError(told, error.step, error.leg, error.refused, error.search) from error
+    certificate, result = _judged(plan, collisions, with_physics, seconds)
+    _write(plan, search, result, out)
+    code = _report(plan, search, certificate, result, seconds)
+    print_files({
+        out / "replay.html": "the replay: open it in a browser",
+        out / "map.png": "the map with footholds and paths",
+        out / "plan.npz": "the plan: gaitopt.load_plan, gaitopt verify, gaitopt export",
+        out / "footholds.csv": "the footholds: gaitopt walk --footholds",
+    })  # fmt: skip
+    raise typer.Exit(code)
+
+
+def _way(
+    robot: Quadruped, ground: HeightMap, made: bool, choice: GroundChoice,
+    start: str | None, waypoints: list[str] | None, goal: str | None,
+) -> tuple[tuple[float, ...], list[tuple[float, ...]]]:  # fmt: skip
+    """The pose at the start, and the places to go through with the goal as the last.
+
+    Raises:
+        InputError: an option is no place, some have a direction and others none, or one is off the
+            map.
+    """
+    from gaitopt.planners.over_terrain.planner import default_start
+
+    places = [numbers("--waypoint", text, 2, 3) for text in waypoints or []]
+    begin = None if start is None else numbers("--start", start, 3)
+    if begin is None and made:
+        begin = (0.0, 0.0, 0.0)
+    if goal is not None:
+        places.append(numbers("--goal", goal, 2, 3))
+    elif made:
+        places.append((choice.making.get("length", 3.0), 0.0))
+    else:
+        # The far side as seen from the start; without one, that at the highest x.
+        (_, x1), (y0, y1) = ground.extent
+        first = begin or tuple(default_start(robot, ground, (x1, (y0 + y1) / 2.0)).tolist())
+        places.append(tuple(default_start(robot, ground, first[:2])[:2].tolist()))
+    if len({len(place) for place in places}) > 1:
+        raise InputError("give --goal and all --waypoint with YAW, or all without it")
+    if begin is None:
+        begin = tuple(default_start(robot, ground, places[0]).tolist())
+    for name, place in (("start", begin), *(("goal or waypoint", p) for p in places)):
+        _check_on_map(name, place, ground)
+    return begin, places
+
+
+def _check_on_map(name: str, place: tuple[float, ...], ground: HeightMap) -> None:
+    (x0, x1), (y0, y1) = ground.extent
+    if not (x0 <= place[0] <= x1 and y0 <= place[1] <= y1):
+        raise InputError(
+            f"the {name} at x = {place[0]:g} m, y = {place[1]:g} m is off the map, which reaches "
+            f"from x = {x0:g} to {x1:g} m and from y = {y0:g} to {y1:g} m; --origin moves a map"
+        )
+
+
+def _planned(
+    robot: Quadruped, ground: HeightMap, places: list[tuple[float, ...]],
+    begin: tuple[float, ...], settings: dict[str, Any], how: dict[str, Any],
+) -> tuple[TerrainSearch, Plan, dict[str, float]]:  # fmt: skip
+    """The search, the plan over its footholds, and how long both took [s].
+
+    Raises:
+        TerrainError: no way was found.
+    """
+    from gaitopt.planners.over_terrain.planner import plan_terrain, search_terrain
+
+    clock = time.perf_counter()
+    with progress_bar("searching for footholds") as tick:
+        search = search_terrain(robot, ground, places, start=begin, progress=tick, **settings)
+    searched = time.perf_counter()
+    with progress_bar("planning") as tick:
+        plan = plan_terrain(
+            robot, ground, places, start=begin, search=search, progress=tick, **settings, **how
+        )
+    return search, plan, {"search": searched - clock, "planning": time.perf_counter() - searched}
+
+
+def _judged(
+    plan: Plan, collisions: bool, physics: bool, seconds: dict[str, float]
+) -> tuple[Certificate, SimulationResult | None]:
+    """The certificate, and the walk in physics where it is asked for; their times are added."""
+    from gaitopt.certificate.verify import verify
+
+    clock = time.perf_counter()
+    with progress_bar("certifying") as tick:
+        tick(0, 1)
+        certificate = verify(plan, collisions=collisions)
+    seconds["certificate"] = time.perf_counter() - clock
+    if not physics:
+        return certificate, None
+    from gaitopt.simulation.simulate import simulate
+
+    clock = time.perf_counter()
+    with progress_bar("walking in physics") as tick:
+        tick(0, 1)
+        result = simulate(plan)
+    seconds["physics"] = time.perf_counter() - clock
+    return certificate, result
+
+
+def _write(plan: Plan, search: TerrainSearch, result: SimulationResult | None, out: Path) -> None:
+    """Write plan, footholds, replay and figure."""
+    from gaitopt.viewing.figures.terrain_map import plot_terrain_map
+    from gaitopt.viewing.replay.replay import replay
+
+    with progress_bar("writing plan, replay and figure") as tick:
+        plan.save(out / "plan.npz")
+        plan.footholds.to_csv(out / "footholds.csv")
+        tick(1, 3)
+        simulated = None if result is None else result.motion
+        replay(plan, out / "replay.html", search=search, simulated=simulated)
+        tick(2, 3)
+        _save(plot_terrain_map(plan, search=search), out / "map.png")
+        tick(3, 3)
+
+
+def _save(figure: Any, path: Path) -> None:
+    with written_whole(path, binary=True) as stream:
+        figure.savefig(stream, format="png", dpi=150)
+
+
+def _report(
+    plan: Plan, search: TerrainSearch, certificate: Certificate, result: SimulationResult | None,
+    seconds: dict[str, float],
+) -> int:  # fmt: skip
+    """Print the verdict and what took how long; the exit code."""
+    from gaitopt.certificate.certificate import Outcome
+
+    console = terminal()
+    console.print(escape(summarise(plan)))
+    took = ", ".join(f"{what} {value:.1f} s" for what, value in seconds.items())
+    each = seconds["search"] / max(search.metres, 1e-3)
+    console.print(
+        f"{len(search.tried)} places were tried for the feet; {took}; the search {each:.2f} s a "
+        "metre"
+    )
+    console.print(f"certificate: [bold]{certificate.outcome}[/]")
+    for check in certificate.violations:
+        console.print(escape(f"  {check}"))
+    code = {Outcome.CERTIFIED: 0, Outcome.VIOLATED: 1}.get(certificate.outcome, 3)
+    if code:
+        console.print("gaitopt verify prints every check of the plan")
+    if result is None:
+        return code
+    verdict = "passed" if result.passed else "failed: " + "; ".join(result.failures)
+    console.print(f"physics: [bold]{escape(verdict)}[/]")
+    return code if result.passed else 1
+
+
+def _explain(error: TerrainError, out: Path) -> None:
+    """Print what stopped a search, and draw how far it got."""
+    from gaitopt.viewing.figures.terrain_map import plot_terrain_map
+
+    console = terminal()
+    console.print(
+        f"No way was found. The search got as far as step {error.step} of {error.search.steps}; "
+        f"then {error.leg} found no foothold:"
+    )
+    causes = sorted(((n, str(cause)) for cause, n in error.refused.items() if n), reverse=True)
+    for count, cause in causes:
+        console.print(f"{count:6d} x {escape(cause)}")
+    path = out / "map.png"
+    _save(plot_terrain_map(error.search), path)
+    print_files({path: "how far the search got, and where no foot may stand"})

@@ -1,0 +1,171 @@
+"""``gaitopt terrain``: from a map in a file to a walk, or to what is in its way."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image
+from typer.testing import Result
+
+import gaitopt
+from gaitopt.cli.ground_options import ground_options, in_ground_options
+from gaitopt.cli.search_options import in_search_options, search_options
+from gaitopt.cli.terrain import MapArgument
+from gaitopt.planners.over_terrain.settings import TerrainSettings
+from gaitopt.terrain.maps.catalogue import GROUNDS
+
+Command = Callable[..., Result]
+SCALE = ("--resolution", "0.02", "--heights", "0,0.2")
+
+
+@pytest.fixture(scope="module")
+def sketch(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A PNG of 1.8 m by 1.2 m: level ground, and a step of 2 cm across it."""
+    pixels = np.zeros((60, 90), np.uint8)
+    pixels[:, 45:] = 26  # of 255, times 0.2 m: 2.04 cm
+    path = tmp_path_factory.mktemp("maps") / "step.png"
+    Image.fromarray(pixels).save(path)
+    return path
+
+
+@pytest.fixture(scope="module")
+def walked(
+    sketch: Path, command: Command, tmp_path_factory: pytest.TempPathFactory
+) -> tuple[Result, Path]:
+    """What the command prints and writes for the sketch."""
+    out = tmp_path_factory.mktemp("walked")
+    result = command("terrain", str(sketch), *SCALE, "--start", "0.6,0,0", "--goal", "0.9,0",
+                     "--no-collisions", "--out", str(out))  # fmt: skip
+    return result, out
+
+
+def test_a_sketch_becomes_a_certified_walk_over_it(walked: tuple[Result, Path]) -> None:
+    result, out = walked
+    assert result.exit_code == 3, result.output  # self-collisions were left out
+    plan = gaitopt.load_plan(out / "plan.npz")
+    ground = plan.footholds.ground
+    assert ground is not None and ground.extent == pytest.approx(
+        np.array([[0.0, 1.78], [-0.59, 0.59]]))  # fmt: skip
+    places = np.concatenate([plan.footholds[leg] for leg in gaitopt.LEGS])
+    on_top = places[:, 0] > 0.9
+    assert on_top.any() and not on_top.all()
+    heights = np.where(on_top, 26 / 255 * 0.2, 0.0)
+    np.testing.assert_allclose(places[:, 2] - plan.robot.foot_radius, heights, atol=1e-9)
+    assert gaitopt.verify(plan, collisions=False).ok
+
+
+def test_it_writes_plan_replay_figure_and_footholds(walked: tuple[Result, Path]) -> None:
+    result, out = walked
+    names = {"plan.npz", "replay.html", "map.png", "footholds.csv"}
+    assert {path.name for path in out.iterdir()} == names
+    assert all(name in result.output for name in names)
+    for words in ("certificate: ", "places were tried", "s a metre", "steps over 0.3"):
+        assert words in result.output
+    plan = gaitopt.load_plan(out / "plan.npz")
+    written = gaitopt.Footholds.from_csv(out / "footholds.csv")
+    for leg in gaitopt.LEGS:
+        assert (written[leg] == plan.footholds[leg]).all()
+
+
+def test_where_there_is_no_way_it_says_what_is_in_it_and_draws_how_far_it_got(
+    shell: Any, tmp_path: Path
+) -> None:
+    pixels = np.zeros((60, 90), np.uint8)
+    pixels[:, 50:53] = 255
+    Image.fromarray(pixels).save(tmp_path / "wall.png")
+    done = shell("terrain", str(tmp_path / "wall.png"), "--resolution", "0.02", "--heights",
+                 "0,0.6", "--start", "0.55,0,0", "--goal", "1.3,0", "--width-limit", "6", "--out",
+                 str(tmp_path / "out"))  # fmt: skip
+    assert done.code == 2
+    assert "No way was found" in done.stdout and "would touch the ground" in done.stdout
+    assert "gaitopt: no way over the ground was found: step " in done.stderr
+    assert "what may help: " in done.stderr and "another --body-height" in done.stderr
+    assert [path.name for path in (tmp_path / "out").iterdir()] == ["map.png"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["none.png"], "there is no file none.png, and no ground of this name is made"),
+        (["step.png"], "--resolution 0.02"),
+        (["step.png", "--resolution", "0.02"], "for instance --heights 0.0,0.15"),
+        (["step.png", *SCALE, "--goal", "9,0"], "x = 9 m, y = 0 m is off the map, which reaches"),
+        (["step.png", *SCALE, "--goal", "1"], "--goal takes 2 or 3 numbers joined by commas"),
+        (["step.png", *SCALE, "--start", "0,0"], "--start takes 3 numbers joined by commas"),
+        (["step.png", *SCALE, "--goal", "1,0", "--waypoint", "0.8,0,1"], "or all without it"),
+        (["step.png", *SCALE, "--seed", "1"], "--seed is for ground that is made"),
+        (["step.png", *SCALE, "--layer", "z"], "take no option --layer"),
+        (["rubble", "--heights", "0,1"], "rubble is made ground"),
+        (["rubble", "--size", "riser=0.1"], "rubble has no size riser"),
+        (["rubble", "--size", "height"], "--size takes NAME=NUMBER"),
+        (["rubble", "--friction", "0"], "friction"),
+    ],
+)
+def test_mistakes_end_in_one_line_that_says_what_to_do(
+    shell: Any, sketch: Path, monkeypatch: pytest.MonkeyPatch, arguments: list[str], words: str
+) -> None:
+    monkeypatch.chdir(sketch.parent)
+    done = shell("terrain", *arguments)
+    assert done.code == 2 and words in done.stderr
+    assert len([line for line in done.stderr.splitlines() if line]) == 1
+
+
+def test_every_setting_of_the_search_is_an_option() -> None:
+    options = set(inspect.signature(search_options).parameters)
+    assert options == {field.name for field in fields(TerrainSettings)}
+
+
+def test_everything_that_load_ground_takes_is_an_option() -> None:
+    taken = set(inspect.signature(gaitopt.load_ground).parameters) - {"path"}
+    assert taken <= set(inspect.signature(ground_options).parameters)
+
+
+def test_the_help_names_every_ground_that_is_made() -> None:
+    (argument,) = MapArgument.__metadata__  # type: ignore[attr-defined]
+    named = argument.help.split("made: ")[1].rstrip(".").replace(" or ", ", ").split(", ")
+    assert tuple(named) == tuple(GROUNDS)
+
+
+def test_images_have_y_0_in_their_middle_unless_they_are_told_where_to_be(sketch: Path) -> None:
+    robot = gaitopt.load_robot("wang2020")
+    scale: dict[str, Any] = {"resolution": 0.02, "heights": "0,0.2"}
+    middle = ground_options(**scale).load(str(sketch), robot)
+    told = ground_options(**scale, origin="-1,2").load(str(sketch), robot)
+    assert middle.origin == pytest.approx((0.0, -0.59)) and told.origin == (-1.0, 2.0)
+    assert (middle.z == told.z).all()
+    finer = ground_options(**scale, grid=0.01).load(str(sketch), robot)
+    assert finer.resolution == 0.01 and finer.height([0.5, 0.1]) == 0.0
+
+
+def test_made_ground_is_that_of_make_ground() -> None:
+    robot = gaitopt.load_robot("wang2020")
+    made = ground_options(seed=3, length=2.0, size=["height=0.1"], resolution=0.04)
+    same = gaitopt.make_ground("rubble", seed=3, length=2.0, height=0.1, resolution=0.04,
+                               robot=robot)  # fmt: skip
+    assert (made.load("rubble", robot).z == same.z).all()
+
+
+@pytest.mark.parametrize(
+    ("told", "words"),
+    [
+        ("for instance heights=(0.0, 0.15)", "for instance --heights 0.0,0.15"),
+        ("for instance unit=0.3048", "for instance --unit 0.3048"),
+        ("for instance layer='elevation'", "for instance --layer elevation"),
+        ("choose one with topic=...: a, b", "choose one with --topic ...: a, b"),
+    ],
+)
+def test_messages_name_options_of_the_command_line(told: str, words: str) -> None:
+    assert in_ground_options(told) == words
+
+
+def test_cures_name_options_of_the_command_line() -> None:
+    told = "shorter steps (step_length), or a wider search (width_limit)"
+    assert in_search_options(told) == (
+        "shorter steps (--step-length), or a wider search (--width-limit)"
+    )
