@@ -92,6 +92,8 @@ def _outside(plan: Plan, motion: Motion) -> BoolArray:
 
 def _surface(plan: Plan, ground: HeightMap) -> Surface:
     """The part of the map that the robot can be above."""
-    low, high = Pieces.of(plan.path).enclosure(0)
-    far = farthest(plan.robot)
-    return Surface.around(ground, low[:, :2].min(axis=0) - far, high[:, :2].max(axis=0) + far)
+    pieces = Pieces.of(plan.path)
+    low, high = (each[:, :2] for each in pieces.enclosure(0))
+    # A base that stays within these corners is nowhere farther from their middle than this.
+    wide = float(np.linalg.norm(high - low, axis=1).max()) / 2.0
+    return Surface.around(ground, (low + high) / 2.0, farthest(plan.robot) + wide)

@@ -12,16 +12,18 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from pinocchio import coal
+from scipy.ndimage import distance_transform_edt
 
 from gaitopt.certificate.ground.block_maxima import BlockMaxima
+from gaitopt.certificate.ground.nearest_points import ON_EDGE, on_edges, on_faces
 from gaitopt.certificate.ground.solids import Solid
 from gaitopt.certificate.ground.unknown import Footprints, over_cells
 from gaitopt.conventions import BoolArray, FloatArray
 from gaitopt.terrain.height_map import HeightMap
 
-ON_EDGE = 1e-9
-"""How far outside of a triangle a point counts as inside, and how far a place may lie off the map,
-as a share of a cell: rounding of places 1 km away is a hundredth of it."""
+SMALL = 200_000
+"""Points of a map up to which all of its triangles are used: 8 m by 10 m of a map of 2 cm. Chosen:
+their mesh takes a second."""
 AT_ONCE = 400_000
 """Most cells that are looked at in one call of NumPy: some 100 MB."""
 
@@ -47,16 +49,25 @@ class Surface:
         resolution: distance between neighbouring points [m].
         origin: x and y of ``z[0, 0]`` ``(2,)`` [m].
         cut_short: whether the map ends where more of it was asked for.
+        near: points that are near enough for their triangles to matter ``(nx, ny)``.
     """
 
     z: FloatArray
     resolution: float
     origin: FloatArray
     cut_short: bool
+    near: BoolArray
 
     @classmethod
-    def around(cls, ground: HeightMap, low: FloatArray, high: FloatArray) -> Surface:
-        """The part of a map between two corners ``(2,)`` [m], as far as it goes."""
+    def around(cls, ground: HeightMap, places: FloatArray, far: float) -> Surface:
+        """The part of a map that lies around places, as far as it goes.
+
+        Args:
+            ground: the map.
+            places: seen from above ``(N, 2)`` [m].
+            far: how far from them the ground matters [m].
+        """
+        low, high = places.min(axis=0) - far, places.max(axis=0) + far
         origin, most = np.array(ground.origin), np.array(ground.z.shape) - 1
         first = np.clip(np.floor((low - origin) / ground.resolution) - 1, 0, most - 1).astype(int)
         last = np.clip(np.ceil((high - origin) / ground.resolution) + 1, first + 1, most)
@@ -64,7 +75,9 @@ class Surface:
         z = ground.z[first[0] : end[0], first[1] : end[1]]
         ends = origin + ground.resolution * most
         short = not ((low >= origin).all() and (high <= ends).all())
-        return cls(z, ground.resolution, origin + ground.resolution * first, short)
+        begin = origin + ground.resolution * first
+        near = _near(z.shape, (places - begin) / ground.resolution, far / ground.resolution)
+        return cls(z, ground.resolution, begin, short, near)
 
     @cached_property
     def _maxima(self) -> BlockMaxima:
@@ -131,7 +144,7 @@ class Surface:
             points: from which ``(N, 3)`` [m].
             reach: farthest distance that is of interest [m]; larger ones are told as this.
         """
-        cells = int(np.ceil(2.0 * reach / self.resolution)) + 1
+        cells = int(np.ceil(2.0 * reach / self.resolution)) + 3
         many = max(AT_ONCE // cells**2, 1)
         parts = [
             self._nearest(points[k : k + many], reach, cells) for k in range(0, len(points), many)
@@ -144,7 +157,7 @@ class Surface:
 
     def _nearest(self, points: FloatArray, reach: float, cells: int) -> Nearest:
         corners = self._corners_near(points, reach, cells)
-        away = np.concatenate([_on_faces(corners, self.resolution), _on_edges(corners)], axis=1)
+        away = np.concatenate([on_faces(corners, self.resolution), on_edges(corners)], axis=1)
         lengths = np.linalg.norm(away, axis=2)
         lengths = np.where(np.isnan(lengths), np.inf, lengths)
         rows = np.arange(len(points))
@@ -181,14 +194,14 @@ class Surface:
             point: from which ``(3,)`` [m].
             reach: how far they may be away [m].
         """
-        cells = int(np.ceil(2.0 * reach / self.resolution)) + 1
+        cells = int(np.ceil(2.0 * reach / self.resolution)) + 3
         corners = self._corners_near(point[None], reach, cells)
-        away = np.concatenate([_on_faces(corners, self.resolution), _on_edges(corners)], axis=1)[0]
+        away = np.concatenate([on_faces(corners, self.resolution), on_edges(corners)], axis=1)[0]
         return np.asarray(away[np.linalg.norm(away, axis=1) <= reach])
 
     def _corners_near(self, points: FloatArray, reach: float, cells: int) -> FloatArray:
         """From points to those of the grid that are near ``(N, cells + 1, cells + 1, 3)`` [m]."""
-        first = np.floor((points[:, :2] - reach - self.origin) / self.resolution)
+        first = np.floor((points[:, :2] - reach - self.origin) / self.resolution) - 1
         # Points far off the map, or no numbers, have nothing near them.
         first = np.clip(np.nan_to_num(first), -(cells + 2), max(self.z.shape) + 2).astype(int)
         steps = np.arange(cells + 1)
@@ -203,7 +216,7 @@ class Surface:
 
     @cached_property
     def solid(self) -> Any:
-        """The known triangles as a mesh of coal's, in the world."""
+        """The triangles that are known and near as a mesh of coal's, in the world."""
         corners, triangles = self.triangles()
         used, numbers = np.unique(triangles, return_inverse=True)
         mesh = coal.BVHModelOBBRSS()
@@ -214,7 +227,7 @@ class Surface:
         return mesh
 
     def triangles(self) -> tuple[FloatArray, np.ndarray]:
-        """Points of the grid ``(n, 3)`` [m], and those of each known triangle ``(m, 3)``."""
+        """Points of the grid ``(n, 3)`` [m]; the triangles that are known and near ``(m, 3)``."""
         nx, ny = self.z.shape
         i, j = np.meshgrid(np.arange(nx), np.arange(ny), indexing="ij")
         x, y = self.origin[0] + self.resolution * i, self.origin[1] + self.resolution * j
@@ -223,43 +236,19 @@ class Surface:
         faces = np.concatenate([
             np.stack([a, a + ny, a + ny + 1], axis=1), np.stack([a, a + ny + 1, a + 1], axis=1)
         ])  # fmt: skip
-        known: BoolArray = ~np.isnan(corners[faces, 2]).any(axis=1)
-        return corners, faces[known]
+        used = (self.near & ~np.isnan(self.z)).ravel()
+        return corners, faces[used[faces].all(axis=1)]
 
 
-def _on_faces(corners: FloatArray, size: float) -> FloatArray:
-    """Where perpendiculars from the origin meet the faces ``(N, 2 * cells^2, 3)``; else NaN.
+def _near(shape: tuple[int, ...], places: FloatArray, far: float) -> BoolArray:
+    """Which points of a grid are near to places ``(N, 2)``, all in units of its cells.
 
-    Args:
-        corners: of a grid, seen from the origin ``(N, n, n, 3)``.
-        size: length of a cell.
+    Those of a small grid all are: to look for them is not worth the time.
     """
-    low, high = corners[:, :-1, :-1], corners[:, 1:, 1:]
-    found = []
-    for below in (True, False):
-        third = (corners[:, 1:, :-1] if below else corners[:, :-1, 1:])[..., 2]
-        ahead, aside = (third - low[..., 2]) / size, (high[..., 2] - third) / size
-        slope_x, slope_y = (ahead, aside) if below else (aside, ahead)
-        level = low[..., 2] - slope_x * low[..., 0] - slope_y * low[..., 1]
-        share = level / (1.0 + slope_x**2 + slope_y**2)
-        foot = np.stack([-slope_x * share, -slope_y * share, share], axis=-1)
-        u, v = ((foot[..., k] - low[..., k]) / size for k in (0, 1))
-        small, large = (v, u) if below else (u, v)
-        inside = (small >= -ON_EDGE) & (large <= 1.0 + ON_EDGE) & (large - small >= -ON_EDGE)
-        found.append(np.where(inside[..., None], foot, np.nan).reshape(len(corners), -1, 3))
-    return np.concatenate(found, axis=1)
-
-
-def _on_edges(corners: FloatArray) -> FloatArray:
-    """The points of all edges of a grid that are nearest to the origin ``(N, edges, 3)``."""
-    found = []
-    for start, end in (
-        (corners[:, :-1], corners[:, 1:]),
-        (corners[:, :, :-1], corners[:, :, 1:]),
-        (corners[:, :-1, :-1], corners[:, 1:, 1:]),
-    ):
-        edge = end - start
-        share = -(start * edge).sum(axis=-1) / (edge**2).sum(axis=-1)
-        point = start + np.clip(share, 0.0, 1.0)[..., None] * edge
-        found.append(point.reshape(len(corners), -1, 3))
-    return np.concatenate(found, axis=1)
+    out = np.ones(shape, dtype=np.bool_)
+    if out.size <= SMALL:
+        return out
+    cells = np.clip(np.round(places), 0, np.array(shape) - 1).astype(int)
+    out[tuple(np.unique(cells, axis=0).T)] = False
+    # Rounding moves a place by less than a cell; a triangle goes less than two cells beyond it.
+    return np.asarray(distance_transform_edt(out) <= far + 3.0)

@@ -1,0 +1,254 @@
+"""The gaps between parts of a robot and the ground, followed along a path.
+
+Most of the walk is settled by boxes: the box around a part of a link, over a piece of the path, is
+above the highest ground under it. Where it is not, distances decide: a part that is ``d`` away from
+the ground cannot touch it before one of its points has moved by ``d``. How far they move is
+measured at samples; between two samples a point leaves its chord by a known bound.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+
+from gaitopt.certificate.enclosure import Pieces
+from gaitopt.certificate.ground.placements import Placements, placement_of
+from gaitopt.certificate.ground.solids import Solid
+from gaitopt.certificate.ground.unknown import Footprints
+from gaitopt.conventions import BoolArray, FloatArray
+from gaitopt.plan.plan import Plan
+
+CLEAR = 1e-5
+"""Least gap that counts as clear [m]: ten times what coal's distances may be off, which its solver
+stops at (1e-6 m)."""
+NEAR = 5e-3
+"""Room between a part's box and the ground from which its distance is not computed [m]. Chosen: the
+room is a lower bound, and below this one wants to know the distance itself."""
+SHORTEST = 2.0**-14
+"""Shortest part of a piece that is looked at, as a share of it. Chosen: a part that moves by 10 mm
+on a piece has moved by less than a micrometre on one."""
+MOST_DISTANCES = 100_000
+"""Most distances that are computed, at some 60 us each; or :data:`MOST_EACH` of every piece of the
+path, if these are more. A walk over rough ground of 64 steps takes some 2 000."""
+MOST_EACH = 4
+"""See :data:`MOST_DISTANCES`."""
+STRIDE = 16
+"""Pieces that are looked at together; and from one distance to the next where a part is in the
+ground, for nothing is left to prove there, and the worst is looked for."""
+
+
+class Ground(Protocol):
+    """What legs and trunk must be clear of."""
+
+    @property
+    def top(self) -> float:
+        """Height that it nowhere exceeds; infinite where some of it is not known [m]."""
+
+    def highest(self, low: FloatArray, high: FloatArray) -> FloatArray:
+        """Upper bound on its height under rectangles; infinite where it is not known."""
+
+    def unknown_under(self, boxes: Footprints) -> BoolArray:
+        """Whether some of it under boxes is not known."""
+
+    def gap(self, solid: Solid, rotation: FloatArray, origin: FloatArray) -> float:
+        """Distance of a solid to it, negative where it reaches into it [m]."""
+
+
+@dataclass
+class Found:
+    """What has been found so far.
+
+    Attributes:
+        gap: the least one [m].
+        when: at which time [s].
+        where: of which part.
+        unproven: whether a gap between samples could not be shown.
+        left: how many more distances may be computed.
+    """
+
+    gap: float = np.inf
+    when: float = 0.0
+    where: str = ""
+    unproven: bool = False
+    left: int = 0
+
+    def see(self, gap: float, when: float, where: str) -> None:
+        """Keep the least gap."""
+        # A comparison with NaN is false.
+        if not gap >= self.gap:
+            self.gap, self.when, self.where = gap, when, where
+
+
+class LimbGaps:
+    """Follows the parts of a robot along a path.
+
+    Attributes:
+        found: what has been found so far.
+    """
+
+    def __init__(
+        self, plan: Plan, ground: Ground, pieces: Pieces, leaves: dict[int, FloatArray]
+    ) -> None:
+        self._plan, self._ground, self._pieces, self._leaves = plan, ground, pieces, leaves
+        self._places = pieces.places()
+        self._placed = Placements.of(plan.robot.model, self._places.values)
+        self._data = plan.robot.model.createData()
+        self._times = np.zeros(len(self._places.values))
+        for ends, times in zip(
+            self._places.ends, (pieces.starts, pieces.starts + pieces.lengths), strict=True
+        ):
+            self._times[ends] = times
+        self.found = Found(left=max(MOST_DISTANCES, MOST_EACH * len(pieces.starts)))
+
+    def follow(self, solid: Solid) -> None:
+        """Hold one part against the ground, over the whole path."""
+        room = self._room(solid)
+        off = np.flatnonzero(np.isneginf(room))
+        off = off[self._above_unknown(solid, off)] if off.size else off
+        if off.size:
+            k = int(off[0])
+            where = f"{solid.name} above ground that is unknown or off the map"
+            self.found.see(-np.inf, float(self._pieces.starts[k]), where)
+            return
+        near = ~(room >= NEAR)
+        if not near.all():
+            k = int(np.where(near, np.inf, room).argmin())
+            self.found.see(float(room[k]), float(self._pieces.starts[k]), solid.name)
+        edges = np.flatnonzero(np.diff(np.concatenate([[0], near.astype(np.int8), [0]])))
+        for first, end in edges.reshape(-1, 2).tolist():
+            self._run(solid, first, end)
+
+    def _room(self, solid: Solid) -> FloatArray:
+        """How far the box around a part is above the highest ground under it ``(P,)`` [m]."""
+        turn, origin = self._placed.rotations[solid.joint], self._placed.origins[solid.joint]
+        (a, b), leaves = self._places.ends, self._leaves[solid.joint]
+        bottom = origin[:, 2] + turn[:, 2] @ solid.centre
+        bottom = bottom - np.abs(turn[:, 2] @ solid.place[0]) @ solid.half
+        bottom = np.minimum(bottom[a], bottom[b]) - leaves
+        room = bottom - self._ground.top
+        close = np.flatnonzero(~(room >= NEAR))
+        used = np.unique(self._places.ends[:, close])
+        middle, half = np.zeros((len(turn), 2)), np.zeros((len(turn), 2))
+        middle[used] = origin[used, :2] + turn[used, :2] @ solid.centre
+        half[used] = np.abs(turn[used, :2] @ solid.place[0]) @ solid.half
+        a, b, extra = a[close], b[close], leaves[close, None]
+        low = np.minimum((middle - half)[a], (middle - half)[b]) - extra
+        high = np.maximum((middle + half)[a], (middle + half)[b]) + extra
+        room[close] = bottom[close] - self._ground.highest(low, high)
+        return np.asarray(room)
+
+    def _above_unknown(self, solid: Solid, pieces: np.ndarray) -> BoolArray:
+        """Whether the box around a part may be above unknown ground on pieces ``(N,)``.
+
+        On one half of a piece no point of it is farther from its place at the nearer end than half
+        of what it moves from end to end, and how far it leaves its chord.
+        """
+        ends = self._places.ends[:, pieces]
+        moved = _moved(self._corners(solid, ends[0]), self._corners(solid, ends[1]))
+        margins = moved / 2.0 + self._leaves[solid.joint][pieces]
+        above = np.zeros(len(pieces), dtype=np.bool_)
+        for samples in ends:
+            turn = self._placed.rotations[solid.joint][samples]
+            middles = self._placed.origins[solid.joint][samples] + turn @ solid.centre
+            axes = (turn @ solid.place[0] * solid.half).mT
+            above |= self._ground.unknown_under(Footprints(middles[:, :2], axes[..., :2], margins))
+        return above
+
+    def _run(self, solid: Solid, first: int, end: int) -> None:
+        """Hold a part against the ground over the pieces from ``first`` to before ``end``."""
+        begins, finishes = self._places.ends[:, first:end]
+        begin, finish = self._corners(solid, begins), self._corners(solid, finishes)
+        leaves, count = self._leaves[solid.joint][first:end], end - first
+        k, seen, gap = 0, 0, self._gap_at(solid, begins[0])
+        while k < count and self.found.left > 0:
+            ahead = slice(k, min(k + STRIDE, count))
+            moved = np.maximum(
+                _moved(begin[ahead], begin[seen]), _moved(finish[ahead], begin[seen])
+            )
+            late = np.flatnonzero(moved + leaves[ahead] > gap - CLEAR / 2.0)
+            if gap < CLEAR or not late.size:
+                # Nothing is left to prove, or nothing here needs another distance.
+                k = ahead.stop
+                if gap >= CLEAR:
+                    continue
+            elif late[0] == 0 and seen == k:
+                self._between(solid, first + k, _Sample(gap, begin[k]), leaves[k])
+                k += 1
+            else:
+                k += int(late[0])
+            if k < count:
+                seen, gap = k, self._gap_at(solid, begins[k])
+        self.found.unproven |= k < count
+
+    def _between(self, solid: Solid, piece: int, first: _Sample, leaves: float) -> None:
+        """Hold a part against the ground on one piece, cut in halves until it is settled.
+
+        Two samples bound the gap between them from below [Shubert1972].
+        """
+        start, length = self._pieces.starts[piece], self._pieces.lengths[piece]
+        agenda = [(start, length, first, self._sample(solid, start + length), leaves)]
+        while agenda and self.found.left > 0:
+            t, h, a, b, leaves = agenda.pop()
+            if min(a.gap, b.gap) < CLEAR:
+                return
+            if (a.gap + b.gap - _moved(a.corners, b.corners)) / 2.0 - leaves >= CLEAR / 2.0:
+                continue
+            if h < length * SHORTEST:
+                break
+            middle = self._sample(solid, t + h / 2.0)
+            agenda.append((t, h / 2.0, a, middle, leaves / 4.0))
+            agenda.append((t + h / 2.0, h / 2.0, middle, b, leaves / 4.0))
+        else:
+            self.found.unproven |= bool(agenda)
+            return
+        self.found.unproven = True
+
+    def _corners(self, solid: Solid, samples: np.ndarray) -> FloatArray:
+        """Corners of the box around a part, at samples ``(N, 8, 3)`` [m]."""
+        turn = self._placed.rotations[solid.joint][samples]
+        return np.asarray(
+            self._placed.origins[solid.joint][samples, None] + solid.corners @ turn.mT
+        )
+
+    def _gap_at(self, solid: Solid, sample: int) -> float:
+        """The gap of a part at a sample [m]."""
+        placed = self._placed
+        return self._gap(
+            solid, placed.rotations[solid.joint][sample], placed.origins[solid.joint][sample],
+            float(self._times[sample]),
+        )  # fmt: skip
+
+    def _sample(self, solid: Solid, time: float) -> _Sample:
+        """The gap and the corners of a part at a time [s]."""
+        values = self._plan.path.evaluate([time])[0]
+        turn, origin = placement_of(self._plan.robot.model, self._data, values, solid.joint)
+        gap = self._gap(solid, turn, origin, time)
+        return _Sample(gap, origin + solid.corners @ turn.T)
+
+    def _gap(self, solid: Solid, turn: FloatArray, origin: FloatArray, time: float) -> float:
+        gap = self._ground.gap(solid, turn, origin)
+        self.found.left -= 1
+        self.found.see(gap, time, solid.name)
+        return gap
+
+
+class _Sample(NamedTuple):
+    """A part at one time.
+
+    Attributes:
+        gap: its distance to the ground [m].
+        corners: of the box around it ``(8, 3)`` [m].
+    """
+
+    gap: float
+    corners: FloatArray
+
+
+def _moved(corners: FloatArray, others: FloatArray) -> Any:
+    """Farthest distance between the same corners at two places ``(..., 8, 3)``: ``(...)`` [m].
+
+    No point of the box between them has moved farther.
+    """
+    return np.linalg.norm(corners - others, axis=-1).max(axis=-1)
