@@ -4,7 +4,7 @@
 const drawGround = (() => {
   const UNKNOWN = 65535;
   const LOW = [0.66, 0.72, 0.76], HIGH = [0.96, 0.93, 0.86];
-  const WALL = 0.05, LIFT = 0.0006;
+  const WALL = 0.05, LIFT = 0.0006, GRID = 0.1, INK = 0x46525e;
 
   const bytesOf = (text) => Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
 
@@ -74,12 +74,34 @@ const drawGround = (() => {
     return out;
   }
 
+  // Lines along the rows of points about every 0.1 m; few enough on large maps.
+  function gridOf(THREE, map) {
+    const { nx, ny } = map, places = [];
+    let every = Math.max(1, Math.round(GRID / map.step));
+    while (Math.max(nx, ny) / every > 100) every *= 2;
+    const add = (a, b) => {
+      if (!Number.isNaN(map.z[a] + map.z[b])) places.push(...pointOf(map, a), ...pointOf(map, b));
+    };
+    for (let i = 0; i < nx; i++) {
+      for (let j = 0; j < ny; j++) {
+        const k = i * ny + j;
+        if (i % every === 0 && j + 1 < ny) add(k, k + 1);
+        if (j % every === 0 && i + 1 < nx) add(k, k + ny);
+      }
+    }
+    const geometry = new THREE.BufferGeometry();
+    geometry.setAttribute("position", new THREE.Float32BufferAttribute(places, 3));
+    return new THREE.LineSegments(geometry, new THREE.LineBasicMaterial(
+      { color: INK, opacity: 0.16, transparent: true, depthWrite: false }));
+  }
+
   function reliefOf(THREE, map, { codes, palette, opacity, layer }) {
     const look = { flatShading: true, shininess: 0, specular: 0, side: THREE.DoubleSide };
     if (!codes) {
       const mesh = new THREE.Mesh(surfaceOf(THREE, map, true),
-        new THREE.MeshPhongMaterial({ ...look, vertexColors: true }));
+        new THREE.MeshPhongMaterial({ ...look, vertexColors: true, ...upon(-1) }));
       mesh.castShadow = mesh.receiveShadow = true;
+      mesh.add(gridOf(THREE, map));
       return mesh;
     }
     const of = bytesOf(codes), pixels = new Uint8Array(4 * of.length);

@@ -103,6 +103,14 @@ def test_pages_without_a_map_have_none(short_plan: Plan) -> None:
     assert "Steppable" not in [s["name"] for s in data["switches"]]
 
 
+def test_the_page_says_how_much_is_unknown() -> None:
+    ground = ground_of(bumpy_walk())
+    share = np.isnan(ground.z).mean()
+    assert f"ground: {share:.1%} unknown and left out" in plan_page(bumpy_walk()).facts
+    known = over(bumpy_walk(), ground.with_heights(np.nan_to_num(ground.z)))
+    assert not [fact for fact in plan_page(known).facts if "unknown" in fact]
+
+
 # ---------------------------------------------------------------- what lies on it
 
 

@@ -23,7 +23,7 @@ from gaitopt.viewing.replay.solids import strips_along
 
 SEARCH: Final[FramePath] = ("search",)
 TRIED = "#c2410c"
-DOT, LINE = 0.01, 0.008
+DOT, LINE = 0.006, 0.008
 """Widths of a dot and of the line of the way [m]."""
 MOST_DOTS = 20_000
 """Most places that are drawn: 320 kB in a page."""

@@ -49,6 +49,9 @@ class GroundWindow:
     def notes(self) -> tuple[str, ...]:
         """What is not drawn, in words."""
         out = []
+        unknown = 1.0 - self.ground.known.mean()
+        if unknown > 0.0:
+            out.append(f"ground: {unknown:.1%} unknown and left out")
         if self.cropped:
             out.append(f"ground: only within {self.margin:.2g} m of the walk")
         if self.every > 1:
