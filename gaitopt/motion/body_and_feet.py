@@ -16,7 +16,7 @@ from gaitopt.motion.path import BASE_COLUMNS, MotionPath
 from gaitopt.motion.pieces import States
 from gaitopt.motion.smooth_path import smooth_path
 from gaitopt.robots.quadruped import Quadruped
-from gaitopt.robots.rotations import rpy_to_matrix
+from gaitopt.robots.rotations import matrix_to_rpy, rpy_to_matrix
 from gaitopt.robots.whole_body import base_of_body, feet_from_joints, joints_from_feet
 from gaitopt.robots.whole_body_rates import (
     base_twist,
@@ -38,13 +38,22 @@ def base_poses(
         heading: of the walk [rad].
         centre: body centre in the heading frame ``(N, 3)`` [m].
         rpy: the body's roll, pitch, yaw against the heading frame ``(N, 3)`` [rad], or one for all.
+            The base's yaw counts as many whole turns as the body's.
     """
-    turned = rotation_z(heading)
-    out = base_of_body(robot, centre @ turned.T, turned @ rpy_to_matrix(rpy))
+    turned, angles = rotation_z(heading), np.asarray(rpy, dtype=np.float64)
+    out = base_of_body(robot, centre @ turned.T, turned @ rpy_to_matrix(angles))
     out[:, 3:] = np.unwrap(out[:, 3:], axis=0)
     # Angles begin within half a turn of zero; the heading may be any.
-    out[:, 5] += 2.0 * np.pi * np.round((heading - out[0, 5]) / (2.0 * np.pi))
+    missing = np.asarray(heading - out[0, 5])
+    if angles.ndim == 2:
+        missing = heading + angles[:, 2] + _yaw_of_base(robot) - out[:, 5]
+    out[:, 5] += 2.0 * np.pi * np.round(missing / (2.0 * np.pi))
     return out
+
+
+def _yaw_of_base(robot: Quadruped) -> float:
+    """Yaw of the base of a robot whose body has none [rad]."""
+    return float(matrix_to_rpy(robot.body_axes.T)[2])
 
 
 def body_and_feet_path(

@@ -12,7 +12,11 @@ from gaitopt.plan.settings.crawl import CrawlSettings
 from gaitopt.plan.settings.keywords import chosen_settings, takes_settings
 from gaitopt.plan.settings.time_optimal import RouteSettings
 from gaitopt.planners.free_order.planner import plan_free_at_fitting_height, plan_free_crawl
-from gaitopt.planners.phase_by_phase.planner import plan_at_fitting_height, plan_in_order
+from gaitopt.planners.phase_by_phase.planner import (
+    plan_at_fitting_height,
+    plan_in_order,
+    with_first_posture,
+)
 from gaitopt.planners.phase_by_phase.steps import check_robot, check_walk
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.footholds import Footholds
@@ -78,12 +82,9 @@ def plan_crawl(
     open_height = settings is None and options.get("body_height") is None
     chosen = chosen_settings(CrawlSettings, robot, settings, options)
     chosen = chosen.with_order_of(footholds, options.get("sequence") is not None)
+    if footholds.postures is not None:
+        chosen = with_first_posture(chosen, footholds)
     if chosen.sequence == FREE_ORDER:
-        if footholds.postures is not None:
-            raise InputError(
-                "postures of the body go with the order of the footholds, and a free order is "
-                "asked for; leave sequence out, or postures"
-            )
         free = plan_free_at_fitting_height if open_height else plan_free_crawl
         return free(robot, footholds, chosen, progress=progress)
     plan = plan_at_fitting_height if open_height else plan_in_order

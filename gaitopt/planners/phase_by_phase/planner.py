@@ -10,11 +10,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from gaitopt.conventions import LEGS, FloatArray, Progress
-from gaitopt.errors import GaitoptError, InfeasibleStepError
+from gaitopt.conventions import LEGS, Progress
+from gaitopt.errors import GaitoptError, InfeasibleStepError, InputError
+from gaitopt.gait.crawl import FREE_ORDER
 from gaitopt.plan.com_margin import with_com_margins
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.settings.crawl import CrawlSettings
+from gaitopt.plan.settings.over_footholds import Kind
 from gaitopt.planners.phase_by_phase.diagnosis import check_heights
 from gaitopt.planners.phase_by_phase.steps import check_stance, crawl_steps
 from gaitopt.planners.phase_by_phase.targets import optimise_cogs, start_place
@@ -38,8 +40,6 @@ That height is 0.7 of the reach by default, so these are 0.7 to 0.85 of the reac
 0.55. Higher ones come first, because straighter legs use less of their joints' ranges. Chosen here:
 with them every robot that ships, or that example-robot-data has, walks ``s_columns(robot=robot)``.
 """
-
-
 LEAST_HEIGHT = 1e-3
 """Least body height that settings name [m]; what postures ask for is what counts."""
 
@@ -69,7 +69,7 @@ def plan_in_order(
     """
     settings = replace(settings, sequence=settings.order_over(footholds))
     if footholds.postures is not None:
-        settings = with_first_posture(settings, footholds.postures[0], footholds)
+        settings = with_first_posture(settings, footholds)
     steps = crawl_steps(footholds, settings)
     check_stance(steps)
     check_heights(robot, steps, settings)
@@ -82,19 +82,25 @@ def plan_in_order(
     return with_com_margins(plan) if settings.true_com else plan
 
 
-def with_first_posture(
-    settings: CrawlSettings, posture: FloatArray, footholds: Footholds
-) -> CrawlSettings:
-    """The settings with the heading of the first of given postures, and its height of the body.
+def with_first_posture(settings: Kind, footholds: Footholds) -> Kind:
+    """The settings with the heading and the body height of the first posture of the footholds.
 
     Args:
         settings: of the walk.
-        posture: height of the body centre [m], roll, pitch, yaw [rad] ``(4,)``.
-        footholds: the height counts from the mean of the first ones.
+        footholds: with postures. The height counts from the mean of the first footholds.
+
+    Raises:
+        InputError: a free order is asked for: postures go with that of the footholds.
     """
+    assert footholds.postures is not None
+    if settings.sequence == FREE_ORDER:
+        raise InputError(
+            "postures of the body go with the order of the footholds, and a free order is asked "
+            "for; leave sequence out, or postures"
+        )
+    height, *_, yaw = footholds.postures[0].tolist()
     ground = float(np.mean([footholds[leg][0, 2] for leg in LEGS]))
-    height = max(float(posture[0]) - ground, LEAST_HEIGHT)
-    return replace(settings, heading=float(posture[3]), body_height=height)
+    return replace(settings, heading=yaw, body_height=max(height - ground, LEAST_HEIGHT))
 
 
 def plan_at_fitting_height(

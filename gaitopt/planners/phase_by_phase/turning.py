@@ -26,14 +26,10 @@ def base_targets(robot: Quadruped, steps: CrawlSteps, cogs: FloatArray) -> Float
         cogs: body centre there ``(S + 1, 3)`` [m], in the heading frame.
 
     Returns:
-        ``(S + 1, 6)`` [m, rad]. Yaw counts whole turns as the postures do.
+        ``(S + 1, 6)`` [m, rad].
     """
     assert steps.tilts is not None
-    out = base_poses(robot, steps.heading, cogs, steps.tilts)
-    asked = steps.tilts[:, 2] - steps.tilts[0, 2]
-    missing = asked - (out[:, 5] - out[0, 5])
-    out[:, 5] += 2.0 * np.pi * np.round(missing / (2.0 * np.pi))
-    return out
+    return base_poses(robot, steps.heading, cogs, steps.tilts)
 
 
 def turning_pose(robot: Quadruped, steps: CrawlSteps, bases: FloatArray) -> PoseAt:

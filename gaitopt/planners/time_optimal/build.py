@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from gaitopt.conventions import FloatArray
 from gaitopt.optimize.route.layout import TIME_UNIT_ROTATION, Rows
 from gaitopt.optimize.route.legs import FOOT, JOINTS, ORIENTATION, POSE, StackedLegs
 from gaitopt.optimize.route.problem import RouteProblem
@@ -26,7 +27,8 @@ from gaitopt.planners.time_optimal.support import support_on_spans
 from gaitopt.planners.time_optimal.walk import Route
 
 MOST_TILT = 0.35
-"""Largest roll, pitch and yaw of the body against level and heading [rad]: 20 degrees."""
+"""Largest roll, pitch and yaw of the body against level and heading, or against the postures that
+the footholds ask for [rad]: 20 degrees."""
 CUT_SHARE = 0.15
 """Height by which a turn at the clearance is raised at first, as a share of the clearance."""
 FAR_LIMIT = 0.9
@@ -44,7 +46,7 @@ def build_route(route: Route) -> tuple[RouteKnots, RouteProblem]:
     distance = np.stack([joints.min(0) - legs.low.ravel(), legs.high.ravel() - joints.max(0)])
     problem = RouteProblem(
         legs=legs, feet=knots.feet, swing=knots.in_air, poses=poses,
-        unknown=_number_unknowns(settings, knots), rows=_rows(route, knots),
+        unknown=_number_unknowns(settings, knots), rows=_rows(route, knots, poses),
         # So written, a limit counts whose distance is not a number.
         used_limits=~(distance > FAR_LIMIT),
         time_unit=float(TIME_UNIT_ROTATION / legs.velocity_limits.min()),
@@ -92,13 +94,18 @@ def _number_unknowns(settings: RouteSettings, knots: RouteKnots) -> np.ndarray:
     return numbers
 
 
-def _rows(route: Route, knots: RouteKnots) -> Rows:
-    """All inequalities at single knots, but those of the true centre of mass."""
+def _rows(route: Route, knots: RouteKnots, poses: FloatArray) -> Rows:
+    """All inequalities at single knots, but those of the true centre of mass.
+
+    Args:
+        route, knots: the walk.
+        poses: the first guess ``(K, 9)``.
+    """
     parts = []
     if not route.settings.true_com:
         parts.append(_support_rows(route.settings, knots))
     if route.settings.free.posture:
-        parts.append(_tilt_rows(len(knots.feet)))
+        parts.append(_tilt_rows(poses))
     if route.settings.free.swing and route.count:
         parts += [_height_rows(route, knots), *_column_rows(route, knots)]
     return Rows.joined(parts)
@@ -114,14 +121,15 @@ def _support_rows(settings: RouteSettings, knots: RouteKnots) -> Rows:
     return Rows(sides.knot[later], linear, np.zeros_like(linear), -sides.offset[later] - margin)
 
 
-def _tilt_rows(knots: int) -> Rows:
-    """Roll, pitch and yaw are at most :data:`MOST_TILT`, and at least minus that."""
-    knot = np.repeat(np.arange(1, knots), 6)
-    each = np.zeros((knots - 1, 3, 2, POSE))
+def _tilt_rows(poses: FloatArray) -> Rows:
+    """Roll, pitch and yaw are within :data:`MOST_TILT` of those of a first guess ``(K, 9)``."""
+    knot = np.repeat(np.arange(1, len(poses)), 6)
+    each = np.zeros((len(poses) - 1, 3, 2, POSE))
     for i, column in enumerate(range(ORIENTATION.start, ORIENTATION.stop)):
         each[:, i, :, column] = [1.0, -1.0]
     linear = each.reshape(-1, POSE)
-    return Rows(knot, linear, np.zeros_like(linear), np.full(len(knot), MOST_TILT))
+    guessed = (linear * poses[knot]).sum(axis=1)
+    return Rows(knot, linear, np.zeros_like(linear), MOST_TILT - guessed)
 
 
 def _height_rows(route: Route, knots: RouteKnots) -> Rows:
@@ -135,7 +143,7 @@ def _height_rows(route: Route, knots: RouteKnots) -> Rows:
     count, above = settings.swing_knots, knots_above_column(settings)
     in_air = np.arange(1, count)
     height = np.full((route.count, len(in_air)), settings.clearance + settings.clearance_reserve)
-    apex = max(settings.swing_height, settings.clearance)
+    apex = np.maximum(route.steps.lifts, settings.clearance)[:, None]
     middle = smooth_apex_knots(np.zeros(1, dtype=int), count)
     for knot in middle if settings.smooth else middle[:1]:
         height[:, knot - 1] = apex

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from gaitopt.conventions import FloatArray
-from gaitopt.optimize.route.legs import BODY, FOOT, POSE
+from gaitopt.optimize.route.legs import BODY, FOOT, ORIENTATION, POSE
 from gaitopt.plan.settings.time_optimal import RouteSettings
 from gaitopt.planners.time_optimal.knots import RouteKnots
 from gaitopt.planners.time_optimal.walk import Route
@@ -32,15 +32,19 @@ def first_guess(route: Route, knots: RouteKnots) -> FloatArray:
     """
     steps, settings = route.steps, route.settings
     poses = np.zeros((len(knots.feet), POSE))
-    poses[:, BODY] = _body_centres(route)
+    poses[:, BODY] = _evenly(route, route.cogs)
+    if steps.tilts is not None:
+        poses[:, ORIENTATION] = _evenly(route, steps.tilts)
     lift_offs = steps.feet[np.arange(route.count), steps.indices]
-    corners = box_corners(lift_offs, steps.targets, settings.swing_height)
-    places = _places_along_free_swing(settings) if settings.free.swing else _places_along_box(
-        settings.swing_knots
-    )  # fmt: skip
+    corners = box_corners(lift_offs, steps.targets, steps.lifts)
+    box = _places_along_box(settings.swing_knots)
+    places = np.array([
+        _places_along_free_swing(settings, lift) if settings.free.swing else box
+        for lift in steps.lifts.tolist()
+    ]).reshape(route.count, -1)  # fmt: skip
     edge = np.minimum(places.astype(int), 2)
-    along = (places - edge)[None, :, None]
-    feet = corners[:, edge] * (1.0 - along) + corners[:, edge + 1] * along
+    along, number = (places - edge)[..., None], np.arange(route.count)[:, None]
+    feet = corners[number, edge] * (1.0 - along) + corners[number, edge + 1] * along
     if settings.free.swing:
         feet[:, 1:-1, 2] += GUESS_LIFT
     in_air = knots.in_air.sum(axis=1) > 0
@@ -48,13 +52,18 @@ def first_guess(route: Route, knots: RouteKnots) -> FloatArray:
     return poses
 
 
-def _body_centres(route: Route) -> FloatArray:
-    """Body centre at all knots ``(K, 3)`` [m]."""
-    settings, cogs = route.settings, route.cogs
+def _evenly(route: Route, targets: FloatArray) -> FloatArray:
+    """Values at all knots ``(K, 3)`` that change evenly in stance phases, and not in swings.
+
+    Args:
+        route: the walk.
+        targets: values at the start and during each swing ``(S + 1, 3)``.
+    """
+    settings = route.settings
     share = np.arange(1, settings.stance_knots + 1)[:, None] / settings.stance_knots
-    stance = cogs[:-1, None] + np.diff(cogs, axis=0)[:, None] * share
-    swing = np.repeat(cogs[1:, None], settings.swing_knots, axis=1)
-    return np.concatenate([cogs[:1], np.concatenate([stance, swing], axis=1).reshape(-1, 3)])
+    stance = targets[:-1, None] + np.diff(targets, axis=0)[:, None] * share
+    swing = np.repeat(targets[1:, None], settings.swing_knots, axis=1)
+    return np.concatenate([targets[:1], np.concatenate([stance, swing], axis=1).reshape(-1, 3)])
 
 
 def _places_along_box(swing_intervals: int) -> FloatArray:
@@ -69,13 +78,15 @@ def _places_along_box(swing_intervals: int) -> FloatArray:
     return np.append(np.concatenate(edges), LAST_CORNER)
 
 
-def _places_along_free_swing(settings: RouteSettings) -> FloatArray:
+def _places_along_free_swing(settings: RouteSettings, lift: float) -> FloatArray:
     """Places of the knots of a free swing along a box ``(n + 1,)``, for the first guess.
+
+    The foot rises by ``lift`` [m].
 
     The first knot in the air is a little above the clearance on the way up, and the last one on the
     way down; the others are spread evenly between them.
     """
-    height = max(settings.swing_height, LEAST_SWING_HEIGHT)
+    height = max(lift, LEAST_SWING_HEIGHT)
     first = min(HIGHEST_SHARE, (settings.clearance + GUESS_CLEARANCE) / height)
     in_air = np.linspace(first, LAST_CORNER - first, settings.swing_knots - 1)
     return np.concatenate([[0.0], in_air, [LAST_CORNER]])

@@ -10,7 +10,7 @@ from dataclasses import replace
 from typing import Any
 
 from gaitopt.conventions import Progress
-from gaitopt.errors import GaitoptError, InfeasibleStepError, InputError, SolverError
+from gaitopt.errors import GaitoptError, InfeasibleStepError, SolverError
 from gaitopt.gait.crawl import CRAWL_SEQUENCES, FREE_ORDER, WANG_SEQUENCE
 from gaitopt.optimize.route.legs import check_square_legs
 from gaitopt.plan.plan import Plan
@@ -21,6 +21,7 @@ from gaitopt.planners.free_order.search import find_order
 from gaitopt.planners.phase_by_phase.planner import (
     plan_in_order,
     plan_touches,
+    with_first_posture,
     with_fitting_height,
 )
 from gaitopt.planners.phase_by_phase.steps import check_robot, check_walk
@@ -45,7 +46,11 @@ def plan_route(
 
     Args:
         robot: from :func:`gaitopt.load_robot`; its legs need a roll joint.
-        footholds: where the feet go; the first of each leg is where it stands at the start.
+        footholds: where the feet go; the first of each leg is where it stands at the start. Their
+            ``order`` holds where no ``sequence`` is asked for; their ``swing_heights`` hold in
+            place of ``swing_height``, and their ``postures`` in place of ``body_height``,
+            ``follow_terrain`` and ``heading``. Where the body's posture is free, it stays within
+            20 degrees of them.
         settings: all settings as one object. By default they fit the robot: margins and heights
             are to its size, and of a few body heights the first is taken at which the walk is
             possible phase by phase.
@@ -69,27 +74,15 @@ def plan_route(
     open_height = settings is None and options.get("body_height") is None
     chosen = chosen_settings(RouteSettings, robot, settings, options)
     chosen = chosen.with_order_of(footholds, options.get("sequence") is not None)
-    _check_footholds(footholds)
+    if footholds.postures is not None:
+        chosen = with_first_posture(chosen, footholds)
+        open_height = False
     if open_height:
         fitting = with_fitting_height(robot, footholds, crawl_settings(chosen))
         chosen = replace(chosen, body_height=fitting.body_height)
     if chosen.sequence == FREE_ORDER:
         return _fastest_order(robot, footholds, chosen, progress)
     return _plan_in_order(robot, footholds, chosen, progress)
-
-
-def _check_footholds(footholds: Footholds) -> None:
-    """Refuse footholds that tell more of the walk than this planner can take into account.
-
-    Raises:
-        InputError: they do; names what.
-    """
-    for name in ("swing_heights", "postures"):
-        if getattr(footholds, name) is not None:
-            raise InputError(
-                f"a time-optimal walk does not take {name} of footholds into account; plan the "
-                f"walk phase by phase (gaitopt.plan_crawl), or leave {name} out"
-            )
 
 
 def _plan_in_order(

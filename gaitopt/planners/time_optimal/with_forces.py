@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from time import process_time
 
+import numpy as np
+
 from gaitopt.conventions import Progress
 from gaitopt.errors import InfeasibleStepError, SolverError
 from gaitopt.plan.plan import Plan
@@ -17,6 +19,7 @@ from gaitopt.planners.time_optimal.straight.planner import straight_plan
 from gaitopt.planners.time_optimal.walk import Route, crawl_settings
 from gaitopt.retiming.retimed import retimed
 from gaitopt.robots.pace import has_quick_joints
+from gaitopt.terrain.footholds import Footholds
 
 
 def plan_with_forces(route: Route, progress: Progress | None = None) -> Plan:
@@ -39,6 +42,8 @@ def plan_with_forces(route: Route, progress: Progress | None = None) -> Plan:
     """
     free = route.settings.free
     continuous = free.swing and has_quick_joints(route.robot) and route.settings.horizon is None
+    # The body of a continuous walk is level.
+    continuous &= route.steps.tilts is None
     splines = free.swing and route.settings.horizon is None
     boxes = None if splines else _phase_by_phase(route)
     try:
@@ -60,19 +65,35 @@ def _phase_by_phase(route: Route) -> Plan:
     """The walk phase by phase, timed by forces, as a plan of the route's settings."""
     began, settings = process_time(), route.settings
     crawl = replace(crawl_settings(settings), timing=FORCES, forces=settings.forces)
-    rounding = ROUNDING
+    footholds, rounding = route.footholds, ROUNDING
     if settings.free.swing:
         # A rounded box goes straight up until its rounding begins: as high as the clearance.
         clearance = settings.clearance + settings.clearance_reserve
         top = max(crawl.swing_height, clearance)
-        crawl, rounding = replace(crawl, swing_height=top), min(ROUNDING, 1.0 - clearance / top)
-    plan = plan_in_order(route.robot, route.footholds, crawl, rounding=rounding)
+        crawl = replace(crawl, swing_height=top)
+        footholds, least = _lifted(route, clearance)
+        rounding = min(ROUNDING, 1.0 - clearance / min(least, top))
+    plan = plan_in_order(route.robot, footholds, crawl, rounding=rounding)
+    plan = replace(plan, footholds=route.footholds)
     if settings.acceleration_limit is not None:
         plan = retimed(replace(plan, settings=settings))
     record = RouteRecord(stability=plan.record.stability, solver_seconds=process_time() - began)
     # The body rests while a foot flies, so the walk is static whatever was free.
     static = replace(settings, free=replace(settings.free, dynamic=False))
     return replace(plan, settings=static, record=record)
+
+
+def _lifted(route: Route, clearance: float) -> tuple[Footholds, float]:
+    """The footholds with swings that rise by no less than ``clearance`` [m], and the least of them.
+
+    Where they say nothing of swing heights they are the same, and the least is infinite.
+    """
+    heights = route.footholds.swing_heights
+    if heights is None:
+        return route.footholds, np.inf
+    lifted = {leg: np.maximum(h, clearance) for leg, h in heights.items()}
+    least = min((float(h.min()) for h in lifted.values() if len(h)), default=np.inf)
+    return route.footholds.with_(swing_heights=lifted), least
 
 
 def _with_reason(plan: Plan, reason: str) -> Plan:

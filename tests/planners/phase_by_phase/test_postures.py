@@ -10,7 +10,17 @@ import pytest
 from turning import on_the_spot, up_a_ramp
 
 import gaitopt
-from gaitopt import LEGS, InfeasibleStepError, InputError, Plan, Quadruped, plan_crawl, plan_route
+from gaitopt import (
+    LEGS,
+    Footholds,
+    InfeasibleStepError,
+    InputError,
+    Plan,
+    Quadruped,
+    plan_crawl,
+    plan_route,
+)
+from gaitopt.motion.body_and_feet import base_poses
 from gaitopt.stability.margins import static_stability_margin
 
 TURN, SLOPE = 0.3, float(np.radians(10.0))
@@ -158,5 +168,51 @@ def test_postures_go_with_the_order_of_the_footholds(wang: Quadruped) -> None:
         plan_crawl(wang, footholds, sequence=("RH", "LF", "LH", "RF"))
     with pytest.raises(InputError, match="a free order is asked for"):
         plan_crawl(wang, footholds, sequence="free")
-    with pytest.raises(InputError, match="does not take postures of footholds into account"):
-        plan_route(wang, footholds)
+    with pytest.raises(InputError, match="a free order is asked for"):
+        plan_route(wang, footholds, sequence="free")
+
+
+@pytest.mark.parametrize("free", ["overlap", "swing", "posture"])
+def test_time_optimal_walks_turn_with_the_postures(wang: Quadruped, free: str) -> None:
+    """Beyond half a turn from zero, where angles of rotations jump."""
+    footholds = on_the_spot(wang, 1, TURN, first=3.0)
+    plan = plan_route(wang, footholds, free=free, timing="velocity")
+    certificate = gaitopt.verify(plan)
+    assert certificate.ok, certificate.report()
+    assert plan.duration < plan_crawl(wang, footholds, timing="velocity").duration
+    ends = bases(plan, [0.0, plan.duration])[:, 3:]
+    np.testing.assert_allclose(ends[0], [0.0, 0.0, 3.0], atol=1e-9)
+    if free == "posture":
+        assert np.abs(ends[1] - [0.0, 0.0, 3.0 + TURN * 3.5 / 4]).max() < 0.36
+    else:
+        np.testing.assert_allclose(ends[1], [0.0, 0.0, 3.0 + TURN * 3.5 / 4], atol=1e-9)
+    middle = plan.swings[1]
+    rpy = bases(plan, [(middle.start + middle.end) / 2.0])[0, 3:]
+    within = 1e-9 if free == "overlap" else 0.36
+    assert np.abs(rpy - [0.0, 0.0, 3.0 + TURN * 1.5 / 4]).max() < within
+
+
+def test_splines_turn_with_forces(wang: Quadruped) -> None:
+    whole = up_a_ramp(wang, SLOPE, 1)
+    count = {leg: 2 if leg in ("RH", "RF") else 1 for leg in LEGS}
+    assert whole.postures is not None and whole.normals is not None
+    two_steps = Footholds(
+        {leg: whole[leg][: count[leg]] for leg in LEGS}, order=("RH", "RF"),
+        normals={leg: whole.normals[leg][: count[leg]] for leg in LEGS},
+        postures=whole.postures[:3],
+    )  # fmt: skip
+    plan = plan_route(wang, two_steps, free="swing")
+    certificate = gaitopt.verify(plan)
+    assert certificate.ok, certificate.report()
+    assert plan.record.to_dict().get("instead") is None
+    np.testing.assert_allclose(bases(plan, [0.5, 1.0])[:, 4], -SLOPE, atol=1e-9)
+
+
+def test_turns_of_the_base_are_those_of_the_body_however_they_are_cut(wang: Quadruped) -> None:
+    tilts = np.zeros((400, 3))
+    tilts[:, 2] = np.linspace(-9.0, 30.0, 400)
+    whole = base_poses(wang, 2.0, np.zeros((400, 3)), tilts)
+    np.testing.assert_allclose(whole[:, 5], 2.0 + tilts[:, 2], atol=1e-9)
+    for cut in (slice(150, 160), slice(390, 400), slice(7, 8)):
+        part = base_poses(wang, 2.0, np.zeros((len(tilts[cut]), 3)), tilts[cut])
+        np.testing.assert_allclose(part, whole[cut], atol=1e-12)

@@ -87,16 +87,41 @@ def test_an_order_with_other_numbers_of_steps_is_refused(wang: Quadruped) -> Non
 
 
 def test_a_free_order_takes_every_leg_onto_all_of_its_footholds(wang: Quadruped) -> None:
-    plan = plan_crawl(wang, unequal(), sequence="free", timing="velocity")
-    assert sorted(s.leg for s in plan.swings) == sorted(ORDER)
+    columns, order = gaitopt.s_columns(0, columns=3), ("RH", "RF", "LF", "RF")
+    footholds = Footholds(
+        {leg: columns[leg][: order.count(leg) + 1] for leg in LEGS}, columns.radius, order=order
+    )
+    plan = plan_crawl(wang, footholds, sequence="free", timing="velocity")
+    assert sorted(s.leg for s in plan.swings) == sorted(order)
     assert gaitopt.verify(plan).ok
 
 
 def test_the_time_optimal_walk_steps_in_the_order_too(wang: Quadruped) -> None:
     plan = plan_route(wang, unequal(heights=False), free="overlap", timing="velocity")
     assert [s.leg for s in plan.swings] == list(ORDER) and gaitopt.verify(plan).ok
-    with pytest.raises(InputError, match="does not take swing_heights of footholds into account"):
-        plan_route(wang, unequal())
+
+
+@pytest.mark.parametrize("free", ["overlap", "swing"])
+def test_time_optimal_swings_rise_as_high_as_their_own_heights(wang: Quadruped, free: str) -> None:
+    """Along boxes exactly, along free curves at least."""
+    plan = plan_route(wang, unequal(), free=free, timing="velocity")
+    assert gaitopt.verify(plan).ok
+    for swing in plan.swings:
+        instants = np.linspace(swing.start, swing.end, 2001)
+        top = plan.at(instants).feet[:, LEGS.index(swing.leg), 2].max()
+        over = top - max(swing.foot_start[2], swing.foot_end[2]) - 0.03 - 0.01 * swing.index
+        assert -1e-4 < over < (1e-6 if free == "overlap" else 0.02)
+
+
+def test_a_continuous_walk_rises_as_high_as_its_swings_are_to() -> None:
+    a1 = gaitopt.load_robot("a1")
+    columns = gaitopt.s_columns(0, columns=2, robot=a1)
+    heights = {leg: [0.05 + 0.01 * i] for i, leg in enumerate(LEGS)}
+    plan = plan_route(a1, columns.with_(swing_heights=heights))
+    certificate = gaitopt.verify(plan)
+    assert plan.record.to_dict().get("instead") is None
+    assert certificate.ok, certificate.report()
+    assert certificate["swing height"].worst > -1e-6
 
 
 def test_forces_time_such_a_walk_and_its_file_keeps_it(wang: Quadruped, tmp_path: Path) -> None:

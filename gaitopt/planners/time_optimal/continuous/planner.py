@@ -74,7 +74,7 @@ def _plan_at(route: Route, pace: float) -> Plan:
         route.robot, settings.heading, legs, knots, first_guess(route, knots), spans,
         whole_body=True,
     )  # fmt: skip
-    found = balanced(route, with_flights(motion, settings, radius))
+    found = balanced(route, with_flights(motion, settings, route.steps.lifts, radius))
     _check(route, found.motion)
     record = _record(route, found, process_time() - began)
     # Margins of a static walk's phases are those of the centre that promises them.

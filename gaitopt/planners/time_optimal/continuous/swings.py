@@ -26,12 +26,15 @@ foot is above its foothold at its first control point in the air. With 0.5 the s
 1.51 s, and two of them pass."""
 
 
-def with_flights(motion: SplineMotion, settings: RouteSettings, radius: float) -> SplineMotion:
+def with_flights(
+    motion: SplineMotion, settings: RouteSettings, lifts: FloatArray, radius: float
+) -> SplineMotion:
     """The motion with flights that keep the clearance.
 
     Args:
         motion: its footholds count.
-        settings: with heights and the number of knots of a swing.
+        settings: with the clearance and the number of knots of a swing.
+        lifts: how far the foot rises above the higher end of each swing ``(S,)`` [m].
         radius: how far from a foothold a foot stands on it [m].
     """
     wanted = settings.clearance + settings.clearance_reserve
@@ -42,7 +45,7 @@ def with_flights(motion: SplineMotion, settings: RouteSettings, radius: float) -
     for rise in (RISE, STEEP_RISE):
         for spread in SPREAD:
             poses = motion.poses.copy()
-            at, feet = _control_points(flights, settings, spread, rise)
+            at, feet = _control_points(flights, settings, lifts, spread, rise)
             poses[at[low], FOOT] = feet[low]
             motion = replace(motion, poses=poses)
             heights = np.append(lowest_heights(motion, radius), np.inf)
@@ -53,7 +56,11 @@ def with_flights(motion: SplineMotion, settings: RouteSettings, radius: float) -
 
 
 def _control_points(
-    flights: Flights, settings: RouteSettings, spread: float, rise: tuple[float, ...]
+    flights: Flights,
+    settings: RouteSettings,
+    lifts: FloatArray,
+    spread: float,
+    rise: tuple[float, ...],
 ) -> tuple[np.ndarray, FloatArray]:
     """Knots in the air ``(S, n - 1)``, and the foot's control points ``(S, n - 1, 3)`` [m]."""
     intervals = settings.swing_knots
@@ -66,6 +73,6 @@ def _control_points(
     feet = start[:, None] + (end - start)[:, None] * along[:, None]
     # The way up begins at the foothold that is nearer in time.
     base = np.where(2 * number <= intervals, start[:, 2:], end[:, 2:])
-    top = flights.higher_foothold + max(settings.swing_height, settings.clearance)
+    top = flights.higher_foothold + np.maximum(lifts, settings.clearance)
     feet[..., 2] = base + (top[:, None] - base) * up
     return flights.lift_off[:, None] + number, feet

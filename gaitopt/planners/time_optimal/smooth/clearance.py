@@ -115,7 +115,8 @@ def with_raised_heights(
         if only_upward:
             offset[rows] = -(LIMIT_OVERCORRECTION * np.maximum(missing, 0.0) - offset[rows])
             continue
-        least = np.where(np.isin(knot, apexes), max(settings.swing_height, wanted), wanted)
+        apex = np.maximum(window.route.steps.lifts[flight], wanted)
+        least = np.where(np.isin(knot, apexes), apex, wanted)
         least = flights.higher_foothold[flight] + least
         if settings.forces:
             # Few rounds: less is taken back than there is too much, more is added than is missing.
