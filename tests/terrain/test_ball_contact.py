@@ -142,7 +142,7 @@ def test_nothing_is_told_where_ground_within_the_radius_is_unknown() -> None:
     assert np.isnan(ground.ball([-0.1, 0.5], 0.0).centres).all()
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(seed=st.integers(0, 10_000), radius=st.floats(0.001, 0.06))
 def test_a_ball_on_higher_ground_is_higher_and_a_mirrored_ground_mirrors_it(
     seed: int, radius: float

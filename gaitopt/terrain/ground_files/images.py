@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -37,7 +38,8 @@ def read_png(path: Path, options: Options) -> HeightMap:
     check_size(width, height)
     if depth == 16 and kind != _GREY:
         raise GroundError(
-            "it has 16 bits a colour; save it as 16-bit greyscale without transparency"
+            "it has 16 bits a colour; save it as 16-bit greyscale without transparency, for "
+            "instance with: magick map.png -alpha off -colorspace gray -depth 16 grey.png"
         )
     resolution = options.needed_resolution("PNG files")
     if options.heights is None:
@@ -81,11 +83,22 @@ def _from_above(picture: FloatArray) -> FloatArray:
 
 @contextmanager
 def _opened(data: bytes, form: str) -> Iterator[Any]:
-    """An image of one format in memory."""
-    from PIL import Image
+    """An image of one format in memory. What Pillow warns of, such as tags cut off, is an error."""
+    from PIL import Image, UnidentifiedImageError
 
-    with Image.open(io.BytesIO(data), formats=[form]) as image:
-        yield image
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        try:
+            image = Image.open(io.BytesIO(data), formats=[form])
+        except UnidentifiedImageError:
+            raise GroundError(
+                f"it is damaged, or no {form} file that can be read; integers and 32-bit floats "
+                "can be, which gdal_translate -ot Float32 in.tif out.tif writes"
+                if form == "TIFF"
+                else f"it is damaged, or no {form} file"
+            ) from None
+        with image:
+            yield image
 
 
 def _shades(image: Any, kind: int, depth: int) -> tuple[FloatArray, Any]:
