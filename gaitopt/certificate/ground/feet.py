@@ -84,19 +84,24 @@ def normals_of_footholds(plan: Plan, surface: Surface) -> Check:
     worst, where = 0.0, ""
     normals = plan.footholds.normal_array
     for k, leg in enumerate(LEGS):
-        for n, point in enumerate(plan.footholds[leg]):
-            angle = _angle(surface, point + more * normals[k, n], radius, normals[k, n])
+        own = normals[k, : len(plan.footholds[leg])]
+        middles = plan.footholds[leg] + more * own
+        distances = surface.distances(middles, radius + REACH)
+        for n, (middle, distance) in enumerate(zip(middles, distances, strict=True)):
+            known = 0.0 < distance < radius + REACH
+            angle = _angle(surface.contacts(middle, distance + SAME), own[n]) if known else np.inf
             if not angle <= worst:
                 worst, where = angle, f"{leg}, foothold {n}"
     return judged("normals of footholds", worst, NORMAL, "rad", where=where)
 
 
-def _angle(surface: Surface, middle: FloatArray, radius: float, normal: FloatArray) -> float:
-    """Angle between a normal and those of the ground at a ball [rad]; infinite without ground."""
-    distance = float(surface.nearest(middle[None], radius + REACH).distances[0])
-    touched = surface.contacts(middle, distance + SAME)
+def _angle(touched: FloatArray, normal: FloatArray) -> float:
+    """Angle between a normal and those of the ground at a ball [rad].
+
+    Args:
+        touched: from the ball's middle to where it touches the ground ``(k, 3)`` [m].
+        normal: as a foothold has it ``(3,)``.
+    """
     lengths = np.linalg.norm(touched, axis=1)
-    if not 0.0 < distance < radius + REACH or not lengths.min(initial=np.inf) > 0.0:
-        return np.inf
     _, rest = nnls(-(touched / lengths[:, None]).T, normal)
     return float(np.arcsin(min(float(rest), 1.0)))

@@ -17,9 +17,9 @@ from gaitopt.certificate.trace import Motion
 from gaitopt.conventions import LEGS, BoolArray, FloatArray
 from gaitopt.plan.plan import Plan
 
-KNOWN = 0.05
+KNOWN = 0.2
 """A gap is known well enough when half the piece of chord that it belongs to is no longer than this
-share of it. Chosen: reports are then true to 5 %."""
+share of it. Chosen: reports are then true to 20 %."""
 SHORTEST = 2e-5
 """Shortest piece of a chord that is looked at [m]. Chosen: a fifth of how far a foot may leave its
 chord."""
@@ -29,7 +29,7 @@ MOST_ROUNDS = 16
 POINT = 0.01
 """How far a foot that is a point is from the end of its swing where it counts as there [m]; one
 that is a ball, by its radius. Chosen: the radius of a small foot."""
-ROOM = 0.02
+ROOM = 0.01
 """Distances are computed up to this one beyond a foot's radius [m]. Chosen: a larger one says no
 more than that a foot is well above the ground."""
 

@@ -144,7 +144,7 @@ class Surface:
             points: from which ``(N, 3)`` [m].
             reach: farthest distance that is of interest [m]; larger ones are told as this.
         """
-        cells = int(np.ceil(2.0 * reach / self.resolution)) + 3
+        cells = int(np.ceil(2.0 * reach / self.resolution)) + 1
         many = max(AT_ONCE // cells**2, 1)
         parts = [
             self._nearest(points[k : k + many], reach, cells) for k in range(0, len(points), many)
@@ -194,14 +194,14 @@ class Surface:
             point: from which ``(3,)`` [m].
             reach: how far they may be away [m].
         """
-        cells = int(np.ceil(2.0 * reach / self.resolution)) + 3
+        cells = int(np.ceil(2.0 * reach / self.resolution)) + 1
         corners = self._corners_near(point[None], reach, cells)
         away = np.concatenate([on_faces(corners, self.resolution), on_edges(corners)], axis=1)[0]
         return np.asarray(away[np.linalg.norm(away, axis=1) <= reach])
 
     def _corners_near(self, points: FloatArray, reach: float, cells: int) -> FloatArray:
         """From points to those of the grid that are near ``(N, cells + 1, cells + 1, 3)`` [m]."""
-        first = np.floor((points[:, :2] - reach - self.origin) / self.resolution) - 1
+        first = np.floor((points[:, :2] - reach - self.origin) / self.resolution)
         # Points far off the map, or no numbers, have nothing near them.
         first = np.clip(np.nan_to_num(first), -(cells + 2), max(self.z.shape) + 2).astype(int)
         steps = np.arange(cells + 1)
