@@ -56,7 +56,7 @@ def test_search_finds_an_order_exactly_where_there_is_one(wang: Quadruped) -> No
     """Strides at which some terrains are possible and some are not."""
     settings = CrawlSettings(stability_margin=MARGIN, timing="velocity")
     outcomes = set()
-    for seed in (1, 6, 8, 9):
+    for seed in (6, 9):  # none of the 24 orders is possible, and two are
         terrain = one_step_each(seed, 0.38)
         any_order = bool(certified_durations(wang, terrain))
         found = find_order(wang, terrain, settings).complete
@@ -102,7 +102,7 @@ def test_an_order_in_which_legs_touch_gives_way_to_one_in_which_they_do_not(
 
 
 def test_the_gain_is_told_and_the_order_saved(wang: Quadruped, tmp_path: Path) -> None:
-    terrain = s_columns(0, columns=4)
+    terrain = s_columns(0, columns=3)
     fixed, plan = (
         plan_crawl(wang, terrain, timing="velocity"),
         plan_crawl(wang, terrain, sequence="free", timing="velocity"),
@@ -116,7 +116,7 @@ def test_the_gain_is_told_and_the_order_saved(wang: Quadruped, tmp_path: Path) -
 
 
 def test_the_order_is_the_same_whichever_way_the_walk_faces(wang: Quadruped) -> None:
-    terrain, turn = s_columns(1, columns=3), 0.7
+    terrain, turn = s_columns(1, columns=2), 0.7
     turned = Footholds(
         {leg: terrain[leg] @ rotation_z(turn).T for leg in LEGS}, radius=terrain.radius
     )
@@ -127,7 +127,7 @@ def test_the_order_is_the_same_whichever_way_the_walk_faces(wang: Quadruped) -> 
 
 
 def test_the_estimated_time_is_near_that_of_the_plan(wang: Quadruped) -> None:
-    terrain = s_columns(2, columns=4)
+    terrain = s_columns(2, columns=3)
     order = find_order(wang, terrain, CrawlSettings(timing="velocity"))
     plan = plan_crawl(wang, terrain, sequence=order.legs, timing="velocity")
     assert order.complete and order.duration == pytest.approx(plan.duration, rel=5e-3)
@@ -146,7 +146,7 @@ def test_standing_still_needs_no_order(wang: Quadruped) -> None:
 
 def test_a_time_optimal_walk_takes_the_fastest_of_all_orders(wang: Quadruped) -> None:
     """Of the six cycles and the order that the search finds phase by phase."""
-    terrain = s_columns(0, columns=3)
+    terrain = s_columns(0, columns=2)
     found = find_order(wang, terrain, CrawlSettings(timing="velocity")).legs
     orders = [*CRAWL_SEQUENCES, found]
     plans = [

@@ -44,7 +44,7 @@ def test_a_large_clearance_and_uneven_columns_are_kept_clear_of(
     wang: Quadruped, variant: str, limit: float | None, clearance: float, jitter: float
 ) -> None:
     """A foot far below its goal cuts a large corner as a spline; in joint space it flies an arc."""
-    footholds = gaitopt.s_columns(0, columns=3, height_jitter=jitter)
+    footholds = gaitopt.s_columns(0, columns=2, height_jitter=jitter)
     plan = plan_route(
         wang,
         footholds,
@@ -60,6 +60,6 @@ def test_a_large_clearance_and_uneven_columns_are_kept_clear_of(
 
 
 def test_windows_keep_the_clearance(wang: Quadruped) -> None:
-    footholds = gaitopt.s_columns(1, columns=4, height_jitter=0.03)
+    footholds = gaitopt.s_columns(1, columns=3, height_jitter=0.03)
     plan = plan_route(wang, footholds, free="dynamic", horizon=4, timing="velocity")
     assert 0.02 <= plan.record.clearance <= lowest_outside(plan)

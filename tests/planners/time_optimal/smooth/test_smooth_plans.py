@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -96,12 +99,12 @@ def test_a_plan_tells_the_margin_that_its_zmp_keeps(
     assert static.record.zmp_margin is None
 
 
-@pytest.mark.parametrize("variant", ["dynamic", "height"])
-def test_a_horizon_loses_little_time(wang: Quadruped, variant: str) -> None:
-    """Windows go on in motion, and the joints keep their limits where two of them meet."""
-    footholds = gaitopt.s_columns(1, columns=5)
-    whole, near = (
-        plan_route(
+@pytest.fixture(scope="module")
+def in_windows(wang: Quadruped) -> Callable[[str, int | None], Plan]:
+    """Twelve steps by variant and horizon, with accelerations up to 6 rad/s^2."""
+    footholds = gaitopt.s_columns(1, columns=4)
+    return cache(
+        lambda variant, horizon: plan_route(
             wang,
             footholds,
             free=variant,
@@ -109,8 +112,15 @@ def test_a_horizon_loses_little_time(wang: Quadruped, variant: str) -> None:
             horizon=horizon,
             timing="velocity",
         )
-        for horizon in (None, 8)
     )
+
+
+@pytest.mark.parametrize("variant", ["dynamic", "height"])
+def test_a_horizon_loses_little_time(
+    in_windows: Callable[[str, int | None], Plan], variant: str
+) -> None:
+    """Windows go on in motion, and the joints keep their limits where two of them meet."""
+    whole, near = in_windows(variant, None), in_windows(variant, 6)
     gaitopt.verify(near).raise_for_violations()
     assert 0.98 * whole.duration < near.duration < 1.02 * whole.duration
     assert near.record.windows == 3
@@ -118,13 +128,11 @@ def test_a_horizon_loses_little_time(wang: Quadruped, variant: str) -> None:
     assert near.path.jumps(1).max() < 1e-6
 
 
-def test_windows_begin_in_motion(wang: Quadruped) -> None:
+def test_windows_begin_in_motion(in_windows: Callable[[str, int | None], Plan]) -> None:
     """Where one begins the robot neither stands nor slows down: it has steps ahead."""
-    plan = plan_route(
-        wang, gaitopt.s_columns(1, columns=5), free="dynamic", horizon=8, timing="velocity"
-    )
+    plan = in_windows("dynamic", 6)
     speed = np.abs(plan.path.evaluate([swing.end for swing in plan.swings], 1)[:, 6:]).max(axis=1)
-    last_kept = np.array([3, 7])
+    last_kept = np.array([2, 5])
     assert (speed[last_kept] > 0.5 * np.median(speed[:-1])).all()
     assert speed[-1] == pytest.approx(0.0, abs=1e-6)
 
@@ -139,11 +147,11 @@ def test_terrains_that_once_failed_are_certified(wang: Quadruped, seed: int) -> 
     assert float(plan.record.violation) <= 1e-6
 
 
-@pytest.mark.parametrize("name", ["anymal_c", "wang2020-fast"])
-def test_robots_with_fast_joints_walk_dynamically(name: str) -> None:
+@pytest.mark.parametrize(("name", "columns"), [("anymal_c", 3), ("wang2020-fast", 2)])
+def test_robots_with_fast_joints_walk_dynamically(name: str, columns: int) -> None:
     """Tens of times as fast as wang2020, and quick enough to fall: the ground always bears load."""
     robot = gaitopt.load_robot(name)
-    footholds = s_columns(4, columns=3, robot=robot)
+    footholds = s_columns(4, columns=columns, robot=robot)
     plan = plan_route(
         robot, footholds, free="dynamic", body_height=robot.standing_height, timing="velocity"
     )
