@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -11,6 +11,14 @@ from gaitopt.errors import InputError
 TIMESTEPS = (1e-4, 0.02)
 """Smallest and largest timestep of the physics [s]: shorter ones are slower than real time, with
 longer ones the servos are unstable."""
+
+ROUNDING = 1e-9
+"""Rounding of the quotient of two timesteps."""
+
+MAP_TIMESTEP = 0.001
+"""Longest timestep of the physics on a height map [s]. Feet that land on slopes and edges jump
+aside in steps of 2 ms: over rubble and stairs the largest landing errors of go2 and anymal_c were
+10 to 12 mm, and in steps of 1 ms 5 to 9 mm."""
 
 
 @dataclass(frozen=True)
@@ -43,9 +51,9 @@ class SimulationSettings:
     Where an attribute names no reason for its default, the default was chosen.
 
     Attributes:
-        timestep: of the physics [s].
-        control_every: physics steps between two calls of the controller. The servos run at every
-            step.
+        timestep: of the physics [s]; on a height map :data:`MAP_TIMESTEP` at most.
+        control_every: steps of this length between two calls of the controller. The servos run at
+            every step of the physics.
         friction: coefficient between feet and ground.
         sensing_delay: age of the measurements that the controller gets of body, joints and
             contacts, rounded up to whole calls of the controller [s]. The servos' own encoders are
@@ -131,6 +139,12 @@ class SimulationSettings:
                 raise InputError(f"{name} must be a whole number, got {getattr(self, name)!r}")
         if self.control_every < 1:
             raise InputError(f"control_every must be at least 1, got {self.control_every!r}")
+
+    def on_height_map(self) -> SimulationSettings:
+        """The same with steps of the physics that are short enough for a height map."""
+        parts = int(np.ceil(self.timestep / MAP_TIMESTEP - ROUNDING))
+        every = self.control_every * parts
+        return replace(self, timestep=self.timestep / parts, control_every=every)
 
     @property
     def control_interval(self) -> float:

@@ -60,9 +60,10 @@ def simulate(
     check_kind("settings", settings, SimulationSettings)
     check_kind("gains", gains, ControlGains)
     mujoco = import_mujoco()
-    sim = build_sim_model(plan.robot, plan.footholds, gains, settings)
-    controller = TrackingController(plan, gains, settings.control_interval)
-    record = _Run(mujoco, plan, sim, controller, settings).run()
+    physics = settings if plan.footholds.ground is None else settings.on_height_map()
+    sim = build_sim_model(plan.robot, plan.footholds, gains, physics)
+    controller = TrackingController(plan, gains, physics.control_interval)
+    record = _Run(mujoco, plan, sim, controller, physics).run()
     return report(plan, record, sim.columns, gains, settings)
 
 

@@ -126,6 +126,19 @@ def test_legs_may_have_different_numbers_of_columns(wang: Quadruped) -> None:
     assert row[1] == row[2] and len(np.unique(sim.columns)) == 11
 
 
+@pytest.mark.parametrize(
+    ("timestep", "every", "expected"),
+    [(0.002, 3, (0.001, 6)), (0.0025, 2, (0.0025 / 3, 6)), (0.001, 6, (0.001, 6)),
+     (0.0004, 4, (0.0004, 4)), (0.003, 1, (0.001, 3))],
+)  # fmt: skip
+def test_steps_are_short_on_a_map(timestep: float, every: int, expected: tuple[float, int]) -> None:
+    """The controller is called as often."""
+    settings = SimulationSettings(timestep=timestep, control_every=every)
+    found = settings.on_height_map()
+    assert (found.timestep, found.control_every) == (pytest.approx(expected[0]), expected[1])
+    assert found.control_interval == pytest.approx(settings.control_interval)
+
+
 @pytest.fixture(scope="module")
 def walk() -> Plan:
     """Eight steps of go2 on a level map."""
