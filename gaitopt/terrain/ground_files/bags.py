@@ -41,7 +41,9 @@ def read_bag(path: Path, options: Options) -> HeightMap:
     """
     options.only("bags", "origin", "layer", "topic", "message")
     if find_spec("rosbags") is None:
-        raise MissingPackageError("reading bags needs rosbags: pip install 'gaitopt[ground]'")
+        raise MissingPackageError(
+            f"{path} is a bag; reading it needs the package rosbags: pip install 'gaitopt[ground]'"
+        )
     message = -1 if options.message is None else options.message
     told, numbers = _message(path, {"topic": options.topic, "message": message})
     return options.placed(*layer_heights(told, numbers, options.layer))

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from grid_map_bags import KIND, grid_map, type_store, write_bag
 
-from gaitopt import GroundError, HeightMap, InputError, load_ground
+from gaitopt import GroundError, HeightMap, InputError, MissingPackageError, load_ground
 from gaitopt.conventions import FloatArray
 from gaitopt.terrain.ground_files.bag_process import MOST_MEMORY, described
 from gaitopt.terrain.ground_files.bags import layer_heights
@@ -128,6 +128,15 @@ def test_a_layer_that_holds_fewer_numbers_than_it_tells() -> None:
     message.data[0].layout.dim[0].size = 4
     with pytest.raises(GroundError, match="4 by 3 cells, and holds 9 numbers"):
         ground_of(message)
+
+
+def test_without_rosbags_the_error_says_how_to_install_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("gaitopt.terrain.ground_files.bags.find_spec", lambda name: None)
+    (tmp_path / "map.mcap").write_bytes(b"")
+    with pytest.raises(MissingPackageError, match=r"pip install 'gaitopt\[ground\]'"):
+        load_ground(tmp_path / "map.mcap")
 
 
 def test_files_that_are_no_bags_are_refused(tmp_path: Path) -> None:
