@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -16,7 +16,13 @@ from gaitopt.cli.options import (
 )
 from gaitopt.cli.robot_options import RobotChoice, takes_robot
 from gaitopt.cli.support import file_name, parse_speed, print_files, progress_bar, terminal
+from gaitopt.errors import InputError
 from gaitopt.files import written_whole
+
+
+def _map(text: str, **limits: Any) -> Any:
+    """An option of walks over height maps, with its help."""
+    return typer.Option(help=text, rich_help_panel="Walks over height maps", **limits)
 
 
 @takes_robot("wang2020")
@@ -35,12 +41,45 @@ def study(
     ] = None,
     speed: SpeedOption = "max",
     with_physics: Annotated[
-        bool, typer.Option("--simulate", help="Also simulate every plan with physics.")
+        bool, typer.Option("--simulate", "--physics", help="Also simulate every plan with physics.")
     ] = False,
     collisions: Annotated[
-        bool, typer.Option("--collisions", help="Also check for self-collisions.")
-    ] = False,
+        bool | None,
+        typer.Option(
+            help="Whether to check for self-collisions; by default on height maps only.",
+            show_default=False,
+        ),
+    ] = None,
     free: FreeOption = None,
+    terrain: Annotated[
+        list[str] | None,
+        _map(
+            "Walk over height maps of this kind, as rubble or stairs; may be given more than once.",
+            metavar="NAME",
+        ),
+    ] = None,
+    difficulty: Annotated[
+        list[float] | None,
+        _map("From 0, easy, to 1; may be given more than once; 0.5 by default.", min=0.0, max=1.0),
+    ] = None,
+    length: Annotated[
+        float | None, _map("From start to goal, in metres; 3 by default.", metavar="METRES")
+    ] = None,
+    size: Annotated[
+        list[str] | None,
+        _map(
+            "A size of the ground, as height=0.1, instead of what follows from the difficulty.",
+            metavar="NAME=METRES",
+        ),
+    ] = None,
+    exhaustive: Annotated[
+        int | None,
+        _map(
+            "Width up to which maps are searched once more before they count as not solvable, "
+            "384 by default; 0 leaves that open.",
+            min=0,
+        ),
+    ] = None,
     jobs: JobsOption = -1,
     scheduler: Annotated[
         str | None,
@@ -49,27 +88,90 @@ def study(
 ) -> None:
     """Plan, certify and simulate walks over many terrains on all cores.
 
-    A study that was stopped continues where its table ends.
+    The terrains are columns, or with --terrain height maps over which footholds are searched for. A
+    study that was stopped continues where its table ends.
     """
+    count = range(seed or 0, (seed or 0) + seeds)
+    columns = {"--objective": objective, "--stability-margin": stability_margin, "--free": free,
+               "--speed": None if speed == "max" else speed}  # fmt: skip
+    maps = {"--difficulty": difficulty, "--length": length, "--size": size,
+            "--exhaustive": exhaustive}  # fmt: skip
+    how: dict[str, Any] = {"jobs": jobs, "scheduler": scheduler}
+    if terrain:
+        _refuse(columns, "is for walks over columns: leave out --terrain")
+        on_maps = _map_fields(difficulty, length, size, exhaustive)
+        on_maps |= {"collisions": collisions is not False, "simulate": with_physics}
+        _study_maps(count, [_source(robot, table)], terrain, on_maps, table, how)
+        return
+    _refuse(maps, "is for walks over height maps: give --terrain as well")
     from gaitopt.studies.study import grid, run_study
     from gaitopt.studies.study_report import plot_study, study_table
 
     walks = grid(
-        range(seed or 0, (seed or 0) + seeds),
+        count,
         robots=(_source(robot, table),),
         objectives=[o.value for o in objective or [Objective.distance]],
         stability_margins=stability_margin or [None],
         speed=parse_speed(speed),
         free=free,
-        collisions=collisions,
+        collisions=bool(collisions),
         simulate=with_physics,
     )
     with progress_bar(f"{len(walks)} walks") as tick:
-        rows = run_study(walks, table, jobs=jobs, scheduler=scheduler, progress=tick)
-    terminal().print(study_table(rows))
+        rows = run_study(walks, table, progress=tick, **how)
+    _show(study_table(rows), plot_study(rows), table)
+
+
+def _study_maps(
+    seeds: range, robots: list[str], terrains: list[str], others: dict[str, Any], table: Path,
+    how: dict[str, Any],
+) -> None:  # fmt: skip
+    """A study of made grounds."""
+    from gaitopt.studies.terrain_report import plot_terrain_study, terrain_table
+    from gaitopt.studies.terrain_study import run_terrain_study, terrain_grid
+    from gaitopt.terrain.maps.catalogue import GROUNDS
+
+    for name in terrains:
+        if name not in GROUNDS:
+            raise InputError(f"there is no ground named {name!r}; there are {', '.join(GROUNDS)}")
+    walks = terrain_grid(seeds, robots=robots, terrains=terrains, **others)
+    with progress_bar(f"{len(walks)} walks") as tick:
+        rows = run_terrain_study(walks, table, progress=tick, **how)
+    _show(terrain_table(rows), plot_terrain_study(rows), table)
+
+
+def _map_fields(
+    difficulty: list[float] | None, length: float | None, size: list[str] | None,
+    exhaustive: int | None,
+) -> dict[str, Any]:  # fmt: skip
+    """Fields of walks over height maps from options; only those that were given.
+
+    Raises:
+        InputError: a size is not written as its help says.
+    """
+    from gaitopt.studies.terrain_study import sizes_of
+
+    fields = {
+        "difficulties": difficulty, "length": length, "exhaustive": exhaustive,
+        "sizes": ",".join(size) if size else None,
+    }  # fmt: skip
+    sizes_of(",".join(size or []))
+    return {name: value for name, value in fields.items() if value is not None}
+
+
+def _refuse(options: dict[str, Any], why: str) -> None:
+    """Refuse options that were given; raises InputError that says why."""
+    for name, value in options.items():
+        if value is not None:
+            raise InputError(f"{name} {why}")
+
+
+def _show(summary: Any, figure: Any, table: Path) -> None:
+    """Print a study's summary, and write its picture beside the table."""
+    terminal().print(summary)
     picture = table.with_suffix(".png")
     with written_whole(picture, binary=True) as stream:
-        plot_study(rows).savefig(stream, format="png", dpi=150)
+        figure.savefig(stream, format="png", dpi=150)
     print_files({table: "a row for each walk", picture: "the results as a picture"})
 
 

@@ -1,29 +1,23 @@
 """A study: plan, certify and simulate many walks on all cores, with a row of a table for each.
 
-One process appends the rows when they are done, so that a study that was stopped can be continued.
-A walk that fails has a row that says why.
+A study that was stopped can be continued. A walk that fails has a row that says why.
 """
 
 from __future__ import annotations
 
-import csv
-import hashlib
-import io
-import json
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
-from dataclasses import asdict, dataclass, fields
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import asdict, dataclass
 from itertools import product
-from pathlib import Path
 from typing import Any, Literal
 
-from gaitopt.errors import InfeasibleStepError, InputError, MissingPackageError
-from gaitopt.files import StrPath, written_whole
+from gaitopt.errors import InfeasibleStepError
+from gaitopt.files import StrPath
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.settings.base import VELOCITY
 from gaitopt.plan.settings.crawl import Speed
-from gaitopt.studies.tables import appending, one_line
+from gaitopt.studies.resumable import header_of, key_of, run_jobs
+from gaitopt.studies.tables import one_line
 
 
 @dataclass(frozen=True)
@@ -57,8 +51,7 @@ class Walk:
     @property
     def key(self) -> str:
         """Hash of all fields, by which a study knows the walks that are done."""
-        text = json.dumps(asdict(self), sort_keys=True)
-        return hashlib.sha256(text.encode()).hexdigest()[:16]
+        return key_of(self)
 
 
 @dataclass(frozen=True)
@@ -100,7 +93,7 @@ class Row:
     work_time: float | None = None
 
 
-HEADER = ("key", *(f.name for f in fields(Walk)), *(f.name for f in fields(Row)))
+HEADER = header_of(Walk, Row)
 
 
 def grid(
@@ -152,7 +145,7 @@ def run_study(
         walks: the walks.
         table: a CSV file, which is made if it does not exist. A last line that a crash has cut off
             is deleted, and its walk is run again.
-        jobs: number of processes; -1 for one on each core.
+        jobs: number of processes; -1 for one on each core. There are never more than cores.
         scheduler: address of a Dask scheduler (``tcp://...``), to compute there and not here.
         progress: called with (walks done, walks in all).
 
@@ -164,32 +157,9 @@ def run_study(
             answers.
         MissingPackageError: a scheduler was named, and Dask is not installed.
     """
-    from joblib import Parallel, delayed
-
-    path = Path(table)
-    done = {row["key"]: row for row in _rows_so_far(path)}
-    waiting = [w for w in dict.fromkeys(walks) if w.key not in done]
-    count = len(walks) - len(waiting)
-    if progress is not None:
-        progress(count, len(walks))
-    with _backend(scheduler), appending(path, HEADER) as append:
-        results = Parallel(n_jobs=jobs, return_as="generator_unordered", batch_size=1)(
-            delayed(_walk_and_row)(walk) for walk in waiting
-        )
-        for walk, row in results:
-            values = {"key": walk.key, **asdict(walk), **asdict(row)}
-            text = {name: _text(values[name]) for name in HEADER}
-            append(text)
-            done[walk.key] = text
-            count += 1
-            if progress is not None:
-                progress(count, len(walks))
-    return [done[walk.key] for walk in dict.fromkeys(walks)]
-
-
-def _walk_and_row(walk: Walk) -> tuple[Walk, Row]:
-    """A walk with its result, since workers return results in any order."""
-    return walk, run_walk(walk)
+    return run_jobs(
+        walks, run_walk, HEADER, table, jobs=jobs, scheduler=scheduler, progress=progress
+    )
 
 
 def _planned_and_checked(walk: Walk) -> Row:
@@ -239,50 +209,3 @@ def _simulate(plan: Plan, found: dict[str, Any]) -> None:
         status = "too fast" if result.succeeded else "fell"
         found["status"] = status if found["status"] == "ok" else found["status"]
         found["message"] = found.get("message") or one_line(result)
-
-
-@contextmanager
-def _backend(scheduler: str | None) -> Iterator[None]:
-    """Let joblib compute on a Dask cluster, if the address of a scheduler is given."""
-    if scheduler is None:
-        yield
-        return
-    try:
-        from distributed import Client
-    except ImportError as error:
-        raise MissingPackageError(
-            "a Dask scheduler needs the package distributed: pip install 'gaitopt[cluster]'"
-        ) from error
-    from joblib import parallel_config
-
-    try:
-        client = Client(scheduler, timeout="10s")  # type: ignore[no-untyped-call]
-    except (OSError, ValueError) as error:
-        raise InputError(f"no Dask scheduler answers at {scheduler}: {error}") from error
-    with client, parallel_config(backend="dask"):
-        yield
-
-
-def _rows_so_far(path: Path) -> list[dict[str, str]]:
-    """The rows of a table; a last line without an end is deleted from the file."""
-    if not path.exists():
-        with written_whole(path) as stream:
-            csv.writer(stream, lineterminator="\n").writerow(HEADER)
-        return []
-    try:
-        text = path.read_text("utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"cannot read the table {path}: {error}") from error
-    whole = text[: text.rfind("\n") + 1]
-    rows = list(csv.reader(io.StringIO(whole)))
-    if not rows or tuple(rows[0]) != HEADER:
-        raise InputError(f"{path} is no table of a study; name another file, or remove it")
-    if whole != text:
-        with written_whole(path) as stream:
-            stream.write(whole)
-    return [dict(zip(HEADER, row, strict=True)) for row in rows[1:] if len(row) == len(HEADER)]
-
-
-def _text(value: Any) -> str:
-    """A value as a cell of the table; all digits of numbers, nothing for ``None``."""
-    return "" if value is None else repr(value) if isinstance(value, float) else str(value)

@@ -19,7 +19,8 @@ from gaitopt.cli.robot_options import OPTION_OF, in_options
 
 Command = Callable[..., Result]
 ErrorOf = Callable[..., str]
-COMMANDS = ("walk", "trot", "gait", "stride", "race", "compare", "verify", "study", "robot")
+COMMANDS = ("walk", "trot", "gait", "stride", "race", "compare", "verify", "study", "robot",
+            "terrain")  # fmt: skip
 
 
 @pytest.fixture

@@ -169,3 +169,31 @@ def test_cures_name_options_of_the_command_line() -> None:
     assert in_search_options(told) == (
         "shorter steps (--step-length), or a wider search (--width-limit)"
     )
+
+
+def test_a_study_of_maps_prints_its_table_and_goes_on(command: Command, tmp_path: Path) -> None:
+    table = tmp_path / "maps.csv"
+    arguments = ("study", str(table), "--terrain", "flat", "--length", "1.1", "--no-collisions",
+                 "--jobs", "1", "--seeds", "1")  # fmt: skip
+    result = command(*arguments)
+    assert result.exit_code == 0, result.output
+    assert "flat 0.5" in result.output and "1 walks" in result.output
+    before = table.read_text()
+    assert ",flat,0,0.5,1.1," in before and table.with_suffix(".png").exists()
+    assert command(*arguments).exit_code == 0 and table.read_text() == before
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--terrain", "lava"], "there is no ground named 'lava'; there are flat, rubble"),
+        (["--terrain", "flat", "--objective", "margin"], "--objective is for walks over columns"),
+        (["--difficulty", "0.5"], "--difficulty is for walks over height maps: give --terrain"),
+        (["--terrain", "rubble", "--size", "height"], "sizes are written as NAME=NUMBER"),
+    ],
+)
+def test_options_of_the_other_kind_of_study_are_refused(
+    error_of: Callable[..., str], tmp_path: Path, arguments: list[str], words: str
+) -> None:
+    assert words in error_of("study", str(tmp_path / "t.csv"), *arguments)
+    assert not list(tmp_path.iterdir())
