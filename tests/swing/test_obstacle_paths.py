@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from gaitopt.conventions import rotation_z
@@ -82,6 +82,7 @@ def from_polyline(points: np.ndarray, line: np.ndarray) -> tuple[np.ndarray, np.
 
 @each_pattern
 @each_section
+@settings(max_examples=30)
 @given(before=st.floats(0.0, 0.5), after=st.floats(0.0, 0.5), up=st.floats(-0.1, 0.5),
        down=st.floats(-0.1, 0.5), margin=st.floats(0.002, 0.1), back=st.booleans())  # fmt: skip
 def test_path_keeps_the_margin_everywhere(
@@ -248,6 +249,7 @@ def test_length_is_that_of_a_fine_polyline(name: str, pattern: Pattern) -> None:
 
 
 @each_section
+@settings(max_examples=30)
 @given(before=st.floats(0.0, 0.6), after=st.floats(0.0, 0.6), margin=st.floats(0.005, 0.08))
 def test_patterns_come_in_the_order_of_their_lengths(
     name: str, before: float, after: float, margin: float

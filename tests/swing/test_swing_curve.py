@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize_scalar
 
@@ -20,6 +20,8 @@ START, END = np.array([0.3, -0.2, 0.05]), np.array([0.42, -0.13, 0.11])
 ORDERS = ("position", "velocity", "acceleration", "jerk")
 every_curve = pytest.mark.parametrize("name", SWING_CURVES)
 every_arch = pytest.mark.parametrize("name", [n for n in SWING_CURVES if n != "box"])
+few = settings(max_examples=30)
+"""For each of the curves: three hundred examples of what holds of all of them."""
 
 metre = st.integers(-(2 * 10**9), 2 * 10**9).map(lambda nanometres: nanometres * 1e-9)
 place = st.tuples(metre, metre, metre).map(np.array)
@@ -53,6 +55,7 @@ def samples(curve: SwingCurve, count: int = 101) -> np.ndarray:
 
 
 @every_curve
+@few
 @given(start=place, end=place, h=height, duration=seconds)
 def test_foot_leaves_its_start_and_comes_to_its_end(
     name: str, start: np.ndarray, end: np.ndarray, h: float, duration: float
@@ -63,6 +66,7 @@ def test_foot_leaves_its_start_and_comes_to_its_end(
 
 
 @every_curve
+@few
 @given(start=place, end=place, h=height)
 def test_apex_is_the_height_above_the_higher_end(
     name: str, start: np.ndarray, end: np.ndarray, h: float
@@ -75,6 +79,7 @@ def test_apex_is_the_height_above_the_higher_end(
 
 
 @every_curve
+@few
 @given(start=place, end=place, h=height)
 def test_foot_rises_to_its_apex_and_then_falls(
     name: str, start: np.ndarray, end: np.ndarray, h: float
@@ -86,6 +91,7 @@ def test_foot_rises_to_its_apex_and_then_falls(
 
 
 @every_curve
+@few
 @given(start=place, end=place, h=height)
 def test_foot_never_goes_backwards_nor_leaves_the_straight_line_seen_from_above(
     name: str, start: np.ndarray, end: np.ndarray, h: float
@@ -98,6 +104,7 @@ def test_foot_never_goes_backwards_nor_leaves_the_straight_line_seen_from_above(
 
 
 @every_arch
+@few
 @given(start=place, end=place, h=height)
 def test_in_the_half_at_the_higher_end_the_foot_is_never_below_it(
     name: str, start: np.ndarray, end: np.ndarray, h: float
@@ -208,6 +215,7 @@ def test_foot_rests_at_its_ends_as_far_as_it_says(name: str) -> None:
 
 
 @every_curve
+@few
 @given(start=place, end=place, h=height, duration=seconds)
 def test_walking_back_is_the_same_curve_reversed(
     name: str, start: np.ndarray, end: np.ndarray, h: float, duration: float
@@ -221,6 +229,7 @@ def test_walking_back_is_the_same_curve_reversed(
 
 
 @every_curve
+@few
 @given(factor=st.floats(0.1, 10.0))
 def test_a_swing_of_twice_the_duration_is_half_as_fast(name: str, factor: float) -> None:
     curve = some(name)
@@ -239,6 +248,7 @@ def test_a_swing_of_twice_the_duration_is_half_as_fast(name: str, factor: float)
 
 
 @every_curve
+@few
 @given(factor=st.floats(0.1, 10.0))
 def test_a_larger_robot_swings_the_same_curve_larger(name: str, factor: float) -> None:
     curve = some(name)
@@ -250,6 +260,7 @@ def test_a_larger_robot_swings_the_same_curve_larger(name: str, factor: float) -
 
 
 @every_curve
+@few
 @given(angle=st.floats(-np.pi, np.pi), move=place)
 def test_curve_does_not_depend_on_place_or_heading(
     name: str, angle: float, move: np.ndarray
@@ -268,6 +279,7 @@ def test_curve_does_not_depend_on_place_or_heading(
 
 
 @every_curve
+@few
 @given(start=place, end=place, h=height, duration=seconds)
 def test_peak_speed_is_the_largest_speed(
     name: str, start: np.ndarray, end: np.ndarray, h: float, duration: float
@@ -307,6 +319,7 @@ def test_length_is_that_of_a_fine_polygon(name: str) -> None:
 
 
 @every_curve
+@few
 @given(start=place, end=place, h=height)
 def test_no_curve_is_shorter_than_the_way_over_its_apex(
     name: str, start: np.ndarray, end: np.ndarray, h: float

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import gaitopt
@@ -108,6 +108,7 @@ def test_symmetric_knots_have_symmetric_intervals() -> None:
     np.testing.assert_allclose(spline.intervals, spline.intervals[::-1], rtol=1e-5)
 
 
+@settings(max_examples=25)
 @given(st.integers(0, 10_000), st.floats(0.2, 5.0), st.floats(0.2, 5.0))
 def test_time_and_angle_have_no_unit_of_their_own(seed: int, pace: float, turn: float) -> None:
     """Angles in other units and time in other units: the same spline."""
