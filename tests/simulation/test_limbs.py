@@ -121,6 +121,7 @@ def raised_map(place: np.ndarray, height: float) -> HeightMap:
 
 @pytest.mark.parametrize("limbs", [True, False])
 def test_ground_that_is_raised_below_a_shank_is_bumped_into(standing: Plan, limbs: bool) -> None:
+    """Certificate and physics agree; they share no shapes."""
     settings: dict[str, Any] = {"limbs": limbs, "watch_time": 0.1}
     place = below_the_shank(standing, 0.09)
     for height, expected in ((0.05, ()), (0.09, ("FL_calf",) * limbs)):
@@ -128,6 +129,9 @@ def test_ground_that_is_raised_below_a_shank_is_bumped_into(standing: Plan, limb
         there = replace(standing, footholds=standing.footholds.with_(ground=ground))
         result = gaitopt.simulate(there, SimulationSettings(**settings))
         assert result.bumps == expected, str(result)
+        checks = {c.name: c.status for c in gaitopt.verify(there, collisions=False).checks}
+        clear = checks["legs and trunk clear of the ground"] == "ok"
+        assert clear == (height == 0.05)
         assert ("touched beside the feet" in str(result)) == limbs
 
 
