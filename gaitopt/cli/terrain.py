@@ -130,7 +130,7 @@ def _way(
         InputError: an option is no place, some have a direction and others none, or one is off the
             map.
     """
-    from gaitopt.planners.over_terrain.planner import default_start
+    from gaitopt.planners.over_terrain.setup import default_start
 
     places = [numbers("--waypoint", text, 2, 3) for text in waypoints or []]
     begin = None if start is None else numbers("--start", start, 3)

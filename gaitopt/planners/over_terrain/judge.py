@@ -137,10 +137,11 @@ class Judge:
         moved on.
         """
         out = np.zeros(len(poses))
-        ahead = np.column_stack([np.cos(pairs.yaw), np.sin(pairs.yaw)]) * self.settings.step_length
+        # The body goes on as it faces, uphill and downhill as it is pitched.
+        ahead = rpy_to_matrix(poses[:, 3:])[:, :, 0] * self.settings.step_length
         for share in AHEAD:
             later = poses.copy()
-            later[:, :2] += share * ahead
+            later[:, :3] += share * ahead
             local = self.limbs.local(pairs.target[:, None], later)
             reached = self._within(pairs.leg, local[:, 0])[1]
             out += ~(reached & self.limbs.leg_clear(pairs.leg, pairs.target[:, None], later))

@@ -3,34 +3,30 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator
 from dataclasses import fields, replace
 from typing import Any
 
-import numpy as np
 from numpy.typing import ArrayLike
 
-from gaitopt.conventions import LEGS, FloatArray, Progress
-from gaitopt.errors import InfeasibleStepError, InputError
-from gaitopt.inputs import check_kind
+from gaitopt.conventions import Progress
+from gaitopt.errors import InfeasibleStepError
 from gaitopt.plan.plan import Plan
 from gaitopt.planners.crawl import plan_crawl
-from gaitopt.planners.over_terrain.course import Course, course_through
 from gaitopt.planners.over_terrain.failure import no_way
-from gaitopt.planners.over_terrain.footing import layers_for, stands_of, start_stands
-from gaitopt.planners.over_terrain.judge import Judge
 from gaitopt.planners.over_terrain.plan_clearance import first_touching_step
 from gaitopt.planners.over_terrain.result import TerrainSearch
-from gaitopt.planners.over_terrain.search import Search
 from gaitopt.planners.over_terrain.settings import TerrainSettings
-from gaitopt.planners.over_terrain.states import Found, Layer
-from gaitopt.planners.over_terrain.surfaces import Surfaces
+from gaitopt.planners.over_terrain.setup import first_layer, result_of, search_for, with_settings
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.footholds import Footholds
 from gaitopt.terrain.height_map import HeightMap
 
-ROOM = 0.8
-"""Ground behind the stance at the usual start, as a share of the standing height: trunk and knees
-are above it."""
+STEP_SHARES = (1.0, 0.7, 0.5)
+"""Lengths of steps that are tried one after the other where none is given, as shares of the usual
+one. Shorter steps go up and down higher stairs, and take more time."""
+NARROW = 4
+"""Widest beam with which all of them are tried before a wider one, in widths of the first."""
 BEFORE = 4
 """Steps before one that was refused from which the search goes on: a foot is where the last cycle
 put it."""
@@ -69,9 +65,30 @@ def search_terrain(
             start.
     """
     begin = time.perf_counter()
-    search = _search_for(robot, ground, goal, start, TerrainSettings.for_robot(robot, **options))
-    found = search.run([first_layer(search)], progress)
-    return _result(search, found, begin)
+    search = search_for(robot, ground, goal, start, TerrainSettings.for_robot(robot, **options))
+    first, best = first_layer(search), None
+    for settings in _settings_to_try(search.judge.settings, "step_length" in options):
+        tried = with_settings(search, settings)
+        found = tried.run([first], progress)
+        result = result_of(tried, found, begin)
+        if best is None or result.complete or result.share > best.share:
+            best = result
+        if found.complete:
+            break
+    assert best is not None
+    return replace(best, seconds=time.perf_counter() - begin)
+
+
+def _settings_to_try(settings: TerrainSettings, length_given: bool) -> Iterator[TerrainSettings]:
+    """Settings with steps of several lengths, first with a narrow beam, then with a wide one."""
+    narrow = min(settings.width_limit, NARROW * settings.width)
+    shares = (1.0,) if length_given else STEP_SHARES
+    for share in shares:
+        length = round(share * settings.step_length, 4)
+        yield replace(settings, step_length=length, width_limit=narrow)
+    if settings.width_limit > narrow:
+        for share in shares:
+            yield replace(settings, step_length=round(share * settings.step_length, 4))
 
 
 def choose_footholds(
@@ -137,12 +154,16 @@ def plan_terrain(
     if "stability_margin" in asked:
         further["stability_margin"] = asked["stability_margin"]
     begin = time.perf_counter()
-    searching = _search_for(robot, ground, goal, start, TerrainSettings.for_robot(robot, **asked))
-    detail, layers = "", [first_layer(searching)]
+    if search is None:
+        search = search_terrain(robot, ground, goal, start=start, progress=progress, **asked)
+    if not search.complete:
+        raise no_way(search)
+    searching = search_for(robot, ground, goal, start, search.settings)
+    detail, layers, last = "", [first_layer(searching)], search
     for _ in range(MOST_PLANS):
         if search is None:
             found = searching.run(layers, progress)
-            search = _result(searching, found, begin)
+            search = result_of(searching, found, begin)
             layers = list(found.layers)
         if not search.complete:
             raise no_way(search, detail)
@@ -161,132 +182,3 @@ def plan_terrain(
         layers = layers[: max(refused + 1 - BEFORE, 1)]
         last, search = search, None
     raise no_way(replace(last, complete=False), detail)
-
-
-def _search_for(
-    robot: Quadruped, ground: HeightMap, goal: ArrayLike, start: ArrayLike | None,
-    settings: TerrainSettings,
-) -> Search:  # fmt: skip
-    """The search that a robot, a map and a goal ask for.
-
-    Raises:
-        InputError: an argument is something else, or the robot has other than three joints a leg.
-    """
-    check_kind("robot", robot, Quadruped)
-    check_kind("ground", ground, HeightMap)
-    for leg in robot.legs.values():
-        if len(leg.joints) != 3 or leg.is_general:
-            raise InputError(
-                f"{robot.name}: leg {leg.name} is not roll-pitch-pitch; footholds on a map are "
-                "searched for robots with such legs only"
-            )
-    layers = layers_for(robot, ground, settings)
-    judge = Judge.of(robot, settings, Surfaces(ground))
-    course = course_of(robot, ground, start, goal, judge)
-    return Search(
-        judge, stands_of(robot, layers), layers, course, cycles_of(course, settings), frozenset()
-    )
-
-
-def cycles_of(course: Course, settings: TerrainSettings) -> int:
-    """How often each leg steps along a course."""
-    return max(int(np.ceil(course.length / settings.step_length - 1e-9)), 1)
-
-
-def course_of(
-    robot: Quadruped, ground: HeightMap, start: ArrayLike | None, goal: ArrayLike, judge: Judge
-) -> Course:
-    """The course from the start to the goal."""
-    if start is None:
-        start = default_start(robot, ground, goal)
-    feet = float(np.hypot(*judge.hips.T).mean())
-    return course_through(start, goal, feet=feet, smoothing=2.0 * feet)
-
-
-def default_start(robot: Quadruped, ground: HeightMap, goal: ArrayLike) -> FloatArray:
-    """The pose in the middle of the side of the map that is farthest from the goal ``(3,)``."""
-    try:
-        places = np.atleast_2d(np.asarray(goal, dtype=np.float64))
-    except (TypeError, ValueError):
-        raise InputError(f"goal must be numbers in metres and radians, got {goal!r}") from None
-    length, _ = robot.stance_size
-    room = length / 2.0 + ROOM * robot.standing_height
-    (x0, x1), (y0, y1) = ground.extent
-    middle = np.array([(x0 + x1) / 2.0, (y0 + y1) / 2.0])
-    sides = np.array([[x0 + room, middle[1]], [x1 - room, middle[1]],
-                      [middle[0], y0 + room], [middle[0], y1 - room]])  # fmt: skip
-    far = sides[int(np.linalg.norm(sides - places[0, :2], axis=1).argmax())]
-    towards = places[0, :2] - far
-    return np.append(far, np.arctan2(towards[1], towards[0]))
-
-
-def first_layer(search: Search) -> Layer:
-    """The state at the start: every foot as near to its usual place as there is ground for it.
-
-    Raises:
-        InputError: for a foot there is none.
-    """
-    ground, judge = search.judge.surfaces.ground, search.judge
-    usual = np.array([search.usual(leg, 0) for leg in range(4)])
-    stands = start_stands(search.stands, ground, usual, judge.settings.freedom)
-    for leg, stand, place in zip(LEGS, stands, usual, strict=True):
-        if stand < 0:
-            raise InputError(
-                f"at the start there is no ground to stand on for {leg} within "
-                f"{judge.settings.freedom:g} m of {np.round(place, 3).tolist()}; choose another "
-                "start, or a larger freedom"
-            )
-    feet = search.stands.centres[stands][None]
-    pose = search.course.at(0.0)
-    posture = judge.posture_over(feet, pose[2:])
-    middle = feet[0, :, :2].mean(axis=0)
-    none = np.array([-1])
-    return Layer(
-        feet, np.array([stands]), np.concatenate([middle, posture[0]])[None],
-        np.zeros((1, 4), dtype=int), np.zeros(1), none, none, np.zeros(1),
-    )  # fmt: skip
-
-
-def footholds_of(search: Search, found: Found) -> Footholds:
-    """The footholds of the cheapest way."""
-    states = [(layer, k) for layer, k in found.best()]
-    first, at = states[0]
-    stands, ground = search.stands, search.judge.surfaces.ground
-    numbers: dict[str, list[int]] = {
-        leg: [int(n)] for leg, n in zip(LEGS, first.stands[at], strict=True)
-    }
-    rises: dict[str, list[float]] = {leg: [] for leg in LEGS}
-    order = []
-    for layer, k in states[1:]:
-        leg = LEGS[int(layer.leg[k])]
-        order.append(leg)
-        numbers[leg].append(int(layer.stands[k, LEGS.index(leg)]))
-        rises[leg].append(float(layer.rise[k]))
-    return Footholds(
-        {leg: stands.centres[n] for leg, n in numbers.items()},
-        normals={leg: stands.normals[n] for leg, n in numbers.items()},
-        friction=search.judge.settings.friction,
-        ground=ground, order=order, swing_heights=rises,
-        postures=np.array([layer.body[k, 2:] for layer, k in states]),
-        body_places=np.array([layer.body[k, :2] for layer, k in states]),
-    )  # fmt: skip
-
-
-def _result(search: Search, found: Found, begin: float) -> TerrainSearch:
-    return TerrainSearch(
-        footholds=footholds_of(search, found),
-        complete=found.complete,
-        settings=search.judge.settings,
-        course=search.course,
-        layers=search.layers,
-        tried=search.stands.centres[found.tried],
-        width=found.width,
-        steps=found.steps,
-        stands=np.array([layer.stands[k] for layer, k in found.best()]),
-        next_leg=""
-        if found.complete
-        else LEGS[search.legs(found.layers[-1].made[int(found.layers[-1].cost.argmin())])[0]],
-        refused=found.refused,
-        cost=float(found.layers[-1].cost.min()),
-        seconds=time.perf_counter() - begin,
-    )

@@ -56,6 +56,11 @@ class TerrainSearch:
         """Length of the course [m]."""
         return float(np.linalg.norm(np.diff(self.course.poses[:, :2], axis=0), axis=1).sum())
 
+    @property
+    def share(self) -> float:
+        """Share of the steps to the goal that were found."""
+        return self.footholds.steps / max(self.steps, 1)
+
     def __repr__(self) -> str:
         end = "reached" if self.complete else "not reached"
         return (

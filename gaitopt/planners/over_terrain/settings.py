@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from gaitopt.errors import InputError
-from gaitopt.inputs import check_count, check_number
+from gaitopt.inputs import check_count, check_kind, check_number
 from gaitopt.plan.settings.over_footholds import force_margin
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.standing import foot_below_hip
@@ -98,6 +98,7 @@ class TerrainSettings:
         Raises:
             InputError: an option is unknown, or a value is out of range.
         """
+        check_kind("robot", robot, Quadruped)
         height = robot.standing_height
         fitted = {
             "step_length": round(STEP_SHARE * height, 4),

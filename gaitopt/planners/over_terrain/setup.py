@@ -1,0 +1,163 @@
+"""What a search over a map begins with, and what becomes of what it found."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from gaitopt.conventions import LEGS, FloatArray
+from gaitopt.errors import InputError
+from gaitopt.inputs import check_kind
+from gaitopt.planners.over_terrain.course import Course, course_through
+from gaitopt.planners.over_terrain.footing import layers_for, stands_of, start_stands
+from gaitopt.planners.over_terrain.judge import Judge
+from gaitopt.planners.over_terrain.result import TerrainSearch
+from gaitopt.planners.over_terrain.search import Search
+from gaitopt.planners.over_terrain.settings import TerrainSettings
+from gaitopt.planners.over_terrain.states import Found, Layer
+from gaitopt.planners.over_terrain.surfaces import Surfaces
+from gaitopt.robots.quadruped import Quadruped
+from gaitopt.terrain.footholds import Footholds
+from gaitopt.terrain.height_map import HeightMap
+
+ROOM = 0.8
+"""Ground behind the stance at the usual start, as a share of the standing height: trunk and knees
+are above it."""
+
+
+def search_for(
+    robot: Quadruped, ground: HeightMap, goal: ArrayLike, start: ArrayLike | None,
+    settings: TerrainSettings,
+) -> Search:  # fmt: skip
+    """The search that a robot, a map and a goal ask for.
+
+    Raises:
+        InputError: an argument is something else, or the robot has other than three joints a leg.
+    """
+    check_kind("robot", robot, Quadruped)
+    check_kind("ground", ground, HeightMap)
+    for leg in robot.legs.values():
+        if len(leg.joints) != 3 or leg.is_general:
+            raise InputError(
+                f"{robot.name}: leg {leg.name} is not roll-pitch-pitch; footholds on a map are "
+                "searched for robots with such legs only"
+            )
+    layers = layers_for(robot, ground, settings)
+    judge = Judge.of(robot, settings, Surfaces(ground))
+    course = course_of(robot, ground, start, goal, judge)
+    return Search(
+        judge, stands_of(robot, layers), layers, course, cycles_of(course, settings), frozenset()
+    )
+
+
+def with_settings(search: Search, settings: TerrainSettings) -> Search:
+    """The same search with other settings, which the ground and the start do not depend on."""
+    judge = replace(search.judge, settings=settings)
+    return replace(search, judge=judge, cycles=cycles_of(search.course, settings))
+
+
+def cycles_of(course: Course, settings: TerrainSettings) -> int:
+    """How often each leg steps along a course."""
+    return max(int(np.ceil(course.length / settings.step_length - 1e-9)), 1)
+
+
+def course_of(
+    robot: Quadruped, ground: HeightMap, start: ArrayLike | None, goal: ArrayLike, judge: Judge
+) -> Course:
+    """The course from the start to the goal."""
+    if start is None:
+        start = default_start(robot, ground, goal)
+    feet = float(np.hypot(*judge.hips.T).mean())
+    return course_through(start, goal, feet=feet, smoothing=2.0 * feet)
+
+
+def default_start(robot: Quadruped, ground: HeightMap, goal: ArrayLike) -> FloatArray:
+    """The pose in the middle of the side of the map that is farthest from the goal ``(3,)``."""
+    try:
+        places = np.atleast_2d(np.asarray(goal, dtype=np.float64))
+    except (TypeError, ValueError):
+        raise InputError(f"goal must be numbers in metres and radians, got {goal!r}") from None
+    length, _ = robot.stance_size
+    room = length / 2.0 + ROOM * robot.standing_height
+    (x0, x1), (y0, y1) = ground.extent
+    middle = np.array([(x0 + x1) / 2.0, (y0 + y1) / 2.0])
+    sides = np.array([[x0 + room, middle[1]], [x1 - room, middle[1]],
+                      [middle[0], y0 + room], [middle[0], y1 - room]])  # fmt: skip
+    far = sides[int(np.linalg.norm(sides - places[0, :2], axis=1).argmax())]
+    towards = places[0, :2] - far
+    return np.append(far, np.arctan2(towards[1], towards[0]))
+
+
+def first_layer(search: Search) -> Layer:
+    """The state at the start: every foot as near to its usual place as there is ground for it.
+
+    Raises:
+        InputError: for a foot there is none.
+    """
+    ground, judge = search.judge.surfaces.ground, search.judge
+    usual = np.array([search.usual(leg, 0) for leg in range(4)])
+    stands = start_stands(search.stands, ground, usual, judge.settings.freedom)
+    for leg, stand, place in zip(LEGS, stands, usual, strict=True):
+        if stand < 0:
+            raise InputError(
+                f"at the start there is no ground to stand on for {leg} within "
+                f"{judge.settings.freedom:g} m of {np.round(place, 3).tolist()}; choose another "
+                "start, or a larger freedom"
+            )
+    feet = search.stands.centres[stands][None]
+    pose = search.course.at(0.0)
+    posture = judge.posture_over(feet, pose[2:])
+    middle = feet[0, :, :2].mean(axis=0)
+    none = np.array([-1])
+    return Layer(
+        feet, np.array([stands]), np.concatenate([middle, posture[0]])[None],
+        np.zeros((1, 4), dtype=int), np.zeros(1), none, none, np.zeros(1),
+    )  # fmt: skip
+
+
+def footholds_of(search: Search, found: Found) -> Footholds:
+    """The footholds of the cheapest way."""
+    states = [(layer, k) for layer, k in found.best()]
+    first, at = states[0]
+    stands, ground = search.stands, search.judge.surfaces.ground
+    numbers: dict[str, list[int]] = {
+        leg: [int(n)] for leg, n in zip(LEGS, first.stands[at], strict=True)
+    }
+    rises: dict[str, list[float]] = {leg: [] for leg in LEGS}
+    order = []
+    for layer, k in states[1:]:
+        leg = LEGS[int(layer.leg[k])]
+        order.append(leg)
+        numbers[leg].append(int(layer.stands[k, LEGS.index(leg)]))
+        rises[leg].append(float(layer.rise[k]))
+    return Footholds(
+        {leg: stands.centres[n] for leg, n in numbers.items()},
+        normals={leg: stands.normals[n] for leg, n in numbers.items()},
+        friction=search.judge.settings.friction,
+        ground=ground, order=order, swing_heights=rises,
+        postures=np.array([layer.body[k, 2:] for layer, k in states]),
+        body_places=np.array([layer.body[k, :2] for layer, k in states]),
+    )  # fmt: skip
+
+
+def result_of(search: Search, found: Found, begin: float) -> TerrainSearch:
+    return TerrainSearch(
+        footholds=footholds_of(search, found),
+        complete=found.complete,
+        settings=search.judge.settings,
+        course=search.course,
+        layers=search.layers,
+        tried=search.stands.centres[found.tried],
+        width=found.width,
+        steps=found.steps,
+        stands=np.array([layer.stands[k] for layer, k in found.best()]),
+        next_leg=""
+        if found.complete
+        else LEGS[search.legs(found.layers[-1].made[int(found.layers[-1].cost.argmin())])[0]],
+        refused=found.refused,
+        cost=float(found.layers[-1].cost.min()),
+        seconds=time.perf_counter() - begin,
+    )

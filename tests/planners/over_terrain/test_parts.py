@@ -1,0 +1,137 @@
+"""Parts of the search over terrain: balls that cover links, tables of the ground, courses."""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import gaitopt
+from gaitopt import LEGS, HeightMap, InputError
+from gaitopt.planners.over_terrain.course import course_through
+from gaitopt.planners.over_terrain.link_spheres import Placements, covering_balls, link_spheres
+from gaitopt.planners.over_terrain.surfaces import RADIUS_STEP, Surfaces
+from gaitopt.planners.over_terrain.triangles import into_triangles, shrunken_triangles
+from gaitopt.robots.rotations import rpy_to_matrix
+
+RNG = np.random.default_rng(5)
+
+
+def test_balls_cover_a_hull_and_reach_little_beyond_it() -> None:
+    corners = RNG.uniform([-0.15, -0.03, -0.02], [0.15, 0.03, 0.02], (60, 3))
+    balls = covering_balls(corners, 0.1)
+    weights = RNG.dirichlet(np.full(len(corners), 0.05), 500)
+    on_surface = np.concatenate([corners, weights @ corners])
+    # Points deep inside need no ball: the surface is what touches the ground.
+    away = np.linalg.norm(corners[:, None] - balls.centres, axis=2) - balls.radii
+    assert away.min(axis=1).max() <= 1e-9
+    beyond = (balls.centres - balls.radii[:, None]).min(axis=0) - on_surface.min(axis=0)
+    assert beyond.min() > -0.03
+
+
+@pytest.mark.parametrize("name", ["go2", "wang2020", "anymal_c"])
+def test_balls_move_with_their_links(name: str) -> None:
+    robot = gaitopt.load_robot(name)
+    spheres, model = link_spheres(robot), robot.model
+    zero, moved = model.createData(), model.createData()
+    q = pin.neutral(model)
+    q[7:] = robot.neutral_joints()
+    for columns in robot.leg_columns.values():
+        q[7:][list(columns)] = 0.0
+    pin.forwardKinematics(model, zero, q)
+    angles = RNG.uniform(-1.0, 1.0, (4, 3))
+    for leg, own in zip(LEGS, angles, strict=True):
+        q[7:][list(robot.leg_columns[leg])] = own
+    pin.forwardKinematics(model, moved, q)
+    body = Placements(np.eye(3)[None], np.zeros((1, 3)))
+    for i, leg in enumerate(LEGS):
+        placed = spheres.placements(i, angles[i : i + 1], body)
+        for joint, place, balls in zip(
+            robot.legs[leg].joints, placed, spheres.legs[i], strict=True
+        ):
+            k = model.getJointId(joint)
+            motion = moved.oMi[k] * zero.oMi[k].inverse()
+            for centre, found in zip(balls.centres, place.moved(balls.centres)[0], strict=True):
+                there = robot.body_axes.T @ motion.act(robot.body_axes @ centre)
+                assert np.allclose(found, there, atol=1e-12)
+
+
+def test_tables_are_never_below_the_exact_height() -> None:
+    ground = HeightMap(RNG.uniform(0.0, 0.05, (30, 30)), 0.02)
+    surfaces = Surfaces(ground)
+    places = RNG.uniform(0.08, 0.5, (400, 2))
+    for radius in (0.012, 0.03):
+        exact = ground.ball(places, radius).centres[:, 2]
+        found = surfaces.clear_heights(places, surfaces.sizes(np.full(400, radius)))
+        assert (found >= exact - 1e-9).mean() > 0.97
+        assert (found - exact).min() > -0.004
+
+
+def test_tables_are_exact_on_level_ground_and_infinite_off_it() -> None:
+    surfaces = Surfaces(HeightMap(np.full((20, 20), 0.3), 0.02))
+    size = surfaces.sizes([0.021])
+    step = np.ceil(0.021 / RADIUS_STEP) * RADIUS_STEP
+    assert surfaces.clear_heights(np.array([[0.2, 0.2]]), size) == pytest.approx([0.3 + step])
+    assert np.isinf(surfaces.clear_heights(np.array([[-0.5, 0.2], [0.2, 9.0]]), size)).all()
+    z = np.zeros((20, 20))
+    z[10, 10] = np.nan
+    unknown = Surfaces(HeightMap(z, 0.02))
+    assert np.isinf(unknown.clear_heights(np.array([[0.21, 0.2]]), unknown.sizes([0.02]))).all()
+
+
+def test_triangles_shrink_as_polygons_do() -> None:
+    corners = RNG.uniform(-1.0, 1.0, (40, 3, 2))
+    found, some = shrunken_triangles(corners, 0.05)
+    for triangle, own, left in zip(corners, found, some, strict=True):
+        polygon = gaitopt.shrunken_polygon(triangle, 0.05)
+        assert left == (len(polygon) >= 3)
+        if left:
+            gaps = np.linalg.norm(own[:, None] - polygon, axis=2)
+            assert gaps.min(axis=1).max() < 1e-9
+
+
+def test_nearest_places_in_triangles_are_nearest() -> None:
+    corners, points = RNG.uniform(-1.0, 1.0, (30, 3, 2)), RNG.uniform(-2.0, 2.0, (30, 2))
+    nearest = into_triangles(corners, points)
+    weights = RNG.dirichlet(np.ones(3), 4000)
+    for triangle, point, own in zip(corners, points, nearest, strict=True):
+        others = np.linalg.norm(weights @ triangle - point, axis=1).min()
+        assert np.linalg.norm(own - point) <= others + 1e-9
+
+
+def test_a_course_faces_its_way_and_turns_on_the_spot_first() -> None:
+    course = course_through((0.0, 0.0, 0.0), (0.0, 2.0), feet=0.3, smoothing=0.6)
+    assert np.allclose(course.poses[0], 0.0)
+    assert np.allclose(course.poses[-1], [0.0, 2.0, np.pi / 2.0])
+    assert course.length == pytest.approx(2.0 + 0.3 * np.pi / 2.0, rel=1e-3)
+    assert np.allclose(course.at(0.3 * np.pi / 4.0)[:2], 0.0, atol=1e-9)
+
+
+def test_a_course_of_poses_keeps_their_yaws() -> None:
+    course = course_through((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), feet=0.3, smoothing=0.6)
+    assert np.allclose(course.poses[:, 2], 0.0) and course.length == pytest.approx(1.0)
+    spin = course_through((0.0, 0.0, 0.0), [(0.0, 0.0, 2.0), (0.0, 0.0, 4.0)], feet=0.3,
+                          smoothing=0.6)  # fmt: skip
+    assert spin.poses[-1, 2] == pytest.approx(4.0) and np.allclose(spin.poses[:, :2], 0.0)
+
+
+@pytest.mark.parametrize(
+    ("goal", "words"),
+    [
+        ((0.0, 0.0), "where the walk starts"),
+        ((0.0, 0.0, 0.0), "the pose at which the walk starts"),
+        ((1.0,), "goal must be a place"),
+        ("far", "numbers in metres"),
+        ((np.nan, 1.0), "finite"),
+        ((1e9, 1.0), "at most"),
+    ],
+)
+def test_goals_that_are_none_are_refused(goal: object, words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        course_through((0.0, 0.0, 0.0), goal, feet=0.3, smoothing=0.6)  # type: ignore[arg-type]
+
+
+def test_poses_of_rotations() -> None:
+    turn = rpy_to_matrix([[0.1, -0.2, 0.3]])
+    body = Placements(turn, np.array([[1.0, 2.0, 3.0]]))
+    assert np.allclose(body.moved(np.eye(3))[0], turn[0].T + np.arange(1.0, 4.0))

@@ -1,0 +1,130 @@
+"""Walks over height maps: from the ground to a plan that the certificate and physics accept."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import gaitopt
+from gaitopt import LEGS, HeightMap, InputError, TerrainError
+from gaitopt.planners.over_terrain.pairs import Cause
+from gaitopt.planners.over_terrain.settings import TerrainSettings
+from gaitopt.planners.over_terrain.setup import first_layer, result_of, search_for
+
+GO2 = gaitopt.load_robot("go2")
+LENGTH = 0.9
+
+
+def ground(name: str, **options: Any) -> HeightMap:
+    return gaitopt.make_ground(name, robot=GO2, length=LENGTH, **options)
+
+
+@pytest.fixture(scope="module")
+def rubble() -> gaitopt.Plan:
+    return gaitopt.plan_terrain(GO2, ground("rubble", difficulty=0.5), (LENGTH, 0.0),
+                                start=(0.0, 0.0, 0.0))  # fmt: skip
+
+
+def test_a_walk_over_rubble_is_certified(rubble: gaitopt.Plan) -> None:
+    assert gaitopt.verify(rubble).outcome == "certified"
+    assert rubble.footholds.ground == ground("rubble", difficulty=0.5)
+    assert np.ptp(np.concatenate([rubble.footholds[leg][:, 2] for leg in LEGS])) > 0.02
+
+
+def test_physics_crosses_it_and_nothing_but_feet_touches_the_ground(rubble: gaitopt.Plan) -> None:
+    result = gaitopt.simulate(rubble)
+    assert result.passed and not result.bumps
+
+
+def test_feet_stand_on_the_ground_where_the_layers_allow_it(rubble: gaitopt.Plan) -> None:
+    footholds, ground_map = rubble.footholds, rubble.footholds.ground
+    assert ground_map is not None and footholds.normals is not None
+    layers = gaitopt.ground_layers(ground_map, robot=GO2)
+    for leg in LEGS:
+        contact = ground_map.ball(footholds[leg][:, :2], GO2.foot_radius)
+        assert np.allclose(contact.centres, footholds[leg], atol=1e-9)
+        assert np.allclose(contact.normals, footholds.normals[leg], atol=1e-9)
+        assert all(layers.footing(p[:2]) == "steppable" for p in footholds[leg])
+
+
+def test_the_same_ground_gives_the_same_walk() -> None:
+    maps = [ground("rubble", difficulty=0.5) for _ in range(2)]
+    one, two = (
+        gaitopt.choose_footholds(GO2, m, (LENGTH, 0.0), start=(0.0, 0.0, 0.0)) for m in maps
+    )
+    assert one == two
+
+
+def test_a_gap_is_stepped_over() -> None:
+    z = np.zeros((120, 80))
+    z[52:58] = -0.5  # 0.12 m, a third of the stance's length, in the way of all feet
+    wide = HeightMap(z, 0.02, (-0.6, -0.8))
+    search = gaitopt.search_terrain(GO2, wide, (LENGTH, 0.0), start=(0.0, 0.0, 0.0))
+    assert search.complete
+    assert min(search.footholds[leg][:, 2].min() for leg in LEGS) > 0.0
+    assert np.isclose(search.metres, LENGTH)
+
+
+def test_a_walk_sideways_and_one_that_turns_on_the_spot() -> None:
+    flat = HeightMap(np.zeros((90, 90)), 0.02, (-0.9, -0.9))
+    aside = gaitopt.choose_footholds(GO2, flat, (0.0, 0.2, 0.0), start=(0.0, 0.0, 0.0))
+    for leg in LEGS:
+        assert np.allclose(aside[leg][-1, :2] - aside[leg][0, :2], [0.0, 0.2], atol=0.06)
+    assert aside.postures is not None and np.allclose(aside.postures[:, 3], 0.0)
+    turn = gaitopt.plan_terrain(GO2, flat, (0.0, 0.0, 0.6), start=(0.0, 0.0, 0.0))
+    assert turn.footholds.postures is not None
+    assert turn.footholds.postures[-1, 3] == pytest.approx(0.6)
+    assert gaitopt.verify(turn).outcome == "certified"
+
+
+def test_a_wall_is_no_way_and_the_error_says_why() -> None:
+    z = np.zeros((120, 80))
+    z[70:75] = 0.6
+    with pytest.raises(TerrainError, match="no way over the ground was found") as caught:
+        gaitopt.plan_terrain(GO2, HeightMap(z, 0.02, (-0.6, -0.8)), (1.5, 0.0),
+                             start=(0.0, 0.0, 0.0), width_limit=6)  # fmt: skip
+    error = caught.value
+    assert error.search.footholds.steps == error.step < error.search.steps
+    assert error.leg in LEGS and sum(error.refused.values()) > 0
+    assert "what may help" in str(error)
+
+
+def test_a_start_without_ground_is_refused() -> None:
+    z = np.full((120, 80), np.nan)
+    z[60:] = 0.0
+    with pytest.raises(InputError, match="at the start there is no ground to stand on"):
+        gaitopt.plan_terrain(GO2, HeightMap(z, 0.02, (-0.6, -0.8)), (1.5, 0.0),
+                             start=(0.0, 0.0, 0.0))  # fmt: skip
+
+
+def test_a_step_that_was_refused_is_not_made_again() -> None:
+    settings = TerrainSettings.for_robot(GO2)
+    search = search_for(GO2, ground("rubble", difficulty=0.5), (LENGTH, 0.0), (0.0, 0.0, 0.0),
+                        settings)  # fmt: skip
+    first = result_of(search, search.run([first_layer(search)]), 0.0)
+    refused = (5, tuple(first.stands[6].tolist()))
+    other = replace(search, banned=frozenset({refused}))
+    second = result_of(other, other.run([first_layer(other)]), 0.0)
+    assert second.complete and tuple(second.stands[6].tolist()) != refused[1]
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"step_lenght": 0.1}, "TerrainSettings|no setting"),
+        ({"step_length": -1.0}, "step_length"),
+        ({"friction": 0.0}, "friction"),
+        ({"width": 0}, "width"),
+    ],
+)
+def test_wrong_settings_are_refused(options: dict[str, Any], words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        gaitopt.choose_footholds(GO2, ground("flat"), (LENGTH, 0.0), start=(0.0, 0.0, 0.0),
+                                 **options)  # fmt: skip
+
+
+def test_causes_have_words() -> None:
+    assert all(len(str(cause)) > 10 for cause in Cause)
