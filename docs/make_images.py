@@ -17,11 +17,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gaitopt.planners.crawl import plan_crawl
+from gaitopt.planners.over_terrain.planner import plan_terrain, search_terrain
 from gaitopt.robots.catalog import load_robot
 from gaitopt.terrain.columns import s_columns
+from gaitopt.terrain.maps.catalogue import make_ground
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+    from gaitopt.plan.plan import Plan
+    from gaitopt.planners.over_terrain.result import TerrainSearch
 
 IMAGES = Path(__file__).parent / "images"
 
@@ -38,6 +43,35 @@ def replay(target: Path) -> None:
     with tempfile.TemporaryDirectory() as folder:
         page = write_replay(plan, Path(folder) / "replay.html")
         photograph(f"{page.as_uri()}#t={moment:.3f}&paused", target, (1280, 720))
+
+
+def _over_rubble() -> tuple[Plan, TerrainSearch]:
+    """A walk of go2 over rubble, and the search for its footholds."""
+    robot = load_robot("go2")
+    ground = make_ground("rubble", seed=0, difficulty=0.6, robot=robot, length=2.0)
+    search = search_terrain(robot, ground, (2.0, 0.0), start=(0.0, 0.0, 0.0))
+    return plan_terrain(robot, ground, (2.0, 0.0), start=(0.0, 0.0, 0.0), search=search), search
+
+
+def terrain_replay(target: Path) -> None:
+    """The replay of a walk over rubble, in the middle of a swing in the middle of the walk."""
+    from gaitopt.viewing.replay.replay import replay as write_replay
+
+    plan, search = _over_rubble()
+    swing = plan.swings[len(plan.swings) // 2]
+    moment = (swing.start + swing.end) / 2.0
+    with tempfile.TemporaryDirectory() as folder:
+        page = write_replay(plan, Path(folder) / "replay.html", search=search)
+        photograph(f"{page.as_uri()}#t={moment:.3f}&paused", target, (1280, 720))
+
+
+def terrain_map(target: Path) -> None:
+    """The same walk from above, with all places that the search tried."""
+    from gaitopt.viewing.figures.files import save_figure
+    from gaitopt.viewing.figures.terrain_map import plot_terrain_map
+
+    plan, search = _over_rubble()
+    save_figure(plot_terrain_map(plan, search=search), target)
 
 
 def feasible_area(target: Path) -> None:
@@ -132,11 +166,19 @@ def photograph(address: str, target: Path, size: tuple[int, int]) -> None:
              "--virtual-time-budget=4000", f"--screenshot={raw}", address],
             check=True, capture_output=True, timeout=120,
         )  # fmt: skip
-        Image.open(raw).convert("RGB").quantize(256).save(target, optimize=True)
+        # Median cut could give two legs the same colour where few pixels have it.
+        small = (
+            Image.open(raw)
+            .convert("RGB")
+            .quantize(256, Image.Quantize.MAXCOVERAGE, kmeans=2, dither=Image.Dither.NONE)
+        )
+        small.save(target, optimize=True)
 
 
 ALL: dict[str, Callable[[Path], None]] = {
     "replay": replay,
+    "terrain_replay": terrain_replay,
+    "terrain_map": terrain_map,
     "leg": leg,
     "feasible_area": feasible_area,
     "joint_velocities": joint_velocities,

@@ -96,6 +96,8 @@ def plot_terrain_map(
         add_legend(ax, keys, **BESIDE)
     else:
         rows = -(-len(keys) // COLUMNS)
+        # Else the layout cuts off the upper side of the title.
+        figure.get_layout_engine().set(h_pad=0.12)  # type: ignore[union-attr, call-arg]
         figure.set_size_inches(WIDTH, _height(limits) + 0.19 * rows)
         figure.legend(handles=keys, loc="outside lower left", ncols=COLUMNS, fontsize=SMALL,
                       frameon=False, columnspacing=1.5, handlelength=1.8)  # fmt: skip
