@@ -46,7 +46,10 @@ def main() -> int:
     asked = json.load(sys.stdin)
     from rosbags.highlevel import AnyReader
 
-    with AnyReader([Path(asked["path"])], default_typestore=_types()) as reader:
+    path = Path(asked["path"])
+    # Other files hold the definitions, and those of ROS take a third of a second.
+    types = None if path.suffix in (".bag", ".mcap") else _types()
+    with AnyReader([path], default_typestore=types) as reader:
         topics = {c.topic: c for c in reader.connections if c.msgtype == KIND}
         if not topics:
             others = sorted({c.msgtype for c in reader.connections})
