@@ -15,8 +15,9 @@ from typing import Any
 import pytest
 
 from benchmarks import __main__ as command
-from benchmarks import constants, rivals
+from benchmarks import constants, rivals, terrain, terrain_table
 from gaitopt.errors import InputError
+from gaitopt.studies import terrain_study
 
 ROOT = Path(__file__).resolve().parent.parent
 FAST = ("plan", "cog", "import", "sample", "files", "obvious", "route")
@@ -161,3 +162,38 @@ def test_mistakes_are_named_before_anything_is_planned(
         constants.main(arguments)
     assert exit_.value.code == 2
     assert words in capsys.readouterr().err
+
+
+def test_times_of_searches_are_given_as_multiples_of_the_workload_too() -> None:
+    searches = [terrain.Searched(True, rate) for rate in (1.0, 2.0, 3.0)]
+    line = terrain.row("go2", "rubble", [*searches, terrain.Searched(False, 90.0)], 0.5)
+    assert line == "| go2 | rubble | 3 of 4 | 2.00 | 4 | 2.90 | 6 |"
+    assert terrain.row("go2", "rubble", [], 0.5) == "| go2 | rubble | 0 of 0 |  |  |  |  |"
+
+
+def test_the_table_of_walks_is_written_between_the_marks_of_its_page(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def quick(walk: terrain_study.TerrainWalk) -> terrain_study.TerrainRow:
+        if walk.seed:
+            return terrain_study.TerrainRow("no way", causes="a_limb: 3", failed_step=2)
+        done = {"solvable": True, "found": True, "planned": True, "certified": True}
+        return terrain_study.TerrainRow(**done, passed=True, metres=2.0, search_time=1.0)
+
+    monkeypatch.setattr(terrain_study, "run_terrain_walk", quick)
+    page = tmp_path / "page.md"
+    page.write_text(f"# Title\n\n{terrain_table.BEGIN}\nold\n{terrain_table.END}\nafter\n")
+    arguments = ["--seeds", "2", "--robots", "go2", "--grounds", "ramp:0.7", "--jobs", "1",
+                 "--rows", str(tmp_path / "rows.csv"), "--write", str(page)]  # fmt: skip
+    assert terrain_table.main(arguments) == 0
+    text = page.read_text()
+    assert text.startswith("# Title\n") and text.endswith("after\n") and "old" not in text
+    assert "| go2 | ramp 1, friction 0.7 | 2 | 1 | 1 | 1 | 1 | 1 | 0.50 | 0.50 |  |" in text
+    assert "- go2, ramp, seed 1: no way: step 2 (): a\\_limb: 3" in text
+    assert "python -m benchmarks.terrain_table --seeds 2" in text
+    assert text.split(terrain_table.BEGIN)[1].split(terrain_table.END)[0].strip() in (
+        capsys.readouterr().out
+    )
+    page.write_text("no marks")
+    with pytest.raises(InputError, match="needs a line"):
+        terrain_table.main(arguments)

@@ -8,6 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from gaitopt.cli.options import (
+    FRICTIONS,
     FreeOption,
     JobsOption,
     Objective,
@@ -72,6 +73,12 @@ def study(
             metavar="NAME=METRES",
         ),
     ] = None,
+    friction: Annotated[
+        float | None,
+        _map(
+            "Friction between feet and ground; 0.6 by default.", min=FRICTIONS[0], max=FRICTIONS[1]
+        ),
+    ] = None,
     exhaustive: Annotated[
         int | None,
         _map(
@@ -95,12 +102,14 @@ def study(
     columns = {"--objective": objective, "--stability-margin": stability_margin, "--free": free,
                "--speed": None if speed == "max" else speed}  # fmt: skip
     maps = {"--difficulty": difficulty, "--length": length, "--size": size,
-            "--exhaustive": exhaustive}  # fmt: skip
+            "--friction": friction, "--exhaustive": exhaustive}  # fmt: skip
     how: dict[str, Any] = {"jobs": jobs, "scheduler": scheduler}
     if terrain:
         _refuse(columns, "is for walks over columns: leave out --terrain")
-        on_maps = _map_fields(difficulty, length, size, exhaustive)
-        on_maps |= {"collisions": collisions is not False, "simulate": with_physics}
+        on_maps = _map_fields(difficulty, length, size)
+        on_maps |= {"collisions": collisions is not False, "simulate": with_physics,
+                    "friction": friction}  # fmt: skip
+        on_maps |= {} if exhaustive is None else {"exhaustive": exhaustive}
         _study_maps(count, [_source(robot, table)], terrain, on_maps, table, how)
         return
     _refuse(maps, "is for walks over height maps: give --terrain as well")
@@ -141,9 +150,8 @@ def _study_maps(
 
 
 def _map_fields(
-    difficulty: list[float] | None, length: float | None, size: list[str] | None,
-    exhaustive: int | None,
-) -> dict[str, Any]:  # fmt: skip
+    difficulty: list[float] | None, length: float | None, size: list[str] | None
+) -> dict[str, Any]:
     """Fields of walks over height maps from options; only those that were given.
 
     Raises:
@@ -152,7 +160,7 @@ def _map_fields(
     from gaitopt.studies.terrain_study import sizes_of
 
     fields = {
-        "difficulties": difficulty, "length": length, "exhaustive": exhaustive,
+        "difficulties": difficulty, "length": length,
         "sizes": ",".join(size) if size else None,
     }  # fmt: skip
     sizes_of(",".join(size or []))

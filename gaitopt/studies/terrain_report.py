@@ -16,7 +16,7 @@ from gaitopt.studies.study_report import LONGEST_REASON, MOST_REASONS, Rows
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-GROUP = ("robot", "terrain", "difficulty", "sizes")
+GROUP = ("robot", "terrain", "difficulty", "sizes", "friction")
 """What walks of a line of the table have in common."""
 STAGES = ("solvable", "found", "planned", "certified", "passed")
 """How far a walk may get, by column of the study's table."""
@@ -44,8 +44,9 @@ class Standing(NamedTuple):
     @property
     def ground(self) -> str:
         """The ground in words."""
-        _, terrain, difficulty, sizes = self.group
-        return f"{terrain} {sizes}" if sizes else f"{terrain} {float(difficulty):g}"
+        _, terrain, difficulty, sizes, friction = self.group
+        words = f"{terrain} {sizes}" if sizes else f"{terrain} {float(difficulty):g}"
+        return f"{words}, friction {float(friction):g}" if friction else words
 
 
 def standings(rows: Rows) -> list[Standing]:

@@ -39,6 +39,7 @@ class TerrainWalk:
         seed, difficulty, length: of the ground; length in metres.
         sizes: of the ground, in place of what follows from the difficulty: ``"height=0.15"``,
             joined by commas.
+        friction: of the ground; ``None`` for the usual one.
         width_limit: width up to which the search is repeated at a dead end; ``None`` for the
             usual one.
         exhaustive: the same for a second search where the first finds no way, to tell whether the
@@ -53,6 +54,7 @@ class TerrainWalk:
     difficulty: float = 0.5
     length: float = 3.0
     sizes: str = ""
+    friction: float | None = None
     width_limit: int | None = None
     exhaustive: int = EXHAUSTIVE
     certify: bool = True
@@ -209,14 +211,16 @@ def _walk(walk: TerrainWalk, found: dict[str, Any]) -> None:
     robot = load_robot(walk.robot)
     way = robot, walk.ground(robot), (walk.length, 0.0)
     start = (0.0, 0.0, 0.0)
+    how: dict[str, Any] = {"friction": walk.friction, "width_limit": walk.width_limit}
     with _timed(found, "search_time"):
-        search = search_terrain(*way, start=start, width_limit=walk.width_limit)
+        search = search_terrain(*way, start=start, **how)
     found |= {"found": search.complete, "metres": search.metres, "width": search.width}
     found["solvable"] = search.complete or None
     if not search.complete:
         _no_way(search, found)
         if walk.exhaustive:
-            again = search_terrain(*way, start=start, width_limit=walk.exhaustive)
+            how["width_limit"] = walk.exhaustive
+            again = search_terrain(*way, start=start, **how)
             found["solvable"] = again.complete
         return
     try:

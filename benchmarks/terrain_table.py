@@ -1,0 +1,110 @@
+"""The table of results over made grounds, by robot and ground: found, certified, passed.
+
+``python -m benchmarks.terrain_table --seeds 20 --write docs/terrain_table.md``
+
+Each walk is a row of a CSV file (``--rows``): a run that was stopped goes on where the file ends.
+The table, the failures one by one, and the command are written into the page between its marks.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from benchmarks.terrain import ROBOTS
+from gaitopt.errors import InputError
+from gaitopt.files import written_whole
+from gaitopt.studies.terrain_report import failures, terrain_markdown
+from gaitopt.studies.terrain_study import (
+    EXHAUSTIVE,
+    TerrainWalk,
+    run_terrain_study,
+    terrain_grid,
+)
+
+GROUNDS = ("rubble", "stepping_stones", "hills", "gaps", "stairs", "stairs_up", "stairs_down",
+           "ramp:0.7")  # fmt: skip
+"""Grounds of the table, with their friction where it is not the usual one."""
+BEGIN, END = "<!-- results: begin -->", "<!-- results: end -->"
+"""Marks in the page."""
+
+
+def walks_of(options: argparse.Namespace) -> list[TerrainWalk]:
+    """The walks of the table, robot by robot."""
+    walks = []
+    for robot in options.robots.split(","):
+        for ground in options.grounds.split(","):
+            name, _, friction = ground.partition(":")
+            walks += terrain_grid(
+                range(options.first, options.first + options.seeds), robots=[robot],
+                terrains=[name], difficulties=[options.difficulty], length=options.length,
+                friction=float(friction) if friction else None, exhaustive=options.exhaustive,
+                simulate=not options.no_physics,
+            )  # fmt: skip
+    return walks
+
+
+def report(rows: Sequence[dict[str, str]], command: str) -> str:
+    """What is written into the page: the command, the table and the failures."""
+    lines = [f"```\n{command}\n```", "", terrain_markdown(rows)]
+    failed = failures(rows)
+    if failed:
+        lines += ["", "What failed:", "", *(f"- {_plain(text)}" for text in failed)]
+    return "\n".join(lines)
+
+
+def write(page: Path, text: str) -> None:
+    """Put a text between the marks of a page.
+
+    Raises:
+        InputError: the page has no such marks.
+    """
+    whole = page.read_text("utf-8")
+    before, begin, rest = whole.partition(BEGIN)
+    _, end, after = rest.partition(END)
+    if not begin or not end:
+        raise InputError(f"{page} needs a line {BEGIN} and, below it, a line {END}")
+    with written_whole(page) as stream:
+        stream.write(f"{before}{BEGIN}\n\n{text}\n\n{END}{after}")
+
+
+def _plain(text: str) -> str:
+    """A text without what Markdown and HTML would read as marks."""
+    return text.replace("<", "&lt;").replace("_", "\\_").replace("*", "\\*")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Print the table, and write it into a page."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.terrain_table",
+                                     description=__doc__)  # fmt: skip
+    parser.add_argument("--seeds", type=int, default=20, help="grounds of each kind")
+    parser.add_argument("--first", type=int, default=0, help="the first seed")
+    parser.add_argument("--difficulty", type=float, default=1.0, help="of the grounds, 0 to 1")
+    parser.add_argument("--length", type=float, default=3.0, help="from start to goal [m]")
+    parser.add_argument("--robots", default=",".join(ROBOTS), help="names, joined by commas")
+    parser.add_argument("--grounds", default=",".join(GROUNDS),
+                        help="names, joined by commas; ramp:0.7 has the friction 0.7")  # fmt: skip
+    parser.add_argument("--exhaustive", type=int, default=EXHAUSTIVE,
+                        help="width of a second search where there is no way; 0: no")  # fmt: skip
+    parser.add_argument("--no-physics", action="store_true", help="without physics")
+    parser.add_argument("--jobs", type=int, default=-1, help="processes; -1: on all cores")
+    parser.add_argument("--rows", type=Path, default=Path("terrain_table.csv"),
+                        help="CSV file with a row for each walk")  # fmt: skip
+    parser.add_argument("--write", type=Path, help="page that the table is written into")
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    options = parser.parse_args(given)
+    rows = run_terrain_study(
+        walks_of(options), options.rows, jobs=options.jobs,
+        progress=lambda done, total: print(f"{done} of {total}", file=sys.stderr, flush=True),
+    )  # fmt: skip
+    text = report(rows, " ".join(["python -m benchmarks.terrain_table", *given]))
+    print(text)
+    if options.write is not None:
+        write(options.write, text)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
