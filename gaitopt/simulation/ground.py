@@ -41,7 +41,7 @@ def add_ground(
 
     Raises:
         InputError: ``settings.column_errors`` names an unknown column, or there are no columns.
-        FootholdsError: a foot in its place would touch another column.
+        FootholdsError: columns overlap, and a foot in its place would touch the higher one.
         GroundError: the height map is nowhere near the footholds.
     """
     bare = {**ground_bits(own), **surface(settings)}

@@ -89,7 +89,7 @@ def build_sim_model(
         MissingPackageError: MuJoCo is not installed.
         RobotError: MuJoCo cannot read the URDF, or reads another robot from it than Pinocchio.
         InputError: ``settings.column_errors`` names an unknown column.
-        FootholdsError: columns of different heights are so close that no foot fits between.
+        FootholdsError: columns of different heights overlap where a foot stands.
         GroundError: the footholds' height map is nowhere near them.
     """
     mujoco = import_mujoco()

@@ -20,16 +20,17 @@ error of walks that pass."""
 def column_radii(footholds: Footholds, foot: float) -> FloatArray:
     """Radius of the column under each foothold ``(4, n)`` [m], such that feet stand on their own.
 
-    Columns have the radius of the footholds. A foot in its place must not touch a higher column
-    beside its own. On open ground, where the columns are plates that nobody has asked for, the
-    higher one is made smaller instead, down to :data:`LEAST_PLATE`.
+    Columns have the radius of the footholds. Where two overlap, a foot in its place on the lower
+    one must not touch the higher one; where they do not, it may, and physics tells what comes of
+    it. On open ground, where the columns are plates that nobody has asked for, the higher one is
+    made smaller instead, down to :data:`LEAST_PLATE`.
 
     Args:
         footholds: where the columns stand.
         foot: radius of the balls at the feet [m].
 
     Raises:
-        FootholdsError: a foot in its place would touch another column.
+        FootholdsError: columns overlap, and a foot in its place would touch the higher one.
     """
     from scipy.spatial import cKDTree
 
@@ -50,11 +51,12 @@ def column_radii(footholds: Footholds, foot: float) -> FloatArray:
     if footholds.radius is None:
         room = np.maximum(apart - foot, LEAST_PLATE)
         np.minimum.at(found, pairs[touching, 1], room[touching])
-    elif touching.size:
+    elif (apart[touching] < 2.0 * radius).any():
+        touching = touching[apart[touching] < 2.0 * radius]
         pair = pairs[touching[0]]
         (leg, k), (other, m) = (places[int(p)] for p in pair)
         raise FootholdsError(
-            f"columns of foothold {k} of {leg} and foothold {m} of {other} are "
+            f"columns of foothold {k} of {leg} and foothold {m} of {other} overlap: they are "
             f"{1e3 * apart[touching[0]]:.1f} mm apart, and their heights differ by "
             f"{1e3 * (points[pair[1], 2] - points[pair[0], 2]):.1f} mm: a foot with a radius of "
             f"{1e3 * foot:.1f} mm on the lower one touches the higher one, whose radius is "

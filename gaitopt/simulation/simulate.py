@@ -49,7 +49,7 @@ def simulate(
         RobotError: MuJoCo cannot simulate the plan's URDF.
         InputError: an argument is something else, a setting does not fit the plan, the robot has no
             mass, or its legs have two joints.
-        FootholdsError: columns of different heights are so close that a foot on the lower one would
+        FootholdsError: columns of different heights overlap, and a foot on the lower one would
             touch the higher one.
         GroundError: the footholds' height map is nowhere near them.
     """
