@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -59,6 +59,9 @@ def simulate(
     gains = ControlGains.for_plan(plan) if gains is None else gains
     check_kind("settings", settings, SimulationSettings)
     check_kind("gains", gains, ControlGains)
+    if not plan.robot.foot_radius > 0.0:
+        # Feet are points, so nobody knows where the legs end, and shins would stand in the ground.
+        settings = replace(settings, limbs=False)
     mujoco = import_mujoco()
     physics = settings if plan.footholds.ground is None else settings.on_height_map()
     sim = build_sim_model(plan.robot, plan.footholds, gains, physics)

@@ -147,3 +147,11 @@ def test_a_pillar_below_a_shank_is_bumped_into(
     there = replace(standing, footholds=Footholds(points, radius, order=("RH",)))
     result = gaitopt.simulate(there, SimulationSettings(watch_time=0.1))
     assert result.bumps == bumps, str(result)
+
+
+def test_limbs_of_a_robot_with_point_feet_touch_nothing() -> None:
+    """Its lower legs, as lines with a thickness, would stand in the ground."""
+    made = quiet(robot(foot=""))
+    plan = gaitopt.plan_crawl(made, gaitopt.s_columns(0, columns=2, robot=made))
+    result = gaitopt.simulate(plan)
+    assert result.passed and not result.settings.limbs

@@ -229,11 +229,13 @@ def _end_of_shape(
             f"or give feet={{'{leg}': ('{limb.end}', (x, y, z))}}"
         )
     along = tip / length
-    ball = None
+    ball = _outermost([end_ball(solid, along) for solid in shapes], along)
     if any(len(solid.corners) for solid in shapes):
-        ball = rolling_ball(shapes, along, limb.joints[-1].axis, LARGEST_FOOT * length)
-    if ball is None:
-        ball = _outermost([end_ball(solid, along) for solid in shapes], along)
+        rolling = rolling_ball(shapes, along, limb.joints[-1].axis, LARGEST_FOOT * length)
+        plain = [end_ball(solid, along) for solid in shapes if not len(solid.corners)]
+        same = [one for one in plain if rolling is not None and one.is_like(rolling)]
+        # A ball of the file is exact, where it is the one on which the foot rolls.
+        ball = same[0] if same else rolling or ball
     radius = min(ball.radius, LARGEST_FOOT * length)
     centre = ball.centre + (ball.radius - radius) * along
     return FootPlace(limb.end, centre, radius, f"the end of the shape of {limb.end}")

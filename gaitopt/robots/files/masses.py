@@ -100,7 +100,8 @@ def _check_bodies(tree: UrdfTree, cure: str) -> list[str]:
     for body in (tree.base, *(joint.child for joint in tree.walk() if not joint.fixed)):
         whole = _whole(tree, body)
         if not whole.mass > 0.0:
-            raise RobotError(f"{tree.label}: link {body} moves and has no mass{cure}")
+            named = cure.replace("'link'", repr(body))
+            raise RobotError(f"{tree.label}: link {body} moves and has no mass{named}")
         if not np.abs(whole.matrix).max() < LARGEST_INERTIA:
             raise RobotError(f"{tree.label}: the inertia of link {body} is no sensible number")
         principal = np.linalg.eigvalsh(whole.matrix)

@@ -39,6 +39,11 @@ class Ball(NamedTuple):
     centre: FloatArray
     radius: float
 
+    def is_like(self, other: Ball) -> bool:
+        """Whether both are the same but for 5 % of the radius."""
+        apart = float(np.linalg.norm(self.centre - other.centre))
+        return apart + abs(self.radius - other.radius) < 0.05 * self.radius
+
 
 class Solid(NamedTuple):
     """A shape.
