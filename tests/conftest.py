@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from functools import cache
-from typing import Any
 
 import pytest
+from drawing import save_without_pixels
 from hypothesis import settings
 
 import gaitopt
@@ -24,13 +24,9 @@ def no_pixels() -> Iterator[None]:
     For tests that look at the names of files. What figures show is tested in ``tests/viewing``.
     """
     from matplotlib.figure import Figure
-    from PIL import Image
-
-    def empty(figure: Figure, file: Any, **_: Any) -> None:
-        Image.new("RGB", (4, 4)).save(file, format="PNG")
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(Figure, "savefig", empty)
+        patch.setattr(Figure, "savefig", save_without_pixels)
         yield
 
 

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 import pytest
+from drawing import save_without_pixels
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -24,7 +25,6 @@ from gaitopt.planners.crawl import plan_crawl
 from gaitopt.robots.catalog import load_robot
 from gaitopt.swing.catalogue import SWING_CURVES
 from gaitopt.terrain.columns import s_columns
-from gaitopt.viewing.figures import files
 from gaitopt.viewing.figures.gait_figures import save_gait_figures
 from gaitopt.viewing.figures.joint_curves import curve_lines, plot_joint_curves
 from gaitopt.viewing.figures.snapshots import POSES, leg_points, plot_snapshots, side_axis
@@ -449,7 +449,7 @@ def test_files_are_small_and_pyplot_is_left_alone(trotting: Plan, tmp_path: Path
 def test_a_plan_without_schedule_or_swings_is_drawn_without_their_figures(
     standing: Plan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(files, "DPI", 30)  # few pixels: only names are looked at
+    monkeypatch.setattr(Figure, "savefig", save_without_pixels)  # only names are looked at
     names = {p.stem for p in save_gait_figures(standing, tmp_path)}
     assert names == {"fig11_cycloids", "fig12_snapshots", "fig13_joint_angles",
                      "fig14_joint_curves", "zmp"}  # fmt: skip

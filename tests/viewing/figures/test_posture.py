@@ -51,7 +51,7 @@ def test_a_robot_that_sways_is_seen_from_above_and_one_that_does_not_from_the_si
     walk: Plan,
 ) -> None:
     swaying = plan_stride(load_robot("anymal_c"), rectangular_obstacle(0.05, 0.03), approach=0,
-                          leave=1)  # fmt: skip
+                          leave=0)  # fmt: skip
     for plan, label in ((walk, "up [mm]"), (swaying, "to the left [mm]")):
         assert [ax.get_ylabel() for ax in plot_posture(plan).axes[:2]] == [label, label]
 
