@@ -256,7 +256,7 @@ def _depth(ground: HeightMap, length: float, width: float) -> FloatArray:
         window = [2 * k + 1 for k in half]
         raised = maximum_filter(known, window, mode="constant", cval=-np.inf)
         closed = minimum_filter(raised, window, mode="constant", cval=np.inf)
-        depth = np.fmin(depth, closed - known)
+        depth = np.fmin(depth, closed - ground.z)
     return np.asarray(np.where(ground.known, np.maximum(depth, 0.0), 0.0))
 
 

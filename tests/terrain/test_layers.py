@@ -107,6 +107,19 @@ def test_rough_ground_is_told() -> None:
     assert of(z, edge_height=0.05, max_roughness=0.0161).steppable[INNER].all()
 
 
+@pytest.mark.filterwarnings("error")
+def test_a_wide_area_of_unknown_ground_changes_nothing_far_from_it() -> None:
+    """An area into which the rectangles of the pits fit."""
+    known = HeightMap(np.zeros((150, 150)), CELL)
+    z = np.array(known.z)
+    z[:90, :90] = np.nan
+    layers = ground_layers(HeightMap(z, CELL))
+    assert not layers.steppable[:90, :90].any()
+    far = (slice(95, None), slice(95, None))
+    assert np.array_equal(layers.codes[far], ground_layers(known).codes[far])
+    assert (layers.depth == 0.0).all()
+
+
 def test_no_foot_stands_where_its_ball_has_unknown_ground_below() -> None:
     z = np.zeros(X.shape)
     z[20:23, 18] = np.nan
