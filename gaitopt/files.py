@@ -100,7 +100,10 @@ def read_bounded(path: StrPath, limit: int, error: type[GaitoptError]) -> bytes:
         GaitoptError: of the type ``error``: the file is missing, unreadable or larger than
             ``limit``.
     """
-    source = Path(path)
+    try:
+        source = Path(path)
+    except TypeError:
+        raise error(f"the path of a file must be a text or a path, got {path!r}") from None
     try:
         with source.open("rb") as stream:
             data = stream.read(limit + 1)

@@ -92,16 +92,25 @@ def check_count(name: str, value: object, low: int, high: int) -> int:
     raise InputError(f"{name} must be a whole number from {low} to {high}, got {value!r}")
 
 
+def check_array(name: str, values: ArrayLike) -> FloatArray:
+    """``values`` as an array of floats.
+
+    Raises:
+        InputError: these are no numbers, or lists in it are of unequal lengths.
+    """
+    try:
+        return np.asarray(values, np.float64)
+    except (TypeError, ValueError):
+        raise InputError(f"{name} must be numbers, got {str(values)[:100]!r}") from None
+
+
 def check_shape(name: str, values: ArrayLike, *tail: int) -> FloatArray:
     """``values`` as an array, when its shape ends with ``tail``.
 
     Raises:
         InputError: it does not, or these are no numbers.
     """
-    try:
-        array = np.asarray(values, np.float64)
-    except (TypeError, ValueError):
-        raise InputError(f"{name} must be numbers, got {values!r}") from None
+    array = check_array(name, values)
     if array.shape[-len(tail) :] != tail:
         wanted = ", ".join(map(str, tail))
         raise InputError(f"{name} must be (..., {wanted}), got {array.shape}")

@@ -17,6 +17,7 @@ from gaitopt.dynamics.force_status import (
     ForceStatus,
     ForceViolation,
 )
+from gaitopt.inputs import check_kind
 
 _KINDS: Final = (
     ForceStatus.FRICTION,
@@ -75,6 +76,7 @@ class ContactForces:
     velocity_jump: float = 0.0
 
     def __post_init__(self) -> None:
+        check_kind("residuals", self.residuals, ForceResiduals)
         for owner in (self, self.residuals):
             for array in vars(owner).values():
                 if isinstance(array, np.ndarray):

@@ -22,7 +22,7 @@ from gaitopt.conventions import LEGS, BoolArray, FloatArray
 from gaitopt.errors import InputError
 from gaitopt.gait.gaits import crawl, wave
 from gaitopt.gait.schedule import SNAP, GaitSchedule
-from gaitopt.inputs import check_number
+from gaitopt.inputs import check_array, check_number
 
 LEFT: Final = np.array([leg[0] == "L" for leg in LEGS])
 """Which legs are on the left side ``(4,)``."""
@@ -97,7 +97,7 @@ def wave_margin_over_duty(duties: ArrayLike, stride: float, length: float) -> Fl
 
 
 def _duties(duties: ArrayLike) -> list[float]:
-    shares = np.asarray(duties, dtype=np.float64)
+    shares = check_array("duties", duties)
     if shares.ndim != 1:
         raise InputError(f"duties must have the shape (D,), got {shares.shape}")
     return [float(share) for share in shares]

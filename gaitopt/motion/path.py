@@ -19,6 +19,7 @@ from scipy.interpolate import PPoly
 
 from gaitopt.conventions import FloatArray, frozen
 from gaitopt.errors import InputError
+from gaitopt.inputs import check_array
 
 BASE_COLUMNS = 6
 """Columns of a path that belong to the base; the joints' columns follow."""
@@ -45,7 +46,8 @@ class MotionPath:
     coefficients: FloatArray
 
     def __post_init__(self) -> None:
-        times, coefficients = frozen(self.times), frozen(self.coefficients)
+        times = frozen(check_array("times", self.times))
+        coefficients = frozen(check_array("coefficients", self.coefficients))
         if times.ndim != 1 or len(times) < 1 or coefficients.ndim != 3:
             raise InputError(
                 f"a path needs times (K,) and coefficients (degree + 1, K - 1, n), got "

@@ -18,6 +18,7 @@ import numpy as np
 
 from gaitopt.conventions import FloatArray
 from gaitopt.errors import InputError, SolverError
+from gaitopt.inputs import check_array, check_kind
 from gaitopt.robots.leg import Leg
 
 RESIDUAL = 1e-9
@@ -52,8 +53,8 @@ def build_speed_lp(jacobian: FloatArray, direction: FloatArray, limits: FloatArr
         InputError: shapes do not fit, a number is not finite, a limit is not positive, or the
             direction is zero.
     """
-    j, d = np.asarray(jacobian, dtype=np.float64), np.asarray(direction, dtype=np.float64)
-    w = np.asarray(limits, dtype=np.float64)
+    j, d = check_array("jacobian", jacobian), check_array("direction", direction)
+    w = check_array("limits", limits)
     if j.ndim != 2 or d.shape != j.shape[:1] or w.shape != j.shape[1:]:
         raise InputError(
             f"shapes do not fit: jacobian {j.shape}, direction {d.shape}, limits {w.shape}"
@@ -70,6 +71,7 @@ def solve_speed_lp(problem: SpeedLp) -> float:
     Raises:
         SolverError: HiGHS found no optimum with a residual below :data:`RESIDUAL`.
     """
+    check_kind("problem", problem, SpeedLp)
     rows, joints = problem.jacobian.shape
     # In units of its limit each joint velocity is within +-1; the speed is scaled alike.
     scaled = problem.jacobian * problem.limits

@@ -9,6 +9,7 @@ from typing import Any, Literal
 
 from gaitopt.conventions import LEGS, FloatArray, frozen
 from gaitopt.errors import InputError
+from gaitopt.inputs import check_array
 from gaitopt.terrain.footholds import Footholds
 
 
@@ -102,7 +103,7 @@ class Phase:
 
     def __post_init__(self) -> None:
         for name in ("cog_start", "cog_end", "foot_start", "foot_end"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
+            object.__setattr__(self, name, frozen(check_array(name, getattr(self, name))))
             if getattr(self, name).shape != (3,):
                 raise InputError(f"a phase's {name} must have the shape (3,)")
         known = (*LEGS, "") if self.kind == "stance" else LEGS

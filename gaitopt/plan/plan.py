@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
 from numbers import Real
@@ -14,6 +15,7 @@ from numpy.typing import ArrayLike
 from gaitopt.conventions import LEGS, BoolArray, FloatArray, frozen
 from gaitopt.errors import GaitoptError, InputError, PlanFileError
 from gaitopt.files import StrPath, read_bounded, written_whole
+from gaitopt.inputs import check_kind
 from gaitopt.motion.path import MotionPath
 from gaitopt.plan.archive import FILE_LIMIT, FORMAT, GROUND_VERSION, VERSION, _unpack
 from gaitopt.plan.foothold_archive import packed_footholds, unpacked_footholds
@@ -51,7 +53,15 @@ class Plan:
     record: PlanRecord = field(default_factory=PlanRecord)
 
     def __post_init__(self) -> None:
+        for name, kind in (("robot", Quadruped), ("footholds", Footholds),
+                           ("settings", PlanSettings), ("path", MotionPath),
+                           ("record", PlanRecord)):  # fmt: skip
+            check_kind(name, getattr(self, name), kind)
+        if isinstance(self.phases, str) or not isinstance(self.phases, Iterable):
+            raise InputError(f"phases must be a list of phases, got {self.phases!r}")
         object.__setattr__(self, "phases", tuple(self.phases))
+        for phase in self.phases:
+            check_kind("each of phases", phase, Phase)
         columns = self.path.coefficients.shape[2]
         if columns != 6 + len(self.robot.joint_names):
             raise InputError(

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from gaitopt.conventions import BoolArray, FloatArray
+from gaitopt.inputs import check_kind
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,6 +39,7 @@ class Trajectory:
 
     def __post_init__(self) -> None:
         for name in ("t", "q", "v", "contacts", "cog", "feet"):
+            check_kind(name, getattr(self, name), np.ndarray)
             getattr(self, name).setflags(write=False)
 
     def __len__(self) -> int:

@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gaitopt.conventions import FloatArray, frozen
-from gaitopt.inputs import check_shape
+from gaitopt.inputs import check_array, check_shape
 from gaitopt.robots.leg_angles import PitchDerivatives, pitch_angles, roll_and_height, wrap_angle
 
 REACH_TOLERANCE: Final = 1e-9
@@ -71,7 +71,7 @@ class Leg:
 
     def __post_init__(self) -> None:
         for name in ("hip", "axes", "position_limits", "velocity_limits"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
+            object.__setattr__(self, name, frozen(check_array(name, getattr(self, name))))
 
     @property
     def has_roll(self) -> bool:

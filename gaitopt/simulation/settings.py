@@ -7,6 +7,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from gaitopt.errors import InputError
+from gaitopt.inputs import check_array, check_shape
 
 TIMESTEPS = (1e-4, 0.02)
 """Smallest and largest timestep of the physics [s]: shorter ones are slower than real time, with
@@ -36,7 +37,8 @@ class Push:
     force: tuple[float, float, float]
 
     def __post_init__(self) -> None:
-        values = np.array([self.time, self.duration, *self.force], dtype=np.float64)
+        force = check_shape("force of a push", self.force, 3)
+        values = np.append(check_array("times of a push", [self.time, self.duration]), force)
         if values.shape != (5,) or not np.isfinite(values).all() or (values[:2] < 0).any():
             raise InputError(
                 "a push needs a time and a duration of at least 0 s and three finite forces, got "
@@ -70,7 +72,8 @@ class SimulationSettings:
             one another as that file says. Otherwise, and for all other robots, the feet are balls.
             Friction and stiffness of contacts are those of these settings in any case.
         limbs: whether limbs and trunk of a robot whose feet are balls touch the ground: plane,
-            columns, or height map. They do not touch one another.
+            columns, or height map. They do not touch one another. Where feet are points nobody
+            knows where legs end, and limbs touch nothing.
         contact_time: MuJoCo's time constant of contacts (``solref``) [s]. At 10 ms feet and ground
             give way by less than 1 mm, and steps of 2 ms are stable; MuJoCo asks for twice the
             timestep at least.

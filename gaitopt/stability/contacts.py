@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 
 from gaitopt.conventions import BoolArray, FloatArray
 from gaitopt.errors import InputError
+from gaitopt.inputs import check_array
 from gaitopt.stability.margins import static_stability_margin
 
 
@@ -74,7 +75,7 @@ def standing_feet(feet: ArrayLike, contacts: ArrayLike | None) -> FloatArray:
     Raises:
         InputError: shapes that do not fit, or contacts that are not truth values.
     """
-    places = np.asarray(feet, np.float64)
+    places = check_array("feet", feet)
     if places.ndim < 2 or places.shape[-2] < 1 or places.shape[-1] not in (2, 3):
         raise InputError(f"feet must be (..., m, 2) or (..., m, 3), got {places.shape}")
     if contacts is None:
@@ -98,7 +99,7 @@ def of_width(name: str, values: ArrayLike, *widths: int) -> FloatArray:
     Raises:
         InputError: the last axis has another width, or there is none.
     """
-    array = np.asarray(values, np.float64)
+    array = check_array(name, values)
     if array.ndim == 0 or array.shape[-1] not in widths:
         wanted = " or ".join(f"(..., {width})" for width in widths)
         raise InputError(f"{name} must be {wanted}, got {array.shape}")

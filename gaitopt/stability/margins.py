@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 
 from gaitopt.conventions import FloatArray
 from gaitopt.errors import InputError
+from gaitopt.inputs import check_array
 from gaitopt.stability.support import pair_lines
 
 
@@ -24,10 +25,13 @@ def static_stability_margin(feet: ArrayLike, cog: ArrayLike) -> FloatArray:
     Raises:
         InputError: fewer than three feet.
     """
-    corners = np.asarray(feet, dtype=np.float64)[..., :2]
-    places = np.asarray(cog, dtype=np.float64)[..., None, :2]
+    corners, places = check_array("feet", feet), check_array("cog", cog)
     if corners.ndim < 2 or corners.shape[-2] < 3:
         raise InputError(f"a support polygon needs three feet or more, got {corners.shape}")
+    corners = corners[..., :2]
+    if places.ndim < 1 or places.shape[-1] < 2:
+        raise InputError(f"cog must be (..., 2) or (..., 3), got {places.shape}")
+    places = places[..., None, :2]
     origin = corners[..., :1, :]
     normals, offsets, is_side = pair_lines(corners - origin)
     distances = (normals * (places - origin)).sum(axis=-1) - offsets

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from gaitopt.conventions import FloatArray
 from gaitopt.errors import InputError
+from gaitopt.inputs import check_array
 
 ROUNDING = 1e-12
 """Distance by which a foot, or a corner, may lie outside a side by rounding [m]: distances are
@@ -47,7 +48,10 @@ def support_half_planes(corners: FloatArray) -> HalfPlanes:
     Raises:
         InputError: the feet stand in one line, or fewer than three are given.
     """
-    points = np.asarray(corners, dtype=np.float64)[:, :2]
+    points = check_array("corners", corners)
+    if points.ndim != 2 or points.shape[1] < 2:
+        raise InputError(f"corners must be (m, 2) or (m, 3), got {points.shape}")
+    points = points[:, :2]
     normals, offsets, is_side = pair_lines(points)
     chosen = np.flatnonzero(is_side)
     if len(points) < 3 or len(chosen) < 3 or not _spans_area(normals[chosen]):
@@ -116,7 +120,10 @@ def shrunken_polygon(corners: FloatArray, margin: ArrayLike) -> FloatArray:
     """
     planes = support_half_planes(corners)
     origin = np.asarray(corners, dtype=np.float64)[0, :2]
-    normals, offsets = planes.normals, planes.offsets - planes.normals @ origin + np.asarray(margin)
+    normals, offsets = (
+        planes.normals,
+        planes.offsets - planes.normals @ origin + check_array("margin", margin),
+    )
     found = []
     for i in range(len(offsets)):
         for j in range(i + 1, len(offsets)):

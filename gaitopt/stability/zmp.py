@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gaitopt.conventions import GRAVITY, FloatArray
+from gaitopt.inputs import check_kind
 from gaitopt.stability.contacts import of_width
 
 LEAST_LOAD: Final = 1e-9
@@ -110,6 +111,7 @@ def ground_wrench(model: Any, q: ArrayLike, v: ArrayLike, a: ArrayLike) -> Float
     """
     import pinocchio as pin
 
+    check_kind("model", model, pin.Model)
     motion = [
         of_width("q", q, model.nq), of_width("v", v, model.nv), of_width("a", a, model.nv)
     ]  # fmt: skip

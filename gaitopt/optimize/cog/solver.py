@@ -15,6 +15,7 @@ import numpy as np
 
 from gaitopt.conventions import FloatArray, TextEnum
 from gaitopt.errors import SolverError
+from gaitopt.inputs import check_kind
 from gaitopt.optimize.cog.formulation import LINEAR_WEIGHT, CogFormulation
 from gaitopt.optimize.cog.problem import CogProblem, build_cog_problem, build_cog_problems
 from gaitopt.optimize.quadratic import QuadraticSolver
@@ -145,6 +146,7 @@ def solve_cog(problem: CogProblem, workspace: CogWorkspace | None = None) -> Cog
     Raises:
         SolverError: the problem holds NaN or infinite numbers.
     """
+    check_kind("problem", problem, CogProblem)
     if not np.isfinite(problem.parameters).all():
         raise SolverError("the COG problem holds NaN or infinite numbers")
     form = problem.formulation

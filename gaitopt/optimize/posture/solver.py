@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike
 from gaitopt.conventions import GRAVITY, LEGS, FloatArray, TextEnum, frozen
 from gaitopt.errors import InputError
 from gaitopt.gait.crawl import SHAO_SEQUENCE
+from gaitopt.inputs import check_kind
 from gaitopt.optimize.posture.problem import (
     FREEDOMS,
     LEVEL,
@@ -181,6 +182,7 @@ def solve_posture(problem: PostureProblem) -> PostureSolution:
     Without a solution the pose violates a constraint, and its residuals show which. IPOPT finds a
     local minimum near the pose before.
     """
+    check_kind("problem", problem, PostureProblem)
     form = problem.formulation
     call = _ipopt(problem.robot, form.reaching)
     low, high = _bounds(problem)

@@ -11,6 +11,7 @@ from scipy.interpolate import CubicSpline
 
 from gaitopt.conventions import FloatArray, frozen
 from gaitopt.errors import InputError
+from gaitopt.inputs import check_kind
 from gaitopt.motion.retiming import needed_stretch
 from gaitopt.optimize.spline.limits import JointLimits
 
@@ -29,6 +30,7 @@ def checked_angles(angles: ArrayLike, limits: JointLimits) -> FloatArray:
     Raises:
         InputError: the shape is wrong, a number is not finite, or two successive knots are equal.
     """
+    check_kind("limits", limits, JointLimits)
     try:
         q = frozen(angles)
     except (TypeError, ValueError) as error:

@@ -21,6 +21,7 @@ import numpy as np
 
 from gaitopt.conventions import FloatArray
 from gaitopt.errors import InputError, UnsolvedSplineError
+from gaitopt.inputs import check_kind
 from gaitopt.optimize.spline.clamped import ROUNDING_RESERVE, clamped_spline, stretch_to_limits
 from gaitopt.optimize.spline.joint_spline import (
     JointSpline,
@@ -62,6 +63,7 @@ def solve_spline(problem: SplineProblem, starts: int = 2) -> JointSpline:
             ``spline`` keeps all limits, but is slower.
         InputError: ``starts`` is none of these numbers.
     """
+    check_kind("problem", problem, SplineProblem)
     if starts not in STARTS:
         raise InputError(f"starts must be 1, 2, 3 or 4, got {starts!r}")
     found: list[JointSpline] = []

@@ -77,7 +77,10 @@ def load_ground(
         MissingPackageError: a bag needs rosbags: ``pip install 'gaitopt[ground]'``.
     """
     options = Options(resolution, heights, origin, unit, method, layer, topic, message).checked()
-    source = Path(path)
+    try:
+        source = Path(path)
+    except TypeError:
+        raise InputError(f"the path of a file must be a text or a path, got {path!r}") from None
     reader = read_bag if source.is_dir() else READERS.get(source.suffix.lower())
     if reader is None:
         raise GroundError(
