@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -28,23 +30,29 @@ def kernel_of_this_python(name: str) -> Any:
     return AsyncKernelManager(kernel_name=name, kernel_spec_manager=ThisPython())
 
 
+@pytest.fixture(scope="module")
+def kernel(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
+    """One kernel for all notebooks: to start it and to import everything takes seconds."""
+    folder = tmp_path_factory.mktemp("jupyter")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("IPYTHONDIR", str(folder / "ipython"))
+        patch.setenv("JUPYTER_RUNTIME_DIR", str(folder / "runtime"))
+        manager = kernel_of_this_python("python3")
+        yield manager
+        if manager.has_kernel:
+            asyncio.run(manager.shutdown_kernel(now=True))
+
+
 @pytest.fixture
-def executed(
-    request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> Any:
-    """The notebook after all of its cells have run in an empty folder."""
-    monkeypatch.setenv("IPYTHONDIR", str(tmp_path / "ipython"))
-    monkeypatch.setenv("JUPYTER_RUNTIME_DIR", str(tmp_path / "runtime"))
-    folder = tmp_path / "work"
-    folder.mkdir()
+def executed(request: pytest.FixtureRequest, kernel: Any, tmp_path: Path) -> Any:
+    """The notebook after all of its cells have run in an empty folder, with no name known."""
     notebook = nbformat.read(request.param, as_version=4)
-    client = nbclient.NotebookClient(
-        notebook,
-        km=kernel_of_this_python("python3"),
-        timeout=120,
-        resources={"metadata": {"path": str(folder)}},
-    )
-    client.execute()
+    fresh = f"%reset -f\nimport os\nos.chdir({str(tmp_path)!r})\ndel os"
+    notebook.cells.insert(0, nbformat.v4.new_code_cell(fresh))
+    nbclient.NotebookClient(
+        notebook, km=kernel, timeout=120, resources={"metadata": {"path": str(tmp_path)}}
+    ).execute()
+    del notebook.cells[0]
     return notebook
 
 
