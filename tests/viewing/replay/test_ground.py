@@ -250,6 +250,26 @@ def test_a_fine_map_is_drawn_from_fewer_points_and_the_page_says_so(
     assert np.prod(heights["shape"]) <= 600
 
 
+@pytest.mark.parametrize(
+    ("shape", "origin"), [((2, 2), (0.0, 0.0)), ((50, 50), (100.0, 100.0)), ((600, 300), (9, 9))]
+)
+def test_maps_that_are_not_below_the_walk_are_drawn_all_the_same(
+    shape: tuple[int, int], origin: tuple[float, float]
+) -> None:
+    elsewhere = HeightMap(np.zeros(shape), 0.02, origin)
+    (heights,) = data_in(replay_html(over(bumpy_walk(), elsewhere)))["ground"]["heights"]
+    assert (decoded(heights) == 0.0).all()
+
+
+def test_a_plan_without_steps_is_shown_on_its_ground() -> None:
+    plan = bumpy_walk()
+    first = {leg: points[:1] for leg, points in plan.footholds.points.items()}
+    feet = gaitopt.Footholds(first, ground=ground_of(plan))
+    still = gaitopt.plan_crawl(plan.robot, feet, timing="velocity")
+    assert still.duration == 0.0
+    assert len(data_in(replay_html(still))["ground"]["reliefs"]) == 2
+
+
 # ---------------------------------------------------------------- races, notebooks, words
 
 
