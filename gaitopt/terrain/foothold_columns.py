@@ -7,6 +7,7 @@ A column may be left out. Those of one group go together.
 * ``turn``: which step of the whole walk leads to this foothold, from 0 on; empty in step 0.
 * ``body_height``, ``roll``, ``pitch``, ``yaw``: of the body during this step; in step 0 at the
   start, the same of all legs.
+* ``body_x``, ``body_y``: where the body centre is wanted, in the same lines.
 """
 
 from __future__ import annotations
@@ -21,9 +22,10 @@ from gaitopt.errors import FootholdsError
 
 NORMAL: Final = ("nx", "ny", "nz")
 POSTURE: Final = ("body_height", "roll", "pitch", "yaw")
-FURTHER: Final = (*NORMAL, "friction", "swing_height", "turn", *POSTURE)
+BODY_PLACE: Final = ("body_x", "body_y")
+FURTHER: Final = (*NORMAL, "friction", "swing_height", "turn", *POSTURE, *BODY_PLACE)
 """All columns beside those of leg, step and place."""
-GROUPS: Final = (NORMAL, POSTURE)
+GROUPS: Final = (NORMAL, POSTURE, BODY_PLACE)
 """Columns that go together."""
 
 
@@ -51,6 +53,7 @@ class FootholdTable(NamedTuple):
     order: tuple[str, ...] | None = None
     swing_heights: Mapping[str, FloatArray] | None = None
     postures: FloatArray | None = None
+    body_places: FloatArray | None = None
 
 
 def further_cells(table: FootholdTable) -> dict[str, dict[str, list[str]]]:
@@ -66,12 +69,13 @@ def further_cells(table: FootholdTable) -> dict[str, dict[str, list[str]]]:
     if table.order is not None:
         turns = {leg: [s for s, other in enumerate(table.order) if other == leg] for leg in LEGS}
         columns["turn"] = {leg: ["", *map(str, own)] for leg, own in turns.items()}
-        if table.postures is not None:
-            for i, name in enumerate(POSTURE):
-                columns[name] = {
-                    leg: _texts(table.postures[[0, *(turn + 1 for turn in own)], i])
-                    for leg, own in turns.items()
-                }
+        for names, values in ((POSTURE, table.postures), (BODY_PLACE, table.body_places)):
+            if values is not None:
+                for i, name in enumerate(names):
+                    columns[name] = {
+                        leg: _texts(values[[0, *(turn + 1 for turn in own)], i])
+                        for leg, own in turns.items()
+                    }
     return columns
 
 
@@ -100,8 +104,13 @@ def table_of(
                 )
     given = set(columns)
     order = _order(rows) if "turn" in given else None
-    if "body_height" in given and order is None:
-        raise FootholdsError(f"columns {', '.join(POSTURE)} go with the column turn")
+    of_steps: dict[tuple[str, ...], FloatArray | None] = {POSTURE: None, BODY_PLACE: None}
+    for names in of_steps:
+        if names[0] not in given:
+            continue
+        if order is None:
+            raise FootholdsError(f"columns {', '.join(names)} go with the column turn")
+        of_steps[names] = _of_steps(rows, order, names)
     normals = [column(name, 0) for name in NORMAL if name in given]
     return FootholdTable(
         points={leg: np.array([r.place for r in own]) for leg, own in rows.items()},
@@ -112,7 +121,8 @@ def table_of(
         friction=column("friction", 0) if "friction" in given else None,
         order=None if order is None else tuple(order),
         swing_heights=column("swing_height", 1) if "swing_height" in given else None,
-        postures=_postures(rows, order) if order is not None and "body_height" in given else None,
+        postures=of_steps[POSTURE],
+        body_places=of_steps[BODY_PLACE],
     )
 
 
@@ -150,18 +160,20 @@ def _order(rows: Mapping[str, Sequence[Row]]) -> list[str]:
     return [taken[s] for s in range(len(taken))]
 
 
-def _postures(rows: Mapping[str, Sequence[Row]], order: Sequence[str]) -> FloatArray:
-    """Postures of the body at the start and during each step ``(S + 1, 4)`` [m, rad]."""
-    starts = [[_number(own[0], name) for name in POSTURE] for own in rows.values()]
+def _of_steps(
+    rows: Mapping[str, Sequence[Row]], order: Sequence[str], names: Sequence[str]
+) -> FloatArray:
+    """Columns of the body at the start and during each step ``(S + 1, n)`` [m, rad]."""
+    starts = [[_number(own[0], name) for name in names] for own in rows.values()]
     for own, start in zip(rows.values(), starts, strict=True):
         if start != starts[0]:
             raise FootholdsError(
-                f"{own[0].where}: in step 0 {', '.join(POSTURE)} are those of the start, the same "
+                f"{own[0].where}: in step 0 {', '.join(names)} are those of the start, the same "
                 "of all legs"
             )
     out = [starts[0]]
     made = dict.fromkeys(rows, 0)
     for leg in order:
         made[leg] += 1
-        out.append([_number(rows[leg][made[leg]], name) for name in POSTURE])
+        out.append([_number(rows[leg][made[leg]], name) for name in names])
     return np.array(out)

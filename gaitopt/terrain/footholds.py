@@ -211,7 +211,7 @@ class Footholds:
                 stream,
                 FootholdTable(
                     self.points, self.radius, self.normals, self.friction, self.order,
-                    self.swing_heights, self.postures,
+                    self.swing_heights, self.postures, self.body_places,
                 ),
             )  # fmt: skip
 
@@ -223,8 +223,8 @@ class Footholds:
         that begin with ``#`` are comments; ``# column radius [m]: 0.02`` tells the columns' radius.
         Further columns may be ``nx,ny,nz`` (the unit normal), ``friction``, ``swing_height`` (of
         the swing that leads to the foothold), ``turn`` (which step of the whole walk leads to it,
-        from 0 on), and ``body_height,roll,pitch,yaw`` (of the body during this step; in step 0 at
-        the start).
+        from 0 on), ``body_height,roll,pitch,yaw`` (of the body during this step; in step 0 at the
+        start), and ``body_x,body_y`` (where the body centre is wanted).
 
         Args:
             path: the file.

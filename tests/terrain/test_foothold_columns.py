@@ -28,6 +28,7 @@ def anything(seed: int = 0, **kept: bool) -> Footholds:
         "friction": {leg: random.uniform(0.1, 1.0, n) for leg, n in counts.items()},
         "swing_heights": {leg: random.uniform(0.0, 0.2, n - 1) for leg, n in counts.items()},
         "postures": random.normal(size=(len(ORDER) + 1, 4)),
+        "body_places": random.normal(size=(len(ORDER) + 1, 2)),
     }
     return Footholds(
         {leg: random.normal(size=(n, 3)) for leg, n in counts.items()}, 0.02, order=ORDER,
@@ -44,7 +45,9 @@ def test_files_keep_every_number(tmp_path: Path, seed: int) -> None:
     assert Footholds.from_csv(tmp_path / "feet.csv") == footholds
 
 
-@pytest.mark.parametrize("name", ["normals", "friction", "swing_heights", "postures"])
+@pytest.mark.parametrize(
+    "name", ["normals", "friction", "swing_heights", "postures", "body_places"]
+)
 def test_columns_may_be_left_out(tmp_path: Path, name: str) -> None:
     footholds = anything(**{name: False})
     footholds.to_csv(tmp_path / "feet.csv")
