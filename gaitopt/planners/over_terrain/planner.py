@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
 from dataclasses import fields, replace
 from typing import Any
 
@@ -66,29 +65,27 @@ def search_terrain(
     """
     begin = time.perf_counter()
     search = search_for(robot, ground, goal, start, TerrainSettings.for_robot(robot, **options))
-    first, best = first_layer(search), None
-    for settings in _settings_to_try(search.judge.settings, "step_length" in options):
+    first, usual = first_layer(search), search.judge.settings
+
+    def result_with(settings: TerrainSettings) -> TerrainSearch:
         tried = with_settings(search, settings)
-        found = tried.run([first], progress)
-        result = result_of(tried, found, begin)
-        if best is None or result.complete or result.share > best.share:
+        return result_of(tried, tried.run([first], progress), begin)
+
+    narrow = min(usual.width_limit, NARROW * usual.width)
+    best: TerrainSearch | None = None
+    for share in STEP_SHARES if options.get("step_length") is None else (1.0,):
+        length = round(share * usual.step_length, 4)
+        result = result_with(replace(usual, step_length=length, width_limit=narrow))
+        if best is None or result.share > best.share:
             best = result
-        if found.complete:
-            break
+        if best.complete:
+            return best
     assert best is not None
-    return replace(best, seconds=time.perf_counter() - begin)
-
-
-def _settings_to_try(settings: TerrainSettings, length_given: bool) -> Iterator[TerrainSettings]:
-    """Settings with steps of several lengths, first with a narrow beam, then with a wide one."""
-    narrow = min(settings.width_limit, NARROW * settings.width)
-    shares = (1.0,) if length_given else STEP_SHARES
-    for share in shares:
-        length = round(share * settings.step_length, 4)
-        yield replace(settings, step_length=length, width_limit=narrow)
-    if settings.width_limit > narrow:
-        for share in shares:
-            yield replace(settings, step_length=round(share * settings.step_length, 4))
+    if usual.width_limit == narrow:
+        return best
+    # The length with which it got farthest, with a wider beam.
+    result = result_with(replace(best.settings, width_limit=usual.width_limit))
+    return result if result.share >= best.share else best
 
 
 def choose_footholds(

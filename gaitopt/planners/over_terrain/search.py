@@ -71,7 +71,8 @@ class Search:
         """Search as far as it gets, from the last of some layers on.
 
         Where no state can make a further step, the search goes back some steps and on with a wider
-        beam, and farther back with a still wider one, until the widest has been tried.
+        beam, and farther back with a still wider one, until the widest has been tried. In all it
+        does not more work than the widest beam would from the start to the goal.
         """
         settings = self.judge.settings
         layers, steps = list(first), 4 * self.cycles
@@ -79,8 +80,10 @@ class Search:
         refused: Counter[Cause] = Counter()
         width, stuck, farthest = settings.width, -1, list(first)
         reasons: dict[Cause, int] = {}
+        work, most = 0, steps * settings.width_limit
         while len(layers) <= steps:
             refused = Counter()
+            work += width
             following = self._next(layers[-1], width, refused, tried)
             if following is not None:
                 layers.append(following)
@@ -93,7 +96,7 @@ class Search:
                 continue
             if len(layers) == len(farthest):
                 reasons = dict(refused)
-            if width >= settings.width_limit:
+            if width >= settings.width_limit or work > most:
                 break
             # At another place than before it begins with little once more.
             new = len(layers) > stuck + BACK
