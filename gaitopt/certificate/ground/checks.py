@@ -26,17 +26,17 @@ def ground_checks(plan: Plan, motion: Motion) -> list[Check | None]:
     footholds = plan.footholds
     if footholds.ground is not None:
         surface = _surface(plan, footholds.ground)
-        feet = [feet_on_the_ground(plan, motion, surface), normals_of_footholds(plan, surface)]
-        return [*feet, *_clear(plan, motion, surface)]
+        return [*_on(plan, motion, surface), normals_of_footholds(plan, surface)]
     if footholds.radius is not None:
-        return _clear(plan, motion, Pillars.of(footholds, plan.robot.foot_radius))
+        return _on(plan, motion, Pillars.of(footholds, plan.robot.foot_radius))
     return []
 
 
-def _clear(plan: Plan, motion: Motion, ground: Surface | Pillars) -> list[Check | None]:
-    """The checks that feet, legs and trunk are clear of the ground."""
+def _on(plan: Plan, motion: Motion, ground: Surface | Pillars) -> list[Check | None]:
+    """The checks that feet are on the ground, and that feet, legs and trunk are clear of it."""
     flights = Flights.of(plan, motion, ground)
     return [
+        feet_on_the_ground(plan, motion, ground),
         flying_feet_clear(flights, motion),
         swing_room(plan, flights, motion),
         legs_and_trunk_clear(plan, ground),

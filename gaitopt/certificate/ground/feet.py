@@ -1,13 +1,15 @@
-"""Checks of feet on a height map: where they stand, and the normals of their footholds."""
+"""Checks of feet that stand: whether they touch the ground, and the normals of footholds."""
 
 from __future__ import annotations
+
+from typing import Protocol
 
 import numpy as np
 from scipy.optimize import nnls
 
 from gaitopt.certificate.check import Check, judged
 from gaitopt.certificate.contacts import LANDING_HEIGHT
-from gaitopt.certificate.ground.surface import Surface
+from gaitopt.certificate.ground.surface import REACH, Surface
 from gaitopt.certificate.trace import Motion
 from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.plan.plan import Plan
@@ -20,14 +22,20 @@ SAME = 1e-5
 it makes a ball of 20 mm touch within 0.6 mm, so that the normal is known to 0.03 rad."""
 SMALL = 1e-3
 """Smallest radius of a ball that a normal is looked for with [m]. Chosen: far below a foot's."""
-REACH = 0.05
-"""How far beyond a foot's radius the ground is looked for [m]. Chosen: far above all limits."""
 
 
-def feet_on_the_ground(plan: Plan, motion: Motion, surface: Surface) -> Check:
+class Ground(Protocol):
+    """What feet stand on."""
+
+    def off(self, middles: FloatArray, radius: float) -> FloatArray:
+        """How far balls are from touching it; infinite where it is unknown ``(N,)`` [m]."""
+
+
+def feet_on_the_ground(plan: Plan, motion: Motion, ground: Ground) -> Check:
     """The balls of standing feet touch the ground, at touch-down and as long as they stand.
 
-    Ground that is unknown or off the map carries no foot.
+    A column beside the foot's own that reaches into the ball is ground as well. Ground that is
+    unknown or off the map carries no foot.
     """
     radius = plan.robot.foot_radius
     worst, when, where = 0.0, np.nan, ""
@@ -36,13 +44,13 @@ def feet_on_the_ground(plan: Plan, motion: Motion, surface: Surface) -> Check:
         owner = np.maximum.accumulate(np.where(begins, np.arange(len(begins)), 0))
         first = np.flatnonzero(begins)
         off = np.full(len(begins), np.nan)
-        off[first] = _off_the_ground(motion.feet[0, first, k], surface, radius)
+        off[first] = ground.off(motion.feet[0, first, k], radius)
         moved = np.linalg.norm(motion.feet[:, :, k] - motion.feet[0, owner, k], axis=2).max(axis=0)
         standing = off[owner] + moved + motion.feet_deviation[:, k]
         standing = np.where(motion.standing[:, k], standing, 0.0)
         # A foot that lifts off as it touches down stands on no piece.
         ends = _ends_of_flights(plan, motion, leg)
-        landing = _off_the_ground(motion.feet[1, ends, k], surface, radius)
+        landing = ground.off(motion.feet[1, ends, k], radius)
         for found, pieces in ((standing, np.arange(len(begins))), (landing, ends)):
             if len(found) and not found.max() <= worst:
                 piece = int(pieces[found.argmax()])
@@ -62,14 +70,6 @@ def _ends_of_flights(plan: Plan, motion: Motion, leg: str) -> np.ndarray:
     last = [swing.phases[1] + 1 for swing in plan.swings if swing.leg == leg]
     ends = np.searchsorted(motion.phase, last) - 1
     return ends[ends >= 0]
-
-
-def _off_the_ground(middles: FloatArray, surface: Surface, radius: float) -> FloatArray:
-    """How far balls are from touching the ground ``(N,)``; infinite where it is unknown [m]."""
-    near = surface.nearest(middles, radius + REACH)
-    known = ~np.isnan(surface.heights(middles[:, :2]))
-    known &= ~np.isnan(surface.heights(near.points[:, :2]))
-    return np.where(known, np.abs(near.distances - radius), np.inf)
 
 
 def normals_of_footholds(plan: Plan, surface: Surface) -> Check:

@@ -73,6 +73,10 @@ class Pillars:
         """
         return np.asarray(np.minimum(self._each(points).min(axis=1), reach))
 
+    def off(self, middles: FloatArray, radius: float) -> FloatArray:
+        """How far balls are from touching a pillar, or reach into one ``(N,)`` [m]."""
+        return np.asarray(np.abs(self._each(middles).min(axis=1) - radius))
+
     def _each(self, points: FloatArray) -> FloatArray:
         """Distance of points ``(N, 3)`` to each pillar, negative within it ``(N, n)`` [m]."""
         aside = np.linalg.norm(points[:, None, :2] - self.tops[:, :2], axis=2) - self.radius

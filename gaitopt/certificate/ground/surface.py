@@ -24,6 +24,8 @@ from gaitopt.terrain.height_map import HeightMap
 SMALL = 200_000
 """Points of a map up to which all of its triangles are used: 8 m by 10 m of a map of 2 cm. Chosen:
 their mesh takes a second."""
+REACH = 0.05
+"""How far beyond a foot's radius the ground is looked for [m]. Chosen: far above all limits."""
 AT_ONCE = 400_000
 """Most cells that are looked at in one call of NumPy: some 100 MB."""
 
@@ -165,6 +167,13 @@ class Surface:
         least = lengths[rows, best]
         places = np.where((least <= reach)[:, None], points + away[rows, best], np.nan)
         return Nearest(np.minimum(least, reach), places)
+
+    def off(self, middles: FloatArray, radius: float) -> FloatArray:
+        """How far balls are from touching the ground; infinite where it is unknown ``(N,)`` [m]."""
+        near = self.nearest(middles, radius + REACH)
+        known = ~np.isnan(self.heights(middles[:, :2]))
+        known &= ~np.isnan(self.heights(near.points[:, :2]))
+        return np.where(known, np.abs(near.distances - radius), np.inf)
 
     def distances(self, points: FloatArray, reach: float) -> FloatArray:
         """Distances of points ``(N, 3)`` to the ground; see :meth:`nearest` ``(N,)`` [m]."""

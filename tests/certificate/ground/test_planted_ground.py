@@ -16,6 +16,7 @@ import gaitopt
 from gaitopt import LEGS, Footholds, HeightMap, MotionPath, Plan, Quadruped
 from gaitopt.certificate.certificate import Certificate
 from gaitopt.certificate.ground.checks import ground_checks
+from gaitopt.certificate.ground.pillars import Pillars
 from gaitopt.certificate.trace import Motion, trace
 from gaitopt.certificate.verify import verify
 from gaitopt.plan.phase import Phase
@@ -271,6 +272,19 @@ def test_a_foot_dragged_through_a_higher_column(wang: Quadruped) -> None:
     # The column's top is 20 mm above the lowest point of the ball, which is in it by its radius
     # or more: the shortest way out is sideways or upwards.
     assert -0.06 < found["swing clearance"].worst < -0.01
+
+
+def test_a_foot_that_stands_in_a_higher_column_beside_its_own(wang: Quadruped) -> None:
+    """A column that is 100 mm higher, 30 mm away from the middle of the one that RF stands on."""
+    columns = gaitopt.s_columns(3, columns=2)
+    assert judged(gaitopt.plan_crawl(wang, columns, timing="velocity"))[FEET].worst < 1e-4
+    points = {leg: p.copy() for leg, p in columns.points.items()}
+    points["RF"][0] = points["RH"][1] + np.array([0.3, 0.0, -0.1])
+    points["LH"][1] = points["RF"][0] + np.array([0.0, 0.03, 0.1])
+    standing = Pillars.of(columns.with_(points=points), wang.foot_radius)
+    # The ball has 15 mm and the column 20 mm, so 5 mm of the ball are in the column.
+    off = standing.off(np.array([points["RF"][0], points["LH"][1]]), wang.foot_radius)
+    np.testing.assert_allclose(off, [0.005, 0.0], atol=1e-12)
 
 
 def test_a_landing_radius_of_ten_metres_certifies_nothing(wang: Quadruped, walk: Plan) -> None:
