@@ -102,7 +102,9 @@ class TerrainRow:
         search_time: processor time of the search [s].
         plan_time: of the planner, with further searches where it refused steps [s].
         certify_time, simulate_time: of certificate and physics [s].
-        duration, mean_speed, margin: of the plan [s], [m/s], [m].
+        duration: of the plan [s].
+        mean_speed: of the plan [m/s].
+        margin: of the plan [m].
         failed_step, failed_leg: where the search found no way.
         causes: how many tries of this step were refused for what.
         violations: names of violated checks.
