@@ -1,9 +1,6 @@
 """The course of a polyline: straight lines of base and feet, with corners of flights rounded.
 
-A motion that turns at a corner stops there. A foot that flies along a box need not follow its
-corners exactly, and so needs no stop: each corner is replaced by a quintic curve between two points
-on the lines beside it, with the directions of the lines and no curvature at its ends. The chords of
-a curved swing have shallow corners only because it was sampled: a cubic spline leads through them.
+Its pieces are made in :mod:`gaitopt.retiming.corners`.
 """
 
 from __future__ import annotations
@@ -12,38 +9,25 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from gaitopt.conventions import LEGS, BoolArray, FloatArray
 from gaitopt.motion.body_and_feet import path_states
 from gaitopt.motion.path import BASE_COLUMNS
-from gaitopt.motion.pieces import QUINTIC, States, piece_values, quintic_hermite
+from gaitopt.motion.pieces import States, piece_values
 from gaitopt.plan.plan import Plan
+from gaitopt.plan.settings.crawl import CrawlSettings
+from gaitopt.retiming.corners import LEAST_MOTION, Piece, rounded
 from gaitopt.retiming.course import Course, Grid
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.whole_body import feet_from_joints
+from gaitopt.swing.catalogue import SWING_CURVES
 
 SAME_DIRECTION = 1e-6
 """Largest difference of unit directions of two lines that count as one straight line. Knots of a
 plan lie on their line to 1e-12 m, and are at least 1e-5 m apart."""
-LEAST_MOTION = 1e-9
-"""An interval on which base and feet change by less is left out [m or rad]."""
-INTERVALS = 24
-"""Intervals of a chain of one line, and of the lines of a chain of several: the acceleration along
-the course is constant on each."""
-CORNER_INTERVALS = 32
-"""Intervals of a corner of a right angle that is rounded, along which accelerations change most;
-others have as many as their angle asks for."""
-LEAST_INTERVALS = 2
-"""Fewest intervals of a piece."""
-SHALLOW = float(np.cos(np.radians(30.0)))
-"""Cosine of the angle below which all corners of a flight are those of a sampled curve. Those of
-swing curves turn by up to 20 degrees (8 cm long, 6 cm high), those of boxes by up to 90."""
-CHORD_INTERVALS = 3
-"""Intervals of a chord of a sampled curve."""
-SHORTEST_CORNER = 1.0
-"""Least length of a rounded corner's curve over its distance from the corner, where a foot turns
-back."""
+TURNS_BACK = float(np.cos(np.radians(120.0)))
+"""Cosine of the angle from which on a foot stops at a corner: that of a step on the spot, which
+goes straight up and down again. Rounded, it would rise by less than was asked for."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,13 +102,13 @@ def straight_course(plan: Plan, rounding: float) -> StraightCourse:
             shorter one of its two lines; 0 for none, 0.5 at the most.
     """
     lines = _lines(plan)
-    pieces: list[_Piece] = []
+    pieces: list[Piece] = []
     chains, old = [0], []
     for group in _groups(lines) if rounding > 0.0 else [[i] for i in range(len(lines.begin))]:
         first, last = group[0], group[-1]
         old.append([lines.old[first, 0], lines.old[last, 1]])
         corners = np.concatenate([lines.begin[group[:1]], lines.end[group]])
-        pieces += _rounded(corners, lines.standing[first], rounding)
+        pieces += rounded(corners, lines.standing[first], rounding, _is_curved(plan))
         chains.append(len(pieces))
     edges = np.concatenate([[0.0], np.cumsum([piece.length for piece in pieces])])
     return StraightCourse(
@@ -150,22 +134,6 @@ class _Lines(NamedTuple):
     standing: BoolArray
     phase: np.ndarray
     old: FloatArray
-
-
-class _Piece(NamedTuple):
-    """A polynomial piece.
-
-    Attributes:
-        coefficients: highest power first ``(6, 18)``.
-        length: in the course's parameter.
-        standing: which feet stand ``(4,)``.
-        intervals: how many intervals of the timing it has.
-    """
-
-    coefficients: FloatArray
-    length: float
-    standing: BoolArray
-    intervals: int
 
 
 def _lines(plan: Plan) -> _Lines:
@@ -195,85 +163,27 @@ def _lines(plan: Plan) -> _Lines:
     return _Lines(begin, end, standing[first], phase[first], old)
 
 
+def _is_curved(plan: Plan) -> bool:
+    """Whether feet fly along swing curves, of which the lines are samples, and not along boxes."""
+    swing = plan.settings.swing if isinstance(plan.settings, CrawlSettings) else "box"
+    return swing in SWING_CURVES and swing != "box"
+
+
 def _groups(lines: _Lines) -> list[list[int]]:
     """Lines that are followed without a stop: those of one foot's flight while the body rests."""
     groups = [[0]]
-    still = np.linalg.norm((lines.end - lines.begin)[:, :BASE_COLUMNS], axis=1) <= LEAST_MOTION
+    change = lines.end - lines.begin
+    still = np.linalg.norm(change[:, :BASE_COLUMNS], axis=1) <= LEAST_MOTION
+    direction = change / np.linalg.norm(change, axis=1, keepdims=True)
     for line in range(1, len(still)):
         before = line - 1
         goes_on = lines.phase[line] == lines.phase[before] and still[line] and still[before]
+        goes_on &= bool(direction[line] @ direction[before] > TURNS_BACK)
         if goes_on and (~lines.standing[line]).sum() == 1:
             groups[-1].append(line)
         else:
             groups.append([line])
     return groups
-
-
-def _rounded(corners: FloatArray, standing: BoolArray, rounding: float) -> list[_Piece]:
-    """The pieces of one chain through ``corners (m + 1, 18)``.
-
-    A chain of one line has the length one, others that of the foot's way.
-    """
-    change = np.diff(corners, axis=0)
-    if len(change) == 1:
-        return [_line(corners[0], change[0], 1.0, standing, INTERVALS)]
-    lengths = np.linalg.norm(change, axis=1)
-    directions = change / lengths[:, None]
-    if (directions[1:] * directions[:-1]).sum(axis=1).min() > SHALLOW:
-        return _curve(corners, lengths, standing)
-    # How far from each corner its rounding begins and ends; both ends of the chain are no corners.
-    reach = np.zeros(len(corners))
-    reach[1:-1] = rounding * np.minimum(lengths[1:], lengths[:-1])
-    pieces = []
-    for i, direction in enumerate(directions):
-        length = float(lengths[i] - reach[i] - reach[i + 1])
-        if length > LEAST_MOTION:
-            at_end = i in (0, len(directions) - 1)
-            count = INTERVALS // 2 if at_end else INTERVALS * length / float(lengths.sum())
-            begin = corners[i] + reach[i] * direction
-            pieces.append(_line(begin, direction, length, standing, count))
-        if i + 1 < len(directions):
-            turned = directions[i + 1]
-            pieces.append(_corner(corners[i + 1], direction, turned, float(reach[i + 1]), standing))
-    return pieces
-
-
-def _curve(corners: FloatArray, lengths: FloatArray, standing: BoolArray) -> list[_Piece]:
-    """The cubic spline through ``corners (m + 1, 18)``, with pieces of the ``lengths (m,)``."""
-    spline = CubicSpline(np.concatenate([[0.0], np.cumsum(lengths)]), corners)
-    coefficients = np.pad(spline.c, ((QUINTIC + 1 - len(spline.c), 0), (0, 0), (0, 0)))
-    counts = np.full(len(lengths), CHORD_INTERVALS)
-    counts[[0, -1]] = INTERVALS // 2
-    return [
-        _Piece(coefficients[:, i], float(length), standing, int(counts[i]))
-        for i, length in enumerate(lengths)
-    ]
-
-
-def _line(
-    begin: FloatArray, direction: FloatArray, length: float, standing: BoolArray, intervals: float
-) -> _Piece:
-    """A straight piece from ``begin (18,)`` along ``direction (18,)``."""
-    coefficients = np.zeros((QUINTIC + 1, len(begin)))
-    coefficients[-2:] = direction, begin
-    return _Piece(coefficients, length, standing, max(round(intervals), LEAST_INTERVALS))
-
-
-def _corner(
-    corner: FloatArray, before: FloatArray, after: FloatArray, reach: float, standing: BoolArray
-) -> _Piece:
-    """A rounded ``corner (18,)``, from ``reach`` before it to ``reach`` after it."""
-    angle = float(np.arccos(np.clip(before @ after, -1.0, 1.0)))
-    # The length of a circle's arc, so that the foot's speed changes little along the curve.
-    length = reach * max(angle / np.tan(angle / 2.0) if angle else 2.0, SHORTEST_CORNER)
-    none = np.zeros((1, len(corner)))
-    curve = quintic_hermite(
-        np.array([length]),
-        ((corner - reach * before)[None], before[None], none),
-        ((corner + reach * after)[None], after[None], none),
-    )
-    count = max(int(np.ceil(CORNER_INTERVALS * angle / (np.pi / 2.0))), LEAST_INTERVALS)
-    return _Piece(curve[:, 0], length, standing, count)
 
 
 def _chain_places(edges: FloatArray, counts: np.ndarray) -> FloatArray:

@@ -7,7 +7,7 @@ import pytest
 from timings import Pair
 
 from gaitopt import ForceLimits
-from gaitopt.retiming import straight
+from gaitopt.retiming import corners
 from gaitopt.retiming.middles import bent, without_forces
 from gaitopt.retiming.pacing import OtherLimits, Pacing
 from gaitopt.retiming.reserves import MIDDLE_SHARE, tightened
@@ -30,7 +30,7 @@ def test_middles_that_are_not_looked_at_have_forces(pairs: dict[str, Pair], name
 @pytest.fixture
 def coarse(pairs: dict[str, Pair], monkeypatch: pytest.MonkeyPatch) -> Pacing:
     """With so few intervals of a rounded corner that forces are missing between their ends."""
-    monkeypatch.setattr(straight, "CORNER_INTERVALS", 10)
+    monkeypatch.setattr(corners, "CORNER_INTERVALS", 10)
     return Pacing.of(pairs["go2"].old, ForceLimits(), OtherLimits(), 0.4)
 
 

@@ -105,12 +105,23 @@ def test_ways_over_an_obstacle_keep_their_corners() -> None:
         gaitopt.verify(plan, collisions=False).raise_for_violations()
 
 
+@pytest.mark.parametrize("swing", ["box", "cycloid", "polynomial"])
+@pytest.mark.parametrize("length", [0.0, 0.001, 0.02])
+def test_short_steps_rise_as_high_as_long_ones(swing: str, length: float) -> None:
+    """Chords of a curve turn sharply there, and a step on the spot goes straight up and down."""
+    robot = gaitopt.load_robot("a1")
+    first = gaitopt.s_columns(0, columns=1, robot=robot).points
+    footholds = gaitopt.Footholds({leg: [p[0], p[0] + [length, 0, 0]] for leg, p in first.items()})
+    plan = gaitopt.plan_crawl(robot, footholds, swing=swing)
+    gaitopt.verify(plan, collisions=False).raise_for_violations()
+
+
 def test_a_timing_without_forces_in_the_middle_is_no_plan(
     boxes: Plan, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """With one round nothing is mended, and with a coarse grid there is something to mend."""
     monkeypatch.setattr(rounds, "MOST_ROUNDS", 1)
-    monkeypatch.setattr("gaitopt.retiming.straight.CORNER_INTERVALS", 4)
+    monkeypatch.setattr("gaitopt.retiming.corners.CORNER_INTERVALS", 4)
     with pytest.raises(SolverError, match=r"step \d+ \(\w\w\): no timing was found"):
         retimed(boxes, rounding=0.2)
 
