@@ -106,6 +106,7 @@ def terrain(
         search, plan, seconds = _planned(model, surface, places, begin, settings, how)
     except TerrainError as error:
         _explain(error, out)
+        _tell_edges(model, surface, {"start": begin, "goal": places[-1]})
         told = in_search_options(error.message)
         raise TerrainError(told, error.step, error.leg, error.refused, error.search) from error
     certificate, result = _judged(plan, collisions, with_physics, seconds)
@@ -255,6 +256,21 @@ def _report(
     verdict = "passed" if result.passed else "failed: " + "; ".join(result.failures)
     console.print(f"physics: [bold]{escape(verdict)}[/]")
     return code if result.passed else 1
+
+
+def _tell_edges(robot: Quadruped, ground: HeightMap, places: dict[str, tuple[float, ...]]) -> None:
+    """Print which places are so near the edge of the map that limbs may come beyond it."""
+    from gaitopt.planners.over_terrain.setup import ROOM
+
+    (x0, x1), (y0, y1) = ground.extent
+    room = robot.stance_size[0] / 2.0 + ROOM * robot.standing_height
+    for name, (x, y, *_) in places.items():
+        gap = min(x - x0, x1 - x, y - y0, y1 - y)
+        if gap < room:
+            terminal().print(
+                f"The {name} is {gap:.2f} m from the edge of the map. No limb may be above the "
+                f"unknown ground beyond it: choose a place {room:.2f} m from the edge."
+            )
 
 
 def _explain(error: TerrainError, out: Path) -> None:
