@@ -284,8 +284,7 @@ def _out_of_reach(robot: Quadruped, leg: Leg, points: FloatArray, reached: BoolA
     return (
         f"{robot.name}: leg {leg.name} does not reach its foot{at_sample(sample)}: it is "
         f"{leg.gap_in_words(point)} "
-        f"({leg.shortfall(point):.3g} m short); move the body or the foot, or ask with "
-        "on_unreachable='mask' which feet are reached"
+        f"({leg.shortfall(point):.3g} m short); move the body or the foot"
     )
 
 

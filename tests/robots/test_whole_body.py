@@ -420,8 +420,7 @@ def test_a_foot_out_of_reach_is_named_with_its_sample_and_its_distance() -> None
         joints_from_feet(model, position, np.zeros(3), feet)
     assert str(caught.value) == (
         "wang2020: leg RH does not reach its foot at sample 1: it is 0.7 m from the hip's "
-        "pitch axis, and the knee allows 0.1013 to 0.57 m (0.13 m short); move the body or the "
-        "foot, or ask with on_unreachable='mask' which feet are reached"
+        "pitch axis, and the knee allows 0.1013 to 0.57 m (0.13 m short); move the body or the foot"
     )
 
 

@@ -7,9 +7,11 @@ arguments of the planner. The bare defaults are the numbers of the papers' robot
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields, is_dataclass, replace
 from difflib import get_close_matches
+from numbers import Real
 from typing import Any, ClassVar, TypeVar
 
 import numpy as np
@@ -29,6 +31,8 @@ VELOCITY, FORCES = "velocity", "forces"
 """The two timings."""
 
 Kind = TypeVar("Kind", bound="PlanSettings")
+FULL_TURN = 2.0 * math.pi
+"""[rad]."""
 
 
 @dataclass(frozen=True)
@@ -69,10 +73,17 @@ class PlanSettings:
         set_number(self, "body_height", 1e-3, 100.0, "m")
         set_number(self, "swing_height", 0.0, 100.0, "m")
         set_number(self, "reach_fraction", 1e-3, 1.0, "")
-        set_number(self, "heading", -1e3, 1e3, "rad")
+        self._set_heading()
         for name, unit in (("acceleration_limit", "rad/s^2"), ("jerk_limit", "rad/s^3")):
             if getattr(self, name) is not None:
                 set_number(self, name, 1e-9, 1e12, unit)
+
+    def _set_heading(self) -> None:
+        """Make the heading a float, when it is within a full turn; more is meant in degrees."""
+        given, hint = self.heading, ""
+        if isinstance(given, Real) and math.isfinite(given):
+            hint = f" ({given:g} degrees are {math.radians(given):.4f} rad)"
+        set_number(self, "heading", -FULL_TURN, FULL_TURN, "rad", hint)
 
     @classmethod
     def for_robot(cls: type[Kind], robot: Quadruped, **options: Any) -> Kind:
@@ -188,8 +199,11 @@ def check_names(kind: type[PlanSettings], options: Mapping[str, Any], *others: s
     known = [f.name for f in fields(kind)] + list(others)
     for name in options:
         if name not in known:
-            near = get_close_matches(name, known, n=1)
+            of_forces = [f.name for f in fields(ForceLimits)] if "forces" in known else []
+            near = get_close_matches(name, [*known, *of_forces], n=1)
             hint = f"; did you mean {near[0]}?" if near else f"; there are {', '.join(known)}"
+            if near and near[0] in of_forces:
+                hint = f"; forces=gaitopt.ForceLimits({near[0]}=...) sets that limit on forces"
             raise InputError(f"{kind.__name__} has no setting {name!r}{hint}")
 
 

@@ -17,8 +17,10 @@ from gaitopt.planners.by_velocity.motion import GaitMotion
 from gaitopt.robots.leg import REACH_TOLERANCE
 from gaitopt.robots.whole_body import into_body
 
+LEAST_SHARE = 1e-5
+"""Least share of the velocity at which one that works is looked for; chosen here."""
 HALVINGS = 10
-"""Bisections for the fastest velocity: it is found to a thousandth of the command."""
+"""Bisections for the fastest velocity: it is found to a thousandth."""
 FORCE_HALVINGS = 5
 """The same with contact forces, where each try takes a second: to a thirtieth."""
 LONGER_CYCLES = (1.5, 2.0, 3.0, 5.0, 8.0, 12.0, 20.0)
@@ -192,8 +194,10 @@ def explain(
     vx, vy = settings.velocity
     if fastest is not None:
         way = (
-            f"with this gait {fastest:.3f} of it works: ({fastest * vx:.4g}, {fastest * vy:.4g}) "
+            f"with this gait {fastest:.3g} of it works: ({fastest * vx:.4g}, {fastest * vy:.4g}) "
             f"m/s, {fastest * settings.yaw_rate:.4g} rad/s"
+            if fastest > 0.0
+            else "stepping on the spot works, and a hundred thousandth of the velocity does not"
         )
     elif not kinematic:
         way = (
@@ -236,10 +240,14 @@ def _fastest(settings: GaitSettings, works: Callable[[GaitSettings], bool]) -> f
     if not good(0.0):
         return None
     low, high = 0.0, 1.0
+    while high > LEAST_SHARE and not low:
+        low, high = (0.1 * high, high) if good(0.1 * high) else (0.0, 0.1 * high)
     for _ in range(HALVINGS if settings.forces is None else FORCE_HALVINGS):
         middle = (low + high) / 2.0
         low, high = (middle, high) if good(middle) else (low, middle)
-    return float(np.floor(low * 1000.0) / 1000.0)
+    # Three digits, rounded down.
+    unit = 10.0 ** (np.floor(np.log10(low)) - 2.0) if low > 0.0 else 1.0
+    return float(np.floor(low / unit) * unit)
 
 
 def _longer_cycle(settings: GaitSettings, works: Callable[[GaitSettings], bool]) -> float | None:

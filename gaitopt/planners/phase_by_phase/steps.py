@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from math import pi, radians
 
 import numpy as np
 
@@ -141,15 +140,7 @@ def check_stance(steps: CrawlSteps) -> None:
                 raise InputError(
                     f"the first foothold of {one} is not {side} that of {other}, seen in the "
                     "direction of walking; swap the footholds of these legs, or set heading"
-                    + _in_degrees(steps.heading)
                 )
-
-
-def _in_degrees(heading: float) -> str:
-    """A hint where a heading [rad] is more than a full turn, and may be meant in degrees."""
-    if abs(heading) <= 2.0 * pi:
-        return ""
-    return f" (in radians: {heading:g} degrees are {radians(heading):.4f}, and it is {heading:g})"
 
 
 def mean_height(footholds: Footholds) -> float:

@@ -148,3 +148,18 @@ def test_a_body_height_is_searched_for_where_none_is_given() -> None:
     assert timed.settings.body_height == plan.settings.body_height
     with pytest.raises(gaitopt.InfeasibleStepError, match="would turn to"):
         plan_crawl(hyq, footholds, body_height=hyq.standing_height, timing="velocity")
+
+
+@pytest.mark.parametrize(
+    ("name", "hint"),
+    [
+        ("friction", r"forces=gaitopt\.ForceLimits\(friction=\.\.\.\) sets that limit"),
+        ("frction", r"forces=gaitopt\.ForceLimits\(friction=\.\.\.\) sets that limit"),
+        ("reach_fracton", "did you mean reach_fraction"),
+    ],
+)
+def test_limits_on_forces_are_told_from_settings(name: str, hint: str) -> None:
+    robot = gaitopt.load_robot("wang2020")
+    for planner in (gaitopt.plan_crawl, gaitopt.plan_route):
+        with pytest.raises(InputError, match=hint):
+            planner(robot, gaitopt.s_columns(0, columns=1), **{name: 0.4})

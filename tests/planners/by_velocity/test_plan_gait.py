@@ -218,6 +218,16 @@ def test_the_fastest_velocity_works_and_hardly_more_does_not(fast: Quadruped) ->
         plan_gait(fast, trot(0.5), velocity=more, yaw_rate=1.01 * error.yaw_rate, duration=1.0)
 
 
+def test_a_velocity_in_other_units_is_told_one_that_works(fast: Quadruped) -> None:
+    """300 mm/s, given as m/s: a thousandth of it is found, too."""
+    with pytest.raises(InfeasibleSpeedError) as caught:
+        plan_gait(fast, trot(0.5), velocity=300.0, duration=1.0, timing="velocity")
+    error = caught.value
+    assert error.velocity is not None and 0.3 < error.velocity[0] < 1.5
+    assert f"({error.velocity[0]:.4g}, 0) m/s" in str(error)
+    plan_gait(fast, trot(0.5), velocity=error.velocity, duration=1.0, timing="velocity")
+
+
 def test_a_stride_beyond_the_legs_reach_is_refused_by_leg(fast: Quadruped) -> None:
     with pytest.raises(InfeasibleSpeedError, match="the foot of L") as caught:
         plan_gait(fast, trot(4.0), velocity=0.5, duration=8.0)

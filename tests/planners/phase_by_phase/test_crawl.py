@@ -490,9 +490,10 @@ def test_a_forgotten_heading_is_noticed(wang: Quadruped, columns: Footholds) -> 
 
 
 def test_a_heading_in_degrees_is_noticed(wang: Quadruped, columns: Footholds) -> None:
-    with pytest.raises(InputError, match=r"set heading \(in radians: 90 degrees are 1\.5708"):
-        plan_crawl(wang, columns, heading=90.0, timing="velocity")
-    with pytest.raises(InputError, match=r"set heading$"):
+    for make in (plan_crawl, gaitopt.plan_route):
+        with pytest.raises(InputError, match=r"heading .* got 90\.0 \(90 degrees are 1\.5708 rad"):
+            make(wang, columns, heading=90.0, timing="velocity")
+    with pytest.raises(InputError, match="set heading"):
         plan_crawl(wang, columns, heading=2.0, timing="velocity")
 
 
