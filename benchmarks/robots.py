@@ -75,7 +75,8 @@ def walked(robot: gaitopt.Quadruped) -> list[str]:
     assert np.array_equal(again.path.coefficients, plan.path.coefficients)
     kept = gaitopt.verify(again).ok
     try:
-        physics = "passed" if gaitopt.simulate(again).passed else "missed footholds"
+        result = gaitopt.simulate(again)
+        physics = "; ".join(text.split(", and")[0] for text in result.failures) or "passed"
     except gaitopt.GaitoptError as error:
         physics = f"refused: {str(error)[:80]}"
     return [f"{plan.duration:.2f}", "kept" if kept else "violated", physics]
