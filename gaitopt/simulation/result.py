@@ -35,6 +35,13 @@ class MissReason(TextEnum):
     LEFT = "left"
     """The foot stood, and was away before its next swing."""
 
+    @property
+    def words(self) -> str:
+        """The same in a few words."""
+        told = {"no contact": "found no ground", "beside": "stood beside its foothold",
+                "left": "left its foothold before its next swing"}  # fmt: skip
+        return told[self.value]
+
 
 @dataclass(frozen=True)
 class MissedFoothold:
@@ -182,7 +189,9 @@ class SimulationResult:
 
     def __str__(self) -> str:
         """The report as plain text; its first line is the :attr:`verdict`."""
-        missed = ", ".join(f"step {m.step + 1} {m.leg} ({m.reason})" for m in self.missed[:5])
+        missed = ", ".join(
+            f"{m.leg} in step {m.step + 1} {m.reason.words}" for m in self.missed[:5]
+        )
         more = f" and {len(self.missed) - 5} more" if len(self.missed) > 5 else ""
         return "\n".join([
             self.verdict,

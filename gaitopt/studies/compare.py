@@ -295,6 +295,8 @@ def _mean_and_deviation(values: FloatArray, digits: int) -> str:
 def _caption(comparison: Comparison) -> str:
     """What the columns are, and which terrains are left out."""
     lines = [
+        "COG: the body's centre, the mean of the four hips. SSM: the COG goes to the largest "
+        "static stability margin, and not the shortest way.",
         "margin: smallest over all swings, of what the walks are planned for, and of the model's "
         "true COM.",
         f"speed-up: of {comparison.methods[0].name!r} over this method.",

@@ -199,8 +199,9 @@ def _verdict(standings: Standings, row: str) -> str:
 def _caption(standings: Standings) -> str:
     """What the columns are, and why walks failed."""
     lines = [
+        "SSM: the body's centre goes to the largest static stability margin before every step.",
         "× the paper, × SSM: time of that row divided by this row's. "
-        "planning: processor time. margin: the smallest."
+        "planning: processor time. margin: the smallest.",
     ]
     if standings.timing != VELOCITY:
         lines.append(

@@ -29,7 +29,7 @@ MOST_REASONS, LONGEST_REASON = 5, 160
 def study_table(rows: Rows) -> Table:
     """A table of counts and medians, with a line for each group of settings."""
     table = Table(title=f"{len(rows)} walks", caption=_reasons(rows), caption_justify="left")
-    for header in ("robot", "objective", "speed", "S0 [m]", "height [m]", "walks", *STATES,
+    for header in ("robot", "objective", "speed", "margin [m]", "height [m]", "walks", *STATES,
                    "time [s]", "true COM [mm]"):  # fmt: skip
         table.add_column(
             escape(header), justify="left" if header in ("robot", "objective") else "right"

@@ -138,6 +138,8 @@ def test_the_report_begins_with_the_verdict_and_all_its_reasons(walk: Simulation
     both = replace(fast, missed=(beside,))
     assert both.verdict.startswith("failed: footholds missed: 1; a joint velocity reached")
     assert len(both.failures) == 2 and walk.failures == ()
+    assert "missed footholds: RF in step 2 stood beside its foothold\n" in str(both)
+    assert all(reason.words for reason in MissReason)
 
 
 def leaning(plan: Plan, offset: np.ndarray) -> Plan:
