@@ -2,7 +2,7 @@
 
 MuJoCo reads links, joints and inertias from the URDF, which has those of an MJCF to the last digit
 (:mod:`gaitopt.robots.files.mjcf.check`). Shapes are replaced (:mod:`gaitopt.simulation.shapes`):
-the feet are balls, and nothing else collides; or they are those of the robot's MJCF. Mass and
+the feet are balls beside limbs and trunk, or all are those of the robot's MJCF. Mass and
 forward kinematics are compared with what Pinocchio reads from the same text each time, so that the
 simulated robot is that of the plan.
 """
