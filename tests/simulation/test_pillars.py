@@ -70,3 +70,15 @@ def test_level_columns_may_overlap_and_feet_on_stairs_stand() -> None:
     plan = gaitopt.plan_crawl(robot, Footholds(points, flat.radius))
     result = gaitopt.simulate(plan)
     assert result.passed, str(result)
+
+
+def test_legs_that_step_unequally_often_reach_all_their_footholds() -> None:
+    robot = gaitopt.load_robot("go2")
+    even = gaitopt.s_columns(0, columns=3, robot=robot)
+    points = {leg: even[leg][: 2 if leg == "LH" else 3] for leg in LEGS}
+    order = ("RF", "LH", "LF", "RH", "RF", "LF", "RH")
+    plan = gaitopt.plan_crawl(robot, Footholds(points, even.radius, order=order))
+    result = gaitopt.simulate(plan)
+    assert result.passed and result.steps_done == 7, str(result)
+    for leg, foot in zip(LEGS, result.motion.feet[-1], strict=True):
+        assert np.linalg.norm(foot[:2] - points[leg][-1, :2]) < 0.5 * plan.footholds.landing_radius
