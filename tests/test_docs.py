@@ -68,6 +68,7 @@ SLOW = (
     "$ gaitopt stride --out out",
     "$ gaitopt stride --robot wang2020 --shape round --height 0.06 --out log",
     "$ gaitopt terrain step.png --resolution 0.02 --heights 0,0.1 --robot go2 --out out",
+    "$ gaitopt terrain rubble --robot go2 --seed 1 --out rubble",
 )
 """Commands of the pages that the tests of the command line run in much the same way."""
 

@@ -239,6 +239,9 @@ def _report(
 
     console = terminal()
     console.print(escape(summarise(plan)))
+    instead = getattr(plan.record, "instead", None)
+    if instead:
+        console.print(escape(f"It is the walk phase by phase, and no time-optimal one: {instead}"))
     took = ", ".join(f"{what} {value:.1f} s" for what, value in seconds.items())
     each = seconds["search"] / max(search.metres, 1e-3)
     console.print(
