@@ -70,6 +70,17 @@ def write(page: Path, text: str) -> None:
         stream.write(f"{before}{BEGIN}\n\n{text}\n\n{END}{after}")
 
 
+def command_of(given: Sequence[str]) -> str:
+    """The command that prints the same table, without where files lie and how many processes."""
+    kept, skip = [], False
+    for text in given:
+        name = text.partition("=")[0]
+        if not skip and name not in ("--rows", "--write", "--jobs"):
+            kept.append(text)
+        skip = not skip and name in ("--rows", "--write", "--jobs") and "=" not in text
+    return " ".join(["python -m benchmarks.terrain_table", *kept])
+
+
 def _plain(text: str) -> str:
     """A text without what Markdown and HTML would read as marks."""
     return text.replace("<", "&lt;").replace("_", "\\_").replace("*", "\\*")
@@ -99,7 +110,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         walks_of(options), options.rows, jobs=options.jobs,
         progress=lambda done, total: print(f"{done} of {total}", file=sys.stderr, flush=True),
     )  # fmt: skip
-    text = report(rows, " ".join(["python -m benchmarks.terrain_table", *given]))
+    text = report(rows, command_of(given))
     print(text)
     if options.write is not None:
         write(options.write, text)
