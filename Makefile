@@ -6,7 +6,7 @@ VENV   ?= .venv
 BIN    := $(VENV)/bin
 
 .DEFAULT_GOAL := help
-.PHONY: help walk test test-slow lint bench docs browser clean
+.PHONY: help walk test pytest test-slow lint bench docs browser clean
 
 help:
 	@sed -n '2,3p' $(MAKEFILE_LIST) | sed 's/^#  //'
@@ -40,7 +40,11 @@ lint: $(VENV)/.test
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
-test: $(VENV)/.test browser lint
+# Linters beside tests: the type checker uses one core, and a minute of it where it has no cache.
+test: $(VENV)/.test browser
+	@$(MAKE) --no-print-directory -j2 lint pytest
+
+pytest: $(VENV)/.test
 	$(BIN)/python -m pytest -n auto --dist loadscope
 
 test-slow: $(VENV)/.test browser
