@@ -72,6 +72,7 @@ def walk(
     """Plan a walk, compare it with the paper's baselines, and write plan, replay and figures."""
     from gaitopt.plan.com_margin import com_margin
     from gaitopt.planners.crawl import plan_crawl
+    from gaitopt.planners.phase_by_phase.planner import plan_touches
     from gaitopt.studies.compare import compare as run_comparison
     from gaitopt.viewing.figures.crawl_figures import save_figures
     from gaitopt.viewing.replay.replay import replay as write_replay
@@ -107,12 +108,14 @@ def walk(
     console = terminal()
     console.print(comparison.table())
     console.print(escape(summarise(plan)))
+    if plan_touches(plan):
+        console.print("its legs touch each other or the trunk: gaitopt verify tells where and when")
     paper = comparison.plans.get("proposed")
     if objective is Objective.time and paper is not None and plan.duration:
         console.print(f"{paper.duration / plan.duration:.2f} times as fast as the paper's method")
     print_files({
         out / "walk.html": "the replay: open it in a browser",
-        out / "plan.npz": "the plan: gaitopt.load_plan, gaitopt export",
+        out / "plan.npz": "the plan: gaitopt verify, simulate, export",
         out / "figures": f"{len(figures)} figures",
     })  # fmt: skip
 

@@ -49,7 +49,9 @@ def robot_notes(robot: Quadruped, source: Path, folders: Sequence[Path]) -> Iter
     """
     standing = f"standing with its hips {robot.standing_height:.2f} m high"
     yield f"read as {escape(robot.notes.kind)}, {standing}"
-    yield escape("feet: " + ", ".join(f"{leg} {one.foot}" for leg, one in robot.legs.items()))
+    yield escape(
+        "links of the feet: " + ", ".join(f"{leg}: {one.foot}" for leg, one in robot.legs.items())
+    )
     inertia = robot.motor_inertia[robot.leg_joint_columns]
     if inertia.any():
         yield f"motors: inertia at the joints {_range(inertia)} kg m²"

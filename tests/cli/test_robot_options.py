@@ -165,6 +165,7 @@ def test_a_study_of_a_robot_with_options(command: Command, tmp_path: Path) -> No
     [
         ("give masses={'link': kg, ...}; masses='shapes' estimates",
          "give --mass LINK=KG; --masses shapes estimates"),
+        ("for plans with timing='velocity'", "for plans with --timing velocity"),
         ("give foot_radius=", "give --foot-radius"),
         ("give velocity_limits= in rad/s", "give --velocity-limit in rad/s"),
         ("or give feet={'LF': ('shank', (x, y, z))}", "or give --foot LF=LINK,X,Y,Z"),
@@ -174,3 +175,17 @@ def test_a_study_of_a_robot_with_options(command: Command, tmp_path: Path) -> No
 )  # fmt: skip
 def test_messages_name_options(text: str, told: str) -> None:
     assert in_options(text) == told
+
+
+def test_a_walk_whose_legs_touch_at_every_height_is_told(
+    command: Command, no_figures: None, terrain: Path, tmp_path: Path
+) -> None:
+    """wang2020 with a plate between its knees."""
+    plate = robot_texts.collision('<box size="0.06 0.16 0.06"/>', "0 0 -0.2")
+    text = gaitopt.load_robot("wang2020").urdf
+    path = tmp_path / "plated.urdf"
+    path.write_text(text.replace('<link name="base">', f'<link name="base">{plate}', 1))
+    arguments = ("walk", "--footholds", str(terrain), "--out", str(tmp_path / "out"), "--robot")
+    words = "its legs touch each other or the trunk"
+    assert words in command(*arguments, str(path)).output
+    assert words not in command(*arguments, "wang2020").output
