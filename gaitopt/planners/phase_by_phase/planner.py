@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from math import pi, remainder
 
 import numpy as np
 
@@ -100,7 +101,9 @@ def with_first_posture(settings: Kind, footholds: Footholds) -> Kind:
         )
     height, *_, yaw = footholds.postures[0].tolist()
     ground = float(np.mean([footholds[leg][0, 2] for leg in LEGS]))
-    return replace(settings, heading=yaw, body_height=max(height - ground, LEAST_HEIGHT))
+    # A heading is an angle without whole turns, which yaw may have.
+    heading = remainder(yaw, 2.0 * pi)
+    return replace(settings, heading=heading, body_height=max(height - ground, LEAST_HEIGHT))
 
 
 def plan_at_fitting_height(
