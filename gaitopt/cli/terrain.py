@@ -281,10 +281,13 @@ def _explain(error: TerrainError, out: Path) -> None:
     from gaitopt.viewing.figures.terrain_map import plot_terrain_map
 
     console = terminal()
-    console.print(
-        f"No way was found. The search got as far as step {error.step} of {error.search.steps}; "
-        f"then {error.leg} found no foothold:"
-    )
+    if error.search.footholds.steps < error.search.steps:
+        console.print(
+            f"No way was found. The search got as far as step {error.step} of "
+            f"{error.search.steps}; then {error.leg} found no foothold:"
+        )
+    else:
+        console.print("Footholds to the goal were found, but no walk over them.")
     causes = sorted(((n, str(cause)) for cause, n in error.refused.items() if n), reverse=True)
     for count, cause in causes:
         console.print(f"{count:6d} x {escape(cause)}")

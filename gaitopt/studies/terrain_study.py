@@ -28,6 +28,9 @@ EXHAUSTIVE = 384
 """Width up to which maps are searched once more before they count as not solvable. Chosen: four
 times the usual limit."""
 
+SAID = "the planner of the walk said: "
+"""Before the planner's words in the message of a :class:`gaitopt.TerrainError`."""
+
 
 @dataclass(frozen=True)
 class TerrainWalk:
@@ -229,8 +232,10 @@ def _walk(walk: TerrainWalk, found: dict[str, Any]) -> None:
         with _timed(found, "plan_time"):
             plan = plan_terrain(*way, start=start, search=search, width_limit=walk.width_limit)
     except GaitoptError as error:
-        found |= {"status": "refused", "message": one_line(error)}
-        if isinstance(error, TerrainError):
+        # What the planner said comes after how far the search got, which was to the goal.
+        _, _, said = str(error).partition(SAID)
+        found |= {"status": "refused", "message": one_line(said or error)}
+        if isinstance(error, TerrainError) and error.leg:
             found |= {"failed_step": error.step, "failed_leg": error.leg}
         return
     found |= {

@@ -89,6 +89,20 @@ def test_where_there_is_no_way_it_says_what_is_in_it_and_draws_how_far_it_got(
     assert [path.name for path in (tmp_path / "out").iterdir()] == ["map.png"]
 
 
+def test_where_the_planner_refuses_all_footholds_it_says_so(
+    shell: Any, sketch: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*arguments: Any, **options: Any) -> None:
+        raise gaitopt.InfeasibleStepError("step 3 is too long", 3, "LF", 0.0)
+
+    monkeypatch.setattr("gaitopt.planners.over_terrain.planner.plan_crawl", refuse)
+    monkeypatch.setattr("gaitopt.planners.over_terrain.planner.MOST_PLANS", 1)
+    done = shell("terrain", str(sketch), *SCALE, "--start", "0.6,0,0", "--goal", "0.9,0", "--out",
+                 str(tmp_path))  # fmt: skip
+    assert done.code == 2 and "Footholds to the goal were found, but no walk" in done.stdout
+    assert "the planner of the walk said: step 3 is too long" in done.stderr
+
+
 def test_a_start_at_the_edge_of_the_map_is_told(shell: Any, sketch: Path, tmp_path: Path) -> None:
     done = shell("terrain", str(sketch), *SCALE, "--start", "0.3,0,0", "--goal", "1.2,0",
                  "--width-limit", "6", "--out", str(tmp_path))  # fmt: skip

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import gaitopt
-from gaitopt import InfeasibleStepError, InputError
+from gaitopt import InfeasibleStepError, InputError, TerrainError
 from gaitopt.studies import terrain_study
 from gaitopt.studies.tables import as_text
 from gaitopt.studies.terrain_report import (
@@ -103,6 +103,7 @@ def test_a_refusal_of_the_planner_and_a_fault_are_rows_that_say_why(
     walk = TerrainWalk(terrain="flat", **SHORT)
     errors: list[Exception] = [
         InfeasibleStepError("step 3 is too long", 3, "LF", 0.0),
+        TerrainError(f"no way; {terrain_study.SAID}step 4: too steep; what", 24, "", {}, None),
         ZeroDivisionError("division by zero"),
     ]
 
@@ -110,9 +111,11 @@ def test_a_refusal_of_the_planner_and_a_fault_are_rows_that_say_why(
         raise errors.pop(0)
 
     monkeypatch.setattr("gaitopt.planners.over_terrain.planner.plan_terrain", broken)
-    refused, fault = run_terrain_walk(walk), run_terrain_walk(walk)
+    refused, told, fault = (run_terrain_walk(walk) for _ in range(3))
     assert refused.status == "refused" and "step 3 is too long" in refused.message
     assert refused.found and not refused.planned
+    assert (told.status, told.message) == ("refused", "step 4: too steep; what")
+    assert told.failed_step is None
     assert (fault.status, fault.message) == ("error", "ZeroDivisionError: division by zero")
     unknown = run_terrain_walk(TerrainWalk(terrain="lava", **SHORT))
     assert unknown.status == "error" and "there is no ground named 'lava'" in unknown.message
