@@ -37,11 +37,11 @@ in :data:`EVERY` knots of a walk of [Wang2020]."""
 
 FIRST_POSES = 50
 """Poses of a path, at least, at which all pairs are looked at. Chosen: about one for each step."""
-NEARER = ((16, 0.02), (4, 0.003))
+NEARER = ((16, 0.006), (4, 0.001))
 """Every how many poses the pairs are looked at that are close, and which of them go on to the next
 line [m]; the last ones are looked at at every pose. Chosen: on walks of eleven robots no pair that
-comes closer than 20 mm was farther than 24 mm at the first poses, and between every fourth pose
-shapes came closer by 0.2 mm at most."""
+comes closer than 20 mm was farther than 24 mm at the first poses, and shapes came closer by 1.2 mm
+at most between every sixteenth pose, and by 0.2 mm between every fourth."""
 
 
 class RobotShapes(NamedTuple):
