@@ -112,7 +112,10 @@ class Pacing:
         for at in (begin, end):
             np.minimum.at(squares, at, np.minimum(given, others.faster**2))
         ends = np.stack([begin[grid.first[:-1]], end[grid.first[1:] - 1]])
-        rests = np.abs(first[ends]).max(axis=2) <= AT_REST
+        # A straight line may be followed in a hundredth of a second, and its speeds are those of s
+        # times a hundred then: what counts as rest there is so much less.
+        still = AT_REST / others.faster if lines else AT_REST
+        rests = np.abs(first[ends]).max(axis=2) <= still
         squares[ends[~rests]] = 0.0
         even = np.zeros(len(grid.piece), dtype=np.bool_)
         even[grid.first[:-1][rests[0]]] = even[grid.first[1:][rests[1]] - 1] = True

@@ -58,6 +58,13 @@ def test_the_same_ground_gives_the_same_walk() -> None:
     assert one == two
 
 
+def test_moves_of_a_tenth_of_a_micrometre_begin_and_end_at_rest() -> None:
+    """The body moves that little before some swings, and jumped to its speed."""
+    hills = gaitopt.make_ground("hills", seed=0, difficulty=0.3, robot=GO2, length=1.0)
+    plan = gaitopt.plan_terrain(GO2, hills, (0.6, 0.0), start=(0.0, 0.0, 0.0))
+    assert plan.path.jumps(1).max() < 1e-9
+
+
 def test_a_gap_is_stepped_over() -> None:
     z = np.zeros((120, 80))
     z[52:58] = -0.5  # 0.12 m, a third of the stance's length, in the way of all feet
