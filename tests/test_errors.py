@@ -40,6 +40,7 @@ BUILT_IN = {
 WITH_FIELDS = {
     "InfeasibleSpeedError": {"message", "limit", "needed", "time"},
     "InfeasibleStepError": {"message", "step", "leg"},
+    "TerrainError": {"message", "step", "leg", "refused", "search"},
     "RouteError": {"message", "steps", "plan", "report"},
     "UnsolvedSplineError": {"message", "spline"},
     "CertificateError": {"message", "certificate"},

@@ -222,7 +222,7 @@ def test_robot_tells_what_was_guessed_and_writes_files(command: Command, tmp_pat
     file = tmp_path / "dog.urdf"
     file.write_text(robot_texts.robot(foot=""))
     result = command("robot", str(file), "--out", str(tmp_path / "out"))
-    assert "read as urdf" in result.output and "LF LF_foot" in result.output
+    assert "read as urdf" in result.output and "LF: LF_foot" in result.output
     assert "warning: the radius of the feet is not known" in " ".join(result.output.split())
     result = command("robot", str(file), "--out", str(tmp_path / "out"), "--foot-radius", "0.02",
                      "--velocity-limit", "5", "--leg", "FL=LF_foot", "--leg", "RL=LH_foot",

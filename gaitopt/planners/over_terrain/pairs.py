@@ -20,8 +20,8 @@ class Cause(TextEnum):
     MARGIN = "no place with the stability margin"
     REACH = "a leg does not reach its foot, or a joint its angle"
     SWING = "the flying foot does not get high enough"
-    LIMB = "a limb would touch the ground"
-    TRUNK = "the trunk would touch the ground"
+    LIMB = "a limb would touch the ground, or be above unknown ground"
+    TRUNK = "the trunk would touch the ground, or be above unknown ground"
     GROUND = "no ground to step on"
     PLAN = "the planner of the walk refused it"
 

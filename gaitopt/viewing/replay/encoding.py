@@ -153,9 +153,8 @@ def _geometry(shape: Shape) -> Any:
         return cylinder
     if isinstance(shape, Segments):
         return geometry.PointsGeometry(np.ascontiguousarray(shape.points.T, dtype=np.float32))
-    if isinstance(shape, Surface):
-        return geometry.TriangularMeshGeometry(shape.vertices, shape.faces)
-    raise TypeError(f"{type(shape).__name__} is no shape of meshcat")
+    assert isinstance(shape, Surface)
+    return geometry.TriangularMeshGeometry(shape.vertices, shape.faces)
 
 
 def _material(appearance: Appearance, thin: bool, smooth: bool) -> Any:
