@@ -47,6 +47,23 @@ def no_way(search: TerrainSearch, detail: str = "") -> TerrainError:
     return TerrainError("; ".join(words), step, search.next_leg, dict(search.refused), search)
 
 
+def no_plan(search: TerrainSearch, step: int, detail: str) -> TerrainError:
+    """The error where footholds were found again and again, and the walk over them refused.
+
+    Args:
+        search: the last search, which reached the goal.
+        step: that was refused last.
+        detail: why.
+    """
+    leg = search.order[step]
+    message = (
+        f"footholds to the goal were found, and no walk over them: step {step} of {search.steps} "
+        f"({leg}) was refused last; {detail}; what may help: {_CURES[Cause.PLAN]}, another "
+        "body_height, or shorter steps (step_length)"
+    )
+    return TerrainError(message, step, leg, {Cause.PLAN: 1}, search)
+
+
 def _in_order(refused: Mapping[Cause, int]) -> list[tuple[Cause, int]]:
     """Causes that refused something, the most frequent first."""
     return sorted(((c, n) for c, n in refused.items() if n), key=lambda pair: -pair[1])

@@ -1,4 +1,4 @@
-"""Whether the limbs and the trunk of a planned walk are clear of the ground, all along its path."""
+"""Whether the limbs and the trunk of a planned walk touch the ground or one another on its path."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.plan.plan import Plan
 from gaitopt.planners.over_terrain.limbs import Limbs
+from gaitopt.robots.collision_shapes import path_touches
 from gaitopt.robots.rotations import matrix_to_rpy, rpy_to_matrix
 
 EVERY = 0.02
@@ -19,7 +20,9 @@ MOST_SAMPLES = 20_000
 
 
 def first_touching_step(plan: Plan, limbs: Limbs) -> int | None:
-    """The first step in which a limb or the trunk touches the ground; ``None`` where none does.
+    """The first step in which limbs or trunk touch the ground, or one another; ``None`` for none.
+
+    The path is sampled, so this is no proof; the certificate has one.
 
     Args:
         plan: over a height map.
@@ -32,9 +35,13 @@ def first_touching_step(plan: Plan, limbs: Limbs) -> int | None:
     axes = rpy_to_matrix(values[:, 3:6]) @ robot.body_axes
     poses = np.concatenate([values[:, :3] + axes @ robot.centre, matrix_to_rpy(axes)], axis=1)
     touching = ~replace(limbs, clearance=0.0).clear(poses, _leg_joints(plan, values[:, 6:]))
-    if not touching.any():
+    if touching.any():
+        return plan.phase_at(float(times[int(touching.argmax())])).step
+    if not path_touches(robot, values[:, 6:]):
         return None
-    return plan.phase_at(float(times[int(touching.argmax())])).step
+    steps = np.array([plan.phase_at(time).step for time in times.tolist()])
+    return next((s for s in range(steps.max() + 1)
+                 if path_touches(robot, values[steps == s, 6:])), None)  # fmt: skip
 
 
 def _leg_joints(plan: Plan, joints: FloatArray) -> FloatArray:

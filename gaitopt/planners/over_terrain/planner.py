@@ -8,12 +8,13 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
-from gaitopt.conventions import Progress
+from gaitopt.conventions import LEGS, Progress
 from gaitopt.dynamics.contacts import ForceLimits
 from gaitopt.errors import InfeasibleStepError
 from gaitopt.plan.plan import Plan
 from gaitopt.planners.crawl import plan_crawl
-from gaitopt.planners.over_terrain.failure import no_way
+from gaitopt.planners.over_terrain.failure import no_plan, no_way
+from gaitopt.planners.over_terrain.limbs import Limbs
 from gaitopt.planners.over_terrain.plan_clearance import first_touching_step
 from gaitopt.planners.over_terrain.result import TerrainSearch
 from gaitopt.planners.over_terrain.settings import TerrainSettings
@@ -131,8 +132,8 @@ def plan_terrain(
 
     Footholds are searched for (:func:`search_terrain`), and the walk over them is planned
     (:func:`gaitopt.plan_crawl`). Limbs and trunk of the plan are looked at once more, all along its
-    path. Where the planner refuses a step, or something touches the ground, the search goes on
-    without this step.
+    path. Where the planner refuses a step, or something touches the ground or another link, the
+    search goes on without this step.
 
     Args:
         robot, ground, goal, start: as for :func:`search_terrain`.
@@ -165,7 +166,7 @@ def plan_terrain(
     if not search.complete:
         raise no_way(search)
     searching = search_for(robot, ground, goal, start, search.settings)
-    detail, layers, last = "", [first_layer(searching)], search
+    detail, layers, last, refused = "", [first_layer(searching)], search, 0
     for _ in range(MOST_PLANS):
         if search is None:
             found = searching.run(layers, progress)
@@ -173,18 +174,29 @@ def plan_terrain(
             layers = list(found.layers)
         if not search.complete:
             raise no_way(search, detail)
-        try:
-            plan = plan_crawl(robot, search.footholds, **further)
-        except InfeasibleStepError as error:
-            refused, detail = max(error.step, 0), f"the planner of the walk said: {error}"
-        else:
-            touching = first_touching_step(plan, searching.judge.limbs)
-            if touching is None:
-                return plan
-            refused = touching
-            detail = f"a limb touches the ground in step {refused} of the walk that was planned"
-        after = tuple(search.stands[refused + 1].tolist())
-        searching = replace(searching, banned=searching.banned | {(refused, after)})
+        plan, refused, detail = _planned(robot, search, searching.judge.limbs, further)
+        if plan is not None:
+            return plan
+        leg = LEGS.index(search.order[refused])
+        step = (refused, leg, int(search.stands[refused + 1, leg]))
+        searching = replace(searching, banned=searching.banned | {step})
         layers = layers[: max(refused + 1 - BEFORE, 1)]
         last, search = search, None
-    raise no_way(replace(last, complete=False), detail)
+    raise no_plan(last, refused, detail)
+
+
+def _planned(
+    robot: Quadruped, search: TerrainSearch, limbs: Limbs, options: dict[str, Any]
+) -> tuple[Plan | None, int, str]:
+    """The walk over the footholds of a search; or ``None``, the step that is refused, and why."""
+    try:
+        plan = plan_crawl(robot, search.footholds, **options)
+    except InfeasibleStepError as error:
+        return None, max(error.step, 0), f"the planner of the walk said: {error}"
+    touching = first_touching_step(plan, limbs)
+    if touching is None:
+        return plan, -1, ""
+    words = (
+        f"in step {touching} of the walk that was planned a limb touches the ground or another link"
+    )
+    return None, touching, words

@@ -57,6 +57,11 @@ class TerrainSearch:
         return float(np.linalg.norm(np.diff(self.course.poses[:, :2], axis=0), axis=1).sum())
 
     @property
+    def order(self) -> tuple[str, ...]:
+        """The legs in the order of their steps."""
+        return self.footholds.order or ()
+
+    @property
     def share(self) -> float:
         """Share of the steps to the goal that were found."""
         return self.footholds.steps / max(self.steps, 1)

@@ -57,7 +57,7 @@ class Search:
         layers: of the ground.
         course: where the body goes.
         cycles: how often each leg steps.
-        banned: steps that the planner refused, as (number of the step, stands of all feet).
+        banned: steps that the planner refused, as (number of the step, leg, number of the stand).
     """
 
     judge: Judge
@@ -65,7 +65,7 @@ class Search:
     layers: GroundLayers
     course: Course
     cycles: int
-    banned: frozenset[tuple[int, tuple[int, ...]]]
+    banned: frozenset[tuple[int, int, int]]
 
     def run(self, first: Sequence[Layer], progress: Progress | None = None) -> Found:
         """Search as far as it gets, from the last of some layers on.
@@ -159,27 +159,24 @@ class Search:
                                  if k >= 0}):  # fmt: skip
             usual = self.usual(leg, made + 1)
             near, own = self._thinned(usual)
+            # All states of a layer have made the same number of steps.
+            banned = [
+                k for s, other, k in self.banned if (s, other) == (int(layer.made[0].sum()), leg)
+            ]
+            allowed = ~np.isin(near, banned)
+            refused[Cause.PLAN] += int((~allowed).sum())
+            near, own = near[allowed], own[allowed]
             if not near.size:
                 continue
             for n in np.flatnonzero((legs == leg) & (layer.made[:, leg] == made)):
                 way = np.linalg.norm(self.stands.centres[near] - layer.feet[n, leg], axis=1)
                 cost = layer.cost[n] + own + FOOT_WAY * way / height
-                kept = [self._allowed(layer, int(n), leg, int(k)) for k in near]
-                refused[Cause.PLAN] += len(kept) - sum(kept)
-                states.append(np.full(len(near), n)[kept])
-                stands.append(near[kept])
-                costs.append(cost[kept])
+                states.append(np.full(len(near), n))
+                stands.append(near)
+                costs.append(cost)
         if not states:
             return np.empty(0, int), np.empty(0, int), np.empty(0)
         return np.concatenate(states), np.concatenate(stands), np.concatenate(costs)
-
-    def _allowed(self, layer: Layer, state: int, leg: int, stand: int) -> bool:
-        """Whether a step was not refused before."""
-        if not self.banned:
-            return True
-        after = [*layer.stands[state].tolist()]
-        after[leg] = stand
-        return (int(layer.made[state].sum()), tuple(after)) not in self.banned
 
     def _thinned(self, usual: FloatArray) -> tuple[np.ndarray, FloatArray]:
         """Some stands near a usual place, spread over it, and what each costs."""

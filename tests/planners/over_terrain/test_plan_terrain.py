@@ -112,10 +112,12 @@ def test_a_step_that_was_refused_is_not_made_again() -> None:
     search = search_for(GO2, ground("rubble", difficulty=0.5), (LENGTH, 0.0), (0.0, 0.0, 0.0),
                         settings)  # fmt: skip
     first = result_of(search, search.run([first_layer(search)]), 0.0)
-    refused = (5, tuple(first.stands[6].tolist()))
-    other = replace(search, banned=frozenset({refused}))
+    leg = LEGS.index(first.order[5])
+    stand = int(first.stands[6, leg])
+    other = replace(search, banned=frozenset({(5, leg, stand)}))
     second = result_of(other, other.run([first_layer(other)]), 0.0)
-    assert second.complete and tuple(second.stands[6].tolist()) != refused[1]
+    assert second.complete and second.order[5] == first.order[5]
+    assert int(second.stands[6, leg]) != stand
 
 
 @pytest.mark.parametrize(
@@ -135,3 +137,14 @@ def test_wrong_settings_are_refused(options: dict[str, Any], words: str) -> None
 
 def test_causes_have_words() -> None:
     assert all(len(str(cause)) > 10 for cause in Cause)
+
+
+def test_footholds_over_which_no_walk_is_possible() -> None:
+    """The search knows no torques: it is the planner of the walk that refuses its steps."""
+    with pytest.warns(gaitopt.RobotWarning):
+        weak = gaitopt.load_robot("go2", effort_limits=4.0)
+    flat = HeightMap(np.zeros((80, 80)), 0.02, (-0.7, -0.8))
+    with pytest.raises(TerrainError, match="no walk over them: step") as caught:
+        gaitopt.plan_terrain(weak, flat, (0.15, 0.0), start=(0.0, 0.0, 0.0))
+    assert caught.value.search.complete and caught.value.leg in LEGS
+    assert list(caught.value.refused) == [Cause.PLAN]
