@@ -185,7 +185,7 @@ class PlanSettings:
         return {f.name: _plain(getattr(self, f.name)) for f in fields(self)}
 
 
-def check_names(kind: type[PlanSettings], options: Mapping[str, Any], *others: str) -> None:
+def check_names(kind: type[Any], options: Mapping[str, Any], *others: str) -> None:
     """Refuse options that are no field of the settings.
 
     Args:

@@ -215,7 +215,7 @@ class Judge:
     def _usual(self, pairs: Pairs, turn: FloatArray) -> FloatArray:
         """The middle of where the body would be for each foot to be below its hip ``(K, 2)``."""
         before = pairs.feet[..., :2].sum(axis=1)
-        mean = (before + pairs.target[:, :2] - 0.0) / 5.0
+        mean = (before + pairs.target[:, :2]) / 5.0
         weight = np.ones(4)
         weight[pairs.leg] = 2.0
         hip = (weight[:, None] * self.hips).sum(axis=0) / 5.0

@@ -86,6 +86,12 @@ class LinkSpheres:
     points: FloatArray
     axes: FloatArray
 
+    @property
+    def radii(self) -> FloatArray:
+        """Radii of all balls ``(n,)`` [m]."""
+        links = [self.trunk, *(balls for leg in self.legs for balls in leg)]
+        return np.concatenate([balls.radii for balls in links])
+
     def placements(self, leg: int, joints: FloatArray, body: Placements) -> list[Placements]:
         """Where the links of a leg are.
 

@@ -39,7 +39,8 @@ def first_touching_step(plan: Plan, limbs: Limbs) -> int | None:
         return plan.phase_at(float(times[int(touching.argmax())])).step
     if not path_touches(robot, values[:, 6:]):
         return None
-    steps = np.array([plan.phase_at(time).step for time in times.tolist()])
+    phases = np.searchsorted(plan.phase_starts, times, side="right") - 1
+    steps = np.array([phase.step for phase in plan.phases])[phases]
     return next((s for s in range(steps.max() + 1)
                  if path_touches(robot, values[steps == s, 6:])), None)  # fmt: skip
 

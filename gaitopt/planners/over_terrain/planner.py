@@ -12,6 +12,9 @@ from gaitopt.conventions import LEGS, Progress
 from gaitopt.dynamics.contacts import ForceLimits
 from gaitopt.errors import InfeasibleStepError
 from gaitopt.plan.plan import Plan
+from gaitopt.plan.settings.base import check_names
+from gaitopt.plan.settings.crawl import CrawlSettings
+from gaitopt.plan.settings.time_optimal import RouteSettings
 from gaitopt.planners.crawl import plan_crawl
 from gaitopt.planners.over_terrain.failure import no_plan, no_way
 from gaitopt.planners.over_terrain.limbs import Limbs
@@ -152,6 +155,11 @@ def plan_terrain(
         SolverError: a solution failed the check of its residuals.
     """
     own = {f.name for f in fields(TerrainSettings)}
+    check_names(
+        TerrainSettings,
+        options,
+        *(f.name for k in (CrawlSettings, RouteSettings) for f in fields(k)),
+    )
     asked = {name: value for name, value in options.items() if name in own}
     further = {name: value for name, value in options.items() if name not in own}
     if "stability_margin" in asked:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from gaitopt.errors import InputError
 from gaitopt.inputs import check_count, check_kind, check_number
+from gaitopt.plan.settings.base import check_names
 from gaitopt.plan.settings.over_footholds import force_margin
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.standing import foot_below_hip
@@ -109,12 +109,6 @@ class TerrainSettings:
             "limb_clearance": round(LIMB_SHARE * height, 4),
             "stability_margin": force_margin(robot),
         }
+        check_names(cls, options)
         given = {name: value for name, value in options.items() if value is not None}
-        try:
-            return cls(**{**fitted, **given})
-        except TypeError:
-            known = ", ".join(cls.__dataclass_fields__)
-            unknown = [name for name in given if name not in cls.__dataclass_fields__]
-            raise InputError(
-                f"the search has no setting {', '.join(unknown)}; there are {known}"
-            ) from None
+        return cls(**{**fitted, **given})

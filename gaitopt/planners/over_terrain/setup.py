@@ -14,6 +14,7 @@ from gaitopt.inputs import check_kind
 from gaitopt.planners.over_terrain.course import Course, course_through
 from gaitopt.planners.over_terrain.footing import layers_for, stands_of, start_stands
 from gaitopt.planners.over_terrain.judge import Judge
+from gaitopt.planners.over_terrain.link_spheres import link_spheres
 from gaitopt.planners.over_terrain.result import TerrainSearch
 from gaitopt.planners.over_terrain.search import Search
 from gaitopt.planners.over_terrain.settings import TerrainSettings
@@ -46,7 +47,8 @@ def search_for(
                 "searched for robots with such legs only"
             )
     layers = layers_for(robot, ground, settings)
-    judge = Judge.of(robot, settings, Surfaces(ground))
+    surfaces = Surfaces.of(ground, np.append(link_spheres(robot).radii, robot.foot_radius))
+    judge = Judge.of(robot, settings, surfaces)
     course = course_of(robot, ground, start, goal, judge)
     return Search(
         judge, stands_of(robot, layers), layers, course, cycles_of(course, settings), frozenset()

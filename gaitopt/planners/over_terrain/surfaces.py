@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -26,21 +26,25 @@ class Surfaces:
 
     Attributes:
         ground: the height map.
+        steps: radii of the tables in multiples of :data:`RADIUS_STEP`, growing ``(C,)``.
+        tables: heights of balls at all points of the grid, with a border of one point that is off
+            the map ``(C, nx + 2, ny + 2)`` [m].
     """
 
     ground: HeightMap
-    _numbers: dict[int, int] = field(default_factory=dict, init=False, repr=False)
-    _tables: list[FloatArray] = field(default_factory=list, init=False, repr=False)
+    steps: np.ndarray
+    tables: FloatArray
+
+    @classmethod
+    def of(cls, ground: HeightMap, radii: ArrayLike) -> Surfaces:
+        """The tables of a map for balls of ``radii (n,)`` [m]."""
+        steps = np.unique(_steps(radii))
+        tables = [_dilated(ground, step * RADIUS_STEP) for step in steps.tolist()]
+        return cls(ground, steps, frozen(tables))
 
     def sizes(self, radii: ArrayLike) -> np.ndarray:
-        """Numbers of the tables for balls of ``radii (n,)`` [m]."""
-        steps = np.maximum(np.ceil(np.asarray(radii) / RADIUS_STEP - 1e-9), 1).astype(int)
-        for step in np.unique(steps).tolist():
-            if step not in self._numbers:
-                self._numbers[step] = len(self._numbers)
-                made = self._dilated(step * RADIUS_STEP)
-                self._tables[:] = [np.stack([*(self._tables[0] if self._tables else ()), made])]
-        return np.array([self._numbers[step] for step in steps.tolist()], dtype=np.intp)
+        """Numbers of the tables for balls of ``radii (n,)`` [m], which are among those given."""
+        return np.searchsorted(self.steps, _steps(radii))
 
     def clear_heights(self, places: FloatArray, sizes: np.ndarray) -> FloatArray:
         """Height at which the centre of a ball clears the ground ``(...)`` [m].
@@ -52,8 +56,7 @@ class Surfaces:
             places: of the centres ``(..., 2)`` [m].
             sizes: numbers of the balls' tables, from :meth:`sizes`.
         """
-        table = self._tables[0]
-        # The table has a border of one point, which is off the map.
+        table = self.tables
         scale = 1.0 / self.ground.resolution
         x, y = self.ground.origin
         i = (places[..., 0] * scale + (1.5 - x * scale)).astype(np.intp)
@@ -61,19 +64,6 @@ class Surfaces:
         np.clip(i, 0, table.shape[1] - 1, out=i)
         np.clip(j, 0, table.shape[2] - 1, out=j)
         return np.asarray(table.reshape(-1)[(sizes * table.shape[1] + i) * table.shape[2] + j])
-
-    def _dilated(self, radius: float) -> FloatArray:
-        """Heights of balls at all points of the grid, with a border that is off the map."""
-        cell = self.ground.resolution
-        reach = int(np.floor(radius / cell + SLACK))
-        steps = cell * np.arange(-reach, reach + 1)
-        away = np.hypot(steps[:, None], steps[None, :])
-        beside = np.maximum(away - SLACK * cell, 0.0)
-        inside = beside < radius
-        rise = np.where(inside, np.sqrt(np.maximum(radius**2 - beside**2, 0.0)), 0.0)
-        z = np.pad(np.nan_to_num(self.ground.z, nan=np.inf), reach + 1, constant_values=np.inf)
-        found = grey_dilation(z, footprint=inside, structure=rise, mode="nearest")
-        return frozen(found[reach:-reach, reach:-reach] if reach else found)
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,3 +114,22 @@ class Stands:
         found = found[found >= 0]
         away = np.hypot(*(self.centres[found, :2] - place).T)
         return np.asarray(found[away <= radius])
+
+
+def _steps(radii: ArrayLike) -> np.ndarray:
+    """Radii, rounded up to multiples of :data:`RADIUS_STEP`."""
+    return np.maximum(np.ceil(np.asarray(radii) / RADIUS_STEP - 1e-9), 1).astype(int)
+
+
+def _dilated(ground: HeightMap, radius: float) -> FloatArray:
+    """Heights of balls at all points of the grid, with a border that is off the map."""
+    cell = ground.resolution
+    reach = int(np.floor(radius / cell + SLACK))
+    steps = cell * np.arange(-reach, reach + 1)
+    away = np.hypot(steps[:, None], steps[None, :])
+    beside = np.maximum(away - SLACK * cell, 0.0)
+    inside = beside < radius
+    rise = np.where(inside, np.sqrt(np.maximum(radius**2 - beside**2, 0.0)), 0.0)
+    z = np.pad(np.nan_to_num(ground.z, nan=np.inf), reach + 1, constant_values=np.inf)
+    found = grey_dilation(z, footprint=inside, structure=rise, mode="nearest")
+    return frozen(found[reach:-reach, reach:-reach] if reach else found)

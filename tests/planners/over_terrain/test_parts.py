@@ -58,7 +58,7 @@ def test_balls_move_with_their_links(name: str) -> None:
 
 def test_tables_are_never_below_the_exact_height() -> None:
     ground = HeightMap(RNG.uniform(0.0, 0.05, (30, 30)), 0.02)
-    surfaces = Surfaces(ground)
+    surfaces = Surfaces.of(ground, [0.012, 0.03])
     places = RNG.uniform(0.08, 0.5, (400, 2))
     for radius in (0.012, 0.03):
         exact = ground.ball(places, radius).centres[:, 2]
@@ -68,14 +68,14 @@ def test_tables_are_never_below_the_exact_height() -> None:
 
 
 def test_tables_are_exact_on_level_ground_and_infinite_off_it() -> None:
-    surfaces = Surfaces(HeightMap(np.full((20, 20), 0.3), 0.02))
+    surfaces = Surfaces.of(HeightMap(np.full((20, 20), 0.3), 0.02), [0.021])
     size = surfaces.sizes([0.021])
     step = np.ceil(0.021 / RADIUS_STEP) * RADIUS_STEP
     assert surfaces.clear_heights(np.array([[0.2, 0.2]]), size) == pytest.approx([0.3 + step])
     assert np.isinf(surfaces.clear_heights(np.array([[-0.5, 0.2], [0.2, 9.0]]), size)).all()
     z = np.zeros((20, 20))
     z[10, 10] = np.nan
-    unknown = Surfaces(HeightMap(z, 0.02))
+    unknown = Surfaces.of(HeightMap(z, 0.02), [0.02])
     assert np.isinf(unknown.clear_heights(np.array([[0.21, 0.2]]), unknown.sizes([0.02]))).all()
 
 

@@ -123,7 +123,7 @@ def test_a_step_that_was_refused_is_not_made_again() -> None:
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"step_lenght": 0.1}, "TerrainSettings|no setting"),
+        ({"step_lenght": 0.1}, "did you mean step_length"),
         ({"step_length": -1.0}, "step_length"),
         ({"friction": 0.0}, "friction"),
         ({"width": 0}, "width"),
