@@ -116,6 +116,16 @@ def configuration(
     )
 
 
+def zero_configuration(robot: Quadruped) -> FloatArray:
+    """Pinocchio's configuration ``(nq,)`` with the base at the origin and all leg joints at zero.
+
+    Joints that no leg owns are at their neutral angles.
+    """
+    joints = robot.neutral_joints()
+    joints[robot.leg_joint_columns] = 0.0
+    return configuration(robot, np.zeros(3), np.zeros(3), joints)
+
+
 def from_configuration(robot: Quadruped, q: ArrayLike) -> Configuration:
     """Position, roll-pitch-yaw and joints of Pinocchio's configurations ``q (..., nq)``.
 

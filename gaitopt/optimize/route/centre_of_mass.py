@@ -24,6 +24,7 @@ from gaitopt.optimize.route.legs import (
 )
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.rotations import rpy_to_matrix
+from gaitopt.robots.whole_body import zero_configuration
 
 
 class ComDerivatives(NamedTuple):
@@ -75,11 +76,7 @@ class MassDistribution:
         robot.require_masses()
 
         model, data = robot.model, robot.model.createData()
-        q = pin.neutral(model)
-        q[7:] = robot.neutral_joints()
-        for columns in robot.leg_columns.values():
-            q[7:][list(columns)] = 0.0
-        pin.forwardKinematics(model, data, q)
+        pin.forwardKinematics(model, data, zero_configuration(robot))
         masses = np.array([inertia.mass for inertia in model.inertias])
         to_body = robot.body_axes.T
         centres = np.array(

@@ -16,6 +16,7 @@ from scipy.spatial import ConvexHull, QhullError
 from gaitopt.conventions import LEGS, BoolArray, FloatArray
 from gaitopt.robots.collision_shapes import robot_shapes
 from gaitopt.robots.quadruped import Quadruped
+from gaitopt.robots.whole_body import zero_configuration
 
 STRETCH = 0.6
 """Side of the cells that a shape is divided into, as a share of its thickness. Chosen: the balls
@@ -116,11 +117,7 @@ def link_spheres(robot: Quadruped) -> LinkSpheres:
     import pinocchio as pin
 
     model, data = robot.model, robot.model.createData()
-    q = pin.neutral(model)
-    q[7:] = robot.neutral_joints()
-    for columns in robot.leg_columns.values():
-        q[7:][list(columns)] = 0.0
-    pin.computeJointJacobians(model, data, q)
+    pin.computeJointJacobians(model, data, zero_configuration(robot))
     to_body = robot.body_axes.T
     joints = [[int(model.getJointId(j)) for j in robot.legs[leg].joints] for leg in LEGS]
     axes = np.array([

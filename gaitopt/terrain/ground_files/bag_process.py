@@ -3,7 +3,8 @@
 A bag may be packed so that it fills all memory, or be damaged so that reading it never ends: the
 process has limits. Run as a script. It reads a JSON object from its input (``path``, ``topic``,
 ``message``) and prints a line of JSON that describes the message, and then the numbers of all its
-layers as 32-bit floats. It imports nothing of gaitopt, so that it starts quickly.
+layers as 32-bit floats. It imports nothing of gaitopt, so that it starts quickly; the lines
+that limit the process stand in the script for xacro files as well.
 """
 
 from __future__ import annotations
