@@ -31,10 +31,9 @@ CROSSING = 0.25
 """Least distance, ahead and sideways, of feet that must not cross, as a share of the stance."""
 SWING_SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)
 """Places along the top of a box swing that are looked at."""
-
 OTHER_HEIGHTS = (0.92, 1.06, 0.84)
 """Heights of the body that are tried where a step is not possible at the usual one, as shares of
-it. Chosen: within them the legs of all robots at hand keep their joint limits."""
+it. Chosen: lower ones reach footholds farther down, and higher ones lift limbs over stones."""
 ENOUGH_LEFT = 0.5
 """Share of pairs that may be left impossible without another height being tried."""
 AHEAD = (0.4, 0.8)

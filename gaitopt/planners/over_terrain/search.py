@@ -30,12 +30,14 @@ MOST_CHUNKS = 12
 """Most times that further pairs are judged for a layer of the least width; more for wider ones."""
 CANDIDATES = 28
 """Most footholds that are tried for a step."""
-BLOCK = 0.12
-"""Side of the squares of which each gives one foothold to try, as a share of the step's freedom
-times two. Chosen: neighbours on the grid differ too little to try both."""
-FROM_USUAL, FOOT_WAY, BODY_WAY = 1.0, 0.15, 1.0
-"""Costs of the distance from the usual foothold, of the foot's and of the body's way, each as a
-share of the body's height."""
+BLOCK = 0.24
+"""Side of the squares of which each gives one foothold to try, as a share of the step's freedom.
+Chosen: neighbours on the grid differ too little to try both."""
+FROM_USUAL = 0.5
+"""Cost of a foothold at the end of the step's freedom; it grows with the square of the distance
+from the usual foothold."""
+FOOT_WAY, BODY_WAY = 0.15, 1.0
+"""Costs of the ways of a foot and of the body, for each body height of them."""
 NO_USE_AHEAD = 0.5
 """Cost of a foothold that is of no use when the body has moved on, for each place looked at."""
 BACK, PAST = 2, 4
@@ -185,9 +187,9 @@ class Search:
         if not near.size:
             return near, np.empty(0)
         away = self.stands.centres[near, :2] - usual
-        own = FROM_USUAL * (away**2).sum(axis=1) / settings.freedom**2 * 0.5
+        own = FROM_USUAL * (away**2).sum(axis=1) / settings.freedom**2
         own = own + self.stands.penalties[near]
-        side = max(2.0 * BLOCK * settings.freedom, self.judge.surfaces.ground.resolution)
+        side = max(BLOCK * settings.freedom, self.judge.surfaces.ground.resolution)
         block = np.floor(away / side + 0.5).astype(int)
         order = np.argsort(own, kind="stable")
         _, first = np.unique(block[order], axis=0, return_index=True)

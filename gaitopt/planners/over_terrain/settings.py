@@ -80,7 +80,7 @@ class TerrainSettings:
 
     def __post_init__(self) -> None:
         for name, low in (
-            ("step_length", 1e-3), ("freedom", 0.0), ("body_height", 1e-3), ("swing_height", 0.0),
+            ("step_length", 1e-3), ("freedom", 1e-3), ("body_height", 1e-3), ("swing_height", 0.0),
             ("clearance", 0.0), ("limb_clearance", 0.0), ("stability_margin", 0.0),
         ):  # fmt: skip
             object.__setattr__(self, name, check_number(name, getattr(self, name), low, 1e3, "m"))
