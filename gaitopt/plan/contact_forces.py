@@ -34,7 +34,8 @@ def contact_forces(
 
     Args:
         plan: the plan.
-        limits: what is asked of forces and torques; the defaults of :class:`ForceLimits`.
+        limits: what is asked of forces and torques; by default what the plan promises, or the
+            defaults of :class:`ForceLimits` where it promises nothing of them.
         dt: time between the instants [s]; the last one is the plan's end.
         times: the instants themselves ``(N,)`` [s], instead of ``dt``. At a knot where the
             acceleration jumps, and where a foot lands or lifts off, it is the later value.
@@ -53,6 +54,7 @@ def contact_forces(
             unknown.
     """
     check_kind("plan", plan, Plan)
+    limits = plan.settings.promised_forces if limits is None else limits
     motion = plan.sample(dt) if times is None else plan.at(times)
     values, first, second = (plan.path.evaluate(motion.t, order) for order in range(3))
     ground = ground_below(plan, motion.t, ForceLimits.or_default(limits).friction)

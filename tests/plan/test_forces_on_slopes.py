@@ -128,3 +128,13 @@ def test_a_slippery_foothold_gets_flatter_forces_and_others_do_not(walk: Plan) -
     assert use[found.standing[:, leg] & on, leg].max() <= 0.03 + 1e-6
     assert use[found.standing & (np.arange(4) != leg)].max() > 0.06
     assert not gaitopt.verify(over(walk, columns.with_(friction=friction))).ok
+
+
+def test_forces_of_a_plan_keep_to_what_it_promises() -> None:
+    """A plan within pyramids of eight sides needs forces that pyramids of four leave out."""
+    robot = gaitopt.load_robot("wang2020")
+    eight = gaitopt.ForceLimits(friction=0.05, sides=8)
+    plan = gaitopt.plan_crawl(robot, gaitopt.s_columns(0, columns=2), forces=eight)
+    own = gaitopt.contact_forces(plan)
+    assert own.limits == eight and own.feasible_share == 1.0
+    assert gaitopt.contact_forces(plan, gaitopt.ForceLimits()).limits == gaitopt.ForceLimits()
