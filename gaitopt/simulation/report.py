@@ -36,6 +36,8 @@ class SimulationRecord:
         q, v: Pinocchio's configurations ``(N, nq)`` and velocities ``(N, nv)``.
         touching: which feet touch anything ``(N, 4)``.
         beneath: id of the shape under each foot ``(N, 4)``, -1 for none.
+        torques: of the joints ``(N, nj)`` [N m].
+        forces: on the feet, in the world's axes ``(N, 4, 3)`` [N].
         peak_torques, peak_rates, energy, own_shapes, bumps, status, wall_time, cpu_time: see
             :class:`SimulationResult`.
     """
@@ -46,6 +48,8 @@ class SimulationRecord:
     v: FloatArray
     touching: BoolArray
     beneath: np.ndarray
+    torques: FloatArray
+    forces: FloatArray
     peak_torques: FloatArray
     peak_rates: FloatArray
     energy: float
@@ -118,6 +122,9 @@ def report(
         cpu_time=record.cpu_time,
         simulated_time=float(t[-1]),
         motion=motion,
+        plan_times=record.clock,
+        torques=record.torques,
+        forces=record.forces,
         gains=gains,
         settings=settings,
     )
@@ -163,7 +170,9 @@ def _landings(
         settled = max(int(np.searchsorted(record.clock, until, side="right")) - 1, first)
         last = int(np.searchsorted(record.clock, end - BEFORE_LIFT_OFF)) - 1
         if first >= len(record.clock):
-            out.append((np.nan, None))
+            last_distance = float(np.linalg.norm(feet[-1, column, :2] - foothold[:2]))
+            never = MissedFoothold(step, leg, last_distance, MissReason.NEVER_REACHED)
+            out.append((np.nan, never))
             continue
         settled = min(settled, len(record.clock) - 1)
         last = min(max(last, settled), len(record.clock) - 1)

@@ -34,12 +34,15 @@ class MissReason(TextEnum):
     height map also higher or lower than that."""
     LEFT = "left"
     """The foot stood, and was away before its next swing."""
+    NEVER_REACHED = "never reached"
+    """The simulation ended before the step was done."""
 
     @property
     def words(self) -> str:
         """The same in a few words."""
         told = {"no contact": "found no ground", "beside": "stood beside its foothold",
-                "left": "left its foothold before its next swing"}  # fmt: skip
+                "left": "left its foothold before its next swing",
+                "never reached": "never reached its foothold"}  # fmt: skip
         return told[self.value]
 
 
@@ -51,7 +54,7 @@ class MissedFoothold:
         step: index of the step, from 0 over the whole walk.
         leg: the leg.
         distance: how far the foot was from its foothold [m]: horizontally; on a height map in
-            space.
+            space; where it was never reached horizontally at the end.
         reason: why it counts as missed.
     """
 
@@ -72,7 +75,7 @@ class SimulationResult:
             or to take up its load before another might lift off.
         steps_done: steps whose touch-down came before the end.
         steps: steps of the plan.
-        missed: footholds that were missed.
+        missed: footholds that were missed, with those that were never reached.
         landing_error: largest horizontal distance of a foot from its foothold when it landed [m].
         landing_errors: of each step ``(steps,)`` [m]; NaN for steps that were not done.
         tilt: largest angle between the body's orientation and the plan's [rad].
@@ -95,7 +98,11 @@ class SimulationResult:
         wall_time, cpu_time: time that the simulation took, and time that the processor spent on it
             [s]. No other values differ from run to run.
         simulated_time: time simulated [s].
-        motion: the simulated motion, for a replay beside the plan.
+        motion: the simulated motion; ``gaitopt.replay(plan, path, simulated=result)`` shows it.
+        plan_times: the plan's time at the samples of ``motion`` ``(N,)`` [s]. It stands still
+            while the controller waits for a foot.
+        torques: of the joints at these samples ``(N, nj)`` [N m].
+        forces: of the ground on the feet, in the world's axes ``(N, 4, 3)`` [N].
         gains: of the controller and the servos.
         settings: what was asked for.
     """
@@ -125,6 +132,9 @@ class SimulationResult:
     cpu_time: float
     simulated_time: float
     motion: Trajectory
+    plan_times: FloatArray
+    torques: FloatArray
+    forces: FloatArray
     gains: ControlGains
     settings: SimulationSettings
 
@@ -154,15 +164,21 @@ class SimulationResult:
         return self.simulated_time / self.cpu_time if self.cpu_time > 0 else float("inf")
 
     @property
+    def never_reached(self) -> tuple[MissedFoothold, ...]:
+        """Those of :attr:`missed` whose steps were not done before the simulation ended."""
+        return tuple(m for m in self.missed if m.reason is MissReason.NEVER_REACHED)
+
+    @property
     def failures(self) -> tuple[str, ...]:
         """Why it did not pass, in words; empty where :attr:`passed`."""
         found = []
         if not self.finished:
             found.append(f"the robot {self.status}")
-        elif self.steps_done != self.steps:
-            found.append(f"{self.steps - self.steps_done} steps were not done")
-        if self.missed:
-            found.append(f"footholds missed: {len(self.missed)}")
+        never = len(self.never_reached)
+        if len(self.missed) > never:
+            found.append(f"footholds missed: {len(self.missed) - never}")
+        if never:
+            found.append(f"footholds never reached: {never}")
         if not self.rates_within:
             found.append(
                 f"a joint velocity reached {self.rate_use:.1%} of its limit, and the servos' "
@@ -174,6 +190,17 @@ class SimulationResult:
     def verdict(self) -> str:
         """``"passed"``, or ``"failed: "`` with the reasons."""
         return "passed" if self.passed else "failed: " + "; ".join(self.failures)
+
+    def _missed_words(self) -> str:
+        """The footholds that were missed, and how many were never reached, in words."""
+        tried = [m for m in self.missed if m.reason is not MissReason.NEVER_REACHED]
+        told = [f"{m.leg} in step {m.step + 1} {m.reason.words}" for m in tried[:5]]
+        if len(tried) > 5:
+            told.append(f"{len(tried) - 5} more")
+        if self.never_reached:
+            first = self.never_reached[0].step + 1
+            told.append(f"{len(self.never_reached)} never reached, from step {first} on")
+        return ", ".join(told) or "none"
 
     def _shapes(self) -> str:
         """What of the robot touched what, in words."""
@@ -189,15 +216,11 @@ class SimulationResult:
 
     def __str__(self) -> str:
         """The report as plain text; its first line is the :attr:`verdict`."""
-        missed = ", ".join(
-            f"{m.leg} in step {m.step + 1} {m.reason.words}" for m in self.missed[:5]
-        )
-        more = f" and {len(self.missed) - 5} more" if len(self.missed) > 5 else ""
         return "\n".join([
             self.verdict,
             f"{self.status} at {self.end:.1f} s, {self.steps_done} of {self.steps} steps, "
             f"{self.waited:.2f} s of it waiting for feet",
-            f"missed footholds: {missed or 'none'}{more}",
+            f"missed footholds: {self._missed_words()}",
             f"largest landing error {1e3 * self.landing_error:.1f} mm, "
             f"slip {1e3 * self.slip:.1f} mm",
             f"largest tilt {np.degrees(self.tilt):.2f} deg, "

@@ -37,6 +37,7 @@ class Servos:
     Attributes:
         peak_torques, peak_rates: the largest of every joint so far ``(nj,)`` [N m], [rad/s].
         energy: mechanical work done so far [J]; energy from braking is not recovered.
+        applied: torques of the last step ``(nj,)`` [N m].
     """
 
     def __init__(
@@ -49,6 +50,7 @@ class Servos:
         unlimited = np.full(len(sim.ctrl), np.inf)
         self._efforts = np.array(robot.effort_limits) if settings.torque_limits else unlimited
         self._lines = torque_lines(robot, ForceLimits()) if settings.torque_limits else None
+        self.applied = np.zeros(len(sim.ctrl))
         self.start_record()
 
     def start_record(self) -> None:
@@ -67,6 +69,7 @@ class Servos:
                 np.maximum(wanted - self._stiffness * qpos[sim.qpos], -largest), largest
             )
             applied, rate = self._advance(data, torque + command.torque), qvel[sim.qvel]
+            self.applied = applied
             np.fmax(self.peak_torques, np.abs(applied), out=self.peak_torques)
             np.fmax(self.peak_rates, np.abs(rate), out=self.peak_rates)
             self.energy += float(np.maximum(applied * rate, 0.0).sum()) * self._timestep

@@ -113,8 +113,9 @@ class _Run:
             last = clock >= end - ROUNDING or tick == count or not finished
             if tick % stride == 0 or last:
                 self.samples.append(
-                    (tick * interval, clock, state.q, state.v, state.contacts, beneath)
-                )
+                    (tick * interval, clock, state.q, state.v, state.contacts, beneath,
+                     self._servos.applied, self._touching.forces(data))
+                )  # fmt: skip
             if last:
                 break
             sensed.append(state)
@@ -194,7 +195,7 @@ class _Run:
             data.xfrc_applied[self.sim.base, :3] = force
 
     def _record(self, status: SimulationStatus, spent: tuple[float, float]) -> SimulationRecord:
-        t, clock, q, v, touching, beneath = zip(*self.samples, strict=True)
+        t, clock, q, v, touching, beneath, torques, forces = zip(*self.samples, strict=True)
         q_all, v_all = np.array(q), np.array(v)
         # A diverged state is no posture, and is left out.
         good = np.isfinite(q_all).all(axis=1) & np.isfinite(v_all).all(axis=1)
@@ -206,6 +207,8 @@ class _Run:
             v=v_all[keep],
             touching=np.array(touching)[keep],
             beneath=np.array(beneath)[keep],
+            torques=np.array(torques)[keep],
+            forces=np.array(forces)[keep],
             peak_torques=self._servos.peak_torques,
             peak_rates=self._servos.peak_rates,
             energy=self._servos.energy,

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from gaitopt.conventions import LEGS
+from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.simulation.limbs import NEAR_FOOT, NEAR_MORE
-from gaitopt.simulation.model import SimModel
+from gaitopt.simulation.model import SimModel, import_mujoco
 
 
 class Touching:
@@ -38,6 +38,20 @@ class Touching:
             leg = self._leg(data, own, other, places[number])
             if leg >= 0 and gap <= min(deepest[leg], 0.0):
                 found[leg], deepest[leg] = other, gap
+        return found
+
+    def forces(self, data: Any) -> FloatArray:
+        """The forces on the feet, in the world's axes ``(4, 3)`` [N]."""
+        found, force, read = np.zeros((len(LEGS), 3)), np.zeros(6), import_mujoco().mj_contactForce
+        for number in range(data.ncon):
+            a, b = (int(g) for g in data.contact.geom[number])
+            own, other = (b, a) if self._is_ground(a) else (a, b)
+            leg = self._leg(data, own, other, data.contact.pos[number])
+            if leg >= 0:
+                read(self._sim.model, data, number, force)
+                # The rows of the frame are its axes, and the force is the one on the second shape.
+                pushed = force[:3] @ data.contact.frame[number].reshape(3, 3)
+                found[leg] += pushed if own == b else -pushed
         return found
 
     def _is_ground(self, geom: int) -> bool:

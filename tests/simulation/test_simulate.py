@@ -6,6 +6,7 @@ import re
 from dataclasses import replace
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
 import gaitopt
@@ -126,6 +127,31 @@ def test_a_body_outside_the_support_triangle_falls(short_plan: Plan) -> None:
     assert result.steps_done < result.steps
     assert "fell at" in str(result)
     assert str(result).startswith("failed: the robot fell")
+    # What was never reached is missed, and every step is either done or missed.
+    never = result.never_reached
+    assert len(never) == result.steps - result.steps_done == np.isnan(result.landing_errors).sum()
+    assert f"footholds never reached: {len(never)}" in result.verdict
+    assert f"{len(never)} never reached, from step {never[0].step + 1} on" in str(result)
+    assert "missed footholds: none" not in str(result)
+
+
+def test_recorded_forces_and_torques_hold_the_robot(
+    walk: SimulationResult, short_plan: Plan, wang: Quadruped
+) -> None:
+    """At the end it stands: the feet bear its weight, and the legs J^T f and their own weight."""
+    assert walk.forces.shape == (len(walk.motion), 4, 3)
+    assert walk.forces[-1].sum(axis=0)[2] == pytest.approx(9.81 * wang.mass, rel=5e-3)
+    assert not walk.forces[~walk.motion.contacts].any()
+    model, data = wang.model, wang.model.createData()
+    q = walk.motion.q[-1]
+    weight = pin.computeGeneralizedGravity(model, data, q)
+    for i, leg in enumerate(LEGS):
+        frame = model.getFrameId(wang.legs[leg].foot)
+        jacobian = pin.computeFrameJacobian(model, data, q, frame, pin.LOCAL_WORLD_ALIGNED)
+        weight = weight - jacobian[:3].T @ walk.forces[-1, i]
+    assert np.abs(weight[6:] - walk.torques[-1]).max() < 0.05 * np.abs(walk.torques[-1]).max()
+    assert walk.plan_times[-1] >= short_plan.duration
+    assert (np.diff(walk.plan_times) >= 0.0).all()
 
 
 def test_the_report_begins_with_the_verdict_and_all_its_reasons(walk: SimulationResult) -> None:
