@@ -109,6 +109,11 @@ class MotionPath:
         inside = np.clip(np.asarray(times, dtype=np.float64), 0.0, self.duration)
         return np.asarray(self.polynomial(inside, derivative))
 
+    def slowed(self, factor: float) -> MotionPath:
+        """The same values at ``factor`` times the times."""
+        powers = np.arange(self.degree, -1, -1)[:, None, None]
+        return MotionPath(self.times * factor, self.coefficients / factor**powers)
+
     def knots(self) -> FloatArray:
         """Values at all knots ``(K, 6 + nj)``."""
         return self.evaluate(self.times)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from types import MappingProxyType
 from typing import Any, Literal
 
@@ -121,6 +121,18 @@ class Phase:
     def end(self) -> float:
         """``start + duration`` [s]."""
         return self.start + self.duration
+
+    def slowed(self, factor: float) -> Phase:
+        """The phase of a plan that takes ``factor`` times as long.
+
+        What set its old pace, a joint's velocity or a speed, no longer holds it back.
+        """
+        kept = self.limited_by
+        if factor > 1.0:
+            kept = tuple(x for x in kept if x.kind not in ("joint velocity", "speed"))
+        return replace(
+            self, start=self.start * factor, duration=self.duration * factor, limited_by=kept
+        )
 
     @property
     def flying(self) -> tuple[str, ...]:

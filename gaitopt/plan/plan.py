@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from numbers import Real
 from typing import Any
@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from gaitopt.conventions import LEGS, BoolArray, FloatArray, frozen
 from gaitopt.errors import GaitoptError, InputError, PlanFileError
 from gaitopt.files import StrPath, read_bounded, written_whole
-from gaitopt.inputs import check_kind
+from gaitopt.inputs import check_kind, check_number
 from gaitopt.motion.path import MotionPath
 from gaitopt.plan.archive import FILE_LIMIT, FORMAT, GROUND_VERSION, VERSION, _unpack
 from gaitopt.plan.foothold_archive import packed_footholds, unpacked_footholds
@@ -25,11 +25,15 @@ from gaitopt.plan.settings.base import PlanSettings
 from gaitopt.plan.settings.by_name import settings_from_dict
 from gaitopt.plan.trajectory import Trajectory
 from gaitopt.robots.quadruped import Quadruped
-from gaitopt.robots.rotations import rpy_rates_to_angular, rpy_to_matrix, rpy_to_quaternion
+from gaitopt.robots.rotations import rpy_to_matrix
+from gaitopt.robots.whole_body import configuration, feet_in_body
+from gaitopt.robots.whole_body_rates import base_twist
 from gaitopt.terrain.footholds import Footholds
 
 MAX_SAMPLES = 20_000_000
 """Most samples that :meth:`Plan.sample` makes."""
+SLOWEST = 1000.0
+"""Largest factor of :meth:`Plan.slowed`: more is a mistake in the unit."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,19 +163,12 @@ class Plan:
             raise InputError(f"times must be (N,) and within 0 and {self.duration:.6g} s")
         values, rates = self.path.evaluate(t), self.path.evaluate(t, derivative=1)
         position, rpy, joints = values[:, :3], values[:, 3:6], values[:, 6:]
-        rotation = rpy_to_matrix(rpy)
-        twist = np.concatenate(
-            [
-                np.einsum("nij,ni->nj", rotation, rates[:, :3]),
-                rpy_rates_to_angular(rpy, rates[:, 3:6]),
-            ],
-            axis=1,
-        )
-        to_world = rotation @ self.robot.body_axes
-        feet = np.stack([self._foot(leg, joints) for leg in LEGS], axis=1)
+        twist = base_twist(rpy, rates[:, :3], rates[:, 3:6])
+        to_world = rpy_to_matrix(rpy) @ self.robot.body_axes
+        feet = feet_in_body(self.robot, joints)
         return Trajectory(
             t=t,
-            q=np.concatenate([position, rpy_to_quaternion(rpy), joints], axis=1),
+            q=configuration(self.robot, position, rpy, joints),
             v=np.concatenate([twist, rates[:, 6:]], axis=1),
             contacts=self._contacts(t),
             cog=position + to_world @ self.robot.centre,
@@ -180,16 +177,34 @@ class Plan:
             joint_names=self.robot.joint_names,
         )
 
+    def slowed(self, factor: float) -> Plan:
+        """The same path, everywhere ``factor`` times as slow; :func:`gaitopt.verify` certifies it.
+
+        Inertial forces shrink with the square of the factor: contact forces are a mixture of the
+        plan's and those of standing still, which a static walk has, too.
+
+        Args:
+            factor: how many times as long the motion takes, from 1 to :data:`SLOWEST`.
+
+        Raises:
+            InputError: ``factor`` is out of range, or the plan promises no static margin: a trot
+                falls when it is slow.
+        """
+        slower = check_number("factor", factor, 1.0, SLOWEST, hint="; retimed makes plans faster")
+        if not self.settings.static:
+            raise InputError(
+                "a gait by velocity falls where it is slow; plan it anew with plan_gait, with a "
+                "lower velocity"
+            )
+        phases = tuple(phase.slowed(slower) for phase in self.phases)
+        return replace(self, phases=phases, path=self.path.slowed(slower))
+
     def save(self, path: StrPath) -> None:
         """Write the plan to an ``.npz`` file, whole or not at all.
 
         :func:`gaitopt.load_plan` gets it back without loss.
         """
         save_plan(self, path)
-
-    def _foot(self, leg: str, joints: FloatArray) -> FloatArray:
-        columns = list(self.robot.leg_columns[leg])
-        return np.asarray(self.robot.legs[leg].forward(joints[:, columns]))
 
     def _phase_index(self, times: FloatArray) -> np.ndarray:
         return np.clip(np.searchsorted(self.phase_starts, times, side="right") - 1, 0, None)
