@@ -70,7 +70,7 @@ class Pacing:
         even: intervals that are followed at constant speed, as the course begins or ends at rest
             there ``(K,)``.
         before: the timing that was slowed down, if there was one.
-        good: intervals that it kept, and that have forces in their middles ``(K,)``.
+        good: intervals that it kept, and that have forces in between ``(K,)``.
     """
 
     plan: Plan
@@ -208,7 +208,7 @@ class Pacing:
                        good=kept & ~forced)  # fmt: skip
 
     def check(self, motion: PacedCourse, path: MotionPath) -> None:
-        """Refuse a motion that has no forces in the middle of an interval.
+        """Refuse a motion that has no forces somewhere between both ends of an interval.
 
         Raises:
             SolverError: it has none; names the step and the time.
@@ -233,7 +233,7 @@ class Pacing:
     def _without_forces(
         self, motion: PacedCourse, path: MotionPath, limits: ForceLimits
     ) -> BoolArray:
-        """Intervals not known to be good whose middles have no forces in limits ``(K,)``."""
+        """Intervals not known to be good that have no forces in between ``(K,)``."""
         out = np.zeros(len(self.good), dtype=np.bool_)
         if self.dynamics is not None:
             own = np.flatnonzero(~self.good & bent(motion, self.places, self.dynamics))

@@ -19,7 +19,7 @@ PLANNED_SHARE = 0.02
 """Share by which forces are planned within tighter limits than are promised at places of the grid,
 for what happens between them. The certificate judges every plan anew."""
 MIDDLE_SHARE = 0.005
-"""The same in the middle between two places: what exceeds that is timed anew."""
+"""The same between two places: what exceeds that is timed anew."""
 
 
 def tightened(limits: ForceLimits, share: float) -> ForceLimits:

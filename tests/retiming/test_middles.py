@@ -7,7 +7,9 @@ import pytest
 from timings import Pair
 
 from gaitopt import ForceLimits
+from gaitopt.motion.path import MotionPath
 from gaitopt.retiming import corners
+from gaitopt.retiming import middles as between
 from gaitopt.retiming.middles import bent, without_forces
 from gaitopt.retiming.pacing import OtherLimits, Pacing
 from gaitopt.retiming.reserves import MIDDLE_SHARE, tightened
@@ -52,3 +54,33 @@ def test_only_chains_that_are_slowed_are_timed_anew(coarse: Pacing) -> None:
     again, _ = slower.fastest()
     assert np.array_equal(again.begin[slower.good], motion.begin[slower.good])
     assert not np.array_equal(again.begin, motion.begin)
+
+
+def test_forces_that_are_missing_beside_the_middle_are_found(
+    pairs: dict[str, Pair], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The body falls like a stone at a sixth of one interval, and is pushed up in its middle.
+
+    ``d2/du2 u^3 (1 - u)^3 = 6 w (1 - 5 w)`` with ``w = u (1 - u)`` is 0 at both ends, -3/8 in the
+    middle, and 55/216 at a sixth.
+    """
+    pacing = Pacing.of(pairs["go2"].old, ForceLimits(), OtherLimits(), 0.4)
+    motion, _ = pacing.fastest()
+    path = motion.path()
+    all_four = np.flatnonzero(pacing.course.standing[pacing.grid.piece].all(axis=1))
+    own = all_four[[len(all_four) // 2]]
+    assert not without_forces(motion, path, own, ForceLimits()).any()
+    segment = int(np.searchsorted(path.times, motion.times[own[0]] + 1e-9)) - 1
+    length = float(path.times[segment + 1] - path.times[segment])
+    assert length == pytest.approx(motion.times[own[0] + 1] - motion.times[own[0]], rel=1e-6)
+    coefficients = np.pad(path.coefficients, ((1, 0), (0, 0), (0, 0)))
+    # u^3 (1 - u)^3 = -u^6 + 3 u^5 - 3 u^4 + u^3
+    bump = np.array([-1.0, 3.0, -3.0, 1.0]) / length ** np.array([6, 5, 4, 3])
+    coefficients[:4, segment, 2] -= 9.81 * 216.0 / 55.0 * length**2 * bump
+    moved = MotionPath(path.times, coefficients)
+    at = path.times[segment] + length * np.array([1.0 / 6.0, 0.5])
+    more = (moved.evaluate(at, 2) - path.evaluate(at, 2))[:, 2]
+    assert more == pytest.approx(9.81 * np.array([-1.0, 0.375 * 216.0 / 55.0]))
+    assert without_forces(motion, moved, own, ForceLimits()).all()
+    monkeypatch.setattr(between, "BETWEEN", (0.5,))
+    assert not without_forces(motion, moved, own, ForceLimits()).any()
