@@ -14,11 +14,12 @@ from dataclasses import replace
 from gaitopt.certificate import balance, clearance, contacts, joints, obstacles, self_collision
 from gaitopt.certificate.certificate import Certificate
 from gaitopt.certificate.check import FORCES, Check, unchecked
+from gaitopt.certificate.claims.known_robot import refuse_other_robot, refuse_other_text
+from gaitopt.certificate.claims.statements import not_compared, not_judged, phases_agree
+from gaitopt.certificate.claims.weak_settings import weak_settings
 from gaitopt.certificate.forces import contact_forces
 from gaitopt.certificate.ground.checks import ground_checks
-from gaitopt.certificate.known_robot import refuse_other_robot, refuse_other_text
 from gaitopt.certificate.trace import trace
-from gaitopt.certificate.weak_settings import weak_settings
 from gaitopt.dynamics.contacts import ForceLimits
 from gaitopt.errors import InputError
 from gaitopt.inputs import check_kind
@@ -57,8 +58,9 @@ def verify(
     """
     check_kind("plan", plan, Plan)
     plan = _read_anew(plan)
+    compared = True
     if robot is None:
-        refuse_other_robot(plan.robot)
+        compared = refuse_other_robot(plan.robot)
     else:
         check_kind("robot", robot, Quadruped)
         refuse_other_text(plan.robot, robot)
@@ -67,6 +69,7 @@ def verify(
     found: list[Check | None] = [
         contacts.continuity(plan),
         contacts.contact_sequence(plan),
+        phases_agree(plan, motion),
         contacts.slip(plan, motion),
         contacts.landings(plan, motion),
         contacts.swing_height(plan, motion),
@@ -87,6 +90,8 @@ def verify(
         else unchecked(self_collision.NAME, "m", "not asked for", self_collision.CONTACT),
         *_checks_of_forces(plan, forces),
         *weak_settings(plan, [each for each in (plan.settings.promised_forces, forces) if each]),
+        None if compared else not_compared(plan.robot),
+        not_judged(),
     ]
     judged = tuple(check for check in found if check is not None)
     return Certificate(plan.robot.name, plan.robot.sha256, judged, len(motion.phase) + 1)

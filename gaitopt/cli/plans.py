@@ -90,7 +90,7 @@ def verify(
     when the robot in the plan is not the one of its name, or of --robot, or has wider limits.
     """
     from gaitopt.certificate.certificate import Outcome
-    from gaitopt.certificate.known_robot import refuse_stronger
+    from gaitopt.certificate.claims.known_robot import refuse_stronger
     from gaitopt.certificate.verify import verify as certify
 
     if friction is not None and not forces:

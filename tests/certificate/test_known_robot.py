@@ -10,7 +10,7 @@ import pytest
 from robot_texts import robot as robot_text
 
 import gaitopt
-from gaitopt.certificate.known_robot import refuse_other_robot, refuse_stronger
+from gaitopt.certificate.claims.known_robot import refuse_other_robot, refuse_stronger
 from gaitopt.certificate.verify import verify
 from gaitopt.errors import RobotError
 from gaitopt.plan.plan import Plan
@@ -66,7 +66,7 @@ def test_raised_limits_are_refused_by_verify(short_plan: Plan) -> None:
 
 def test_names_that_nobody_knows_are_not_compared() -> None:
     robot = quiet(robot_text())
-    refuse_other_robot(robot)
+    assert not refuse_other_robot(robot)
     refuse_stronger(robot, robot)
     with pytest.raises(RobotError, match="leg LF has the joints LF_j0, LF_j1, LF_j2"):
         refuse_stronger(robot, quiet("a1"))

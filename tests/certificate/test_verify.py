@@ -153,6 +153,19 @@ def legs_too_straight(plan: Plan) -> Plan:
     return with_settings(plan, reach_fraction=0.7)
 
 
+def phase_that_ends_elsewhere(plan: Plan) -> Plan:
+    return with_phase(plan, 1, cog_end=plan.phases[1].cog_end + 1e-6)
+
+
+def foot_that_is_said_to_land_elsewhere(plan: Plan) -> Plan:
+    return with_phase(plan, 1, foot_end=plan.phases[1].foot_end + 1e-6)
+
+
+def phase_of_no_time_that_is_elsewhere(plan: Plan) -> Plan:
+    index = next(i for i, p in enumerate(plan.phases) if p.duration == 0.0)
+    return with_phase(plan, index, cog_start=plan.phases[index].cog_start + 1e-6)
+
+
 def leg_through_the_body(plan: Plan) -> Plan:
     # LF stands to the left; rolled far to the right its thigh goes through the trunk.
     return bent(plan, knot_in(plan, 1), "LF_HAA", -1.4)
@@ -175,6 +188,9 @@ FAULTS: list[tuple[Callable[[Plan], Plan], str]] = [
     (foothold_moved_off_the_column, "feet on their footholds"),
     (foothold_of_another_height, "feet on their footholds"),
     (legs_too_straight, "reach"),
+    (phase_that_ends_elsewhere, "phases agree with the path"),
+    (foot_that_is_said_to_land_elsewhere, "phases agree with the path"),
+    (phase_of_no_time_that_is_elsewhere, "phases agree with the path"),
     (leg_through_the_body, "self-collision"),
 ]
 
@@ -233,7 +249,7 @@ def test_an_order_that_does_not_fit_the_footholds_is_a_fault(short_plan: Plan) -
 def test_the_main_job_keeps_its_promises(plan: Plan) -> None:
     certificate = verify(plan)
     assert certificate.ok, certificate.report()
-    assert [c.name for c in certificate if c.status != "ok"] == ["contact forces"]
+    assert [c.name for c in certificate if c.status != "ok"] == ["contact forces", "not judged"]
     assert certificate["joint velocities"].worst == pytest.approx(1.0)
     assert certificate["margin of the body centre"].worst == pytest.approx(0.02, abs=1e-6)
     assert certificate.raise_for_violations() is certificate
@@ -339,6 +355,22 @@ def test_a_cubic_that_overshoots_between_its_knots_is_caught(wang: Quadruped) ->
     assert np.abs(ends).max() < 1e-12
     check = verify(fast, collisions=False)["joint velocities"]
     assert check.status == "violated" and check.worst == pytest.approx(1.2, rel=1e-6)
+
+
+def test_what_is_not_judged_is_listed(short_plan: Plan) -> None:
+    certificate = verify(short_plan, collisions=False)
+    assert "margins of single phases" in certificate["not judged"].note
+    assert "the robot's own file" not in {c.name for c in certificate}
+
+
+def test_a_robot_that_nobody_knows_is_said_to_be_judged_by_its_own_file(
+    short_plan: Plan,
+) -> None:
+    unknown = dataclasses.replace(short_plan.robot, name="my robot")
+    plan = dataclasses.replace(short_plan, robot=unknown)
+    assert "'my robot'" in verify(plan, collisions=False)["the robot's own file"].note
+    compared = verify(plan, unknown, collisions=False)
+    assert "the robot's own file" not in {c.name for c in compared}
 
 
 def test_a_plan_for_another_urdf_is_refused(short_plan: Plan) -> None:

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gaitopt.certificate.known_robot import refuse_other_robot
+from gaitopt.certificate.claims.known_robot import refuse_other_robot
 from gaitopt.conventions import GRAVITY
 from gaitopt.errors import InputError, MissingPackageError, RobotError
 from gaitopt.robots.catalog import EXAMPLE_ROBOTS, OWN_ROBOTS, load_robot, own_urdf, robot_names

@@ -70,7 +70,7 @@ def test_inertias_in_a_text_from_somebody_else_are_checked(value: str) -> None:
 
 def test_a_known_robot_s_motors_may_be_told(wang: gaitopt.Quadruped) -> None:
     """Of gaitopt's own robots none knows its motors, so a plan may."""
-    from gaitopt.certificate.known_robot import refuse_other_robot, refuse_stronger
+    from gaitopt.certificate.claims.known_robot import refuse_other_robot, refuse_stronger
 
     refuse_other_robot(load_robot("wang2020", motor_inertia=0.05))
     heavy = load_robot(robot(), motor_inertia=0.05)
@@ -121,7 +121,7 @@ def test_torque_lines_in_a_text_from_somebody_else_are_checked(speeds: str) -> N
 
 
 def test_a_known_robot_s_torque_may_fall_earlier_and_not_later() -> None:
-    from gaitopt.certificate.known_robot import refuse_stronger
+    from gaitopt.certificate.claims.known_robot import refuse_stronger
 
     known = load_robot(robot(), torque_line=(8.0, 14.0))
     refuse_stronger(load_robot(robot(), torque_line=(7.0, 13.0)), known)

@@ -23,29 +23,33 @@ ROUNDING = 1e-9
 """Differences of lengths [m], and of masses and limits as shares of them, that are rounding."""
 
 
-def refuse_other_robot(robot: Quadruped) -> None:
+def refuse_other_robot(robot: Quadruped) -> bool:
     """Refuse a robot with a known name that differs from the one of that name.
 
     A robot of gaitopt's own must have its very text, unless options of :func:`gaitopt.load_robot`
     have changed it. A robot whose package is not installed is not compared.
+
+    Returns:
+        Whether there is a robot of that name that it was compared with.
 
     Raises:
         RobotError: it differs; the message says in what.
     """
     name = robot.name.strip().lower()
     if name not in robot_names():
-        return
+        return False
     try:
         if known_urdf(name) == robot.urdf:
-            return
+            return True
     except MissingPackageError:
-        return
+        return False
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RobotWarning)
         known = load_robot(name)
     if name in OWN_NAMES and f"<{TAG}" not in robot.urdf:
         refuse_other_text(robot, known)
     refuse_stronger(robot, known)
+    return True
 
 
 def refuse_other_text(robot: Quadruped, known: Quadruped) -> None:

@@ -1,0 +1,1 @@
+"""What a plan says of its robot, its promises and itself."""

@@ -1,0 +1,77 @@
+"""What a plan states of itself: phases that must agree with its path, and what nobody judges.
+
+Figures, replays and labels read the places of the body and the feet from the phases. So a phase
+that says something else than the path is a fault, although the robot follows the path alone.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from gaitopt.certificate.check import JUMP, Check, judged, phase_name, unchecked
+from gaitopt.certificate.trace import Motion
+from gaitopt.conventions import LEGS, FloatArray
+from gaitopt.plan.phase import Phase
+from gaitopt.plan.plan import Plan
+from gaitopt.robots.quadruped import Quadruped
+
+NAME: Final = "phases agree with the path"
+ROBOT: Final = "the robot's own file"
+NOT_JUDGED: Final = "not judged"
+STATEMENTS: Final = (
+    "margins of single phases, what the planner tells of its solver, and settings that promise "
+    "nothing: body height, heading, speed, objective, the velocity and times of a gait"
+)
+"""What a plan file holds beside its path and its promises; see docs/trust.md."""
+
+
+def phases_agree(plan: Plan, motion: Motion) -> Check:
+    """Body centre and foot are where each phase says, at its begin and at its end.
+
+    Planners write both from the same numbers: they agree to 1e-15 m.
+    """
+    worst, when, where = 0.0, float("nan"), ""
+    for index, phase in enumerate(plan.phases):
+        gap = _gap(phase, motion, index)
+        # What cannot be compared (NaN) is no agreement.
+        if not gap <= worst:
+            worst, when, where = gap, phase.start, phase_name(plan, index)
+    return judged(NAME, worst, JUMP, "m", when=when, where=where)
+
+
+def _gap(phase: Phase, motion: Motion, index: int) -> float:
+    """How far a phase's places are from those of the path, at most [m]."""
+    mine = np.flatnonzero(motion.phase == index)
+    if len(mine):
+        first, last = (0, int(mine[0])), (1, int(mine[-1]))
+    else:
+        # A phase of 0 s: both of its ends are the instant at which the next piece begins.
+        after = int(np.searchsorted(motion.phase, index))
+        first = last = (0, after) if after < len(motion.phase) else (1, after - 1)
+    stated: list[tuple[FloatArray, FloatArray]] = [
+        (phase.cog_start, motion.cog[first]),
+        (phase.cog_end, motion.cog[last]),
+    ]
+    if phase.leg:
+        leg = LEGS.index(phase.leg)
+        stated += [
+            (phase.foot_start, motion.feet[first][leg]),
+            (phase.foot_end, motion.feet[last][leg]),
+        ]
+    return max(float(np.linalg.norm(said - found)) for said, found in stated)
+
+
+def not_judged() -> Check:
+    """A line that says what the certificate does not look at."""
+    return unchecked(NOT_JUDGED, "", STATEMENTS, needed=False)
+
+
+def not_compared(robot: Quadruped) -> Check:
+    """A line that says that the robot inside the plan was compared with no other file."""
+    note = (
+        f"lengths, masses and limits are those of the URDF inside the plan, which was compared "
+        f"with no other: no robot named {robot.name!r} is known here; give the robot or its file"
+    )
+    return unchecked(ROBOT, "", note, needed=False)
