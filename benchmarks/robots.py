@@ -8,6 +8,7 @@ robot's size, loads it again from its file, checks it, and simulates it.
 from __future__ import annotations
 
 import argparse
+import re
 import sys
 import tempfile
 import warnings
@@ -58,7 +59,7 @@ def _short(warning: str) -> str:
     for begin, short in known.items():
         if warning.startswith(begin):
             return short
-    return "meshes missing" if "meshes are missing" in warning else warning.split(";")[0]
+    return "meshes missing" if re.match(r"\d+ mesh", warning) else warning.split(";")[0]
 
 
 def walked(robot: gaitopt.Quadruped) -> list[str]:

@@ -180,6 +180,7 @@ def reading(
 def in_options(text: str) -> str:
     """A message of gaitopt with the options of the command line in place of robots' keywords."""
     text = re.sub(r"\b(masses|timing)='(\w+)'", r"--\1 \2", text)
+    text = text.replace("meshes='folder'", "--mesh-folder").replace(" (meshes=False)", "")
     for keyword, option in OPTION_OF.items():
         value = r"({[^{}]*}|\[[^\[\]]*\]|\.\.\.)?"
         text = re.sub(rf"\b{keyword}=(?=\d)", f"{option} ", text)

@@ -93,14 +93,12 @@ def _range(values: FloatArray) -> str:
 def _mesh_lines(robot: Quadruped, source: Path, folders: Sequence[Path]) -> Iterator[str]:
     """Which mesh files were found where."""
     from gaitopt.certificate.self_collision import links_without_hulls
-    from gaitopt.robots.catalog import EXAMPLE_ROBOTS, example_urdf, is_file
+    from gaitopt.robots.catalog import robot_file
     from gaitopt.robots.files.meshes import found_meshes
     from gaitopt.robots.files.notes import first_of
 
-    name = str(source).strip().lower()
-    if name in EXAMPLE_ROBOTS:
-        source = example_urdf(name)
-    found = found_meshes(robot.urdf, source.parent if is_file(source) else None, folders)
+    file = robot_file(source)
+    found = found_meshes(robot.urdf, None if file is None else file.parent, folders)
     missing = sorted(name for name, path in found.items() if path is None)
     places = sorted({str(path.parent) for path in found.values() if path is not None})
     if found:

@@ -182,6 +182,21 @@ def known_urdf(name: str) -> str:
     return _own_text(name) if name in OWN_NAMES else read_file(example_urdf(name), ReadOptions())[0]
 
 
+def robot_file(source: StrPath) -> Path | None:
+    """The file that :func:`load_robot` reads; ``None`` for gaitopt's own robots, and for texts.
+
+    Raises:
+        RobotError, MissingPackageError: as for :func:`load_robot`.
+    """
+    name = str(source).strip().lower()
+    if name in OWN_NAMES or "<" in str(source):
+        return None
+    if name in EXAMPLE_ROBOTS:
+        return example_urdf(name)
+    found = _packaged(name, source)
+    return _user_file(source) if found is None else found[0]
+
+
 def _packaged(name: str, source: StrPath) -> tuple[Path, Mapping[str, str]] | None:
     """The file of a robot of another package; ``None`` for a path, or a name that none knows."""
     if is_file(Path(source)) or not name.isidentifier():

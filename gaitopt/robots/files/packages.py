@@ -5,9 +5,11 @@ Both packages download a robot's files when it is asked for the first time, and 
 
 from __future__ import annotations
 
+import contextlib
 import importlib
 import importlib.util
 import re
+import sys
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -53,10 +55,14 @@ def _description(name: str) -> tuple[Path, Mapping[str, str]] | None:
     if importlib.util.find_spec(f"{DESCRIPTIONS}.{name}") is None:
         return None
     try:
-        module = importlib.import_module(f"{DESCRIPTIONS}.{name}")
+        # What it says of its downloads is no output of ours.
+        with contextlib.redirect_stdout(sys.stderr):
+            module = importlib.import_module(f"{DESCRIPTIONS}.{name}")
     except Exception as error:  # the module downloads while it is imported
         raise _unavailable(name, DESCRIPTIONS, error) from error
-    for attribute in ("URDF_PATH", "MJCF_PATH", "XACRO_PATH"):
+    kinds = ("URDF_PATH", "MJCF_PATH", "XACRO_PATH")
+    # A module that is called after MJCF may name a URDF, too.
+    for attribute in sorted(kinds, key="MJCF_PATH".__ne__) if "_mj_" in name else kinds:
         path = getattr(module, attribute, None)
         if path:
             return Path(path), dict(getattr(module, "XACRO_ARGS", {}))

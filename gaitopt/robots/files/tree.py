@@ -38,10 +38,13 @@ class Joint:
     def __init__(self, element: Element, label: str) -> None:
         self.element = element
         self.name = element.get("name") or ""
-        where = f"{label}: joint {self.name}"
-        if not self.name:
-            raise RobotError(f"{label}: a joint has no name")
+        where = f"{label}: joint {self.name or 'without a name'}"
         self.parent, self.child = (_end(element, end, where) for end in ("parent", "child"))
+        if not self.name:
+            raise RobotError(
+                f"{label}: the joint between {self.parent} and {self.child} has no name; give it "
+                "one (<joint name=...>)"
+            )
         self.placement = placement_of(element, where)
         self.axis = _axis_of(element, where)
 

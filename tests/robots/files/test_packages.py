@@ -7,8 +7,9 @@ import warnings
 from pathlib import Path
 
 import pytest
-from robot_texts import MASS, MJCF_MASS, mjcf, robot
+from robot_texts import MASS, MJCF_MASS, joint, link, mjcf, robot
 
+from gaitopt.cli.robot_table import robot_notes
 from gaitopt.errors import MissingPackageError, RobotError, RobotWarning
 from gaitopt.robots.catalog import load_robot
 
@@ -26,8 +27,12 @@ def packages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         ("tester_mj", "MJCF_PATH", "tester.xml"),
     ):
         (descriptions / f"{name}_description.py").write_text(
-            f"{attribute} = {str(tmp_path / file)!r}\n"
+            f"print('downloading')\n{attribute} = {str(tmp_path / file)!r}\n"
         )
+    files = str(tmp_path / "robot.urdf"), str(tmp_path / "tester.xml")
+    both = "URDF_PATH, MJCF_PATH = {!r}, {!r}\n".format(*files)
+    (descriptions / "both_description.py").write_text(both)
+    (descriptions / "both_mj_description.py").write_text(both)
     (descriptions / "offline_description.py").write_text("raise OSError('no network')\n")
     (descriptions / "empty_description.py").touch()
     (tmp_path / "mujoco_menagerie.py").write_text(
@@ -50,14 +55,28 @@ def packages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 @pytest.mark.usefixtures("packages")
 @pytest.mark.parametrize(
     ("name", "kind"),
-    [("tester_description", "urdf"), ("tester_mj_description", "mjcf"), ("Maker_Tester", "mjcf")],
-)
-def test_robot_of_a_package_has_its_name(name: str, kind: str) -> None:
+    [("tester_description", "urdf"), ("tester_mj_description", "mjcf"), ("Maker_Tester", "mjcf"),
+     ("both_description", "urdf"), ("both_mj_description", "mjcf")],
+)  # fmt: skip
+def test_robot_of_a_package_has_its_name(
+    name: str, kind: str, capsys: pytest.CaptureFixture[str]
+) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RobotWarning)
         made = load_robot(name)
     assert made.name == name.lower() and made.notes.kind == kind
     assert made.mass == pytest.approx(MASS if kind == "urdf" else MJCF_MASS)
+    assert "downloading" not in capsys.readouterr().out, "what a package says is no result"
+
+
+@pytest.mark.usefixtures("packages")
+def test_meshes_of_a_package_are_looked_for_beside_its_file(packages: Path) -> None:
+    shown = '<visual><geometry><mesh filename="trunk.obj"/></geometry></visual>'
+    text = robot(extra=link("lamp", 0.1, shown) + joint("lamp_joint", "base", "lamp"))
+    (packages / "robot.urdf").write_text(text)
+    (packages / "trunk.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    lines = list(robot_notes(load_robot("tester_description"), Path("tester_description"), []))
+    assert f"meshes: 1 of 1 found in {packages}" in lines
 
 
 @pytest.mark.usefixtures("packages")

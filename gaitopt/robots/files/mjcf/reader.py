@@ -122,7 +122,8 @@ class _Writer:
                 self._add_body(body)
         done = f"MuJoCo read this MJCF; the body is {body_name(model, base)}"
         missing = self.cleaned.missing
-        lost = f"{len(missing)} meshes are missing ({first_of(missing)}): their shapes are left out"
+        many = "1 mesh is" if len(missing) == 1 else f"{len(missing)} meshes are"
+        lost = f"{many} missing ({first_of(missing)}): shapes made of it are left out"
         lines = f"the torques of {first_of(list(self.torque_lines))} fall with the speed, by their "
         told = (f"{lines}actuators' gain and bias",) if self.torque_lines else ()
         notes = Notes(
