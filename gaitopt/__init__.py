@@ -38,7 +38,9 @@ if TYPE_CHECKING:
     from gaitopt.errors import TerrainError as TerrainError
     from gaitopt.errors import UnknownNameError as UnknownNameError
     from gaitopt.errors import UnsolvedSplineError as UnsolvedSplineError
-    from gaitopt.exporting.ros import export_ros as export_ros
+    from gaitopt.exporting.export import export as export
+    from gaitopt.exporting.export import export_ros as export_ros
+    from gaitopt.exporting.sampled import Exported as Exported
     from gaitopt.exporting.tables import export_csv as export_csv
     from gaitopt.gait.gaits import bound as bound
     from gaitopt.gait.gaits import pace as pace
@@ -153,7 +155,8 @@ _HOMES = {
         "SolverError TerrainError "
         "UnknownNameError UnsolvedSplineError"
     ),
-    "exporting.ros": "export_ros",
+    "exporting.export": "export export_ros",
+    "exporting.sampled": "Exported",
     "exporting.tables": "export_csv",
     "gait.gaits": "bound pace pronk quasi_static trot walk wave",
     "gait.longitudinal": "longitudinal_margin margin_over_duty",

@@ -12,8 +12,9 @@ from typing import Annotated, TextIO
 import typer
 
 from gaitopt.cli.crawl import compare, walk
+from gaitopt.cli.export import export
 from gaitopt.cli.gait import gait, trot
-from gaitopt.cli.plans import export, figures, replay, simulate, verify
+from gaitopt.cli.plans import figures, replay, simulate, verify
 from gaitopt.cli.race import race
 from gaitopt.cli.robot import robot
 from gaitopt.cli.robot_options import in_options

@@ -1,4 +1,4 @@
-"""Commands that take a plan file: ``replay``, ``verify``, ``simulate``, ``figures``, ``export``."""
+"""Commands that take a plan file: ``replay``, ``verify``, ``simulate``, ``figures``."""
 
 from __future__ import annotations
 
@@ -167,32 +167,3 @@ def figures(
     make_folder(out)
     for path in save_figures(loaded, out, step=step):
         terminal().print(escape(str(path)))
-
-
-def export(
-    plan: PlanArgument,
-    csv: Annotated[
-        Path | None, typer.Option(help="Write the motion as a table.", metavar="FILE")
-    ] = None,
-    ros: Annotated[
-        Path | None,
-        typer.Option(help="Write the joints' motion as a JointTrajectory in YAML.", metavar="FILE"),
-    ] = None,
-    dt: Annotated[
-        float | None,
-        typer.Option(help="Time between samples, in seconds; the plan's knots by default."),
-    ] = None,
-) -> None:
-    """Write a plan's motion for other programs."""
-    from gaitopt.exporting.ros import export_ros
-    from gaitopt.exporting.tables import export_csv
-
-    if csv is None and ros is None:
-        raise InputError("nothing to write: give --csv FILE, --ros FILE, or both")
-    if csv == ros:
-        raise InputError(f"--csv and --ros both name {csv}; give two files")
-    loaded = open_plan(plan)
-    for path, write in ((csv, export_csv), (ros, export_ros)):
-        if path is not None:
-            write(loaded, path, dt)
-            print_files({path: ""})
