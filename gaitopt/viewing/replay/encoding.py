@@ -8,6 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from gaitopt.conventions import FloatArray
+from gaitopt.viewing.replay.numbers import packed
+from gaitopt.viewing.replay.passing import passing_paths
 from gaitopt.viewing.replay.scene import (
     Appearance,
     Ball,
@@ -16,21 +19,26 @@ from gaitopt.viewing.replay.scene import (
     Dots,
     Draped,
     Part,
+    Polygon,
     Relief,
     Scene,
     Segments,
     Shape,
     Surface,
     Track,
+    Tubes,
 )
 
-FLOAT32 = 0x17
-"""MessagePack extension type that meshcat's viewer reads as a JavaScript Float32Array."""
+TIME_UNIT, VALUE_UNIT, QUATERNION_UNIT = 1e-6, 1e-5, 1e-6
+"""Units in which keyframes are written [s], [m] or [rad], and of quaternions. Chosen: a tenth of
+the replay's tolerances; in half a unit of time a joint at 30 rad/s turns by 0.02 mrad."""
+SAME_PLANE = 1e-9
+"""Turns about one axis are quaternions in a plane; this is rounding."""
 
-_TYPES = {"position": "vector3", "quaternion": "quaternion", "visible": "boolean"}
-"""Types of three.js for the kinds of tracks."""
 _Y_TO_Z = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
 """Turns y to z: cylinders of three.js are along y, those of URDFs along z."""
+MADE_THERE = Relief | Draped | Dots | Tubes | Polygon
+"""Shapes whose triangles the browser makes."""
 CYLINDER_SIDES = 32
 """Flat sides of a cylinder. Chosen here: enough to look round."""
 
@@ -38,60 +46,64 @@ CYLINDER_SIDES = 32
 def commands(scene: Scene) -> list[bytes]:
     """The scene as messages for the viewer's ``handle_command_bytearray``, in this order.
 
-    Height maps and what lies on them are left out: they are in
-    :func:`gaitopt.viewing.replay.ground.encoding.ground_data`. The same scene always gives the same
-    bytes.
+    Parts whose triangles the browser makes are left out: they are in
+    :func:`gaitopt.viewing.replay.ground.encoding.ground_data`. So are frames that are shown for
+    some time only, and keyframes. The same scene always gives the same bytes.
     """
     import umsgpack
-    from meshcat.commands import SetAnimation, SetProperty, SetTransform
+    from meshcat.commands import SetProperty, SetTransform
     from meshcat.path import Path
 
     lowered: list[dict[str, Any]] = [
         SetProperty("visible", False, Path((name,))).lower() for name in ("Grid", "Axes")
     ]
     names = (f"id{i}" for i in count())
+    hidden = passing_paths(scene)
     for node in scene.nodes:
-        parts = [p for p in node.parts if not isinstance(p.shape, Relief | Draped | Dots)]
+        if node.path in hidden:
+            continue
+        parts = [p for p in node.parts if not isinstance(p.shape, MADE_THERE)]
         if parts:
             path = Path(node.path).lower()
             lowered.append({"type": "set_object", "object": _group(parts, names), "path": path})
         lowered.append(SetTransform(node.pose, Path(node.path)).lower())
-    lowered.append(SetAnimation(_Animation(scene), play=False).lower())
     return [umsgpack.packb(_plain(command)) for command in lowered]
 
 
-class _Animation:
-    """The tracks of a scene, for ``meshcat.commands.SetAnimation``.
+def track_data(track: Track) -> dict[str, Any]:
+    """The keyframes of a frame for the page's script; ``motion.js`` moves frames along them.
 
-    meshcat's own ``Animation`` writes each key as an object. three.js also reads arrays of times
-    and values, which take a quarter of the bytes.
+    Turns about a fixed axis, which are those of joints, are one angle a key.
     """
-
-    def __init__(self, scene: Scene) -> None:
-        self.tracks: dict[tuple[str, ...], list[Track]] = {}
-        for track in scene.tracks:
-            self.tracks.setdefault(track.path, []).append(track)
-
-    def lower(self) -> list[dict[str, Any]]:
-        """The animation as dictionaries; the name is that of meshcat's protocol."""
-        return [
-            {
-                "path": "/" + "/".join(path),
-                "clip": {"fps": 1, "name": "motion", "tracks": [_lower_track(t) for t in tracks]},
-            }
-            for path, tracks in self.tracks.items()
-        ]
+    values = np.asarray(track.values, dtype=np.float64)
+    kind, plane = str(track.kind), None
+    if kind == "quaternion":
+        found = _in_a_plane(values)
+        if found is not None:
+            kind, (plane, values) = "turn", found
+    unit = QUATERNION_UNIT if kind == "quaternion" else VALUE_UNIT
+    out = {"frame": list(track.path), "kind": kind, "times": packed(track.times, TIME_UNIT),
+           "values": packed(values, unit)}  # fmt: skip
+    return out if plane is None else {**out, "plane": plane}
 
 
-def _lower_track(track: Track) -> dict[str, Any]:
-    """One track as a dictionary."""
-    values = track.values
-    return {
-        "name": f".{track.kind}",
-        "type": _TYPES[track.kind],
-        "times": _floats(track.times),
-        "values": [bool(v) for v in values] if track.kind == "visible" else _floats(values),
-    }
+def _in_a_plane(turns: FloatArray) -> tuple[list[list[float]], FloatArray] | None:
+    """Two orthonormal quaternions, and the angles ``(k,)`` from the first one towards the second.
+
+    ``None`` where the turns ``(k, 4)`` have no common axis.
+    """
+    first = turns[0] / np.linalg.norm(turns[0])
+    rest = turns - np.outer(turns @ first, first)
+    largest = rest[np.argmax(np.linalg.norm(rest, axis=1))]
+    if np.linalg.norm(largest) < SAME_PLANE:
+        return [first.tolist(), [0.0] * 4], np.zeros(len(turns))
+    second = largest / np.linalg.norm(largest)
+    beside = rest - np.outer(rest @ second, second)
+    if np.abs(beside).max() > SAME_PLANE:
+        return None
+    # From key to key by the shorter way, as slerp takes it: a quaternion equals its opposite.
+    angles = np.unwrap(np.arctan2(turns @ second, turns @ first), period=np.pi)
+    return [first.tolist(), second.tolist()], angles
 
 
 def _group(parts: list[Part], names: Iterator[str]) -> dict[str, Any]:
@@ -182,14 +194,6 @@ def _normals(surface: Surface) -> dict[str, Any]:
         np.add.at(out, surface.faces[:, corner], np.cross(b - a, c - a))
     out /= np.maximum(np.linalg.norm(out, axis=1, keepdims=True), 1e-30)
     return dict(pack_numpy_array(out.T))
-
-
-def _floats(array: Any) -> Any:
-    """Numbers as a Float32Array."""
-    import umsgpack
-
-    flat = np.ascontiguousarray(array, dtype="<f4").ravel()
-    return umsgpack.Ext(FLOAT32, flat.tobytes())
 
 
 def _plain(value: Any) -> Any:

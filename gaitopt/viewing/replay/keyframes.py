@@ -86,26 +86,46 @@ def kept_samples(
     if len(times) < 2 or (np.abs(y - y[0]) <= 0.0).all():
         return np.array([0])
     measure = error or _line_error
-    keep = np.array([0, len(times) - 1])
-    while True:
-        gaps = np.diff(keep)
-        inner = np.repeat(np.arange(len(gaps)), gaps)
-        samples = np.arange(keep[0], keep[-1])
-        a, b = keep[inner], keep[inner + 1]
-        span = np.maximum(times[b] - times[a], np.finfo(np.float64).tiny)
-        off = measure(y[samples], y[a], y[b], (times[samples] - times[a]) / span)
-        # Between two samples whose step is too large, the middle one is kept as well.
-        wide = np.abs(y[keep[1:]] - y[keep[:-1]]).max(axis=1) > largest_step
-        off = np.where(wide[inner] & (samples == (a + b) // 2), np.inf, off)
-        off[samples == a] = 0.0
-        worst = np.maximum.reduceat(off, keep[:-1])
-        bad = np.flatnonzero(worst > tolerance)
-        if not len(bad):
-            return keep
-        first = np.full(len(gaps), len(times))
-        hits = np.flatnonzero(off == worst[inner])
-        np.minimum.at(first, inner[hits], samples[hits])
-        keep = np.union1d(keep, first[bad])
+    kept, starts, ends = [0, len(times) - 1], np.array([0]), np.array([len(times) - 1])
+    # Gaps between neighbours that are kept, as long as a sample in them may be off.
+    while len(starts) and ends[0] - starts[0] > 1:
+        first = _worst_samples(times, y, starts, ends, measure, tolerance, largest_step)
+        bad = first >= 0
+        starts, ends, first = starts[bad], ends[bad], first[bad]
+        kept += first.tolist()
+        starts, ends = np.concatenate([starts, first]), np.concatenate([first, ends])
+        wide = ends - starts > 1
+        starts, ends = starts[wide], ends[wide]
+    return np.unique(np.array(kept))
+
+
+def _worst_samples(
+    times: FloatArray,
+    y: FloatArray,
+    starts: np.ndarray,
+    ends: np.ndarray,
+    measure: InterpolationError,
+    tolerance: float,
+    largest_step: float,
+) -> np.ndarray:
+    """Of each gap the sample that must be kept ``(g,)``, -1 where all are near enough.
+
+    It is the one that is farthest off; where the step over the gap is too large, the middle one.
+    """
+    gaps = ends - starts - 1
+    firsts = np.cumsum(gaps) - gaps
+    inner = np.repeat(np.arange(len(gaps)), gaps)
+    samples = np.arange(int(gaps.sum())) - firsts[inner] + starts[inner] + 1
+    a, b = starts[inner], ends[inner]
+    span = np.maximum(times[b] - times[a], np.finfo(np.float64).tiny)
+    off = measure(y[samples], y[a], y[b], (times[samples] - times[a]) / span)
+    worst = np.maximum.reduceat(off, firsts)
+    hits = np.flatnonzero(off == worst[inner])
+    found = np.full(len(gaps), len(times))
+    np.minimum.at(found, inner[hits], samples[hits])
+    found[worst <= tolerance] = -1
+    wide = np.abs(y[ends] - y[starts]).max(axis=1) > largest_step
+    return np.where(wide, (starts + ends) // 2, found)
 
 
 def turn_error(

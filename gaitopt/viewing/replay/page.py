@@ -10,7 +10,8 @@ from functools import lru_cache
 from importlib import resources
 from typing import Any
 
-from gaitopt.viewing.replay.ground.encoding import ground_data
+from gaitopt.viewing.replay.ground.encoding import GroundMaps, ground_data
+from gaitopt.viewing.replay.passing import passing_data, passing_paths
 from gaitopt.viewing.replay.scene import Scene
 
 SPEEDS = (0.1, 0.2, 0.5, 1, 2, 5, 10, 20)
@@ -27,7 +28,15 @@ POLICY = (
 """Content security policy, which browsers enforce: the page may load nothing but itself."""
 
 
-SCRIPTS = ("ground.js", "switches.js", "page.js")
+SCRIPTS = (
+    "numbers.js",
+    "motion.js",
+    "solids.js",
+    "ground.js",
+    "passing.js",
+    "switches.js",
+    "page.js",
+)
 """The page's own scripts; the last one uses the others."""
 
 
@@ -171,6 +180,10 @@ def render(page: Page) -> str:
 
 def _data(page: Page) -> dict[str, Any]:
     """What the page's script reads, beside the commands."""
+    from gaitopt.viewing.replay.encoding import track_data
+
+    maps = GroundMaps()
+    passing = passing_data(page.scene, maps)
     return {
         "duration": page.scene.duration,
         "speed": comfortable_speed(page.scene.duration, page.speeds),
@@ -188,7 +201,9 @@ def _data(page: Page) -> dict[str, Any]:
         "viewFrom": list(page.view_from),
         "inView": [list(point) for point in page.in_view],
         "switches": [asdict(switch) for switch in page.switches],
-        "ground": ground_data(page.scene),
+        "tracks": [track_data(t) for t in page.scene.tracks if t.kind != "visible"],
+        "passing": passing,
+        "ground": ground_data(page.scene, maps, passing_paths(page.scene)),
     }
 
 
@@ -208,8 +223,8 @@ def _with_values(template: str, **values: str) -> str:
 
 
 def _text(name: str) -> str:
-    """The content of a file beside this module."""
-    return (resources.files("gaitopt.viewing.replay") / name).read_text("utf-8")
+    """The content of a file of the page."""
+    return (resources.files("gaitopt.viewing.replay") / "scripts" / name).read_text("utf-8")
 
 
 @lru_cache(maxsize=1)

@@ -104,7 +104,30 @@ class Draped:
     polygons: tuple[FloatArray, ...]
 
 
-Shape = Box | Ball | Cylinder | Surface | Segments | Dots | Relief | Draped
+@dataclass(frozen=True, eq=False)
+class Tubes:
+    """Round tubes with open ends of a radius [m] along polylines, each ``(n, 3)`` [m], n >= 2.
+
+    The browser makes their triangles.
+    """
+
+    lines: tuple[FloatArray, ...]
+    radius: float
+
+
+@dataclass(frozen=True, eq=False)
+class Polygon:
+    """A convex polygon ``vertices (n, 3)`` [m], counter-clockwise, n >= 3.
+
+    With a ``border`` it is only a strip of this width along its sides, on the inside [m]. The
+    browser makes its triangles.
+    """
+
+    vertices: FloatArray
+    border: float = 0.0
+
+
+Shape = Box | Ball | Cylinder | Surface | Segments | Dots | Relief | Draped | Tubes | Polygon
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Solids from points: rounded bars, tubes, and flat polygons."""
+"""Solids from points: rounded bars, discs, and strips."""
 
 from __future__ import annotations
 
@@ -33,34 +33,6 @@ def rounded_bar(
     ]
 
 
-def tube(points: FloatArray, radius: float, sides: int = 6) -> Surface:
-    """A tube with open ends around the polyline ``points (n, 3)`` [m], ``n >= 2``.
-
-    It has the given ``radius`` [m] and number of flat ``sides``.
-    """
-    steps = np.diff(points, axis=0)
-    steps /= np.maximum(np.linalg.norm(steps, axis=1, keepdims=True), 1e-12)
-    tangents = np.concatenate([steps[:1], steps[:-1] + steps[1:], steps[-1:]])
-    lengths = np.linalg.norm(tangents, axis=1, keepdims=True)
-    tangents = np.where(lengths < 1e-9, np.concatenate([steps[:1], steps]), tangents)
-    tangents /= np.linalg.norm(tangents, axis=1, keepdims=True)
-    # All rings begin in the direction of the same axis, so that the tube is not twisted: that to
-    # which the tangents are least parallel.
-    largest = np.abs(tangents).max(axis=0)
-    second = np.cross(tangents, np.eye(3)[np.argmin(largest)])
-    second /= np.linalg.norm(second, axis=1, keepdims=True)
-    third = np.cross(tangents, second)
-    angle = 2.0 * np.pi * np.arange(sides) / sides
-    ring = np.cos(angle)[:, None] * second[:, None] + np.sin(angle)[:, None] * third[:, None]
-    vertices = (points[:, None] + radius * ring).reshape(-1, 3)
-    first = np.arange(len(points) - 1)[:, None] * sides
-    this, following = np.arange(sides), np.roll(np.arange(sides), -1)
-    a, b = first + this, first + following
-    c, d = a + sides, b + sides
-    faces = np.stack([a, b, c, b, d, c], axis=-1).reshape(-1, 3)
-    return Surface(vertices, faces)
-
-
 def disc(radius: float, sides: int = 32) -> Surface:
     """A flat disc in the plane z = 0 around the origin, with a ``radius`` [m]."""
     angle = 2.0 * np.pi * np.arange(sides) / sides
@@ -72,21 +44,6 @@ def filled_polygon(corners: FloatArray) -> Surface:
     """A convex polygon with ``corners (n, 3)`` [m], ``n >= 3``: triangles that share a corner."""
     rest = np.arange(1, len(corners) - 1)
     return Surface(corners, np.column_stack([np.zeros_like(rest), rest, rest + 1]))
-
-
-def border(corners: FloatArray, width: float) -> Surface:
-    """The border of a convex polygon, drawn on its inside.
-
-    Args:
-        corners: ``(n, 3)`` [m], counter-clockwise.
-        width: of the border [m].
-    """
-    inner = _inner_corners(corners, width)
-    n = len(corners)
-    this, following = np.arange(n), np.roll(np.arange(n), -1)
-    faces = np.concatenate([np.column_stack([this, following, following + n]),
-                            np.column_stack([this, following + n, this + n])])  # fmt: skip
-    return Surface(np.concatenate([corners, inner]), faces)
 
 
 def border_strips(corners: FloatArray, width: float) -> tuple[FloatArray, ...]:
@@ -118,16 +75,6 @@ def strips_along(line: FloatArray, width: float) -> tuple[FloatArray, ...]:
     aside = 0.5 * width * np.column_stack([-along[:, 1], along[:, 0]])
     start, end = line[:-1][kept], line[1:][kept]
     return tuple(np.stack([start - aside, end - aside, end + aside, start + aside], axis=1))
-
-
-def merged(surfaces: list[Surface]) -> Surface:
-    """One surface with the triangles of all."""
-    counts = [len(s.vertices) for s in surfaces]
-    starts = np.cumsum([0, *counts[:-1]])
-    return Surface(
-        np.concatenate([s.vertices for s in surfaces]),
-        np.concatenate([s.faces + a for s, a in zip(surfaces, starts, strict=True)]),
-    )
 
 
 def _rotation_to(axis: FloatArray) -> FloatArray:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 from gaitopt.plan.plan import Plan
-from gaitopt.plan.standing_regions import swing_region
+from gaitopt.plan.standing_regions import swing_regions
 from gaitopt.viewing.colours import HELD
 from gaitopt.viewing.replay.scene import (
     Appearance,
@@ -19,12 +19,14 @@ from gaitopt.viewing.replay.scene import (
 from gaitopt.viewing.replay.support_scene import GROUND_LIFT, outlined, standing_places
 
 STANDING: Final[FramePath] = ("standing",)
+MOST_REGIONS = 256
+"""Most swings whose regions are computed, from the first one on: about a second."""
 
 
 def standing_scene(
     plan: Plan, root: FramePath = STANDING, *, heights: Heights | None = None
 ) -> Scene:
-    """For each swing: the outline of where contact forces hold the true centre of mass.
+    """For each of the first swings: where contact forces hold the true centre of mass, outlined.
 
     It is empty where the plan promises no forces, or lets the body rely on its momentum. Phase
     ``i`` of the plan has the frame ``(*root, str(i))``. Outlines lie in the plane of the feet, or
@@ -32,8 +34,10 @@ def standing_scene(
     """
     nodes, tracks = [], []
     lift = GROUND_LIFT - plan.robot.foot_radius
-    for index, stance in standing_places(plan).items():
-        region = swing_region(plan, stance.phase) if stance.phase.kind == "swing" else None
+    found = {i: s for i, s in standing_places(plan).items() if s.phase.kind == "swing"}
+    found = dict(list(found.items())[:MOST_REGIONS])
+    regions = swing_regions(plan, [stance.phase for stance in found.values()])
+    for (index, stance), region in zip(found.items(), regions, strict=True):
         if region is None or len(region.vertices) < 3:
             continue
         path = (*root, str(index))

@@ -10,7 +10,7 @@ from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.errors import InputError
 from gaitopt.plan.phase import Phase
 from gaitopt.plan.plan import Plan
-from gaitopt.stability.support import shrunken_polygon
+from gaitopt.stability.support import shrunken_polygon, support_half_planes
 from gaitopt.terrain.height_map import HeightMap
 from gaitopt.viewing.colours import LEG_COLOURS
 from gaitopt.viewing.replay.keyframes import POSITION_TOLERANCE, kept_samples
@@ -22,20 +22,15 @@ from gaitopt.viewing.replay.scene import (
     Heights,
     Node,
     Part,
+    Polygon,
     Scene,
     Shape,
     Track,
+    Tubes,
     pose,
     shown_during,
 )
-from gaitopt.viewing.replay.solids import (
-    border,
-    border_strips,
-    disc,
-    filled_polygon,
-    strips_along,
-    tube,
-)
+from gaitopt.viewing.replay.solids import border_strips, disc, strips_along
 from gaitopt.viewing.replay.terrain_scene import Samples, swing_points
 
 SUPPORT: FramePath = ("support",)
@@ -44,6 +39,8 @@ GROUND_LIFT = 1.5e-3
 INK, INSIDE, DOT = "#3a4350", "#18a999", "#d7263d"
 BALL = 0.011
 """Radius of the ball that marks the COG's projection on a height map [m]."""
+INSIDE_ROUNDING = 1e-9
+"""Rounding of places inside of a polygon [m]."""
 MAP_TOLERANCE = 1e-3
 """Largest distance of that ball from the ground below the COG [m]."""
 
@@ -119,7 +116,7 @@ def _plane(feet: FloatArray) -> FloatArray:
 def filled(stance: Stance, flat: FloatArray, lift: float, heights: Heights | None) -> Shape:
     """A convex polygon ``(n, 2)`` [m] in the plane of the feet, or upon a height map."""
     if heights is None:
-        return filled_polygon(stance.on_plane(flat, lift))
+        return Polygon(stance.on_plane(flat, lift))
     return Draped(heights, (flat,))
 
 
@@ -128,7 +125,7 @@ def outlined(
 ) -> Shape:
     """The border of such a polygon, of a ``width`` [m]."""
     if heights is None:
-        return border(stance.on_plane(flat, lift), width)
+        return Polygon(stance.on_plane(flat, lift), width)
     return Draped(heights, border_strips(flat, width))
 
 
@@ -136,11 +133,10 @@ def _polygons(stance: Stance, margin: float, lift: float, heights: Heights | Non
     if len(stance.feet) == 2:
         line = stance.on_plane(stance.feet[:, :2], lift)
         strips = strips_along(line[:, :2], 0.006)
-        shape = tube(line, 0.003) if heights is None else Draped(heights, strips)
+        shape = Tubes((line,), 0.003) if heights is None else Draped(heights, strips)
         return [Part(shape, _flat(INK, 0.9, 6))]
     try:
-        outer = shrunken_polygon(stance.feet, 0.0)
-        inner = shrunken_polygon(stance.feet, margin)
+        outer, inner = _outlines(stance.feet, margin)
     except InputError:
         return []
     # Triangles say more than polygons of four feet, during which the body only shifts.
@@ -162,10 +158,35 @@ def _polygons(stance: Stance, margin: float, lift: float, heights: Heights | Non
     return parts
 
 
+def _outlines(feet: FloatArray, margin: float) -> tuple[FloatArray, FloatArray]:
+    """The support polygon ``(k, 2)``, and the same shrunk by the margin ``(m, 2)`` [m].
+
+    Both are :func:`shrunken_polygon`'s, in a tenth of the time where all sides remain.
+
+    Raises:
+        InputError: the feet stand in one line.
+    """
+    planes = support_half_planes(feet)
+    following = dict(planes.edges)
+    ring = [planes.edges[0][0]]
+    while len(ring) < len(planes.edges):
+        ring.append(following.get(ring[-1], ring[-1]))
+    if len(set(ring)) < len(ring) or following.get(ring[-1]) != ring[0]:
+        return shrunken_polygon(feet, 0.0), shrunken_polygon(feet, margin)
+    sides = [planes.edges.index((i, following[i])) for i in ring]
+    normals, offsets = planes.normals[sides], planes.offsets[sides] + margin
+    pairs = np.stack([np.roll(normals, 1, axis=0), normals], axis=1)
+    targets = np.stack([np.roll(offsets, 1), offsets], axis=1)
+    inner = np.linalg.solve(pairs, targets[..., None])[..., 0]
+    if (normals @ inner.T < offsets[:, None] - INSIDE_ROUNDING).any():
+        inner = shrunken_polygon(feet, margin)
+    return feet[ring, :2], np.asarray(inner, dtype=np.float64)
+
+
 def _flown(phase: Phase, samples: Samples) -> list[Part]:
     ways = {leg: swing_points(samples, leg, phase.start, phase.end) for leg in phase.flying}
     return [
-        Part(tube(points, 0.0045), Appearance(LEG_COLOURS[leg], casts_shadow=False))
+        Part(Tubes((points,), 0.0045), Appearance(LEG_COLOURS[leg], casts_shadow=False))
         for leg, points in ways.items() if len(points) > 1
     ]  # fmt: skip
 
@@ -241,7 +262,7 @@ def _trail(path: FramePath, places: FloatArray, lift: float) -> Node:
     if len(points) < 2:
         return Node(path)
     points = points + np.array([0.0, 0.0, lift])
-    return Node(path, (Part(tube(points, 0.0024), _flat(INK, 0.99, 7)),))
+    return Node(path, (Part(Tubes((points,), 0.0024), _flat(INK, 0.99, 7)),))
 
 
 def _projected(stance: Stance, samples: Samples) -> tuple[FloatArray, FloatArray]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -20,10 +20,10 @@ from gaitopt.viewing.replay.scene import (
     Part,
     Scene,
     Segments,
-    Surface,
+    Tubes,
     pose,
 )
-from gaitopt.viewing.replay.solids import disc, merged, tube
+from gaitopt.viewing.replay.solids import disc
 
 COLUMN_HEIGHT = 0.08
 """How far the lowest column is drawn to stand out of the ground [m]; the plan does not say."""
@@ -38,11 +38,15 @@ ROUTE: FramePath = ("route",)
 
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """The plan at many instants: ``times (N,)`` [s], ``cog (N, 3)`` and ``feet (N, 4, 3)`` [m]."""
+    """The plan at many instants: ``times (N,)`` [s], ``cog (N, 3)`` and ``feet (N, 4, 3)`` [m].
+
+    ``ways`` keeps what :func:`swing_points` has found.
+    """
 
     times: FloatArray
     cog: FloatArray
     feet: FloatArray
+    ways: dict[tuple[str, float, float], FloatArray] = field(default_factory=dict)
 
 
 def samples_of(plan: Plan) -> Samples:
@@ -83,30 +87,33 @@ def ground_level(footholds: Footholds, foot_radius: float) -> float:
 
 def swings_scene(plan: Plan, samples: Samples) -> Scene:
     """The way of every flying foot, in its leg's colour."""
-    tubes: dict[str, list[Surface]] = {leg: [] for leg in LEGS}
+    lines: dict[str, list[FloatArray]] = {leg: [] for leg in LEGS}
     for swing in plan.swings:
         points = swing_points(samples, swing.leg, swing.start, swing.end)
         if len(points) > 1:
-            tubes[swing.leg].append(tube(points, 0.0022))
+            lines[swing.leg].append(points)
     appearances = {
         leg: Appearance(LEG_COLOURS[leg], 0.55, casts_shadow=False, layer=3) for leg in LEGS
     }
     nodes = [
-        Node((*ROUTE, f"swings {leg}"), (Part(merged(found), appearances[leg]),))
-        for leg, found in tubes.items() if found
+        Node((*ROUTE, f"swings {leg}"), (Part(Tubes(tuple(found), 0.0022), appearances[leg]),))
+        for leg, found in lines.items() if found
     ]  # fmt: skip
     return Scene(tuple(nodes))
 
 
 def swing_points(samples: Samples, leg: str, start: float, end: float) -> FloatArray:
     """The foot's way between two times as a polyline ``(n, 3)`` [m]."""
-    first, last = np.searchsorted(samples.times, [start - 1e-9, end + 1e-9])
-    points = samples.feet[first:last, LEGS.index(leg)]
-    if len(points) < 2:
-        return points
-    # Thinned along its length: what counts is the shape, not when the foot is where.
-    length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
-    return np.asarray(points[kept_samples(length, points, SWING_TOLERANCE)])
+    if (leg, start, end) not in samples.ways:
+        first, last = np.searchsorted(samples.times, [start - 1e-9, end + 1e-9])
+        points = samples.feet[first:last, LEGS.index(leg)]
+        # Thinned along its length: what counts is the shape, not when the foot is where.
+        apart = np.linalg.norm(np.diff(points, axis=0), axis=1)
+        length = np.concatenate([[0.0], np.cumsum(apart)])
+        if len(points) > 1:
+            points = points[kept_samples(length, points, SWING_TOLERANCE)]
+        samples.ways[leg, start, end] = points
+    return samples.ways[leg, start, end]
 
 
 def _column(top: FloatArray, radius: float, level: float, leg: str) -> Part:

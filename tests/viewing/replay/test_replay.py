@@ -25,15 +25,16 @@ from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.columns import s_columns
 from gaitopt.terrain.footholds import Footholds
 from gaitopt.viewing.colours import LEG_COLOURS
-from gaitopt.viewing.replay.encoding import commands
+from gaitopt.viewing.replay.encoding import commands, track_data
 from gaitopt.viewing.replay.keyframes import kept_samples, sample_times, slerp
 from gaitopt.viewing.replay.mesh_files import read_mesh
+from gaitopt.viewing.replay.numbers import packed
 from gaitopt.viewing.replay.page import SPEEDS, comfortable_speed
 from gaitopt.viewing.replay.plan_page import plan_scene
 from gaitopt.viewing.replay.replay import replay, replay_html, show
 from gaitopt.viewing.replay.robot_scene import joint_paths, robot_scene
 from gaitopt.viewing.replay.robot_shapes import robot_parts
-from gaitopt.viewing.replay.scene import Box, joined
+from gaitopt.viewing.replay.scene import Box, Polygon, joined
 
 BODY_TOLERANCE = 1.0e-4 + 1e-5
 """What the replay promises for the body [m], and the float32 of its numbers."""
@@ -203,6 +204,43 @@ def test_curved_paths_are_looked_at_often_enough():
     assert 2.0 * gap**2 / 8 <= 5e-5 * (1 + 1e-9)  # |y''| = 2
 
 
+def unpacked(data):
+    """What the page's script reads, in Python."""
+    octets, columns, at = base64.b64decode(data["bytes"]), [], 0
+    for _ in range(data["columns"]):
+        whole, column = 0, []
+        for _ in range(data["rows"]):
+            number, shift = 0, 0
+            while octets[at] > 127:
+                number, shift, at = number | (octets[at] & 127) << shift, shift + 7, at + 1
+            number, at = number | octets[at] << shift, at + 1
+            whole += -(number + 1) // 2 if number % 2 else number // 2
+            column.append(whole * data["unit"])
+        columns.append(column)
+    assert at == len(octets)
+    return np.array(columns).T
+
+
+def test_numbers_come_back_within_half_a_unit_in_a_third_of_the_room():
+    rng = np.random.default_rng(0)
+    values = np.cumsum(rng.normal(0.0, 0.01, (4000, 3)), axis=0) - [0.0, 1e6, 3.0]
+    data = packed(values, 1e-5)
+    assert np.abs(unpacked(data) - values).max() <= 0.5e-5 * (1 + 1e-4)
+    assert len(data["bytes"]) < 0.5 * 4 / 3 * values.size * 4 + 100
+    assert unpacked(packed(np.zeros((0, 2)), 1.0)).size == 0
+
+
+def test_turns_of_joints_are_one_angle_a_key(walk, scene):
+    for track in scene.tracks:
+        if track.path[-1].startswith("joint"):
+            data = track_data(track)
+            assert data["kind"] == "turn"
+            (angle,), (u, v) = unpacked(data["values"]).T, np.array(data["plane"])
+            shown = np.outer(np.cos(angle), u) + np.outer(np.sin(angle), v)
+            assert np.abs(np.abs(np.sum(shown * track.values, axis=1)) - 1).max() < 1e-9
+            assert np.abs(np.diff(angle)).max(initial=0.0) < np.pi / 2
+
+
 # ---------------------------------------------------------------- support
 
 
@@ -225,7 +263,8 @@ def test_triangles_stand_on_the_feet_and_their_inside_keeps_the_margin(walk, sce
     for index, phase in enumerate(walk.phases):
         if phase.kind != "swing":
             continue
-        outer, _, inner, *_ = (p.shape.vertices for p in nodes["support", str(index)].parts)
+        parts = [p.shape for p in nodes["support", str(index)].parts]
+        outer, _, inner, _ = (s.vertices for s in parts if isinstance(s, Polygon))
         start = walk.at([phase.start + phase.duration / 2])
         feet = np.array([start.feet[0, LEGS.index(leg)] for leg in phase.support])
         away = np.linalg.norm(outer[:, None, :2] - feet[None, :, :2], axis=2).min(axis=1)
@@ -418,7 +457,7 @@ document.addEventListener("securitypolicyviolation",
 
 DRIVE = """<script>
 (() => {
-  const { state, seek, setPlaying, viewer } = window.gaitopt;
+  const { state, seek, setPlaying, viewer, pass } = window.gaitopt;
   const out = { start: state.time, label: document.getElementById("phase").textContent,
     playing: state.playing, poses: [], visible: [] };
   const key = (k, more) => window.dispatchEvent(new KeyboardEvent("keydown", { key: k, ...more }));
@@ -427,9 +466,7 @@ DRIVE = """<script>
     seek(time);
     viewer.render();
     out.poses.push(@PATHS@.map((p) => tree.find(p).object.matrixWorld.elements.slice()));
-    const support = tree.children.support.children;
-    const phases = Object.keys(support).filter((k) => /^\\d+$/.test(k));
-    out.visible.push(phases.filter((k) => support[k].object.visible));
+    out.visible.push(pass.names());
   }
   const scrub = document.getElementById("scrub");
   scrub.value = "500000"; scrub.dispatchEvent(new Event("input"));

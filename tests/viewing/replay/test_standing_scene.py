@@ -13,7 +13,7 @@ from gaitopt import ForceLimits, Plan
 from gaitopt.plan.com_margin import true_com
 from gaitopt.plan.standing_regions import swing_region
 from gaitopt.viewing.replay.replay import replay_html
-from gaitopt.viewing.replay.scene import Surface
+from gaitopt.viewing.replay.scene import Polygon
 from gaitopt.viewing.replay.standing_scene import STANDING, standing_scene
 
 
@@ -37,7 +37,7 @@ def test_every_swing_has_its_region_while_it_lasts(plan: Plan) -> None:
         np.testing.assert_allclose(visible, [phase.start])
         assert region is not None
         (part,) = shown[track.path[-1]].parts
-        assert isinstance(part.shape, Surface)
+        assert isinstance(part.shape, Polygon)
         # The outer corners of the line are the region's.
         apart = part.shape.vertices[None, :, :2] - region.vertices[:, None]
         assert np.linalg.norm(apart, axis=2).min(axis=1).max() < 1e-6

@@ -1,59 +1,110 @@
-"""Height maps of a scene, and what lies upon them, as data from which the browser makes triangles.
+"""Parts of a scene whose triangles the browser makes, as data for the page's scripts.
 
 A map of 150 by 75 points takes 30 kB, and its triangles, which meshcat's viewer would be given,
-1.2 MB.
+1.2 MB. Tubes and polygons take a tenth of their triangles.
 """
 
 from __future__ import annotations
 
-import base64
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 
-from gaitopt.viewing.replay.scene import Dots, Draped, Heights, Relief, Scene
+from gaitopt.viewing.replay.numbers import as_text, packed
+from gaitopt.viewing.replay.scene import (
+    Dots,
+    Draped,
+    FramePath,
+    Heights,
+    Part,
+    Polygon,
+    Relief,
+    Scene,
+    Tubes,
+)
 
 UNKNOWN = 65535
 """Number in place of a height where nothing is drawn."""
 DIGITS = 5
 """Decimals of places [m]: a hundredth of a millimetre cannot be seen."""
+KINDS = {"relief": "reliefs", "draped": "draped", "dots": "dots", "tubes": "solids",
+         "polygon": "solids"}  # fmt: skip
+"""Lists of the page's data, by the kinds of their parts."""
 
 
-def ground_data(scene: Scene) -> dict[str, Any]:
-    """The height maps of a scene, their surfaces, and polygons upon them, for the page's script.
+class GroundMaps:
+    """The height maps of a page, each of them once.
+
+    Attributes:
+        data: of each map; parts name it by its number.
+    """
+
+    def __init__(self) -> None:
+        self.data: list[dict[str, Any]] = []
+        self._numbers: dict[int, tuple[Heights, int]] = {}
+
+    def number(self, heights: Heights) -> int:
+        """The number of a map, which is added where no equal one is there."""
+        if id(heights) not in self._numbers:
+            data = _packed(heights)
+            if data not in self.data:
+                self.data.append(data)
+            # The map is kept as well, so that no other one gets its id.
+            self._numbers[id(heights)] = heights, self.data.index(data)
+        return self._numbers[id(heights)][1]
+
+
+def ground_data(
+    scene: Scene, maps: GroundMaps, passing: Iterable[FramePath] = ()
+) -> dict[str, list[dict[str, Any]]]:
+    """The parts of a scene whose triangles the browser makes.
+
+    Args:
+        scene: the scene.
+        maps: takes the height maps.
+        passing: frames that are left out, since they are shown for some time only.
 
     Returns:
         ``heights``: of each map its ``shape``, ``step``, ``origin``, and ``z``: numbers of 16 bits,
         little-endian, in base64; a height is ``low + unit * number``, and :data:`UNKNOWN` none.
         ``reliefs`` and ``draped`` are the parts of the scene that lie on the map with the number
-        ``heights``, and ``dots`` single points; each has its ``frame``.
+        ``heights``, ``dots`` single points, ``solids`` tubes and polygons; each has its ``frame``.
     """
-    maps: list[dict[str, Any]] = []
-    found: dict[str, list[dict[str, Any]]] = {"reliefs": [], "draped": [], "dots": []}
+    found: dict[str, list[dict[str, Any]]] = {name: [] for name in KINDS.values()}
+    hidden = set(passing)
     for node in scene.nodes:
+        if node.path in hidden:
+            continue
         for part in node.parts:
-            look, shape = part.appearance, part.shape
-            of = {"frame": list(node.path), "colour": look.colour, "opacity": look.opacity,
-                  "layer": look.layer}  # fmt: skip
-            if isinstance(shape, Relief):
-                of |= {"heights": _numbered(shape.heights, maps), **_colours(shape)}
-                found["reliefs"].append(of)
-            elif isinstance(shape, Draped):
-                places = [np.round(p, DIGITS).tolist() for p in shape.polygons]
-                of |= {"heights": _numbered(shape.heights, maps), "polygons": places}
-                found["draped"].append(of)
-            elif isinstance(shape, Dots):
-                of |= {"size": shape.size, "points": _text(shape.points, "<f4")}
-                found["dots"].append(of)
-    return {"heights": maps, **found}
+            data = part_data(part, maps)
+            if data is not None:
+                found[KINDS[data["kind"]]].append({"frame": list(node.path), **data})
+    return {"heights": maps.data, **found}
 
 
-def _numbered(heights: Heights, maps: list[dict[str, Any]]) -> int:
-    """The number of a map in ``maps``, to which it is added where no equal one is there."""
-    data = _packed(heights)
-    if data not in maps:
-        maps.append(data)
-    return maps.index(data)
+def part_data(part: Part, maps: GroundMaps) -> dict[str, Any] | None:
+    """A part as data; ``None`` where meshcat's viewer is given its triangles."""
+    look, shape = part.appearance, part.shape
+    of: dict[str, Any] = {"colour": look.colour, "opacity": look.opacity, "layer": look.layer}
+    if isinstance(shape, Relief):
+        of |= {"kind": "relief", "heights": maps.number(shape.heights), **_colours(shape)}
+    elif isinstance(shape, Draped):
+        places = [np.round(p, DIGITS).tolist() for p in shape.polygons]
+        of |= {"kind": "draped", "heights": maps.number(shape.heights), "polygons": places}
+    elif isinstance(shape, Dots):
+        of |= {"kind": "dots", "size": shape.size, "points": as_text(shape.points, "<f4")}
+    elif isinstance(shape, Tubes):
+        of |= {"kind": "tubes", "lit": look.lit, "radius": shape.radius,
+               "counts": [len(line) for line in shape.lines],
+               "points": packed(np.concatenate(shape.lines), 10.0**-DIGITS)}  # fmt: skip
+    elif isinstance(shape, Polygon):
+        of |= {"kind": "polygon", "lit": look.lit, "width": shape.border,
+               "counts": [len(shape.vertices)],
+               "points": packed(shape.vertices, 10.0**-DIGITS)}  # fmt: skip
+    else:
+        return None
+    return of
 
 
 def _packed(heights: Heights) -> dict[str, Any]:
@@ -72,7 +123,7 @@ def _packed(heights: Heights) -> dict[str, Any]:
         "origin": list(heights.origin),
         "low": low,
         "unit": unit,
-        "z": _text(z, "<u2"),
+        "z": as_text(z, "<u2"),
     }
 
 
@@ -80,9 +131,4 @@ def _colours(relief: Relief) -> dict[str, Any]:
     """The codes of a relief with their colours; nothing where it is coloured by height."""
     if relief.codes is None:
         return {}
-    return {"codes": _text(relief.codes, "u1"), "palette": list(relief.palette)}
-
-
-def _text(numbers: Any, kind: str) -> str:
-    """Numbers of a ``kind`` of NumPy, row by row, in base64."""
-    return base64.b64encode(np.asarray(numbers).astype(kind).tobytes()).decode("ascii")
+    return {"codes": as_text(relief.codes, "u1"), "palette": list(relief.palette)}

@@ -55,7 +55,9 @@
   camera.fov = 32;
   camera.near = 0.05;
   camera.far = 400;
-  drawGround(THREE, viewer, data.ground);
+  const meshOf = drawGround(THREE, viewer, data.ground);
+  const move = makeMotion(THREE, viewer, data.tracks);
+  const pass = makePassing(THREE, viewer, data.passing, meshOf);
   controls.maxDistance = 60;
   controls.maxPolarAngle = 0.49 * Math.PI;
   const follower = data.follow
@@ -137,19 +139,7 @@
   // ---- time
   const hash = new URLSearchParams(location.hash.slice(1));
   const state = { time: 0, playing: false, speed: data.speed, follow: false };
-  const actions = viewer.animator.actions;
-  actions.forEach((action) => action.play());
   const starts = data.captions.map((m) => m[0]);
-
-  // How many of ascending times have come.
-  function countUpTo(times, time) {
-    let low = 0, high = times.length;
-    while (low < high) {
-      const middle = (low + high) >> 1;
-      if (times[middle] <= time) low = middle + 1; else high = middle;
-    }
-    return low;
-  }
 
   const captionAt = (time) => Math.max(0, countUpTo(starts, time) - 1);
 
@@ -160,7 +150,8 @@
 
   function seek(time) {
     state.time = Math.min(Math.max(time, 0), data.duration);
-    viewer.animator.seek(state.time);
+    move(state.time);
+    pass(state.time);
     if (follower) {
       whereIsIt(place);
       if (state.follow) {
@@ -277,7 +268,7 @@
   setFollow(hash.has("follow"));
   paintStrip();
   setPlaying(!hash.has("paused"));
-  window.gaitopt = { state, seek, setPlaying, setSpeed, setFollow, draw, viewer };
+  window.gaitopt = { state, seek, setPlaying, setSpeed, setFollow, draw, viewer, pass };
   requestAnimationFrame(frame);
   requestAnimationFrame(() => { document.body.dataset.ready = "yes"; });
 })();

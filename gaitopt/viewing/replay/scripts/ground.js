@@ -6,8 +6,6 @@ const drawGround = (() => {
   const LOW = [0.66, 0.72, 0.76], HIGH = [0.96, 0.93, 0.86];
   const WALL = 0.05, LIFT = 0.0006, GRID = 0.1, INK = 0x46525e;
 
-  const bytesOf = (text) => Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
-
   function heightsOf({ shape: [nx, ny], step, origin: [x0, y0], low, unit, z: text }) {
     const bytes = bytesOf(text), z = new Float32Array(nx * ny);
     let bottom = Infinity, top = -Infinity;
@@ -183,11 +181,20 @@ const drawGround = (() => {
     return new THREE.Points(geometry, new THREE.PointsMaterial({ size, color: colour }));
   }
 
+  // Adds what the page holds, and returns a function that makes the mesh of a part.
   return (THREE, viewer, ground) => {
     const maps = ground.heights.map(heightsOf);
-    const add = (frame, mesh) => viewer.scene_tree.find(frame).object.add(mesh);
-    for (const one of ground.reliefs) add(one.frame, reliefOf(THREE, maps[one.heights], one));
-    for (const one of ground.draped) add(one.frame, drapedOf(THREE, maps[one.heights], one));
-    for (const one of ground.dots) add(one.frame, dotsOf(THREE, viewer.camera.fov, one));
+    const kinds = {
+      relief: (part) => reliefOf(THREE, maps[part.heights], part),
+      draped: (part) => drapedOf(THREE, maps[part.heights], part),
+      dots: (part) => dotsOf(THREE, viewer.camera.fov, part),
+      tubes: (part) => solidOf(THREE, part),
+      polygon: (part) => solidOf(THREE, part),
+    };
+    const meshOf = (part) => kinds[part.kind](part);
+    for (const list of [ground.reliefs, ground.draped, ground.dots, ground.solids]) {
+      for (const part of list) viewer.scene_tree.find(part.frame).object.add(meshOf(part));
+    }
+    return meshOf;
   };
 })();
