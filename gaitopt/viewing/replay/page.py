@@ -8,7 +8,7 @@ import json
 from dataclasses import asdict, dataclass, field
 from functools import lru_cache
 from importlib import resources
-from typing import Any
+from typing import Any, Literal
 
 from gaitopt.viewing.replay.ground.encoding import GroundMaps, ground_data
 from gaitopt.viewing.replay.passing import passing_data, passing_paths
@@ -59,7 +59,10 @@ class Caption:
 
 @dataclass(frozen=True)
 class Label:
-    """A name above a frame of the scene, with the number of steps that are done below it.
+    """A name above a frame of the scene.
+
+    That of a ``"runner"`` has the number of steps that are done below it, a ``"foot"`` has a short
+    name, and an ``"event"`` is there from its time on.
 
     Attributes:
         frame: the frame, for instance ``"/robot/base"``.
@@ -69,15 +72,17 @@ class Label:
         landings: touchdown of each step, ascending [s].
         result: text that replaces the number of steps from ``since`` on, in one line or more.
         since: time [s].
+        kind: what the name is of.
     """
 
     frame: str
     lift: float
     name: str
     colour: str
-    landings: tuple[float, ...]
-    result: str
-    since: float
+    landings: tuple[float, ...] = ()
+    result: str = ""
+    since: float = 0.0
+    kind: Literal["runner", "foot", "event"] = "runner"
 
 
 @dataclass(frozen=True)

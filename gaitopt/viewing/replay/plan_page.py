@@ -8,14 +8,11 @@ from dataclasses import replace as changed
 import numpy as np
 
 from gaitopt.conventions import LEGS
-from gaitopt.errors import InputError
 from gaitopt.files import StrPath
 from gaitopt.inputs import check_kind
-from gaitopt.motion.path import MotionPath
 from gaitopt.plan.phase import Phase
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.trajectory import Trajectory
-from gaitopt.robots.rotations import quaternion_to_rpy
 from gaitopt.viewing.colours import HELD, LEG_COLOURS
 from gaitopt.viewing.ground_search import GroundSearch
 from gaitopt.viewing.replay.camera import robot_size, view_sphere
@@ -28,7 +25,9 @@ from gaitopt.viewing.replay.ground.ground_scene import (
 from gaitopt.viewing.replay.ground.search_scene import SEARCH, TRIED, search_scene
 from gaitopt.viewing.replay.ground.window import GroundWindow, ground_window
 from gaitopt.viewing.replay.obstacle_scene import obstacle_scene
-from gaitopt.viewing.replay.page import Caption, Page, Switch
+from gaitopt.viewing.replay.page import Caption, Label, Page, Switch
+from gaitopt.viewing.replay.physics.happened import Happened, SimulatedWalk, what_happened
+from gaitopt.viewing.replay.physics.missed_scene import ALARM, missed_scene
 from gaitopt.viewing.replay.robot_scene import robot_scene
 from gaitopt.viewing.replay.scene import Scene, joined
 from gaitopt.viewing.replay.standing_scene import STANDING, standing_scene
@@ -38,31 +37,47 @@ from gaitopt.viewing.replay.terrain_scene import samples_of, swings_scene, terra
 GHOST = 0.25
 """Opacity of the planned robot beside a simulated one."""
 
-SIMULATED_EVERY = 0.05
-"""Least time between two samples of a simulated motion that are shown [s]: a page stays small."""
+AFTER_A_FALL = 2.0
+"""How long a robot that fell is shown lying [s]."""
 
 
 def plan_scene(
     plan: Plan,
     meshes: bool | StrPath = False,
-    simulated: Trajectory | None = None,
+    simulated: Trajectory | SimulatedWalk | None = None,
     search: GroundSearch | None = None,
 ) -> Scene:
     """All that a replay shows, as frames and keyframes."""
     check_kind("plan", plan, Plan)
-    samples, window = samples_of(plan), ground_window(plan)
+    real = None if simulated is None else what_happened(plan, simulated)
+    return _scene(plan, real, meshes, search)
+
+
+def _scene(
+    plan: Plan, real: Happened | None, meshes: bool | StrPath, search: GroundSearch | None
+) -> Scene:
+    """Ground and ways of the plan, and what stands and moves: as planned, or as it happened."""
+    window, walk = ground_window(plan), plan if real is None else real.walk
     heights = None if window is None else window.heights
+    samples = samples_of(walk)
     scenes = [
         *_ground(plan, window, search),
         obstacle_scene(plan.settings.obstacles),
-        swings_scene(plan, samples),
-        support_scene(plan, samples, heights=heights),
-        standing_scene(plan, heights=heights),
+        swings_scene(plan, samples if real is None else samples_of(plan)),
+        support_scene(walk, samples, heights=heights),
+        standing_scene(walk, heights=heights),
     ]
-    if simulated is None:
+    if real is None:
         return joined([*scenes, robot_scene(plan, meshes)])
-    real = robot_scene(simulated_plan(plan, simulated), meshes, ("simulated",))
-    return joined([*scenes, _ghost(robot_scene(plan, meshes)), real])
+    shown = joined([
+        *scenes,
+        missed_scene(plan, real.missed),
+        _ghost(robot_scene(real.ghost, meshes)),
+        robot_scene(real.walk, meshes, ("simulated",)),
+    ])  # fmt: skip
+    # The plan goes on after a fall, but the page does not.
+    end = real.walk.duration if real.fell is None else real.fell + AFTER_A_FALL
+    return changed(shown, duration=end)
 
 
 def _ground(
@@ -80,31 +95,11 @@ def _ground(
         yield search_scene(search, window.heights, plan.robot.foot_radius)
 
 
-def simulated_plan(plan: Plan, simulated: Trajectory) -> Plan:
-    """``plan`` with another motion, so that what draws plans draws it; its phases stay.
-
-    Raises:
-        InputError: the motion is another robot's.
-    """
-    if simulated.joint_names != plan.robot.joint_names:
-        raise InputError(
-            f"the simulated motion has the joints {', '.join(simulated.joint_names)}, the plan's "
-            f"robot has {', '.join(plan.robot.joint_names)}"
-        )
-    keep = np.unique(np.searchsorted(
-        simulated.t, np.append(np.arange(0.0, simulated.t[-1], SIMULATED_EVERY), simulated.t[-1])
-    ))  # fmt: skip
-    q, times = simulated.q[keep], simulated.t[keep] - simulated.t[0]
-    turned = np.unwrap(quaternion_to_rpy(q[:, 3:7]), axis=0)
-    values = np.concatenate([q[:, :3], turned, q[:, 7:]], axis=1)
-    return changed(plan, path=MotionPath.polyline(times, values))
-
-
 def plan_page(
     plan: Plan,
     title: str | None = None,
     meshes: bool | StrPath = False,
-    simulated: Trajectory | None = None,
+    simulated: Trajectory | SimulatedWalk | None = None,
     search: GroundSearch | None = None,
 ) -> Page:
     """A plan's scene with its heading, legend and phases."""
@@ -116,28 +111,33 @@ def plan_page(
     ]
     if np.isfinite(plan.margin) or not plan.settings.static:
         facts.append(_balance(plan))
-    if simulated is not None:
-        facts.append("solid: simulated in physics; ghost: planned")
-    scene = plan_scene(plan, meshes, simulated, search)
+    real = None if simulated is None else what_happened(plan, simulated)
+    if real is not None:
+        facts += filter(None, ["solid: what happened in physics; pale: the plan", real.told])
+    scene = _scene(plan, real, meshes, search)
     legend = [*((leg, LEG_COLOURS[leg]) for leg in LEGS), ("support less margin", INSIDE)]
+    if real is not None and real.missed:
+        legend.append(("footholds that were missed", ALARM))
     switches = _switches(scene)
     if any(s.frame == "/".join(STANDING) for s in switches):
         legend.append(("where forces hold the centre of mass", HELD))
     window = ground_window(plan)
     size = robot_size(plan)
+    base = "/robot/base" if real is None else "/simulated/base"
     return Page(
         scene=scene,
         title=plan.robot.name if title is None else str(title),
         facts=(*facts, *(() if window is None else window.notes)),
         legend=tuple(legend),
-        captions=_captions(plan),
+        captions=_captions(plan if real is None else real.walk, real),
         centre=centre,
         radius=radius,
         heading=heading,
-        follow="/robot/base" if simulated is None else "/simulated/base",
+        follow=base,
         follow_radius=size,
         follow_drop=None if window is None else 0.5 * size,
         switches=switches,
+        labels=() if real is None or real.fell is None else (_fall(real, base, size),),
     )
 
 
@@ -187,15 +187,27 @@ def _balance(plan: Plan) -> str:
     return f"ZMP at most {-1e3 * zmp:.1f} mm off its support"
 
 
-def _captions(plan: Plan) -> tuple[Caption, ...]:
+def _fall(real: Happened, base: str, size: float) -> Label:
+    """What is written above a robot once it has fallen."""
+    word = "fell" if real.result is not None else "ended"
+    return Label(base, 0.4 * size, f"{word} at {real.fell:.1f} s", ALARM, kind="event",
+                 since=real.fell or 0.0)  # fmt: skip
+
+
+def _captions(plan: Plan, real: Happened | None) -> tuple[Caption, ...]:
     count = plan.footholds.steps
-    return tuple(
+    found = [
         Caption(p.start, _label(p, count), LEG_COLOURS[p.leg] if len(p.flying) == 1 else "")
         for p in plan.phases if p.duration > 0
-    )  # fmt: skip
+    ]  # fmt: skip
+    if real is not None and real.fell is not None:
+        found.append(Caption(real.fell, real.told, ALARM))
+    return tuple(found)
 
 
 def _label(phase: Phase, steps: int) -> str:
+    if not phase.support:
+        return f"no foot on the ground, step {phase.step + 1} of {steps}"
     if phase.kind == "swing":
         doing = f"swing {' '.join(phase.flying)}"
     else:

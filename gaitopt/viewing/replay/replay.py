@@ -13,6 +13,7 @@ from gaitopt.plan.plan import Plan
 from gaitopt.plan.trajectory import Trajectory
 from gaitopt.viewing.ground_search import GroundSearch
 from gaitopt.viewing.replay.page import render
+from gaitopt.viewing.replay.physics.happened import SimulatedWalk
 from gaitopt.viewing.replay.plan_page import plan_page
 
 
@@ -22,7 +23,7 @@ def replay(
     *,
     title: str | None = None,
     meshes: bool | StrPath = False,
-    simulated: Trajectory | None = None,
+    simulated: Trajectory | SimulatedWalk | None = None,
     search: GroundSearch | None = None,
 ) -> Path:
     """Write a plan as one HTML file that plays in any browser, without a network.
@@ -44,8 +45,10 @@ def replay(
         meshes: for robots whose URDF names mesh files. ``False`` draws them as tubes along their
             joints, in about 1 MB. ``True`` embeds example-robot-data's meshes; a folder embeds the
             meshes found in it (up to tens of MB), and leaves out links whose meshes are missing.
-        simulated: the same robot's motion in physics, ``gaitopt.simulate(plan).motion``. It is
-            shown in full, sampled twenty times a second, and the plan's robot as a ghost.
+        simulated: the same plan in physics, the result of ``gaitopt.simulate(plan)`` (or its
+            ``motion``, without verdict, torques and forces). It is shown in full, sampled twenty
+            times a second, and the plan's robot as a ghost beside it. Support polygons, captions
+            and curves are those of what happened; a fall and missed footholds are marked.
         search: for the footholds of the plan, over its height map: what it tried is shown, and the
             way that it was asked for.
 
@@ -68,7 +71,7 @@ def show(
     *,
     title: str | None = None,
     meshes: bool | StrPath = False,
-    simulated: Trajectory | None = None,
+    simulated: Trajectory | SimulatedWalk | None = None,
     search: GroundSearch | None = None,
 ) -> Any:
     """The replay inside a Jupyter notebook; see :func:`replay`.
@@ -123,7 +126,7 @@ def replay_html(
     *,
     title: str | None = None,
     meshes: bool | StrPath = False,
-    simulated: Trajectory | None = None,
+    simulated: Trajectory | SimulatedWalk | None = None,
     search: GroundSearch | None = None,
 ) -> str:
     """The text of :func:`replay`'s file."""

@@ -111,7 +111,7 @@
     const box = document.createElement("div"), name = document.createElement("b");
     const below = document.createElement("span");
     name.append(dot(label.colour), label.name);
-    box.className = "label";
+    box.className = label.kind === "runner" ? "label" : `label ${label.kind}`;
     box.append(name, below);
     el("scene").append(box);
     const frame = viewer.scene_tree.find(label.frame.split("/").filter(Boolean)).object;
@@ -128,8 +128,9 @@
       const x = (place.x + 1) / 2 * window.innerWidth, y = (1 - place.y) / 2 * window.innerHeight;
       box.style.transform = `translate(${x}px, ${y}px) translate(-50%, -100%)`;
       box.style.zIndex = String(Math.round(1e6 * (1 - place.z)));
-      box.hidden = place.z > 1;
       const done = state.time >= label.since;
+      box.hidden = place.z > 1 || label.kind === "event" && !done;
+      if (label.kind !== "runner") continue;
       box.classList.toggle("done", done);
       below.textContent = done ? label.result
         : `${countUpTo(label.landings, state.time)} of ${label.landings.length} steps`;

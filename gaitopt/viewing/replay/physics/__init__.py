@@ -1,0 +1,1 @@
+"""What happened when a plan was walked in physics, for its replay."""
