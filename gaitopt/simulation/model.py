@@ -17,11 +17,11 @@ import numpy as np
 from gaitopt.control.gains import ControlGains
 from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.errors import MissingPackageError, RobotError
+from gaitopt.robots.files.mjcf.bare_urdf import bare_urdf
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.simulation.ground import add_ground
 from gaitopt.simulation.settings import SimulationSettings
 from gaitopt.simulation.shapes import FOOT, add_shapes, has_own_feet
-from gaitopt.simulation.urdf import bare_urdf
 from gaitopt.terrain.footholds import Footholds
 
 AGREEMENT = 1e-6

@@ -7,8 +7,7 @@ and the URDF's kinematics and masses are compared with MuJoCo's.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -17,10 +16,10 @@ import numpy as np
 
 from gaitopt.conventions import FloatArray
 from gaitopt.errors import MissingPackageError, RobotError
-from gaitopt.files import silenced_stderr
 from gaitopt.robots.files.meshes import MeshFinder
 from gaitopt.robots.files.mjcf.actuators import motor_of
 from gaitopt.robots.files.mjcf.check import check_agreement
+from gaitopt.robots.files.mjcf.compiled import compiled
 from gaitopt.robots.files.mjcf.links import (
     BALL,
     FREE,
@@ -60,7 +59,7 @@ def read_mjcf(
             f"{label} is MJCF; reading it needs the package mujoco: pip install 'gaitopt[sim]'"
         ) from error
     cleaned = MjcfText(text, label, folder, MeshFinder(folder, options.package_folders))
-    model = _compiled(mujoco, cleaned, label)
+    model = compiled(mujoco, cleaned, label)
     writer = _Writer(mujoco, model, cleaned, label)
     written = writer.write()
     try:
@@ -72,32 +71,6 @@ def read_mjcf(
     same = options.masses is None
     check_agreement(mujoco, model, writer.base, urdf, notes.locked, label, masses=same)
     return urdf, notes
-
-
-def _compiled(mujoco: Any, cleaned: MjcfText, label: str) -> Any:
-    """MuJoCo's model; raises RobotError where there is none."""
-    words = ""
-    for hulls in (False, True):
-        if hulls:
-            cleaned.take_hulls()
-        try:
-            with silenced_stderr(), _without_log(mujoco):
-                return mujoco.MjSpec.from_string(cleaned.text()).compile()
-        except Exception as error:  # MuJoCo raises errors of several kinds
-            words = words or " ".join(str(error).split())[:300]
-    lost = f" (meshes that are missing: {first_of(cleaned.missing)})" if cleaned.missing else ""
-    raise RobotError(f"{label}: MuJoCo cannot read this MJCF: {words}{lost}")
-
-
-@contextmanager
-def _without_log(mujoco: Any) -> Iterator[None]:
-    """Keep MuJoCo from writing its warnings into a file in the current folder."""
-    before = mujoco.get_mju_user_warning()
-    mujoco.set_mju_user_warning(lambda message: None)
-    try:
-        yield
-    finally:
-        mujoco.set_mju_user_warning(before)
 
 
 class _Writer:
