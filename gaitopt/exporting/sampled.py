@@ -17,8 +17,8 @@ from gaitopt.exporting.at_rest import REST
 from gaitopt.exporting.joint_order import JointOrder
 from gaitopt.inputs import check_number
 from gaitopt.plan.contact_forces import contact_forces
-from gaitopt.plan.plan import MAX_SAMPLES, Plan
-from gaitopt.plan.trajectory import Trajectory
+from gaitopt.plan.plan import Plan
+from gaitopt.plan.trajectory import MAX_SAMPLES, Trajectory
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,17 +15,11 @@ from gaitopt.inputs import check_kind
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.trajectory import Trajectory
 
-_BASE = ("base_x", "base_y", "base_z", "base_qx", "base_qy", "base_qz", "base_qw")
-_TWIST = ("base_vx", "base_vy", "base_vz", "base_wx", "base_wy", "base_wz")
-
 
 def export_csv(plan: Plan, path: StrPath, dt: float | None = None) -> None:
     """Write the sampled motion as CSV: a header of names, then one line for each sample.
 
-    Columns: ``t`` [s]; base position [m] and quaternion (xyzw); each joint's angle [rad] under its
-    name; base twist in the base's frame [m/s, rad/s]; each joint's velocity [rad/s] as
-    ``<joint>_velocity``; the body centre ``cog_x`` ... [m]; for each leg ``<leg>_contact`` (0 or 1)
-    and its foot ``<leg>_x`` ... [m].
+    The columns are those of :meth:`gaitopt.Trajectory.table`.
 
     Args:
         plan: the plan.
@@ -50,16 +44,7 @@ def write_table(source: Source, path: Path, dt: float | None = None) -> Exported
 
 
 def _write_table(motion: Trajectory, order: JointOrder, path: StrPath) -> None:
-    joints = order.names
-    header = ["t", *_BASE, *joints, *_TWIST, *(f"{j}_velocity" for j in joints)]
-    header += [f"cog_{axis}" for axis in "xyz"]
-    header += [f"{leg}_contact" for leg in motion.legs]
-    header += [f"{leg}_{axis}" for leg in motion.legs for axis in "xyz"]
-    numbers = np.column_stack(
-        [motion.t, motion.q[:, :7], motion.q[:, 7 + order.columns], motion.v[:, :6],
-         motion.v[:, 6 + order.columns], motion.cog, motion.contacts,
-         motion.feet.reshape(len(motion), -1)]
-    )  # fmt: skip
+    header, numbers = motion.table(order.names, order.columns)
     with written_whole(path) as stream:
         csv.writer(stream, lineterminator="\n").writerow(header)
         np.savetxt(stream, numbers, fmt="%.12g", delimiter=",")

@@ -6,7 +6,6 @@ import json
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from numbers import Real
 from typing import Any
 
 import numpy as np
@@ -23,15 +22,13 @@ from gaitopt.plan.phase import Phase, Swing, _phase_from_dict, _phase_to_dict, f
 from gaitopt.plan.record import PlanRecord, record_from_dict
 from gaitopt.plan.settings.base import PlanSettings
 from gaitopt.plan.settings.by_name import settings_from_dict
-from gaitopt.plan.trajectory import Trajectory
+from gaitopt.plan.trajectory import Trajectory, sample_times
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.rotations import rpy_to_matrix
 from gaitopt.robots.whole_body import configuration, feet_in_body
 from gaitopt.robots.whole_body_rates import base_twist
 from gaitopt.terrain.footholds import Footholds
 
-MAX_SAMPLES = 20_000_000
-"""Most samples that :meth:`Plan.sample` makes."""
 SLOWEST = 1000.0
 """Largest factor of :meth:`Plan.slowed`: more is a mistake in the unit."""
 
@@ -132,16 +129,17 @@ class Plan:
         Raises:
             InputError: ``dt`` is not a positive time, or asks for too many samples.
         """
-        if isinstance(dt, bool) or not isinstance(dt, Real) or not 0 < dt < np.inf:
-            raise InputError(f"dt must be a positive time in seconds, got {dt!r}")
-        if self.duration / dt > MAX_SAMPLES:
-            raise InputError(
-                f"dt = {dt:g} s asks for {self.duration / dt:.3g} samples of {self.duration:.1f} "
-                f"s; at most {MAX_SAMPLES:.0e} are made, so take dt >= "
-                f"{self.duration / MAX_SAMPLES:.2g} s"
-            )
-        count = int(np.ceil(self.duration / dt - 1e-9))
-        return self.at(np.append(np.arange(count) * float(dt), self.duration))
+        return self.at(sample_times(self.duration, dt))
+
+    def to_dataframe(self, dt: float = 0.01) -> Any:
+        """The motion every ``dt`` seconds as a ``pandas.DataFrame``; see
+        :meth:`Trajectory.to_dataframe`.
+
+        Raises:
+            InputError: as for :meth:`sample`.
+            MissingPackageError: pandas is not installed.
+        """
+        return self.sample(dt).to_dataframe()
 
     def knots(self) -> Trajectory:
         """The motion at the path's own knots.

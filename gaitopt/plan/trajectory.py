@@ -3,11 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from numbers import Real
+from typing import Any
 
 import numpy as np
 
 from gaitopt.conventions import BoolArray, FloatArray
+from gaitopt.errors import InputError, MissingPackageError
 from gaitopt.inputs import check_kind
+
+MAX_SAMPLES = 20_000_000
+"""Most samples of a plan that are made."""
+_BASE = ("base_x", "base_y", "base_z", "base_qx", "base_qy", "base_qz", "base_qw")
+_TWIST = ("base_vx", "base_vy", "base_vz", "base_wx", "base_wy", "base_wz")
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,3 +52,65 @@ class Trajectory:
 
     def __len__(self) -> int:
         return len(self.t)
+
+    def table(
+        self, names: tuple[str, ...] | None = None, columns: np.ndarray | None = None
+    ) -> tuple[list[str], FloatArray]:
+        """The motion as names of columns, and a table of numbers ``(N, columns)``.
+
+        Columns: ``t`` [s]; base position [m] and quaternion (xyzw); each joint's angle [rad] under
+        its name; base twist in the base's frame [m/s, rad/s]; each joint's velocity [rad/s] as
+        ``<joint>_velocity``; the body centre ``cog_x`` ... [m]; for each leg ``<leg>_contact`` (0
+        or 1) and its foot ``<leg>_x`` ... [m].
+
+        Args:
+            names: of the joints in the table.
+            columns: their places in :attr:`joint_names`; all of these by default.
+        """
+        names = self.joint_names if names is None else names
+        columns = np.arange(len(names)) if columns is None else columns
+        header = ["t", *_BASE, *names, *_TWIST, *(f"{name}_velocity" for name in names)]
+        header += [f"cog_{axis}" for axis in "xyz"]
+        header += [f"{leg}_contact" for leg in self.legs]
+        header += [f"{leg}_{axis}" for leg in self.legs for axis in "xyz"]
+        numbers = np.column_stack(
+            [self.t, self.q[:, :7], self.q[:, 7 + columns], self.v[:, :6], self.v[:, 6 + columns],
+             self.cog, self.contacts, self.feet.reshape(len(self), -1)]
+        )  # fmt: skip
+        return header, numbers
+
+    def to_dataframe(self) -> Any:
+        """A ``pandas.DataFrame`` with the columns of :meth:`table`; its index is the time.
+
+        Contacts are true or false. ``.to_xarray()`` of pandas makes a ``xarray.Dataset`` of it.
+
+        Raises:
+            MissingPackageError: pandas is not installed.
+        """
+        try:
+            import pandas
+        except ImportError as error:
+            raise MissingPackageError(
+                "a data frame needs the package pandas: pip install 'gaitopt[learning]'"
+            ) from error
+        header, numbers = self.table()
+        frame = pandas.DataFrame(numbers, columns=header).set_index("t")
+        return frame.astype({f"{leg}_contact": bool for leg in self.legs})
+
+
+def sample_times(duration: float, dt: float) -> FloatArray:
+    """Every ``dt`` seconds from 0, and the very end ``(N,)`` [s].
+
+    Raises:
+        InputError: ``dt`` is not a positive time, or asks for too many samples.
+    """
+    if isinstance(dt, bool) or not isinstance(dt, Real) or not 0 < dt < np.inf:
+        raise InputError(f"dt must be a positive time in seconds, got {dt!r}")
+    if duration / dt > MAX_SAMPLES:
+        raise InputError(
+            f"dt = {dt:g} s asks for {duration / dt:.3g} samples of {duration:.1f} "
+            f"s; at most {MAX_SAMPLES:.0e} are made, so take dt >= "
+            f"{duration / MAX_SAMPLES:.2g} s"
+        )
+    count = int(np.ceil(duration / dt - 1e-9))
+    return np.append(np.arange(count) * float(dt), duration)
