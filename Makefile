@@ -28,7 +28,7 @@ $(VENV)/.test: $(VENV)/.walk
 	@touch $@
 
 walk: $(VENV)/.walk
-	$(BIN)/gaitopt walk
+	$(BIN)/gaitopt walk --out out --overwrite
 
 # The browser shows replays to the tests; without one (or without root) those tests say so.
 browser:

@@ -98,19 +98,26 @@ class Certificate:
         from rich.markup import escape
         from rich.table import Table
 
-        table = Table(title=f"{self.robot}: {self.outcome}, judged at every instant",
-                      caption=f"{self.samples} configurations by Pinocchio, bounds in between; "
-                      f"URDF {self.sha256[:12]}")  # fmt: skip
-        for header in ("check", "verdict", "worst", "limit", "bound used", "when [s]", "where"):
+        told = [f"{c.name}: {c.note}" for c in self.checks if c.status is Verdict.UNCHECKED]
+        samples = (
+            f"{self.samples} configurations by Pinocchio, bounds in between; "
+            f"URDF {self.sha256[:12]}"
+        )
+        table = Table(
+            title=f"{escape(self.robot)}: {self.outcome}, judged at every instant",
+            caption=escape("\n".join([*told, samples])), caption_justify="left",
+        )  # fmt: skip
+        for header in ("check", "verdict", "worst", "limit", "where"):
             table.add_column(escape(header))
         for c in self.checks:
-            if c.status is Verdict.UNCHECKED:
-                table.add_row(c.name, str(c.status), "", "", "", "", c.note)
-                continue
             status = str(c.status) if c.promised else f"{c.status} (not promised)"
+            if c.status is Verdict.UNCHECKED:
+                table.add_row(c.name, str(c.status))
+                continue
+            when = "" if isnan(c.when) else f"{c.when:.3f} s; "
             table.add_row(
-                c.name, status, f"{c.worst:.6g} {c.unit}", f"{c.sense} {c.limit:.6g}",
-                f"{c.bound:.2g}", "" if isnan(c.when) else f"{c.when:.3f}", c.about,
+                c.name, status, f"{c.worst:.3g} {c.unit}", f"{c.sense} {c.limit:.3g}",
+                escape(f"{when}{c.about}"),
             )  # fmt: skip
         return table
 

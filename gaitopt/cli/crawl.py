@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from rich.markup import escape
+import typer
 
+from gaitopt.cli.grouped_options import takes_options
 from gaitopt.cli.options import (
     AccelerationOption,
     ComOption,
@@ -17,10 +18,10 @@ from gaitopt.cli.options import (
     HeadingOption,
     HeightOption,
     HorizonOption,
+    JsonOption,
     MarginOption,
     Objective,
     ObjectiveOption,
-    OutOption,
     ReachOption,
     SeedOption,
     SeedsOption,
@@ -30,26 +31,35 @@ from gaitopt.cli.options import (
     Timing,
     TimingOption,
 )
+from gaitopt.cli.results.deliver import FIGURES, PLAN, Delivery, deliver
+from gaitopt.cli.results.options import Results, result_options
+from gaitopt.cli.results.report import Report
+from gaitopt.cli.results.run_folder import run_folder
 from gaitopt.cli.robot_options import RobotChoice, takes_robot
 from gaitopt.cli.support import (
     drawable,
     force_limits,
     load_inputs,
-    make_folder,
     parse_speed,
     plan_options,
-    print_files,
     progress_bar,
     random_terrain,
+    run_name,
     summarise,
-    terminal,
 )
 from gaitopt.errors import InputError
 
+if TYPE_CHECKING:
+    from gaitopt.plan.plan import Plan
+    from gaitopt.studies.compare import Comparison
+    from gaitopt.terrain.footholds import Footholds
+
 
 @takes_robot("wang2020")
+@takes_options("results", result_options)
 def walk(
     robot: RobotChoice,
+    results: Results,
     footholds: FootholdsOption = None,
     seed: SeedOption = None,
     objective: ObjectiveOption = Objective.distance,
@@ -67,17 +77,17 @@ def walk(
     horizon: HorizonOption = None,
     timing: TimingOption = Timing.forces,
     friction: FrictionOption = None,
-    out: OutOption = Path("out"),
 ) -> None:
-    """Plan a walk, compare it with the paper's baselines, and write plan, replay and figures."""
-    from gaitopt.plan.com_margin import com_margin
+    """Plan a walk, compare it with the paper's baselines, and write plan, replay and figures.
+
+    Exit code 1 where the certificate finds a promise violated, or physics fails (--simulate).
+    """
     from gaitopt.planners.crawl import plan_crawl
-    from gaitopt.planners.phase_by_phase.planner import plan_touches
-    from gaitopt.studies.compare import compare as run_comparison
-    from gaitopt.viewing.figures.crawl_figures import save_figures
-    from gaitopt.viewing.replay.replay import replay as write_replay
 
     model, places = load_inputs(robot, footholds, seed)
+    name = run_name("walk", model, footholds, seed)
+    folder = run_folder(results.out, name, results.overwrite, ("walk.html", PLAN, FIGURES))
+    report = Report(results.as_json, {"command": "walk"})
     options = plan_options(
         stability_margin, body_height, swing_height, sequence, reach_fraction, heading,
         follow_terrain,
@@ -89,35 +99,50 @@ def walk(
             horizon=horizon, timing=timing.value, forces=force_limits(friction), progress=tick,
             **options,
         )  # fmt: skip
-    # The baselines walk at the same body height and in the same order of legs.
+    comparison = None if results.fast else _baselines(plan, places, options)
+    told = _told(plan, comparison, objective, report)
+    walked = Delivery(
+        plan, summarise(plan), "walk.html", lambda to: _figures(plan, comparison, to), told=told
+    )
+    raise typer.Exit(deliver(walked, folder, results, report))
+
+
+def _baselines(plan: Plan, places: Footholds, options: dict[str, Any]) -> Comparison:
+    """The baselines of the paper: they walk at the plan's body height, in its order of legs."""
+    from gaitopt.studies.compare import compare as run_comparison
+
     found = plan.settings.to_dict()
-    options |= {name: found[name] for name in ("body_height", "sequence")}
+    options = options | {name: found[name] for name in ("body_height", "sequence")}
     with progress_bar("comparing with the baselines") as tick:
-        comparison = run_comparison(model, places, progress=tick, **options)
-    make_folder(out)
-    with progress_bar("writing plan, replay and figures") as tick:
-        plan.save(out / "plan.npz")
-        tick(1, 3)
-        write_replay(plan, out / "walk.html")
-        tick(2, 3)
-        figures = save_figures(
-            plan, out / "figures", comparison=drawable(plan, comparison.plans),
-            com_margin=com_margin(plan),
-        )  # fmt: skip
-        tick(3, 3)
-    console = terminal()
-    console.print(comparison.table())
-    console.print(escape(summarise(plan)))
+        return run_comparison(plan.robot, places, progress=tick, **options)
+
+
+def _told(
+    plan: Plan, comparison: Comparison | None, objective: Objective, report: Report
+) -> tuple[str, ...]:
+    """Report the comparison; the value is what else there is to say of the plan."""
+    from gaitopt.planners.phase_by_phase.planner import plan_touches
+
+    told = []
     if plan_touches(plan):
-        console.print("its legs touch each other or the trunk: gaitopt verify tells where and when")
-    paper = comparison.plans.get("proposed")
-    if objective is Objective.time and paper is not None and plan.duration:
-        console.print(f"{paper.duration / plan.duration:.2f} times as fast as the paper's method")
-    print_files({
-        out / "walk.html": "the replay: open it in a browser",
-        out / "plan.npz": "the plan: gaitopt verify, simulate, export",
-        out / "figures": f"{len(figures)} figures",
-    })  # fmt: skip
+        told.append("its legs touch each other or the trunk")
+    if comparison is not None:
+        report.table(comparison.table())
+        report.add(baselines=comparison.outcomes)
+        paper = comparison.plans.get("proposed")
+        if objective is Objective.time and paper is not None and plan.duration:
+            times = paper.duration / plan.duration
+            told.append(f"{times:.2f} times as fast as the paper's method")
+    return tuple(told)
+
+
+def _figures(plan: Plan, comparison: Comparison | None, folder: Path) -> list[Path]:
+    """Draw the figures of a walk, beside the baselines."""
+    from gaitopt.plan.com_margin import com_margin
+    from gaitopt.viewing.figures.crawl_figures import save_figures
+
+    others = {} if comparison is None else drawable(plan, comparison.plans)
+    return save_figures(plan, folder, comparison=others, com_margin=com_margin(plan))
 
 
 @takes_robot("wang2020")
@@ -134,6 +159,7 @@ def compare(
     heading: HeadingOption = 0.0,
     follow_terrain: FollowOption = False,
     timing: TimingOption = Timing.velocity,
+    as_json: JsonOption = False,
 ) -> None:
     """Print Table II of the paper: its method beside the largest margin and fixed speeds."""
     from gaitopt.studies.compare import compare as run_comparison
@@ -151,4 +177,7 @@ def compare(
         terrains = [(s, random_terrain(model, s)) for s in range(first_seed, first_seed + seeds)]
     with progress_bar(f"planning on {seeds} terrain{'s' if seeds > 1 else ''}") as tick:
         comparison = run_comparison(model, terrains, timing=timing.value, progress=tick, **options)
-    terminal().print(comparison.table())
+    report = Report(as_json, {"command": "compare"})
+    report.table(comparison.table())
+    report.add(outcomes=comparison.outcomes, infeasible=comparison.infeasible)
+    report.end()

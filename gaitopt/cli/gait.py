@@ -3,22 +3,18 @@
 from __future__ import annotations
 
 from math import nan
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.markup import escape
 
-from gaitopt.cli.options import FrictionOption, OutOption, Timing, TimingOption
+from gaitopt.cli.grouped_options import takes_options
+from gaitopt.cli.options import FrictionOption, Timing, TimingOption
+from gaitopt.cli.results.deliver import FIGURES, PLAN, Delivery, deliver
+from gaitopt.cli.results.options import Results, result_options
+from gaitopt.cli.results.report import Report
+from gaitopt.cli.results.run_folder import run_folder
 from gaitopt.cli.robot_options import RobotChoice, takes_robot
-from gaitopt.cli.support import (
-    file_name,
-    force_limits,
-    make_folder,
-    print_files,
-    progress_bar,
-    terminal,
-)
+from gaitopt.cli.support import file_name, force_limits, progress_bar
 from gaitopt.errors import InputError
 from gaitopt.plan.record import GaitRecord
 
@@ -88,8 +84,10 @@ AccelerationOption = Annotated[
 
 
 @takes_robot(FAST)
+@takes_options("results", result_options)
 def trot(
     robot: RobotChoice,
+    results: Results,
     speed: ForwardOption = 0.3,
     sideways: SidewaysOption = 0.0,
     yaw_rate: YawOption = 0.0,
@@ -104,22 +102,23 @@ def trot(
     swing_height: SwingHeightOption = None,
     timing: TimingOption = Timing.forces,
     friction: FrictionOption = None,
-    out: OutOption = Path("out"),
 ) -> None:
     """Trot at a speed, as in [Wang2024], and write plan, replay and figures."""
     _gait(
         "trot", robot, speed, sideways, yaw_rate, distance, duration, acceleration_limit, cycle,
-        duty, swing, sway, body_height, swing_height, timing, friction, out,
+        duty, swing, sway, body_height, swing_height, timing, friction, results,
     )  # fmt: skip
 
 
 @takes_robot(FAST)
+@takes_options("results", result_options)
 def gait(
     name: Annotated[
         str, typer.Argument(help="walk, quasi-static, trot, pace, bound, pronk, wave; or a crawl's "
                             "order of legs, as in RH,RF,LF,LH."),
     ],
     robot: RobotChoice,
+    results: Results,
     speed: ForwardOption = 0.1,
     sideways: SidewaysOption = 0.0,
     yaw_rate: YawOption = 0.0,
@@ -134,12 +133,11 @@ def gait(
     swing_height: SwingHeightOption = None,
     timing: TimingOption = Timing.forces,
     friction: FrictionOption = None,
-    out: OutOption = Path("out"),
 ) -> None:  # fmt: skip
     """Plan any gait at a commanded velocity, and write plan, replay and figures."""
     _gait(
         name, robot, speed, sideways, yaw_rate, distance, duration, acceleration_limit, cycle,
-        duty, swing, sway, body_height, swing_height, timing, friction, out,
+        duty, swing, sway, body_height, swing_height, timing, friction, results,
     )  # fmt: skip
 
 
@@ -147,16 +145,20 @@ def _gait(
     name: str, robot: RobotChoice, speed: float, sideways: float, yaw_rate: float,
     distance: float | None, duration: float | None, acceleration_limit: float | None, cycle: float,
     duty: float | None, swing: str, sway: bool | None, body_height: float | None,
-    swing_height: float | None, timing: Timing, friction: float | None, out: Path,
+    swing_height: float | None, timing: Timing, friction: float | None, results: Results,
 ) -> None:  # fmt: skip
     """Plan a gait, and write plan, replay and figures."""
     from gaitopt.gait.gaits import gait as named
     from gaitopt.planners.by_velocity.planner import plan_gait
+    from gaitopt.viewing.figures.gait_figures import save_gait_figures
 
     schedule = named(name, cycle, duty)
     if duration is None and not (speed or sideways):
         raise InputError("a gait on the spot has no distance: give --duration")
     model = robot.load()
+    page = f"{file_name(name)}.html"
+    run = f"{file_name(name)}-{file_name(model.name) or 'robot'}"
+    folder = run_folder(results.out, run, results.overwrite, (page, PLAN, FIGURES))
     with progress_bar("planning") as tick:
         plan = plan_gait(
             model, schedule, velocity=(speed, sideways), yaw_rate=yaw_rate,
@@ -165,29 +167,9 @@ def _gait(
             body_height=body_height, swing_height=swing_height, timing=timing.value,
             forces=force_limits(friction), progress=tick,
         )  # fmt: skip
-    _write(plan, name, out)
-
-
-def _write(plan: Plan, name: str, out: Path) -> None:
-    """Write plan file, replay and figures of a gait into a folder, and print what was written."""
-    from gaitopt.viewing.figures.gait_figures import save_gait_figures
-    from gaitopt.viewing.replay.replay import replay
-
-    page = out / f"{file_name(name)}.html"
-    make_folder(out)
-    with progress_bar("writing plan, replay and figures") as tick:
-        plan.save(out / "plan.npz")
-        tick(1, 3)
-        replay(plan, page)
-        tick(2, 3)
-        figures = save_gait_figures(plan, out / "figures")
-        tick(3, 3)
-    terminal().print(escape(describe(plan)))
-    print_files({
-        page: "the replay: open it in a browser",
-        out / "plan.npz": "the plan: gaitopt verify, simulate",
-        out / "figures": f"{len(figures)} figures",
-    })  # fmt: skip
+    walked = Delivery(plan, describe(plan), page, lambda to: save_gait_figures(plan, to))
+    report = Report(results.as_json, {"command": "gait"})
+    raise typer.Exit(deliver(walked, folder, results, report))
 
 
 def describe(plan: Plan) -> str:

@@ -144,5 +144,9 @@ FrictionOption = Annotated[
 JobsOption = Annotated[
     int, typer.Option(help="Number of processes for many terrains; -1 for one on each core.")
 ]
-OutOption = Annotated[Path, typer.Option(help="Folder for the results.", metavar="DIR")]
+JsonOption = Annotated[
+    bool,
+    typer.Option("--json", help="Print one JSON document, for programs, in place of text.",
+                 rich_help_panel="What is written"),
+]  # fmt: skip
 PlanArgument = Annotated[Path, typer.Argument(help="A plan file (.npz).", metavar="PLAN")]

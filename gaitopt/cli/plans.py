@@ -13,8 +13,11 @@ from gaitopt.cli.options import (
     FRICTIONS,
     CollisionsOption,
     ForcesOption,
+    JsonOption,
     PlanArgument,
 )
+from gaitopt.cli.results.documents import certificate_document, simulation_document
+from gaitopt.cli.results.report import Report
 from gaitopt.cli.robot_options import RobotChoice, takes_robot
 from gaitopt.cli.support import (
     make_folder,
@@ -79,6 +82,7 @@ def verify(
             max=FRICTIONS[1],
         ),
     ] = None,
+    as_json: JsonOption = False,
 ) -> None:
     """Judge a plan at every instant.
 
@@ -102,7 +106,9 @@ def verify(
     # The plan's own robot, once it is known to be no stronger than the one that was named.
     judged = None if robot is None else loaded.robot
     certificate = certify(loaded, judged, collisions=collisions, forces=limits)
-    terminal().print(certificate.table())
+    report = Report(as_json, {"command": "verify", **certificate_document(certificate)})
+    report.table(certificate.table())
+    report.end()
     codes = {Outcome.CERTIFIED: 0, Outcome.VIOLATED: 1}
     raise typer.Exit(codes.get(certificate.outcome, 3))
 
@@ -126,6 +132,7 @@ def simulate(
         typer.Option("--balls", help="Let nothing but balls at the feet touch the ground: neither "
                      "limbs and trunk, nor the shapes of a robot that was read from an MJCF."),
     ] = False,
+    as_json: JsonOption = False,
 ) -> None:  # fmt: skip
     """Simulate a plan with physics (MuJoCo).
 
@@ -141,10 +148,12 @@ def simulate(
         tick(0, 1)
         result = run_simulation(loaded, SimulationSettings(own_shapes=not balls, limbs=not balls))
         tick(1, 1)
-    terminal().print(escape(str(result)))
+    report = Report(as_json, {"command": "simulate", **simulation_document(result)})
+    report.say(escape(str(result)))
     if out is not None:
-        write_replay(loaded, out, simulated=result.motion)
-        print_files({out: ""})
+        write_replay(loaded, out, simulated=result)
+        report.files({out: ""})
+    report.end()
     if not result.passed:
         raise typer.Exit(1)
 

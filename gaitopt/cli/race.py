@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -16,8 +17,8 @@ from gaitopt.cli.options import (
     HeadingOption,
     HeightOption,
     JobsOption,
+    JsonOption,
     MarginOption,
-    OutOption,
     ReachOption,
     SeedOption,
     SeedsOption,
@@ -26,6 +27,10 @@ from gaitopt.cli.options import (
     Timing,
     TimingOption,
 )
+from gaitopt.cli.results.deliver import show_page
+from gaitopt.cli.results.options import OpenOption, OutOption, OverwriteOption
+from gaitopt.cli.results.report import Report
+from gaitopt.cli.results.run_folder import ROOT, record_run, run_folder
 from gaitopt.cli.robot_options import RobotChoice, takes_robot
 from gaitopt.cli.support import (
     file_name,
@@ -33,9 +38,8 @@ from gaitopt.cli.support import (
     load_inputs,
     make_folder,
     plan_options,
-    print_files,
     progress_bar,
-    terminal,
+    run_name,
 )
 from gaitopt.errors import InputError
 from gaitopt.files import written_whole
@@ -55,6 +59,8 @@ RowsOption = Annotated[
     typer.Option(help="Rows of the table by name, as in ssm,swing,height; all by default. The "
                  "paper's method is always among them.", show_default=False, metavar="NAMES"),
 ]  # fmt: skip
+PAGE, PICTURE, TABLE = "race.html", "race.png", "race.csv"
+"""Names of the files that are written, beside the plans."""
 CertifyOption = Annotated[bool, typer.Option(help="Certify every plan.")]
 BoundOption = Annotated[bool, typer.Option(help="Compute lower bounds on the times.")]
 
@@ -80,12 +86,16 @@ def race(
     certify: CertifyOption = True,
     collisions: CollisionsOption = True,
     bound: BoundOption = True,
-    out: OutOption = Path("out"),
     jobs: JobsOption = -1,
+    out: OutOption = None,
+    overwrite: OverwriteOption = False,
+    show: OpenOption = False,
+    as_json: JsonOption = False,
 ) -> None:
     """Race the paper's method against the time-optimal walks, side by side in one page.
 
-    With --timing forces all rows but the paper's are timed by contact forces.
+    With --timing forces all rows but the paper's are timed by contact forces. A race over several
+    terrains that was stopped goes on where race.csv in its folder ends.
     """
     from gaitopt.studies.race import race as run_race
     from gaitopt.studies.race import race_many, row_names, shared_settings
@@ -94,6 +104,14 @@ def race(
         raise InputError("--footholds excludes --seeds and --columns: a CSV is one terrain")
     names = row_names(None if rows is None else rows.split(","), timing.value)
     model, places = _inputs(robot, footholds, seed, columns)
+    name = run_name("race", model, footholds, seed) + (f"-{seeds}-terrains" if seeds > 1 else "")
+    # The table of several terrains is continued, and so is its folder.
+    folder = (
+        run_folder(out, name, overwrite, (PAGE, PICTURE))
+        if seeds == 1
+        else run_folder(out or ROOT / name, name, True)
+    )
+    report = Report(as_json, {"command": "race"})
     options = plan_options(
         stability_margin, body_height, swing_height, sequence, reach_fraction, heading,
         follow_terrain,
@@ -103,7 +121,8 @@ def race(
     # Wrong settings are refused here, before anything is written.
     options = {"timing": timing.value} | shared_settings(model, places, options, timing.value)
     checks: dict[str, Any] = {"certify": certify, "collisions": collisions, "bound": bound}
-    make_folder(out)
+    if seeds > 1:
+        make_folder(folder.path)
     with progress_bar("racing") as tick:
         if seeds == 1:
             found = run_race(model, places, names, progress=tick, **checks, **options).standings
@@ -111,12 +130,25 @@ def race(
             first = seed or 0
             found = race_many(
                 model, range(first, first + seeds), names, columns=len(places), jobs=jobs,
-                table=out / "race.csv", progress=tick, **checks, **options,
+                table=folder.path / TABLE, progress=tick, **checks, **options,
             )  # fmt: skip
-    terminal().print(found.table())
-    _write(found, out)
+    report.table(found.table())
+    report.add(
+        robot=found.robot, steps=found.steps, timing=found.timing, finishes=found.finishes
+    )  # fmt: skip
+    with folder.writing() as (made, place):
+        files = _write(found, made)
+        record_run(made, {"command": "race", "arguments": sys.argv[1:], "files": list(files)})
+    plans = [name for name in files if name.startswith("plan_")]
+    files = {name: what for name, what in files.items() if name not in plans}
+    if plans:
+        files["plan_*.npz"] = f"{len(plans)} plans: gaitopt verify, simulate, replay"
     if seeds > 1:
-        print_files({out / "race.csv": "a line for each walk"})
+        files[TABLE] = "a line for each walk"
+    report.files({place / name: what for name, what in files.items()})
+    report.end()
+    if show and PAGE in files:
+        show_page(place / PAGE, report)
     if any(finish.verdict in ("failed", "violated") for finish in found.finishes):
         raise typer.Exit(1)
 
@@ -133,27 +165,25 @@ def _inputs(
     return model, s_columns(seed or 0, columns=columns, robot=model)
 
 
-def _write(found: Standings, out: Path) -> None:
-    """Write the picture, and replay and plans of the first terrain, and print what was written."""
+def _write(found: Standings, folder: Path) -> dict[str, str]:
+    """Write the picture, and replay and plans of the first terrain; what each file is, by name."""
     from gaitopt.viewing.figures.race import plot_race
     from gaitopt.viewing.replay.race import race_replay
 
-    files: dict[Path, str] = {}
+    files: dict[str, str] = {}
     with progress_bar("writing replay, picture and plans") as tick:
-        picture = out / "race.png"
-        with written_whole(picture, binary=True) as stream:
+        with written_whole(folder / PICTURE, binary=True) as stream:
             figure: Any = plot_race({row: found.values(row, "time") for row in found.rows})
             figure.savefig(stream, format="png", dpi=150)
-        files[picture] = "the time of each row"
         tick(1, 3)
-        for name, plan in found.plans.items():
-            plan.save(out / f"plan_{file_name(name, '_')}.npz")
-        tick(2, 3)
         if found.plans:
             verdicts = None if found.timing == Timing.velocity.value else found.verdicts
-            page = race_replay(found.plans, out / "race.html", verdicts=verdicts)
-            files = {page: "the race: open it in a browser", **files}
-            plans = f"{len(found.plans)} plans: gaitopt verify, simulate, replay"
-            files[out / "plan_*.npz"] = plans
+            race_replay(found.plans, folder / PAGE, verdicts=verdicts)
+            files[PAGE] = "the race: open it in a browser"
+        tick(2, 3)
+        files[PICTURE] = "the time of each row"
+        for name, plan in found.plans.items():
+            plan.save(folder / f"plan_{file_name(name, '_')}.npz")
+            files[f"plan_{file_name(name, '_')}.npz"] = f"the plan of row {name}"
         tick(3, 3)
-    print_files(files)
+    return files

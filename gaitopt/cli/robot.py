@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from gaitopt.cli.options import JsonOption
+from gaitopt.cli.results.report import Report
 from gaitopt.cli.robot_options import RobotChoice, takes_robot
-from gaitopt.cli.support import file_name, make_folder, print_files, random_terrain, terminal
+from gaitopt.cli.support import file_name, make_folder, random_terrain
 
 if TYPE_CHECKING:
     from gaitopt.robots.quadruped import Quadruped
@@ -41,30 +43,38 @@ def robot(
         typer.Option(help="Draw the robot with its meshes, which are in this folder.",
                      rich_help_panel=DRAWING),
     ] = None,
+    as_json: JsonOption = False,
 ) -> None:  # fmt: skip
     """Show what gaitopt found in a robot's file, what it guessed, and every doubt with its cure."""
     import warnings
 
-    from gaitopt.cli.robot_table import robot_notes, robot_table
+    from gaitopt.cli.robot_table import robot_document, robot_notes, robot_tables
     from gaitopt.errors import RobotWarning
     from gaitopt.robots.catalog import robot_names
 
     if list_names:
-        terminal().print("\n".join(robot_names()))
+        names = Report(as_json, {"command": "robot", "names": robot_names()})
+        names.say("\n".join(robot_names()))
+        names.end()
         return
     with warnings.catch_warnings():
         # The notes say the same, below the table.
         warnings.simplefilter("ignore", RobotWarning)
         found = choice.load()
-    terminal().print(robot_table(found))
+    report = Report(as_json, {"command": "robot", **robot_document(found)})
+    for table in robot_tables(found):
+        report.table(table)
     folders = choice.options.get("package_folders", [])
     for line in robot_notes(found, Path(choice.source), folders):
-        terminal().print(line)
+        report.say(line)
     if out is not None or show:
-        _write(found, out or Path(), show, mesh_folder)
+        _write(found, out or Path(), show, mesh_folder, report)
+    report.end()
 
 
-def _write(found: Quadruped, out: Path, show: bool, mesh_folder: Path | None) -> None:
+def _write(
+    found: Quadruped, out: Path, show: bool, mesh_folder: Path | None, report: Report
+) -> None:
     """Write the drawing, the URDF and footholds."""
     from gaitopt.files import written_whole
     from gaitopt.viewing.replay.browser import open_in_browser
@@ -77,10 +87,10 @@ def _write(found: Quadruped, out: Path, show: bool, mesh_folder: Path | None) ->
     with written_whole(urdf) as stream:
         stream.write(found.urdf)
     random_terrain(found, 0).to_csv(table)
-    print_files({
+    report.files({
         drawing: "the robot with legs, axes, feet and limits",
         urdf: "the robot as gaitopt reads it; --robot takes it",
         table: "footholds of its size; --footholds takes them",
     })  # fmt: skip
     if show and not open_in_browser(drawing):
-        terminal().print("no browser could be started: open the file by hand")
+        report.say("no browser could be started: open the file by hand")

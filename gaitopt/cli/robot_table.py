@@ -4,39 +4,66 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from rich.markup import escape
 from rich.table import Table
 
+from gaitopt.cli.results.documents import plain
 from gaitopt.cli.robot_options import in_options
 from gaitopt.conventions import FloatArray
 from gaitopt.robots.quadruped import Quadruped
 
 
-def robot_table(robot: Quadruped) -> Table:
-    """A table of what was found in a robot's URDF, with a row for each joint."""
-    table = Table(
+def robot_tables(robot: Quadruped) -> tuple[Table, Table]:
+    """Two tables of what was found in a robot's URDF: its legs, and their joints."""
+    legs = Table(
         title=f"{escape(robot.name)}: {robot.mass:.4g} kg, stance {robot.stance_size[0]:.3f} x "
         f"{robot.stance_size[1]:.3f} m, foot radius {1e3 * robot.foot_radius:.4g} mm",
         caption=f"leg kinematics and Pinocchio agree to {robot.closed_form_error:.1e} m",
     )
-    for header in ("leg", "joint", "limits [rad]", "velocity [rad/s]", "torque [N m]", "hip [m]",
-                   "links [m]", "offset [m]", "knee", "reach [m]"):  # fmt: skip
-        table.add_column(escape(header))
+    joints = Table()
+    for header in ("leg", "hip [m]", "links [m]", "offset [m]", "knee", "reach [m]"):
+        legs.add_column(escape(header))
+    for header in ("leg", "joint", "limits [rad]", "velocity [rad/s]", "torque [N m]"):
+        joints.add_column(escape(header))
     for name, leg in robot.legs.items():
         hip = " ".join(f"{x:.3f}" for x in leg.hip)
+        knee = "forward" if leg.knee > 0 else "backward"
+        legs.add_row(name, hip, f"{leg.upper:.3f} {leg.lower:.3f}", f"{leg.lateral:.3f}", knee,
+                     f"{leg.least_reach:.3f} .. {leg.reach:.3f}")  # fmt: skip
         for i, joint in enumerate(leg.joints):
             low, high = leg.position_limits[:, i]
             effort = robot.effort_limits[robot.leg_columns[name][i]]
-            row = [name, escape(joint), f"{low:.3g} .. {high:.3g}",
-                   f"{leg.velocity_limits[i]:.4g}", f"{effort:.4g}"]  # fmt: skip
-            if i == 0:
-                row += [hip, f"{leg.upper:.3f} {leg.lower:.3f}", f"{leg.lateral:.3f}",
-                        "forward" if leg.knee > 0 else "backward",
-                        f"{leg.least_reach:.3f} .. {leg.reach:.3f}"]  # fmt: skip
-            table.add_row(*row, end_section=i == len(leg.joints) - 1)
-    return table
+            joints.add_row(
+                name if i == 0 else "", escape(joint), f"{low:.3g} .. {high:.3g}",
+                f"{leg.velocity_limits[i]:.4g}", f"{effort:.4g}",
+                end_section=i == len(leg.joints) - 1,
+            )  # fmt: skip
+    return legs, joints
+
+
+def robot_document(robot: Quadruped) -> dict[str, Any]:
+    """The same numbers by name, for programs [m, kg, rad, rad/s, N m]."""
+    legs = {
+        name: {
+            "joints": leg.joints, "foot": leg.foot, "hip": leg.hip, "upper": leg.upper,
+            "lower": leg.lower, "lateral": leg.lateral,
+            "knee": "forward" if leg.knee > 0 else "backward",
+            "reach": [leg.least_reach, leg.reach], "position_limits": leg.position_limits.T,
+            "velocity_limits": leg.velocity_limits,
+            "effort_limits": robot.effort_limits[list(robot.leg_columns[name])],
+        }
+        for name, leg in robot.legs.items()
+    }  # fmt: skip
+    document = {
+        "robot": robot.name, "urdf_sha256": robot.sha256, "mass": robot.mass,
+        "foot_radius": robot.foot_radius, "standing_height": robot.standing_height,
+        "read_as": robot.notes.kind, "guessed": robot.notes.done,
+        "warnings": robot.notes.warnings, "legs": legs,
+    }  # fmt: skip
+    return {name: plain(value) for name, value in document.items()}
 
 
 def robot_notes(robot: Quadruped, source: Path, folders: Sequence[Path]) -> Iterator[str]:

@@ -9,9 +9,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.markup import escape
 
-from gaitopt.cli.options import MarginOption, OutOption, Timing
+from gaitopt.cli.grouped_options import takes_options
+from gaitopt.cli.options import MarginOption, Timing
+from gaitopt.cli.results.deliver import FIGURES, PLAN, Delivery, deliver
+from gaitopt.cli.results.options import Results, result_options
+from gaitopt.cli.results.report import Report
+from gaitopt.cli.results.run_folder import run_folder
 from gaitopt.cli.robot_options import RobotChoice, takes_robot
-from gaitopt.cli.support import make_folder, print_files, progress_bar, terminal
+from gaitopt.cli.support import file_name, progress_bar, terminal
 from gaitopt.errors import InputError, MissingPackageError
 from gaitopt.plan.record import StrideRecord
 
@@ -25,6 +30,8 @@ if TYPE_CHECKING:
 
 PAPER_ROBOT = "frog1"
 """The robot of [Shao2011]."""
+PAGE = "stride.html"
+"""Name of the replay's file."""
 PAPER_BOARD = (0.11, 0.04)
 """Height and width of the board that the paper's robot steps over [m]: [Shao2011], Section V."""
 
@@ -93,8 +100,10 @@ StudyOption = Annotated[
 
 
 @takes_robot(PAPER_ROBOT)
+@takes_options("results", result_options)
 def stride(
     robot: RobotChoice,
+    results: Results,
     shape: ShapeOption = Shape.rectangular,
     height: HeightOption = None,
     width: WidthOption = None,
@@ -105,7 +114,6 @@ def stride(
     pattern: PatternOption = Pattern.parabola,
     timing: StrideTimingOption = None,
     study: StudyOption = False,
-    out: OutOption = Path("out"),
 ) -> None:
     """Walk over an obstacle, as in [Shao2011], and write plan, replay and figures."""
     from gaitopt.planners.over_obstacle.planner import plan_stride
@@ -114,6 +122,8 @@ def stride(
         print_study()
         return
     model = robot.load()
+    run = f"stride-{file_name(model.name) or 'robot'}"
+    folder = run_folder(results.out, run, results.overwrite, (PAGE, PLAN, FIGURES))
     scale = scale_of(model)
     chosen = timing or (Timing.velocity if model.name == PAPER_ROBOT else Timing.forces)
     with progress_bar("planning") as tick:
@@ -123,22 +133,17 @@ def stride(
             pattern=pattern.value, timing=chosen.value, progress=tick,
             **(limits_of(model) if chosen is Timing.velocity else {}),
         )  # fmt: skip
-    write_stride(plan, out)
-    terminal().print(escape(describe(plan)))
-    print_files({
-        out / "stride.html": "the replay: open it in a browser",
-        out / "plan.npz": "the plan: gaitopt verify, simulate",
-        out / "figures": "its figures",
-    })  # fmt: skip
+    crossed = Delivery(plan, describe(plan), PAGE, lambda to: stride_figures(plan, to))
+    report = Report(results.as_json, {"command": "stride"})
+    raise typer.Exit(deliver(crossed, folder, results, report))
 
 
-def write_stride(plan: Plan, out: Path) -> None:
-    """Write plan file, replay and figures into a folder, with Figs. 6 and 7 of [Shao2011]."""
+def stride_figures(plan: Plan, folder: Path) -> list[Path]:
+    """Draw the figures of a walk over an obstacle, with Figs. 6 and 7 of [Shao2011]."""
     from gaitopt.viewing.figures.crawl_figures import save_figures
     from gaitopt.viewing.figures.files import write_figures
     from gaitopt.viewing.figures.joint_curves import plot_joint_curves
     from gaitopt.viewing.figures.posture import plot_posture
-    from gaitopt.viewing.replay.replay import replay
 
     def joints() -> Figure:
         swing = first_stride(plan)
@@ -150,19 +155,10 @@ def write_stride(plan: Plan, out: Path) -> None:
 
         return plot_splines(compare_splines(with_toppra=False))
 
-    make_folder(out)
-    with progress_bar("writing plan, replay and figures") as tick:
-        plan.save(out / "plan.npz")
-        tick(1, 4)
-        replay(plan, out / "stride.html")
-        tick(2, 4)
-        save_figures(plan, out / "figures")
-        tick(3, 4)
-        more = {"striding_fig06_joints": joints, "striding_fig07_cog": lambda: plot_posture(plan)}
-        if plan.robot.name == PAPER_ROBOT:
-            more["striding_fig06_splines"] = splines
-        write_figures(more, out / "figures")
-        tick(4, 4)
+    more = {"striding_fig06_joints": joints, "striding_fig07_cog": lambda: plot_posture(plan)}
+    if plan.robot.name == PAPER_ROBOT:
+        more["striding_fig06_splines"] = splines
+    return [*save_figures(plan, folder), *write_figures(more, folder)]
 
 
 def first_stride(plan: Plan) -> Swing:

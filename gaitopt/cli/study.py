@@ -11,12 +11,14 @@ from gaitopt.cli.options import (
     FRICTIONS,
     FreeOption,
     JobsOption,
+    JsonOption,
     Objective,
     SeedOption,
     SpeedOption,
 )
+from gaitopt.cli.results.report import Report
 from gaitopt.cli.robot_options import RobotChoice, takes_robot
-from gaitopt.cli.support import file_name, parse_speed, print_files, progress_bar, terminal
+from gaitopt.cli.support import file_name, parse_speed, progress_bar
 from gaitopt.errors import InputError
 from gaitopt.files import written_whole
 
@@ -92,6 +94,7 @@ def study(
         str | None,
         typer.Option(help="Compute on the Dask cluster at this address.", metavar="ADDRESS"),
     ] = None,
+    as_json: JsonOption = False,
 ) -> None:
     """Plan, certify and simulate walks over many terrains on all cores.
 
@@ -104,13 +107,14 @@ def study(
     maps = {"--difficulty": difficulty, "--length": length, "--size": size,
             "--friction": friction, "--exhaustive": exhaustive}  # fmt: skip
     how: dict[str, Any] = {"jobs": jobs, "scheduler": scheduler}
+    report = Report(as_json, {"command": "study"})
     if terrain:
         _refuse(columns, "is for walks over columns: leave out --terrain")
         on_maps = _map_fields(difficulty, length, size)
         on_maps |= {"collisions": collisions is not False, "simulate": with_physics,
                     "friction": friction}  # fmt: skip
         on_maps |= {} if exhaustive is None else {"exhaustive": exhaustive}
-        _study_maps(count, [_source(robot, table)], terrain, on_maps, table, how)
+        _study_maps(count, [_source(robot, table)], terrain, on_maps, table, how, report)
         return
     _refuse(maps, "is for walks over height maps: give --terrain as well")
     from gaitopt.studies.study import grid, run_study
@@ -128,12 +132,13 @@ def study(
     )
     with progress_bar(f"{len(walks)} walks") as tick:
         rows = run_study(walks, table, progress=tick, **how)
-    _show(study_table(rows), plot_study(rows), table)
+    report.add(rows=rows)
+    _show(study_table(rows), plot_study(rows), table, report)
 
 
 def _study_maps(
     seeds: range, robots: list[str], terrains: list[str], others: dict[str, Any], table: Path,
-    how: dict[str, Any],
+    how: dict[str, Any], report: Report,
 ) -> None:  # fmt: skip
     """A study of made grounds."""
     from gaitopt.studies.terrain_report import plot_terrain_study, terrain_table
@@ -146,7 +151,8 @@ def _study_maps(
     walks = terrain_grid(seeds, robots=robots, terrains=terrains, **others)
     with progress_bar(f"{len(walks)} walks") as tick:
         rows = run_terrain_study(walks, table, progress=tick, **how)
-    _show(terrain_table(rows), plot_terrain_study(rows), table)
+    report.add(rows=rows)
+    _show(terrain_table(rows), plot_terrain_study(rows), table, report)
 
 
 def _map_fields(
@@ -174,13 +180,14 @@ def _refuse(options: dict[str, Any], why: str) -> None:
             raise InputError(f"{name} {why}")
 
 
-def _show(summary: Any, figure: Any, table: Path) -> None:
-    """Print a study's summary, and write its picture beside the table."""
-    terminal().print(summary)
+def _show(summary: Any, figure: Any, table: Path, report: Report) -> None:
+    """Report a study's summary, and write its picture beside the table."""
+    report.table(summary)
     picture = table.with_suffix(".png")
     with written_whole(picture, binary=True) as stream:
         figure.savefig(stream, format="png", dpi=150)
-    print_files({table: "a row for each walk", picture: "the results as a picture"})
+    report.files({table: "a row for each walk", picture: "the results as a picture"})
+    report.end()
 
 
 def _source(robot: RobotChoice, table: Path) -> str:

@@ -56,6 +56,12 @@ def random_terrain(model: Quadruped, seed: int) -> Footholds:
     return s_columns(seed, robot=model)
 
 
+def run_name(command: str, model: Quadruped, footholds: Path | None, seed: int | None) -> str:
+    """Name of a run's folder: command, robot, and what it walks on."""
+    where = file_name(footholds.stem) if footholds is not None else f"seed{seed or 0}"
+    return f"{command}-{file_name(model.name) or 'robot'}-{where or 'footholds'}"
+
+
 def plan_options(
     stability_margin: float | None,
     body_height: float | None,
@@ -174,6 +180,9 @@ def progress_bar(what: str) -> Iterator[Callable[[int, int], None]]:
 
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(),
                TimeElapsedColumn())  # fmt: skip
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+    console = Console(stderr=True)
+    # Where nobody looks at it, a bar would leave empty lines.
+    hidden = not console.is_terminal
+    with Progress(*columns, console=console, transient=True, disable=hidden) as bar:
         task = bar.add_task(what, total=None)
         yield lambda done, total: bar.update(task, completed=done, total=total)

@@ -15,30 +15,24 @@ from gaitopt.cli.options import (
     CollisionsOption,
     Objective,
     ObjectiveOption,
-    OutOption,
     SpeedOption,
     Timing,
     TimingOption,
 )
+from gaitopt.cli.results.deliver import PLAN, Delivery, deliver
+from gaitopt.cli.results.options import Results, result_options
+from gaitopt.cli.results.report import Report
+from gaitopt.cli.results.run_folder import RunFolder, record_run, run_folder
 from gaitopt.cli.robot_options import RobotChoice, takes_robot
 from gaitopt.cli.search_options import in_search_options, search_options
-from gaitopt.cli.support import (
-    make_folder,
-    parse_speed,
-    print_files,
-    progress_bar,
-    summarise,
-    terminal,
-)
+from gaitopt.cli.support import file_name, parse_speed, progress_bar, summarise
 from gaitopt.errors import InputError, TerrainError
 from gaitopt.files import written_whole
 
 if TYPE_CHECKING:
-    from gaitopt.certificate.certificate import Certificate
     from gaitopt.plan.plan import Plan
     from gaitopt.planners.over_terrain.result import TerrainSearch
     from gaitopt.robots.quadruped import Quadruped
-    from gaitopt.simulation.result import SimulationResult
     from gaitopt.terrain.height_map import HeightMap
 
 WAY = "What walks where"
@@ -69,12 +63,12 @@ StartOption = Annotated[
                  "the middle of the side of the map that is farthest from the goal; 0,0,0 on "
                  "ground that is made.", metavar="X,Y,YAW", rich_help_panel=WAY),
 ]  # fmt: skip
-PhysicsOption = Annotated[
-    bool, typer.Option("--simulate", help="Also walk the plan in physics; the replay shows both.")
-]
+PAGE, MAP, FOOTHOLDS = "replay.html", "map.png", "footholds.csv"
+"""Names of the files that are written, beside the plan."""
 
 
 @takes_robot("wang2020")
+@takes_options("results", result_options)
 @takes_options("settings", search_options)
 @takes_options("ground", ground_options)
 def terrain(
@@ -82,6 +76,7 @@ def terrain(
     robot: RobotChoice,
     ground: GroundChoice,
     settings: dict[str, Any],
+    results: Results,
     goal: GoalOption = None,
     waypoint: WaypointOption = None,
     start: StartOption = None,
@@ -89,8 +84,6 @@ def terrain(
     speed: SpeedOption = "max",
     timing: TimingOption = Timing.forces,
     collisions: CollisionsOption = True,
-    with_physics: PhysicsOption = False,
-    out: OutOption = Path("out"),
 ) -> None:
     """Walk over a map: search for footholds, plan, certify, and write replay and figure.
 
@@ -100,25 +93,20 @@ def terrain(
     model = robot.load()
     surface = ground.load(where, model)
     begin, places = _way(model, surface, is_made(where), ground, start, waypoint, goal)
-    make_folder(out)
+    report = Report(results.as_json, {"command": "terrain"})
+    run = f"terrain-{file_name(model.name) or 'robot'}-{file_name(Path(where).stem) or 'map'}"
+    folder = run_folder(results.out, run, results.overwrite, (PAGE, PLAN, MAP, FOOTHOLDS))
     how = {"objective": objective.value, "speed": parse_speed(speed), "timing": timing.value}
     try:
         search, plan, seconds = _planned(model, surface, places, begin, settings, how)
     except TerrainError as error:
-        _explain(error, out)
-        _tell_edges(model, surface, {"start": begin, "goal": places[-1]})
+        _explain(error, folder, report)
+        _tell_edges(model, surface, {"start": begin, "goal": places[-1]}, report)
+        report.end()
         told = in_search_options(error.message)
         raise TerrainError(told, error.step, error.leg, error.refused, error.search) from error
-    certificate, result = _judged(plan, collisions, with_physics, seconds)
-    _write(plan, search, result, out)
-    code = _report(plan, search, certificate, result, seconds)
-    print_files({
-        out / "replay.html": "the replay: open it in a browser",
-        out / "map.png": "the map with footholds and paths",
-        out / "plan.npz": "the plan: gaitopt.load_plan, gaitopt verify, gaitopt export",
-        out / "footholds.csv": "the footholds: gaitopt walk --footholds",
-    })  # fmt: skip
-    raise typer.Exit(code)
+    report.add(search={"seconds": seconds, "metres": search.metres, "tried": len(search.tried)})
+    raise typer.Exit(deliver(_delivery(plan, search, collisions, seconds), folder, results, report))
 
 
 def _way(
@@ -186,43 +174,31 @@ def _planned(
     return search, plan, {"search": searched - clock, "planning": time.perf_counter() - searched}
 
 
-def _judged(
-    plan: Plan, collisions: bool, physics: bool, seconds: dict[str, float]
-) -> tuple[Certificate, SimulationResult | None]:
-    """The certificate, and the walk in physics where it is asked for; their times are added."""
-    from gaitopt.certificate.verify import verify
-
-    clock = time.perf_counter()
-    with progress_bar("certifying") as tick:
-        tick(0, 1)
-        certificate = verify(plan, collisions=collisions)
-    seconds["certificate"] = time.perf_counter() - clock
-    if not physics:
-        return certificate, None
-    from gaitopt.simulation.simulate import simulate
-
-    clock = time.perf_counter()
-    with progress_bar("walking in physics") as tick:
-        tick(0, 1)
-        result = simulate(plan)
-    seconds["physics"] = time.perf_counter() - clock
-    return certificate, result
+def _delivery(
+    plan: Plan, search: TerrainSearch, collisions: bool, seconds: dict[str, float]
+) -> Delivery:
+    """What is written and said of a walk over a map."""
+    each = seconds["search"] / max(search.metres, 1e-3)
+    took = ", ".join(f"{what} {value:.1f} s" for what, value in seconds.items())
+    told = [f"{len(search.tried)} places were tried for the feet; {took}; the search {each:.2f} s "
+            "a metre"]  # fmt: skip
+    instead = getattr(plan.record, "instead", None)
+    if instead:
+        told.append(escape(f"It is the walk phase by phase, and no time-optimal one: {instead}"))
+    return Delivery(
+        plan, summarise(plan), PAGE, told=tuple(told), replay_options={"search": search},
+        collisions=collisions, strict=True,
+        others={
+            MAP: ("the map with footholds and paths", lambda path: _draw(plan, search, path)),
+            FOOTHOLDS: ("the footholds: gaitopt walk --footholds", plan.footholds.to_csv),
+        },
+    )  # fmt: skip
 
 
-def _write(plan: Plan, search: TerrainSearch, result: SimulationResult | None, out: Path) -> None:
-    """Write plan, footholds, replay and figure."""
+def _draw(plan: Plan, search: TerrainSearch, path: Path) -> None:
     from gaitopt.viewing.figures.terrain_map import plot_terrain_map
-    from gaitopt.viewing.replay.replay import replay
 
-    with progress_bar("writing plan, replay and figure") as tick:
-        plan.save(out / "plan.npz")
-        plan.footholds.to_csv(out / "footholds.csv")
-        tick(1, 3)
-        simulated = None if result is None else result.motion
-        replay(plan, out / "replay.html", search=search, simulated=simulated)
-        tick(2, 3)
-        _save(plot_terrain_map(plan, search=search), out / "map.png")
-        tick(3, 3)
+    _save(plot_terrain_map(plan, search=search), path)
 
 
 def _save(figure: Any, path: Path) -> None:
@@ -230,39 +206,10 @@ def _save(figure: Any, path: Path) -> None:
         figure.savefig(stream, format="png", dpi=150)
 
 
-def _report(
-    plan: Plan, search: TerrainSearch, certificate: Certificate, result: SimulationResult | None,
-    seconds: dict[str, float],
-) -> int:  # fmt: skip
-    """Print the verdict and what took how long; the exit code."""
-    from gaitopt.certificate.certificate import Outcome
-
-    console = terminal()
-    console.print(escape(summarise(plan)))
-    instead = getattr(plan.record, "instead", None)
-    if instead:
-        console.print(escape(f"It is the walk phase by phase, and no time-optimal one: {instead}"))
-    took = ", ".join(f"{what} {value:.1f} s" for what, value in seconds.items())
-    each = seconds["search"] / max(search.metres, 1e-3)
-    console.print(
-        f"{len(search.tried)} places were tried for the feet; {took}; the search {each:.2f} s a "
-        "metre"
-    )
-    console.print(f"certificate: [bold]{certificate.outcome}[/]")
-    for check in certificate.violations:
-        console.print(escape(f"  {check}"))
-    code = {Outcome.CERTIFIED: 0, Outcome.VIOLATED: 1}.get(certificate.outcome, 3)
-    if code:
-        console.print("gaitopt verify prints every check of the plan")
-    if result is None:
-        return code
-    verdict = "passed" if result.passed else "failed: " + "; ".join(result.failures)
-    console.print(f"physics: [bold]{escape(verdict)}[/]")
-    return code if result.passed else 1
-
-
-def _tell_edges(robot: Quadruped, ground: HeightMap, places: dict[str, tuple[float, ...]]) -> None:
-    """Print which places are so near the edge of the map that limbs may come beyond it."""
+def _tell_edges(
+    robot: Quadruped, ground: HeightMap, places: dict[str, tuple[float, ...]], report: Report
+) -> None:
+    """Report which places are so near the edge of the map that limbs may come beyond it."""
     from gaitopt.planners.over_terrain.setup import ROOM
 
     (x0, x1), (y0, y1) = ground.extent
@@ -270,27 +217,31 @@ def _tell_edges(robot: Quadruped, ground: HeightMap, places: dict[str, tuple[flo
     for name, (x, y, *_) in places.items():
         gap = min(x - x0, x1 - x, y - y0, y1 - y)
         if gap < room:
-            terminal().print(
+            report.say(
                 f"The {name} is {gap:.2f} m from the edge of the map. No limb may be above the "
                 f"unknown ground beyond it: choose a place {room:.2f} m from the edge."
             )
 
 
-def _explain(error: TerrainError, out: Path) -> None:
-    """Print what stopped a search, and draw how far it got."""
+def _explain(error: TerrainError, folder: RunFolder, report: Report) -> None:
+    """Report what stopped a search, and draw how far it got."""
     from gaitopt.viewing.figures.terrain_map import plot_terrain_map
 
-    console = terminal()
     if error.search.footholds.steps < error.search.steps:
-        console.print(
+        report.say(
             f"No way was found. The search got as far as step {error.step} of "
             f"{error.search.steps}; then {error.leg} found no foothold:"
         )
     else:
-        console.print("Footholds to the goal were found, but no walk over them.")
+        report.say("Footholds to the goal were found, but no walk over them.")
     causes = sorted(((n, str(cause)) for cause, n in error.refused.items() if n), reverse=True)
     for count, cause in causes:
-        console.print(f"{count:6d} x {escape(cause)}")
-    path = out / "map.png"
-    _save(plot_terrain_map(error.search), path)
-    print_files({path: "how far the search got, and where no foot may stand"})
+        report.say(f"{count:6d} x {escape(cause)}")
+    report.add(
+        error=error.message, step=error.step, leg=error.leg,
+        refused={cause: count for count, cause in causes},
+    )  # fmt: skip
+    with folder.writing() as (made, place):
+        _save(plot_terrain_map(error.search), made / MAP)
+        record_run(made, {"command": "terrain", "files": [MAP], "error": error.message})
+    report.files({place / MAP: "how far the search got, and where no foot may stand"})

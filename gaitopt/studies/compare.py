@@ -230,7 +230,9 @@ def comparison_table(comparison: Comparison) -> Table:
         f"{' (paper)' if _is_papers(comparison) else ''}{spread}",
         caption=_caption(comparison),
         caption_justify="left",
-        padding=(0, 1 if count == 1 else 0),
+        # So it fits into 80 letters.
+        padding=(0, 0),
+        show_edge=False,
     )
     table.add_column("method", no_wrap=True)
     for header in ("time [s]", "speed [mm/s]", "COG path [m]", "swing %", "stance %",

@@ -357,6 +357,12 @@ def test_a_cubic_that_overshoots_between_its_knots_is_caught(wang: Quadruped) ->
     assert check.status == "violated" and check.worst == pytest.approx(1.2, rel=1e-6)
 
 
+def test_flights_that_last_several_phases_agree_with_the_path() -> None:
+    flying = gaitopt.plan_gait(gaitopt.load_robot("a1"), gaitopt.trot(0.5, 0.4),
+                               velocity=0.3, distance=0.4, timing="velocity")  # fmt: skip
+    assert verify(flying, collisions=False)["phases agree with the path"].status == "ok"
+
+
 def test_what_is_not_judged_is_listed(short_plan: Plan) -> None:
     certificate = verify(short_plan, collisions=False)
     assert "margins of single phases" in certificate["not judged"].note

@@ -24,7 +24,7 @@ def test_a_race_prints_its_table_and_writes_replay_picture_and_plans(
         assert words in result.output
     assert {path.name for path in out.iterdir()} == {
         "race.html", "race.png", "plan_ssm_baseline.npz", "plan_the_paper.npz", "plan_swing.npz",
-        "plan_posture.npz",
+        "plan_posture.npz", "run.json",
     }  # fmt: skip
     plan = gaitopt.load_plan(out / "plan_posture.npz")
     assert str(plan.settings.free) == "posture" and f"{plan.duration:.2f}" in result.output
@@ -71,7 +71,7 @@ def test_a_race_that_nobody_can_run_says_why_and_exits_with_1(
                  "--out", str(tmp_path))  # fmt: skip
     assert result.exit_code == 1, result.output
     assert "inscribed circle" in " ".join(result.output.split())
-    assert [path.name for path in tmp_path.iterdir()] == ["race.png"]
+    assert {path.name for path in tmp_path.iterdir()} == {"race.png", "run.json"}
 
 
 @pytest.mark.parametrize(

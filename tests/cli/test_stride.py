@@ -40,7 +40,8 @@ def planned(written: tuple[Path, str]) -> Plan:
 
 def test_stride_writes_plan_replay_and_figures(written: tuple[Path, str]) -> None:
     folder, said = written
-    assert {p.name for p in folder.iterdir()} == {"plan.npz", "stride.html", "figures"}
+    assert {p.name for p in folder.iterdir()} == {
+        "plan.npz", "stride.html", "figures", "run.json"}  # fmt: skip
     assert (folder / "stride.html").stat().st_size < 3_000_000
     assert (folder / "plan.npz").stat().st_size < 5_000_000
     figures = {p.stem for p in (folder / "figures").glob("*.png")}

@@ -7,7 +7,7 @@ import pytest
 
 import gaitopt
 from gaitopt import Comparison, Footholds, InfeasibleStepError, InputError, Plan, Quadruped
-from gaitopt.cli.robot_table import robot_table
+from gaitopt.cli.robot_table import robot_tables
 from gaitopt.plan.settings.crawl import CrawlSettings
 from gaitopt.studies.compare import METHODS, compare
 from gaitopt.studies.tables import as_text
@@ -92,5 +92,5 @@ def test_wang2020s_own_terrain_is_the_default_one(wang: Quadruped) -> None:
 
 
 def test_a_robot_is_described() -> None:
-    text = as_text(robot_table(gaitopt.load_robot("anymal_c")))
+    text = "".join(map(as_text, robot_tables(gaitopt.load_robot("anymal_c"))))
     assert "LF_HAA" in text and "agree to" in text and "52.13 kg" in text

@@ -12,7 +12,7 @@ import numpy as np
 
 from gaitopt.certificate.check import JUMP, Check, judged, phase_name, unchecked
 from gaitopt.certificate.trace import Motion
-from gaitopt.conventions import LEGS, FloatArray
+from gaitopt.conventions import LEGS
 from gaitopt.plan.phase import Phase
 from gaitopt.plan.plan import Plan
 from gaitopt.robots.quadruped import Quadruped
@@ -34,33 +34,52 @@ def phases_agree(plan: Plan, motion: Motion) -> Check:
     """
     worst, when, where = 0.0, float("nan"), ""
     for index, phase in enumerate(plan.phases):
-        gap = _gap(phase, motion, index)
+        gap = max(_gap_of_centre(phase, motion, index), _gap_of_foot(plan, motion, index))
         # What cannot be compared (NaN) is no agreement.
         if not gap <= worst:
             worst, when, where = gap, phase.start, phase_name(plan, index)
     return judged(NAME, worst, JUMP, "m", when=when, where=where)
 
 
-def _gap(phase: Phase, motion: Motion, index: int) -> float:
-    """How far a phase's places are from those of the path, at most [m]."""
-    mine = np.flatnonzero(motion.phase == index)
-    if len(mine):
-        first, last = (0, int(mine[0])), (1, int(mine[-1]))
-    else:
-        # A phase of 0 s: both of its ends are the instant at which the next piece begins.
-        after = int(np.searchsorted(motion.phase, index))
-        first = last = (0, after) if after < len(motion.phase) else (1, after - 1)
-    stated: list[tuple[FloatArray, FloatArray]] = [
-        (phase.cog_start, motion.cog[first]),
-        (phase.cog_end, motion.cog[last]),
-    ]
-    if phase.leg:
-        leg = LEGS.index(phase.leg)
-        stated += [
-            (phase.foot_start, motion.feet[first][leg]),
-            (phase.foot_end, motion.feet[last][leg]),
-        ]
+def _gap_of_centre(phase: Phase, motion: Motion, index: int) -> float:
+    """How far the body centre is from where a phase has it, at most [m]."""
+    first, last = _ends(motion, index, index)
+    stated = ((phase.cog_start, motion.cog[first]), (phase.cog_end, motion.cog[last]))
     return max(float(np.linalg.norm(said - found)) for said, found in stated)
+
+
+def _gap_of_foot(plan: Plan, motion: Motion, index: int) -> float:
+    """How far a phase's leg has its foot from where it says, before and after its flight [m].
+
+    A flight lasts several phases where other feet land or lift off meanwhile.
+    """
+    phase = plan.phases[index]
+    if not phase.leg:
+        return 0.0
+    begin = end = index
+    phases, flies = plan.phases, phase.leg not in phase.support
+    while flies and begin > 0 and phase.leg not in phases[begin - 1].support:
+        begin -= 1
+    while flies and end + 1 < len(phases) and phase.leg not in phases[end + 1].support:
+        end += 1
+    first, last = _ends(motion, begin, end)
+    leg = LEGS.index(phase.leg)
+    stated = (
+        (phase.foot_start, motion.feet[first][leg]),
+        (phase.foot_end, motion.feet[last][leg]),
+    )
+    return max(float(np.linalg.norm(said - found)) for said, found in stated)
+
+
+def _ends(motion: Motion, begin: int, end: int) -> tuple[tuple[int, int], tuple[int, int]]:
+    """Where the samples at the begin of one phase and at the end of another lie."""
+    after = int(np.searchsorted(motion.phase, begin))
+    beyond = int(np.searchsorted(motion.phase, end, side="right"))
+    if beyond > after:
+        return (0, after), (1, beyond - 1)
+    # Phases of 0 s: both ends are the instant at which the next piece begins.
+    instant = (0, after) if after < len(motion.phase) else (1, after - 1)
+    return instant, instant
 
 
 def not_judged() -> Check:

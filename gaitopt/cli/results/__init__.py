@@ -1,0 +1,1 @@
+"""What commands write and say: the folder of a run, its report and its verdict."""
