@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from gaitopt.errors import GaitoptError as GaitoptError
     from gaitopt.errors import GroundError as GroundError
     from gaitopt.errors import InfeasibleSpeedError as InfeasibleSpeedError
+    from gaitopt.errors import InfeasibleStateError as InfeasibleStateError
     from gaitopt.errors import InfeasibleStepError as InfeasibleStepError
     from gaitopt.errors import InputError as InputError
     from gaitopt.errors import MissingPackageError as MissingPackageError
@@ -72,7 +73,7 @@ if TYPE_CHECKING:
     from gaitopt.plan.phase import Phase as Phase
     from gaitopt.plan.phase import Swing as Swing
     from gaitopt.plan.plan import Plan as Plan
-    from gaitopt.plan.plan import load_plan as load_plan
+    from gaitopt.plan.plan_file import load_plan as load_plan
     from gaitopt.plan.record import CrawlRecord as CrawlRecord
     from gaitopt.plan.record import GaitRecord as GaitRecord
     from gaitopt.plan.record import PlanRecord as PlanRecord
@@ -84,6 +85,7 @@ if TYPE_CHECKING:
     from gaitopt.plan.settings.freedoms import Freedoms as Freedoms
     from gaitopt.plan.settings.over_obstacle import StrideSettings as StrideSettings
     from gaitopt.plan.settings.time_optimal import RouteSettings as RouteSettings
+    from gaitopt.plan.state import State as State
     from gaitopt.plan.trajectory import Trajectory as Trajectory
     from gaitopt.planners.by_velocity.planner import plan_gait as plan_gait
     from gaitopt.planners.crawl import plan_crawl as plan_crawl
@@ -150,7 +152,7 @@ _HOMES = {
     "dynamics.feasible_region": "feasible_region",
     "errors": (
         "CertificateError FootholdsError GaitoptError GroundError InfeasibleSpeedError "
-        "InfeasibleStepError "
+        "InfeasibleStateError InfeasibleStepError "
         "InputError MissingPackageError PlanFileError RobotError RobotWarning RouteError "
         "SolverError TerrainError "
         "UnknownNameError UnsolvedSplineError"
@@ -172,7 +174,8 @@ _HOMES = {
     "plan.com_margin": "com_margin",
     "plan.contact_forces": "contact_forces",
     "plan.phase": "Phase Swing",
-    "plan.plan": "Plan load_plan",
+    "plan.plan": "Plan",
+    "plan.plan_file": "load_plan",
     "plan.record": "CrawlRecord GaitRecord PlanRecord RouteRecord StrideRecord",
     "plan.settings.freedoms": "Freedoms",
     "plan.settings.base": "PlanSettings",
@@ -180,6 +183,7 @@ _HOMES = {
     "plan.settings.crawl": "CrawlSettings",
     "plan.settings.over_obstacle": "StrideSettings",
     "plan.settings.time_optimal": "RouteSettings",
+    "plan.state": "State",
     "plan.trajectory": "Trajectory",
     "planners.by_velocity.planner": "plan_gait",
     "planners.crawl": "plan_crawl",

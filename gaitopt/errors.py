@@ -103,6 +103,30 @@ class InfeasibleStepError(_MessageAndFields, GaitoptError):
     __hash__ = GaitoptError.__hash__
 
 
+@dataclass
+class InfeasibleStateError(_MessageAndFields, GaitoptError):
+    """No plan begins in this state.
+
+    Attributes:
+        message: what is wrong, with the numbers and what to do.
+        limit: which limit is in the way, for instance ``"joint velocity LF_KFE"``, ``"contact RH"``
+            or ``"friction LF"``.
+        value: what the state has, or what is needed at least.
+        allowed: what the limit allows.
+        unit: of both.
+        time: when the limit is exceeded, from the state on [s].
+    """
+
+    message: str
+    limit: str
+    value: float
+    allowed: float
+    unit: str
+    time: float = 0.0
+
+    __hash__ = GaitoptError.__hash__
+
+
 @dataclass(eq=False)
 class TerrainError(_MessageAndFields, GaitoptError):
     """No way over the ground was found.

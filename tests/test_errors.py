@@ -39,6 +39,7 @@ BUILT_IN = {
 }
 WITH_FIELDS = {
     "InfeasibleSpeedError": {"message", "limit", "needed", "time"},
+    "InfeasibleStateError": {"message", "limit", "value", "allowed", "unit"},
     "InfeasibleStepError": {"message", "step", "leg"},
     "TerrainError": {"message", "step", "leg", "refused", "search"},
     "RouteError": {"message", "steps", "plan", "report"},

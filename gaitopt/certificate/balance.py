@@ -8,7 +8,7 @@ from scipy.spatial import ConvexHull, QhullError
 from gaitopt.certificate.check import SHORT, Check, judged, phase_name, unchecked
 from gaitopt.certificate.trace import Motion
 from gaitopt.certificate.zero_moment import zmp_of_centre
-from gaitopt.conventions import FloatArray
+from gaitopt.conventions import BoolArray, FloatArray
 from gaitopt.plan.plan import Plan
 
 ZMP_SLACK = 1e-5
@@ -19,6 +19,7 @@ VELOCITY_JUMP = 1e-6
 1 ms is known to about 1e-10."""
 DYNAMIC = "a dynamic walk promises no static margin: see its ZMP"
 TRUE_COM = "the margin is promised of the true COM"
+ENTRY = "a plan that only enters from a state promises contact forces alone"
 
 
 def margin_of_cog(plan: Plan, motion: Motion) -> Check:
@@ -30,7 +31,10 @@ def margin_of_cog(plan: Plan, motion: Motion) -> Check:
     margins = _margins(motion, motion.cog, motion.cog_deviation, -np.inf)
     flying = np.asarray(~motion.standing.all(axis=1))
     short = np.where(flying, margins - plan.settings.stability_margin, margins)
-    piece = int(short.argmin())
+    walks = _after_entry(plan, motion)
+    if not walks.any():
+        return unchecked("margin of the body centre", "m", ENTRY, needed=False)
+    piece = int(np.where(walks, short, np.inf).argmin())
     asked = plan.settings.stability_margin if flying[piece] else 0.0
     return judged("margin of the body centre", float(margins[piece]), asked - SHORT, "m", ">=",
                    bound=motion.cog_deviation[piece], when=motion.pieces.starts[piece],
@@ -41,7 +45,8 @@ def margin_of_com(plan: Plan, motion: Motion) -> Check:
     """The model's true centre of mass never leaves the support polygon.
 
     Where the plan promises its stability margin of the true centre of mass, that is kept, too, at
-    every instant after the first stance phase, which begins wherever the robot stands.
+    every instant after the first stance phase, which begins wherever the robot stands. While the
+    robot enters from a given state contact forces are what is promised, and no margin.
     """
     if not plan.settings.static:
         return unchecked("margin of the true COM", "m", DYNAMIC, needed=False)
@@ -49,8 +54,11 @@ def margin_of_com(plan: Plan, motion: Motion) -> Check:
         return unchecked("margin of the true COM", "m", f"{plan.robot.name} has no mass")
     margins = _margins(motion, motion.com, motion.com_deviation, -np.inf)
     promised = plan.settings.stability_margin - SHORT if plan.settings.true_com else 0.0
-    asked = np.where(motion.phase > 0, promised, 0.0)
-    piece = int((margins - asked).argmin())
+    asked = np.where(motion.phase > plan.entry, promised, 0.0)
+    walks = _after_entry(plan, motion)
+    if not walks.any():
+        return unchecked("margin of the true COM", "m", ENTRY, needed=False)
+    piece = int(np.where(walks, margins - asked, np.inf).argmin())
     return judged("margin of the true COM", float(margins[piece]), float(asked[piece]), "m", ">=",
                    bound=motion.com_deviation[piece], when=motion.pieces.starts[piece],
                    where=phase_name(plan, int(motion.phase[piece])))  # fmt: skip
@@ -83,11 +91,21 @@ def zmp(plan: Plan, motion: Motion) -> Check | None:
     jumping = plan.path.times[1:-1][jumps > VELOCITY_JUMP]
     margins[np.isin(motion.pieces.starts, jumping)] = -np.inf
     slack = ZMP_SLACK if promised is None else SHORT
-    asked = np.where((motion.phase > 0) | (promised is None), claimed - slack, 0.0)
+    asked = np.where((motion.phase > plan.entry) | (promised is None), claimed - slack, 0.0)
     piece = int((margins - asked).argmin())
     return judged(name, float(margins[piece]), float(asked[piece]), "m", ">=",
                   bound=deviations[piece], when=motion.pieces.starts[piece],
                   where=phase_name(plan, int(motion.phase[piece])))  # fmt: skip
+
+
+def _after_entry(plan: Plan, motion: Motion) -> BoolArray:
+    """Pieces on which a static margin is promised ``(P,)``.
+
+    A plan that promises no forces promises it from its first instant on.
+    """
+    if plan.settings.promised_forces is None:
+        return np.ones(len(motion.phase), dtype=np.bool_)
+    return np.asarray(motion.phase >= plan.entry)
 
 
 def _margins(

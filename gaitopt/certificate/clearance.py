@@ -28,6 +28,9 @@ def swing_clearance(plan: Plan, motion: Motion) -> Check | None:
     asked = settings.clearance
     heights = np.full((len(motion.phase), len(LEGS)), np.inf)
     for swing in plan.swings:
+        if swing.index < 0:
+            # It begins in the air: how high it is there is none of the planner's choice.
+            continue
         first, last = np.searchsorted(motion.phase, [swing.phases[0], swing.phases[1] + 1])
         leg, flight = LEGS.index(swing.leg), slice(int(first), int(last))
         ends = np.stack([swing.foot_start, swing.foot_end])

@@ -53,15 +53,18 @@ def _sequence_faults(plan: Plan) -> list[str]:
         expected = phase.start + phase.duration
         if np.abs(knots - expected).min() > ROUNDING:
             faults.append(f"phase {i} ends at {expected:.6f} s, where the path has no knot")
-        faults += _support_faults(i, phase, plan.settings.least_support)
+        in_entry = i < plan.entry
+        faults += _support_faults(i, phase, 0 if in_entry else plan.settings.least_support)
     if abs(expected - plan.path.duration) > ROUNDING:
         faults.append(f"phases end at {expected:.6f} s, the path at {plan.path.duration:.6f} s")
+    if plan.entry and plan.phases[plan.entry - 1].flying:
+        faults.append("the entry ends before all four feet stand")
     return faults + _order_faults(plan)
 
 
 def _order_faults(plan: Plan) -> list[str]:
     """Swings that are missing, too many, or in another order than was asked for."""
-    flown = [swing.leg for swing in plan.swings]
+    flown = [swing.leg for swing in plan.swings if swing.index >= 0]
     try:
         asked = plan.settings.swing_legs(plan.footholds.counts)
     except InputError as error:
@@ -129,11 +132,15 @@ def landings(plan: Plan, motion: Motion) -> Check:
 
 
 def swing_height(plan: Plan, motion: Motion) -> Check:
-    """Every swing rises the swing height above the higher of its two ends."""
+    """Every swing rises the swing height above the higher of its two ends.
+
+    Not so a flight with which the plan begins: its first end is in the air.
+    """
     shortfalls = [
         (_apex(motion, swing) - max(swing.foot_start[2], swing.foot_end[2])
          - _asked_height(plan, swing), swing)
         for swing in plan.swings
+        if swing.index >= 0
     ]  # fmt: skip
     if not shortfalls:
         return Check("swing height", Verdict.OK, 0.0, -SHORT, "m", ">=")

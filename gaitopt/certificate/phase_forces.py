@@ -43,6 +43,9 @@ def ground_in_phases(plan: Plan, friction: float) -> PhaseGround:
     phases, footholds = max(len(plan.phases), 1), plan.footholds
     landed = np.zeros((phases, len(LEGS)), dtype=int)
     for swing in plan.swings:
+        if swing.index < 0:
+            # The plan begins with this foot in the air: it lands on its first foothold.
+            continue
         landed[swing.phases[1] + 1 :, LEGS.index(swing.leg)] += 1
     normals = np.zeros((phases, len(LEGS), 3))
     normals[..., 2] = 1.0

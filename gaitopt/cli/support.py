@@ -118,7 +118,7 @@ def make_folder(folder: Path) -> None:
 
 def open_plan(path: Path) -> Plan:
     """Read a plan file; raises PlanFileError where that fails."""
-    from gaitopt.plan.plan import load_plan
+    from gaitopt.plan.plan_file import load_plan
 
     return load_plan(path)
 

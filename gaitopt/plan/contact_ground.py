@@ -25,7 +25,9 @@ def foothold_indices(plan: Plan, times: FloatArray) -> np.ndarray:
     """
     columns = []
     for leg in LEGS:
-        starts = np.array([swing.start for swing in plan.swings if swing.leg == leg])
+        # A flight with which the plan begins leads to the first foothold, and leaves none.
+        own = [swing for swing in plan.swings if swing.leg == leg and swing.index >= 0]
+        starts = np.array([swing.start for swing in own])
         made = np.searchsorted(starts, np.asarray(times) - SAME_INSTANT, side="left")
         columns.append(np.minimum(made, plan.footholds.counts[leg] - 1))
     return np.stack(columns, axis=1)

@@ -147,9 +147,10 @@ class Swing:
     Attributes:
         step: its index among all swings of the plan, by time of lift-off.
         leg: the leg.
-        index: the leg's foothold that it leaves; it touches down on ``index + 1``.
+        index: the leg's foothold that it leaves; it touches down on ``index + 1``. It is -1 where
+            the plan begins with this foot in the air.
         start, end: lift-off and touch-down [s].
-        foot_start, foot_end: these footholds ``(3,)`` [m].
+        foot_start, foot_end: these footholds, or where the foot is in the air ``(3,)`` [m].
         phases: indices of the first and the last phase of the flight.
     """
 
@@ -168,26 +169,34 @@ class Swing:
         return self.end - self.start
 
 
-def find_swings(phases: Sequence[Phase], footholds: Footholds) -> tuple[Swing, ...]:
+def find_swings(
+    phases: Sequence[Phase], footholds: Footholds, in_the_air: Mapping[str, FloatArray]
+) -> tuple[Swing, ...]:
     """All flights of a plan, by time of lift-off, then by leg.
 
     A leg's k-th flight leads from its foothold k to the next one; a plan with more flights than
-    footholds ends them all on the last.
+    footholds ends them all on the last. The first flight of a foot that is in the air when the plan
+    begins leads to its first foothold.
+
+    Args:
+        phases, footholds: of the plan.
+        in_the_air: where such feet are when it begins ``(3,)`` each [m].
     """
     found: list[tuple[int, int, str, int]] = []
     for leg in LEGS:
         for first, last in _flights(phases, leg):
             found.append((first, LEGS.index(leg), leg, last))
     found.sort()
-    made = dict.fromkeys(LEGS, 0)
+    made = {leg: -1 if leg in in_the_air else 0 for leg in LEGS}
     swings = []
     for step, (first, _, leg, last) in enumerate(found):
         last_index = footholds.counts[leg] - 1
         index = min(made[leg], last_index)
         made[leg] += 1
+        begin = footholds[leg][index] if index >= 0 else in_the_air[leg]
         swings.append(
             Swing(
-                step, leg, index, phases[first].start, phases[last].end, footholds[leg][index],
+                step, leg, index, phases[first].start, phases[last].end, begin,
                 footholds[leg][min(index + 1, last_index)], (first, last),
             )
         )  # fmt: skip

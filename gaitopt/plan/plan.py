@@ -12,16 +12,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gaitopt.conventions import LEGS, BoolArray, FloatArray, frozen
-from gaitopt.errors import GaitoptError, InputError, PlanFileError
-from gaitopt.files import StrPath, read_bounded, written_whole
-from gaitopt.inputs import check_kind, check_number
+from gaitopt.errors import InputError
+from gaitopt.files import StrPath, written_whole
+from gaitopt.inputs import check_count, check_kind, check_number
 from gaitopt.motion.path import MotionPath
-from gaitopt.plan.archive import FILE_LIMIT, FORMAT, GROUND_VERSION, VERSION, _unpack
-from gaitopt.plan.foothold_archive import packed_footholds, unpacked_footholds
-from gaitopt.plan.phase import Phase, Swing, _phase_from_dict, _phase_to_dict, find_swings
-from gaitopt.plan.record import PlanRecord, record_from_dict
+from gaitopt.plan.archive import FORMAT, version_of
+from gaitopt.plan.foothold_archive import packed_footholds
+from gaitopt.plan.phase import Phase, Swing, _phase_to_dict, find_swings
+from gaitopt.plan.record import PlanRecord
 from gaitopt.plan.settings.base import PlanSettings
-from gaitopt.plan.settings.by_name import settings_from_dict
+from gaitopt.plan.state import State
 from gaitopt.plan.trajectory import Trajectory, sample_times
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.rotations import rpy_to_matrix
@@ -29,6 +29,8 @@ from gaitopt.robots.whole_body import configuration, feet_in_body
 from gaitopt.robots.whole_body_rates import base_twist
 from gaitopt.terrain.footholds import Footholds
 
+AT_REST = 1e-6
+"""Largest rate of base and joints at which a plan begins at rest [m/s, rad/s]."""
 SLOWEST = 1000.0
 """Largest factor of :meth:`Plan.slowed`: more is a mistake in the unit."""
 
@@ -44,6 +46,9 @@ class Plan:
         phases: the phases, in order; their durations add up to :attr:`duration`.
         path: body and joints over time.
         record: what the planner tells of its work.
+        entry: how many of the first phases lead from a given state, in which the robot may move and
+            feet may fly, to rest on four feet; 0 for a plan that begins where it rests. In them
+            contact forces are promised, and no static margin.
     """
 
     robot: Quadruped
@@ -52,6 +57,7 @@ class Plan:
     phases: tuple[Phase, ...]
     path: MotionPath
     record: PlanRecord = field(default_factory=PlanRecord)
+    entry: int = 0
 
     def __post_init__(self) -> None:
         for name, kind in (("robot", Quadruped), ("footholds", Footholds),
@@ -63,6 +69,7 @@ class Plan:
         object.__setattr__(self, "phases", tuple(self.phases))
         for phase in self.phases:
             check_kind("each of phases", phase, Phase)
+        check_count("entry", self.entry, 0, len(self.phases))
         columns = self.path.coefficients.shape[2]
         if columns != 6 + len(self.robot.joint_names):
             raise InputError(
@@ -72,7 +79,7 @@ class Plan:
 
     def __reduce__(self) -> tuple[object, ...]:
         return (Plan, (self.robot, self.footholds, self.settings, self.phases, self.path,
-                       self.record))  # fmt: skip
+                       self.record, self.entry))  # fmt: skip
 
     def __repr__(self) -> str:
         return (
@@ -112,12 +119,26 @@ class Plan:
     @cached_property
     def swings(self) -> tuple[Swing, ...]:
         """Every foot's every flight, by time of lift-off."""
-        return find_swings(self.phases, self.footholds)
+        return find_swings(self.phases, self.footholds, self._in_the_air)
 
     @cached_property
     def phase_starts(self) -> FloatArray:
         """Start of every phase [s]."""
         return frozen([p.start for p in self.phases])
+
+    @property
+    def begins_moving(self) -> bool:
+        """Whether the robot moves, or a foot is in the air, when the plan begins."""
+        moves = np.abs(self.path.evaluate([0.0], 1)).max() > AT_REST
+        return self.entry > 0 and bool(moves or self.phases[0].flying)
+
+    @property
+    def _in_the_air(self) -> dict[str, FloatArray]:
+        """Where the feet are that fly when the plan begins ``(3,)`` each [m]."""
+        if not self.entry:
+            return {}
+        feet = self.at([0.0]).feet[0]
+        return {leg: feet[LEGS.index(leg)] for leg in self.phases[0].flying}
 
     def phase_at(self, time: float) -> Phase:
         """The phase at ``time`` [s]; at a boundary the later one that lasts."""
@@ -185,10 +206,12 @@ class Plan:
             factor: how many times as long the motion takes, from 1 to :data:`SLOWEST`.
 
         Raises:
-            InputError: ``factor`` is out of range, or the plan promises no static margin: a trot
-                falls when it is slow.
+            InputError: ``factor`` is out of range, the plan begins in motion, or it promises no
+                static margin: a trot falls when it is slow.
         """
         slower = check_number("factor", factor, 1.0, SLOWEST, hint="; retimed makes plans faster")
+        if self.begins_moving:
+            raise InputError("a plan that begins in motion keeps its velocity: it is never slower")
         if not self.settings.static:
             raise InputError(
                 "a gait by velocity falls where it is slow; plan it anew with plan_gait, with a "
@@ -196,6 +219,36 @@ class Plan:
             )
         phases = tuple(phase.slowed(slower) for phase in self.phases)
         return replace(self, phases=phases, path=self.path.slowed(slower))
+
+    def state(self, time: float) -> State:
+        """The robot's state at an instant: a plan may begin there.
+
+        Args:
+            time: within the plan [s].
+
+        Raises:
+            InputError: it is no such instant.
+        """
+        motion = self.at([check_number("time", time, 0.0, self.duration, "s")])
+        support = tuple(leg for leg, on in zip(LEGS, motion.contacts[0], strict=True) if on)
+        return State(motion.q[0], motion.v[0], support, self.robot.joint_names)
+
+    def footholds_ahead(self, time: float) -> Footholds:
+        """The footholds of the rest of the walk, for a plan that begins in :meth:`state`.
+
+        The first of each leg is where its foot stands, or where it lands next.
+
+        Args:
+            time: within the plan [s].
+
+        Raises:
+            InputError: it is no such instant.
+        """
+        instant = check_number("time", time, 0.0, self.duration, "s")
+        begun = [swing for swing in self.swings if swing.start <= instant]
+        first = dict.fromkeys(LEGS, 0) | {swing.leg: swing.index + 1 for swing in begun}
+        order = [swing.leg for swing in self.swings[len(begun) :]]
+        return self.footholds.after(first, order)
 
     def save(self, path: StrPath) -> None:
         """Write the plan to an ``.npz`` file, whole or not at all.
@@ -228,7 +281,7 @@ def save_plan(plan: Plan, path: StrPath) -> None:
     further, arrays = packed_footholds(plan.footholds)
     header = {
         "format": FORMAT,
-        "version": GROUND_VERSION if further or arrays else VERSION,
+        "version": version_of(bool(further or arrays), plan.entry > 0),
         "robot": {
             "name": plan.robot.name,
             "sha256": plan.robot.sha256,
@@ -241,6 +294,7 @@ def save_plan(plan: Plan, path: StrPath) -> None:
         **({"footholds": further} if further or arrays else {}),
         "phases": [_phase_to_dict(phase) for phase in plan.phases],
         "info": plan.record.to_dict(),
+        **({"entry": plan.entry} if plan.entry else {}),
     }
     text = json.dumps(header, allow_nan=False).encode()
     with written_whole(path, binary=True) as stream:
@@ -252,46 +306,3 @@ def save_plan(plan: Plan, path: StrPath) -> None:
             **arrays,
         }
         np.savez_compressed(stream, **parts)
-
-
-def load_plan(path: StrPath) -> Plan:
-    """Read a plan that :meth:`Plan.save` wrote.
-
-    Raises:
-        PlanFileError: the file is missing, cut short, too large, of another version, or no plan
-            at all; its URDF is not the one it was planned with, or cannot be used.
-    """
-    data = read_bounded(path, FILE_LIMIT, PlanFileError)
-    try:
-        header, arrays = _unpack(data, str(path))
-        return _plan_from(header, arrays, str(path))
-    except PlanFileError:
-        raise
-    except GaitoptError as error:
-        raise PlanFileError(f"{path} holds no valid plan: {error}") from error
-    except Exception as error:
-        # Damaged and made-up files make the libraries that read them raise errors of many kinds:
-        # RuntimeError for an encrypted part, tokenize's for the header of an array, lzma's own,
-        # MemoryError for an array that is said to be huge, RecursionError for lists in lists.
-        raise PlanFileError(
-            f"{path} is no plan file, or was cut short ({type(error).__name__}: {error}); make it "
-            "anew with Plan.save"
-        ) from error
-
-
-def _plan_from(header: dict[str, Any], arrays: dict[str, Any], name: str) -> Plan:
-    described = header["robot"]
-    robot = Quadruped.from_urdf(described["urdf"], described["name"], described["knees"])
-    if robot.sha256 != described["sha256"]:
-        raise PlanFileError(
-            f"{name}: the URDF inside has the fingerprint {robot.sha256[:12]}..., and the plan was "
-            f"made for {str(described['sha256'])[:12]}...; plan again for this robot"
-        )
-    return Plan(
-        robot=robot,
-        footholds=unpacked_footholds(header["column_radius"], header.get("footholds", {}), arrays),
-        settings=settings_from_dict(header["planner"], header["settings"]),
-        phases=tuple(_phase_from_dict(p) for p in header["phases"]),
-        path=MotionPath(arrays["times"], arrays["coefficients"]),
-        record=record_from_dict(header["planner"], header["info"]),
-    )

@@ -5,12 +5,14 @@ from __future__ import annotations
 from typing import Any
 
 from gaitopt.conventions import Progress
+from gaitopt.entering.walking import plan_from_state, walk_from_near
 from gaitopt.errors import InputError
 from gaitopt.gait.crawl import FREE_ORDER
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.settings.crawl import CrawlSettings
 from gaitopt.plan.settings.keywords import chosen_settings, takes_settings
 from gaitopt.plan.settings.time_optimal import RouteSettings
+from gaitopt.plan.state import State
 from gaitopt.planners.free_order.planner import plan_free_at_fitting_height, plan_free_crawl
 from gaitopt.planners.phase_by_phase.planner import (
     plan_at_fitting_height,
@@ -34,6 +36,7 @@ def plan_crawl(
     settings: CrawlSettings | RouteSettings | None = None,
     *,
     progress: Progress | None = None,
+    start: State | None = None,
     **options: Any,
 ) -> Plan:
     """Plan a statically stable walk over given footholds.
@@ -56,6 +59,10 @@ def plan_crawl(
         settings: all settings as one object. By default they fit the robot: margins and heights
             are to its size, and of a few body heights the first is taken at which the walk is
             possible and no legs touch each other or the trunk.
+        start: the state in which the plan begins (:class:`gaitopt.State`): moving, with feet in the
+            air, lying low. The robot first comes to rest on four feet, and moves to where the walk
+            begins; this entry keeps the same limits. A foot in the air lands on the first foothold
+            of its leg. By default the robot rests where the walk begins.
         progress: called with (steps done, steps in all).
         options: single settings by name: the fields of :class:`gaitopt.CrawlSettings`; with
             ``objective="time"`` those of :class:`gaitopt.RouteSettings`.
@@ -67,6 +74,7 @@ def plan_crawl(
         InputError: a setting is unknown or out of range, or the robot's legs cannot move sideways.
         InfeasibleStepError: a step is impossible; tells which constraints are in the way, and what
             margin or reach would do.
+        InfeasibleStateError: no plan begins in ``start``; tells which limit is in the way.
         SolverError: a solution failed the check of its residuals.
     """
     check_walk("plan_crawl", robot, footholds)
@@ -77,13 +85,33 @@ def plan_crawl(
         from gaitopt.planners.time_optimal.planner import plan_route
 
         options.pop("objective", None)
-        return plan_route(robot, footholds, settings, progress=progress, **options)
+        return plan_route(robot, footholds, settings, start=start, progress=progress, **options)
     check_robot(robot)
     open_height = settings is None and options.get("body_height") is None
     chosen = chosen_settings(CrawlSettings, robot, settings, options)
     chosen = chosen.with_order_of(footholds, options.get("sequence") is not None)
     if footholds.postures is not None:
         chosen = with_first_posture(chosen, footholds)
+
+    def walk(over: Footholds, asked: CrawlSettings) -> Plan:
+        return _walk(robot, over, asked, open_height, progress)
+
+    if start is None:
+        return walk(footholds, chosen)
+    return plan_from_state(robot, footholds, start, chosen, walk_from_near(walk, chosen))
+
+
+def _walk(
+    robot: Quadruped, footholds: Footholds, chosen: CrawlSettings, open_height: bool,
+    progress: Progress | None,
+) -> Plan:  # fmt: skip
+    """The walk from rest.
+
+    Args:
+        robot, footholds, progress: as for :func:`plan_crawl`.
+        chosen: the settings.
+        open_height: whether other body heights may be tried.
+    """
     if chosen.sequence == FREE_ORDER:
         free = plan_free_at_fitting_height if open_height else plan_free_crawl
         return free(robot, footholds, chosen, progress=progress)

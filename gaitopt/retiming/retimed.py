@@ -47,7 +47,8 @@ def retimed(plan: Plan, forces: ForceLimits | None = None, *, rounding: float = 
 
     Raises:
         InputError: this is no plan, these are no limits, the robot has no mass, the plan promises a
-            jerk limit, which new timings do not keep, or ``rounding`` is out of range.
+            jerk limit, which new timings do not keep, it begins in motion, or ``rounding`` is out
+            of range.
         InfeasibleStepError: somewhere along the path there are no forces at any speed; names the
             step, and the limits that are in the way.
         SolverError: feet cannot be kept on their course, or no timing was found that has forces
@@ -58,6 +59,11 @@ def retimed(plan: Plan, forces: ForceLimits | None = None, *, rounding: float = 
     plan.robot.require_masses()
     promised = plan.settings.promised_forces if forces is None else forces
     settings = plan.settings.with_forces(ForceLimits() if promised is None else promised)
+    if plan.begins_moving:
+        raise InputError(
+            "a plan that begins in motion keeps its velocity; plan from the state anew, with other "
+            "limits"
+        )
     if settings.jerk_limit is not None:
         raise InputError("retimed keeps no jerk limit: take a plan whose jerk_limit is None")
     if not np.ptp(plan.path.knots(), axis=0).any():

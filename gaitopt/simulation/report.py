@@ -157,6 +157,8 @@ def _landings(
     heights included.
     """
     counts = dict.fromkeys(LEGS, 0)
+    # Feet that are in the air when the plan begins land on their first foothold.
+    counts.update({swing.leg: -1 for swing in plan.swings if swing.index < 0})
     one_surface = plan.footholds.ground is not None
     radius = plan.footholds.landing_radius
     out: list[tuple[float, MissedFoothold | None]] = []
@@ -198,6 +200,7 @@ def _slip(plan: Plan, times: FloatArray, feet: FloatArray, settings: SimulationS
     starts = [
         (0, leg, 0.0, next((s.start for s in plan.swings if s.leg == leg), np.inf), None)
         for leg in LEGS
+        if not plan.entry or leg in plan.phases[0].support
     ]
     for _, leg, start, end, _ in [*starts, *stances(plan)]:
         a, b = np.searchsorted(times, [start + settings.landing_time, end - BEFORE_LIFT_OFF])

@@ -184,6 +184,30 @@ class Footholds:
         lift = np.array([0.0, 0.0, height])
         return self.with_(points={leg: p + lift for leg, p in self.points.items()})
 
+    def after(self, first: Mapping[str, int], order: Iterable[str]) -> Footholds:
+        """The footholds of the rest of a walk.
+
+        Args:
+            first: for each leg the foothold that becomes its first one.
+            order: the legs in the order in which they then step.
+        """
+        legs = tuple(order)
+        made = self.steps - len(legs)
+
+        def rest(of_legs: Mapping[str, FloatArray] | None) -> dict[str, FloatArray] | None:
+            if of_legs is None:
+                return None
+            return {leg: array[first[leg] :] for leg, array in of_legs.items()}
+
+        return self.with_(
+            points={leg: points[first[leg] :] for leg, points in self.points.items()},
+            normals=rest(self.normals), friction=rest(self.friction),
+            swing_heights=rest(self.swing_heights),
+            order=legs,
+            postures=None if self.postures is None else self.postures[made:],
+            body_places=None if self.body_places is None else self.body_places[made:],
+        )  # fmt: skip
+
     def with_(self, **changes: Any) -> Footholds:
         """The same footholds with other values of the arguments that are named."""
         given = {f.name: getattr(self, f.name) for f in fields(self)}

@@ -230,7 +230,7 @@ def test_encrypted_parts_are_refused(short_plan: Plan, tmp_path: Path) -> None:
     ("changes", "words"),
     [
         ({"format": "other"}, "its header is of another kind"),
-        ({"version": 99}, "a plan of version 99; this gaitopt reads versions 1 and 2"),
+        ({"version": 99}, "a plan of version 99; this gaitopt reads versions 1 to 3"),
         ({"planner": "teleport"}, "planner 'teleport' is unknown"),
         ({"settings": {"objective": "fast"}}, "objective must be one of"),
         ({"settings": {"colour": "red"}}, "settings of crawl have no field 'colour'"),

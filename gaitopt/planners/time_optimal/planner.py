@@ -10,6 +10,7 @@ from dataclasses import replace
 from typing import Any
 
 from gaitopt.conventions import Progress
+from gaitopt.entering.walking import plan_from_state, walk_from_near
 from gaitopt.errors import GaitoptError, InfeasibleStepError, SolverError
 from gaitopt.gait.crawl import CRAWL_SEQUENCES, FREE_ORDER, WANG_SEQUENCE
 from gaitopt.optimize.route.legs import check_square_legs
@@ -17,6 +18,7 @@ from gaitopt.plan.plan import Plan
 from gaitopt.plan.record import RouteRecord
 from gaitopt.plan.settings.keywords import chosen_settings, takes_settings
 from gaitopt.plan.settings.time_optimal import RouteSettings
+from gaitopt.plan.state import State
 from gaitopt.planners.free_order.search import find_order
 from gaitopt.planners.phase_by_phase.planner import (
     plan_in_order,
@@ -40,6 +42,7 @@ def plan_route(
     settings: RouteSettings | None = None,
     *,
     progress: Progress | None = None,
+    start: State | None = None,
     **options: Any,
 ) -> Plan:
     """Plan the fastest statically stable walk over given footholds, all steps at once.
@@ -56,6 +59,7 @@ def plan_route(
             possible phase by phase.
         progress: called with (done, in all), from (0, all) on: of steps, which are done window by
             window or all at once; with the sequence ``"free"`` of orders.
+        start: the state in which the plan begins, as in :func:`gaitopt.plan_crawl`.
         options: single settings by name: the fields of :class:`gaitopt.RouteSettings`.
 
     Returns:
@@ -65,6 +69,7 @@ def plan_route(
         InputError: a setting is unknown or out of range, or the robot's legs cannot move sideways,
             or are not roll-pitch-pitch.
         InfeasibleStepError: a step is impossible even for the walk that is planned phase by phase.
+        InfeasibleStateError: no plan begins in ``start``; tells which limit is in the way.
         RouteError: no convergence; holds the walk planned phase by phase, and the solver's report.
         SolverError: standing feet cannot be kept on their footholds between knots.
     """
@@ -77,6 +82,8 @@ def plan_route(
     if footholds.postures is not None:
         chosen = with_first_posture(chosen, footholds)
         open_height = False
+    if start is not None:
+        return _from_state(robot, footholds, start, chosen, open_height, progress)
     if open_height:
         fitting = with_fitting_height(robot, footholds, crawl_settings(chosen))
         chosen = replace(chosen, body_height=fitting.body_height)
@@ -157,3 +164,24 @@ def _orders(
         orders = [footholds.order]
     found = find_order(robot, footholds, crawl_settings(settings))
     return [*orders, found.legs] if found.complete and found.legs else orders
+
+
+def _from_state(
+    robot: Quadruped, footholds: Footholds, start: State, chosen: RouteSettings,
+    open_height: bool, progress: Progress | None,
+) -> Plan:  # fmt: skip
+    """The walk that begins in a state.
+
+    Args:
+        robot, footholds, start, progress: as for :func:`plan_route`.
+        chosen: the settings.
+        open_height: whether the body height that fits is looked for.
+    """
+
+    def walk(over: Footholds, asked: RouteSettings) -> Plan:
+        if open_height:
+            fitting = with_fitting_height(robot, over, crawl_settings(asked))
+            asked = replace(asked, body_height=fitting.body_height)
+        return plan_route(robot, over, asked, progress=progress)
+
+    return plan_from_state(robot, footholds, start, chosen, walk_from_near(walk, chosen))

@@ -1,0 +1,123 @@
+"""Ways from a state to rest on four feet: the body brakes along its velocity, and feet land.
+
+Braking is a family of polynomials: with the time ``T`` and the power ``n`` the velocity is that of
+the state times ``(1 - t/T)^n``. The larger ``n`` is, the more of the braking comes first; a robot
+on its feet that moves towards the border of its support is stopped best in this way.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+
+from gaitopt.conventions import LEGS, FloatArray
+from gaitopt.entering.begin import Begin
+from gaitopt.entering.flights import Flight, flight_times, flights
+from gaitopt.motion.pieces import ROUNDING, States
+
+POWERS = (2, 3, 4, 1)
+"""Powers that are tried. With 2 and more the body ends without acceleration."""
+STILL = 1e-9
+"""A base that moves less fast is at rest [m/s, rad/s]."""
+INTERVALS = 16
+"""Least number of intervals of an entry."""
+SAME_INSTANT = 1e-9
+"""Times that differ by less are one [s]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Braking:
+    """How the body comes to rest.
+
+    Attributes:
+        base: its columns, and their rates, at the begin ``(2, 6)``.
+        duration: how long it takes [s]; 0 for a body at rest.
+        power: of the share of the time that is left, with which the velocity falls.
+    """
+
+    base: FloatArray
+    duration: float
+    power: int
+
+    def at(self, times: FloatArray) -> States:
+        """Columns of the base ``(N, 6)`` and two derivatives."""
+        (place, rates), n, total = self.base, self.power, self.duration
+        still = np.zeros((len(times), len(place)))
+        if not total > 0.0:
+            return still + place, still, still
+        left = np.clip(1.0 - times / total, 0.0, 1.0)[:, None]
+        moves = (times < total)[:, None]
+        return (
+            place + rates * total / (n + 1) * (1.0 - left ** (n + 1)),
+            rates * left**n,
+            np.where(moves, -n / total * rates * left ** (n - 1), 0.0),
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Entry:
+    """One way to rest on four feet.
+
+    Attributes:
+        begin: the state.
+        braking: of the body.
+        down: the flights of all feet that are in the air.
+    """
+
+    begin: Begin
+    braking: Braking
+    down: tuple[Flight, ...]
+
+    @property
+    def duration(self) -> float:
+        """When the robot is at rest on four feet [s]."""
+        return max([self.braking.duration, *(flight.duration for flight in self.down)])
+
+    @property
+    def landings(self) -> dict[str, float]:
+        """When each foot lands [s]."""
+        return {LEGS[flight.leg]: flight.duration for flight in self.down}
+
+    def feet(self, times: FloatArray) -> States:
+        """Feet in the world and two derivatives ``(N, 4, 3)`` each."""
+        place = np.repeat(self.begin.feet[:1], len(times), axis=0)
+        velocity, acceleration = np.zeros_like(place), np.zeros_like(place)
+        for flight in self.down:
+            for order, out in enumerate((place, velocity, acceleration)):
+                out[:, flight.leg] = flight.at(times, order)
+        return place, velocity, acceleration
+
+    def knots(self) -> FloatArray:
+        """Times between which it is analytic ``(K + 1,)`` [s]."""
+        end = self.duration
+        ends = [0.0, end, self.braking.duration]
+        edges = np.unique(np.concatenate([ends, *(flight.edges for flight in self.down)]))
+        edges = edges[np.append(np.diff(edges) > SAME_INSTANT, True)]
+        counts = np.ceil(np.diff(edges) / (end / INTERVALS) - ROUNDING).astype(int)
+        pieces = [np.linspace(a, b, n, endpoint=False)
+                  for a, b, n in zip(edges[:-1], edges[1:], counts, strict=True)]  # fmt: skip
+        return np.concatenate([*pieces, edges[-1:]])
+
+
+def body_rests(begin: Begin) -> bool:
+    """Whether the body of a state does not move."""
+    return bool(np.abs(begin.base[1]).max() <= STILL)
+
+
+def entries(begin: Begin, swing_height: float, *, all_ways: bool) -> list[Entry]:
+    """Ways to brake and to land, the quickest ones first.
+
+    Args:
+        begin: the state.
+        swing_height: how far feet may rise on their way down [m].
+        all_ways: whether feet land in all ways, and the body brakes in fewer.
+    """
+    ways = [Braking(begin.base, 0.0, 1)]
+    if not body_rests(begin):
+        powers = POWERS[:1] if all_ways else POWERS
+        ways = [Braking(begin.base, t, n) for t in flight_times() for n in powers]
+    each = [flights(begin, leg, swing_height, all_ways=all_ways) for leg in begin.flying]
+    found = [Entry(begin, way, down) for way in ways for down in product(*each)]
+    return sorted(found, key=lambda entry: entry.duration)

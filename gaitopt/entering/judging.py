@@ -1,0 +1,259 @@
+"""Whether an entry keeps joint limits and has contact forces, and what is in its way."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from gaitopt.conventions import LEGS, BoolArray, FloatArray
+from gaitopt.dynamics.contact_forces import ContactForces
+from gaitopt.dynamics.contacts import ForceLimits
+from gaitopt.dynamics.forces import build_force_problem, solve_forces
+from gaitopt.dynamics.whole_body import motion_of_path
+from gaitopt.entering.begin import Begin
+from gaitopt.entering.braking import Entry
+from gaitopt.errors import InfeasibleStateError
+from gaitopt.motion.body_and_feet import path_states
+from gaitopt.motion.bounds import derivative_range, largest_sizes
+from gaitopt.motion.path import BASE_COLUMNS, MotionPath
+from gaitopt.plan.com_margin import true_com
+from gaitopt.plan.contact_ground import ground_on
+from gaitopt.retiming.reserves import MIDDLE_SHARE, tightened
+from gaitopt.robots.quadruped import Quadruped
+from gaitopt.robots.whole_body import joints_from_feet
+from gaitopt.robots.whole_body_rates import base_twist, joint_rates
+from gaitopt.stability.margins import static_stability_margin
+from gaitopt.terrain.footholds import Footholds
+
+INSTANTS = 13
+"""Instants at which entries are looked at first, many together."""
+INSIDE = 1e-7
+"""Share of an interval by which its first and last sample lie inside: forces may jump at knots."""
+VELOCITY_ROUNDING = 5e-7
+"""Share by which a joint velocity may exceed its limit by rounding: half of what a certificate
+allows."""
+AT_BEGIN = 1e-6
+"""The same of a state, whose rates are known to that."""
+WAY_OUT = (
+    "begin when the robot is slower, give other first footholds, or allow more friction or torque"
+)
+"""What the user can do."""
+
+
+class Fault(NamedTuple):
+    """A limit that an entry exceeds.
+
+    Attributes:
+        share: by how much, as a share of the limit, or of the weight.
+        limit: its name.
+        value, allowed: what is needed, and what there is.
+        unit: of both.
+        time: when it is exceeded most [s].
+        of_forces: whether it is one on forces, which are looked for where joints keep their limits.
+    """
+
+    share: float
+    limit: str
+    value: float
+    allowed: float
+    unit: str
+    time: float
+    of_forces: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Judge:
+    """Holds entries against what is promised.
+
+    Attributes:
+        robot: the robot.
+        limits: on forces and torques, that are promised.
+        footholds: their first ones are those of the entry.
+    """
+
+    robot: Quadruped
+    limits: ForceLimits
+    footholds: Footholds
+
+    def quick(self, entries: list[Entry]) -> tuple[list[Entry], Fault | None]:
+        """Entries that keep all limits at a few instants, and what the best of the others lack.
+
+        Args:
+            entries: any number ``C`` of them.
+        """
+        shares = np.linspace(INSIDE, 1.0 - INSIDE, INSTANTS)
+        times = np.array([entry.duration for entry in entries])[:, None] * shares
+        base = [np.stack(entry.braking.at(t)) for entry, t in zip(entries, times, strict=True)]
+        feet = [np.stack(entry.feet(t)) for entry, t in zip(entries, times, strict=True)]
+        return self._quick(entries, times, np.stack(base, axis=1), np.stack(feet, axis=1))
+
+    def _quick(
+        self, entries: list[Entry], times: FloatArray, base: FloatArray, feet: FloatArray
+    ) -> tuple[list[Entry], Fault | None]:
+        """The same.
+
+        Args:
+            entries: ``C`` of them.
+            times: instants of each ``(C, N)`` [s].
+            base: columns of the base and two derivatives ``(3, C, N, 6)``.
+            feet: in the world, and two derivatives ``(3, C, N, 4, 3)``.
+        """
+        use = self._velocity_use(base, feet)
+        worst = use.max(axis=(1, 2))
+        fast = np.flatnonzero(worst <= 1.0 + AT_BEGIN)
+        if not len(fast):
+            best = int(worst.argmin())
+            return [], self._velocity(use[best], times[best]) if worst[best] < np.inf else None
+        flat = len(fast) * times.shape[1]
+        values = path_states(
+            self.robot,
+            (*base[:, fast].reshape(3, flat, BASE_COLUMNS),),
+            (*feet[:, fast].reshape(3, flat, len(LEGS), 3),),
+        )
+        low, high = self.robot.position_limits
+        joints = values[0][:, BASE_COLUMNS:].reshape(len(fast), times.shape[1], -1)
+        over = np.maximum(low - joints, joints - high).max(axis=(1, 2))
+        landings = np.array([[entries[i].landings.get(leg, -1.0) for leg in LEGS] for i in fast])
+        standing = (times[fast][..., None] > landings[:, None]).reshape(flat, len(LEGS))
+        forces = self._forces(list(values), standing, times[fast].ravel())
+        beyond = np.where(forces.feasible, 0.0, forces.excess.max(axis=1))
+        lacks = beyond.reshape(len(fast), -1).max(axis=1)
+        kept = [entries[i] for i in fast[(over <= 0.0) & (lacks <= 0.0)].tolist()]
+        if kept:
+            return kept, None
+        best = int((lacks + np.where(over > 0.0, 1e3 * over, 0.0)).argmin())
+        if over[best] > 0.0:
+            return [], self._positions(joints[best], joints[best], times[fast[best]])
+        row = best * times.shape[1] + int(beyond.reshape(len(fast), -1)[best].argmax())
+        one = slice(row, row + 1)
+        again = self._forces([v[one] for v in values], standing[one], times[fast].ravel()[one])
+        return [], _worst(again)
+
+    def _velocity_use(self, base: FloatArray, feet: FloatArray) -> FloatArray:
+        """Joint velocities as shares of their limits ``(C, N, nj)``; infinite out of reach."""
+        rpy = base[0, ..., 3:]
+        joints, reached = joints_from_feet(
+            self.robot, base[0, ..., :3], rpy, feet[0], on_unreachable="mask"
+        )
+        twist = base_twist(rpy, base[1, ..., :3], base[1, ..., 3:])
+        speeds = joint_rates(self.robot, rpy, joints, twist, feet[1], on_singular="nan")
+        use = np.abs(speeds) / self.robot.velocity_limits
+        use[~np.asarray(reached.all(axis=-1))] = np.inf
+        return np.asarray(np.nan_to_num(use, nan=np.inf))
+
+    def path(self, path: MotionPath, landings: dict[str, float]) -> Fault | None:
+        """Joint limits at every instant of a path, and contact forces at many.
+
+        Args:
+            path: the entry.
+            landings: when each foot lands that was in the air [s].
+        """
+        use = largest_sizes(path, 1)[:, BASE_COLUMNS:] / self.robot.velocity_limits
+        if use[0].max() <= 1.0 + AT_BEGIN:
+            use[0] = np.minimum(use[0], 1.0)
+        if use.max() > 1.0 + VELOCITY_ROUNDING:
+            return self._velocity(use, path.times[:-1])
+        low, high = derivative_range(path)
+        fault = self._positions(low[:, BASE_COLUMNS:], high[:, BASE_COLUMNS:], path.times[:-1])
+        if fault is not None:
+            return fault
+        times = _samples(path)
+        standing = np.ones((len(times), len(LEGS)), dtype=np.bool_)
+        for leg, landing in landings.items():
+            standing[:, LEGS.index(leg)] = times > landing
+        values = [path.evaluate(times, order) for order in range(3)]
+        return _worst(self._forces(values, standing, times))
+
+    def check_rest(self, begin: Begin) -> None:
+        """Refuse a robot at rest that no contact forces hold.
+
+        Raises:
+            InfeasibleStateError: names the limit.
+        """
+        rest = np.zeros((1, BASE_COLUMNS))
+        feet = begin.feet[:1]
+        states = path_states(self.robot, (begin.base[:1], rest, rest),
+                             (feet, 0.0 * feet, 0.0 * feet))  # fmt: skip
+        fault = _worst(self._forces(list(states), np.ones((1, 4), dtype=np.bool_), np.zeros(1)))
+        if fault is None:
+            return
+        centre = true_com(self.robot, motion_of_path(self.robot, *states).q)
+        margin = float(static_stability_margin(feet, centre)[0])
+        if margin < 0.0:
+            raise InfeasibleStateError(
+                f"start: the centre of mass is {-margin:.4f} m outside the polygon of the feet, "
+                "and the robot rests: it falls over, whatever forces the feet make; move the body "
+                "over the feet first, or begin while it moves there",
+                "support margin", margin, 0.0, "m",
+            )  # fmt: skip
+        raise self.refusal(fault)
+
+    def refusal(self, fault: Fault | None) -> InfeasibleStateError:
+        """The error of the entry that exceeds its limits least."""
+        if fault is None or not np.isfinite(fault.share):
+            return InfeasibleStateError(
+                "start: no way to rest on four feet keeps the legs within their reach and above "
+                f"the ground; {WAY_OUT}", "reach", 1.0, 1.0, "", 0.0,
+            )  # fmt: skip
+        needs = f"needs {fault.value:.4g} {fault.unit}, {fault.allowed:.4g} {fault.unit} are there"
+        if fault.of_forces:
+            needs = f"is exceeded by {fault.value:.4g} {fault.unit}"
+        return InfeasibleStateError(
+            f"start: no way to rest on four feet keeps all limits. In the best one {fault.limit} "
+            f"{needs}, at {fault.time:.3f} s; {WAY_OUT}",
+            fault.limit, fault.value, fault.allowed, fault.unit, fault.time,
+        )  # fmt: skip
+
+    def _forces(
+        self, values: list[FloatArray], standing: BoolArray, times: FloatArray
+    ) -> ContactForces:
+        """Forces of a motion at instants ``(N,)``."""
+        limits = tightened(self.limits, MIDDLE_SHARE)
+        ground = ground_on(self.footholds, np.zeros((len(times), 4), dtype=int), limits.friction)
+        problem = build_force_problem(
+            self.robot, motion_of_path(self.robot, *values), standing, limits,
+            normals=ground.normals, grip=ground.grip, times=times,
+        )  # fmt: skip
+        return solve_forces(problem)
+
+    def _velocity(self, use: FloatArray, times: FloatArray) -> Fault:
+        """The joint velocity that exceeds its limit most.
+
+        Args:
+            use: as a share of the limit ``(N, nj)``.
+            times: ``(N,)`` [s].
+        """
+        row, joint = (int(i) for i in np.unravel_index(int(use.argmax()), use.shape))
+        limit, share = float(self.robot.velocity_limits[joint]), float(use[row, joint])
+        return Fault(share - 1.0, f"joint velocity {self.robot.joint_names[joint]}", share * limit,
+                     limit, "rad/s", float(times[row]))  # fmt: skip
+
+    def _positions(self, least: FloatArray, most: FloatArray, times: FloatArray) -> Fault | None:
+        """The joint angle that is farthest beyond a limit, if one is."""
+        low, high = self.robot.position_limits
+        over = np.maximum(low - least, most - high)
+        row, joint = (int(i) for i in np.unravel_index(int(over.argmax()), over.shape))
+        if not over[row, joint] > 0.0:
+            return None
+        above = most[row, joint] > high[joint]
+        end = float((high if above else low)[joint])
+        value = float((most if above else least)[row, joint])
+        return Fault(float(over[row, joint]), f"joint position {self.robot.joint_names[joint]}",
+                     value, end, "rad", float(times[row]))  # fmt: skip
+
+
+def _worst(forces: ContactForces) -> Fault | None:
+    """The limit on forces that is exceeded most, if one is."""
+    worst = forces.worst()
+    if worst is None:
+        return None
+    names = forces.conflicts(worst.sample) or (f"{worst.kind.words} {worst.name}",)
+    return Fault(worst.share, names[0], worst.amount, 0.0, worst.unit, worst.time, of_forces=True)
+
+
+def _samples(path: MotionPath) -> FloatArray:
+    """Begin, middle and end of all segments, a little inside ``(3 S,)`` [s]."""
+    lengths = np.diff(path.times)[:, None]
+    return np.asarray((path.times[:-1, None] + lengths * [INSIDE, 0.5, 1.0 - INSIDE]).ravel())

@@ -1,0 +1,80 @@
+"""The quickest way from a state to rest on four feet for which limits are kept and forces exist."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from gaitopt.conventions import FloatArray
+from gaitopt.dynamics.contacts import ForceLimits
+from gaitopt.entering.begin import Begin
+from gaitopt.entering.braking import Entry, body_rests, entries
+from gaitopt.entering.judging import Fault, Judge
+from gaitopt.errors import GaitoptError
+from gaitopt.motion.body_and_feet import body_and_feet_path
+from gaitopt.motion.path import MotionPath
+
+FOOT_TOLERANCE = 1e-6
+"""Largest distance of a foot from its place between knots [m]."""
+AT_A_TIME = 128
+"""Entries that are looked at together at a few instants."""
+
+
+@dataclass(frozen=True, eq=False)
+class Landed:
+    """An entry that ends at rest on four feet.
+
+    Attributes:
+        path: of body and joints.
+        landings: when each foot lands that was in the air [s].
+        base: where the base comes to rest ``(6,)``.
+    """
+
+    path: MotionPath
+    landings: dict[str, float]
+    base: FloatArray
+
+
+def landed(begin: Begin, limits: ForceLimits, swing_height: float) -> Landed | None:
+    """The quickest entry to rest on four feet; ``None`` for a robot that rests on them already.
+
+    Args:
+        begin: the state.
+        limits: on forces and torques.
+        swing_height: how far feet may rise on their way down [m].
+
+    Raises:
+        InfeasibleStateError: there is none; names the limit, by how much and when it is exceeded in
+            the one that exceeds its limits least.
+    """
+    judge = Judge(begin.robot, limits, begin.footholds)
+    if not begin.flying and body_rests(begin):
+        judge.check_rest(begin)
+        return None
+    faults: list[Fault] = []
+    for all_ways in (False, True) if begin.flying else (False,):
+        ways = entries(begin, swing_height, all_ways=all_ways)
+        for first in range(0, len(ways), AT_A_TIME):
+            fast, fault = judge.quick(ways[first : first + AT_A_TIME])
+            faults += [fault] if fault else []
+            for entry in fast:
+                fault, found = _tried(judge, entry)
+                if found is not None:
+                    return found
+                faults += [fault] if fault else []
+    raise judge.refusal(
+        min(faults, key=lambda fault: (not fault.of_forces, fault.share), default=None)
+    )
+
+
+def _tried(judge: Judge, entry: Entry) -> tuple[Fault | None, Landed | None]:
+    """What is wrong with an entry, or the entry."""
+    knots = entry.knots()
+    try:
+        path = body_and_feet_path(judge.robot, knots, entry.braking.at, entry.feet, FOOT_TOLERANCE)
+    except GaitoptError:
+        # A leg is too short between two of the knots.
+        return None, None
+    fault = judge.path(path, entry.landings)
+    if fault is not None:
+        return fault, None
+    return None, Landed(path, entry.landings, entry.braking.at(knots[-1:])[0][0])
