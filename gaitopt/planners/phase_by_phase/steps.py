@@ -118,7 +118,9 @@ def check_robot(robot: Quadruped) -> None:
         if not leg.has_roll:
             raise InputError(
                 f"{robot.name}: leg {name} has no roll joint, so its foot cannot move sideways as "
-                "a crawl over given footholds needs; use a robot with three joints a leg"
+                "a crawl over given footholds needs; such a robot walks straight ahead with "
+                "plan_gait and timing='velocity' (gaitopt gait wave), and over an obstacle with "
+                "plan_stride (gaitopt stride)"
             )
     robot.require_velocity_limits()
 

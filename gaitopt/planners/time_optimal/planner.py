@@ -14,6 +14,7 @@ from gaitopt.entering.walking import plan_from_state, walk_from_near
 from gaitopt.errors import GaitoptError, InfeasibleStepError, SolverError
 from gaitopt.gait.crawl import CRAWL_SEQUENCES, FREE_ORDER, WANG_SEQUENCE
 from gaitopt.optimize.route.legs import check_square_legs
+from gaitopt.plan.com_margin import com_margin
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.record import RouteRecord
 from gaitopt.plan.settings.keywords import chosen_settings, takes_settings
@@ -56,7 +57,9 @@ def plan_route(
             20 degrees of them.
         settings: all settings as one object. By default they fit the robot: margins and heights
             are to its size, and of a few body heights the first is taken at which the walk is
-            possible phase by phase.
+            possible phase by phase. With the timing ``"velocity"`` the body's centre keeps the
+            margin (``com="body"``) unless the true centre of mass would leave the support polygon:
+            then that keeps it (``com="model"``), and the plan's settings say so.
         progress: called with (done, in all), from (0, all) on: of steps, which are done window by
             window or all at once; with the sequence ``"free"`` of orders.
         start: the state in which the plan begins, as in :func:`gaitopt.plan_crawl`.
@@ -87,9 +90,25 @@ def plan_route(
     if open_height:
         fitting = with_fitting_height(robot, footholds, crawl_settings(chosen))
         chosen = replace(chosen, body_height=fitting.body_height)
-    if chosen.sequence == FREE_ORDER:
-        return _fastest_order(robot, footholds, chosen, progress)
-    return _plan_in_order(robot, footholds, chosen, progress)
+    plan = _planned(robot, footholds, chosen, progress)
+    own_com = settings is None and options.get("com") is None and chosen.com == "body"
+    if own_com and not chosen.free.dynamic and _tips_over(plan):
+        # On some robots (hyq) the true centre of mass is too far from the body's centre.
+        return _planned(robot, footholds, replace(chosen, com="model"), progress)
+    return plan
+
+
+def _planned(
+    robot: Quadruped, footholds: Footholds, settings: RouteSettings, progress: Progress | None
+) -> Plan:
+    """The plan with these settings."""
+    search = settings.sequence == FREE_ORDER
+    return (_fastest_order if search else _plan_in_order)(robot, footholds, settings, progress)
+
+
+def _tips_over(plan: Plan) -> bool:
+    """Whether the true centre of mass leaves the feet's support polygon."""
+    return plan.robot.mass > 0.0 and bool((com_margin(plan)[1] < 0.0).any())
 
 
 def _plan_in_order(

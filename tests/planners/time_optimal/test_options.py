@@ -112,3 +112,14 @@ def test_whose_margin_is_kept_goes_with_every_variant(free: str, limit: float | 
                 continue
             assert gaitopt.RouteSettings(free=free, timing=timing, com=com, **limited).com == com
         assert gaitopt.RouteSettings(free=free, timing=timing, **limited).com == default
+
+
+def test_a_true_centre_of_mass_that_would_leave_the_feet_keeps_the_margin() -> None:
+    """hyq's comes to lie 40 mm beside the body's centre, farther than its margin of 27 mm."""
+    hyq = gaitopt.load_robot("hyq")
+    few = gaitopt.s_columns(0, columns=3, robot=hyq)
+    asked = plan_route(hyq, few, timing="velocity", com="body")
+    assert asked.settings.com == "body" and gaitopt.com_margin(asked)[1].min() < 0.0
+    plan = plan_route(hyq, few, timing="velocity")
+    assert plan.settings.com == "model"
+    assert gaitopt.com_margin(plan)[1].min() > plan.settings.stability_margin - 1e-6
