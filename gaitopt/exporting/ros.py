@@ -29,10 +29,9 @@ from gaitopt.exporting.interpolation import (
     choose_points,
 )
 from gaitopt.exporting.names import shown
-from gaitopt.exporting.sampled import Exported, Source
+from gaitopt.exporting.sampled import Exported, Source, forces_at
 from gaitopt.files import written_whole
 from gaitopt.inputs import check_number
-from gaitopt.plan.contact_forces import contact_forces
 
 JOINT_ERROR: Final = 1e-3
 """Default of the largest joint error [rad]: half a millimetre at the foot of a leg of 0.4 m."""
@@ -150,7 +149,7 @@ def message(source: Source, points: Points, interpolation: str, offset: float) -
     if interpolation == "quintic":
         tables["accelerations"] = points.accelerations
     if source.with_forces:
-        found = contact_forces(source.plan, times=points.plan_times.clip(0, source.plan.duration))
+        found = forces_at(source.plan, points.plan_times)
         tables["effort"] = found.torques[:, source.order.columns]
     stamps = np.rint((points.times + offset) / NANOSECOND).astype(np.int64).tolist()
     return {

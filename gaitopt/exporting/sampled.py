@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from gaitopt.conventions import FloatArray, frozen
-from gaitopt.dynamics.contact_forces import ContactForces
 from gaitopt.dynamics.whole_body import Motion, motion_of_path
 from gaitopt.errors import InputError
 from gaitopt.exporting.at_rest import REST
 from gaitopt.exporting.joint_order import JointOrder
 from gaitopt.inputs import check_number
 from gaitopt.plan.contact_forces import contact_forces
-from gaitopt.plan.plan import Plan
+from gaitopt.plan.plan import SLOWEST, Plan
 from gaitopt.plan.trajectory import MAX_SAMPLES, Trajectory
 
 
@@ -34,6 +34,33 @@ class Exported:
     files: tuple[Path, ...]
     numbers: Mapping[str, float] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+
+
+class Forces(NamedTuple):
+    """Contact forces ``(N, 4, 3)`` [N] and torques of the plan's joints ``(N, nj)`` [N m]."""
+
+    forces: FloatArray
+    torques: FloatArray
+
+
+def forces_at(plan: Plan, times: FloatArray) -> Forces:
+    """Contact forces and torques at times of a plan; after its end, those of standing still.
+
+    A plan may brake until its last instant. What holds there afterwards are the forces of the same
+    motion, so slow that nothing accelerates.
+    """
+    found = contact_forces(plan, times=np.minimum(times, plan.duration))
+    forces, torques = found.forces.copy(), found.torques.copy()
+    ended = times >= plan.duration
+    if ended.any():
+        slow = replace(
+            plan,
+            path=plan.path.slowed(SLOWEST),
+            phases=tuple(p.slowed(SLOWEST) for p in plan.phases),
+        )
+        still = contact_forces(slow, times=[slow.duration])
+        forces[ended], torques[ended] = still.forces[0], still.torques[0]
+    return Forces(forces, torques)
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,11 +154,9 @@ class Samples:
         return self.vectors.v[:, 6 + self.source.order.columns]
 
     @cached_property
-    def forces(self) -> ContactForces | None:
+    def forces(self) -> Forces | None:
         """Contact forces and torques; ``None`` where the file is to have none."""
-        if not self.source.with_forces:
-            return None
-        return contact_forces(self.source.plan, times=self.inside)
+        return forces_at(self.source.plan, self.times) if self.source.with_forces else None
 
     @property
     def torques(self) -> FloatArray | None:

@@ -74,6 +74,9 @@ def test_feet_that_stand_do_not_move_and_carry_the_robot(a1_walk: Plan, written:
         9.81 * a1_walk.robot.mass, rel=0.02
     )
     assert not told["root_linear_velocity"][[0, -1]].any()
+    # After the end the robot stands: the ground carries its weight, and no more.
+    weight = np.array([0.0, 0.0, 9.81 * a1_walk.robot.mass])
+    assert told["contact_forces"][-1].sum(axis=0) == pytest.approx(weight, abs=1e-3)
 
 
 def test_hdf5_holds_the_same_with_units(a1_walk: Plan, written: Path, tmp_path: Path) -> None:
