@@ -123,7 +123,7 @@ def test_a_fall_is_marked_and_the_page_ends_with_it(walk: Plan, fall: Result) ->
     end = float(fall.motion.t[-1])
     assert end < page.scene.duration < end + 3.0 < walk.duration
     assert page.captions[-1].start == pytest.approx(end)
-    assert page.captions[-1].label == "physics: failed: the robot fell"
+    assert page.captions[-1].label == f"fell at {end:.1f} s"
     assert page.captions[-1].colour == ALARM
     (label,) = [one for one in page.labels if one.kind == "event"]
     assert label.name == f"fell at {end:.1f} s" and label.since == pytest.approx(end)

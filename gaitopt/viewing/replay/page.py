@@ -10,11 +10,13 @@ from functools import lru_cache
 from importlib import resources
 from typing import Any, Literal
 
+from gaitopt.viewing.colours import LEG_COLOURS
+from gaitopt.viewing.replay.curves.curves import Curves, curve_data
 from gaitopt.viewing.replay.ground.encoding import GroundMaps, ground_data
 from gaitopt.viewing.replay.passing import passing_data, passing_paths
 from gaitopt.viewing.replay.scene import Scene
 
-SPEEDS = (0.1, 0.2, 0.5, 1, 2, 5, 10, 20)
+SPEEDS = (0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20)
 """Speeds to choose from, as multiples of real time."""
 
 COMFORTABLE = 35.0
@@ -34,7 +36,11 @@ SCRIPTS = (
     "solids.js",
     "ground.js",
     "passing.js",
+    "camera.js",
+    "labels.js",
+    "curves.js",
     "switches.js",
+    "keys.js",
     "page.js",
 )
 """The page's own scripts; the last one uses the others."""
@@ -127,6 +133,7 @@ class Page:
         view_from: direction from the scene to the camera: along the heading, to the left, up.
         in_view: points that are visible in the first view, instead of the ball [m].
         switches: buttons that show and hide frames.
+        curves: below the time bar; ``None`` for none.
     """
 
     scene: Scene
@@ -145,6 +152,7 @@ class Page:
     view_from: tuple[float, float, float] = (0.75, 0.8, 0.62)
     in_view: tuple[tuple[float, float, float], ...] = ()
     switches: tuple[Switch, ...] = ()
+    curves: Curves | None = None
 
 
 def comfortable_speed(duration: float, speeds: tuple[float, ...] = SPEEDS) -> float:
@@ -208,6 +216,8 @@ def _data(page: Page) -> dict[str, Any]:
         "switches": [asdict(switch) for switch in page.switches],
         "tracks": [track_data(t) for t in page.scene.tracks if t.kind != "visible"],
         "passing": passing,
+        "curves": curve_data(page.curves),
+        "legColours": LEG_COLOURS,
         "ground": ground_data(page.scene, maps, passing_paths(page.scene)),
     }
 

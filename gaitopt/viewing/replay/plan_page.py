@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace as changed
+from typing import Final
 
 import numpy as np
 
@@ -13,9 +14,11 @@ from gaitopt.inputs import check_kind
 from gaitopt.plan.phase import Phase
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.trajectory import Trajectory
-from gaitopt.viewing.colours import HELD, LEG_COLOURS
+from gaitopt.viewing.colours import HELD, LEG_COLOURS, LEG_WORDS
 from gaitopt.viewing.ground_search import GroundSearch
 from gaitopt.viewing.replay.camera import robot_size, view_sphere
+from gaitopt.viewing.replay.curves.of_physics import physics_curves
+from gaitopt.viewing.replay.curves.of_plan import plan_curves
 from gaitopt.viewing.replay.ground.ground_scene import (
     FOOTING,
     footing_legend,
@@ -28,11 +31,17 @@ from gaitopt.viewing.replay.obstacle_scene import obstacle_scene
 from gaitopt.viewing.replay.page import Caption, Label, Page, Switch
 from gaitopt.viewing.replay.physics.happened import Happened, SimulatedWalk, what_happened
 from gaitopt.viewing.replay.physics.missed_scene import ALARM, missed_scene
-from gaitopt.viewing.replay.robot_scene import robot_scene
-from gaitopt.viewing.replay.scene import Scene, joined
-from gaitopt.viewing.replay.standing_scene import STANDING, standing_scene
-from gaitopt.viewing.replay.support_scene import INSIDE, support_scene
+from gaitopt.viewing.replay.robot_scene import foot_frames, robot_scene
+from gaitopt.viewing.replay.scene import FramePath, Scene, joined
+from gaitopt.viewing.replay.standing_scene import MOST_REGIONS, STANDING, standing_scene
+from gaitopt.viewing.replay.support_scene import DOT, INK, INSIDE, support_scene
 from gaitopt.viewing.replay.terrain_scene import samples_of, swings_scene, terrain_scene
+
+SIMULATED: Final[FramePath] = ("simulated",)
+"""The frame of the robot in physics."""
+WAY, NEAR_LIMIT = "#8d97a3", "#ff7a00"
+"""Colours in the legend for the ways of the feet, which have their legs' colours, and of the mark
+at a joint near its limit (``curves.js``)."""
 
 GHOST = 0.25
 """Opacity of the planned robot beside a simulated one."""
@@ -73,7 +82,7 @@ def _scene(
         *scenes,
         missed_scene(plan, real.missed),
         _ghost(robot_scene(real.ghost, meshes)),
-        robot_scene(real.walk, meshes, ("simulated",)),
+        robot_scene(real.walk, meshes, SIMULATED),
     ])  # fmt: skip
     # The plan goes on after a fall, but the page does not.
     end = real.walk.duration if real.fell is None else real.fell + AFTER_A_FALL
@@ -115,12 +124,7 @@ def plan_page(
     if real is not None:
         facts += filter(None, ["solid: what happened in physics; pale: the plan", real.told])
     scene = _scene(plan, real, meshes, search)
-    legend = [*((leg, LEG_COLOURS[leg]) for leg in LEGS), ("support less margin", INSIDE)]
-    if real is not None and real.missed:
-        legend.append(("footholds that were missed", ALARM))
     switches = _switches(scene)
-    if any(s.frame == "/".join(STANDING) for s in switches):
-        legend.append(("where forces hold the centre of mass", HELD))
     window = ground_window(plan)
     size = robot_size(plan)
     base = "/robot/base" if real is None else "/simulated/base"
@@ -128,7 +132,7 @@ def plan_page(
         scene=scene,
         title=plan.robot.name if title is None else str(title),
         facts=(*facts, *(() if window is None else window.notes)),
-        legend=tuple(legend),
+        legend=_legend(plan, real, any(s.frame == "/".join(STANDING) for s in switches)),
         captions=_captions(plan if real is None else real.walk, real),
         centre=centre,
         radius=radius,
@@ -137,8 +141,36 @@ def plan_page(
         follow_radius=size,
         follow_drop=None if window is None else 0.5 * size,
         switches=switches,
-        labels=() if real is None or real.fell is None else (_fall(real, base, size),),
+        labels=(*_names(plan, real), *_fall(real, base, size)),
+        curves=plan_curves(plan) if real is None else physics_curves(real, SIMULATED),
     )
+
+
+def _legend(plan: Plan, real: Happened | None, held: bool) -> tuple[tuple[str, str], ...]:
+    """What every colour, line and dot of the scene is."""
+    margin = 1e3 * plan.settings.stability_margin
+    found = [(f"{leg}: {LEG_WORDS[leg]}", LEG_COLOURS[leg]) for leg in LEGS]
+    found += [
+        ("coloured lines: ways of the feet", WAY),
+        ("support polygon of the feet that stand", INK),
+        (f"the same, shrunk by the margin of {margin:.0f} mm", INSIDE),
+        ("dot: body centre, on the ground; line: its way", DOT),
+    ]
+    if held:
+        found.append(("where forces hold the centre of mass", HELD))
+        if len(plan.swings) > MOST_REGIONS:
+            found[-1] = (f"{found[-1][0]} (first {MOST_REGIONS} swings)", HELD)
+    if real is not None and real.missed:
+        found.append(("footholds that were missed", ALARM))
+    found.append(("joint near its limit", NEAR_LIMIT))
+    return tuple(found)
+
+
+def _names(plan: Plan, real: Happened | None) -> Iterator[Label]:
+    """The names of the feet."""
+    root = ("robot",) if real is None else SIMULATED
+    for leg, (path, _) in foot_frames(plan.robot, root).items():
+        yield Label("/" + "/".join(path), 0.0, leg, LEG_COLOURS[leg], kind="foot")
 
 
 def _switches(scene: Scene) -> tuple[Switch, ...]:
@@ -187,11 +219,16 @@ def _balance(plan: Plan) -> str:
     return f"ZMP at most {-1e3 * zmp:.1f} mm off its support"
 
 
-def _fall(real: Happened, base: str, size: float) -> Label:
+def _fall(real: Happened | None, base: str, size: float) -> Iterator[Label]:
     """What is written above a robot once it has fallen."""
-    word = "fell" if real.result is not None else "ended"
-    return Label(base, 0.4 * size, f"{word} at {real.fell:.1f} s", ALARM, kind="event",
-                 since=real.fell or 0.0)  # fmt: skip
+    if real is not None and real.fell is not None:
+        yield Label(base, 0.4 * size, f"{_ended(real)} at {real.fell:.1f} s", ALARM, kind="event",
+                    since=real.fell)  # fmt: skip
+
+
+def _ended(real: Happened) -> str:
+    """Whether the robot is known to have fallen."""
+    return "fell" if real.result is not None else "physics ended"
 
 
 def _captions(plan: Plan, real: Happened | None) -> tuple[Caption, ...]:
@@ -201,7 +238,7 @@ def _captions(plan: Plan, real: Happened | None) -> tuple[Caption, ...]:
         for p in plan.phases if p.duration > 0
     ]  # fmt: skip
     if real is not None and real.fell is not None:
-        found.append(Caption(real.fell, real.told, ALARM))
+        found.append(Caption(real.fell, f"{_ended(real)} at {real.fell:.1f} s", ALARM))
     return tuple(found)
 
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from gaitopt.conventions import FloatArray
+from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.files import StrPath
 from gaitopt.motion.path import MotionPath
 from gaitopt.plan.plan import Plan
@@ -53,7 +53,18 @@ def moving_robot(
         placement = robot.model.jointPlacements[joint]
         local = pose(placement.translation, placement.rotation)
         nodes.append(Node(path, parts.get(joint, ()), np.eye(4) if joint == 1 else local))
+    nodes += [Node(path, (), at) for path, at in foot_frames(robot, root).values()]
     return Scene(tuple(nodes), tuple(_tracks(robot, motion, paths)), motion.duration)
+
+
+def foot_frames(robot: Quadruped, root: FramePath) -> dict[str, tuple[FramePath, FloatArray]]:
+    """The frame of each leg's foot, and its pose ``(4, 4)`` in the frame above it."""
+    paths, found = joint_paths(robot, root), {}
+    for leg in LEGS:
+        frame = robot.model.frames[robot.model.getFrameId(robot.legs[leg].foot)]
+        above = paths[int(frame.parentJoint)]
+        found[leg] = (*above, "foot"), pose(frame.placement.translation)
+    return found
 
 
 def joint_paths(robot: Quadruped, root: FramePath) -> dict[int, FramePath]:

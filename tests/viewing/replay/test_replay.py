@@ -417,7 +417,9 @@ def test_nothing_is_left_behind_when_writing_fails(walk, tmp_path):
     assert [p.name for p in tmp_path.iterdir()] == ["walk.html"]
 
 
-@pytest.mark.parametrize(("duration", "speed"), [(213, 5), (72, 2), (35, 1), (3600, 20), (2, 0.1)])
+@pytest.mark.parametrize(
+    ("duration", "speed"), [(213, 5), (72, 2), (35, 1), (3600, 20), (2, 0.05), (0.5, 0.02)]
+)
 def test_a_replay_lasts_about_half_a_minute(duration, speed):
     assert comfortable_speed(duration) == speed
     assert comfortable_speed(0.0) in SPEEDS

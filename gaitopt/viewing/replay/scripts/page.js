@@ -4,7 +4,7 @@
   const read = (id) => JSON.parse(el(id).textContent);
   const data = read("data");
   const THREE = MeshCat.THREE;
-  const BACKDROP = 0xecf0f4;
+  const BACKDROP = 0xecf0f4, FRAME = 1 / 30;
   document.querySelector("#about h1").textContent = document.title;
 
   let viewer;
@@ -15,164 +15,44 @@
     el("problem").textContent = "This replay needs WebGL, which this browser does not offer.";
     return;
   }
-  for (const text of read("commands")) {
-    viewer.handle_command_bytearray(Uint8Array.from(atob(text), (c) => c.charCodeAt(0)));
-  }
+  // meshcat's viewer takes the window's height for that of its pane.
+  const resize = viewer.set_3d_pane_size.bind(viewer), pane = viewer.dom_element;
+  viewer.set_3d_pane_size = () => resize(pane.clientWidth, pane.clientHeight);
+  for (const text of read("commands")) viewer.handle_command_bytearray(bytesOf(text));
 
-  // ---- scene dressing: an endless floor, one sun whose shadow map stays around the view
-  const toView = ([x, y, z]) => new THREE.Vector3(x, z, -y);
-  const centre = toView(data.centre);
-  viewer.scene.background = new THREE.Color(BACKDROP);
-  viewer.scene.fog = new THREE.Fog(BACKDROP, 5 * data.radius + 3, 14 * data.radius + 8);
-  viewer.renderer.shadowMap.enabled = true;
-  for (const name of Object.keys(viewer.scene_tree.children.Lights.children)) {
-    viewer.set_property(["Lights", name], "visible", false);
-  }
-  const widest = 4;
-  const reach = Math.min(data.radius * 1.15, widest);
-  const ahead = new THREE.Vector3(Math.cos(data.heading), 0, -Math.sin(data.heading));
-  const left = new THREE.Vector3(ahead.z, 0, -ahead.x);
-  const sunOffset = new THREE.Vector3(0, 4, 0).addScaledVector(ahead, 1.5).addScaledVector(left, -1);
-  const sun = new THREE.DirectionalLight(0xffffff, 0.44);
-  sun.castShadow = true;
-  sun.shadow.mapSize.set(2048, 2048);
-  sun.shadow.bias = -0.0006;
-  sun.shadow.radius = 4;
-  Object.assign(sun.shadow.camera,
-    { left: -reach, right: reach, top: reach, bottom: -reach, near: 0.5, far: 12 });
-  const fill = new THREE.DirectionalLight(0xf4f7ff, 0.3);
-  fill.position.copy(ahead).multiplyScalar(0.6).addScaledVector(left, 1.5);
-  // meshcat turns the scene itself; lights and camera are easier to place beside a turned group.
-  viewer.scene.rotation.x = 0;
-  const world = new THREE.Group();
-  world.rotation.x = -Math.PI / 2;
-  for (const child of [...viewer.scene.children]) world.add(child);
-  const sky = new THREE.HemisphereLight(0xffffff, 0xcdd2da, 0.58);
-  viewer.scene.add(world, sun, sun.target, fill, sky);
-
-  // ---- camera
-  const camera = viewer.camera, controls = viewer.controls;
-  camera.fov = 32;
-  camera.near = 0.05;
-  camera.far = 400;
+  // ---- the scene
+  const view = makeCamera(THREE, viewer, data);
+  const shine = makeLight(THREE, viewer, data, view, BACKDROP);
   const meshOf = drawGround(THREE, viewer, data.ground);
   const move = makeMotion(THREE, viewer, data.tracks);
   const pass = makePassing(THREE, viewer, data.passing, meshOf);
-  controls.maxDistance = 60;
-  controls.maxPolarAngle = 0.49 * Math.PI;
-  const follower = data.follow
-    ? viewer.scene_tree.find(data.follow.split("/").filter(Boolean)).object : null;
-  const place = new THREE.Vector3(), before = new THREE.Vector3();
-  const whereIsIt = (out) => {
-    follower.updateWorldMatrix(true, false);
-    return out.setFromMatrixPosition(follower.matrixWorld);
-  };
-
-  // How far a camera that looks along -direction at the target must be to see all points.
-  function distanceTo(points, direction) {
-    const right = new THREE.Vector3(0, 1, 0).cross(direction).normalize();
-    const up = new THREE.Vector3().crossVectors(direction, right);
-    const tall = Math.tan(camera.fov * Math.PI / 360);
-    const wide = tall * window.innerWidth / window.innerHeight;
-    return Math.max(...points.map((point) => {
-      const away = toView(point).sub(controls.target);
-      const side = Math.abs(away.dot(right)) / wide, height = Math.abs(away.dot(up)) / tall;
-      return away.dot(direction) + 1.04 * Math.max(side, height / 0.8);
-    }));
-  }
-
-  // Until somebody takes hold of the camera, the view fits the window.
-  let moved = false;
-  controls.addEventListener("start", () => { moved = true; });
-
-  function resetView() {
-    const narrow = Math.min(1, window.innerWidth / window.innerHeight / 1.6);
-    const radius = state.follow ? data.followRadius : data.radius;
-    const [forth, aside, above] = data.viewFrom;
-    const direction = new THREE.Vector3(0, above, 0)
-      .addScaledVector(ahead, forth).addScaledVector(left, aside).normalize();
-    controls.target.copy(centre);
-    if (state.follow) {
-      whereIsIt(place);
-      const drop = data.followDrop;
-      controls.target.set(place.x, drop === null ? centre.y : place.y - drop, place.z);
-    }
-    controls.target.y -= 0.08 * radius;
-    const distance = data.inView.length && !state.follow ? distanceTo(data.inView, direction)
-      : 0.8 * radius / Math.sin(camera.fov * Math.PI / 360) / narrow;
-    camera.position.copy(controls.target).addScaledVector(direction, distance);
-    before.copy(follower ? whereIsIt(place) : centre);
-    moved = false;
-    viewer.set_dirty();
-  }
-
-  // ---- names above frames
-  const labels = data.labels.map((label) => {
-    const box = document.createElement("div"), name = document.createElement("b");
-    const below = document.createElement("span");
-    name.append(dot(label.colour), label.name);
-    box.className = label.kind === "runner" ? "label" : `label ${label.kind}`;
-    box.append(name, below);
-    el("scene").append(box);
-    const frame = viewer.scene_tree.find(label.frame.split("/").filter(Boolean)).object;
-    return { label, box, below, frame };
-  });
-
-  function placeLabels() {
-    camera.updateMatrixWorld();
-    for (const { label, box, below, frame } of labels) {
-      frame.updateWorldMatrix(true, false);
-      place.setFromMatrixPosition(frame.matrixWorld);
-      place.y += label.lift;
-      place.project(camera);
-      const x = (place.x + 1) / 2 * window.innerWidth, y = (1 - place.y) / 2 * window.innerHeight;
-      box.style.transform = `translate(${x}px, ${y}px) translate(-50%, -100%)`;
-      box.style.zIndex = String(Math.round(1e6 * (1 - place.z)));
-      const done = state.time >= label.since;
-      box.hidden = place.z > 1 || label.kind === "event" && !done;
-      if (label.kind !== "runner") continue;
-      box.classList.toggle("done", done);
-      below.textContent = done ? label.result
-        : `${countUpTo(label.landings, state.time)} of ${label.landings.length} steps`;
-    }
-  }
+  const labels = makeLabels(THREE, viewer, data.labels);
 
   // ---- time
   const hash = new URLSearchParams(location.hash.slice(1));
   const state = { time: 0, playing: false, speed: data.speed, follow: false };
   const starts = data.captions.map((m) => m[0]);
+  const curves = makeCurves(THREE, viewer, data.curves, data.legColours, data.duration,
+    (time) => seek(time));
+  if (curves) curves.halo(0.11 * data.followRadius);
 
   const captionAt = (time) => Math.max(0, countUpTo(starts, time) - 1);
 
   function clock(seconds) {
     const minutes = Math.floor(seconds / 60), rest = seconds - 60 * minutes;
-    return `${minutes}:${rest.toFixed(1).padStart(4, "0")}`;
+    return `${minutes}:${rest.toFixed(data.duration < 20 ? 2 : 1).padStart(data.duration < 20 ? 5 : 4, "0")}`;
   }
 
   function seek(time) {
     state.time = Math.min(Math.max(time, 0), data.duration);
     move(state.time);
     pass(state.time);
-    if (follower) {
-      whereIsIt(place);
-      if (state.follow) {
-        camera.position.add(place).sub(before);
-        controls.target.add(place).sub(before);
-      }
-      before.copy(place);
-    }
-    sun.target.position.copy(reach < widest || !follower ? centre : place);
-    sun.position.copy(sun.target.position).add(sunOffset);
+    shine(view.track());
     const [, label, , mark] = data.captions[captionAt(state.time)] || [0, "", "", ""];
     el("phase").replaceChildren(...(mark ? [dot(mark)] : []), label);
     el("clock").textContent = `${clock(state.time)} / ${clock(data.duration)}`;
     el("scrub").value = data.duration > 0 ? Math.round(1e6 * state.time / data.duration) : 0;
-  }
-
-  function dot(colour) {
-    const mark = document.createElement("i");
-    mark.style.background = colour;
-    return mark;
+    if (curves) curves.update(state.time);
   }
 
   function setPlaying(playing) {
@@ -187,14 +67,39 @@
   }
 
   function setFollow(follow) {
-    state.follow = follow && follower !== null;
+    state.follow = view.follow = follow && view.follower !== null;
     el("follow").setAttribute("aria-pressed", String(state.follow));
-    resetView();
+    view.reset();
+  }
+
+  function setView(name) {
+    view.from = PRESETS[name] || data.viewFrom;
+    el("view").value = PRESETS[name] ? name : "first";
+    view.reset();
+  }
+
+  function setCurves(open) {
+    if (!curves) return;
+    curves.show(open, state.time);
+    el("more").setAttribute("aria-pressed", String(open));
+    fit();
+  }
+
+  // The scene ends where the curves begin; without them it goes on behind the bar.
+  function fit() {
+    const low = curves && curves.open ? el("bar").offsetHeight + 8 : 0;
+    el("scene").style.bottom = `${low}px`;
+    viewer.set_3d_pane_size();
+    // In wide windows the robot is drawn beside the heading, and not behind it.
+    const { clientWidth: wide, clientHeight: tall } = pane, about = el("about");
+    const beside = wide >= 900 && !about.classList.contains("folded") ? 0.42 * about.offsetWidth : 0;
+    viewer.camera.setViewOffset(wide, tall, -beside, 0, wide, tall);
+    if (view.moved) viewer.set_dirty(); else view.reset();
   }
 
   function draw() {
     viewer.render();
-    placeLabels();
+    labels.place(state.time);
   }
 
   let last;
@@ -209,18 +114,21 @@
     requestAnimationFrame(frame);
   }
 
-  // ---- controls
+  // ---- the bar: who stands when, and what else the captions are coloured by
   function paintStrip() {
     const strip = el("strip"), scale = window.devicePixelRatio || 1;
     const width = strip.width = Math.max(1, Math.round(strip.clientWidth * scale));
-    strip.height = Math.round(6 * scale);
+    const height = strip.height = Math.max(1, Math.round(strip.clientHeight * scale));
     const pen = strip.getContext("2d");
+    if (data.curves) {
+      drawStances(pen, data.curves.standing, data.legColours, [0, data.duration || 1], width, height);
+    }
     data.captions.forEach(([start, , colour], i) => {
       const end = i + 1 < starts.length ? starts[i + 1] : data.duration;
       if (!colour || !(end > start)) return;
       pen.fillStyle = colour;
       pen.fillRect(width * start / data.duration, 0,
-        Math.max(1, width * (end - start) / data.duration), strip.height);
+        Math.max(1, width * (end - start) / data.duration), height);
     });
   }
 
@@ -230,46 +138,99 @@
     seek(starts[Math.min(Math.max(back, 0), starts.length - 1)] || 0);
   }
 
-  const keys = {
-    " ": () => setPlaying(!state.playing),
-    ArrowLeft: (event) => event.shiftKey ? toCaption(-1) : seek(state.time - state.speed),
-    ArrowRight: (event) => event.shiftKey ? toCaption(1) : seek(state.time + state.speed),
-    Home: () => seek(0),
-    End: () => seek(data.duration),
-    f: () => setFollow(!state.follow),
-    r: () => resetView(),
-  };
-  Object.assign(keys, addSwitches(viewer, data.switches, hash, dot));
-  window.addEventListener("keydown", (event) => {
-    const act = keys[event.key] || keys[event.key.toLowerCase()];
-    if (!act || event.ctrlKey || event.metaKey || event.altKey) return;
-    event.preventDefault();
-    act(event);
+  function faster(step) {
+    const speeds = [...el("speed").options].map((o) => Number(o.value));
+    const next = speeds.indexOf(state.speed) + step;
+    setSpeed(speeds[Math.min(Math.max(next, 0), speeds.length - 1)]);
+  }
+
+  function oneFrame(step) {
+    setPlaying(false);
+    seek(state.time + step * FRAME * state.speed);
+  }
+
+  // Axes of the world and of the robot's body: x red, y green, z blue.
+  const axes = [viewer.scene_tree.object, ...view.follower ? [view.follower] : []].map((frame) => {
+    const cross = new THREE.AxesHelper(0.6 * data.followRadius);
+    cross.material.depthTest = false;
+    cross.visible = false;
+    frame.add(cross);
+    return cross;
   });
+  function toggleAxes() {
+    for (const cross of axes) cross.visible = !cross.visible;
+    viewer.set_dirty();
+  }
+
+  const help = makeHelp();
+  const switches = addSwitches(viewer, data.switches, hash, dot);
+  const keys = [
+    { key: " ", shown: "space", does: "play or pause", act: () => setPlaying(!state.playing) },
+    { key: "ArrowLeft", shown: "←", does: "back; with shift to the phase before",
+      act: (e) => e.shiftKey ? toCaption(-1) : seek(state.time - state.speed) },
+    { key: "ArrowRight", shown: "→", does: "on; with shift to the next phase",
+      act: (e) => e.shiftKey ? toCaption(1) : seek(state.time + state.speed) },
+    { key: ",", shown: ",", does: "one frame back", act: () => oneFrame(-1) },
+    { key: ".", shown: ".", does: "one frame on", act: () => oneFrame(1) },
+    { key: "Home", shown: "Home", does: "to the start", act: () => seek(0) },
+    { key: "End", shown: "End", does: "to the end", act: () => seek(data.duration) },
+    { key: ["-", "_"], shown: "−", does: "slower", act: () => faster(-1) },
+    { key: ["+", "="], shown: "+", does: "faster", act: () => faster(1) },
+    { key: "f", shown: "F", does: "the camera follows the robot", act: () => setFollow(!state.follow) },
+    { key: "r", shown: "R", does: "back to the first view", act: () => setView("first") },
+    ...Object.keys(PRESETS).map((name, i) => (
+      { key: String(i + 1), shown: String(i + 1), does: `view: ${name}`, act: () => setView(name) })),
+    { key: "n", shown: "N", does: "names of the feet",
+      act: () => { labels.names = !labels.names; viewer.set_dirty(); } },
+    { key: "x", shown: "X", does: "axes of the world and of the body", act: toggleAxes },
+    ...curves ? [
+      { key: "c", shown: "C", does: "curves", act: () => setCurves(!curves.open) },
+      { key: "z", shown: "Z", does: "curves: the whole time, or around now",
+        act: () => curves.zoom(state.time) },
+    ] : [],
+    ...switches,
+    { key: "?", shown: "?", does: "this list", act: help.toggle },
+    { key: "Escape", shown: "Esc", does: "close it", act: help.close },
+  ];
+  addKeys(keys);
   el("play").addEventListener("click", () => setPlaying(!state.playing));
   el("follow").addEventListener("click", () => setFollow(!state.follow));
-  el("home").addEventListener("click", resetView);
+  el("home").addEventListener("click", () => setView("first"));
+  el("more").addEventListener("click", () => setCurves(!curves.open));
+  el("more").hidden = !curves;
+  el("view").addEventListener("change", () => setView(el("view").value));
   el("speed").addEventListener("change", () => setSpeed(Number(el("speed").value)));
   el("scrub").addEventListener("input", () => seek(data.duration * el("scrub").value / 1e6));
-  // Keys belong to the replay, wherever the mouse has been last.
-  for (const id of ["play", "follow", "home", "speed", "scrub"]) {
-    el(id).addEventListener("pointerup", () => el(id).blur());
+  document.querySelector("#about h1").addEventListener("click",
+    () => { el("about").classList.toggle("folded"); fit(); });
+  // After the mouse or a finger a control gives the keys back to the replay.
+  for (const id of ["play", "follow", "home", "more", "view", "speed", "scrub"]) {
+    if (id !== "view" && id !== "speed") el(id).addEventListener("pointerup", () => el(id).blur());
     el(id).addEventListener("change", () => el(id).blur());
   }
   window.addEventListener("resize", () => {
     paintStrip();
-    if (moved) viewer.set_dirty(); else resetView();
+    if (curves) curves.update(state.time);
+    fit();
   });
 
-  // ---- start: the address may say where, as in replay.html#t=60&paused&speed=5&follow
+  // ---- start: the address may say where, as in replay.html#t=60&paused&speed=5&follow&curves
+  const narrow = window.innerWidth < 640;
+  el("about").classList.toggle("folded", narrow);
   viewer.set_3d_pane_size();
   const wanted = Number(hash.get("speed"));
   setSpeed([...el("speed").options].some((o) => Number(o.value) === wanted) ? wanted : data.speed);
   seek(Number(hash.get("t")) || 0);
-  setFollow(hash.has("follow"));
+  if (hash.has("view")) view.from = PRESETS[hash.get("view")] || view.from;
+  // On a telephone the whole route would leave the robot a few millimetres.
+  setFollow(hash.has("follow") || narrow && !hash.has("no-follow") && !data.inView.length);
+  setCurves(!!curves && (hash.has("curves")
+    || !hash.has("no-curves") && window.innerHeight >= 760 && window.innerWidth >= 900));
+  if (hash.has("axes")) toggleAxes();
   paintStrip();
   setPlaying(!hash.has("paused"));
-  window.gaitopt = { state, seek, setPlaying, setSpeed, setFollow, draw, viewer, pass };
+  window.gaitopt = { state, seek, setPlaying, setSpeed, setFollow, setView, setCurves, draw, viewer,
+    pass, curves, view };
   requestAnimationFrame(frame);
   requestAnimationFrame(() => { document.body.dataset.ready = "yes"; });
 })();

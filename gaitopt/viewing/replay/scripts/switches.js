@@ -1,8 +1,8 @@
 "use strict";
-// Buttons that show and hide frames, each with its legend. What they do, by the key that does the
-// same; the address may say what is shown at first, as in replay.html#steppable&no-region.
+// Buttons that show and hide frames, each with its legend. Returns the keys that do the same; the
+// address may say what is shown at first, as in replay.html#steppable&no-region.
 function addSwitches(viewer, switches, hash, dot) {
-  const el = (id) => document.getElementById(id), keys = {};
+  const el = (id) => document.getElementById(id), keys = [];
   for (const { name, title, key, frame, shown: first, legend } of switches) {
     const button = document.createElement("button"), names = document.createElement("div");
     let shown = true;
@@ -19,11 +19,11 @@ function addSwitches(viewer, switches, hash, dot) {
       names.append(entry);
     }
     if (legend.length) el("about").append(names);
-    Object.assign(button, { className: "small", title, textContent: name, onclick: turn });
+    Object.assign(button, { title, textContent: name, onclick: turn });
     button.setAttribute("aria-pressed", "true");
     button.addEventListener("pointerup", () => button.blur());
     el("follow").before(button);
-    keys[key] = turn;
+    keys.push({ key, shown: key.toUpperCase(), does: title, act: turn });
     const word = name.toLowerCase();
     if (hash.has(`no-${word}`) || !first && !hash.has(word)) turn();
   }

@@ -1,0 +1,1 @@
+"""Curves under the replay's scrubber: joints, margin, forces, and which feet stand."""

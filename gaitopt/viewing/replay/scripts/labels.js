@@ -1,0 +1,47 @@
+"use strict";
+// A coloured dot beside a word.
+function dot(colour) {
+  const mark = document.createElement("i");
+  mark.style.background = colour;
+  return mark;
+}
+
+// Names above frames: of runners with the steps they have done, of feet, and of what happened.
+function makeLabels(THREE, viewer, labels) {
+  const place = new THREE.Vector3(), camera = viewer.camera;
+  const boxes = labels.map((label) => {
+    const box = document.createElement("div"), name = document.createElement("b");
+    const below = document.createElement("span");
+    name.append(dot(label.colour), label.name);
+    box.className = label.kind === "runner" ? "label" : `label ${label.kind}`;
+    box.append(name, below);
+    document.getElementById("scene").append(box);
+    const frame = viewer.scene_tree.find(label.frame.split("/").filter(Boolean)).object;
+    return { label, box, below, frame };
+  });
+  const all = { names: true };
+  all.place = (time) => {
+    camera.updateMatrixWorld();
+    for (const { label, box, below, frame } of boxes) {
+      frame.updateWorldMatrix(true, false);
+      place.setFromMatrixPosition(frame.matrixWorld);
+      place.y += label.lift;
+      place.project(camera);
+      const { clientWidth: wide, clientHeight: tall } = viewer.dom_element;
+      const x = (place.x + 1) / 2 * wide, y = (1 - place.y) / 2 * tall;
+      const lift = label.kind === "foot" ? "translate(-50%, 35%)" : "translate(-50%, -100%)";
+      // What happened is told at the edge, too, where its place is outside of the view.
+      const down = label.kind === "event" ? Math.min(Math.max(y, 40), tall) : y;
+      box.style.transform = `translate(${x}px, ${down}px) ${lift}`;
+      box.style.zIndex = String(Math.round(1e6 * (1 - place.z)));
+      const done = time >= label.since;
+      box.hidden = place.z > 1 || label.kind === "event" && !done
+        || label.kind === "foot" && !all.names;
+      if (label.kind !== "runner") continue;
+      box.classList.toggle("done", done);
+      below.textContent = done ? label.result
+        : `${countUpTo(label.landings, time)} of ${label.landings.length} steps`;
+    }
+  };
+  return all;
+}

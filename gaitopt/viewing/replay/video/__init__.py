@@ -1,0 +1,1 @@
+"""Replays as videos, drawn by a browser without a window."""

@@ -1,0 +1,255 @@
+"""The replay as people use it: keys, mouse, a telephone, curves. Asserts what is drawn."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from io import BytesIO
+from typing import Any
+
+import numpy as np
+import pytest
+from in_browser import Driven, driven, needs_browser
+
+import gaitopt
+from gaitopt import LEGS, Plan
+from gaitopt.viewing.colours import LEG_COLOURS
+from gaitopt.viewing.replay.curves.of_plan import plan_curves
+from gaitopt.viewing.replay.page import SPEEDS
+from gaitopt.viewing.replay.replay import replay_html
+
+pytestmark = needs_browser
+DESK, PHONE = (1280, 800), (420, 800)
+TIME = "window.gaitopt.state.time"
+
+
+@pytest.fixture(scope="module")
+def plan() -> Plan:
+    robot = gaitopt.load_robot("wang2020")
+    return gaitopt.plan_crawl(robot, gaitopt.s_columns(0, columns=2))
+
+
+@pytest.fixture(scope="module")
+def desk(plan: Plan, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Driven]:
+    folder = tmp_path_factory.mktemp("desk")
+    yield from driven(replay_html(plan), folder, "paused&curves&t=2", DESK)
+
+
+@pytest.fixture(scope="module")
+def phone(plan: Plan, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Driven]:
+    folder = tmp_path_factory.mktemp("phone")
+    yield from driven(replay_html(plan), folder, "paused&t=2", PHONE, touch=True)
+
+
+def picture(page: Driven) -> np.ndarray:
+    """What is drawn, as an image of RGB ``(h, w, 3)``."""
+    from matplotlib.image import imread
+
+    page.value("window.gaitopt.draw()")
+    return np.asarray(imread(BytesIO(page.browser.picture()))[..., :3])
+
+
+def near(image: np.ndarray, colour: str, within: float = 0.08) -> np.ndarray:
+    """Which pixels have about a colour ``"#rrggbb"``."""
+    wanted = [int(colour[i : i + 2], 16) / 255.0 for i in (1, 3, 5)]
+    return np.asarray(np.abs(image - wanted).max(axis=2) < within)
+
+
+# ---------------------------------------------------------------- curves
+
+
+def test_the_curves_are_those_of_the_plan(plan: Plan, desk: Driven) -> None:
+    curves = plan_curves(plan)
+    assert curves is not None and curves.margin is not None
+    names = desk.value("[...document.querySelectorAll('.chart div')].map((e) => e.firstChild.data)")
+    assert names == ["feet on the ground", "joint velocity, share of limit",
+                     "joint torque, share of limit", "stability margin of the centre of mass",
+                     "vertical force on each foot [N]"]  # fmt: skip
+    for moment in np.linspace(0.1, plan.duration - 0.1, 7).tolist():
+        desk.value(f"window.gaitopt.seek({moment})")
+        stand, velocity, _, margin, forces = desk.value(
+            "[...document.querySelectorAll('.chart b')].map((e) => e.textContent)"
+        )
+        contacts = plan.at([moment]).contacts[0]
+        assert set(stand.split()) == {leg for leg, on in zip(LEGS, contacts, strict=True) if on}
+        use = np.array([np.interp(moment, curves.times, c) for c in curves.velocity_use.T])
+        joint, share = velocity.removesuffix(" %").rsplit(" ", 1)
+        assert float(share) == pytest.approx(100.0 * use.max(), abs=1.0)
+        assert use[curves.joints.names.index(joint)] > use.max() - 5e-3
+        told = float(margin.removesuffix(" mm"))
+        assert told == pytest.approx(1e3 * np.interp(moment, curves.times, curves.margin), abs=0.15)
+        pressed = dict(zip(forces.split()[::2], map(float, forces.split()[1::2]), strict=True))
+        assert sum(pressed.values()) == pytest.approx(curves.weight, rel=0.15)
+        assert all(pressed[leg] < 1.0 for leg, on in zip(LEGS, contacts, strict=True) if not on)
+
+
+def test_a_click_on_the_curves_seeks(plan: Plan, desk: Driven) -> None:
+    box = desk.box(".chart:nth-child(3) canvas")
+    for part in (0.25, 0.8):
+        desk.click(box["left"] + part * box["width"], box["top"] + 5.0)
+        assert desk.value(TIME) == pytest.approx(part * plan.duration, abs=0.01 * plan.duration)
+        cursor = desk.box(".cursor")
+        middle = (cursor["left"] + cursor["right"]) / 2.0
+        assert middle == pytest.approx(box["left"] + part * box["width"], abs=2.0)
+
+
+def test_the_diagram_shows_who_stands(plan: Plan, desk: Driven) -> None:
+    """Pixels of the gait diagram against the plan's contacts."""
+    box, image = desk.box(".chart canvas"), picture(desk)
+    parts = np.linspace(0.03, 0.97, 60)
+    contacts = plan.at(parts * plan.duration).contacts
+    for row, leg in enumerate(("LF", "RF", "LH", "RH")):
+        y = round(box["top"] + (row + 0.5) * box["height"] / 4.0)
+        x = np.round(box["left"] + parts * box["width"]).astype(int)
+        drawn = near(image[[y]], LEG_COLOURS[leg])[0, x]
+        agree = drawn == contacts[:, LEGS.index(leg)]
+        # The cursor, and pixels on which a foot lifts off or lands, may differ.
+        assert agree.mean() > 0.9, leg
+
+
+def test_the_joint_that_limits_is_marked_on_the_robot(plan: Plan, desk: Driven) -> None:
+    curves = plan_curves(plan)
+    assert curves is not None and curves.torque_use is not None
+    most = np.maximum(curves.velocity_use, curves.torque_use).max(axis=1)
+    full, idle = curves.times[most > 0.99][5], curves.times[most.argmin()]
+    desk.value(f"window.gaitopt.seek({full})")
+    name = desk.value("window.gaitopt.curves.limiting")
+    use = np.maximum(curves.velocity_use, curves.torque_use)[np.searchsorted(curves.times, full)]
+    assert use[curves.joints.names.index(name)] > 0.98
+    orange = near(picture(desk), "#d98a48", 0.2).sum()
+    desk.value(f"window.gaitopt.seek({idle})")
+    assert most.min() < 0.9 and desk.value("window.gaitopt.curves.limiting") is None
+    assert orange > near(picture(desk), "#d98a48", 0.2).sum() + 200
+
+
+# ---------------------------------------------------------------- keys and focus
+
+
+def test_keys_do_what_the_list_says(plan: Plan, desk: Driven) -> None:
+    desk.value("window.gaitopt.seek(5)")
+    desk.press(".")
+    step = desk.value("window.gaitopt.state.speed") / 30.0
+    assert desk.value(TIME) == pytest.approx(5.0 + step, abs=1e-6)
+    desk.press(",")
+    assert desk.value(TIME) == pytest.approx(5.0, abs=1e-6)
+    speed = desk.value("window.gaitopt.state.speed")
+    desk.press("-")
+    slower = desk.value("window.gaitopt.state.speed")
+    assert slower == SPEEDS[SPEEDS.index(speed) - 1]
+    desk.press("+")
+    eye = "window.gaitopt.viewer.camera.position.toArray()"
+    first = desk.value(eye)
+    desk.press("4")
+    top = desk.value(eye)
+    assert top[1] > first[1] and abs(top[0] - first[0]) + abs(top[2] - first[2]) > 0.1
+    desk.press("r")
+    assert desk.value(eye) == pytest.approx(first, abs=1e-9)
+    desk.press("c")
+    assert desk.value("document.getElementById('curves').hidden")
+    desk.press("c")
+    desk.press("?")
+    listed = desk.value("[...document.querySelectorAll('#keys kbd')].map((e) => e.textContent)")
+    assert {"space", "F", "R", "C", "Z", "N", "X", "1", "4", "?", "Esc"} <= set(listed)
+    assert not desk.value("document.getElementById('help').hidden")
+    desk.press("Escape")
+    assert desk.value("document.getElementById('help').hidden")
+    assert desk.problems == []
+
+
+def test_a_control_with_the_focus_keeps_its_keys(desk: Driven) -> None:
+    """Arrows change the list that has the focus, and the space bar presses the button."""
+    desk.value("window.gaitopt.seek(5)")
+    desk.value("document.getElementById('speed').focus()")
+    desk.press("ArrowRight")
+    assert desk.value(TIME) == pytest.approx(5.0)
+    desk.value("document.getElementById('follow').focus()")
+    before = desk.value("window.gaitopt.state.follow")
+    desk.press(" ")
+    assert desk.value("window.gaitopt.state.follow") != before
+    assert not desk.value("window.gaitopt.state.playing")
+    desk.press(" ")
+    # The bar of the time has none: its arrows are the replay's.
+    desk.value("document.getElementById('scrub').focus()")
+    desk.press("Home")
+    assert desk.value(TIME) == 0.0
+    desk.value("document.activeElement.blur()")
+
+
+# ---------------------------------------------------------------- names, small windows, colours
+
+
+def test_feet_carry_their_names(desk: Driven) -> None:
+    script = ("[...document.querySelectorAll('.label.foot')].filter((e) => !e.hidden)"
+              ".map((e) => e.textContent)")  # fmt: skip
+    assert sorted(desk.value(script)) == sorted(LEGS)
+    desk.press("n")
+    assert desk.value(script) == []
+    desk.press("n")
+
+
+def robot_width(page: Driven) -> float:
+    """Width of the robot's hips, feet and body on the screen [pixels]."""
+    return float(
+        page.value("""(() => {
+      const { viewer, draw } = window.gaitopt, xs = [];
+      draw();
+      viewer.scene_tree.find(["robot"]).object.traverse((o) => {
+        if (!o.isMesh) return;
+        const p = new MeshCat.THREE.Vector3().setFromMatrixPosition(o.matrixWorld);
+        xs.push((p.project(viewer.camera).x + 1) / 2 * innerWidth);
+      });
+      return Math.min(Math.max(...xs), innerWidth) - Math.max(Math.min(...xs), 0);
+    })()""")
+    )
+
+
+def test_on_a_telephone_all_is_there_and_the_robot_is_large(phone: Driven) -> None:
+    assert robot_width(phone) > 200.0
+    assert phone.value("window.gaitopt.state.follow")
+    for name in ("#play", "#speed", "#view", "#more", "#follow", "#home", "#ask", "#scrub"):
+        box = phone.box(name)
+        assert box["left"] >= -8.0 and box["right"] <= PHONE[0] + 8.0, name
+        assert box["top"] >= 0.0 and box["bottom"] <= PHONE[1], name
+        if name != "#scrub":
+            assert box["height"] >= 38.0 and box["width"] >= 24.0, name
+    sizes = phone.value("""['#phase', '#clock', '#about h1', '#follow'].map((s) =>
+        parseFloat(getComputedStyle(document.querySelector(s)).fontSize))""")
+    assert min(sizes) >= 13.0
+    assert phone.value("document.documentElement.scrollWidth") <= PHONE[0]
+    assert phone.problems == []
+
+
+def test_fingers_turn_the_view_and_draw_the_time(plan: Plan, phone: Driven) -> None:
+    eye = "window.gaitopt.viewer.camera.position.toArray()"
+    before = phone.value(eye)
+    phone.drag((200.0, 250.0), (300.0, 260.0))
+    assert np.linalg.norm(np.subtract(phone.value(eye), before)) > 0.05
+    phone.value("window.gaitopt.setCurves(true)")
+    box = phone.box("#curves")
+    phone.drag((box["left"] + 20.0, box["top"] + 30.0),
+               (box["left"] + 0.6 * box["width"], box["top"] + 30.0))  # fmt: skip
+    assert phone.value(TIME) == pytest.approx(0.6 * plan.duration, abs=0.01 * plan.duration)
+    phone.value("window.gaitopt.setCurves(false)")
+
+
+def test_the_page_fits_when_the_window_changes(desk: Driven) -> None:
+    desk.browser.resize((800, 600))
+    assert desk.box("#bar")["right"] <= 800.0 and desk.box("#bar")["bottom"] <= 600.0
+    strip: dict[str, Any] = desk.value("(() => { const s = document.getElementById('strip');"
+                                       "return { a: s.width, b: s.clientWidth }; })()")  # fmt: skip
+    assert strip["a"] == strip["b"]
+    desk.browser.resize(DESK)
+
+
+@pytest.mark.parametrize("vision", ["protanopia", "deuteranopia", "tritanopia"])
+def test_colours_of_the_legs_differ_as_the_colour_blind_see_them(desk: Driven, vision: str) -> None:
+    """Chromium's own simulation, on the colours that it drew in the gait diagram."""
+    desk.value("window.gaitopt.seek(0)")
+    desk.browser.call("Emulation.setEmulatedVisionDeficiency", type=vision)
+    image, box = picture(desk), desk.box(".chart canvas")
+    desk.browser.call("Emulation.setEmulatedVisionDeficiency", type="none")
+    # All feet stand at the end, the last pixels of the diagram.
+    x = round(box["right"]) - 3
+    seen = [image[round(box["top"] + (row + 0.5) * box["height"] / 4.0), x] for row in range(4)]
+    for i in range(4):
+        for j in range(i):
+            assert np.linalg.norm(seen[i] - seen[j]) > 0.2, (vision, i, j)
