@@ -79,9 +79,13 @@ def exact_reference(
 
 
 def _velocities(plan: Plan, clock: WalkClock, times: FloatArray) -> FloatArray:
-    """Pinocchio's velocities ``(N, nv)`` at ``times`` since the walk's start [s]."""
+    """Pinocchio's velocities ``(N, nv)`` at ``times`` since the walk's start [s].
+
+    A plan that begins in motion has the same velocity before it begins.
+    """
     instants = clock.plan_time(times)
-    moving = (instants > 0.0) & (instants < plan.duration) & ~clock.pausing(times)
+    begun = (instants > 0.0) | plan.begins_moving
+    moving = begun & (instants < plan.duration) & ~clock.pausing(times)
     return np.asarray(plan.at(np.clip(instants, 0.0, plan.duration)).v * moving[:, None])
 
 

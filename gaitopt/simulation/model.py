@@ -19,6 +19,7 @@ from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.errors import MissingPackageError, RobotError
 from gaitopt.robots.files.mjcf.bare_urdf import bare_urdf
 from gaitopt.robots.quadruped import Quadruped
+from gaitopt.robots.rotations import quaternion_to_matrix
 from gaitopt.simulation.ground import add_ground
 from gaitopt.simulation.settings import SimulationSettings
 from gaitopt.simulation.shapes import FOOT, add_shapes, has_own_feet
@@ -189,6 +190,15 @@ def to_mujoco(sim: SimModel, q: FloatArray) -> FloatArray:
     out[:3] = q[:3]
     out[3], out[4:7] = q[6], q[3:6]
     out[sim.qpos] = q[7:]
+    return out
+
+
+def velocity_to_mujoco(sim: SimModel, q: FloatArray, v: FloatArray) -> FloatArray:
+    """MuJoCo's ``qvel`` for Pinocchio's ``q (nq,)`` and ``v (nv,)``."""
+    out = np.empty(sim.model.nv)
+    # MuJoCo's velocity of the base's origin is in the world's axes.
+    out[:3] = quaternion_to_matrix(q[3:7]) @ v[:3]
+    out[3:6], out[sim.qvel] = v[3:6], v[6:]
     return out
 
 

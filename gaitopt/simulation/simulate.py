@@ -20,7 +20,13 @@ from gaitopt.control.gains import ControlGains
 from gaitopt.control.tracking import RobotState, TrackingController, rotation_of
 from gaitopt.inputs import check_kind
 from gaitopt.plan.plan import Plan
-from gaitopt.simulation.model import SimModel, build_sim_model, import_mujoco, to_mujoco
+from gaitopt.simulation.model import (
+    SimModel,
+    build_sim_model,
+    import_mujoco,
+    to_mujoco,
+    velocity_to_mujoco,
+)
 from gaitopt.simulation.report import SimulationRecord, report
 from gaitopt.simulation.result import SimulationResult, SimulationStatus
 from gaitopt.simulation.servos import Servos
@@ -126,9 +132,18 @@ class _Run:
         return self._record(status, spent)
 
     def _start(self) -> Any:
-        """MuJoCo's state in the plan's first posture, after the feet have come to rest."""
+        """MuJoCo's state in the plan's first posture, after the feet have come to rest.
+
+        A plan that begins in motion begins so in physics, too.
+        """
         data = self.mujoco.MjData(self.sim.model)
-        data.qpos[:] = to_mujoco(self.sim, self.plan.at([0.0]).q[0])
+        first = self.plan.at([0.0])
+        data.qpos[:] = to_mujoco(self.sim, first.q[0])
+        if self.plan.begins_moving:
+            data.qvel[:] = velocity_to_mujoco(self.sim, first.q[0], first.v[0])
+            self.mujoco.mj_forward(self.sim.model, data)
+            self._servos.start_record()
+            return data
         self.mujoco.mj_forward(self.sim.model, data)
         interval = self.settings.control_interval
         ticks = int(
