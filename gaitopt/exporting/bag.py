@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
@@ -65,9 +66,10 @@ def write_bag(
             f"interpolation must be one of {', '.join(INTERPOLATIONS)}, got {interpolation!r}"
         )
     samples = source.samples(STEP if dt is None else dt)
-    gap = ros.EFFORT_GAP if source.with_forces else LONGEST_GAP
-    points = choose_points(source, interpolation, error, gap, 0.0, source.plan.duration)
-    trajectory = ros.message(source, points, interpolation, ros.OFFSET)
+    points = choose_points(source, interpolation, error, LONGEST_GAP, 0.0, source.plan.duration)
+    # Without efforts: most controllers refuse them. The joint states have them.
+    quiet = replace(source, with_forces=False)
+    trajectory = ros.message(quiet, points, interpolation, ros.OFFSET)
     entries = [Entry("/joint_trajectory", "trajectory_msgs/msg/JointTrajectory", BEGIN,
                      trajectory, True)]  # fmt: skip
     entries += _once(source)

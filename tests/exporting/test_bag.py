@@ -73,7 +73,7 @@ def test_the_trajectory_is_one_that_the_controller_takes(
         }
         for p in told.points
     ]  # fmt: skip
-    controller = TrajectoryController(list(a1_walk.robot.joint_names), effort=True)
+    controller = TrajectoryController(list(a1_walk.robot.joint_names))
     controller.accept({"joint_names": list(told.joint_names), "points": points})
     times, positions, velocities = controller.sampled()
     here = a1_walk.at(np.clip(times - 1.0, 0, a1_walk.duration)).q[:, 7:]
