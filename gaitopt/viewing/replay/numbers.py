@@ -13,9 +13,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-LONGEST = 10
-"""Most bytes of a number of 64 bits, with 7 bits in each."""
-
 
 def packed(values: ArrayLike, unit: float) -> dict[str, Any]:
     """Numbers ``(n,)`` or ``(n, c)`` for the page's script, within half a ``unit``.
@@ -44,7 +41,8 @@ def as_text(numbers: Any, kind: str) -> str:
 
 def _varied(numbers: np.ndarray) -> np.ndarray:
     """Bytes of whole numbers, lowest 7 bits first; the highest bit says that more follow."""
-    shifts = np.arange(LONGEST, dtype=np.uint64) * np.uint64(7)
+    longest = max(-(-int(numbers.max(initial=0)).bit_length() // 7), 1)
+    shifts = np.arange(longest, dtype=np.uint64) * np.uint64(7)
     parts = numbers[:, None] >> shifts
     more = parts[:, 1:] > 0
     used = np.concatenate([np.ones((len(numbers), 1), dtype=np.bool_), more], axis=1)

@@ -12,7 +12,7 @@ from typing import Any, Literal
 
 from gaitopt.viewing.colours import LEG_COLOURS
 from gaitopt.viewing.replay.curves.curves import Curves, curve_data
-from gaitopt.viewing.replay.ground.encoding import GroundMaps, ground_data
+from gaitopt.viewing.replay.ground.encoding import GroundData, ground_data
 from gaitopt.viewing.replay.passing import passing_data, passing_paths
 from gaitopt.viewing.replay.scene import Scene
 
@@ -195,7 +195,7 @@ def _data(page: Page) -> dict[str, Any]:
     """What the page's script reads, beside the commands."""
     from gaitopt.viewing.replay.encoding import track_data
 
-    maps = GroundMaps()
+    maps = GroundData()
     passing = passing_data(page.scene, maps)
     return {
         "duration": page.scene.duration,

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from gaitopt.viewing.replay.ground.encoding import GroundMaps, part_data
+from gaitopt.viewing.replay.ground.encoding import GroundData, part_data
 from gaitopt.viewing.replay.scene import FramePath, Node, Scene
 
 TIME_DIGITS = 6
@@ -18,7 +18,7 @@ def passing_paths(scene: Scene) -> set[FramePath]:
     return {track.path for track in scene.tracks if track.kind == "visible"}
 
 
-def passing_data(scene: Scene, maps: GroundMaps) -> list[dict[str, Any]]:
+def passing_data(scene: Scene, maps: GroundData) -> list[dict[str, Any]]:
     """These frames, by the frame above them, in the order of their times.
 
     No two frames below the same one are shown at the same time, as the phases of a plan, whose
@@ -26,7 +26,7 @@ def passing_data(scene: Scene, maps: GroundMaps) -> list[dict[str, Any]]:
 
     Args:
         scene: the scene.
-        maps: height maps that the parts lie on; those of passing frames are added.
+        maps: takes height maps and points.
     """
     times = {t.path: _span(t.times, np.asarray(t.values, dtype=np.bool_), scene.duration)
              for t in scene.tracks if t.kind == "visible"}  # fmt: skip
@@ -40,7 +40,7 @@ def passing_data(scene: Scene, maps: GroundMaps) -> list[dict[str, Any]]:
     ]
 
 
-def _frame(node: Node, start: float, end: float, maps: GroundMaps) -> dict[str, Any]:
+def _frame(node: Node, start: float, end: float, maps: GroundData) -> dict[str, Any]:
     parts = [part_data(part, maps) for part in node.parts]
     return {
         "name": node.path[-1],

@@ -32,6 +32,8 @@ def standing_scene(
     ``i`` of the plan has the frame ``(*root, str(i))``. Outlines lie in the plane of the feet, or
     upon a height map where one is drawn (``heights``).
     """
+    if plan.settings.promised_forces is None or not plan.settings.static:
+        return Scene(())
     nodes, tracks = [], []
     lift = GROUND_LIFT - plan.robot.foot_radius
     found = {i: s for i, s in standing_places(plan).items() if s.phase.kind == "swing"}

@@ -388,6 +388,19 @@ def test_the_main_job_is_small_quick_and_self_contained(robot, tmp_path):
     assert "step 12 of 64" in text
 
 
+def test_pages_grow_by_a_few_kilobytes_a_step(robot, walk):
+    """So 1024 steps stay far below 8 MB. The curves have the same number of instants."""
+    plans = [walk, *(plan_crawl(robot, s_columns(0, columns=n), timing="velocity")
+                     for n in (17, 65))]  # fmt: skip
+    steps = np.array([plan.footholds.steps for plan in plans])
+    start = time.process_time()
+    sizes = np.array([len(replay_html(plan)) for plan in plans])
+    assert time.process_time() - start < 5.0
+    assert steps.tolist() == [8, 64, 256]
+    rates = np.diff(sizes) / np.diff(steps)
+    assert rates[1] < 5e3 and sizes[2] < 8e6 / 2
+
+
 def test_the_same_plan_gives_the_same_file(walk, scene):
     assert replay_html(walk) == replay_html(walk)
     assert commands(scene) == commands(joined([scene]))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from io import BytesIO
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -238,6 +239,23 @@ def test_the_page_fits_when_the_window_changes(desk: Driven) -> None:
                                        "return { a: s.width, b: s.clientWidth }; })()")  # fmt: skip
     assert strip["a"] == strip["b"]
     desk.browser.resize(DESK)
+
+
+def test_a_long_walk_asks_little_of_each_frame(tmp_path: Path) -> None:
+    """Milliseconds to move 256 steps' scene to a time, with its support polygon made anew."""
+    robot = gaitopt.load_robot("wang2020")
+    plan = gaitopt.plan_crawl(robot, gaitopt.s_columns(0, columns=65), timing="velocity")
+    for page in driven(replay_html(plan), tmp_path, "paused&no-curves", (320, 240)):
+        script = """((end) => {
+          const start = performance.now();
+          for (let i = 0; i < 400; i++) window.gaitopt.seek(end * i / 400);
+          return (performance.now() - start) / 400;
+        })"""
+        spent = page.value(f"{script}({plan.duration})")
+        # A frame lasts 16 ms at 60 frames a second.
+        assert spent < 4.0
+        shown = page.value("window.gaitopt.pass.names()[0]")
+        assert plan.phases[int(shown)].start <= 399 / 400 * plan.duration
 
 
 @pytest.mark.parametrize("vision", ["protanopia", "deuteranopia", "tritanopia"])

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from gaitopt.conventions import FloatArray
 from gaitopt.viewing.replay.numbers import as_text, packed
 from gaitopt.viewing.replay.scene import (
     Dots,
@@ -33,8 +34,8 @@ KINDS = {"relief": "reliefs", "draped": "draped", "dots": "dots", "tubes": "soli
 """Lists of the page's data, by the kinds of their parts."""
 
 
-class GroundMaps:
-    """The height maps of a page, each of them once.
+class GroundData:
+    """What the parts of a page have in common: height maps, each of them once, and points.
 
     Attributes:
         data: of each map; parts name it by its number.
@@ -43,6 +44,19 @@ class GroundMaps:
     def __init__(self) -> None:
         self.data: list[dict[str, Any]] = []
         self._numbers: dict[int, tuple[Heights, int]] = {}
+        self._points: list[FloatArray] = []
+        self._count = 0
+
+    def first(self, points: FloatArray) -> int:
+        """Add points ``(n, 3)`` [m]; the index of the first one."""
+        self._points.append(points)
+        self._count += len(points)
+        return self._count - len(points)
+
+    @property
+    def points(self) -> dict[str, Any]:
+        """All points."""
+        return packed(np.concatenate([np.zeros((0, 3)), *self._points]), 10.0**-DIGITS)
 
     def number(self, heights: Heights) -> int:
         """The number of a map, which is added where no equal one is there."""
@@ -56,13 +70,13 @@ class GroundMaps:
 
 
 def ground_data(
-    scene: Scene, maps: GroundMaps, passing: Iterable[FramePath] = ()
-) -> dict[str, list[dict[str, Any]]]:
+    scene: Scene, maps: GroundData, passing: Iterable[FramePath] = ()
+) -> dict[str, Any]:
     """The parts of a scene whose triangles the browser makes.
 
     Args:
         scene: the scene.
-        maps: takes the height maps.
+        maps: takes height maps and points.
         passing: frames that are left out, since they are shown for some time only.
 
     Returns:
@@ -70,6 +84,8 @@ def ground_data(
         little-endian, in base64; a height is ``low + unit * number``, and :data:`UNKNOWN` none.
         ``reliefs`` and ``draped`` are the parts of the scene that lie on the map with the number
         ``heights``, ``dots`` single points, ``solids`` tubes and polygons; each has its ``frame``.
+        ``points`` are those of all tubes and polygons, also of passing frames that were added to
+        ``maps`` before: a part has ``counts`` of them, from number ``first`` on.
     """
     found: dict[str, list[dict[str, Any]]] = {name: [] for name in KINDS.values()}
     hidden = set(passing)
@@ -80,10 +96,10 @@ def ground_data(
             data = part_data(part, maps)
             if data is not None:
                 found[KINDS[data["kind"]]].append({"frame": list(node.path), **data})
-    return {"heights": maps.data, **found}
+    return {"heights": maps.data, "points": maps.points, **found}
 
 
-def part_data(part: Part, maps: GroundMaps) -> dict[str, Any] | None:
+def part_data(part: Part, maps: GroundData) -> dict[str, Any] | None:
     """A part as data; ``None`` where meshcat's viewer is given its triangles."""
     look, shape = part.appearance, part.shape
     of: dict[str, Any] = {"colour": look.colour, "opacity": look.opacity, "layer": look.layer}
@@ -97,11 +113,10 @@ def part_data(part: Part, maps: GroundMaps) -> dict[str, Any] | None:
     elif isinstance(shape, Tubes):
         of |= {"kind": "tubes", "lit": look.lit, "radius": shape.radius,
                "counts": [len(line) for line in shape.lines],
-               "points": packed(np.concatenate(shape.lines), 10.0**-DIGITS)}  # fmt: skip
+               "first": maps.first(np.concatenate(shape.lines))}  # fmt: skip
     elif isinstance(shape, Polygon):
         of |= {"kind": "polygon", "lit": look.lit, "width": shape.border,
-               "counts": [len(shape.vertices)],
-               "points": packed(shape.vertices, 10.0**-DIGITS)}  # fmt: skip
+               "counts": [len(shape.vertices)], "first": maps.first(shape.vertices)}  # fmt: skip
     else:
         return None
     return of

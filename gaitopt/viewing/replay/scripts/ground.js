@@ -183,13 +183,13 @@ const drawGround = (() => {
 
   // Adds what the page holds, and returns a function that makes the mesh of a part.
   return (THREE, viewer, ground) => {
-    const maps = ground.heights.map(heightsOf);
+    const maps = ground.heights.map(heightsOf), xyz = columnsOf(ground.points);
     const kinds = {
       relief: (part) => reliefOf(THREE, maps[part.heights], part),
       draped: (part) => drapedOf(THREE, maps[part.heights], part),
       dots: (part) => dotsOf(THREE, viewer.camera.fov, part),
-      tubes: (part) => solidOf(THREE, part),
-      polygon: (part) => solidOf(THREE, part),
+      tubes: (part) => solidOf(THREE, part, xyz),
+      polygon: (part) => solidOf(THREE, part, xyz),
     };
     const meshOf = (part) => kinds[part.kind](part);
     for (const list of [ground.reliefs, ground.draped, ground.dots, ground.solids]) {

@@ -67,9 +67,10 @@ function addPolygon(corners, width, places, index) {
   }
 }
 
-function solidOf(THREE, part) {
-  const places = [], index = [], xyz = columnsOf(part.points);
-  let first = 0;
+// xyz are the points of all parts.
+function solidOf(THREE, part, xyz) {
+  const places = [], index = [];
+  let first = part.first;
   for (const count of part.counts) {
     const points = [];
     for (let i = first; i < first + count; i++) points.push(xyz.map((column) => column[i]));
