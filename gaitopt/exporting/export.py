@@ -12,7 +12,16 @@ from typing import Any, Final
 import numpy as np
 
 from gaitopt.errors import InputError
-from gaitopt.exporting import bag, crocoddyl, learning, mujoco_files, ros, tables, unitree
+from gaitopt.exporting import (
+    bag,
+    crocoddyl,
+    learning,
+    mujoco_files,
+    rerun_file,
+    ros,
+    tables,
+    unitree,
+)
 from gaitopt.exporting.at_rest import RAMP, at_rest
 from gaitopt.exporting.format import Format
 from gaitopt.exporting.interpolation import CORNER
@@ -25,7 +34,7 @@ from gaitopt.plan.plan import Plan
 FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
     {
         module.FORMAT.name: module.FORMAT
-        for module in (ros, bag, mujoco_files, unitree, learning, crocoddyl, tables)
+        for module in (ros, bag, mujoco_files, unitree, learning, crocoddyl, rerun_file, tables)
     }
 )
 """All formats, by name."""
