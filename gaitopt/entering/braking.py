@@ -14,11 +14,13 @@ import numpy as np
 
 from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.entering.begin import Begin
-from gaitopt.entering.flights import Flight, flight_times, flights
+from gaitopt.entering.flights import Flight, flights, some_times
 from gaitopt.motion.pieces import ROUNDING, States
 
 POWERS = (2, 3, 4, 1)
 """Powers that are tried. With 2 and more the body ends without acceleration."""
+WHILE_FLYING = (2, 4)
+"""The same where feet are in the air, which come down in many ways."""
 STILL = 1e-9
 """A base that moves less fast is at rest [m/s, rad/s]."""
 INTERVALS = 16
@@ -33,26 +35,34 @@ class Braking:
 
     Attributes:
         base: its columns, and their rates, at the begin ``(2, 6)``.
-        duration: how long it takes [s]; 0 for a body at rest.
+        time: how long it takes from when it begins [s]; 0 for a body at rest.
         power: of the share of the time that is left, with which the velocity falls.
+        coast: time in which the body goes on as it does, before [s].
     """
 
     base: FloatArray
-    duration: float
+    time: float
     power: int
+    coast: float = 0.0
+
+    @property
+    def duration(self) -> float:
+        """When the body is at rest [s]."""
+        return self.coast + self.time
 
     def at(self, times: FloatArray) -> States:
         """Columns of the base ``(N, 6)`` and two derivatives."""
-        (place, rates), n, total = self.base, self.power, self.duration
+        (place, rates), n, total = self.base, self.power, self.time
         still = np.zeros((len(times), len(place)))
         if not total > 0.0:
             return still + place, still, still
-        left = np.clip(1.0 - times / total, 0.0, 1.0)[:, None]
-        moves = (times < total)[:, None]
+        left = np.clip(1.0 - (times - self.coast) / total, 0.0, 1.0)[:, None]
+        brakes = ((times >= self.coast) & (times < self.duration))[:, None]
+        gone = np.minimum(times, self.coast)[:, None]
         return (
-            place + rates * total / (n + 1) * (1.0 - left ** (n + 1)),
+            place + rates * (gone + total / (n + 1) * (1.0 - left ** (n + 1))),
             rates * left**n,
-            np.where(moves, -n / total * rates * left ** (n - 1), 0.0),
+            np.where(brakes, -n / total * rates * left ** (n - 1), 0.0),
         )
 
 
@@ -92,7 +102,7 @@ class Entry:
     def knots(self) -> FloatArray:
         """Times between which it is analytic ``(K + 1,)`` [s]."""
         end = self.duration
-        ends = [0.0, end, self.braking.duration]
+        ends = [0.0, end, self.braking.coast, self.braking.duration]
         edges = np.unique(np.concatenate([ends, *(flight.edges for flight in self.down)]))
         edges = edges[np.append(np.diff(edges) > SAME_INSTANT, True)]
         counts = np.ceil(np.diff(edges) / (end / INTERVALS) - ROUNDING).astype(int)
@@ -114,10 +124,31 @@ def entries(begin: Begin, swing_height: float, *, all_ways: bool) -> list[Entry]
         swing_height: how far feet may rise on their way down [m].
         all_ways: whether feet land in all ways, and the body brakes in fewer.
     """
-    ways = [Braking(begin.base, 0.0, 1)]
-    if not body_rests(begin):
-        powers = POWERS[:1] if all_ways else POWERS
-        ways = [Braking(begin.base, t, n) for t in flight_times() for n in powers]
     each = [flights(begin, leg, swing_height, all_ways=all_ways) for leg in begin.flying]
-    found = [Entry(begin, way, down) for way in ways for down in product(*each)]
+    found = []
+    for down in product(*each):
+        landing = max((flight.duration for flight in down), default=0.0)
+        found += [Entry(begin, way, down) for way in brakings(begin, landing, all_ways=all_ways)]
     return sorted(found, key=lambda entry: entry.duration)
+
+
+def brakings(begin: Begin, landing: float, *, all_ways: bool) -> list[Braking]:
+    """Ways in which the body comes to rest.
+
+    Args:
+        begin: the state.
+        landing: when the last foot lands [s]; until then the body may go on as it does, as on three
+            feet there may be no forces that brake it.
+        all_ways: whether feet land in all ways, and the body brakes in fewer.
+    """
+    if body_rests(begin):
+        return [Braking(begin.base, 0.0, 1)]
+    if not begin.flying:
+        return [Braking(begin.base, time, power) for time in some_times() for power in POWERS]
+    times = some_times()[:: 4 if all_ways else 2]
+    return [
+        Braking(begin.base, time, power, coast)
+        for time in times
+        for power in WHILE_FLYING
+        for coast in (0.0, landing)
+    ]

@@ -14,7 +14,7 @@ from gaitopt.motion.pieces import States, piece_values, quintic_hermite
 SHORTEST, LONGEST = 0.04, 6.0
 """Shortest and longest time of a flight that is tried [s]: from below a fast robot's least, to
 slow ones that take seconds for a step."""
-GROWTH = 1.35
+GROWTH = 1.25
 """Ratio of a time that is tried to the one before."""
 RISES = (0.0, 0.3, 1.0)
 """How far a foot rises above the higher end of its flight, in swing heights; with 0 it goes
@@ -96,7 +96,7 @@ def flights(begin: Begin, leg: str, swing_height: float, *, all_ways: bool) -> l
     index = LEGS.index(leg)
     ways = [Way(duration, 0.0) for duration in _natural_times(begin, index)] + [
         Way(duration, rise * swing_height, ease, stop)
-        for duration in flight_times()
+        for duration in some_times()[::2]
         for rise in RISES
         for ease, stop in (first + more if all_ways else first)
     ]
@@ -104,7 +104,7 @@ def flights(begin: Begin, leg: str, swing_height: float, *, all_ways: bool) -> l
     return [flight for flight in found if is_clear(begin, flight)]
 
 
-def flight_times() -> list[float]:
+def some_times() -> list[float]:
     """The times that are tried [s]."""
     count = int(np.log(LONGEST / SHORTEST) / np.log(GROWTH)) + 1
     return [SHORTEST * GROWTH**k for k in range(count)]
