@@ -11,9 +11,10 @@ from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.height_map import HeightMap
 from gaitopt.terrain.layers import GroundLayers, ground_layers
 
-SLOPE_COST, ROUGHNESS_COST, EDGE_COST = 0.3, 0.2, 0.3
+SLOPE_COST, ROUGHNESS_COST, EDGE_COST = 0.1, 0.06, 0.1
 """Penalties of the steepest and of the roughest ground that is allowed, and of a place at an edge.
-Chosen against the cost of a step at the end of its freedom, which is 0.5."""
+Chosen against the cost of a step at the end of its freedom, which is 0.5: with three times as much
+feet do not get to the edge of a stair, from which the next lower one is reached."""
 FAR_FROM_EDGE = 3.0
 """Distance from an edge beyond which there is no penalty, in foot radii beyond the least one."""
 

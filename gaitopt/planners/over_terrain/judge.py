@@ -5,12 +5,14 @@ The questions are asked in the order in which they cost least for what they refu
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
 
 import numpy as np
 
 from gaitopt.conventions import LEGS, OTHER_LEGS, BoolArray, FloatArray
 from gaitopt.optimize.route.centre_of_mass import MassDistribution
+from gaitopt.planners.over_terrain.attempts import ATTEMPTS, RARE_ATTEMPTS, Attempt
 from gaitopt.planners.over_terrain.limbs import Limbs
 from gaitopt.planners.over_terrain.pairs import Cause, Judged, Pairs
 from gaitopt.planners.over_terrain.settings import TerrainSettings
@@ -31,11 +33,11 @@ CROSSING = 0.25
 """Least distance, ahead and sideways, of feet that must not cross, as a share of the stance."""
 SWING_SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)
 """Places along the top of a box swing that are looked at."""
-OTHER_HEIGHTS = (0.92, 1.06, 0.84)
-"""Heights of the body that are tried where a step is not possible at the usual one, as shares of
-it. Chosen: lower ones reach footholds farther down, and higher ones lift limbs over stones."""
-ENOUGH_LEFT = 0.5
-"""Share of pairs that may be left impossible without another height being tried."""
+ENOUGH_LEFT, FEW_LEFT = 0.5, 0.1
+"""Share of pairs that may be left impossible without another height being tried, and share that
+have to be possible without all else being tried."""
+SAME = 2e-3
+"""Places of the body that are nearer to each other than this are not both tried [m]."""
 AHEAD = (0.4, 0.8)
 """How far ahead the body is when a new foothold is judged once more, in step lengths."""
 
@@ -74,60 +76,78 @@ class Judge:
     def judge(self, pairs: Pairs) -> Judged:
         """Which pairs are possible, and how.
 
-        What is not possible at the usual height of the body is tried at others.
+        What is not possible in the usual way is tried in others.
         """
-        found = self._at_height(pairs, 1.0)
-        for share in OTHER_HEIGHTS:
+        found = self._tried(pairs, ATTEMPTS[0])
+        for attempt in (*ATTEMPTS[1:], *RARE_ATTEMPTS):
             left = np.flatnonzero(~found.possible)
-            if len(left) <= ENOUGH_LEFT * len(pairs.target):
+            most = 1.0 - FEW_LEFT if attempt in RARE_ATTEMPTS else ENOUGH_LEFT
+            if len(left) <= most * len(pairs.target):
                 break
-            other = self._at_height(pairs.chosen(left), share)
+            other = self._tried(pairs.chosen(left), attempt)
             now = left[other.possible]
             for mine, its in zip(found[:4], other[:4], strict=True):
                 mine[now] = its[other.possible]
         return found
 
-    def _at_height(self, pairs: Pairs, share: float) -> Judged:
-        """Which pairs are possible with the body at a share of its usual height."""
+    def _tried(self, pairs: Pairs, attempt: Attempt) -> Judged:
+        """Which pairs are possible in one way."""
         count = len(pairs.target)
         body, rise, prospects = np.full((count, 6), np.nan), np.zeros(count), np.zeros(count)
-        refused: dict[Cause, int] = {}
+        possible = np.zeros(count, dtype=np.bool_)
+        refused: Counter[Cause] = Counter()
         left = np.arange(count)
 
         def keep(kept: BoolArray, cause: Cause) -> None:
             nonlocal left
-            refused[cause] = refused.get(cause, 0) + int((~kept).sum())
+            refused[cause] += int((~kept).sum())
             left = left[kept]
 
         apart: BoolArray = self._apart(pairs)
         keep(apart, Cause.APART)
         now = pairs.chosen(apart)
-        posture = self.postures(now, share)
+        posture = self.postures(now, attempt.height)
+        posture[:, 2] += attempt.pitch
         places, there = self._places(now, posture)
         keep(there, Cause.MARGIN)
         now, posture, places = self._kept(there, now, posture, places)
-        reached = self._reached(now, posture, places)
-        first = reached.argmax(axis=1)
-        poses = np.concatenate([places[np.arange(len(first)), first], posture], axis=1)
-        body[left] = poses
+        reached = self._reached(now, posture, places) & _new(places)
         somewhere = np.array(reached.any(axis=1), dtype=np.bool_)
         keep(somewhere, Cause.REACH)
-        now, poses = self._kept(somewhere, now, poses)
-        paths, heights = self._swings(now)
-        rise[left] = heights
-        flown = self._flown(now, poses, paths)
-        keep(flown, Cause.SWING)
-        now, poses, paths = self._kept(flown, now, poses, paths)
-        clear = self.limbs.trunk_clear(now, poses)
-        keep(clear, Cause.TRUNK)
-        now, poses, paths = self._kept(clear, now, poses, paths)
-        clear = self.limbs.limbs_clear(now, poses, paths)
-        keep(clear, Cause.LIMB)
-        now, poses = self._kept(clear, now, poses)
-        prospects[left] = self._prospects(now, poses)
-        possible = np.zeros(count, dtype=np.bool_)
-        possible[left] = True
+        now, posture, places, reached = self._kept(somewhere, now, posture, places, reached)
+        paths, rise[left] = self._swings(now, attempt.low)
+        # The places that are reached are tried one after the other.
+        while len(left):
+            own, first = np.arange(len(left)), reached.argmax(axis=1)
+            poses = np.concatenate([places[own, first], posture], axis=1)
+            clear = self._clear(now, poses, paths, refused)
+            body[left[clear]], possible[left[clear]] = poses[clear], True
+            prospects[left[clear]] = self._prospects(now.chosen(clear), poses[clear])
+            reached[own, first] = False
+            again = ~clear & reached.any(axis=1)
+            left = left[again]
+            now, posture, places, reached, paths = self._kept(
+                again, now, posture, places, reached, paths
+            )
         return Judged(possible, body, rise, prospects, refused)
+
+    def _clear(
+        self, pairs: Pairs, poses: FloatArray, paths: FloatArray, refused: Counter[Cause]
+    ) -> BoolArray:
+        """Whether a swing is reached, and nothing touches the ground ``(K,)``; counts why not."""
+        clear = np.zeros(len(poses), dtype=np.bool_)
+        left = np.arange(len(poses))
+        for cause in (Cause.SWING, Cause.TRUNK, Cause.LIMB):
+            now, there = pairs.chosen(left), poses[left]
+            if cause is Cause.TRUNK:
+                kept = self.limbs.trunk_clear(now, there)
+            else:
+                asked = self._flown if cause is Cause.SWING else self.limbs.limbs_clear
+                kept = asked(now, there, paths[left])
+            refused[cause] += int((~kept).sum())
+            left = left[kept]
+        clear[left] = True
+        return clear
 
     def _prospects(self, pairs: Pairs, poses: FloatArray) -> FloatArray:
         """At how many places of the body ahead the foothold would be of no use ``(K,)``.
@@ -142,7 +162,7 @@ class Judge:
             later = poses.copy()
             later[:, :3] += share * ahead
             local = self.limbs.local(pairs.target[:, None], later)
-            reached = self._within(pairs.leg, local[:, 0])[1]
+            reached = self.within(pairs.leg, local[:, 0])[1]
             out += ~(reached & self.limbs.leg_clear(pairs.leg, pairs.target[:, None], later))
         return out
 
@@ -172,7 +192,7 @@ class Judge:
         return np.column_stack([height, roll, pitch, yaw])
 
     @staticmethod
-    def _kept(which: BoolArray, pairs: Pairs, *arrays: FloatArray) -> tuple:  # type: ignore[type-arg]
+    def _kept(which: BoolArray, pairs: Pairs, *arrays: np.ndarray) -> tuple:  # type: ignore[type-arg]
         return (pairs.chosen(which), *(a[which] for a in arrays))
 
     def _apart(self, pairs: Pairs) -> BoolArray:
@@ -207,8 +227,11 @@ class Judge:
         shares = np.array([0.0, 0.33, 0.67, 1.0])[:, None]
         blend = nearest[:, None] + shares * (best - nearest)[:, None]
         middle = corners.mean(axis=1)
-        further = np.stack([middle, (middle + best) / 2.0], axis=1)
-        places = np.concatenate([blend, further], axis=1)
+        # Where the hip is above the foothold: legs reach farthest down there.
+        over = pairs.target[:, :2] - turn[:, :2, :2] @ self.hips[pairs.leg]
+        over = into_triangles(corners, over)
+        further = [middle, (middle + best) / 2.0, over, (over + best) / 2.0]
+        places = np.concatenate([blend, np.stack(further, axis=1)], axis=1)
         return places, some
 
     def _usual(self, pairs: Pairs, turn: FloatArray) -> FloatArray:
@@ -220,7 +243,7 @@ class Judge:
         hip = (weight[:, None] * self.hips).sum(axis=0) / 5.0
         return np.asarray(mean - turn[:, :2, :2] @ hip)
 
-    def _within(self, leg: int, points: FloatArray) -> tuple[FloatArray, BoolArray]:
+    def within(self, leg: int, points: FloatArray) -> tuple[FloatArray, BoolArray]:
         """Joint angles for places ``(..., 3)`` of a foot in the body frame, and if all is kept."""
         own = self.robot.legs[LEGS[leg]]
         angles = own.inverse(points)
@@ -241,11 +264,12 @@ class Judge:
         local = self.limbs.local(np.repeat(points, choices, axis=0), poses)
         kept = np.ones(len(poses), dtype=np.bool_)
         for k in range(5):
-            kept &= self._within(k if k < 4 else pairs.leg, local[:, k])[1]
+            kept &= self.within(k if k < 4 else pairs.leg, local[:, k])[1]
         return kept.reshape(count, choices)
 
-    def _swings(self, pairs: Pairs) -> tuple[FloatArray, FloatArray]:
+    def _swings(self, pairs: Pairs, low: bool) -> tuple[FloatArray, FloatArray]:
         """Places along the box swings ``(K, n, 3)``, and how far they rise ``(K,)`` [m]."""
+        rise = 0.0 if low else self.settings.swing_height
         start, end = pairs.feet[:, pairs.leg], pairs.target
         cell = self.surfaces.ground.resolution
         longest = float(np.linalg.norm((end - start)[:, :2], axis=1).max(initial=0.0))
@@ -253,7 +277,7 @@ class Judge:
         line = start[:, None, :2] + share * (end - start)[:, None, :2]
         below = self.surfaces.clear_heights(line, self.foot_size).max(axis=1)
         higher = np.maximum(start[:, 2], end[:, 2])
-        top = np.maximum(below + self.settings.clearance, higher + self.settings.swing_height)
+        top = np.maximum(below + self.settings.clearance, higher + rise)
         shares = np.array(SWING_SHARES)[:, None]
         over = start[:, None] + shares * (end - start)[:, None]
         over[..., 2] = top[:, None]
@@ -265,4 +289,11 @@ class Judge:
         """Whether the leg reaches all places of its swing ``(K,)``."""
         finite = np.isfinite(paths).all(axis=(1, 2))
         local = self.limbs.local(np.nan_to_num(paths, posinf=1e3), poses)
-        return np.asarray(finite & self._within(pairs.leg, local)[1].all(axis=1))
+        return np.asarray(finite & self.within(pairs.leg, local)[1].all(axis=1))
+
+
+def _new(places: FloatArray) -> BoolArray:
+    """Which of places ``(K, P, 2)`` are others than those before them ``(K, P)``."""
+    away = np.abs(places[:, :, None] - places[:, None]).max(axis=3)
+    before = np.tril(np.ones(away.shape[1:], dtype=np.bool_), -1)
+    return np.asarray(~(before & (away < SAME)).any(axis=2))

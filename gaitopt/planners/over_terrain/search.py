@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -18,6 +19,7 @@ from gaitopt.conventions import LEGS, FloatArray, Progress
 from gaitopt.gait.crawl import WANG_SEQUENCE
 from gaitopt.planners.over_terrain.course import Course
 from gaitopt.planners.over_terrain.judge import Judge
+from gaitopt.planners.over_terrain.outlook import Outlook
 from gaitopt.planners.over_terrain.pairs import Cause, Pairs
 from gaitopt.planners.over_terrain.states import Found, Kept, Layer
 from gaitopt.planners.over_terrain.surfaces import Stands
@@ -40,6 +42,9 @@ FOOT_WAY, BODY_WAY = 0.15, 1.0
 """Costs of the ways of a foot and of the body, for each body height of them."""
 NO_USE_AHEAD = 0.5
 """Cost of a foothold that is of no use when the body has moved on, for each place looked at."""
+NO_USE = 2.0
+"""Cost of a foothold that would be of no use during the whole stance on it. Chosen: four times that
+of one at the end of the freedom; what is of use for half of the stance may do for shorter steps."""
 BACK, PAST = 2, 4
 """Steps that the search goes back from a dead end for each width of the beam, and steps beyond it
 after which the beam is as narrow as before. Chosen: what leads into a dead end is where a foot was
@@ -114,6 +119,11 @@ class Search:
         ahead, left = self.judge.hips[leg]
         return np.array([x + cosine * ahead - sine * left, y + sine * ahead + cosine * left])
 
+    @cached_property
+    def outlook(self) -> Outlook:
+        """What becomes of footholds while feet stand on them."""
+        return Outlook(self.judge, self.stands, self.course, self.cycles)
+
     def _next(
         self, layer: Layer, width: int, refused: Counter[Cause], tried: set[int]
     ) -> Layer | None:
@@ -160,7 +170,7 @@ class Search:
         for leg, made in sorted({(int(k), int(m[k])) for k, m in zip(legs, layer.made, strict=True)
                                  if k >= 0}):  # fmt: skip
             usual = self.usual(leg, made + 1)
-            near, own = self._thinned(usual)
+            near, own = self._thinned(usual, leg, int(layer.made[0].sum()))
             # All states of a layer have made the same number of steps.
             banned = [
                 k for s, other, k in self.banned if (s, other) == (int(layer.made[0].sum()), leg)
@@ -180,15 +190,15 @@ class Search:
             return np.empty(0, int), np.empty(0, int), np.empty(0)
         return np.concatenate(states), np.concatenate(stands), np.concatenate(costs)
 
-    def _thinned(self, usual: FloatArray) -> tuple[np.ndarray, FloatArray]:
-        """Some stands near a usual place, spread over it, and what each costs."""
+    def _thinned(self, usual: FloatArray, leg: int, step: int) -> tuple[np.ndarray, FloatArray]:
+        """Some stands near a usual place, spread over it, and what each costs a leg in a step."""
         settings = self.judge.settings
         near = self.stands.near(self.judge.surfaces.ground, usual, settings.freedom)
         if not near.size:
             return near, np.empty(0)
         away = self.stands.centres[near, :2] - usual
         own = FROM_USUAL * (away**2).sum(axis=1) / settings.freedom**2
-        own = own + self.stands.penalties[near]
+        own = own + self.stands.penalties[near] + NO_USE * self.outlook.of(leg, step, near)
         side = max(BLOCK * settings.freedom, self.judge.surfaces.ground.resolution)
         block = np.floor(away / side + 0.5).astype(int)
         order = np.argsort(own, kind="stable")

@@ -47,7 +47,8 @@ def search_for(
                 "searched for robots with such legs only"
             )
     layers = layers_for(robot, ground, settings)
-    surfaces = Surfaces.of(ground, np.append(link_spheres(robot).radii, robot.foot_radius))
+    radii = np.append(link_spheres(robot).radii, robot.foot_radius)
+    surfaces = Surfaces.of(ground, radii, robot.foot_radius)
     judge = Judge.of(robot, settings, surfaces)
     course = course_of(robot, ground, start, goal, judge)
     return Search(

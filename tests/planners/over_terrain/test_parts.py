@@ -10,6 +10,8 @@ import gaitopt
 from gaitopt import LEGS, HeightMap, InputError
 from gaitopt.planners.over_terrain.course import course_through
 from gaitopt.planners.over_terrain.link_spheres import Placements, covering_balls, link_spheres
+from gaitopt.planners.over_terrain.settings import TerrainSettings
+from gaitopt.planners.over_terrain.setup import search_for
 from gaitopt.planners.over_terrain.surfaces import RADIUS_STEP, Surfaces
 from gaitopt.planners.over_terrain.triangles import into_triangles, shrunken_triangles
 from gaitopt.robots.rotations import rpy_to_matrix
@@ -135,3 +137,34 @@ def test_poses_of_rotations() -> None:
     turn = rpy_to_matrix([[0.1, -0.2, 0.3]])
     body = Placements(turn, np.array([[1.0, 2.0, 3.0]]))
     assert np.allclose(body.moved(np.eye(3))[0], turn[0].T + np.arange(1.0, 4.0))
+
+
+def test_a_foothold_right_below_a_stair_is_of_less_use_than_one_farther_on() -> None:
+    """The shank of a go2 leans back from its foot, to where the stair is."""
+    robot = gaitopt.load_robot("go2")
+    z = np.zeros((120, 60))
+    z[60:] = -0.12  # goes down at x = 0.6 m
+    ground = HeightMap(z, 0.02, (-0.6, -0.6))
+    settings = TerrainSettings.for_robot(robot)
+    search = search_for(robot, ground, (1.2, 0.0), (0.0, 0.0, 0.0), settings)
+    hip = search.judge.hips[0]
+    cycle = 5  # the usual place is at 0.86 m
+    near = np.array([search.stands.index[round((x + 0.6) / 0.02), round((hip[1] + 0.6) / 0.02)]
+                     for x in (0.64, 0.76)])  # fmt: skip
+    beside, beyond = search.outlook.of(0, 4 * cycle - 1, near)
+    assert beside > beyond + 0.3
+    level = search_for(robot, HeightMap(0.0 * z, 0.02, (-0.6, -0.6)), (1.2, 0.0),
+                       (0.0, 0.0, 0.0), settings)  # fmt: skip
+    assert level.outlook.of(0, 7, level.stands.near(ground, level.usual(0, 2), 0.02)).max() == 0.0
+
+
+def test_finer_tables_are_not_below_the_exact_height_beside_a_step() -> None:
+    x = 0.02 * np.arange(60)
+    ground = HeightMap(np.where(x < 0.6, 0.0, -0.12)[:, None] * np.ones(40), 0.02)
+    places = RNG.uniform([0.5, 0.2], [0.7, 0.6], (2000, 2))
+    exact = ground.ball(places, 0.025).centres[:, 2]
+    for foot, cell in ((np.inf, 0.02), (0.023, 0.01)):
+        surfaces = Surfaces.of(ground, [0.025], foot)
+        assert surfaces.cell == pytest.approx(cell)
+        found = surfaces.clear_heights(places, surfaces.sizes([0.025])) - exact
+        assert (found.min() >= -1e-9) == (cell < 0.02)

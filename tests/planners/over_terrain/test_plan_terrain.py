@@ -75,6 +75,13 @@ def test_a_gap_is_stepped_over() -> None:
     assert np.isclose(search.metres, LENGTH)
 
 
+def test_go2_walks_down_stairs_of_12_cm() -> None:
+    stairs = gaitopt.make_ground("stairs_down", robot=GO2, length=0.9, riser=0.12)
+    search = gaitopt.search_terrain(GO2, stairs, (0.75, 0.0), start=(0.0, 0.0, 0.0))
+    assert search.complete
+    assert all(search.footholds[leg][-1, 2] < search.footholds[leg][0, 2] - 0.11 for leg in LEGS)
+
+
 def test_a_walk_sideways_and_one_that_turns_on_the_spot() -> None:
     flat = HeightMap(np.zeros((90, 90)), 0.02, (-0.9, -0.9))
     aside = gaitopt.choose_footholds(GO2, flat, (0.0, 0.2, 0.0), start=(0.0, 0.0, 0.0))
