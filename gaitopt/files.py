@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -15,6 +16,29 @@ StrPath = str | os.PathLike[str]
 
 MOST_PRINTED = 10_000
 """Most bytes that are kept of what a library prints: error messages quote 300 characters of it."""
+
+
+_UNFINISHED: set[Path] = set()
+"""Temporary files and folders that are being written now."""
+
+
+@contextmanager
+def unfinished(path: Path) -> Iterator[None]:
+    """Keep in mind that a temporary file or folder has to go if the program is ended."""
+    _UNFINISHED.add(path)
+    try:
+        yield
+    finally:
+        _UNFINISHED.discard(path)
+
+
+def remove_unfinished() -> None:
+    """Remove what is being written now: for programs that end at once."""
+    for path in tuple(_UNFINISHED):
+        if path.is_dir():
+            shutil.rmtree(path, ignore_errors=True)
+        else:
+            path.unlink(missing_ok=True)
 
 
 @contextmanager
@@ -46,7 +70,7 @@ def written_whole(path: StrPath, *, binary: bool = False) -> Iterator[IO[Any]]:
             if binary
             else os.fdopen(handle, "w", encoding="utf-8", newline="")
         )
-        with opened as stream:
+        with unfinished(temporary), opened as stream:
             yield stream
         temporary.chmod(0o666 & ~_umask())
         temporary.replace(target)

@@ -12,8 +12,10 @@ from typing import Annotated, TextIO
 import typer
 
 from gaitopt.cli.crawl import compare, walk
+from gaitopt.cli.demo import demo
 from gaitopt.cli.export import export
 from gaitopt.cli.gait import gait, trot
+from gaitopt.cli.interrupts import STOPPED, end_stopped
 from gaitopt.cli.plans import figures, replay, simulate, verify
 from gaitopt.cli.race import race
 from gaitopt.cli.robot import robot
@@ -26,13 +28,13 @@ from gaitopt.errors import GaitoptError, RobotWarning
 app = typer.Typer(
     name="gaitopt",
     help="Plan the fastest statically stable walk of a four-legged robot over given footholds.",
-    epilog="Start with: gaitopt walk",
-    add_completion=False,
+    epilog="Start with: gaitopt demo",
     rich_markup_mode="rich",
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 
+app.command()(demo)
 app.command()(walk)
 app.command()(trot)
 app.command()(gait)
@@ -59,8 +61,7 @@ def main() -> None:
     try:
         code = app(standalone_mode=False)
     except (KeyboardInterrupt, typer.Abort):
-        print("gaitopt: stopped", file=sys.stderr)
-        sys.exit(130)
+        sys.exit(end_stopped())
     except Exception as error:
         # Errors of Typer's own copy of click have no public class. They have this method.
         click_message = getattr(error, "format_message", None)
@@ -69,7 +70,8 @@ def main() -> None:
         text = in_options(str(error)) if click_message is None else click_message()
         print(f"gaitopt: {' '.join(text.split())}", file=sys.stderr)
         sys.exit(2)
-    sys.exit(code if isinstance(code, int) else 0)
+    # Typer makes this code of Ctrl-C, without a word.
+    sys.exit(end_stopped() if code == STOPPED else code if isinstance(code, int) else 0)
 
 
 def _show_warning(

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from math import nan
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import typer
 
+from gaitopt.cli.completion import complete_gait
 from gaitopt.cli.grouped_options import takes_options
 from gaitopt.cli.options import FrictionOption, Timing, TimingOption
 from gaitopt.cli.results.deliver import FIGURES, PLAN, Delivery, deliver
@@ -27,9 +28,31 @@ ON_LINE = 5e-4
 """A ZMP that is no farther from the line between two feet is on it, in words [m]. Chosen here: the
 balance's usual tolerance is 0.35 mm for feet that are 0.7 m apart."""
 
+
+class Usual(NamedTuple):
+    """What a gait does where nothing else is asked for.
+
+    Attributes:
+        speed: [m/s].
+        distance: at full speed [m].
+        cycle: [s].
+    """
+
+    speed: float
+    distance: float
+    cycle: float
+
+
+USUAL = {"trot": Usual(0.3, 1.5, 0.5)}
+"""The trot of [Wang2024]."""
+OTHERS = Usual(0.1, 1.0, 1.0)
+"""All other gaits. Chosen: a walk that every robot of the catalogue with quick joints can do."""
+
 ForwardOption = Annotated[
-    float, typer.Option("--speed", help="Forward speed, in m/s.", rich_help_panel="Motion")
-]
+    float | None,
+    typer.Option("--speed", help="Forward speed, in m/s; 0.3 for the trot, 0.1 for other gaits.",
+                 rich_help_panel="Motion", show_default=False),
+]  # fmt: skip
 SidewaysOption = Annotated[
     float, typer.Option(help="Speed to the left, in m/s.", rich_help_panel="Motion")
 ]
@@ -39,7 +62,8 @@ YawOption = Annotated[
 DistanceOption = Annotated[
     float | None,
     typer.Option(help="Distance at full speed, in metres; acceleration and slowing down come in "
-                 "addition.", rich_help_panel="Motion"),
+                 "addition. 1.5 for the trot, 1 for other gaits.", rich_help_panel="Motion",
+                 show_default=False),
 ]  # fmt: skip
 DurationOption = Annotated[
     float | None,
@@ -47,8 +71,10 @@ DurationOption = Annotated[
                  rich_help_panel="Motion", show_default=False),
 ]  # fmt: skip
 CycleOption = Annotated[
-    float, typer.Option("--cycle", help="Duration of a cycle, in seconds.", rich_help_panel="Gait")
-]
+    float | None,
+    typer.Option("--cycle", help="Duration of a cycle, in seconds; 0.5 for the trot, 1 for other "
+                 "gaits.", rich_help_panel="Gait", show_default=False),
+]  # fmt: skip
 DutyOption = Annotated[
     float | None,
     typer.Option("--duty", help="Share of the cycle for which each foot stands; the gait's own by "
@@ -88,22 +114,22 @@ AccelerationOption = Annotated[
 def trot(
     robot: RobotChoice,
     results: Results,
-    speed: ForwardOption = 0.3,
+    speed: ForwardOption = None,
     sideways: SidewaysOption = 0.0,
     yaw_rate: YawOption = 0.0,
-    distance: DistanceOption = 1.5,
+    distance: DistanceOption = None,
     duration: DurationOption = None,
     acceleration_limit: AccelerationOption = None,
-    cycle: CycleOption = 0.5,
+    cycle: CycleOption = None,
     duty: DutyOption = None,
-    swing: SwingOption = "cycloid",
+    swing: SwingOption = "polynomial",
     sway: SwayOption = None,
     body_height: HeightOption = None,
     swing_height: SwingHeightOption = None,
     timing: TimingOption = Timing.forces,
     friction: FrictionOption = None,
 ) -> None:
-    """Trot at a speed, as in [Wang2024], and write plan, replay and figures."""
+    """Trot at a speed, as in [Wang2024]: the same as gaitopt gait trot."""
     _gait(
         "trot", robot, speed, sideways, yaw_rate, distance, duration, acceleration_limit, cycle,
         duty, swing, sway, body_height, swing_height, timing, friction, results,
@@ -115,17 +141,17 @@ def trot(
 def gait(
     name: Annotated[
         str, typer.Argument(help="walk, quasi-static, trot, pace, bound, pronk, wave; or a crawl's "
-                            "order of legs, as in RH,RF,LF,LH."),
+                            "order of legs, as in RH,RF,LF,LH.", autocompletion=complete_gait),
     ],
     robot: RobotChoice,
     results: Results,
-    speed: ForwardOption = 0.1,
+    speed: ForwardOption = None,
     sideways: SidewaysOption = 0.0,
     yaw_rate: YawOption = 0.0,
-    distance: DistanceOption = 1.0,
+    distance: DistanceOption = None,
     duration: DurationOption = None,
     acceleration_limit: AccelerationOption = None,
-    cycle: CycleOption = 1.0,
+    cycle: CycleOption = None,
     duty: DutyOption = None,
     swing: SwingOption = "polynomial",
     sway: SwayOption = None,
@@ -142,8 +168,9 @@ def gait(
 
 
 def _gait(
-    name: str, robot: RobotChoice, speed: float, sideways: float, yaw_rate: float,
-    distance: float | None, duration: float | None, acceleration_limit: float | None, cycle: float,
+    name: str, robot: RobotChoice, speed: float | None, sideways: float, yaw_rate: float,
+    distance: float | None, duration: float | None, acceleration_limit: float | None,
+    cycle: float | None,
     duty: float | None, swing: str, sway: bool | None, body_height: float | None,
     swing_height: float | None, timing: Timing, friction: float | None, results: Results,
 ) -> None:  # fmt: skip
@@ -152,17 +179,23 @@ def _gait(
     from gaitopt.planners.by_velocity.planner import plan_gait
     from gaitopt.viewing.figures.gait_figures import save_gait_figures
 
-    schedule = named(name, cycle, duty)
-    if duration is None and not (speed or sideways):
+    if distance is not None and duration is not None:
+        raise InputError("--distance and --duration exclude each other: give one of them")
+    usual = USUAL.get(name.strip().lower(), OTHERS)
+    schedule = named(name, usual.cycle if cycle is None else cycle, duty)
+    forward = usual.speed if speed is None else speed
+    if duration is None and not (forward or sideways):
         raise InputError("a gait on the spot has no distance: give --duration")
+    if duration is None and distance is None:
+        distance = usual.distance
     model = robot.load()
     page = f"{file_name(name)}.html"
     run = f"{file_name(name)}-{file_name(model.name) or 'robot'}"
     folder = run_folder(results.out, run, results.overwrite, (page, PLAN, FIGURES))
     with progress_bar("planning") as tick:
         plan = plan_gait(
-            model, schedule, velocity=(speed, sideways), yaw_rate=yaw_rate,
-            distance=distance if duration is None else None, duration=duration,
+            model, schedule, velocity=(forward, sideways), yaw_rate=yaw_rate,
+            distance=distance, duration=duration,
             acceleration_limit=acceleration_limit, swing=swing, sway=sway,
             body_height=body_height, swing_height=swing_height, timing=timing.value,
             forces=force_limits(friction), progress=tick,

@@ -17,10 +17,11 @@ from gaitopt.cli.options import (
     PlanArgument,
 )
 from gaitopt.cli.results.documents import certificate_document, simulation_document
+from gaitopt.cli.results.options import OverwriteOption
 from gaitopt.cli.results.report import Report
+from gaitopt.cli.results.run_folder import record_run, refuse_pictures, run_folder
 from gaitopt.cli.robot_options import RobotChoice, takes_robot
 from gaitopt.cli.support import (
-    make_folder,
     open_plan,
     print_files,
     progress_bar,
@@ -160,7 +161,11 @@ def simulate(
 
 def figures(
     plan: PlanArgument,
-    out: Annotated[Path, typer.Argument(help="Folder for the figures.")] = Path("figures"),
+    out: Annotated[
+        Path | None,
+        typer.Argument(help="Folder for the figures; PLAN-figures beside the plan by default.",
+                       metavar="DIR"),
+    ] = None,
     step: Annotated[
         int | None,
         typer.Option(
@@ -168,11 +173,20 @@ def figures(
             "which the body moves farthest."
         ),
     ] = None,
-) -> None:
+    overwrite: OverwriteOption = False,
+) -> None:  # fmt: skip
     """Write a plan's figures as PNG files."""
+    from gaitopt.plan.settings.by_velocity import GaitSettings
     from gaitopt.viewing.figures.crawl_figures import save_figures
 
     loaded = open_plan(plan)
-    make_folder(out)
-    for path in save_figures(loaded, out, step=step):
-        terminal().print(escape(str(path)))
+    if step is not None and isinstance(loaded.settings, GaitSettings):
+        raise InputError("--step is for walks over footholds: the figures of a gait show no step")
+    folder = run_folder(out or plan.with_name(f"{plan.stem}-figures"), "figures", overwrite)
+    if not overwrite:
+        refuse_pictures(folder.path)
+    with folder.writing() as (made, place):
+        names = [path.name for path in save_figures(loaded, made, step=step)]
+        record_run(made, {"command": "figures", "files": names})
+    for name in names:
+        terminal().print(escape(str(place / name)))

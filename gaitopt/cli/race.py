@@ -30,7 +30,7 @@ from gaitopt.cli.options import (
 from gaitopt.cli.results.deliver import show_page
 from gaitopt.cli.results.options import OpenOption, OutOption, OverwriteOption
 from gaitopt.cli.results.report import Report
-from gaitopt.cli.results.run_folder import ROOT, record_run, run_folder
+from gaitopt.cli.results.run_folder import record_run, run_folder
 from gaitopt.cli.robot_options import RobotChoice, takes_robot
 from gaitopt.cli.support import (
     file_name,
@@ -95,7 +95,7 @@ def race(
     """Race the paper's method against the time-optimal walks, side by side in one page.
 
     With --timing forces all rows but the paper's are timed by contact forces. A race over several
-    terrains that was stopped goes on where race.csv in its folder ends.
+    terrains writes race.csv line by line, so that a race that was stopped leaves what it has found.
     """
     from gaitopt.studies.race import race as run_race
     from gaitopt.studies.race import race_many, row_names, shared_settings
@@ -105,12 +105,7 @@ def race(
     names = row_names(None if rows is None else rows.split(","), timing.value)
     model, places = _inputs(robot, footholds, seed, columns)
     name = run_name("race", model, footholds, seed) + (f"-{seeds}-terrains" if seeds > 1 else "")
-    # The table of several terrains is continued, and so is its folder.
-    folder = (
-        run_folder(out, name, overwrite, (PAGE, PICTURE))
-        if seeds == 1
-        else run_folder(out or ROOT / name, name, True)
-    )
+    folder = run_folder(out, name, overwrite, (PAGE, PICTURE, TABLE))
     report = Report(as_json, {"command": "race"})
     options = plan_options(
         stability_margin, body_height, swing_height, sequence, reach_fraction, heading,
@@ -122,6 +117,8 @@ def race(
     options = {"timing": timing.value} | shared_settings(model, places, options, timing.value)
     checks: dict[str, Any] = {"certify": certify, "collisions": collisions, "bound": bound}
     if seeds > 1:
+        # The table is there from the first line on, and with it the folder.
+        folder = folder.settled()
         make_folder(folder.path)
     with progress_bar("racing") as tick:
         if seeds == 1:

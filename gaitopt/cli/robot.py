@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from gaitopt.cli.completion import complete_robot
 from gaitopt.cli.options import JsonOption
 from gaitopt.cli.results.report import Report
 from gaitopt.cli.robot_options import RobotChoice, takes_robot
@@ -19,7 +20,12 @@ DRAWING = "What is written"
 
 
 RobotArgument = Annotated[
-    str, typer.Argument(help="A robot's name, or a file: URDF, xacro or MJCF.", metavar="ROBOT")
+    str,
+    typer.Argument(
+        help="A robot's name, or a file: URDF, xacro or MJCF.",
+        metavar="ROBOT",
+        autocompletion=complete_robot,
+    ),
 ]
 
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 
 import typer
 
+from gaitopt.cli.completion import complete_robot
 from gaitopt.errors import InputError
 
 if TYPE_CHECKING:
@@ -30,7 +31,8 @@ OPTION_OF = {
 RobotOption = Annotated[
     str | None,
     typer.Option(help="A robot's name (see [bold]gaitopt robot --list[/]) or its file: URDF, "
-                 "xacro or MJCF.", metavar="ROBOT", rich_help_panel="What walks where"),
+                 "xacro or MJCF.", metavar="ROBOT", rich_help_panel="What walks where",
+                 autocompletion=complete_robot),
 ]  # fmt: skip
 
 
@@ -179,7 +181,7 @@ def reading(
 
 def in_options(text: str) -> str:
     """A message of gaitopt with the options of the command line in place of robots' keywords."""
-    text = re.sub(r"\b(masses|timing)='(\w+)'", r"--\1 \2", text)
+    text = re.sub(r"\b(masses|timing)=(['\"])(\w+)\2", r"--\1 \3", text)
     text = text.replace("meshes='folder'", "--mesh-folder").replace(" (meshes=False)", "")
     for keyword, option in OPTION_OF.items():
         value = r"({[^{}]*}|\[[^\[\]]*\]|\.\.\.)?"

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.markup import escape
 
+from gaitopt.cli.completion import complete_ground
 from gaitopt.cli.ground_options import GroundChoice, ground_options, is_made
 from gaitopt.cli.grouped_options import numbers, takes_options
 from gaitopt.cli.options import (
@@ -44,6 +45,7 @@ MapArgument = Annotated[
         "ground that is made: flat, rubble, stepping_stones, stairs, stairs_up, stairs_down, ramp, "
         "gaps, hills or beams.",
         metavar="MAP",
+        autocompletion=complete_ground,
     ),
 ]
 GoalOption = Annotated[

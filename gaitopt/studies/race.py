@@ -31,6 +31,7 @@ from gaitopt.studies.one_height import with_one_height
 from gaitopt.studies.race_lanes import Lane, Race
 from gaitopt.studies.race_standings import BOUND_WINDOW, PAPER, PHASES, SSM, Finish, Standings
 from gaitopt.studies.tables import appending, one_line
+from gaitopt.studies.workers import no_workers_left
 from gaitopt.terrain.columns import s_columns
 from gaitopt.terrain.footholds import Footholds
 
@@ -138,7 +139,7 @@ def race_many(
         seeds: of the terrains.
         rows, timing, certify, collisions, bound, settings: as for :func:`race`.
         columns: number of columns for each leg.
-        jobs: number of processes; -1 for one on each core.
+        jobs: number of processes; -1 for one on each core. There are never more than cores.
         table: a CSV file that is written anew; a line is appended when a walk is done.
         progress: called with (walks done, walks in all).
 
@@ -146,7 +147,7 @@ def race_many(
         InputError: there is no seed, a row's name is unknown, a setting is out of range, or the
             table cannot be written.
     """
-    from joblib import Parallel, delayed
+    from joblib import Parallel, cpu_count, delayed
 
     names, terrains = row_names(rows, timing), list(dict.fromkeys(seeds))
     if not terrains:
@@ -158,8 +159,9 @@ def race_many(
     todo = [(seed, name) for seed in terrains for name in names]
     finishes: dict[tuple[int, str], Finish] = {}
     plans: dict[str, Plan] = {}
-    with _finish_table(table) as append:
-        results = Parallel(n_jobs=jobs, return_as="generator_unordered", batch_size=1)(
+    workers = min(jobs, cpu_count())
+    with no_workers_left(), _finish_table(table) as append:
+        results = Parallel(n_jobs=workers, return_as="generator_unordered", batch_size=1)(
             delayed(_run)(robot, seed, columns, name, rules, seed == first) for seed, name in todo
         )
         for finish, plan in results:

@@ -15,6 +15,7 @@ from typing import Any, Protocol, TypeVar
 from gaitopt.errors import InputError, MissingPackageError
 from gaitopt.files import StrPath, written_whole
 from gaitopt.studies.tables import appending
+from gaitopt.studies.workers import no_workers_left
 
 
 class Job(Protocol):
@@ -79,7 +80,7 @@ def run_jobs(
     if progress is not None:
         progress(count, len(waiting))
     workers = jobs if scheduler is not None else min(jobs, cpu_count())
-    with _backend(scheduler), appending(path, header) as append:
+    with no_workers_left(), _backend(scheduler), appending(path, header) as append:
         results = Parallel(n_jobs=workers, return_as="generator_unordered", batch_size=1)(
             delayed(_job_and_row)(run, job) for job in left
         )

@@ -211,3 +211,76 @@ def test_the_tables_of_the_commands_fit_into_80_letters(
         assert "…" not in text and max(map(len, text.splitlines())) <= 80
         # As a table, and not row by row.
         assert "━━━" in text
+
+
+# Other commands.
+
+
+def test_figures_of_two_plans_are_never_mixed(command: Command, plan_file: Path) -> None:
+    first = command("figures", str(plan_file))
+    assert first.exit_code == 0, first.output
+    folder = plan_file.with_name("plan-figures")
+    assert list(folder.glob("*.png")) and str(folder) in "".join(first.output.split())
+    again = command("figures", str(plan_file))
+    assert isinstance(again.exception, InputError) and "--overwrite" in str(again.exception)
+    (folder / "of_another_plan.png").write_bytes(b"")
+    record_run(folder, {"files": ["of_another_plan.png"]})
+    assert command("figures", str(plan_file), "--overwrite").exit_code == 0
+    assert not (folder / "of_another_plan.png").exists()
+
+
+def test_options_that_exclude_each_other_say_so(command: Command, tmp_path: Path) -> None:
+    refused = command("trot", "--distance", "1", "--duration", "2", "--out", str(tmp_path / "no"))
+    assert "--distance and --duration exclude each other" in str(refused.exception)
+    gait = gaitopt.plan_gait(gaitopt.load_robot("wang2020-fast"), gaitopt.trot(0.5),
+                             velocity=0.2, distance=0.1, timing="velocity")  # fmt: skip
+    gait.save(tmp_path / "gait.npz")
+    refused = command("figures", str(tmp_path / "gait.npz"), "--step", "1")
+    assert "--step is for walks over footholds" in str(refused.exception)
+
+
+def test_trot_and_gait_trot_are_the_same(command: Command, tmp_path: Path) -> None:
+    plans = []
+    for words in (("trot",), ("gait", "trot")):
+        out = tmp_path / words[0]
+        done = command(*words, "--timing", "velocity", "--fast", "--out", str(out))
+        assert done.exit_code == 0, done.output
+        plans.append(gaitopt.load_plan(out / "plan.npz"))
+    assert plans[0].settings == plans[1].settings
+    usual = gaitopt.plan_gait(
+        plans[0].robot, gaitopt.trot(0.5), velocity=0.3, distance=1.5, timing="velocity"
+    )
+    assert usual.settings == plans[0].settings and usual.duration == plans[0].duration
+
+
+def test_the_demo_walks_in_physics_and_opens_its_replay(
+    command: Command, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    from gaitopt.viewing.replay import browser
+
+    opened: list[Path] = []
+    monkeypatch.setattr(browser, "open_in_browser", lambda path: bool(opened.append(path)))
+    monkeypatch.chdir(tmp_path)
+    done = command("demo", "solo12", "--velocity-limit", "12", "--effort-limit", "2.7")
+    assert done.exit_code == 0, done.output
+    assert opened == [Path("out/demo-solo12/demo.html")]
+    assert "passed in physics" in done.output and "no browser could be started" in done.output
+
+
+@pytest.mark.parametrize(
+    ("begun", "expected"),
+    [("walk --robot go", ["go1", "go2"]), ("gait quasi", ["quasi-static"]),
+     ("terrain stairs_", ["stairs_up", "stairs_down"]), ("demo wang2020-", ["wang2020-fast"])],
+)  # fmt: skip
+def test_the_shell_completes_names(
+    command: Command, monkeypatch: pytest.MonkeyPatch, begun: str, expected: list[str]
+) -> None:
+    from typer.testing import CliRunner
+
+    from gaitopt.cli.app import app
+
+    words = f"gaitopt {begun}"
+    asked = {"_GAITOPT_COMPLETE": "complete_bash", "COMP_WORDS": words,
+             "COMP_CWORD": str(len(words.split()) - 1)}  # fmt: skip
+    found = CliRunner().invoke(app, [], env=asked, prog_name="gaitopt")
+    assert found.stdout.split() == expected

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from gaitopt.errors import InputError
-from gaitopt.files import written_whole
+from gaitopt.files import unfinished, written_whole
 
 ROOT: Final = Path("out")
 """Folder in which runs get folders of their own."""
@@ -56,12 +56,17 @@ class RunFolder:
         try:
             made.chmod(0o777 & ~_umask())
             place = self._place()
-            yield made, place
-            self._move(made, place)
+            with unfinished(made):
+                yield made, place
+                self._move(made, place)
         except OSError as error:
             raise _not_writable(self.path, error) from error
         finally:
             shutil.rmtree(made, ignore_errors=True)
+
+    def settled(self) -> RunFolder:
+        """The same with its path decided, for files that are written while the run goes on."""
+        return RunFolder(self._place(), True, True)
 
     def _place(self) -> Path:
         """The folder that files go to: a new one, if the user named none."""
@@ -133,6 +138,17 @@ def _refuse_earlier(path: Path, names: Sequence[str]) -> None:
                 f"the folder {path} holds {name} of an earlier run: give --out another folder, "
                 "leave it out for a new one, or replace the earlier run with --overwrite"
             )
+
+
+def refuse_pictures(path: Path) -> None:
+    """Refuse a folder that holds pictures: figures of two plans are never mixed.
+
+    Raises:
+        InputError: it holds one.
+    """
+    picture = next(path.glob("*.png"), None)
+    if picture is not None:
+        _refuse_earlier(path, [picture.name])
 
 
 def _remove_earlier(path: Path, names: Sequence[str]) -> None:

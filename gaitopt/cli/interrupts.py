@@ -1,0 +1,72 @@
+"""Ctrl-C: stops any command within a second, and leaves neither files nor processes behind.
+
+Python turns Ctrl-C into an exception that runs where the program is. Libraries may swallow it, in
+callbacks for instance. So a thread watches: where the program has not ended soon after the first
+Ctrl-C, the thread ends it.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import threading
+import time
+from types import FrameType
+from typing import Final
+
+PATIENCE: Final = 0.8
+"""Time in which the program may end by itself [s]. Chosen: Ctrl-C works within a second."""
+STOPPED: Final = 130
+"""Exit code after Ctrl-C: 128 and the number of the signal, as shells have it."""
+SIGNALS: Final = tuple(
+    getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
+)
+"""Signals that stop a command: Ctrl-C, ``kill``, and a terminal that was closed."""
+
+_stopped = threading.Event()
+
+
+def stop_on_signals() -> None:
+    """From now on signals end the program in an orderly way, and soon in any case."""
+    for number in SIGNALS:
+        signal.signal(number, _stop)
+
+
+def end_stopped() -> int:
+    """Say that the program was stopped; the value is the exit code."""
+    print("gaitopt: stopped", file=sys.stderr)
+    return STOPPED
+
+
+def was_stopped() -> bool:
+    """Whether a signal came. Libraries may have turned its exception into another one."""
+    return _stopped.is_set()
+
+
+def _stop(number: int, frame: FrameType | None) -> None:
+    # Further signals are not needed, and would interrupt the clearing up.
+    for each in SIGNALS:
+        signal.signal(each, signal.SIG_IGN)
+    _stopped.set()
+    threading.Thread(target=_end_soon, daemon=True).start()
+    raise KeyboardInterrupt
+
+
+def _end_soon() -> None:
+    """End the program, once it had time to end by itself."""
+    time.sleep(PATIENCE)
+    from multiprocessing import active_children
+
+    from gaitopt.files import remove_unfinished
+
+    if "gaitopt.studies.workers" in sys.modules:
+        from gaitopt.studies.workers import end_workers
+
+        end_workers()
+    for child in active_children():
+        child.terminate()
+    remove_unfinished()
+    end_stopped()
+    sys.stderr.flush()
+    os._exit(STOPPED)

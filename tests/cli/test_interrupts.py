@@ -1,0 +1,103 @@
+"""Ctrl-C: commands stop, say so, and leave neither files nor workers behind."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals are sent as on POSIX")
+
+SWALLOWS = """
+import sys, time
+from pathlib import Path
+from gaitopt.cli import app, interrupts, start
+from gaitopt.cli.results.run_folder import run_folder
+
+def command():
+    with run_folder(Path("run"), "run", False).writing() as (made, _):
+        (made / "half").write_text("half")
+        print("begun", flush=True)
+        while True:
+            try:
+                time.sleep(60.0)
+            except KeyboardInterrupt:
+                {reaction}
+
+app.main = command
+start.main()
+"""
+"""A command with a library in it that does something else with the exception of Ctrl-C."""
+
+
+@pytest.mark.parametrize(
+    "reaction",
+    ["pass", "raise TypeError('of a library') from None", "raise", "sys.exit(interrupts.STOPPED)"],
+)
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_command_stops_whatever_libraries_make_of_it(
+    tmp_path: Path, reaction: str, number: signal.Signals
+) -> None:
+    if number is signal.SIGTERM and reaction != "pass":
+        pytest.skip("both signals take the same way")
+    process = subprocess.Popen(
+        [sys.executable, "-c", SWALLOWS.format(reaction=reaction)], cwd=tmp_path,
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    assert process.stdout is not None and process.stdout.readline() == "begun\n"
+    process.send_signal(number)
+    _, said = process.communicate(timeout=60)
+    assert process.returncode == 130
+    if "sys.exit" not in reaction:
+        assert said == "gaitopt: stopped\n"
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_command_that_is_stopped_at_once_says_so(tmp_path: Path) -> None:
+    """While it still imports what it needs."""
+    code = (
+        "import os, signal\n"
+        "from gaitopt.cli import start\n"
+        "import gaitopt.cli.interrupts as interrupts\n"
+        "stop = interrupts.stop_on_signals\n"
+        "start.stop_on_signals = lambda: (stop(), os.kill(os.getpid(), signal.SIGINT))\n"
+        "start.main()\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True,
+                          text=True, timeout=60, check=False)  # fmt: skip
+    assert (done.returncode, done.stderr) == (130, "gaitopt: stopped\n")
+
+
+def test_workers_end_with_the_study_that_used_them() -> None:
+    code = (
+        "import joblib, time\n"
+        "from gaitopt.studies.workers import no_workers_left\n"
+        "try:\n"
+        "    with no_workers_left():\n"
+        "        pids = joblib.Parallel(n_jobs=2)(joblib.delayed(__import__('os').getpid)()"
+        " for _ in range(4))\n"
+        "        raise KeyboardInterrupt\n"
+        "except KeyboardInterrupt:\n"
+        "    pass\n"
+        "import os\n"
+        "def alive(pid):\n"
+        "    try:\n"
+        "        os.kill(pid, 0)\n"
+        "        return open(f'/proc/{pid}/stat').read().split()[2] != 'Z'\n"
+        "    except (OSError, IndexError):\n"
+        "        return False\n"
+        "for _ in range(100):\n"
+        "    if not any(map(alive, set(pids))):\n"
+        "        print('gone')\n"
+        "        break\n"
+        "    time.sleep(0.1)\n"
+    )
+    if not Path("/proc/self/stat").exists():
+        pytest.skip("needs /proc to see processes")
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True,
+                          timeout=120, check=False)  # fmt: skip
+    assert done.stdout == "gone\n", done.stderr
