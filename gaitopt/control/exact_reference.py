@@ -22,6 +22,9 @@ from gaitopt.robots.rotations import quaternion_to_matrix
 
 LEAD = 2
 """Ticks before the plan's start and after its end."""
+SINKING_TIME = 0.03
+"""How long before its touch-down a foot begins to go below its place [s]. Chosen: a flying foot
+follows its reference within this time (``swing_blend_time``)."""
 
 
 def exact_reference(
@@ -52,6 +55,7 @@ def exact_reference(
     normals = np.broadcast_to(ground.normals, (*standing.shape, 3))
     rolled = rolled_away(robot, planned.q, velocity, standing, dt, normals)
     at_rest = np.abs(velocity[:, :6]).max(axis=1) < AT_REST
+    sunk = gains.landing_depth * _sinking(standing, SINKING_TIME / dt)[..., None] * normals
     return Reference(
         dt=dt,
         lead=LEAD,
@@ -67,7 +71,7 @@ def exact_reference(
         forces=planned_forces(robot, motion, standing, load, limits, ground),
         normals=normals,
         friction=np.broadcast_to(limits.friction * ground.grip, standing.shape),
-        feet=planned.feet + rolled,
+        feet=planned.feet + rolled - sunk,
         feet_in_base=feet,
         inverse=inverse,
         standing=standing,
@@ -87,6 +91,20 @@ def _velocities(plan: Plan, clock: WalkClock, times: FloatArray) -> FloatArray:
     begun = (instants > 0.0) | plan.begins_moving
     moving = begun & (instants < plan.duration) & ~clock.pausing(times)
     return np.asarray(plan.at(np.clip(instants, 0.0, plan.duration)).v * moving[:, None])
+
+
+def _sinking(standing: BoolArray, ticks: float) -> FloatArray:
+    """How far down feet are that land or have landed, from 0 to 1 ``(N, 4)``."""
+    out = standing.astype(np.float64)
+    for leg in range(standing.shape[1]):
+        landings = np.flatnonzero(np.diff(standing[:, leg].astype(np.int8)) > 0) + 1
+        for landing in landings.tolist():
+            first = max(landing - round(ticks), 0)
+            part = slice(first, landing)
+            out[part, leg] = np.where(
+                standing[part, leg], 1.0, np.arange(1.0, landing - first + 1.0) / (landing - first)
+            )
+    return out
 
 
 def _loads(standing: BoolArray, gains: ControlGains, dt: float) -> FloatArray:

@@ -65,14 +65,19 @@ class NearestForces:
             planned: forces of the plan ``(4, 3)`` [N].
             contacts: which feet touch the ground ``(4,)``. Those that should bear load and do not
                 touch it press with the least normal force alone: a larger one would make them kick.
+                The others make up what is left of the wrench without the planned forces of these:
+                two feet on one side that are to carry a body that four carry have no such forces,
+                and huge ones for a part of its moment.
 
         Returns:
             The forces; where no forces make up the wrench, those that come nearest to it.
         """
-        target = self._scale * wrench
-        least = self._limits.least_normal_shares(load > 0.0)
+        bearing = load > 0.0
+        lost = np.where((bearing & ~contacts)[:, None], planned, 0.0).reshape(-1)
+        target = self._scale * (wrench - grasp @ lost)
+        least = self._limits.least_normal_shares(bearing)
         forces = self._weight * least[:, None] * self._normals
-        feet = np.flatnonzero((load > 0.0) & contacts)
+        feet = np.flatnonzero(bearing & contacts)
         if not len(feet):
             return ForceShare(forces, float(np.abs(target).max()), 0.0, ForceStatus.FREE)
         columns = (3 * feet[:, None] + np.arange(3)).reshape(-1)

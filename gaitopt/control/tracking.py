@@ -17,12 +17,14 @@ from typing import Any
 
 import numpy as np
 
+from gaitopt.control.anchors import Anchors
 from gaitopt.control.build import build_reference
 from gaitopt.control.footing import Footing
 from gaitopt.control.forces import ForceDistribution, ForceShare
 from gaitopt.control.gains import ControlGains
 from gaitopt.control.nearest_forces import NearestForces
 from gaitopt.control.reference import Reference
+from gaitopt.control.rotation import rotation_of, rotation_vector
 from gaitopt.conventions import GRAVITY, LEGS, BoolArray, FloatArray
 from gaitopt.plan.plan import Plan
 
@@ -98,6 +100,7 @@ class TrackingController:
         self._force_decay = _decay(dt, self.gains.force_smoothing)
         weight, length = robot.mass * GRAVITY, 0.5 * max(robot.stance_size)
         limits = plan.settings.promised_forces
+        self._weight = weight
         self._forces = ForceDistribution(weight, length, self.gains.friction)
         self._nearest = None if limits is None else NearestForces(weight, length, limits)
         self.reset()
@@ -110,6 +113,7 @@ class TrackingController:
         self._correction = np.zeros((len(LEGS), 3))
         self._offset = np.zeros((len(LEGS), 3))
         self._was_grounded = self._footing.grounded
+        self._anchors = Anchors(self._weight, self._footing.grounded)
         self._forces.reset()
         if self._nearest is not None:
             self._nearest.reset()
@@ -139,7 +143,7 @@ class TrackingController:
         torque = needed[6:] - self._filtered(share.forces, state.contacts) @ jacobian[:, 6:]
         return Command(
             torque=torque,
-            angles=self._set_points(tick, state, rotation, feet),
+            angles=self._set_points(tick, state, rotation, feet, share.forces),
             rates=0.0 * self.reference.rates[tick] if waiting else self.reference.rates[tick],
             share=share,
         )
@@ -223,8 +227,9 @@ class TrackingController:
         return out
 
     def _set_points(
-        self, tick: int, state: RobotState, rotation: FloatArray, feet: FloatArray
-    ) -> FloatArray:
+        self, tick: int, state: RobotState, rotation: FloatArray, feet: FloatArray,
+        forces: FloatArray,
+    ) -> FloatArray:  # fmt: skip
         """Joint angles ``(nj,)``: one Newton step of inverse kinematics from the plan's angles.
 
         The foot of a standing leg stays where it is, and its leg brings the body to the reference.
@@ -238,6 +243,9 @@ class TrackingController:
         if self._nearest is not None:
             # A foot that bears hardly any load may leave the ground: it is brought back.
             held = held & state.contacts
+            feet = self._anchors.places(
+                ref.feet[tick], feet, footing.grounded, forces, self._normals
+            )
             target[footing.grounded & ~held, 2] -= self.gains.landing_depth
         standing = (feet - ref.position[tick]) @ ref.rotation[tick]
         flying = (target - state.q[:3]) @ rotation
@@ -262,36 +270,6 @@ class TrackingController:
 def _decay(dt: float, time_constant: float) -> float:
     """What is left of a difference after ``dt`` [s]; nothing where the time constant is zero."""
     return float(np.exp(-dt / max(time_constant, 1e-9)))
-
-
-def rotation_of(quaternion: FloatArray) -> FloatArray:
-    """Rotation matrix ``(3, 3)`` of a unit quaternion xyzw.
-
-    For one quaternion plain numbers are faster than arrays.
-    """
-    x, y, z, w = quaternion.tolist()
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-        ]
-    )
-
-
-SMALLEST_SINE = 1e-9
-"""Below this sine of a rotation's angle the sine is the angle, to rounding."""
-
-
-def rotation_vector(rotation: FloatArray) -> FloatArray:
-    """Rotation vector ``(3,)`` [rad] of a rotation matrix, for angles below pi."""
-    r = rotation
-    axis = 0.5 * np.array([r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]])
-    sine = float(np.sqrt(axis @ axis))
-    if sine < SMALLEST_SINE:
-        return axis
-    angle = float(np.arctan2(sine, 0.5 * (r[0, 0] + r[1, 1] + r[2, 2] - 1.0)))
-    return np.asarray(axis * (angle / sine))
 
 
 def _shortened(vector: FloatArray, largest: float) -> FloatArray:

@@ -17,7 +17,8 @@ from typing import Any
 import numpy as np
 
 from gaitopt.control.gains import ControlGains
-from gaitopt.control.tracking import RobotState, TrackingController, rotation_of
+from gaitopt.control.rotation import rotation_of
+from gaitopt.control.tracking import RobotState, TrackingController
 from gaitopt.inputs import check_kind
 from gaitopt.plan.plan import Plan
 from gaitopt.simulation.model import (

@@ -213,3 +213,63 @@ def test_gains_for_a_plan_with_forces_are_softer_and_quicker(
     assert ours.handover_time < plain.handover_time
     assert ControlGains.for_plan(a1_walk, handover_time=0.2).handover_time == 0.2
     assert ControlGains.for_plan(short_plan) == ControlGains.for_robot(short_plan.robot)
+
+
+def test_others_do_not_take_over_what_a_foot_bore_that_leaves_the_ground(grasp: np.ndarray) -> None:
+    """Two feet on one side of the body cannot make what four make, nor need they try."""
+    nearest = NearestForces(100.0, 0.2, ForceLimits(reserve_on_four=0.01))
+    planned = np.array([[3.0, 1.0, 20.0], [-2.0, 0.0, 40.0], [0.0, -2.0, 15.0], [1.0, 1.0, 25.0]])
+    front = np.array([True, False, False, True])
+    share = nearest.share(grasp, grasp @ planned.reshape(-1), np.ones(4), planned, front)
+    assert share.forces[front] == pytest.approx(planned[front])
+    assert share.forces[~front] == pytest.approx(np.tile([0.0, 0.0, 1.0], (2, 1)))
+    pushed = grasp @ planned.reshape(-1) + [0.0, 0.0, 10.0, 0.0, 0.0, 0.0]
+    share = nearest.share(grasp, pushed, np.ones(4), planned, front)
+    assert planned[front, 2].sum() < share.forces[front, 2].sum() < planned[front, 2].sum() + 10.5
+
+
+def test_feet_that_land_are_to_be_a_little_below_the_ground(
+    a1_walk: Plan, reference: Reference
+) -> None:
+    """They find it in time; in the middle of its flight a foot is where the plan has it."""
+    ticks = np.arange(len(reference)) - reference.lead
+    times = reference.clock.plan_time((ticks + 0.5) * DT)
+    planned = a1_walk.at(np.clip(times, 0.0, a1_walk.duration)).feet[..., 2]
+    below = planned - reference.feet[..., 2]
+    depth = ControlGains.for_plan(a1_walk).landing_depth
+    for swing in a1_walk.swings:
+        leg = LEGS.index(swing.leg)
+        flying = np.flatnonzero(~reference.standing[:, leg] & (times < swing.end + DT))
+        last = int(flying[-1])
+        assert below[last + 1, leg] == pytest.approx(depth, abs=1e-9)
+        assert 0.0 < below[last - 2, leg] < below[last - 1, leg] < depth
+        middle = int(np.argmin(np.abs(times - 0.5 * (swing.start + swing.end))))
+        assert below[middle, leg] == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("light", [True, False])
+def test_a_foot_that_has_slid_is_taken_back_where_it_bears_hardly_any_load(
+    a1_walk: Plan, reference: Reference, light: bool
+) -> None:
+    """Only then: a foot that bears a usual load is where it is."""
+    robot, weight = a1_walk.robot, 9.81 * a1_walk.robot.mass
+    normal = np.where(reference.standing, reference.forces[..., 2] / weight, np.nan)
+    first = a1_walk.swings[0]
+    ticks = np.flatnonzero(middles(reference) < first.start)
+    leg = int(np.nanargmin(normal[ticks].min(axis=0)) if light else np.nanargmax(normal[ticks[-1]]))
+    tick = int(ticks[normal[ticks, leg].argmin()] if light else ticks[-1])
+    assert normal[tick, leg] < 0.02 if light else normal[tick, leg] > 0.2
+    time = (tick - reference.lead) * DT
+    motion = a1_walk.at([middles(reference)[tick]])
+    q = np.array(motion.q[0])
+    name = LEGS[leg]
+    columns = 7 + np.array(robot.leg_columns[name])
+    jacobian = robot.legs[name].jacobian(q[columns])
+    slid = robot.body_axes.T @ np.array([0.003, 0.0, 0.0])
+    q[columns] += np.linalg.solve(jacobian, slid)
+    controller = TrackingController(a1_walk, dt=DT)
+    # Not a moment's way ahead.
+    command = controller.command(time, RobotState(q, 0.0 * motion.v[0], motion.contacts[0]))
+    now, wanted = robot.legs[name].forward(np.stack([q[columns], command.angles[columns - 7]]))
+    back = float((robot.body_axes @ (now - wanted))[0])
+    assert back > 0.001 if light else abs(back) < 0.0003
