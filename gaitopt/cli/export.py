@@ -58,8 +58,8 @@ def export(
     """Write a plan's motion for robots, simulators and learning code."""
     from gaitopt.exporting.export import FORMATS
     from gaitopt.exporting.export import export as write
-    from gaitopt.exporting.names import shown
     from gaitopt.exporting.tables import export_csv
+    from gaitopt.robots.xml_text import shown
 
     if csv is None and ros is None and out is None:
         known = "; ".join(f"{f.name} ({f.summary})" for f in FORMATS.values())

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from typing import Any
 
 from gaitopt.errors import InputError, MissingPackageError
-from gaitopt.exporting.names import shown
 from gaitopt.files import StrPath, read_bounded
+from gaitopt.robots.xml_text import shown
 
 LARGEST = 1_000_000
 """Largest file that is read [bytes]: parameter files have some kilobytes."""

@@ -83,7 +83,13 @@ def export(
         MissingPackageError: the format needs a package that is not installed.
     """
     check_kind("plan", plan, Plan)
-    chosen = _format(path, format)
+    if not plan.duration > 0.0:
+        raise InputError("this plan takes no time: there is no motion to export")
+    try:
+        target = Path(path)
+    except TypeError:
+        raise InputError(f"the path of a file must be a text or a path, got {path!r}") from None
+    chosen = _format(target, format)
     _check_options(chosen, options)
     order = joint_order(plan.robot.joint_names, joints, prefix, controller)
     resting = at_rest(plan, ramp)
@@ -96,7 +102,7 @@ def export(
     if order.left_out:
         notes.append(f"without the joints {', '.join(order.left_out)}")
     source = Source(resting, order, _with_forces(resting, chosen, forces), ramp, tuple(notes))
-    written = chosen(source, Path(path), dt, **options)
+    written = chosen(source, target, dt, **options)
     return replace(written, notes=(*notes, *written.notes))
 
 
@@ -119,7 +125,7 @@ def export_ros(plan: Plan, path: StrPath, dt: float | None = None) -> None:
     export(plan, path, "ros2", dt=dt)
 
 
-def _format(path: StrPath, name: str | None) -> Format:
+def _format(path: Path, name: str | None) -> Format:
     """The format of this name, or of the path's ending."""
     known = ", ".join(FORMATS)
     if name is not None:
@@ -128,10 +134,7 @@ def _format(path: StrPath, name: str | None) -> Format:
             hint = f"did you mean {near[0]}?" if near else f"there are {known}"
             raise InputError(f"unknown format {name!r}; {hint}")
         return FORMATS[name]
-    try:
-        suffix = Path(path).suffix.lower()
-    except TypeError:
-        raise InputError(f"the path of a file must be a text or a path, got {path!r}") from None
+    suffix = path.suffix.lower()
     found = [f for f in FORMATS.values() if suffix in f.suffixes]
     if len(found) != 1:
         names = ", ".join(f.name for f in found) or known

@@ -8,10 +8,10 @@ such characters are refused. A robot's name is for readers, and its special char
 
 from __future__ import annotations
 
-import unicodedata
 from collections.abc import Iterable
 
 from gaitopt.errors import InputError
+from gaitopt.robots.xml_text import unsafe
 
 LONGEST = 200
 """Most characters of a name: more is no name, and makes lines that nobody reads."""
@@ -63,15 +63,3 @@ def _fault(name: object) -> str:
     if name != name.strip():
         return "has a blank at an end"
     return ""
-
-
-def unsafe(character: str) -> bool:
-    """Whether a character is a control, a format sign, a line end, or none at all."""
-    return unicodedata.category(character)[0] in "CZ" and character != " "
-
-
-def shown(text: str) -> str:
-    """A text in one line for comments and terminals; what cannot be printed is escaped."""
-    return "".join(
-        c.encode("unicode_escape").decode() if unsafe(c) else c for c in text[: 5 * LONGEST]
-    )

@@ -28,10 +28,10 @@ from gaitopt.exporting.interpolation import (
     Points,
     choose_points,
 )
-from gaitopt.exporting.names import shown
 from gaitopt.exporting.sampled import Exported, Source, forces_at
 from gaitopt.files import written_whole
 from gaitopt.inputs import check_number
+from gaitopt.robots.xml_text import shown
 
 JOINT_ERROR: Final = 1e-3
 """Default of the largest joint error [rad]: half a millimetre at the foot of a leg of 0.4 m."""

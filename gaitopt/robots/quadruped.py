@@ -21,6 +21,7 @@ from gaitopt.robots.leg import Leg
 from gaitopt.robots.leg_names import by_leg
 from gaitopt.robots.standing import foot_below_hip, standing_height
 from gaitopt.robots.urdf_text import check_urdf
+from gaitopt.robots.xml_text import shown
 
 CLOSED_FORM_TOLERANCE = 1e-9
 """Largest disagreement allowed between the legs' kinematics and Pinocchio when a robot is loaded
@@ -82,7 +83,7 @@ class Quadruped:
         from gaitopt.robots import discovery, leg_reading
 
         sides = _knee_sides(knees)
-        label = name or "URDF"
+        label = shown(name or "URDF")
         check_urdf(urdf, label)
         try:
             with silenced_stderr() as said:
@@ -107,7 +108,7 @@ class Quadruped:
             for leg, chain in named.items()
         }
         robot = cls(
-            name=str(model.name),
+            name=shown(str(model.name)),
             urdf=urdf,
             model=model,
             legs=MappingProxyType(legs),
@@ -120,6 +121,21 @@ class Quadruped:
 
     def __reduce__(self) -> tuple[Any, ...]:
         return (Quadruped.from_urdf, (self.urdf, self.name, dict(self.knees)))
+
+    def __eq__(self, other: object) -> bool:
+        """Whether URDF, name, given sides of the knees and Pinocchio's model are the same.
+
+        All else follows from these. The model is among them because it can be changed in memory.
+        """
+        if not isinstance(other, Quadruped):
+            return NotImplemented
+        if self is other:
+            return True
+        same = self.__reduce__()[1] == other.__reduce__()[1]
+        return same and bool(self.model == other.model)
+
+    def __hash__(self) -> int:
+        return hash((self.sha256, self.name))
 
     def __repr__(self) -> str:
         return (

@@ -12,7 +12,7 @@ from collections import Counter
 from xml.etree import ElementTree
 
 from gaitopt.errors import RobotError
-from gaitopt.robots.xml_text import parsed_xml
+from gaitopt.robots.xml_text import parsed_xml, shown, unsafe
 
 LARGEST_MASS = 1e9
 """Mass from which on a link's mass is taken for a mistake [kg]."""
@@ -58,11 +58,16 @@ def parsed_urdf(urdf: str, label: str) -> ElementTree.Element:
 
 
 def _check_names(root: ElementTree.Element, kind: str, label: str) -> None:
-    """Refuse links or joints without a name, and two with the same name."""
+    """Refuse links or joints without a name that can be printed, and two with the same name."""
     names = Counter(element.get("name") for element in root.findall(kind))
     for name, count in names.items():
         if not name:
             raise RobotError(f"{label}: a {kind} has no name")
+        if any(map(unsafe, name)):
+            raise RobotError(
+                f"{label}: the name of the {kind} {shown(name)} holds a character that cannot be "
+                "printed; rename it"
+            )
         if count > 1:
             raise RobotError(f"{label}: {count} {kind}s have the name {name}")
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import unicodedata
 from typing import Any
 from xml.etree import ElementTree
 
@@ -13,7 +14,24 @@ LIMIT = 20_000_000
 MOST_NESTED = 200
 """Most elements inside one another. Chosen: a robot has up to 30, and deeper ones break readers
 that call themselves for each."""
+MOST_SHOWN = 1000
+"""Most characters of a name that are shown."""
 _PIECE = 65_536
+
+
+def unsafe(character: str) -> bool:
+    """Whether a character is a control, a format sign, a line end, or none at all.
+
+    Files of others put them into names: terminals obey some, and some end lines.
+    """
+    return unicodedata.category(character)[0] in "CZ" and character != " "
+
+
+def shown(text: str) -> str:
+    """A text in one line for readers and terminals; what cannot be printed is escaped."""
+    return "".join(
+        c.encode("unicode_escape").decode() if unsafe(c) else c for c in text[:MOST_SHOWN]
+    )
 
 
 def parsed_xml(text: str, label: str, kind: str) -> ElementTree.Element:

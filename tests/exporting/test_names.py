@@ -14,8 +14,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import gaitopt
-from gaitopt import InputError, Plan
-from gaitopt.exporting.names import check_names, shown
+from gaitopt import InputError, Plan, RobotError
+from gaitopt.exporting.names import check_names
+from gaitopt.robots.xml_text import shown
 
 BAD = [
     "a\nb: 1", "a\rb", "a\u2028b", "a\u2029b", "a\u0085b", "a\x1b[2Jb", "a\x9b2Jb", "a\x00b",
@@ -65,13 +66,29 @@ def test_a_robots_bad_name_does_no_harm(short_plan: Plan, tmp_path: Path, suffix
 def test_a_joints_bad_name_is_refused_until_it_has_a_new_one(
     short_plan: Plan, tmp_path: Path, suffix: str
 ) -> None:
-    # U+0085 ends a line in YAML, and XML allows it in a name.
-    text = short_plan.robot.urdf.replace('"LF_HAA"', '"LF\u0085HAA"')
-    evil = replace(short_plan, robot=gaitopt.Quadruped.from_urdf(text, "wang2020"))
-    assert "LF\u0085HAA" in evil.robot.joint_names
-    with pytest.raises(InputError, match=r"U\+0085"):
-        gaitopt.export(evil, tmp_path / f"a{suffix}")
+    names = short_plan.robot.joint_names
+    for bad in ("a\nb: 1", "a\x85b", "a\u2028b", "a,b", "=a", "\x1b[2Ja"):
+        with pytest.raises(InputError, match="no file can hold it safely"):
+            gaitopt.export(short_plan, tmp_path / f"a{suffix}", joints={names[0]: bad})
+    with pytest.raises(InputError, match="no file can hold it safely"):
+        gaitopt.export(short_plan, tmp_path / f"a{suffix}", prefix="a\nb: ")
     assert not list(tmp_path.iterdir())
-    renamed = {name: f"j{i}" for i, name in enumerate(evil.robot.joint_names)}
-    gaitopt.export(evil, tmp_path / f"a{suffix}", joints=renamed)
+    renamed = {name: f"j{i}" for i, name in enumerate(names)}
+    gaitopt.export(short_plan, tmp_path / f"a{suffix}", joints=renamed)
     assert "j0" in (tmp_path / f"a{suffix}").read_text("utf-8")
+
+
+@pytest.mark.parametrize("character", ["\x85", "\u2028", "\x9b", "\u202e"])
+@pytest.mark.parametrize("kind", ["joint", "link"])
+def test_a_robot_file_with_such_names_is_refused_when_it_is_read(
+    short_plan: Plan, character: str, kind: str
+) -> None:
+    """XML allows them in attributes; the robot's own name is escaped."""
+    old = "LF_HAA" if kind == "joint" else short_plan.robot.legs["LF"].foot
+    urdf = short_plan.robot.urdf
+    assert f'"{old}"' in urdf
+    with pytest.raises(RobotError, match=f"name of the {kind} .* cannot be printed") as error:
+        gaitopt.Quadruped.from_urdf(urdf.replace(f'"{old}"', f'"x{character}y"'))
+    assert str(error.value).isprintable()
+    named = gaitopt.Quadruped.from_urdf(urdf, f"a{character}b")
+    assert named.name.isprintable() and repr(named).isprintable()
