@@ -47,17 +47,49 @@ def replay(
     mesh_folder: Annotated[
         Path | None, typer.Option(help="Draw the robot with its meshes, which are in this folder.")
     ] = None,
-) -> None:
-    """Write a plan's replay as one HTML file that plays in any browser."""
+    video: Annotated[
+        Path | None,
+        typer.Option(help="Write a video instead, drawn by a browser without a window: .gif or "
+                     ".webp, and .mp4 or .webm with ffmpeg.", metavar="FILE"),
+    ] = None,
+    seconds: Annotated[
+        float | None,
+        typer.Option(help="Length of the video; the motion's by default, at most 20 s."),
+    ] = None,
+    look: Annotated[
+        str,
+        typer.Option(help="What the video shows, as in the address of a replay: follow, curves, "
+                     "view=side, view=front, view=back, view=top; joined by &.", metavar="WORDS"),
+    ] = "follow",
+) -> None:  # fmt: skip
+    """Write a plan's replay as one HTML file that plays in any browser, or as a video."""
     from gaitopt.viewing.replay.browser import open_in_browser
     from gaitopt.viewing.replay.replay import replay as write_replay
 
+    if video is None and (seconds is not None or look != "follow"):
+        raise InputError("--seconds and --look are of a video: give --video FILE as well")
     loaded = open_plan(plan)
+    drawn = meshes if mesh_folder is None else mesh_folder
+    if video is not None:
+        _write_video(loaded, video, seconds, look, drawn)
+        if out is None and not show:
+            return
     target = out or plan.with_suffix(".html")
-    write_replay(loaded, target, meshes=meshes if mesh_folder is None else mesh_folder)
+    write_replay(loaded, target, meshes=drawn)
     print_files({target: ""})
     if show and not open_in_browser(target):
         terminal().print("no browser could be started: open the file by hand")
+
+
+def _write_video(
+    plan: Plan, video: Path, seconds: float | None, look: str, meshes: bool | Path
+) -> None:
+    """Write a video, and print its name."""
+    from gaitopt.viewing.replay.video.video import replay_video
+
+    with progress_bar("drawing frames") as tick:
+        replay_video(plan, video, seconds=seconds, view=look, progress=tick, meshes=meshes)
+    print_files({video: ""})
 
 
 RunOnOption = Annotated[

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from dataclasses import replace as changed
 from typing import Any
 
 import numpy as np
@@ -32,8 +33,8 @@ def robot_parts(robot: Quadruped, meshes: bool | StrPath = False) -> Parts:
 
     Boxes, balls and cylinders of the URDF are taken as they are. If the URDF names mesh files, they
     are read where ``meshes`` asks for them (see :func:`gaitopt.replay`); otherwise the robot is
-    drawn as bars from joint to joint. A mesh that is missing leaves its link out. Feet of robots
-    with meshes get balls in the colours of their legs.
+    drawn as bars from joint to joint. A mesh that is missing leaves its link out. Shanks of robots
+    with meshes have the colours of their legs, and so have balls at their feet.
 
     Raises:
         InputError: ``meshes`` were asked for, and no file is there.
@@ -46,6 +47,7 @@ def robot_parts(robot: Quadruped, meshes: bool | StrPath = False) -> Parts:
         return _bars(robot)
     colours = {m.name: m.color for m in description.materials if m.color is not None}
     parts: Parts = _feet(robot) if has_meshes else {}
+    shanks = {int(robot.model.getJointId(robot.legs[leg].joints[-1])): leg for leg in LEGS}
     missing, drawn = [], 0
     for link, visual in visuals:
         joint, placement = _joint_of(robot.model, link)
@@ -56,7 +58,10 @@ def robot_parts(robot: Quadruped, meshes: bool | StrPath = False) -> Parts:
             continue
         drawn += visual.geometry.mesh is not None
         origin = np.eye(4) if visual.origin is None else np.asarray(visual.origin)
-        part = Part(shape, _appearance(visual.material, colours), placement @ origin)
+        look = _appearance(visual.material, colours)
+        if has_meshes and joint in shanks:
+            look = changed(look, colour=LEG_COLOURS[shanks[joint]])
+        part = Part(shape, look, placement @ origin)
         parts[joint] = (*parts.get(joint, ()), part)
     if missing and not drawn:
         raise missing[0]

@@ -332,6 +332,10 @@ def test_feet_of_mesh_robots_have_the_colours_of_their_legs():
         balls = [p for p in parts[frame.parentJoint] if type(p.shape).__name__ == "Ball"]
         assert [p.appearance.colour for p in balls] == [LEG_COLOURS[name]]
         assert balls[0].shape.radius > robot.foot_radius
+        shank = parts[robot.model.getJointId(leg.joints[-1])]
+        assert {p.appearance.colour for p in shank} == {LEG_COLOURS[name]}
+        thigh = parts[robot.model.getJointId(leg.joints[-2])]
+        assert LEG_COLOURS[name] not in {p.appearance.colour for p in thigh}
 
 
 def test_a_mesh_that_is_missing_costs_its_link_only(tmp_path):

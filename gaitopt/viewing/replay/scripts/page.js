@@ -34,7 +34,7 @@
   const starts = data.captions.map((m) => m[0]);
   const curves = makeCurves(THREE, viewer, data.curves, data.legColours, data.duration,
     (time) => seek(time));
-  if (curves) curves.halo(0.11 * data.followRadius);
+  if (curves) curves.halo(0.08 * data.followRadius);
 
   const captionAt = (time) => Math.max(0, countUpTo(starts, time) - 1);
 
@@ -229,7 +229,8 @@
   if (hash.has("axes")) toggleAxes();
   paintStrip();
   setPlaying(!hash.has("paused"));
-  window.gaitopt = { state, seek, setPlaying, setSpeed, setFollow, setView, setCurves, draw, viewer,
+  document.body.classList.toggle("film", hash.has("film"));
+  window.gaitopt = { duration: data.duration, state, seek, setPlaying, setSpeed, setFollow, setView, setCurves, draw, viewer,
     pass, curves, view };
   requestAnimationFrame(frame);
   requestAnimationFrame(() => { document.body.dataset.ready = "yes"; });
