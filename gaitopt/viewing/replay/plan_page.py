@@ -39,9 +39,9 @@ from gaitopt.viewing.replay.terrain_scene import samples_of, swings_scene, terra
 
 SIMULATED: Final[FramePath] = ("simulated",)
 """The frame of the robot in physics."""
-WAY, NEAR_LIMIT = "#8d97a3", "#ff7a00"
-"""Colours in the legend for the ways of the feet, which have their legs' colours, and of the mark
-at a joint near its limit (``curves.js``)."""
+WAY, NEAR_LIMIT, NEAREST = "#8d97a3", "#ff7a00", "#c2185b"
+"""Colours in the legend for the ways of the feet, which have their legs' colours, and of what
+``curves.js`` draws: the mark at a joint near its limit, and the stick down to the ground."""
 
 GHOST = 0.25
 """Opacity of the planned robot beside a simulated one."""
@@ -163,6 +163,8 @@ def _legend(plan: Plan, real: Happened | None, held: bool) -> tuple[tuple[str, s
     if real is not None and real.missed:
         found.append(("footholds that were missed", ALARM))
     found.append(("joint near its limit", NEAR_LIMIT))
+    if plan.footholds.ground is not None:
+        found.append(("stick: where legs or trunk are nearest to the ground", NEAREST))
     return tuple(found)
 
 

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gaitopt.conventions import FloatArray
+from gaitopt.viewing.replay.curves.clearance import Clearance
 from gaitopt.viewing.replay.numbers import packed
 
 TIME_UNIT, SHARE_UNIT, MARGIN_UNIT, FORCE_UNITS = 1e-5, 2e-3, 1e-4, 500.0
@@ -43,8 +44,8 @@ class Curves:
         pressing: vertical force of the ground on each foot ``(N, 4)`` [N]; ``None`` where it is not
             known.
         weight: of the robot [N].
-        clearance: distance of limbs and trunk from the ground, straight down ``(N,)`` [m]; ``None``
-            where there is no map.
+        clearance: how far legs and trunk are above the ground, straight down; ``None`` where there
+            is no map.
         notes: what is left out, and why.
     """
 
@@ -58,7 +59,7 @@ class Curves:
     promised: float = 0.0
     pressing: FloatArray | None = None
     weight: float = 0.0
-    clearance: FloatArray | None = None
+    clearance: Clearance | None = None
     notes: tuple[str, ...] = field(default=())
 
 
@@ -81,7 +82,9 @@ def curve_data(curves: Curves | None) -> dict[str, Any] | None:
         "promised": curves.promised,
         "forces": None if curves.pressing is None else packed(curves.pressing, force_unit),
         "weight": curves.weight,
-        "clearance": _lengths(curves.clearance),
+        "clearance": None if curves.clearance is None else _lengths(curves.clearance.gap),
+        "nearest": None if curves.clearance is None
+        else packed(curves.clearance.place, MARGIN_UNIT),
         "notes": list(curves.notes),
     }  # fmt: skip
 

@@ -6,7 +6,12 @@ import numpy as np
 
 from gaitopt.conventions import GRAVITY, FloatArray
 from gaitopt.viewing.replay.curves.curves import Curves
-from gaitopt.viewing.replay.curves.of_plan import MOST_INSTANTS, joints_of, stances
+from gaitopt.viewing.replay.curves.of_plan import (
+    MOST_INSTANTS,
+    clearance_of,
+    joints_of,
+    stances,
+)
 from gaitopt.viewing.replay.physics.contacts import touched_margins
 from gaitopt.viewing.replay.physics.happened import Happened
 from gaitopt.viewing.replay.scene import FramePath
@@ -27,6 +32,7 @@ def physics_curves(happened: Happened, root: FramePath) -> Curves | None:
         return None
     step = int(np.ceil(len(motion) / MOST_INSTANTS))
     first = np.arange(0, len(motion), step)
+    times = (motion.t - motion.t[0])[first]
     torque = pressing = None
     notes: tuple[str, ...] = ()
     if result is None:
@@ -41,7 +47,7 @@ def physics_curves(happened: Happened, root: FramePath) -> Curves | None:
     if margin is not None:
         margin = np.fmin.reduceat(margin, first)
     return Curves(
-        times=(motion.t - motion.t[0])[first],
+        times=times,
         standing=stances(happened.walk),
         velocity_use=np.maximum.reduceat(np.abs(motion.v[:, 6:]) / robot.velocity_limits, first),
         torque_use=torque,
@@ -49,6 +55,7 @@ def physics_curves(happened: Happened, root: FramePath) -> Curves | None:
         margin_name="centre of mass",
         promised=float(happened.walk.settings.stability_margin),
         pressing=pressing,
+        clearance=clearance_of(happened.walk, times, motion.q[first]),
         weight=robot.mass * GRAVITY,
         notes=notes,
         joints=joints_of(robot, root),

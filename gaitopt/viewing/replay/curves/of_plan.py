@@ -12,6 +12,7 @@ from gaitopt.plan.plan import Plan
 from gaitopt.plan.trajectory import Trajectory
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.stability.zmp import whole_body_zmp
+from gaitopt.viewing.replay.curves.clearance import Clearance, clearance_over
 from gaitopt.viewing.replay.curves.curves import Curves, Joints
 from gaitopt.viewing.replay.robot_scene import joint_paths
 from gaitopt.viewing.replay.scene import FramePath
@@ -49,10 +50,17 @@ def plan_curves(plan: Plan, root: FramePath = ("robot",)) -> Curves | None:
         margin_name=name,
         promised=float(plan.settings.stability_margin),
         pressing=pressing,
+        clearance=clearance_of(plan, times, motion.q),
         weight=plan.robot.mass * GRAVITY,
         notes=notes,
         joints=joints_of(plan.robot, root),
     )
+
+
+def clearance_of(plan: Plan, times: FloatArray, q: FloatArray) -> Clearance | None:
+    """How far legs and trunk are above the plan's height map; ``None`` where it has none."""
+    ground = plan.footholds.ground
+    return None if ground is None else clearance_over(plan.robot, ground, times, q)
 
 
 def instants(plan: Plan) -> FloatArray:

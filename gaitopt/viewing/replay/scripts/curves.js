@@ -3,7 +3,7 @@
 // value of its time, so that no peak of a long walk is lost.
 const LEG_ROWS = ["LF", "RF", "LH", "RH"], INK_LINE = "#3a4350", FAINT = "#d5dbe2";
 // From this share of a limit on the joint is marked on the robot.
-const NEAR_LIMIT = 0.9;
+const NEAR_LIMIT = 0.9, NEAREST = 0xc2185b;
 
 // Which feet stand, one row a leg.
 function drawStances(pen, standing, colours, [from, to], width, height) {
@@ -138,6 +138,19 @@ function makeCurves(THREE, viewer, data, legColours, duration, seek) {
   halo.renderOrder = 20;
   halo.visible = false;
   const frames = data.frames.map((frame) => viewer.scene_tree.find(frame.split("/")).object);
+  // Where legs and trunk are nearest to the ground: a stick from there straight down.
+  const nearest = data.nearest && columnsOf(data.nearest);
+  const gaps = data.clearance && columnsOf(data.clearance)[0], stick = new THREE.Mesh(
+    new THREE.CylinderGeometry(1, 1, 1, 8).rotateX(Math.PI / 2),
+    new THREE.MeshBasicMaterial({ color: NEAREST, depthTest: false }));
+  stick.renderOrder = 19;
+  if (nearest) viewer.scene_tree.object.add(stick);
+  function measure(time) {
+    if (!nearest) return;
+    const i = Math.max(countUpTo(times, time) - 1, 0), gap = Math.max(at(gaps, time), 1e-4);
+    stick.position.set(nearest[0][i], nearest[1][i], nearest[2][i] - gap / 2);
+    stick.scale.set(0.004, 0.004, gap);
+  }
   const curves = { open: false, zoomed: false, limiting: null, charts };
   function highlight(time) {
     const most = [velocity, ...torque ? [torque] : []].map((columns) => fullest(columns, time))
@@ -181,6 +194,7 @@ function makeCurves(THREE, viewer, data, legColours, duration, seek) {
   }
   curves.update = (time) => {
     highlight(time);
+    measure(time);
     if (!curves.open) return;
     shown = windowAt(time);
     const key = `${shown} ${panel.clientWidth} ${panel.clientHeight}`;
