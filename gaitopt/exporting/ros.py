@@ -31,6 +31,8 @@ from gaitopt.exporting.interpolation import (
 from gaitopt.exporting.sampled import Exported, Source, forces_at
 from gaitopt.files import written_whole
 from gaitopt.inputs import check_number
+from gaitopt.plan.contact_forces import contact_forces
+from gaitopt.plan.plan import Plan
 from gaitopt.robots.xml_text import shown
 
 JOINT_ERROR: Final = 1e-3
@@ -109,8 +111,27 @@ def _parts(source: Source, longest: float | None) -> tuple[Source, list[float]]:
         inside = [t for t in stances if source.ramp < t < plan.duration - source.ramp]
         chosen = _chosen(np.array(inside), plan.duration, longest - source.ramp)
         stopped = replace(source, plan=at_rest(plan, source.ramp, chosen[1:-1]))
+        check_stops(stopped.plan)
         rests, source = _rests(stopped), stopped
     return source, _chosen(rests, source.plan.duration, longest)
+
+
+def check_stops(plan: Plan) -> None:
+    """Refuse stops for which a plan that promises contact forces has none.
+
+    Raises:
+        InputError: names what is in the way.
+    """
+    if plan.settings.promised_forces is None:
+        return
+    # At the path's knots, too: those of short ramps lie between samples.
+    times = np.union1d(np.arange(0.0, plan.duration, EFFORT_GAP), plan.path.times)
+    worst = contact_forces(plan, times=times).worst()
+    if worst is not None:
+        raise InputError(
+            f"no contact forces stop this walk at the ends of parts: {worst}; give a longer ramp, "
+            "or export plan.slowed(2)"
+        )
 
 
 def _rests(source: Source) -> FloatArray:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import pytest
-import yaml
 
 import gaitopt
 from gaitopt import InputError, Plan
@@ -80,8 +80,8 @@ def test_wrong_names_say_what_may_be_meant() -> None:
 
 def test_the_file_has_the_joints_in_this_order(short_plan: Plan, tmp_path: Path) -> None:
     wanted = [f"r_{n}" for n in sorted(short_plan.robot.joint_names, reverse=True)]
-    gaitopt.export(short_plan, tmp_path / "a.yaml", joints=wanted, prefix="r_")
-    message = yaml.safe_load((tmp_path / "a.yaml").read_text())
+    gaitopt.export(short_plan, tmp_path / "a.json", joints=wanted, prefix="r_")
+    message = json.loads((tmp_path / "a.json").read_text())
     assert message["joint_names"] == wanted
     q = dict(zip(short_plan.robot.joint_names, short_plan.at([0.0]).q[0, 7:], strict=True))
     assert message["points"][0]["positions"] == pytest.approx([q[n[2:]] for n in wanted])

@@ -15,6 +15,7 @@ from trajectory_controller import Refused, TrajectoryController, seconds
 import gaitopt
 from gaitopt import InputError, Plan
 from gaitopt.exporting.at_rest import at_rest
+from gaitopt.exporting.ros import check_stops
 
 KINDS = ("linear", "cubic", "quintic")
 
@@ -132,6 +133,13 @@ def test_a_long_walk_comes_in_parts_each_from_rest_to_rest(
             assert controller.values[0][0] == pytest.approx(end, abs=1e-9)
         end = controller.values[0][-1]
     assert end == pytest.approx(short_plan.at([short_plan.duration]).q[0, 7:], abs=1e-9)
+
+
+def test_a_stop_that_no_forces_make_is_refused(a1_walk: Plan) -> None:
+    """The plan promises contact forces, and stops between parts must not break that promise."""
+    check_stops(at_rest(a1_walk, 0.2, [0.41]))
+    with pytest.raises(InputError, match=r"no contact forces .* longer ramp"):
+        check_stops(at_rest(a1_walk, 0.004, [0.41]))
 
 
 def test_parts_that_are_too_short_are_refused(

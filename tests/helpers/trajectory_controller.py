@@ -60,27 +60,28 @@ class TrajectoryController:
             values = [np.vstack([a, v]) for a, v in zip(still, values, strict=True)]
         self.times, self.values = times, values
 
-    def polynomials(self, gap: int) -> np.ndarray:
-        """Coefficients of a gap, the constant first ``(2 k, n)``, by the values at its ends."""
-        length, k = self.times[gap + 1] - self.times[gap], len(self.values)
-        rows, right = [], []
-        for at, end in ((0.0, gap), (1.0, gap + 1)):
-            for d in range(k):
-                factors = [np.prod(range(p - d + 1, p + 1)) * at ** max(p - d, 0) if p >= d else 0.0
-                           for p in range(2 * k)]  # fmt: skip
-                rows.append(factors)
-                right.append(self.values[d][end] * length**d)
-        return np.linalg.solve(np.array(rows, dtype=float), np.array(right))
-
     def sampled(self, per_gap: int = 12) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Times, positions and velocities at that many places of every gap, and its ends."""
-        share = np.linspace(0.0, 1.0, per_gap)
-        times, positions, velocities = [], [], []
-        for gap, (a, b) in enumerate(zip(self.times, self.times[1:], strict=False)):
-            c = self.polynomials(gap)
-            power = np.arange(len(c))
-            times.append(a + share * (b - a))
-            positions.append(share[:, None] ** power @ c)
-            rate = power[1:, None] * c[1:] / (b - a)
-            velocities.append(share[:, None] ** power[:-1] @ rate)
-        return np.concatenate(times), np.vstack(positions), np.vstack(velocities)
+        """Times, positions and velocities at that many places of every gap, and its ends.
+
+        A gap's polynomial is that of degree 2 k - 1 with the k given values at both ends: its
+        coefficients are found from these equations, in the share of the gap that has passed.
+        """
+        k = len(self.values)
+        rows = [[_derivative(p, d, end) for p in range(2 * k)] for end in (0, 1) for d in range(k)]
+        lengths = np.diff(self.times)[:, None]
+        right = [v[part] * lengths**d for part in (slice(None, -1), slice(1, None))
+                 for d, v in enumerate(self.values)]  # fmt: skip
+        coefficients = np.einsum("pc,cgn->pgn", np.linalg.inv(np.array(rows)), np.array(right))
+        share, power = np.linspace(0.0, 1.0, per_gap), np.arange(2 * k)
+        places = np.einsum("sp,pgn->gsn", share[:, None] ** power, coefficients)
+        slopes = power[1:] * share[:, None] ** power[:-1]
+        rates = np.einsum("sp,pgn->gsn", slopes, coefficients[1:]) / lengths[:, :, None]
+        times = self.times[:-1, None] + share * lengths
+        joints = len(self.joints)
+        return times.ravel(), places.reshape(-1, joints), rates.reshape(-1, joints)
+
+
+def _derivative(power: int, order: int, at: float) -> float:
+    """The derivative of this order of ``x ** power``."""
+    factor = float(np.prod(range(power - order + 1, power + 1))) if power >= order else 0.0
+    return factor * at ** max(power - order, 0)
