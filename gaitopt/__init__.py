@@ -11,6 +11,7 @@ Everything public is named here. Modules are imported when a name is first used,
 from __future__ import annotations
 
 from importlib import import_module
+from sys import modules
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -115,6 +116,7 @@ if TYPE_CHECKING:
     from gaitopt.stability.zmp import whole_body_zmp as whole_body_zmp
     from gaitopt.studies.compare import Comparison as Comparison
     from gaitopt.studies.compare import compare as compare
+    from gaitopt.studies.explore import explore as explore
     from gaitopt.swing.catalogue import SWING_CURVES as SWING_CURVES
     from gaitopt.swing.catalogue import swing_curve as swing_curve
     from gaitopt.swing.curve import SwingCurve as SwingCurve
@@ -135,10 +137,26 @@ if TYPE_CHECKING:
     from gaitopt.terrain.obstacles import round_obstacle as round_obstacle
     from gaitopt.terrain.obstacles import triangular_obstacle as triangular_obstacle
     from gaitopt.viewing.figures.crawl_figures import save_figures as save_figures
+    from gaitopt.viewing.figures.feasible_area import plot_feasible_area as plot_feasible_area
+    from gaitopt.viewing.figures.gait_cycle import plot_gait_cycle as plot_gait_cycle
+    from gaitopt.viewing.figures.gait_cycle import plot_swing as plot_swing
     from gaitopt.viewing.figures.gait_figures import save_gait_figures as save_gait_figures
+    from gaitopt.viewing.figures.joint_curves import plot_joint_curves as plot_joint_curves
+    from gaitopt.viewing.figures.margin import plot_margin as plot_margin
+    from gaitopt.viewing.figures.over_time import plot_cog_over_time as plot_cog_over_time
+    from gaitopt.viewing.figures.over_time import plot_joint_velocities as plot_joint_velocities
+    from gaitopt.viewing.figures.paths import plot_paths as plot_paths
+    from gaitopt.viewing.figures.paths import plot_terrain as plot_terrain
+    from gaitopt.viewing.figures.posture import plot_posture as plot_posture
+    from gaitopt.viewing.figures.schedule import plot_gait_diagram as plot_gait_diagram
+    from gaitopt.viewing.figures.snapshots import plot_snapshots as plot_snapshots
+    from gaitopt.viewing.figures.terrain_map import plot_terrain_map as plot_terrain_map
+    from gaitopt.viewing.figures.terrain_profile import plot_terrain_profile as plot_terrain_profile
+    from gaitopt.viewing.figures.zmp import plot_zmp as plot_zmp
     from gaitopt.viewing.replay.browser import view as view
     from gaitopt.viewing.replay.replay import replay as replay
     from gaitopt.viewing.replay.replay import show as show
+    from gaitopt.viewing.replay.video.video import replay_video as replay_video
 
 __version__ = "0.1.0"
 
@@ -206,6 +224,7 @@ _HOMES = {
     "stability.support": "shrunken_polygon",
     "stability.zmp": "whole_body_zmp",
     "studies.compare": "Comparison compare",
+    "studies.explore": "explore",
     "swing.catalogue": "SWING_CURVES swing_curve",
     "swing.curve": "SwingCurve",
     "swing.touchdown": "com_touchdown velocity_touchdown",
@@ -218,9 +237,22 @@ _HOMES = {
     "terrain.maps.catalogue": "ground_names make_ground",
     "terrain.obstacles": "Obstacle rectangular_obstacle round_obstacle triangular_obstacle",
     "viewing.figures.crawl_figures": "save_figures",
+    "viewing.figures.feasible_area": "plot_feasible_area",
+    "viewing.figures.gait_cycle": "plot_gait_cycle plot_swing",
     "viewing.figures.gait_figures": "save_gait_figures",
+    "viewing.figures.joint_curves": "plot_joint_curves",
+    "viewing.figures.margin": "plot_margin",
+    "viewing.figures.over_time": "plot_cog_over_time plot_joint_velocities",
+    "viewing.figures.paths": "plot_paths plot_terrain",
+    "viewing.figures.posture": "plot_posture",
+    "viewing.figures.schedule": "plot_gait_diagram",
+    "viewing.figures.snapshots": "plot_snapshots",
+    "viewing.figures.terrain_map": "plot_terrain_map",
+    "viewing.figures.terrain_profile": "plot_terrain_profile",
+    "viewing.figures.zmp": "plot_zmp",
     "viewing.replay.browser": "view",
     "viewing.replay.replay": "replay show",
+    "viewing.replay.video.video": "replay_video",
 }
 _EXPORTS = {name: home for home, names in _HOMES.items() for name in names.split()}
 
@@ -237,3 +269,14 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     return sorted({*globals(), *__all__})
+
+
+def _in_notebooks() -> None:
+    """In IPython, show plans, robots, footholds and ground as pictures with a few lines."""
+    ipython = modules.get("IPython")
+    shell = None if ipython is None else ipython.get_ipython()
+    if shell is not None:
+        import_module("gaitopt.viewing.notebook.register").register(shell)
+
+
+_in_notebooks()

@@ -50,6 +50,14 @@ class Certificate:
     checks: tuple[Check, ...]
     samples: int
 
+    def __repr__(self) -> str:
+        kept = sum(check.status is Verdict.OK for check in self.checks)
+        broken = f", violated: {', '.join(c.name for c in self.violations)}" * (not self.ok)
+        return (
+            f"Certificate({self.robot!r}, {self.outcome}, {kept} of {len(self.checks)} checks "
+            f"hold{broken})"
+        )
+
     @property
     def ok(self) -> bool:
         """Whether nothing that the plan promises is violated; see :attr:`outcome` for more."""
@@ -92,6 +100,12 @@ class Certificate:
             listed = "; ".join(str(check) for check in self.violations)
             raise CertificateError(f"{self.robot}: the plan is wrong: {listed}", self)
         return self
+
+    def _repr_html_(self) -> str:
+        """The checks as a coloured table, in notebooks."""
+        from gaitopt.certificate.as_html import certificate_html
+
+        return certificate_html(self)
 
     def table(self) -> Table:
         """The report as a table to print."""

@@ -45,6 +45,13 @@ class MotionPath:
     times: FloatArray
     coefficients: FloatArray
 
+    def __repr__(self) -> str:
+        degree, columns = len(self.coefficients) - 1, self.coefficients.shape[2]
+        return (
+            f"MotionPath({len(self.times)} knots, degree {degree}, {columns} columns, "
+            f"{self.times[-1]:.3f} s)"
+        )
+
     def __post_init__(self) -> None:
         times = frozen(check_array("times", self.times))
         coefficients = frozen(check_array("coefficients", self.coefficients))

@@ -117,6 +117,13 @@ class Phase:
                 f"a phase's start, duration, margin and step must be numbers: {numbers}"
             )
 
+    def __repr__(self) -> str:
+        whose = f" {self.leg}" if self.leg else ""
+        return (
+            f"Phase({self.kind}{whose}, step {self.step}, {self.start:.3f} to {self.end:.3f} s, on "
+            f"{' '.join(self.support) or 'no foot'}, margin {1e3 * self.margin:.1f} mm)"
+        )
+
     @property
     def end(self) -> float:
         """``start + duration`` [s]."""
@@ -162,6 +169,13 @@ class Swing:
     foot_start: FloatArray
     foot_end: FloatArray
     phases: tuple[int, int]
+
+    def __repr__(self) -> str:
+        places = (", ".join(f"{x:.3f}" for x in at) for at in (self.foot_start, self.foot_end))
+        return (
+            f"Swing({self.leg}, step {self.step}, {self.start:.3f} to {self.end:.3f} s, "
+            f"({') to ('.join(places)}) m)"
+        )
 
     @property
     def duration(self) -> float:

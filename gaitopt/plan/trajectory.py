@@ -50,6 +50,10 @@ class Trajectory:
             check_kind(name, getattr(self, name), np.ndarray)
             getattr(self, name).setflags(write=False)
 
+    def __repr__(self) -> str:
+        span = f", {self.t[0]:.3f} to {self.t[-1]:.3f} s" if len(self) else ""
+        return f"Trajectory({len(self)} samples{span}, {len(self.joint_names)} joints)"
+
     def __len__(self) -> int:
         return len(self.t)
 

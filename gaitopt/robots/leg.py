@@ -69,6 +69,13 @@ class Leg:
     position_limits: FloatArray
     velocity_limits: FloatArray
 
+    def __repr__(self) -> str:
+        knee = "forward" if self.knee > 0 else "backward"
+        return (
+            f"Leg({self.name}, {' '.join(self.joints)}, links {self.upper:.3f} and "
+            f"{self.lower:.3f} m, knee {knee})"
+        )
+
     def __post_init__(self) -> None:
         for name in ("hip", "axes", "position_limits", "velocity_limits"):
             object.__setattr__(self, name, frozen(check_array(name, getattr(self, name))))

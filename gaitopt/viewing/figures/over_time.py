@@ -62,10 +62,13 @@ def plot_cog_over_time(plans: Mapping[str, Plan], ax: Axes | None = None) -> Fig
         ax: where to draw; by default a new figure.
 
     Raises:
-        InputError: no plan is given.
+        InputError: no plan is given, or something is no plan.
     """
     if not plans:
         raise InputError("plot_cog_over_time needs one plan or more, got none")
+    check_kind("plans", plans, Mapping)
+    for plan in plans.values():
+        check_kind("each of plans", plan, Plan)
     figure, ax = panel(ax, 7.5, 4.2)
     ends = []
     for i, (name, plan) in enumerate(plans.items()):

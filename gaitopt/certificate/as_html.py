@@ -1,0 +1,44 @@
+"""A certificate as a coloured table, for notebooks."""
+
+from __future__ import annotations
+
+from html import escape
+from math import isnan
+from typing import TYPE_CHECKING, Final
+
+from gaitopt.certificate.check import Check, Verdict
+
+if TYPE_CHECKING:
+    from gaitopt.certificate.certificate import Certificate
+
+TONES: Final = {Verdict.OK: "#1b7f4b", Verdict.VIOLATED: "#b3261e", Verdict.UNCHECKED: "#6b7280"}
+"""Colours of verdicts: green, red and grey. The words beside them say the same."""
+
+
+def certificate_html(certificate: Certificate) -> str:
+    """The outcome, and every check with its worst value, as HTML; all names are escaped."""
+    rows = "".join(map(_row, certificate.checks))
+    head = "".join(
+        f'<th style="text-align:left">{name}</th>'
+        for name in ("check", "verdict", "worst", "limit", "where")
+    )
+    return (
+        f"<b>{escape(certificate.robot)}: {escape(str(certificate.outcome))}</b>, judged at every "
+        f"instant<table><tr>{head}</tr>{rows}</table>"
+    )
+
+
+def _row(check: Check) -> str:
+    tone = TONES[check.status]
+    verdict = str(check.status) if check.promised else f"{check.status} (not promised)"
+    if check.status is Verdict.UNCHECKED:
+        cells = ("", "", check.note)
+    else:
+        when = "" if isnan(check.when) else f"{check.when:.3f} s; "
+        cells = (f"{check.worst:.3g} {check.unit}", f"{check.sense} {check.limit:.3g}",
+                 f"{when}{check.about}")  # fmt: skip
+    others = "".join(f'<td style="text-align:left">{escape(cell)}</td>' for cell in cells)
+    return (
+        f'<tr><td style="text-align:left">{escape(check.name)}</td>'
+        f'<td style="text-align:left;color:{tone}"><b>{escape(verdict)}</b></td>{others}</tr>'
+    )
