@@ -67,6 +67,20 @@ def test_a_trot_s_bar_is_not_blank(trot: Plan) -> None:
     assert data is not None
     assert all(len(data["standing"][leg]) > 2 for leg in LEGS)
     assert data["marginName"] == "ZMP"
+
+
+def test_on_two_feet_the_zmp_is_as_far_off_their_line_as_the_plan_says(trot: Plan) -> None:
+    curves = plan_curves(trot)
+    assert curves is not None and curves.margin is not None
+    two = trot.at(curves.times).contacts.sum(axis=1) == 2
+    assert two.mean() > 0.5 and np.isfinite(curves.margin[two]).all()
+    worst = trot.record.zmp_margin
+    assert worst is not None
+    assert curves.margin[two].max() <= 0.0
+    assert curves.margin[two].min() == pytest.approx(worst, abs=1e-3)
+
+
+def test_without_a_motion_there_are_no_curves() -> None:
     assert curve_data(None) is None
 
 

@@ -37,8 +37,9 @@ class Curves:
         velocity_use: joint velocities as shares of their limits ``(N, nj)``.
         torque_use: joint torques as shares of theirs ``(N, nj)``; ``None`` where they are not
             known.
-        margin: stability margin of the instant ``(N,)`` [m], NaN where fewer than three feet stand;
-            ``None`` for no curve.
+        margin: stability margin of the instant ``(N,)`` [m], NaN where there is none: where fewer
+            than three feet stand, or for the ZMP, whose margin over two feet is minus its distance
+            from the line between them, fewer than two. ``None`` for no curve.
         margin_name: what it is the margin of.
         promised: margin that the plan promises [m].
         pressing: vertical force of the ground on each foot ``(N, 4)`` [N]; ``None`` where it is not

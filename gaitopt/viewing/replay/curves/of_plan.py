@@ -115,7 +115,22 @@ def _margin(plan: Plan, motion: Trajectory) -> tuple[str, FloatArray]:
     heights = np.where(motion.contacts, motion.feet[..., 2], 0.0).sum(axis=1) / count
     zmp = whole_body_zmp(plan.robot.model, *moved, heights - plan.robot.foot_radius)
     found = margins_over(motion, np.nan_to_num(zmp, nan=np.inf))
+    found = np.where(motion.contacts.sum(axis=1) == 2, -_off_the_line(motion, zmp), found)
     return "ZMP", np.where(np.isfinite(found), found, np.nan)
+
+
+def _off_the_line(motion: Trajectory, points: FloatArray) -> FloatArray:
+    """Distances of ``points (N, 2)`` from the line between the two feet that stand ``(N,)`` [m].
+
+    Of samples with another number of feet they mean nothing.
+    """
+    order = np.argsort(~motion.contacts, axis=1, kind="stable")[:, :2]
+    rows = np.arange(len(motion))
+    start, end = (motion.feet[rows, order[:, i], :2] for i in range(2))
+    along = end - start
+    length = np.maximum((along**2).sum(axis=1), 1e-12)
+    part = np.clip(((points - start) * along).sum(axis=1) / length, 0.0, 1.0)
+    return np.asarray(np.linalg.norm(points - start - part[:, None] * along, axis=1))
 
 
 def _forces(

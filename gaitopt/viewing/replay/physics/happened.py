@@ -25,7 +25,7 @@ EARLY = 0.1
 
 
 class MissedStep(Protocol):
-    """A foothold that was missed, as :class:`gaitopt.MissedFoothold`."""
+    """A foothold that was missed, as :class:`gaitopt.simulation.result.MissedFoothold`."""
 
     @property
     def step(self) -> int: ...

@@ -95,7 +95,7 @@ function makeCurves(THREE, viewer, data, legColours, duration, seek) {
   const single = (name, table, marks) => {
     const values = nan(columnsOf(table)[0]);
     charts.push({ name, lines: [{ values, colour: INK_LINE }], marks,
-      now: (t) => { const v = at(values, t); return Number.isNaN(v) ? "none: two feet" : mm(v); } });
+      now: (t) => { const v = at(values, t); return Number.isNaN(v) ? "none" : mm(v); } });
   };
   if (data.margin) single(`stability margin of the ${data.marginName}`, data.margin, [0, data.promised]);
   if (data.forces) {
