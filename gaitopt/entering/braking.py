@@ -8,13 +8,13 @@ on its feet that moves towards the border of its support is stopped best in this
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import product
+from typing import Protocol
 
 import numpy as np
 
 from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.entering.begin import Begin
-from gaitopt.entering.flights import Flight, flights, some_times
+from gaitopt.entering.flights import Flight, landings, some_times
 from gaitopt.motion.pieces import ROUNDING, States
 
 POWERS = (2, 3, 4, 1)
@@ -50,6 +50,11 @@ class Braking:
         """When the body is at rest [s]."""
         return self.coast + self.time
 
+    @property
+    def edges(self) -> list[float]:
+        """Times between which it is one polynomial [s]."""
+        return [0.0, self.coast, self.duration]
+
     def at(self, times: FloatArray) -> States:
         """Columns of the base ``(N, 6)`` and two derivatives."""
         (place, rates), n, total = self.base, self.power, self.time
@@ -66,24 +71,39 @@ class Braking:
         )
 
 
+class Body(Protocol):
+    """How the body comes to rest."""
+
+    @property
+    def duration(self) -> float:
+        """When it is at rest [s]."""
+
+    @property
+    def edges(self) -> list[float]:
+        """Times between which it is one polynomial [s]."""
+
+    def at(self, times: FloatArray) -> States:
+        """Columns of the base ``(N, 6)`` and two derivatives."""
+
+
 @dataclass(frozen=True, eq=False)
 class Entry:
     """One way to rest on four feet.
 
     Attributes:
         begin: the state.
-        braking: of the body.
+        body: how it comes to rest.
         down: the flights of all feet that are in the air.
     """
 
     begin: Begin
-    braking: Braking
+    body: Body
     down: tuple[Flight, ...]
 
     @property
     def duration(self) -> float:
         """When the robot is at rest on four feet [s]."""
-        return max([self.braking.duration, *(flight.duration for flight in self.down)])
+        return max([self.body.duration, *(flight.duration for flight in self.down)])
 
     @property
     def landings(self) -> dict[str, float]:
@@ -102,7 +122,7 @@ class Entry:
     def knots(self) -> FloatArray:
         """Times between which it is analytic ``(K + 1,)`` [s]."""
         end = self.duration
-        ends = [0.0, end, self.braking.coast, self.braking.duration]
+        ends = [end, *self.body.edges]
         edges = np.unique(np.concatenate([ends, *(flight.edges for flight in self.down)]))
         edges = edges[np.append(np.diff(edges) > SAME_INSTANT, True)]
         counts = np.ceil(np.diff(edges) / (end / INTERVALS) - ROUNDING).astype(int)
@@ -124,9 +144,8 @@ def entries(begin: Begin, swing_height: float, *, all_ways: bool) -> list[Entry]
         swing_height: how far feet may rise on their way down [m].
         all_ways: whether feet land in all ways, and the body brakes in fewer.
     """
-    each = [flights(begin, leg, swing_height, all_ways=all_ways) for leg in begin.flying]
     found = []
-    for down in product(*each):
+    for down in landings(begin, swing_height, all_ways=all_ways):
         landing = max((flight.duration for flight in down), default=0.0)
         found += [Entry(begin, way, down) for way in brakings(begin, landing, all_ways=all_ways)]
     return sorted(found, key=lambda entry: entry.duration)

@@ -82,26 +82,29 @@ class Way(NamedTuple):
     stop: float = 0.0
 
 
-def flights(begin: Begin, leg: str, swing_height: float, *, all_ways: bool) -> list[Flight]:
-    """Flights of one foot that are clear of the ground.
+def landings(
+    begin: Begin, swing_height: float, *, all_ways: bool = False
+) -> list[tuple[Flight, ...]]:
+    """Flights of all feet in the air, all in one way, that are clear of the ground.
 
     Args:
-        begin: where it begins.
-        leg: whose foot is in the air.
+        begin: where they begin.
         swing_height: how far feet rise [m].
         all_ways: whether to try those as well that brake later, or stop in the air.
     """
+    if not begin.flying:
+        return [()]
     first = [(EASES[0], 0.0)]
     more = [(ease, 0.0) for ease in EASES[1:]] + [(EASES[0], stop) for stop in STOPS]
-    index = LEGS.index(leg)
-    ways = [Way(duration, 0.0) for duration in _natural_times(begin, index)] + [
-        Way(duration, rise * swing_height, ease, stop)
-        for duration in some_times()[::2]
+    legs = [LEGS.index(leg) for leg in begin.flying]
+    ways = [Way(time, 0.0) for leg in legs for time in _natural_times(begin, leg)] + [
+        Way(time, rise * swing_height, ease, stop)
+        for time in some_times()[::2]
         for rise in RISES
         for ease, stop in (first + more if all_ways else first)
     ]
-    found = [_flight(begin, index, way) for way in ways]
-    return [flight for flight in found if is_clear(begin, flight)]
+    found = [tuple(_flight(begin, leg, way) for leg in legs) for way in ways]
+    return [down for down in found if all(is_clear(begin, flight) for flight in down)]
 
 
 def some_times() -> list[float]:

@@ -85,9 +85,20 @@ class Judge:
         """
         shares = np.linspace(INSIDE, 1.0 - INSIDE, INSTANTS)
         times = np.array([entry.duration for entry in entries])[:, None] * shares
-        base = [np.stack(entry.braking.at(t)) for entry, t in zip(entries, times, strict=True)]
+        base = [np.stack(entry.body.at(t)) for entry, t in zip(entries, times, strict=True)]
         feet = [np.stack(entry.feet(t)) for entry, t in zip(entries, times, strict=True)]
         return self._quick(entries, times, np.stack(base, axis=1), np.stack(feet, axis=1))
+
+    def fast_enough(self, entries: list[Entry]) -> list[Entry]:
+        """Entries whose joints keep their velocity limits until the last foot lands."""
+        shares = np.linspace(INSIDE, 1.0 - INSIDE, INSTANTS)
+        ends = np.array([max(entry.landings.values(), default=0.0) for entry in entries])
+        times = ends[:, None] * shares
+        base = [np.stack(entry.body.at(t)) for entry, t in zip(entries, times, strict=True)]
+        feet = [np.stack(entry.feet(t)) for entry, t in zip(entries, times, strict=True)]
+        use = self._velocity_use(np.stack(base, axis=1), np.stack(feet, axis=1))
+        kept = use.max(axis=(1, 2)) <= 1.0 + AT_BEGIN
+        return [entry for entry, good in zip(entries, kept, strict=True) if good]
 
     def _quick(
         self, entries: list[Entry], times: FloatArray, base: FloatArray, feet: FloatArray

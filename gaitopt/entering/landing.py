@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from gaitopt.conventions import FloatArray
@@ -9,6 +10,7 @@ from gaitopt.dynamics.contacts import ForceLimits
 from gaitopt.entering.begin import Begin
 from gaitopt.entering.braking import Entry, body_rests, entries
 from gaitopt.entering.judging import Fault, Judge
+from gaitopt.entering.steering import steered_entries
 from gaitopt.errors import GaitoptError
 from gaitopt.motion.body_and_feet import body_and_feet_path
 from gaitopt.motion.path import MotionPath
@@ -51,30 +53,47 @@ def landed(begin: Begin, limits: ForceLimits, swing_height: float) -> Landed | N
         judge.check_rest(begin)
         return None
     faults: list[Fault] = []
-    for all_ways in (False, True) if begin.flying else (False,):
-        ways = entries(begin, swing_height, all_ways=all_ways)
-        for first in range(0, len(ways), AT_A_TIME):
-            fast, fault = judge.quick(ways[first : first + AT_A_TIME])
-            faults += [fault] if fault else []
-            for entry in fast:
-                fault, found = _tried(judge, entry)
-                if found is not None:
-                    return found
-                faults += [fault] if fault else []
+    rests = body_rests(begin)
+    tries: list[Callable[[], list[Entry]]] = [
+        lambda: entries(begin, swing_height, all_ways=False),
+        lambda: entries(begin, swing_height, all_ways=True) if rests else [],
+    ]
+    for ways in tries:
+        found = _first(judge, ways(), faults)
+        if found is not None:
+            return found
+    for entry in steered_entries(begin, judge, swing_height):
+        fault, found = _tried(judge, entry)
+        if found is not None:
+            return found
+        faults += [fault] if fault else []
     raise judge.refusal(
         min(faults, key=lambda fault: (not fault.of_forces, fault.share), default=None)
     )
+
+
+def _first(judge: Judge, ways: list[Entry], faults: list[Fault]) -> Landed | None:
+    """The first entry that keeps all limits; what others lack is added to the faults."""
+    for first in range(0, len(ways), AT_A_TIME):
+        fast, fault = judge.quick(ways[first : first + AT_A_TIME])
+        faults += [fault] if fault else []
+        for entry in fast:
+            fault, found = _tried(judge, entry)
+            if found is not None:
+                return found
+            faults += [fault] if fault else []
+    return None
 
 
 def _tried(judge: Judge, entry: Entry) -> tuple[Fault | None, Landed | None]:
     """What is wrong with an entry, or the entry."""
     knots = entry.knots()
     try:
-        path = body_and_feet_path(judge.robot, knots, entry.braking.at, entry.feet, FOOT_TOLERANCE)
+        path = body_and_feet_path(judge.robot, knots, entry.body.at, entry.feet, FOOT_TOLERANCE)
     except GaitoptError:
         # A leg is too short between two of the knots.
         return None, None
     fault = judge.path(path, entry.landings)
     if fault is not None:
         return fault, None
-    return None, Landed(path, entry.landings, entry.braking.at(knots[-1:])[0][0])
+    return None, Landed(path, entry.landings, entry.body.at(knots[-1:])[0][0])

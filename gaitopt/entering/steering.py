@@ -1,0 +1,335 @@
+"""Entries whose body is steered, so that the ZMP of the whole robot stays where the feet stand.
+
+Where a body cannot simply brake along its velocity, as on two feet of a trot, x and y of its base
+are found. Their accelerations are linear between knots. The ZMP of the whole robot, with all links'
+momentum, is to lie on the line between two standing feet, or inside the polygon of three or four.
+Each round computes it for the path so far, and a quadratic program corrects the path by what a
+point mass on the ground would change; the rest is seen in the next round.
+
+Source: [Kajita2003] corrects a path of a point mass in this way by the dynamics of all links.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from gaitopt.conventions import GRAVITY, LEGS, BoolArray, FloatArray
+from gaitopt.dynamics.whole_body import motion_of_path
+from gaitopt.entering.begin import Begin
+from gaitopt.entering.braking import Braking, Entry
+from gaitopt.entering.flights import Flight, landings
+from gaitopt.entering.judging import Judge
+from gaitopt.errors import GaitoptError
+from gaitopt.motion.body_and_feet import path_states
+from gaitopt.motion.pieces import States, piece_values
+from gaitopt.optimize.sparse_quadratic import solve_sparse
+from gaitopt.stability.support import support_half_planes
+from gaitopt.stability.zmp import whole_body_zmp
+
+KNOT = 0.01
+"""Time between knots, at most [s]: between them the ZMP leaves a line by 0.02 mm (accelerations of
+an inverted pendulum of 0.3 m, 5 cm beside it)."""
+MOST_KNOTS = 24
+"""Most intervals of a phase, and least are a quarter of it."""
+ROUNDS = 8
+"""Most corrections. Usual are three to five."""
+CLOSE = 2e-5
+"""How far from the line between two feet the ZMP may be at the knots [m]: a tenth of what the usual
+tolerance of the balance allows."""
+MARGIN = 0.12
+"""Margin of the ZMP that is wished for inside the feet, as a share of the stance's shorter side."""
+WISH = 30.0
+"""Weight of this wish against the mean squared acceleration, by that of 1 m/s^2."""
+BRAKE_TIMES = (1.0, 2.0, 0.5, 4.0, 8.0)
+"""Times from the last landing to rest that are tried, in units of that of a pendulum of the body's
+height."""
+MOST_LANDINGS = 24
+"""Most ways in which feet land that are tried, the quickest ones that joints allow."""
+INSET = 1e-7
+"""Share of an interval by which its ends lie inside: accelerations jump where feet land."""
+
+
+@dataclass(frozen=True, eq=False)
+class Steered:
+    """A body whose x and y are given by accelerations that are linear between knots.
+
+    Attributes:
+        others: how z, roll, pitch and yaw come to rest.
+        edges_: knots ``(K + 1,)`` [s].
+        coefficients: of x and y between them, highest power first ``(4, K, 2)``.
+    """
+
+    others: Braking
+    knots: FloatArray
+    coefficients: FloatArray
+
+    @property
+    def duration(self) -> float:
+        """When it is at rest [s]."""
+        return float(self.knots[-1])
+
+    @property
+    def edges(self) -> list[float]:
+        """Times between which it is one polynomial [s]."""
+        return [float(knot) for knot in self.knots]
+
+    def at(self, times: FloatArray) -> States:
+        """Columns of the base ``(N, 6)`` and two derivatives."""
+        inside = np.clip(times, 0.0, self.duration)
+        piece = np.clip(np.searchsorted(self.knots, inside, side="right") - 1, 0,
+                        len(self.knots) - 2)  # fmt: skip
+        out = [np.array(part) for part in self.others.at(times)]
+        for order, part in enumerate(out):
+            part[:, :2] = piece_values(self.coefficients, inside - self.knots[piece], piece, order)
+        return out[0], out[1], out[2]
+
+
+def steered_entries(begin: Begin, judge: Judge, swing_height: float) -> Iterator[Entry]:
+    """Entries with a steered body, the quickest ones first.
+
+    Args:
+        begin: the state.
+        judge: knows joint limits.
+        swing_height: how far feet may rise on their way down [m].
+    """
+    if begin.standing.sum() < 2:
+        return
+    height = float(begin.base[0, 2] - begin.feet[0, begin.standing, 2].mean())
+    if not height > 0.0:
+        return
+    pendulum = float(np.sqrt(height / GRAVITY))
+    ways = sorted(landings(begin, swing_height), key=_landing)
+    goes_on = [Entry(begin, Braking(begin.base, 1.0, 2, _landing(down)), down) for down in ways]
+    allowed = judge.fast_enough(goes_on)[:MOST_LANDINGS] if begin.flying else goes_on
+    for entry in allowed:
+        for share in BRAKE_TIMES:
+            body = steered(begin, entry.down, share * pendulum, height)
+            if body is not None:
+                yield Entry(begin, body, entry.down)
+
+
+def _landing(down: tuple[Flight, ...]) -> float:
+    """When the last foot lands [s]."""
+    return max((flight.duration for flight in down), default=0.0)
+
+
+def steered(begin: Begin, down: tuple[Flight, ...], brake: float, height: float) -> Steered | None:
+    """The body with its ZMP where feet stand; ``None`` where there is no such path.
+
+    Args:
+        begin: the state.
+        down: flights of the feet in the air.
+        brake: time from the last landing to rest [s].
+        height: of the body above the feet [m].
+    """
+    phases = np.unique([0.0, *(flight.duration for flight in down), _landing(down) + brake])
+    table = _Table.of(phases)
+    others = Braking(begin.base, float(phases[-1]), 2)
+    rows = _rows(begin, down, table)
+    solution = np.zeros((table.size, 2))
+    worst = np.inf
+    for _ in range(ROUNDS):
+        body = Steered(others, table.knots, table.coefficients(begin.base[:, :2], solution))
+        zmp = _zmp(Entry(begin, body, down), table.times)
+        if zmp is None:
+            return None
+        off = float(np.abs(rows.on_line(zmp)).max(initial=0.0))
+        if off <= CLOSE and np.isfinite(worst):
+            return body
+        if not off < worst and np.isfinite(worst):
+            return None
+        worst = max(off, CLOSE) if np.isfinite(worst) else 1e3
+        step = _corrected(begin, table, rows, zmp, solution, height)
+        if step is None:
+            return None
+        solution = step
+    return None
+
+
+def _zmp(entry: Entry, times: FloatArray) -> FloatArray | None:
+    """ZMP of the whole robot on the ground ``(N, 2)`` [m]; ``None`` where legs do not reach."""
+    robot = entry.begin.robot
+    try:
+        values = path_states(robot, entry.body.at(times), entry.feet(times))
+    except GaitoptError:
+        return None
+    stands = entry.begin.feet[0, entry.begin.standing, 2].mean() - robot.foot_radius
+    found = whole_body_zmp(robot.model, *motion_of_path(robot, *values), float(stands))
+    return found if np.isfinite(found).all() else None
+
+
+@dataclass(frozen=True, eq=False)
+class _Table:
+    """Accelerations at knots, and what follows from them at instants.
+
+    Attributes:
+        knots: ``(K + 1,)`` [s].
+        begin, end: the unknown at both ends of each interval ``(K,)``.
+        times: instants at which the ZMP is looked at ``(N,)`` [s].
+        place, velocity, acceleration: rows by the unknowns at these instants ``(N, n)``.
+        stop: rows of the velocity, and of the acceleration, at the end ``(2, n)``.
+        phase: of each instant ``(N,)``.
+    """
+
+    knots: FloatArray
+    begin: np.ndarray
+    end: np.ndarray
+    times: FloatArray
+    place: FloatArray
+    velocity: FloatArray
+    acceleration: FloatArray
+    stop: FloatArray
+    phase: np.ndarray
+
+    @property
+    def size(self) -> int:
+        """How many unknowns each coordinate has."""
+        return int(self.end[-1]) + 1
+
+    @classmethod
+    def of(cls, phases: FloatArray) -> _Table:
+        """Over phases with these ends ``(P + 1,)`` [s]; between phases accelerations may jump."""
+        counts = np.clip(np.ceil(np.diff(phases) / KNOT), MOST_KNOTS // 4, MOST_KNOTS).astype(int)
+        parts = [np.linspace(a, b, n, endpoint=False)
+                 for a, b, n in zip(phases[:-1], phases[1:], counts, strict=True)]  # fmt: skip
+        knots = np.append(np.concatenate(parts), phases[-1])
+        owner = np.repeat(np.arange(len(counts)), counts)
+        begin = np.arange(len(owner)) + owner
+        end = begin + 1
+        size = int(end[-1]) + 1
+        lengths = np.diff(knots)
+        shares = np.array([INSET, 0.5, 1.0 - INSET])
+        rows: list[list[FloatArray]] = [[], [], []]
+        place, velocity = np.zeros(size), np.zeros(size)
+        eye = np.eye(size)
+        for i, h in enumerate(lengths.tolist()):
+            a, b = eye[begin[i]], eye[end[i]]
+            for share in [*shares.tolist(), 1.0]:
+                t = share * h
+                slope = (b - a) / h
+                now = (place + velocity * t + a * t**2 / 2.0 + slope * t**3 / 6.0,
+                       velocity + a * t + slope * t**2 / 2.0, a + slope * t)  # fmt: skip
+                if share < 1.0:
+                    for row, value in zip(rows, now, strict=True):
+                        row.append(value)
+            place, velocity = now[0], now[1]
+        times = (knots[:-1, None] + lengths[:, None] * shares).ravel()
+        place_rows, velocity_rows, acceleration_rows = (np.array(row) for row in rows)
+        return cls(knots, begin, end, times, place_rows, velocity_rows, acceleration_rows,
+                   np.stack([velocity, eye[-1]]), np.repeat(owner, len(shares)))  # fmt: skip
+
+    def coefficients(self, base: FloatArray, solution: FloatArray) -> FloatArray:
+        """Polynomials of x and y, highest power first ``(4, K, 2)``.
+
+        Args:
+            base: x and y, and their rates, at the begin ``(2, 2)``.
+            solution: accelerations ``(n, 2)``.
+        """
+        place, rate = np.array(base[0]), np.array(base[1])
+        out = np.empty((4, len(self.begin), 2))
+        for i, h in enumerate(np.diff(self.knots).tolist()):
+            a, b = solution[self.begin[i]], solution[self.end[i]]
+            slope = (b - a) / h
+            out[:, i] = slope / 6.0, a / 2.0, rate, place
+            place = place + rate * h + a * h**2 / 2.0 + slope * h**3 / 6.0
+            rate = rate + a * h + slope * h**2 / 2.0
+        return out
+
+
+@dataclass(frozen=True, eq=False)
+class _Rows:
+    """Where the ZMP is to be at the instants.
+
+    Attributes:
+        samples: the instant of each row ``(R,)``.
+        normals: ``(R, 2)``; ``normals . zmp - offsets`` is to be 0, or at least the margin.
+        offsets: ``(R,)`` [m].
+        equal: rows that are to be 0 ``(R,)``.
+    """
+
+    samples: np.ndarray
+    normals: FloatArray
+    offsets: FloatArray
+    equal: BoolArray
+
+    def on_line(self, zmp: FloatArray) -> FloatArray:
+        """Distances from lines between two feet ``(E,)`` [m]."""
+        value = (self.normals * zmp[self.samples]).sum(axis=1) - self.offsets
+        return np.asarray(value[self.equal])
+
+
+def _rows(begin: Begin, down: tuple[Flight, ...], table: _Table) -> _Rows:
+    """The rows of all instants."""
+    goals = np.array([begin.footholds[leg][0] for leg in LEGS])[:, :2]
+    samples, normals, offsets, equal = [], [], [], []
+    for phase in range(int(table.phase.max()) + 1):
+        own = np.flatnonzero(table.phase == phase)
+        standing = np.array(begin.standing)
+        for flight in down:
+            standing[flight.leg] = flight.duration < table.times[own[0]]
+        sides, offset, on = _sides(goals[standing])
+        samples.append(np.repeat(own, len(sides)))
+        normals.append(np.tile(sides, (len(own), 1)))
+        offsets.append(np.tile(offset, len(own)))
+        equal.append(np.tile(on, len(own)))
+    return _Rows(
+        np.concatenate(samples), np.concatenate(normals), np.concatenate(offsets),
+        np.concatenate(equal),
+    )  # fmt: skip
+
+
+def _sides(feet: FloatArray) -> tuple[FloatArray, FloatArray, BoolArray]:
+    """Normals, offsets, and whether it is an equation, of the support of two feet or more."""
+    if len(feet) > 2:
+        planes = support_half_planes(feet)
+        return planes.normals, planes.offsets, np.zeros(len(planes.offsets), dtype=np.bool_)
+    unit = (feet[1] - feet[0]) / np.linalg.norm(feet[1] - feet[0])
+    across = np.array([-unit[1], unit[0]])
+    normals = np.array([across, unit, -unit])
+    offsets = np.array([across @ feet[0], unit @ feet[0], -unit @ feet[1]])
+    return normals, offsets, np.array([True, False, False])
+
+
+def _corrected(
+    begin: Begin, table: _Table, rows: _Rows, zmp: FloatArray, now: FloatArray, height: float
+) -> FloatArray | None:
+    """Accelerations ``(n, 2)`` with which a point mass would mend what the ZMP misses.
+
+    Args:
+        begin, table, rows: of the entry.
+        zmp: of the whole robot with the accelerations of now ``(N, 2)`` [m].
+        now: these ``(n, 2)``.
+        height: of the body [m].
+    """
+    from scipy.sparse import block_diag, csr_array, hstack, vstack
+
+    n = table.size
+    # A point mass: the ZMP is its place less height / g times its acceleration.
+    moves = table.place - height / GRAVITY * table.acceleration
+    inside = rows.normals[:, :1] * moves[rows.samples], rows.normals[:, 1:] * moves[rows.samples]
+    wanted = np.where(rows.equal, 0.0, -1.0)[:, None]
+    matrix = np.concatenate([*inside, wanted], axis=1)
+    gap = (rows.normals * zmp[rows.samples]).sum(axis=1) - rows.offsets
+    known = (np.concatenate(inside, axis=1) @ now.T.ravel()) - gap
+    low, high = known, np.where(rows.equal, known, np.inf)
+    stop = block_diag([table.stop, table.stop])
+    ends = np.array([[-rate, 0.0] for rate in begin.base[1, :2]]).ravel()
+    target = MARGIN * min(begin.robot.stance_size)
+    whole = vstack([
+        csr_array(matrix), hstack([stop, csr_array((4, 1))]),
+        csr_array(([1.0], ([0], [2 * n])), shape=(1, 2 * n + 1)),
+    ])  # fmt: skip
+    weight = table.acceleration.T @ table.acceleration / len(table.times) + 1e-6 * np.eye(n)
+    hessian = block_diag([weight, weight, csr_array(np.array([[WISH / target**2]]))])
+    gradient = np.append(np.zeros(2 * n), -WISH / target)
+    found, good = solve_sparse(
+        csr_array(hessian), gradient, whole,
+        np.concatenate([low, ends, [0.0]]), np.concatenate([high, ends, [target]]),
+        refinement=True,
+    )  # fmt: skip
+    if not good or not np.isfinite(found).all():
+        return None
+    return np.asarray(found[: 2 * n].reshape(2, n).T)
