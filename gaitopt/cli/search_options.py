@@ -64,6 +64,11 @@ def search_options(
     width_limit: Annotated[
         int | None, _way("Width up to which the search is repeated at a dead end.", "NUMBER")
     ] = None,
+    detours: Annotated[
+        bool | None,
+        _way("Whether the course goes round what the robot cannot cross; not for a goal with YAW.",
+             None),
+    ] = None,
 ) -> dict[str, Any]:  # fmt: skip
     """Fields of ``TerrainSettings`` by name; only those that were given."""
     return {name: value for name, value in locals().items() if value is not None}

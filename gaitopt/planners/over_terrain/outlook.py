@@ -8,7 +8,6 @@ step to it is judged, with the body where it will about be.
 from __future__ import annotations
 
 import numpy as np
-from scipy.ndimage import uniform_filter
 
 from gaitopt.conventions import BoolArray, FloatArray
 from gaitopt.planners.over_terrain.course import Course
@@ -75,12 +74,8 @@ class Outlook:
 
     def _feet(self) -> FloatArray:
         """Where the feet are usually in each step, at the mean height around ``(S, 4, 3)`` [m]."""
-        ground, index = self.judge.surfaces.ground, self.stands.index
-        size = 2 * round(self.judge.settings.freedom / ground.resolution) + 1
-        some = index >= 0
-        heights = uniform_filter(np.where(some, self.stands.centres[index, 2], 0.0), size)
-        count = uniform_filter(some.astype(np.float64), size)
-        around = np.where(count > 0.5 / size**2, heights / np.maximum(count, 0.5 / size**2), np.nan)
+        ground = self.judge.surfaces.ground
+        around = self.stands.mean_heights(self.judge.settings.freedom / ground.resolution)
         cosine, sine = np.cos(self.poses[:, 2:]), np.sin(self.poses[:, 2:])
         ahead, left = self.judge.hips.T
         xy = np.stack([cosine * ahead - sine * left, sine * ahead + cosine * left], axis=-1)

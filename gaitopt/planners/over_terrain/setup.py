@@ -12,6 +12,7 @@ from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.errors import InputError
 from gaitopt.inputs import check_kind
 from gaitopt.planners.over_terrain.course import Course, course_through
+from gaitopt.planners.over_terrain.detour import Passage
 from gaitopt.planners.over_terrain.footing import layers_for, stands_of, start_stands
 from gaitopt.planners.over_terrain.judge import Judge
 from gaitopt.planners.over_terrain.link_spheres import link_spheres
@@ -19,7 +20,7 @@ from gaitopt.planners.over_terrain.result import TerrainSearch
 from gaitopt.planners.over_terrain.search import Search
 from gaitopt.planners.over_terrain.settings import TerrainSettings
 from gaitopt.planners.over_terrain.states import Found, Layer
-from gaitopt.planners.over_terrain.surfaces import Surfaces
+from gaitopt.planners.over_terrain.surfaces import Stands, Surfaces
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.footholds import Footholds
 from gaitopt.terrain.height_map import HeightMap
@@ -50,10 +51,9 @@ def search_for(
     radii = np.append(link_spheres(robot).radii, robot.foot_radius)
     surfaces = Surfaces.of(ground, radii, robot.foot_radius)
     judge = Judge.of(robot, settings, surfaces)
-    course = course_of(robot, ground, start, goal, judge)
-    return Search(
-        judge, stands_of(robot, layers), layers, course, cycles_of(course, settings), frozenset()
-    )
+    stands = stands_of(robot, layers)
+    course = course_of(robot, ground, start, goal, judge, stands)
+    return Search(judge, stands, layers, course, cycles_of(course, settings), frozenset())
 
 
 def with_settings(search: Search, settings: TerrainSettings) -> Search:
@@ -68,13 +68,23 @@ def cycles_of(course: Course, settings: TerrainSettings) -> int:
 
 
 def course_of(
-    robot: Quadruped, ground: HeightMap, start: ArrayLike | None, goal: ArrayLike, judge: Judge
-) -> Course:
-    """The course from the start to the goal."""
+    robot: Quadruped, ground: HeightMap, start: ArrayLike | None, goal: ArrayLike, judge: Judge,
+    stands: Stands,
+) -> Course:  # fmt: skip
+    """The course from the start to the goal, round what the robot cannot cross."""
     if start is None:
         start = default_start(robot, ground, goal)
     feet = float(np.hypot(*judge.hips.T).mean())
-    return course_through(start, goal, feet=feet, smoothing=2.0 * feet)
+    course = course_through(start, goal, feet=feet, smoothing=2.0 * feet)
+    places = np.atleast_2d(np.asarray(goal, dtype=np.float64))
+    if not judge.settings.detours or places.shape[1] != 2 or not len(stands.centres):
+        return course
+    passage, way = Passage.of(judge, stands), [course.poses[0, :2]]
+    for place in places:
+        way += passage.around(way[-1], place)
+    if len(way) == len(places) + 1:
+        return course
+    return course_through(start, way[1:], feet=feet, smoothing=2.0 * feet)
 
 
 def default_start(robot: Quadruped, ground: HeightMap, goal: ArrayLike) -> FloatArray:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.ndimage import grey_dilation
+from scipy.ndimage import grey_dilation, uniform_filter
 
 from gaitopt.conventions import BoolArray, FloatArray, frozen
 from gaitopt.terrain.height_map import HeightMap
@@ -113,6 +113,21 @@ class Stands:
         index = np.full(ground.shape, -1)
         index[i[known], j[known]] = np.arange(int(known.sum()))
         return cls(ball.centres[known], ball.normals[known], penalties[i[known], j[known]], index)
+
+    def mean_heights(self, reach: float) -> FloatArray:
+        """Mean height of the stands around each point of the grid ``(nx, ny)`` [m].
+
+        NaN where there is none.
+
+        Args:
+            reach: how far around, in cells.
+        """
+        size = 2 * round(reach) + 1
+        some = self.index >= 0
+        heights = uniform_filter(np.where(some, self.centres[self.index, 2], 0.0), size)
+        count = uniform_filter(some.astype(np.float64), size)
+        least = 0.5 / size**2
+        return np.where(count > least, heights / np.maximum(count, least), np.nan)
 
     def near(self, ground: HeightMap, place: FloatArray, radius: float) -> np.ndarray:
         """Numbers of the stands within ``radius`` [m] of a horizontal place ``(2,)`` [m]."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -9,6 +11,7 @@ import pytest
 import gaitopt
 from gaitopt import LEGS, HeightMap, InputError
 from gaitopt.planners.over_terrain.course import course_through
+from gaitopt.planners.over_terrain.detour import Passage
 from gaitopt.planners.over_terrain.link_spheres import Placements, covering_balls, link_spheres
 from gaitopt.planners.over_terrain.settings import TerrainSettings
 from gaitopt.planners.over_terrain.setup import search_for
@@ -168,3 +171,36 @@ def test_finer_tables_are_not_below_the_exact_height_beside_a_step() -> None:
         assert surfaces.cell == pytest.approx(cell)
         found = surfaces.clear_heights(places, surfaces.sizes([0.025])) - exact
         assert (found.min() >= -1e-9) == (cell < 0.02)
+
+
+def _passage(z: np.ndarray) -> Passage:
+    robot = gaitopt.load_robot("go2")
+    settings = TerrainSettings.for_robot(robot)
+    search = search_for(robot, HeightMap(z, 0.02, (-0.6, -1.0)), (1.2, 0.0), (0.0, 0.0, 0.0),
+                        settings)  # fmt: skip
+    return Passage.of(search.judge, search.stands)
+
+
+def test_ways_lead_round_holes_and_are_straight_elsewhere() -> None:
+    start, end = np.zeros(2), np.array([1.2, 0.0])
+    flat = np.zeros((110, 100))
+    assert np.allclose(_passage(flat).around(start, end), [end])
+    hole = flat.copy()
+    hole[48:68, 45:90] = -0.6  # 0.4 m by 0.9 m: no leg reaches across
+    way = np.array([start, *_passage(hole).around(start, end)])
+    assert len(way) > 2 and np.allclose(way[-1], end)
+    places = np.concatenate([a + np.linspace(0.0, 1.0, 50)[:, None] * (b - a)
+                             for a, b in itertools.pairwise(way)])  # fmt: skip
+    ahead = (places[:, 0] > 0.4) & (places[:, 0] < 0.7)
+    assert places[ahead, 1].max() < -0.2  # the shorter of the two ways round
+    two = np.full((110, 100), -0.6)
+    two[:20] = two[90:] = 0.0
+    two[:, 38:46] = two[:, 54:62] = 0.0  # beams, with the pit between them under the trunk
+    assert np.allclose(_passage(two).around(start, end), [end])
+
+
+def test_where_no_way_round_is_found_the_course_is_straight() -> None:
+    closed = np.zeros((110, 100))
+    closed[58:62] = 0.6
+    end = np.array([1.2, 0.0])
+    assert np.allclose(_passage(closed).around(np.zeros(2), end), [end])

@@ -106,6 +106,17 @@ def test_a_wall_is_no_way_and_the_error_says_why() -> None:
     assert "what may help" in str(error)
 
 
+def test_a_walk_goes_round_a_wall_through_its_gap() -> None:
+    z = np.zeros((110, 110))
+    z[56:59, :62] = 0.5  # at x = 0.52 m, from the right side to y = 0.24 m
+    wall = HeightMap(z, 0.02, (-0.6, -1.0))
+    search = gaitopt.search_terrain(GO2, wall, (1.1, 0.1), start=(0.0, 0.0, 0.0))
+    assert search.complete and search.metres > 1.3
+    assert np.allclose(search.course.poses[-1, :2], [1.1, 0.1])
+    x, y = search.course.poses[:, :2].T
+    assert y[np.abs(x - 0.54) < 0.04].min() > 0.24 + GO2.stance_size[1] / 2.0
+
+
 def test_a_start_without_ground_is_refused() -> None:
     z = np.full((120, 80), np.nan)
     z[60:] = 0.0
