@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from ground_walks import bumpy_walk
 from in_browser import Driven, driven, needs_browser
 
 import gaitopt
@@ -239,6 +240,25 @@ def test_the_page_fits_when_the_window_changes(desk: Driven) -> None:
                                        "return { a: s.width, b: s.clientWidth }; })()")  # fmt: skip
     assert strip["a"] == strip["b"]
     desk.browser.resize(DESK)
+
+
+def test_the_stick_stands_where_limbs_are_nearest_to_the_ground(tmp_path: Path) -> None:
+    plan = bumpy_walk()
+    curves, moment = plan_curves(plan), 0.37 * plan.duration
+    assert curves is not None and curves.clearance is not None
+    index = int(np.searchsorted(curves.times, moment, side="right")) - 1
+    upper, gap = curves.clearance.place[index], curves.clearance.gap[index]
+    for page in driven(replay_html(plan), tmp_path, f"paused&t={moment}", (400, 300)):
+        ends = page.value("""(() => {
+          let stick = null;
+          window.gaitopt.draw();
+          window.gaitopt.view.world.traverse((o) => { if (o.name === "nearest") stick = o; });
+          return [0.5, -0.5].map((z) => stick.localToWorld(new MeshCat.THREE.Vector3(0, 0, z)))
+            .map((p) => [p.x, -p.z, p.y]);
+        })()""")
+        assert page.problems == []
+    np.testing.assert_allclose(ends[0], upper, atol=2e-3)
+    np.testing.assert_allclose(ends[1], upper - [0.0, 0.0, gap], atol=2e-3)
 
 
 def test_a_long_walk_asks_little_of_each_frame(tmp_path: Path) -> None:

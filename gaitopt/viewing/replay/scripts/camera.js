@@ -43,9 +43,9 @@ function makeCamera(THREE, viewer, data) {
   function distanceOf(radius) {
     const tall = Math.tan(camera.fov * Math.PI / 360);
     const wide = tall * viewer.dom_element.clientWidth / viewer.dom_element.clientHeight;
-    const share = view.follow ? 0.62 : 0.8;
-    return Math.max(0.8 * radius / Math.sin(camera.fov * Math.PI / 360),
-      share * radius / Math.sin(Math.atan(wide)));
+    const across = view.follow ? 0.62 : 0.8, upward = view.follow ? 0.95 : 0.8;
+    return Math.max(upward * radius / Math.sin(camera.fov * Math.PI / 360),
+      across * radius / Math.sin(Math.atan(wide)));
   }
 
   view.reset = () => {
@@ -107,6 +107,7 @@ function makeLight(THREE, viewer, data, view, backdrop) {
   world.rotation.x = -Math.PI / 2;
   for (const child of [...viewer.scene.children]) world.add(child);
   const sky = new THREE.HemisphereLight(0xffffff, 0xcdd2da, 0.58);
+  view.world = world;
   viewer.scene.add(world, sun, sun.target, fill, sky);
   return (place) => {
     sun.target.position.copy(reach < widest || !view.follower ? view.centre : place);

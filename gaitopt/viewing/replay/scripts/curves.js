@@ -54,7 +54,7 @@ function drawLines(pen, times, lines, [low, high], [from, to], width, height) {
   }
 }
 
-function makeCurves(THREE, viewer, data, legColours, duration, seek) {
+function makeCurves(THREE, viewer, world, data, legColours, duration, seek) {
   if (!data) return null;
   const el = (id) => document.getElementById(id), panel = el("curves");
   const times = columnsOf(data.times)[0], NOTHING = -999;
@@ -144,7 +144,8 @@ function makeCurves(THREE, viewer, data, legColours, duration, seek) {
     new THREE.CylinderGeometry(1, 1, 1, 8).rotateX(Math.PI / 2),
     new THREE.MeshBasicMaterial({ color: NEAREST, depthTest: false }));
   stick.renderOrder = 19;
-  if (nearest) viewer.scene_tree.object.add(stick);
+  stick.name = "nearest";
+  if (nearest) world.add(stick);
   function measure(time) {
     if (!nearest) return;
     const i = Math.max(countUpTo(times, time) - 1, 0), gap = Math.max(at(gaps, time), 1e-4);

@@ -32,7 +32,7 @@
   const hash = new URLSearchParams(location.hash.slice(1));
   const state = { time: 0, playing: false, speed: data.speed, follow: false };
   const starts = data.captions.map((m) => m[0]);
-  const curves = makeCurves(THREE, viewer, data.curves, data.legColours, data.duration,
+  const curves = makeCurves(THREE, viewer, view.world, data.curves, data.legColours, data.duration,
     (time) => seek(time));
   if (curves) curves.halo(0.08 * data.followRadius);
 
@@ -150,7 +150,7 @@
   }
 
   // Axes of the world and of the robot's body: x red, y green, z blue.
-  const axes = [viewer.scene_tree.object, ...view.follower ? [view.follower] : []].map((frame) => {
+  const axes = [view.world, ...view.follower ? [view.follower] : []].map((frame) => {
     const cross = new THREE.AxesHelper(0.6 * data.followRadius);
     cross.material.depthTest = false;
     cross.visible = false;
