@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import Any, NamedTuple
+from weakref import WeakKeyDictionary
 from xml.etree import ElementTree
 
 import numpy as np
@@ -145,6 +146,13 @@ class CollisionPairs:
     @classmethod
     def of(cls, robot: Quadruped) -> CollisionPairs | None:
         """The pairs of a robot; ``None`` where shapes are missing, or hulls of meshes are."""
+        if robot not in _KNOWN:
+            _KNOWN[robot] = cls._read(robot)
+        return _KNOWN[robot]
+
+    @classmethod
+    def _read(cls, robot: Quadruped) -> CollisionPairs | None:
+        """The pairs of a robot, from its URDF's text."""
         import pinocchio as pin
 
         text, meshed = _without_meshes(robot.urdf)
@@ -185,16 +193,24 @@ class CollisionPairs:
         """
         import pinocchio as pin
 
-        chosen = range(len(self.geometry.collisionPairs)) if pairs is None else pairs
+        chosen = list(range(len(self.geometry.collisionPairs))) if pairs is None else pairs
         data, placed = self.model.createData(), self.geometry.createData()
+        for k in set(range(len(self.geometry.collisionPairs))) - set(chosen):
+            placed.deactivateCollisionPair(k)
+        # Views of the results of all pairs, which are computed by one call: a call for each pair
+        # takes twice as long.
+        found = [placed.distanceResults[k] for k in chosen]
         out = np.empty((len(joints), len(chosen)))
         q = self.neutral.copy()
         for row, angles in zip(out, joints, strict=True):
             q[7:][self.columns] = angles
-            pin.updateGeometryPlacements(self.model, data, self.geometry, placed, q)
-            for n, k in enumerate(chosen):
-                row[n] = pin.computeDistance(self.geometry, placed, k).min_distance
+            pin.computeDistances(self.model, data, self.geometry, placed, q)
+            row[:] = [result.min_distance for result in found]
         return out
+
+
+_KNOWN: WeakKeyDictionary[Quadruped, CollisionPairs | None] = WeakKeyDictionary()
+"""The pairs of robots, which take longer to read than a walk of eight steps to plan."""
 
 
 def _add_hulls(geometry: Any, robot: Quadruped) -> None:
