@@ -45,6 +45,16 @@ def replay(target: Path) -> None:
         photograph(f"{page.as_uri()}#t={moment:.3f}&paused", target, (1280, 720))
 
 
+def replay_curves(target: Path) -> None:
+    """A walk that is timed by contact forces, with its curves below."""
+    from gaitopt.viewing.replay.replay import replay as write_replay
+
+    plan = plan_crawl(load_robot("wang2020"), s_columns(0))
+    with tempfile.TemporaryDirectory() as folder:
+        page = write_replay(plan, Path(folder) / "replay.html")
+        photograph(f"{page.as_uri()}#t=40&paused&curves", target, (1280, 800))
+
+
 def _over_rubble() -> tuple[Plan, TerrainSearch]:
     """A walk of go2 over rubble, and the search for its footholds."""
     robot = load_robot("go2")
@@ -177,6 +187,7 @@ def photograph(address: str, target: Path, size: tuple[int, int]) -> None:
 
 ALL: dict[str, Callable[[Path], None]] = {
     "replay": replay,
+    "replay_curves": replay_curves,
     "terrain_replay": terrain_replay,
     "terrain_map": terrain_map,
     "leg": leg,

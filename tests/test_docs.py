@@ -131,7 +131,7 @@ def run_document(path: Path) -> int:
                                   "docs/trust.md", "docs/striding.md",
                                   "docs/time_optimal.md", "docs/forces.md",
                                   "docs/terrain.md", "docs/from_state.md",
-                                  "docs/to_robots.md"])  # fmt: skip
+                                  "docs/to_robots.md", "docs/replay.md"])  # fmt: skip
 def test_what_documents_show_runs_and_prints_what_they_say(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
