@@ -45,7 +45,7 @@ test: $(VENV)/.test browser
 	@$(MAKE) --no-print-directory -j2 lint pytest
 
 pytest: $(VENV)/.test
-	$(BIN)/python -m pytest -n auto --dist loadscope
+	$(BIN)/python -m pytest -n auto --dist loadscope --no-loadscope-reorder
 
 test-slow: $(VENV)/.test browser
 	$(BIN)/python -m pytest -m slow
@@ -54,7 +54,7 @@ bench: $(VENV)/.test
 	$(BIN)/python -m benchmarks
 
 docs: $(VENV)/.test
-	$(BIN)/sphinx-build -W --keep-going -b html docs docs/_build/html
+	GAITOPT_NOTEBOOKS=cache $(BIN)/sphinx-build -W --keep-going -b html docs docs/_build/html
 	@echo "open docs/_build/html/index.html"
 
 clean:

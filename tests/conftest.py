@@ -17,6 +17,23 @@ settings.register_profile("patient", deadline=None)
 settings.load_profile("patient")
 
 
+LONGEST = (
+    "test_docs", "test_notebooks", "test_app", "test_verify", "test_simulate", "test_benchmarks",
+    "test_plan_terrain", "test_plan_stride", "test_forces_in_physics", "test_gaits_with_forces",
+    "test_terrain", "test_crawl", "test_plan_route", "test_flight", "test_race",
+)  # fmt: skip
+"""Modules that take longest; the order of the others does not matter."""
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Let the longest modules begin first: the last one keeps one worker busy, and the rest wait.
+
+    By itself pytest-xdist begins with those of the most tests (``--no-loadscope-reorder``).
+    """
+    rank = {name: place for place, name in enumerate(LONGEST)}
+    items.sort(key=lambda item: rank.get(item.path.stem, len(rank)))
+
+
 @pytest.fixture(scope="module")
 def no_pixels() -> Iterator[None]:
     """Figures are drawn up, but their files hold no pixels: those take most of the time.
