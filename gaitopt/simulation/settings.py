@@ -56,7 +56,8 @@ class SimulationSettings:
         timestep: of the physics [s]; on a height map :data:`MAP_TIMESTEP` at most.
         control_every: steps of this length between two calls of the controller. The servos run at
             every step of the physics.
-        friction: coefficient between feet and ground.
+        friction: coefficient between feet and ground. On footholds with less friction than the
+            plan's limits it is less in proportion.
         sensing_delay: age of the measurements that the controller gets of body, joints and
             contacts, rounded up to whole calls of the controller [s]. The servos' own encoders are
             not delayed.

@@ -21,6 +21,7 @@ from gaitopt.control.rotation import rotation_of
 from gaitopt.control.tracking import RobotState, TrackingController
 from gaitopt.inputs import check_kind
 from gaitopt.plan.plan import Plan
+from gaitopt.simulation.grip import Grip
 from gaitopt.simulation.model import (
     SimModel,
     build_sim_model,
@@ -127,6 +128,7 @@ class _Run:
                 break
             sensed.append(state)
             self._push(data, clock)
+            self._grip.stand_on(clock)
             command = self.controller.command(tick * interval, sensed[0])
             self._servos.drive(data, command, settings.control_every)
         spent = (time.perf_counter() - begin[0], time.thread_time() - begin[1])
@@ -137,6 +139,7 @@ class _Run:
 
         A plan that begins in motion begins so in physics, too.
         """
+        self._grip.stand_on(0.0)
         data = self.mujoco.MjData(self.sim.model)
         first = self.plan.at([0.0])
         data.qpos[:] = to_mujoco(self.sim, first.q[0])
@@ -163,6 +166,10 @@ class _Run:
     @cached_property
     def _servos(self) -> Servos:
         return Servos(self.sim, self.plan.robot, self.controller.gains, self.settings)
+
+    @cached_property
+    def _grip(self) -> Grip:
+        return Grip(self.sim, self.plan, self.settings)
 
     @cached_property
     def _touching(self) -> Touching:
