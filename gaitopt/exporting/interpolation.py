@@ -24,16 +24,20 @@ NANOSECOND: Final = 1e-9
 """Times of messages are whole numbers of these [s]."""
 LONGEST_GAP: Final = 0.1
 """Longest time between points [s]: a controller that replaces a trajectory needs one nearby."""
-SHORTEST_GAP: Final = 2e-5
-"""No points are nearer to one another [s]: a fiftieth of the period of a controller at 1 kHz."""
+SHORTEST_GAP: Final = 1e-4
+"""Gaps are not halved below this [s]: a tenth of the period of a controller at 1 kHz."""
 WITHIN: Final = 1e-6
 """How far rounding of written numbers may lead beyond a velocity limit, as a share of it."""
 MOST_SLOWED: Final = 1.01
 """Largest factor by which points are made later so that limits are kept between them."""
+RESERVE: Final = 0.95
+"""Share of the joint error that may be seen at the places that are looked at: between 17 of them a
+smooth difference is larger by 1 % at most."""
 CORNER: Final = 1e-6
 """Largest jump of a joint's velocity that is no corner [rad/s]: planners round at 1e-8."""
-_INSIDE: Final = np.linspace(0.0, 1.0, 18)[1:-1]
-"""Places between two points at which the joint error is looked at."""
+_INSIDE: Final = np.linspace(0.0, 1.0, 19)[1:-1]
+"""Places between two points at which the joint error is looked at; rounded corners are cut most in
+the middle."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,11 +143,11 @@ def choose_points(
         ends, other, lengths = _gaps(found, order)
         off = _errors(source, found, order)
         fast = velocity_bounds(ends, other, lengths) > source.velocity_limits * (1 + 0.1 * WITHIN)
-        wrong = ((off > error) | fast.any(axis=1)) & (lengths > 2 * SHORTEST_GAP)
+        wrong = ((off > RESERVE * error) | fast.any(axis=1)) & (lengths > 2 * SHORTEST_GAP)
         if not wrong.any():
             break
         middles = found.plan_times[:-1][wrong] + 0.5 * np.diff(found.plan_times)[wrong]
-        times = np.union1d(found.plan_times, _whole(middles, start))
+        times = _whole(np.union1d(found.plan_times, middles), start)
     return _within_limits(source, found, order, float(off.max(initial=0.0)))
 
 
@@ -174,8 +178,11 @@ def _first_times(
 
 
 def _whole(times: FloatArray, start: float) -> FloatArray:
-    """Times whose distance from the part's beginning is a whole number of nanoseconds."""
-    return start + np.unique(np.rint((times - start) / NANOSECOND)) * NANOSECOND
+    """Times ``(N,)``, in order, a whole number of nanoseconds after the part's beginning."""
+    counts = np.rint((times - start) / NANOSECOND)
+    # Later rather than earlier at the end, so that the last gap is not too fast.
+    counts[-1] = np.ceil((times[-1] - start) / NANOSECOND - 1e-3)
+    return np.asarray(start + np.unique(counts) * NANOSECOND)
 
 
 def _points(source: Source, times: FloatArray, start: float, end: float) -> Points:
@@ -224,8 +231,10 @@ def _within_limits(source: Source, found: Points, order: int, error: float) -> P
             f"limit at {found.plan_times[gap]:.3f} s of the plan, as the controller interpolates: "
             f"export plan.slowed({np.ceil(100 * factor) / 100:g})"
         )
+    # Each gap is rounded up: none becomes too fast.
+    counts = np.ceil(lengths * factor / NANOSECOND - 1e-3)
     return Points(
-        times=np.rint(found.times * factor / NANOSECOND) * NANOSECOND,
+        times=np.concatenate([[0.0], np.cumsum(counts)]) * NANOSECOND,
         plan_times=found.plan_times, positions=found.positions,
         velocities=found.velocities / factor, accelerations=found.accelerations / factor**2,
         joint_error=error, peak=peak / factor, slowed=factor,

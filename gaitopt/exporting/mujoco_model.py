@@ -93,7 +93,10 @@ def made_model(
         for name in source.order.names:
             servo = spec.add_actuator(name=name, target=name)
             servo.trntype = mujoco.mjtTrn.mjTRN_JOINT
-            servo.set_to_position(kp=gains[0], kv=gains[1])
+            servo.gaintype = mujoco.mjtGain.mjGAIN_FIXED
+            servo.biastype = mujoco.mjtBias.mjBIAS_AFFINE
+            servo.gainprm[0] = gains[0]
+            servo.biasprm[:3] = [0.0, -gains[0], -gains[1]]
         spec.modelname = "robot"
         model = spec.compile()
         text = str(spec.to_xml())

@@ -85,7 +85,7 @@ def test_a_finer_error_is_kept(a1_walk: Plan, tmp_path: Path) -> None:
     controller = TrajectoryController(list(a1_walk.robot.joint_names))
     controller.accept(message_of(tmp_path / "a.yaml"))
     times, positions, _ = controller.sampled()
-    assert np.abs(positions - joints_of(a1_walk, times - 1.0)).max() < 1.2e-5
+    assert np.abs(positions - joints_of(a1_walk, times - 1.0)).max() <= 1e-5
 
 
 def test_the_robot_is_fetched_from_where_it_is(a1_walk: Plan, tmp_path: Path) -> None:
