@@ -8,6 +8,7 @@ that may have happened, and no instant is left out.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, NamedTuple
 from xml.etree import ElementTree
 
@@ -118,20 +119,27 @@ def links_without_hulls(robot: Quadruped) -> tuple[str, ...]:
 
 
 def convex_solid(numbers: ArrayLike) -> Any:
-    """A convex solid of coal's, from the coordinates of its corners.
+    """A convex solid of coal's, from the coordinates of its corners. It must not be changed.
 
     Raises:
         RobotError: the corners lie in a plane.
     """
-    corners = np.array(numbers, dtype=np.float64).reshape(-1, 3)
+    return _solid(np.asarray(numbers, dtype=np.float64).tobytes())
+
+
+@lru_cache(maxsize=512)
+def _solid(data: bytes) -> Any:
+    """The solid of these coordinates; a robot with meshes has some dozens, and is judged often."""
+    corners = np.frombuffer(data).reshape(-1, 3)
     try:
         hull = ConvexHull(corners)
     except (QhullError, ValueError) as error:
         raise RobotError(f"a hull of the robot's meshes is flat: {str(error)[:100]}") from error
     points, triangles = coal.StdVec_Vec3s(), coal.StdVec_Triangle()
     points.extend(list(corners[hull.vertices]))
-    place = {int(corner): k for k, corner in enumerate(hull.vertices)}
-    triangles.extend([coal.Triangle(*(place[int(c)] for c in face)) for face in hull.simplices])
+    place = np.zeros(len(corners), dtype=np.intp)
+    place[hull.vertices] = np.arange(len(hull.vertices))
+    triangles.extend([coal.Triangle(*face) for face in place[hull.simplices].tolist()])
     return coal.Convex(points, triangles)
 
 
