@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import inspect
+import os
+import shutil
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from docutils import nodes
@@ -19,8 +22,29 @@ author = "The gaitopt authors"
 copyright = author
 version = release = gaitopt.__version__
 
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
 exclude_patterns = ["_build"]
+
+# Notebooks are kept without outputs. `make docs` runs them, so that the site shows what they make;
+# without GAITOPT_NOTEBOOKS they are shown as they are, which is quick.
+nb_execution_mode = os.environ.get("GAITOPT_NOTEBOOKS", "off")
+nb_execution_in_temp = True
+nb_execution_raise_on_error = True
+nb_execution_timeout = 600
+nb_merge_streams = True
+
+
+def copy_notebooks() -> None:
+    """Put the notebooks below this folder, where Sphinx finds them."""
+    here = Path(__file__).parent
+    (here / "notebooks").mkdir(exist_ok=True)
+    for notebook in (here.parent / "notebooks").glob("*.ipynb"):
+        copy = here / "notebooks" / notebook.name
+        if not copy.is_file() or copy.read_bytes() != notebook.read_bytes():
+            shutil.copyfile(notebook, copy)
+
+
+copy_notebooks()
 
 myst_enable_extensions = ["deflist", "dollarmath"]
 myst_heading_anchors = 3
