@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from gaitopt.dynamics.contact_forces import ContactForces as ContactForces
     from gaitopt.dynamics.contacts import ForceLimits as ForceLimits
     from gaitopt.dynamics.feasible_region import feasible_region as feasible_region
+    from gaitopt.entering.standing_up import plan_stand_up as plan_stand_up
     from gaitopt.errors import CertificateError as CertificateError
     from gaitopt.errors import FootholdsError as FootholdsError
     from gaitopt.errors import GaitoptError as GaitoptError
@@ -168,6 +169,7 @@ _HOMES = {
     "dynamics.contact_forces": "ContactForces",
     "dynamics.contacts": "ForceLimits",
     "dynamics.feasible_region": "feasible_region",
+    "entering.standing_up": "plan_stand_up",
     "errors": (
         "CertificateError FootholdsError GaitoptError GroundError InfeasibleSpeedError "
         "InfeasibleStateError InfeasibleStepError "

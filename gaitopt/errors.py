@@ -110,7 +110,7 @@ class InfeasibleStateError(_MessageAndFields, GaitoptError):
     Attributes:
         message: what is wrong, with the numbers and what to do.
         limit: which limit is in the way, for instance ``"joint velocity LF_KFE"``, ``"contact RH"``
-            or ``"friction LF"``.
+            or ``"friction LF and torque LF_KFE"``, which contradict each other.
         value: what the state has, or what is needed at least.
         allowed: what the limit allows.
         unit: of both.

@@ -47,10 +47,27 @@ def entered(walk: Plan, begin: Begin, landing: Landed | None, limits: ForceLimit
     landings = {} if landing is None else landing.landings
     phases = _entry_phases(walk, landings, ends[-1])
     later = [_later(phase, ends[-1], len(landings)) for phase in walk.phases]
-    plan = replace(
-        walk, footholds=begin.footholds, phases=(*phases, *later), path=path, entry=len(phases)
-    )
+    plan = replace(walk, phases=(*phases, *later), path=path, entry=len(phases))
     return _with_margins(plan)
+
+
+def shifted(plan: Plan, by: FloatArray) -> Plan:
+    """The plan elsewhere, on footholds without a height map.
+
+    Args:
+        plan: any plan.
+        by: how far ``(3,)`` [m].
+    """
+    coefficients = np.array(plan.path.coefficients)
+    coefficients[-1, :, :3] += by
+    points = {leg: plan.footholds[leg] + by for leg in LEGS}
+    phases = tuple(
+        replace(phase, cog_start=phase.cog_start + by, cog_end=phase.cog_end + by,
+                foot_start=phase.foot_start + by, foot_end=phase.foot_end + by)
+        for phase in plan.phases
+    )  # fmt: skip
+    return replace(plan, footholds=plan.footholds.with_(points=points), phases=phases,
+                   path=MotionPath(plan.path.times, coefficients))  # fmt: skip
 
 
 def _turned(path: MotionPath, turns: float) -> MotionPath:

@@ -261,7 +261,9 @@ def _worst(forces: ContactForces) -> Fault | None:
     if worst is None:
         return None
     names = forces.conflicts(worst.sample) or (f"{worst.kind.words} {worst.name}",)
-    return Fault(worst.share, names[0], worst.amount, 0.0, worst.unit, worst.time, of_forces=True)
+    # Lifting any one of the limits that contradict each other would help.
+    limit = " and ".join(names)
+    return Fault(worst.share, limit, worst.amount, 0.0, worst.unit, worst.time, of_forces=True)
 
 
 def _samples(path: MotionPath) -> FloatArray:

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from gaitopt.conventions import FloatArray
+from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.dynamics.contacts import ForceLimits
 from gaitopt.entering.begin import Begin
 from gaitopt.entering.braking import Entry, body_rests, entries
 from gaitopt.entering.judging import Fault, Judge
 from gaitopt.entering.steering import steered_entries
-from gaitopt.errors import GaitoptError
+from gaitopt.errors import GaitoptError, InfeasibleStateError
 from gaitopt.motion.body_and_feet import body_and_feet_path
 from gaitopt.motion.path import MotionPath
 
@@ -48,25 +48,36 @@ def landed(begin: Begin, limits: ForceLimits, swing_height: float) -> Landed | N
         InfeasibleStateError: there is none; names the limit, by how much and when it is exceeded in
             the one that exceeds its limits least.
     """
+    if begin.standing.sum() < 2:
+        raise InfeasibleStateError(
+            f"start: the robot stands on {len(LEGS) - len(begin.flying)} feet, and a plan begins "
+            "on two or more; begin when they have landed",
+            "contact", float(begin.standing.sum()), 2.0, "feet",
+        )  # fmt: skip
     judge = Judge(begin.robot, limits, begin.footholds)
     if not begin.flying and body_rests(begin):
         judge.check_rest(begin)
         return None
     faults: list[Fault] = []
-    rests = body_rests(begin)
+    # On two feet hardly any other path has forces than one that is made for them.
+    braking, rests = begin.standing.sum() > 2, body_rests(begin)
     tries: list[Callable[[], list[Entry]]] = [
-        lambda: entries(begin, swing_height, all_ways=False),
-        lambda: entries(begin, swing_height, all_ways=True) if rests else [],
+        lambda: entries(begin, swing_height, all_ways=False) if braking else [],
+        lambda: entries(begin, swing_height, all_ways=True) if braking and rests else [],
     ]
     for ways in tries:
         found = _first(judge, ways(), faults)
         if found is not None:
             return found
-    for entry in steered_entries(begin, judge, swing_height):
-        fault, found = _tried(judge, entry)
-        if found is not None:
-            return found
-        faults += [fault] if fault else []
+    for entries_of_landing in steered_entries(begin, judge, swing_height):
+        for entry in entries_of_landing:
+            fault, found = _tried(judge, entry)
+            if found is not None:
+                return found
+            faults += [fault] if fault else []
+            if fault is not None and fault.time < max(entry.landings.values(), default=0.0):
+                # How the body brakes afterwards changes nothing of that.
+                break
     raise judge.refusal(
         min(faults, key=lambda fault: (not fault.of_forces, fault.share), default=None)
     )

@@ -46,10 +46,14 @@ WISH = 30.0
 BRAKE_TIMES = (1.0, 2.0, 0.5, 4.0, 8.0)
 """Times from the last landing to rest that are tried, in units of that of a pendulum of the body's
 height."""
+MOST_MISSING = 2
+"""After so many of them without a path the way in which feet land is given up."""
 MOST_LANDINGS = 24
 """Most ways in which feet land that are tried, the quickest ones that joints allow."""
 INSET = 1e-7
 """Share of an interval by which its ends lie inside: accelerations jump where feet land."""
+SHARES = (INSET, 0.5, 1.0 - INSET)
+"""Where in each interval the ZMP is looked at."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,8 +91,8 @@ class Steered:
         return out[0], out[1], out[2]
 
 
-def steered_entries(begin: Begin, judge: Judge, swing_height: float) -> Iterator[Entry]:
-    """Entries with a steered body, the quickest ones first.
+def steered_entries(begin: Begin, judge: Judge, swing_height: float) -> Iterator[Iterator[Entry]]:
+    """Entries with a steered body; those with the quickest landings first, and each way to land.
 
     Args:
         begin: the state.
@@ -105,10 +109,28 @@ def steered_entries(begin: Begin, judge: Judge, swing_height: float) -> Iterator
     goes_on = [Entry(begin, Braking(begin.base, 1.0, 2, _landing(down)), down) for down in ways]
     allowed = judge.fast_enough(goes_on)[:MOST_LANDINGS] if begin.flying else goes_on
     for entry in allowed:
-        for share in BRAKE_TIMES:
-            body = steered(begin, entry.down, share * pendulum, height)
-            if body is not None:
-                yield Entry(begin, body, entry.down)
+        yield _with_bodies(begin, entry.down, pendulum, height)
+
+
+def _with_bodies(
+    begin: Begin, down: tuple[Flight, ...], pendulum: float, height: float
+) -> Iterator[Entry]:
+    """Entries in which feet land in one way, with the body at rest sooner or later.
+
+    Args:
+        begin, down: the state, and the flights.
+        pendulum: time unit of a pendulum of the body's height [s].
+        height: of the body above the feet [m].
+    """
+    missing = 0
+    for share in BRAKE_TIMES:
+        body = steered(begin, down, share * pendulum, height)
+        if body is not None:
+            yield Entry(begin, body, down)
+            continue
+        missing += 1
+        if missing == MOST_MISSING:
+            break
 
 
 def _landing(down: tuple[Flight, ...]) -> float:
@@ -125,7 +147,9 @@ def steered(begin: Begin, down: tuple[Flight, ...], brake: float, height: float)
         brake: time from the last landing to rest [s].
         height: of the body above the feet [m].
     """
-    phases = np.unique([0.0, *(flight.duration for flight in down), _landing(down) + brake])
+    # Accelerations jump where feet land, and where the polynomials of flights meet.
+    edges = [0.0, *(edge for flight in down for edge in flight.edges), _landing(down) + brake]
+    phases = np.unique(np.round(edges, 12))
     table = _Table.of(phases)
     others = Braking(begin.base, float(phases[-1]), 2)
     rows = _rows(begin, down, table)
@@ -201,13 +225,12 @@ class _Table:
         end = begin + 1
         size = int(end[-1]) + 1
         lengths = np.diff(knots)
-        shares = np.array([INSET, 0.5, 1.0 - INSET])
         rows: list[list[FloatArray]] = [[], [], []]
         place, velocity = np.zeros(size), np.zeros(size)
         eye = np.eye(size)
         for i, h in enumerate(lengths.tolist()):
             a, b = eye[begin[i]], eye[end[i]]
-            for share in [*shares.tolist(), 1.0]:
+            for share in (*SHARES, 1.0):
                 t = share * h
                 slope = (b - a) / h
                 now = (place + velocity * t + a * t**2 / 2.0 + slope * t**3 / 6.0,
@@ -216,10 +239,10 @@ class _Table:
                     for row, value in zip(rows, now, strict=True):
                         row.append(value)
             place, velocity = now[0], now[1]
-        times = (knots[:-1, None] + lengths[:, None] * shares).ravel()
+        times = (knots[:-1, None] + lengths[:, None] * np.array(SHARES)).ravel()
         place_rows, velocity_rows, acceleration_rows = (np.array(row) for row in rows)
         return cls(knots, begin, end, times, place_rows, velocity_rows, acceleration_rows,
-                   np.stack([velocity, eye[-1]]), np.repeat(owner, len(shares)))  # fmt: skip
+                   np.stack([velocity, eye[-1]]), np.repeat(owner, len(SHARES)))  # fmt: skip
 
     def coefficients(self, base: FloatArray, solution: FloatArray) -> FloatArray:
         """Polynomials of x and y, highest power first ``(4, K, 2)``.
@@ -270,11 +293,13 @@ def _rows(begin: Begin, down: tuple[Flight, ...], table: _Table) -> _Rows:
         standing = np.array(begin.standing)
         for flight in down:
             standing[flight.leg] = flight.duration < table.times[own[0]]
-        sides, offset, on = _sides(goals[standing])
-        samples.append(np.repeat(own, len(sides)))
-        normals.append(np.tile(sides, (len(own), 1)))
-        offsets.append(np.tile(offset, len(own)))
-        equal.append(np.tile(on, len(own)))
+        for normal, offset, on in zip(*_sides(goals[standing]), strict=True):
+            # As many equations as a phase has accelerations: at each knot one.
+            at = np.append(own[:: len(SHARES)], own[-1]) if on else own
+            samples.append(at)
+            normals.append(np.tile(normal, (len(at), 1)))
+            offsets.append(np.full(len(at), offset))
+            equal.append(np.full(len(at), on))
     return _Rows(
         np.concatenate(samples), np.concatenate(normals), np.concatenate(offsets),
         np.concatenate(equal),

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gaitopt.conventions import LEGS
+from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.dynamics.contacts import ForceLimits
 from gaitopt.errors import InputError
 from gaitopt.gait.step_timing import SwingEvent, swing_events
@@ -68,13 +68,18 @@ class Attempt(NamedTuple):
     violations: list[Violation]
 
 
-def attempt(robot: Quadruped, settings: GaitSettings) -> Attempt:
+def attempt(robot: Quadruped, settings: GaitSettings, stands: FloatArray | None = None) -> Attempt:
     """A gait with complete settings.
+
+    Args:
+        robot, settings: of the gait.
+        stands: where the feet stand at the start, seen from where the route begins ``(4, 3)`` [m];
+            below the hips by default.
 
     Raises:
         SolverError: no sway of the body was found.
     """
-    motion = nominal_motion(robot, settings)
+    motion = nominal_motion(robot, settings, stands)
     limits = settings.forces
     if limits is None or not _lengths(motion, settings).reached.all():
         return _without_forces(motion, settings)
@@ -181,10 +186,12 @@ def _path(motion: GaitMotion, settings: GaitSettings) -> tuple[LegLengths, Motio
         return lengths, None
 
 
-def nominal_motion(robot: Quadruped, settings: GaitSettings) -> GaitMotion:
+def nominal_motion(
+    robot: Quadruped, settings: GaitSettings, stands: FloatArray | None = None
+) -> GaitMotion:
     """Swings, footholds and route of a gait; without forces also its sway.
 
-    Nothing is checked against limits.
+    Nothing is checked against limits. Arguments are those of :func:`attempt`.
     """
     events = tuple(
         SwingEvent(e.leg, e.step, e.lift_off + settings.lead, e.touch_down + settings.lead)
@@ -196,6 +203,11 @@ def nominal_motion(robot: Quadruped, settings: GaitSettings) -> GaitMotion:
         (end - settings.lead - settings.plateau) / 2.0, settings.plateau,
     )  # fmt: skip
     footholds = _footholds(robot, settings, events, route)
+    if stands is not None:
+        points = {leg: np.array(footholds[leg]) for leg in LEGS}
+        for i, leg in enumerate(LEGS):
+            points[leg][0] = stands[i]
+        footholds = footholds.with_(points=points)
     sway = None
     if settings.sway and settings.forces is None:
         width = min(robot.stance_size)

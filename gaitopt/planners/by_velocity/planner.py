@@ -10,19 +10,25 @@ from typing import Any
 
 import numpy as np
 
-from gaitopt.conventions import FloatArray, Progress
+from gaitopt.conventions import LEGS, FloatArray, Progress
+from gaitopt.entering.entered import shifted
+from gaitopt.entering.standing_up import body_yaw, footholds_of
+from gaitopt.entering.walking import plan_from_state
 from gaitopt.errors import InputError
 from gaitopt.gait.schedule import GaitSchedule
 from gaitopt.gait.step_timing import adapted_step_time, cycles_spanned
+from gaitopt.inputs import check_kind
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.settings.by_velocity import GaitSettings
 from gaitopt.plan.settings.keywords import chosen_settings, takes_settings
+from gaitopt.plan.state import State
 from gaitopt.planners.by_velocity.attempt import attempt
 from gaitopt.planners.by_velocity.limits import explain
 from gaitopt.planners.by_velocity.motion import GaitMotion
 from gaitopt.planners.by_velocity.phases import gait_phases, smallest_zmp_margin
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.swing.catalogue import SWING_CURVES, swing_curve
+from gaitopt.terrain.footholds import Footholds
 
 MARGIN_SAMPLES = 101
 """Instants of a cycle at which its ZMP margin is computed. Chosen here: a hundredth of a cycle
@@ -36,6 +42,7 @@ def plan_gait(
     settings: GaitSettings | None = None,
     *,
     progress: Progress | None = None,
+    start: State | None = None,
     **options: Any,
 ) -> Plan:
     """Plan a gait at a commanded velocity on level ground.
@@ -52,6 +59,11 @@ def plan_gait(
         settings: all settings as one object, with the same schedule. By default they fit the
             robot.
         progress: called with (stages done, stages in all).
+        start: the state in which the plan begins (:class:`gaitopt.State`). The robot first comes to
+            rest on four feet, as in :func:`gaitopt.plan_stand_up`, and walks on from there: its
+            first footholds are where its feet then stand, and it goes in the direction that the
+            body faces where no ``heading`` is given. Feet need level ground. By default the robot
+            stands at the origin, with its feet below its hips.
         options: single settings by name: the fields of :class:`gaitopt.GaitSettings`, and
             ``distance`` [m] or ``duration`` [s] at full speed, and ``ramp`` [s]; see
             :meth:`gaitopt.GaitSettings.for_robot`. ``velocity`` is forward and sideways in the
@@ -76,6 +88,7 @@ def plan_gait(
             or with ``timing="forces"`` the body may not sway, or a leg has no roll joint.
         InfeasibleSpeedError: a joint, a leg's reach or contact forces do not allow the velocity;
             names the fastest one that is possible.
+        InfeasibleStateError: no plan begins in ``start``; tells which limit is in the way.
         SolverError: no sway of the body was found.
     """
     if not isinstance(robot, Quadruped) or not isinstance(schedule, GaitSchedule):
@@ -90,10 +103,29 @@ def plan_gait(
         )
     if settings is None:
         options["schedule"] = schedule
+        if start is not None and options.get("heading") is None:
+            check_kind("start", start, State)
+            options["heading"] = body_yaw(robot, start)
     chosen = chosen_settings(GaitSettings, robot, settings, options)
     if chosen.forces is not None:
         _check_forces(robot, chosen)
-    return _planned(robot, chosen, progress)
+    if start is None:
+        return _planned(robot, chosen, progress)
+    return _from_state(robot, start, chosen, progress)
+
+
+def _from_state(
+    robot: Quadruped, start: State, settings: GaitSettings, progress: Progress | None
+) -> Plan:
+    """The gait that begins in a state; arguments and errors are those of :func:`plan_gait`."""
+
+    def walk(over: Footholds, _: FloatArray) -> Plan:
+        feet = np.array([over[leg][0] for leg in LEGS])
+        middle = feet.mean(axis=0)
+        plan = _planned(robot, settings, progress, feet - middle)
+        return shifted(plan, middle)
+
+    return plan_from_state(robot, footholds_of(robot, start), start, settings, walk)
 
 
 def _check_forces(robot: Quadruped, settings: GaitSettings) -> None:
@@ -127,27 +159,35 @@ def _swing_ends(name: str) -> FloatArray:
     return np.round(curve.velocity(np.array([0.0, 1.0])), 9)
 
 
-def _planned(robot: Quadruped, settings: GaitSettings, progress: Progress | None) -> Plan:
-    """Plan a gait with complete settings; errors are those of :func:`plan_gait`."""
+def _planned(
+    robot: Quadruped, settings: GaitSettings, progress: Progress | None,
+    stands: FloatArray | None = None,
+) -> Plan:  # fmt: skip
+    """Plan a gait with complete settings; errors are those of :func:`plan_gait`.
+
+    Args:
+        robot, settings, progress: of the gait.
+        stands: where its feet stand at the start, as in :func:`attempt`.
+    """
     stages = 3 if settings.adapt else 2
-    found = attempt(robot, settings)
+    found = attempt(robot, settings, stands)
     if progress is not None:
         progress(1, stages)
     if settings.adapt and found.path is not None:
         settings = replace(settings, cycle_times=_adapted_times(found.motion, settings))
-        found = attempt(robot, settings)
+        found = attempt(robot, settings, stands)
     motion, path = found.motion, found.path
     if found.violations or path is None:
-        raise explain(settings, found.violations, lambda other: _is_possible(robot, other))
+        raise explain(settings, found.violations, lambda other: _is_possible(robot, other, stands))
     phases, record = gait_phases(motion, path, whole_robot=settings.forces is not None)
     if progress is not None:
         progress(stages, stages)
     return Plan(robot, motion.footholds, settings, phases, path, record)
 
 
-def _is_possible(robot: Quadruped, settings: GaitSettings) -> bool:
+def _is_possible(robot: Quadruped, settings: GaitSettings, stands: FloatArray | None) -> bool:
     """Whether a gait keeps all limits."""
-    found = attempt(robot, settings)
+    found = attempt(robot, settings, stands)
     return found.path is not None and not found.violations
 
 
