@@ -9,6 +9,7 @@ simulated robot is that of the plan.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -21,9 +22,11 @@ from gaitopt.robots.files.mjcf.bare_urdf import bare_urdf
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.rotations import quaternion_to_matrix
 from gaitopt.simulation.ground import add_ground
+from gaitopt.simulation.obstacles import add_obstacles
 from gaitopt.simulation.settings import SimulationSettings
 from gaitopt.simulation.shapes import FOOT, add_shapes, has_own_feet
 from gaitopt.terrain.footholds import Footholds
+from gaitopt.terrain.obstacles import Obstacle
 
 AGREEMENT = 1e-6
 """Largest disagreement with Pinocchio [m], and as a share of the mass: both read the same digits,
@@ -82,9 +85,10 @@ def import_mujoco() -> Any:
 
 
 def build_sim_model(
-    robot: Quadruped, footholds: Footholds, gains: ControlGains, settings: SimulationSettings
-) -> SimModel:
-    """The model of ``robot`` on ``footholds``.
+    robot: Quadruped, footholds: Footholds, gains: ControlGains, settings: SimulationSettings,
+    obstacles: Sequence[Obstacle] = (),
+) -> SimModel:  # fmt: skip
+    """The model of ``robot`` on ``footholds``, with ``obstacles`` in its way.
 
     Raises:
         MissingPackageError: MuJoCo is not installed.
@@ -102,6 +106,7 @@ def build_sim_model(
     _set_options(mujoco, spec, settings)
     add_shapes(mujoco, spec, robot, settings, own)
     columns = add_ground(mujoco, spec, robot, footholds, settings, own)
+    add_obstacles(mujoco, spec, obstacles, settings, own)
     _add_servos(mujoco, spec, robot, gains)
     # Now that the robot has its shapes, links that do not move may go: anymal_c has sixty. Contacts
     # of feet on links without mass would be softer.

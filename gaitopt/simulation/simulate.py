@@ -21,6 +21,7 @@ from gaitopt.control.rotation import rotation_of
 from gaitopt.control.tracking import RobotState, TrackingController
 from gaitopt.inputs import check_kind
 from gaitopt.plan.plan import Plan
+from gaitopt.plan.settings.over_obstacle import StrideSettings
 from gaitopt.simulation.grip import Grip
 from gaitopt.simulation.model import (
     SimModel,
@@ -72,7 +73,9 @@ def simulate(
         settings = replace(settings, limbs=False)
     mujoco = import_mujoco()
     physics = settings if plan.footholds.ground is None else settings.on_height_map()
-    sim = build_sim_model(plan.robot, plan.footholds, gains, physics)
+    asked = plan.settings
+    obstacles = asked.obstacles if isinstance(asked, StrideSettings) else ()
+    sim = build_sim_model(plan.robot, plan.footholds, gains, physics, obstacles)
     controller = TrackingController(plan, gains, physics.control_interval)
     record = _Run(mujoco, plan, sim, controller, physics).run()
     return report(plan, record, sim.columns, gains, settings)
