@@ -299,7 +299,7 @@ def test_other_robots_plans_keep_their_promises(name: str) -> None:
 def test_random_terrains_are_walked_as_promised(wang: Quadruped, objective: Any) -> None:
     for seed in range(10):
         plan = gaitopt.plan_crawl(
-            wang, gaitopt.s_columns(100 + seed, columns=9), objective=objective, timing="velocity"
+            wang, gaitopt.s_columns(100 + seed, columns=5), objective=objective, timing="velocity"
         )
         assert verify(plan, collisions=False).ok
 

@@ -87,7 +87,7 @@ def test_a_walk_keeps_the_limits_that_were_given(
 
 
 def test_gaits_keep_the_limits_that_were_given(error_of: ErrorOf, tmp_path: Path) -> None:
-    out = ("--out", str(tmp_path / "out"))
+    out = ("--distance", "0.2", "--out", str(tmp_path / "out"))
     assert "joint" in error_of("trot", "--velocity-limit", "0.1", *out)
     assert "joint" in error_of("gait", "walk", "--velocity-limit", "0.01", *out)
 
