@@ -20,7 +20,7 @@ from gaitopt.viewing.replay.page import SPEEDS
 from gaitopt.viewing.replay.replay import replay_html
 
 pytestmark = needs_browser
-DESK, PHONE = (1280, 800), (420, 800)
+DESK, PHONE = (1000, 760), (420, 800)
 TIME = "window.gaitopt.state.time"
 
 
@@ -33,13 +33,13 @@ def plan() -> Plan:
 @pytest.fixture(scope="module")
 def desk(plan: Plan, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Driven]:
     folder = tmp_path_factory.mktemp("desk")
-    yield from driven(replay_html(plan), folder, "paused&curves&t=2", DESK)
+    yield from driven(replay_html(plan), folder, "paused&curves&t=2&no-shadows", DESK)
 
 
 @pytest.fixture(scope="module")
 def phone(plan: Plan, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Driven]:
     folder = tmp_path_factory.mktemp("phone")
-    yield from driven(replay_html(plan), folder, "paused&t=2", PHONE, touch=True)
+    yield from driven(replay_html(plan), folder, "paused&t=2&no-shadows", PHONE, touch=True)
 
 
 def picture(page: Driven) -> np.ndarray:
@@ -248,7 +248,7 @@ def test_the_stick_stands_where_limbs_are_nearest_to_the_ground(tmp_path: Path) 
     assert curves is not None and curves.clearance is not None
     index = int(np.searchsorted(curves.times, moment, side="right")) - 1
     upper, gap = curves.clearance.place[index], curves.clearance.gap[index]
-    for page in driven(replay_html(plan), tmp_path, f"paused&t={moment}", (400, 300)):
+    for page in driven(replay_html(plan), tmp_path, f"paused&t={moment}&no-shadows", (400, 300)):
         ends = page.value("""(() => {
           let stick = null;
           window.gaitopt.draw();
@@ -262,10 +262,10 @@ def test_the_stick_stands_where_limbs_are_nearest_to_the_ground(tmp_path: Path) 
 
 
 def test_a_long_walk_asks_little_of_each_frame(tmp_path: Path) -> None:
-    """Milliseconds to move 256 steps' scene to a time, with its support polygon made anew."""
+    """Milliseconds to move 128 steps' scene to a time, with its support polygon made anew."""
     robot = gaitopt.load_robot("wang2020")
-    plan = gaitopt.plan_crawl(robot, gaitopt.s_columns(0, columns=65), timing="velocity")
-    for page in driven(replay_html(plan), tmp_path, "paused&no-curves", (320, 240)):
+    plan = gaitopt.plan_crawl(robot, gaitopt.s_columns(0, columns=33), timing="velocity")
+    for page in driven(replay_html(plan), tmp_path, "paused&no-curves&no-shadows", (320, 240)):
         script = """((end) => {
           const start = performance.now();
           for (let i = 0; i < 400; i++) window.gaitopt.seek(end * i / 400);

@@ -60,15 +60,14 @@ def clearance_over(
 
     points = surface_points(robot)
     chosen = np.unique(np.linspace(0, len(times) - 1, MOST_INSTANTS).round().astype(int))
-    data, gaps, ends = robot.model.createData(), [], []
+    data, poses = robot.model.createData(), []
+    links, link_of = np.unique(points.joints, return_inverse=True)
     for row in q[chosen]:
         pin.forwardKinematics(robot.model, data, row)
-        turns = np.array([data.oMi[int(j)].rotation for j in points.joints])
-        shifts = np.array([data.oMi[int(j)].translation for j in points.joints])
-        there = shifts + np.einsum("mij,mj->mi", turns, points.places)
-        there[:, 2] -= points.radii
-        ends.append(there)
-    places = np.array(ends)
+        poses.append([data.oMi[int(link)].homogeneous for link in links])
+    moved = np.array(poses)[:, link_of]
+    places = moved[..., :3, 3] + np.einsum("nmij,mj->nmi", moved[..., :3, :3], points.places)
+    places[..., 2] -= points.radii
     heights = ground.height(places[..., :2])
     gap = np.where(np.isfinite(heights), places[..., 2] - heights, np.inf)
     lowest = gap.argmin(axis=1)

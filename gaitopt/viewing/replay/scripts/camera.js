@@ -82,11 +82,11 @@ function makeCamera(THREE, viewer, data) {
 }
 
 // An endless floor, and one sun whose shadow map stays around what is looked at.
-function makeLight(THREE, viewer, data, view, backdrop) {
+function makeLight(THREE, viewer, data, view, backdrop, shadows) {
   const widest = 4, reach = Math.min(data.radius * 1.15, widest);
   viewer.scene.background = new THREE.Color(backdrop);
   viewer.scene.fog = new THREE.Fog(backdrop, 5 * data.radius + 3, 14 * data.radius + 8);
-  viewer.renderer.shadowMap.enabled = true;
+  viewer.renderer.shadowMap.enabled = shadows;
   for (const name of Object.keys(viewer.scene_tree.children.Lights.children)) {
     viewer.set_property(["Lights", name], "visible", false);
   }

@@ -21,15 +21,16 @@
   for (const text of read("commands")) viewer.handle_command_bytearray(bytesOf(text));
 
   // ---- the scene
+  const hash = new URLSearchParams(location.hash.slice(1));
   const view = makeCamera(THREE, viewer, data);
-  const shine = makeLight(THREE, viewer, data, view, BACKDROP);
+  // Without a graphics card most of the time goes into shadows.
+  const shine = makeLight(THREE, viewer, data, view, BACKDROP, !hash.has("no-shadows"));
   const meshOf = drawGround(THREE, viewer, data.ground);
   const move = makeMotion(THREE, viewer, data.tracks);
   const pass = makePassing(THREE, viewer, data.passing, meshOf);
   const labels = makeLabels(THREE, viewer, data.labels);
 
   // ---- time
-  const hash = new URLSearchParams(location.hash.slice(1));
   const state = { time: 0, playing: false, speed: data.speed, follow: false };
   const starts = data.captions.map((m) => m[0]);
   const curves = makeCurves(THREE, viewer, view.world, data.curves, data.legColours, data.duration,
