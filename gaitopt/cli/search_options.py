@@ -64,6 +64,10 @@ def search_options(
     width_limit: Annotated[
         int | None, _way("Width up to which the search is repeated at a dead end.", "NUMBER")
     ] = None,
+    time_budget: Annotated[
+        float | None,
+        _way("Time for which to go on for a better walk once there is one; 0.", "SECONDS"),
+    ] = None,
     detours: Annotated[
         bool | None,
         _way("Whether the course goes round what the robot cannot cross; not for a goal with YAW.",

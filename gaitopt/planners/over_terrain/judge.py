@@ -17,7 +17,11 @@ from gaitopt.planners.over_terrain.limbs import Limbs
 from gaitopt.planners.over_terrain.pairs import Cause, Judged, Pairs
 from gaitopt.planners.over_terrain.settings import TerrainSettings
 from gaitopt.planners.over_terrain.surfaces import Surfaces
-from gaitopt.planners.over_terrain.triangles import into_triangles, shrunken_triangles
+from gaitopt.planners.over_terrain.triangles import (
+    into_triangles,
+    new_places,
+    shrunken_triangles,
+)
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.rotations import rpy_to_matrix
 
@@ -73,13 +77,13 @@ class Judge:
         foot = surfaces.sizes([robot.foot_radius])
         return cls(robot, settings, surfaces, limbs, com, hips - robot.centre[:2], foot)
 
-    def judge(self, pairs: Pairs) -> Judged:
+    def judge(self, pairs: Pairs, rare: bool = True) -> Judged:
         """Which pairs are possible, and how.
 
-        What is not possible in the usual way is tried in others.
+        What is not possible in the usual way is tried in others, and with ``rare`` in all of them.
         """
         found = self._tried(pairs, ATTEMPTS[0])
-        for attempt in (*ATTEMPTS[1:], *RARE_ATTEMPTS):
+        for attempt in (*ATTEMPTS[1:], *(RARE_ATTEMPTS if rare else ())):
             left = np.flatnonzero(~found.possible)
             most = 1.0 - FEW_LEFT if attempt in RARE_ATTEMPTS else ENOUGH_LEFT
             if len(left) <= most * len(pairs.target):
@@ -111,13 +115,15 @@ class Judge:
         places, there = self._places(now, posture)
         keep(there, Cause.MARGIN)
         now, posture, places = self._kept(there, now, posture, places)
-        reached = self._reached(now, posture, places) & _new(places)
+        reached = self._reached(now, posture, places) & new_places(places, SAME)
         somewhere = np.array(reached.any(axis=1), dtype=np.bool_)
         keep(somewhere, Cause.REACH)
         now, posture, places, reached = self._kept(somewhere, now, posture, places, reached)
         paths, rise[left] = self._swings(now, attempt.low)
         # The places that are reached are tried one after the other.
-        while len(left):
+        for _ in range(attempt.places):
+            if not len(left):
+                break
             own, first = np.arange(len(left)), reached.argmax(axis=1)
             poses = np.concatenate([places[own, first], posture], axis=1)
             clear = self._clear(now, poses, paths, refused)
@@ -290,10 +296,3 @@ class Judge:
         finite = np.isfinite(paths).all(axis=(1, 2))
         local = self.limbs.local(np.nan_to_num(paths, posinf=1e3), poses)
         return np.asarray(finite & self.within(pairs.leg, local)[1].all(axis=1))
-
-
-def _new(places: FloatArray) -> BoolArray:
-    """Which of places ``(K, P, 2)`` are others than those before them ``(K, P)``."""
-    away = np.abs(places[:, :, None] - places[:, None]).max(axis=3)
-    before = np.tril(np.ones(away.shape[1:], dtype=np.bool_), -1)
-    return np.asarray(~(before & (away < SAME)).any(axis=2))

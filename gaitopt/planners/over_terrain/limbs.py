@@ -53,14 +53,18 @@ class Limbs:
 
     def limbs_clear(self, pairs: Pairs, poses: FloatArray, paths: FloatArray) -> BoolArray:
         """Whether all legs are clear of the ground, as they stand and along the swing ``(K,)``."""
-        count = len(poses)
-        kept = np.ones(count, dtype=np.bool_)
-        both = np.concatenate([poses, (poses + pairs.body) / 2.0])
-        for leg in range(4):
-            feet = np.tile(pairs.feet[:, leg], (2, 1))[:, None]
-            kept &= self.leg_clear(leg, feet, both).reshape(2, count).all(axis=0)
-        flying = np.concatenate([paths, pairs.target[:, None]], axis=1)
-        return kept & self.leg_clear(pairs.leg, flying, poses)
+        halfway = (poses + pairs.body) / 2.0
+        # What touches most often is asked first: the leg at its foothold, then those that stand.
+        asked = [(pairs.leg, pairs.target[:, None], poses)]
+        asked += [(k, pairs.feet[:, k, None], at) for at in (poses, halfway) for k in range(4)]
+        asked += [(pairs.leg, paths, poses)]
+        left = np.arange(len(poses))
+        for leg, feet, at in asked:
+            if len(left):
+                left = left[self.leg_clear(leg, feet[left], at[left])]
+        kept = np.zeros(len(poses), dtype=np.bool_)
+        kept[left] = True
+        return kept
 
     def leg_clear(self, leg: int, feet: FloatArray, poses: FloatArray) -> BoolArray:
         """Whether a leg is clear of the ground with its foot at all of ``feet (K, n, 3)``."""

@@ -20,6 +20,7 @@ from gaitopt.planners.over_terrain.failure import no_plan, no_way
 from gaitopt.planners.over_terrain.limbs import Limbs
 from gaitopt.planners.over_terrain.plan_clearance import first_touching_step
 from gaitopt.planners.over_terrain.result import TerrainSearch
+from gaitopt.planners.over_terrain.search import Search
 from gaitopt.planners.over_terrain.settings import TerrainSettings
 from gaitopt.planners.over_terrain.setup import first_layer, result_of, search_for, with_settings
 from gaitopt.robots.quadruped import Quadruped
@@ -74,10 +75,14 @@ def search_terrain(
     begin = time.perf_counter()
     search = search_for(robot, ground, goal, start, TerrainSettings.for_robot(robot, **options))
     first, usual = first_layer(search), search.judge.settings
+    left = search.effort
 
-    def result_with(settings: TerrainSettings) -> TerrainSearch:
+    def result_with(settings: TerrainSettings, last: bool = False) -> TerrainSearch:
+        nonlocal left
         tried = with_settings(search, settings)
-        return result_of(tried, tried.run([first], progress), begin)
+        found = tried.run([first], progress, left if last else left // 2)
+        left -= found.work
+        return result_of(tried, found, begin)
 
     narrow = min(usual.width_limit, NARROW * usual.width)
     best: TerrainSearch | None = None
@@ -87,13 +92,28 @@ def search_terrain(
         if best is None or result.share > best.share:
             best = result
         if best.complete:
-            return best
+            return _better(search, best, begin)
     assert best is not None
     if usual.width_limit == narrow:
         return best
     # The length with which it got farthest, with a wider beam.
-    result = result_with(replace(best.settings, width_limit=usual.width_limit))
-    return result if result.share >= best.share else best
+    result = result_with(replace(best.settings, width_limit=usual.width_limit), last=True)
+    return _better(search, result, begin) if result.share >= best.share else best
+
+
+def _better(search: Search, best: TerrainSearch, begin: float) -> TerrainSearch:
+    """The cheapest walk that ever wider beams find until the time is over."""
+    until = begin + best.settings.time_budget
+    settings = best.settings
+    while best.complete and time.perf_counter() < until:
+        settings = replace(settings, width=2 * settings.width)
+        if settings.width > settings.width_limit:
+            break
+        wider = with_settings(search, settings)
+        found = wider.run([first_layer(wider)], until=until)
+        if found.complete and float(found.layers[-1].cost.min()) < best.cost:
+            best = result_of(wider, found, begin)
+    return best
 
 
 def choose_footholds(

@@ -12,6 +12,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from time import perf_counter
 
 import numpy as np
 
@@ -49,6 +50,10 @@ BACK, PAST = 2, 4
 """Steps that the search goes back from a dead end for each width of the beam, and steps beyond it
 after which the beam is as narrow as before. Chosen: what leads into a dead end is where a foot was
 put in the last cycle, or the one before."""
+EFFORT = 6
+"""Tries of steps for each step of the walk and each state of the widest beam. Chosen: walks over
+the hardest ground that were found took 200 tries a step; where there is no way the search ends
+after three times as many with the usual widest beam."""
 WIDER = 4
 """By what the beam is widened at a dead end."""
 CYCLE: tuple[int, ...] = tuple(LEGS.index(leg) for leg in WANG_SEQUENCE)
@@ -74,12 +79,25 @@ class Search:
     cycles: int
     banned: frozenset[tuple[int, int, int]]
 
-    def run(self, first: Sequence[Layer], progress: Progress | None = None) -> Found:
+    @property
+    def effort(self) -> int:
+        """How many tries of steps one search may make."""
+        return 4 * self.cycles * EFFORT * self.judge.settings.width_limit
+
+    def run(
+        self, first: Sequence[Layer], progress: Progress | None = None, most: int | None = None,
+        until: float = np.inf,
+    ) -> Found:  # fmt: skip
         """Search as far as it gets, from the last of some layers on.
 
         Where no state can make a further step, the search goes back some steps and on with a wider
-        beam, and farther back with a still wider one, until the widest has been tried. In all it
-        does not more work than the widest beam would from the start to the goal.
+        beam, and farther back with a still wider one, until the widest has been tried.
+
+        Args:
+            first: layers to begin with.
+            progress: called with (steps done, steps in all).
+            most: tries after which it ends; by default :attr:`effort`.
+            until: time at which it ends, by ``time.perf_counter`` [s].
         """
         settings = self.judge.settings
         layers, steps = list(first), 4 * self.cycles
@@ -87,15 +105,15 @@ class Search:
         refused: Counter[Cause] = Counter()
         width, stuck, farthest = settings.width, -1, list(first)
         reasons: dict[Cause, int] = {}
-        work, most = 0, steps * settings.width_limit
-        while len(layers) <= steps:
+        work, most = 0, self.effort if most is None else most
+        while len(layers) <= steps and work <= most and perf_counter() < until:
             refused = Counter()
-            work += width
             following = self._next(layers[-1], width, refused, tried)
+            work += width + refused.total()
             if following is not None:
                 layers.append(following)
                 if len(layers) > len(farthest):
-                    farthest = list(layers)
+                    farthest, reasons = list(layers), {}
                 if len(layers) > stuck + PAST:
                     width = settings.width
                 if progress is not None:
@@ -103,14 +121,15 @@ class Search:
                 continue
             if len(layers) == len(farthest):
                 reasons = dict(refused)
-            if width >= settings.width_limit or work > most:
+            if width >= settings.width_limit:
                 break
             # At another place than before it begins with little once more.
             new = len(layers) > stuck + BACK
             width = min(WIDER * (settings.width if new else width), settings.width_limit)
             stuck = max(len(layers), stuck)
             layers = layers[: max(len(layers) - BACK * width // settings.width, 1)]
-        return Found(tuple(farthest), steps, reasons, np.array(sorted(tried), dtype=int), width)
+        numbers = np.array(sorted(tried), dtype=int)
+        return Found(tuple(farthest), steps, reasons or dict(refused), numbers, width, work)
 
     def usual(self, leg: int, steps: int) -> FloatArray:
         """Where a leg usually stands after a number of its steps ``(2,)`` [m]."""
@@ -152,10 +171,12 @@ class Search:
         kept = Kept(width)
         order = np.argsort(cost, kind="stable")
         most = MOST_CHUNKS * max(width // self.judge.settings.width, 1)
-        for chunk in np.array_split(order, max(len(order) // CHUNK, 1))[:most]:
+        for number, chunk in enumerate(np.array_split(order, max(len(order) // CHUNK, 1))[:most]):
             for leg in sorted(set(legs[state[chunk]].tolist())):
                 own = chunk[legs[state[chunk]] == leg]
-                self._judge(layer, leg, state[own], stand[own], cost[own], kept, refused)
+                # At a dead end the rare ways cost most; the best pairs tell if they help.
+                rare = number < 3 * (most // MOST_CHUNKS)
+                self._judge(layer, leg, state[own], stand[own], cost[own], kept, refused, rare)
             tried.update(stand[chunk].tolist())
             if kept.full:
                 break
@@ -208,13 +229,13 @@ class Search:
 
     def _judge(
         self, layer: Layer, leg: int, state: np.ndarray, stand: np.ndarray, cost: FloatArray,
-        kept: Kept, refused: Counter[Cause],
+        kept: Kept, refused: Counter[Cause], rare: bool,
     ) -> None:  # fmt: skip
         """Judge pairs of one leg, and keep those that are possible."""
         made = layer.made[state].sum(axis=1) + 1
         yaw = self.course.at(self.course.length * made / max(4 * self.cycles, 1))[:, 2]
         pairs = Pairs(layer.feet[state], layer.body[state], self.stands.centres[stand], yaw, leg)
-        judged = self.judge.judge(pairs)
+        judged = self.judge.judge(pairs, rare)
         refused.update(judged.refused)
         way = np.linalg.norm(judged.body[:, :3] - layer.body[state, :3], axis=1)
         cost = cost + BODY_WAY * way / self.judge.settings.body_height

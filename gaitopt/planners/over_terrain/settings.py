@@ -59,6 +59,8 @@ class TerrainSettings:
         edge_margin: least distance of a foothold from an edge [m].
         width: states that are kept after each step (the beam's width).
         width_limit: width up to which the search is repeated where it finds no way.
+        time_budget: time for which the search goes on for a better walk once it has one [s]. What
+            it then finds depends on how fast the machine is; with 0 it does not.
         detours: whether the course goes round what the robot cannot cross; not for goals with yaw.
 
     Raises:
@@ -78,6 +80,7 @@ class TerrainSettings:
     edge_margin: float = 0.02
     width: int = 6
     width_limit: int = 96
+    time_budget: float = 0.0
     detours: bool = True
 
     def __post_init__(self) -> None:
@@ -91,6 +94,7 @@ class TerrainSettings:
         check_number("edge_margin", self.edge_margin, 0.0, 10.0, "m")
         check_number("friction", self.friction, 1e-3, 10.0)
         check_count("width", self.width, 1, 10_000)
+        check_number("time_budget", self.time_budget, 0.0, 1e6, "s")
         check_kind("detours", self.detours, bool)
         check_count("width_limit", self.width_limit, 1, 100_000)
 

@@ -49,6 +49,7 @@ class Found:
         refused: how many pairs of the last step that was tried each cause refused.
         tried: numbers of the stands that were tried ``(n,)``.
         width: of the beam at the end.
+        work: tries of steps that it took.
     """
 
     layers: tuple[Layer, ...]
@@ -56,6 +57,7 @@ class Found:
     refused: dict[Cause, int]
     tried: np.ndarray
     width: int
+    work: int
 
     @property
     def complete(self) -> bool:

@@ -42,3 +42,10 @@ def into_triangles(corners: FloatArray, points: FloatArray) -> FloatArray:
     side = side - along[..., 1] * (points[:, None, 0] - corners[..., 0])
     inside = np.logical_or((side >= 0.0).all(axis=1), (side <= 0.0).all(axis=1))
     return np.where(inside.reshape(-1, 1), points, nearest)
+
+
+def new_places(places: FloatArray, same: float) -> BoolArray:
+    """Which of places ``(K, P, 2)`` are farther than ``same`` [m] from those before ``(K, P)``."""
+    away = np.abs(places[:, :, None] - places[:, None]).max(axis=3)
+    before = np.tril(np.ones(away.shape[1:], dtype=np.bool_), -1)
+    return np.asarray(~(before & (away < same)).any(axis=2))

@@ -106,6 +106,28 @@ def test_a_wall_is_no_way_and_the_error_says_why() -> None:
     assert "what may help" in str(error)
 
 
+def test_more_time_gives_a_walk_that_costs_no_more() -> None:
+    stones = ground("rubble", difficulty=0.8, seed=3)
+    way = GO2, stones, (0.5, 0.0)
+    usual, longer = (
+        gaitopt.search_terrain(
+            *way, start=(0.0, 0.0, 0.0), width=1, width_limit=4, time_budget=budget
+        )
+        for budget in (0.0, 60.0)
+    )
+    assert usual.complete and longer.complete and longer.cost < usual.cost
+    assert longer.settings.width > usual.settings.width
+
+
+def test_a_search_makes_no_more_tries_than_it_may() -> None:
+    search = search_for(GO2, ground("rubble", difficulty=0.5), (LENGTH, 0.0), (0.0, 0.0, 0.0),
+                        TerrainSettings.for_robot(GO2))  # fmt: skip
+    found = search.run([first_layer(search)], most=100)
+    assert not found.complete and 100 < found.work < 300 and len(found.layers) > 2
+    full = search.run([first_layer(search)])
+    assert full.complete and full.work < search.effort
+
+
 def test_a_walk_goes_round_a_wall_through_its_gap() -> None:
     z = np.zeros((110, 110))
     z[56:59, :62] = 0.5  # at x = 0.52 m, from the right side to y = 0.24 m
