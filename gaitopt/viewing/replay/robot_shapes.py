@@ -120,7 +120,14 @@ def _shape(geometry: Any, meshes: bool | StrPath) -> Shape:
 
 
 def _appearance(material: Any, colours: dict[str, Any]) -> Appearance:
-    """Colour and opacity of a material; ``colours`` are those of materials that are only named."""
+    """Colour and opacity of a material; ``colours`` are those of materials that are only named.
+
+    A material whose name begins with a leg's, as ``LF_red`` of the robots that ship with gaitopt,
+    has the colour of the leg.
+    """
+    leg = "" if material is None else str(material.name).split("_")[0]
+    if leg in LEG_COLOURS:
+        return Appearance(LEG_COLOURS[leg])
     colour = None
     if material is not None:
         colour = material.color if material.color is not None else colours.get(material.name)

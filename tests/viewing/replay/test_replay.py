@@ -338,6 +338,17 @@ def test_feet_of_mesh_robots_have_the_colours_of_their_legs():
         assert LEG_COLOURS[name] not in {p.appearance.colour for p in thigh}
 
 
+@pytest.mark.parametrize("name", ["wang2020", "frog1"])
+def test_legs_of_our_own_robots_have_the_colours_of_their_columns(name):
+    robot = load_robot(name)
+    parts = robot_parts(robot)
+    for leg in LEGS:
+        shank = parts[robot.model.getJointId(robot.legs[leg].joints[-1])]
+        assert LEG_COLOURS[leg] in {p.appearance.colour for p in shank}
+        others = {LEG_COLOURS[other] for other in LEGS if other != leg}
+        assert not others & {p.appearance.colour for p in shank}
+
+
 def test_a_mesh_that_is_missing_costs_its_link_only(tmp_path):
     import trimesh
 

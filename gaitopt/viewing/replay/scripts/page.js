@@ -199,6 +199,7 @@
   el("home").addEventListener("click", () => setView("first"));
   el("more").addEventListener("click", () => setCurves(!curves.open));
   el("more").hidden = !curves;
+  el("follow").hidden = !view.follower;
   el("view").addEventListener("change", () => setView(el("view").value));
   el("speed").addEventListener("change", () => setSpeed(Number(el("speed").value)));
   el("scrub").addEventListener("input", () => seek(data.duration * el("scrub").value / 1e6));

@@ -23,7 +23,8 @@ function addSwitches(viewer, switches, hash, dot) {
     button.setAttribute("aria-pressed", "true");
     button.addEventListener("pointerup", () => button.blur());
     el("follow").before(button);
-    keys.push({ key, shown: key.toUpperCase(), does: title, act: turn });
+    const does = title.replace(/ \([A-Z]\)$/, "");
+    keys.push({ key, shown: key.toUpperCase(), does, act: turn });
     const word = name.toLowerCase();
     if (hash.has(`no-${word}`) || !first && !hash.has(word)) turn();
   }
