@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike
 from gaitopt.conventions import LEGS, BoolArray, FloatArray, frozen
 from gaitopt.errors import InputError
 from gaitopt.inputs import check_number
+from gaitopt.robots.leg_names import leg_named
 
 SNAP: Final = 1e-9
 """Shares of a cycle that differ by this or less are the same instant. Sums of shares are rounded to
@@ -307,12 +308,13 @@ def _joined(touches: Iterable[float], lifts: Iterable[float]) -> dict[float, flo
 
 def _checked_offsets(offsets: object) -> dict[str, float]:
     """Phase offsets in the order of the legs."""
-    if not isinstance(offsets, Mapping) or set(offsets) != set(LEGS):
+    named = [leg_named(str(name)) for name in offsets] if isinstance(offsets, Mapping) else []
+    if not isinstance(offsets, Mapping) or sorted(map(str, named)) != sorted(LEGS):
         got = ", ".join(map(str, offsets)) if isinstance(offsets, Mapping) else repr(offsets)
         raise InputError(f"phase_offsets must name each of {', '.join(LEGS)} once, got {got}")
-    found = {}
+    shares, found = dict(zip(named, offsets.values(), strict=True)), {}
     for leg in LEGS:
-        share = check_number(f"phase_offsets[{leg!r}]", offsets[leg], -1e6, 1e6)
+        share = check_number(f"phase_offsets[{leg!r}]", shares[leg], -1e6, 1e6)
         # A caller's own remainder may be a whole cycle: (-1e-17) % 1.0 is 1.0.
         if not -SNAP <= share <= 1.0 + SNAP:
             raise InputError(

@@ -8,6 +8,7 @@ import numpy as np
 
 from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.errors import InputError
+from gaitopt.robots.leg_names import leg_named
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.simulation.height_field import add_height_field
 from gaitopt.simulation.pillars import column_radii
@@ -87,10 +88,11 @@ def _column_errors(footholds: Footholds, settings: SimulationSettings) -> FloatA
         InputError: there is no such column.
     """
     errors = np.zeros(footholds.array.shape[:2])
-    for leg, index, error in settings.column_errors:
-        if leg not in LEGS or not 0 <= index < footholds.counts[leg] or not np.isfinite(error):
+    for name, index, error in settings.column_errors:
+        leg = leg_named(str(name))
+        if leg is None or not 0 <= index < footholds.counts[leg] or not np.isfinite(error):
             raise InputError(
-                f"column_errors: there is no foothold {index} of leg {leg!r}, or no finite error"
+                f"column_errors: there is no foothold {index} of leg {name!r}, or no finite error"
             )
         errors[LEGS.index(leg), index] = error
     return errors

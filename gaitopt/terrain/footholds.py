@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from gaitopt.conventions import LEGS, FloatArray, frozen
 from gaitopt.errors import FootholdsError
 from gaitopt.files import StrPath, read_bounded, written_whole
+from gaitopt.robots.leg_names import leg_named
 from gaitopt.terrain.foothold_checks import (
     checked_friction,
     checked_normals,
@@ -116,7 +117,8 @@ class Footholds:
             object.__setattr__(self, name, value)
 
     def __getitem__(self, leg: str) -> FloatArray:
-        return self.points[leg]
+        """Footholds ``(n, 3)`` of a leg, under any of its names [m]."""
+        return self.points[leg if leg in self.points else leg_named(str(leg)) or leg]
 
     def __len__(self) -> int:
         """Number of footholds of the leg that has most."""

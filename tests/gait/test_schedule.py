@@ -70,6 +70,14 @@ def test_a_leg_stands_at_its_touchdown_and_not_at_its_lift_off() -> None:
     assert walk.liftoffs == {"LF": 0.75, "RH": 0.0, "RF": 0.25, "LH": 0.5}
 
 
+def test_legs_may_have_other_names() -> None:
+    names = {"LF": "FL", "LH": "rear_left", "RH": "RR", "RF": "Front-Right"}
+    walk = GaitSchedule(2.0, 0.75, {names[leg]: share for leg, share in QUARTERS.items()})
+    assert walk.phase_offsets == GaitSchedule(2.0, 0.75, QUARTERS).phase_offsets
+    with pytest.raises(InputError, match="must name each of LF, LH, RH, RF once, got LF, FL"):
+        GaitSchedule(2.0, 0.75, {"LF": 0.0, "FL": 0.2, "RH": 0.4, "RF": 0.6})
+
+
 @given(ulps, ulps, ulps, ulps, ulps, shift, cycle_time, st.integers(1, 5))
 def test_exactly_one_leg_flies_in_the_critical_walk_whatever_the_rounding(
     a: int, b: int, c: int, d: int, e: int, shift: float, period: float, cycles: int

@@ -75,7 +75,7 @@ def test_columns_stand_under_the_footholds(wang: Quadruped) -> None:
 
 def test_a_sunken_column_is_lower(wang: Quadruped) -> None:
     footholds = gaitopt.s_columns(0, columns=3)
-    sunk = model_of(wang, footholds, column_errors=(("RH", 1, -0.005),))
+    sunk = model_of(wang, footholds, column_errors=(("rear_right", 1, -0.005),))
     right = model_of(wang, footholds)
     geom = right.columns[LEGS.index("RH"), 1]
     tops = [m.model.geom_pos[geom, 2] + m.model.geom_size[geom, 1] for m in (sunk, right)]

@@ -154,7 +154,9 @@ def test_missing_and_unknown_legs_are_named() -> None:
 
 def test_legs_may_have_other_names() -> None:
     names = {"LF": "FL", "LH": "rear_left", "RH": "rr", "RF": "Front Right"}
-    assert Footholds({names[leg]: p for leg, p in small().items()}) == Footholds(small())
+    plain = Footholds(small())
+    assert Footholds({names[leg]: p for leg, p in small().items()}) == plain
+    assert all((plain[names[leg]] == plain[leg]).all() for leg in LEGS)
     with pytest.raises(FootholdsError, match=r"two of the names .*FL.* are of one leg"):
         Footholds({**small(), "FL": small()["LF"]})
 
