@@ -26,8 +26,9 @@ INTERVALS = 24
 
 
 def moved(
-    robot: Quadruped, footholds: Footholds, begin: FloatArray, end: FloatArray, limits: ForceLimits
-) -> MotionPath | None:
+    robot: Quadruped, footholds: Footholds, begin: FloatArray, end: FloatArray,
+    limits: ForceLimits, what: str = "start",
+) -> MotionPath | None:  # fmt: skip
     """The body's way on four feet, from rest to rest, as fast as forces and joints allow.
 
     All base columns go along a straight line. Nothing moves where both ends are the same: ``None``.
@@ -37,6 +38,7 @@ def moved(
         footholds: the feet stand on their first ones.
         begin, end: columns of the base ``(6,)``.
         limits: on forces and torques.
+        what: of the plan the move belongs to, for the message of an error.
 
     Raises:
         InfeasibleStateError: a leg does not reach its foot on the way, or no contact forces hold
@@ -71,8 +73,8 @@ def moved(
         return retimed(Plan(robot, firsts, settings, (phase,), path)).path
     except (InputError, InfeasibleStepError, SolverError) as error:
         raise InfeasibleStateError(
-            f"start: the body cannot move from where it comes to rest to where the walk begins, "
-            f"with four feet on the ground: {error}", "move on four feet", 1.0, 1.0, "", 0.0,
+            f"{what}: the body cannot move there from where it rests, with four feet on the "
+            f"ground: {error}", "move on four feet", 1.0, 1.0, "", 0.0,
         ) from error  # fmt: skip
 
 

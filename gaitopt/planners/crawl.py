@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from gaitopt.conventions import Progress
+from gaitopt.entering.ending import ended
 from gaitopt.entering.walking import plan_from_state, walk_from_near
 from gaitopt.errors import InputError
 from gaitopt.gait.crawl import FREE_ORDER
@@ -37,6 +38,7 @@ def plan_crawl(
     *,
     progress: Progress | None = None,
     start: State | None = None,
+    end: State | None = None,
     **options: Any,
 ) -> Plan:
     """Plan a statically stable walk over given footholds.
@@ -64,6 +66,8 @@ def plan_crawl(
             begins; this entry keeps the same limits. A foot in the air lands on the first foothold
             of its leg. By default the robot rests where the walk begins.
         progress: called with (steps done, steps in all).
+        end: the state in which the plan ends: at rest on the last footholds, with the body where it
+            has it. By default the body stays where the last swing has it.
         options: single settings by name: the fields of :class:`gaitopt.CrawlSettings`; with
             ``objective="time"`` those of :class:`gaitopt.RouteSettings`.
 
@@ -74,7 +78,8 @@ def plan_crawl(
         InputError: a setting is unknown or out of range, or the robot's legs cannot move sideways.
         InfeasibleStepError: a step is impossible; tells which constraints are in the way, and what
             margin or reach would do.
-        InfeasibleStateError: no plan begins in ``start``; tells which limit is in the way.
+        InfeasibleStateError: no plan begins in ``start``, or ends in ``end``; tells which limit is
+            in the way.
         SolverError: a solution failed the check of its residuals.
     """
     check_walk("plan_crawl", robot, footholds)
@@ -85,7 +90,9 @@ def plan_crawl(
         from gaitopt.planners.time_optimal.planner import plan_route
 
         options.pop("objective", None)
-        return plan_route(robot, footholds, settings, start=start, progress=progress, **options)
+        return plan_route(
+            robot, footholds, settings, start=start, end=end, progress=progress, **options
+        )
     check_robot(robot)
     open_height = settings is None and options.get("body_height") is None
     chosen = chosen_settings(CrawlSettings, robot, settings, options)
@@ -97,8 +104,10 @@ def plan_crawl(
         return _walk(robot, over, asked, open_height, progress)
 
     if start is None:
-        return walk(footholds, chosen)
-    return plan_from_state(robot, footholds, start, chosen, walk_from_near(walk, chosen))
+        plan = walk(footholds, chosen)
+    else:
+        plan = plan_from_state(robot, footholds, start, chosen, walk_from_near(walk, chosen))
+    return plan if end is None else ended(plan, end)
 
 
 def _walk(

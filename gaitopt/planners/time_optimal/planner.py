@@ -10,6 +10,7 @@ from dataclasses import replace
 from typing import Any
 
 from gaitopt.conventions import Progress
+from gaitopt.entering.ending import ended
 from gaitopt.entering.walking import plan_from_state, walk_from_near
 from gaitopt.errors import GaitoptError, InfeasibleStepError, SolverError
 from gaitopt.gait.crawl import CRAWL_SEQUENCES, FREE_ORDER, WANG_SEQUENCE
@@ -44,6 +45,7 @@ def plan_route(
     *,
     progress: Progress | None = None,
     start: State | None = None,
+    end: State | None = None,
     **options: Any,
 ) -> Plan:
     """Plan the fastest statically stable walk over given footholds, all steps at once.
@@ -63,6 +65,7 @@ def plan_route(
         progress: called with (done, in all), from (0, all) on: of steps, which are done window by
             window or all at once; with the sequence ``"free"`` of orders.
         start: the state in which the plan begins, as in :func:`gaitopt.plan_crawl`.
+        end: the state in which it ends, as there.
         options: single settings by name: the fields of :class:`gaitopt.RouteSettings`.
 
     Returns:
@@ -72,10 +75,14 @@ def plan_route(
         InputError: a setting is unknown or out of range, or the robot's legs cannot move sideways,
             or are not roll-pitch-pitch.
         InfeasibleStepError: a step is impossible even for the walk that is planned phase by phase.
-        InfeasibleStateError: no plan begins in ``start``; tells which limit is in the way.
+        InfeasibleStateError: no plan begins in ``start``, or ends in ``end``; tells which limit is
+            in the way.
         RouteError: no convergence; holds the walk planned phase by phase, and the solver's report.
         SolverError: standing feet cannot be kept on their footholds between knots.
     """
+    if end is not None:
+        plan = plan_route(robot, footholds, settings, progress=progress, start=start, **options)
+        return ended(plan, end)
     check_walk("plan_route", robot, footholds)
     check_robot(robot)
     check_square_legs(robot)

@@ -1,0 +1,128 @@
+"""Random instants of plans, handed back to their planner as a state.
+
+``python -m benchmarks.from_state [--instants 100]`` takes ten plans, and random instants of each.
+The plan from each instant's state must continue position, velocity and contacts, and the
+certificate must hold. What is refused is counted, with its reason. Exit code 1 when a plan jumps
+or is not certified.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections import Counter
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+import gaitopt
+from gaitopt import LEGS, Plan, State
+from gaitopt.errors import InfeasibleStateError
+
+JUMP, RATE_JUMP = 1e-9, 1e-5
+"""Largest jumps of a column [m, rad] and of its rate [m/s, rad/s]: standing feet of plans slide by
+a micrometre, and those of the plan from a state do not."""
+
+Again = Callable[[Plan, float, State], Plan]
+
+
+def _walk(planner: Callable[..., Plan]) -> tuple[Callable[[str], Plan], Again]:
+    """A walk over two columns a leg, and the same from an instant of it."""
+
+    def first(name: str) -> Plan:
+        robot = gaitopt.load_robot(name)
+        return planner(robot, gaitopt.s_columns(0, columns=2, robot=robot))
+
+    def again(plan: Plan, instant: float, state: State) -> Plan:
+        return planner(plan.robot, plan.footholds_ahead(instant), start=state)
+
+    return first, again
+
+
+def _gait(schedule: Callable[[float], gaitopt.GaitSchedule], cycle: float,
+          speed: float) -> tuple[Callable[[str], Plan], Again]:  # fmt: skip
+    """A gait, and the same from an instant of it."""
+
+    def first(name: str) -> Plan:
+        return gaitopt.plan_gait(
+            gaitopt.load_robot(name), schedule(cycle), velocity=speed, duration=0.5
+        )
+
+    def again(plan: Plan, instant: float, state: State) -> Plan:
+        return gaitopt.plan_gait(
+            plan.robot, schedule(cycle), velocity=0.5 * speed, duration=0.2, start=state
+        )
+
+    return first, again
+
+
+CASES: dict[str, tuple[str, tuple[Callable[[str], Plan], Again]]] = {
+    "crawl of a1": ("a1", _walk(gaitopt.plan_crawl)),
+    "crawl of anymal_c": ("anymal_c", _walk(gaitopt.plan_crawl)),
+    "crawl of wang2020": ("wang2020", _walk(gaitopt.plan_crawl)),
+    "route of a1": ("a1", _walk(gaitopt.plan_route)),
+    "route of go1": ("go1", _walk(gaitopt.plan_route)),
+    "route of wang2020": ("wang2020", _walk(gaitopt.plan_route)),
+    "trot of a1": ("a1", _gait(gaitopt.trot, 0.5, 0.4)),
+    "trot of anymal_c": ("anymal_c", _gait(gaitopt.trot, 0.5, 0.4)),
+    "walk of a1": ("a1", _gait(gaitopt.walk, 1.0, 0.15)),
+    "trot of go1": ("go1", _gait(gaitopt.trot, 0.4, 0.3)),
+}
+"""Ten plans: walks over footholds, at once and phase by phase, and gaits on two feet and three."""
+
+
+def judged(plan: Plan, state: State) -> str:
+    """What became of a plan from a state."""
+    begin = plan.at([0.0])
+    off = np.abs(plan.path.evaluate([0.0])[0] - state.columns)
+    off[5] = abs((off[5] + np.pi) % (2.0 * np.pi) - np.pi)
+    if off.max() > JUMP:
+        return "JUMPS"
+    if np.abs(plan.path.evaluate([0.0], 1)[0] - state.column_rates).max() > RATE_JUMP:
+        return "ITS VELOCITY JUMPS"
+    stands = tuple(leg for leg, on in zip(LEGS, begin.contacts[0], strict=True) if on)
+    if plan.entry and stands != state.support:
+        return "ITS CONTACTS JUMP"
+    found = gaitopt.verify(plan)
+    return "certified" if found.outcome == "certified" else f"VIOLATED: {found.violations[0].name}"
+
+
+def outcomes(name: str, instants: int, seed: int = 0) -> tuple[Counter[str], float]:
+    """What became of random instants of one of the plans, and the mean time of planning [s]."""
+    robot, (first, again) = CASES[name]
+    plan, found, spent = first(robot), Counter[str](), 0.0
+    for instant in np.random.default_rng(seed).uniform(0.0, plan.duration, instants).tolist():
+        state, begin = plan.state(instant), time.perf_counter()
+        try:
+            other = again(plan, instant, state)
+        except InfeasibleStateError as error:
+            found[f"refused: {error.limit}"] += 1
+        else:
+            found[judged(other, state)] += 1
+        spent += time.perf_counter() - begin
+    return found, spent / instants
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Print a table; 1 when a plan jumps or is not certified."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.from_state")
+    parser.add_argument("--instants", type=int, default=100)
+    parser.add_argument("--cases", nargs="*", choices=list(CASES), default=list(CASES))
+    asked = parser.parse_args(arguments)
+    table = Table("plan", "certified", "other outcomes", "s an instant")
+    faults = 0
+    for name in asked.cases:
+        found, seconds = outcomes(name, asked.instants)
+        good = found.pop("certified", 0)
+        faults += sum(n for what, n in found.items() if not what.startswith("refused"))
+        others = "; ".join(f"{n} {what}" for what, n in found.most_common())
+        table.add_row(name, f"{good} of {asked.instants}", others, f"{seconds:.2f}")
+    Console(width=120).print(table)
+    return 1 if faults else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
