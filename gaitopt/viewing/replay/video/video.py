@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import subprocess
 import tempfile
@@ -14,7 +15,7 @@ import numpy as np
 
 from gaitopt.errors import InputError, MissingPackageError, SolverError
 from gaitopt.files import StrPath, written_whole
-from gaitopt.inputs import check_number
+from gaitopt.inputs import check_kind, check_number
 from gaitopt.plan.plan import Plan
 from gaitopt.viewing.replay.replay import replay_html
 from gaitopt.viewing.replay.video.chromium import chromium, find_browser
@@ -71,6 +72,9 @@ def replay_video(
         MissingPackageError: there is no browser, or no ffmpeg.
         SolverError: the browser or ffmpeg failed.
     """
+    check_kind("plan", plan, Plan)
+    if not isinstance(path, str | os.PathLike):
+        raise InputError(f"path must be the name of a file, got {path!r}")
     kind = Path(path).suffix.lower()
     if kind not in (*PICTURES, *ENCODERS):
         known = ", ".join((*PICTURES, *ENCODERS))
