@@ -17,7 +17,7 @@ from gaitopt.cli.options import (
     PlanArgument,
 )
 from gaitopt.cli.results.documents import certificate_document, simulation_document
-from gaitopt.cli.results.options import OverwriteOption
+from gaitopt.cli.results.options import MeshesOption, MeshFolderOption, OverwriteOption
 from gaitopt.cli.results.report import Report
 from gaitopt.cli.results.run_folder import record_run, refuse_pictures, run_folder
 from gaitopt.cli.robot_options import RobotChoice, takes_robot
@@ -41,12 +41,8 @@ def replay(
         typer.Argument(help="The HTML file; PLAN with .html by default.", metavar="HTML"),
     ] = None,
     show: Annotated[bool, typer.Option("--open", help="Also open it in the browser.")] = False,
-    meshes: Annotated[
-        bool, typer.Option("--meshes", help="Draw the robot with example-robot-data's meshes.")
-    ] = False,
-    mesh_folder: Annotated[
-        Path | None, typer.Option(help="Draw the robot with its meshes, which are in this folder.")
-    ] = None,
+    meshes: MeshesOption = False,
+    mesh_folder: MeshFolderOption = None,
     video: Annotated[
         Path | None,
         typer.Option(help="Write a video instead, drawn by a browser without a window: .gif or "
@@ -165,6 +161,8 @@ def simulate(
         typer.Option("--balls", help="Let nothing but balls at the feet touch the ground: neither "
                      "limbs and trunk, nor the shapes of a robot that was read from an MJCF."),
     ] = False,
+    meshes: MeshesOption = False,
+    mesh_folder: MeshFolderOption = None,
     as_json: JsonOption = False,
 ) -> None:  # fmt: skip
     """Simulate a plan with physics (MuJoCo).
@@ -184,7 +182,8 @@ def simulate(
     report = Report(as_json, {"command": "simulate", **simulation_document(result)})
     report.say(escape(str(result)))
     if out is not None:
-        write_replay(loaded, out, simulated=result)
+        drawn = meshes if mesh_folder is None else mesh_folder
+        write_replay(loaded, out, simulated=result, meshes=drawn)
         report.files({out: ""})
     report.end()
     if not result.passed:

@@ -28,7 +28,13 @@ from gaitopt.cli.options import (
     TimingOption,
 )
 from gaitopt.cli.results.deliver import show_page
-from gaitopt.cli.results.options import OpenOption, OutOption, OverwriteOption
+from gaitopt.cli.results.options import (
+    MeshesOption,
+    MeshFolderOption,
+    OpenOption,
+    OutOption,
+    OverwriteOption,
+)
 from gaitopt.cli.results.report import Report
 from gaitopt.cli.results.run_folder import record_run, run_folder
 from gaitopt.cli.robot_options import RobotChoice, takes_robot
@@ -90,6 +96,8 @@ def race(
     out: OutOption = None,
     overwrite: OverwriteOption = False,
     show: OpenOption = False,
+    meshes: MeshesOption = False,
+    mesh_folder: MeshFolderOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Race the paper's method against the time-optimal walks, side by side in one page.
@@ -134,7 +142,7 @@ def race(
         robot=found.robot, steps=found.steps, timing=found.timing, finishes=found.finishes
     )  # fmt: skip
     with folder.writing() as (made, place):
-        files = _write(found, made)
+        files = _write(found, made, meshes if mesh_folder is None else mesh_folder)
         record_run(made, {"command": "race", "arguments": sys.argv[1:], "files": list(files)})
     plans = [name for name in files if name.startswith("plan_")]
     files = {name: what for name, what in files.items() if name not in plans}
@@ -162,7 +170,7 @@ def _inputs(
     return model, s_columns(seed or 0, columns=columns, robot=model)
 
 
-def _write(found: Standings, folder: Path) -> dict[str, str]:
+def _write(found: Standings, folder: Path, meshes: bool | Path) -> dict[str, str]:
     """Write the picture, and replay and plans of the first terrain; what each file is, by name."""
     from gaitopt.viewing.figures.race import plot_race
     from gaitopt.viewing.replay.race import race_replay
@@ -175,7 +183,7 @@ def _write(found: Standings, folder: Path) -> dict[str, str]:
         tick(1, 3)
         if found.plans:
             verdicts = None if found.timing == Timing.velocity.value else found.verdicts
-            race_replay(found.plans, folder / PAGE, verdicts=verdicts)
+            race_replay(found.plans, folder / PAGE, verdicts=verdicts, meshes=meshes)
             files[PAGE] = "the race: open it in a browser"
         tick(2, 3)
         files[PICTURE] = "the time of each row"

@@ -44,6 +44,10 @@ def robot(
         bool, typer.Option("--open", help="Open the drawing in the browser.",
                            rich_help_panel=DRAWING)
     ] = False,
+    meshes: Annotated[
+        bool, typer.Option("--meshes", help="Draw the robot with example-robot-data's meshes.",
+                           rich_help_panel=DRAWING)
+    ] = False,
     mesh_folder: Annotated[
         Path | None,
         typer.Option(help="Draw the robot with its meshes, which are in this folder.",
@@ -74,13 +78,12 @@ def robot(
     for line in robot_notes(found, Path(choice.source), folders):
         report.say(line)
     if out is not None or show:
-        _write(found, out or Path(), show, mesh_folder, report)
+        drawn = meshes if mesh_folder is None else mesh_folder
+        _write(found, out or Path(), show, drawn, report)
     report.end()
 
 
-def _write(
-    found: Quadruped, out: Path, show: bool, mesh_folder: Path | None, report: Report
-) -> None:
+def _write(found: Quadruped, out: Path, show: bool, meshes: bool | Path, report: Report) -> None:
     """Write the drawing, the URDF and footholds."""
     from gaitopt.files import written_whole
     from gaitopt.viewing.replay.browser import open_in_browser
@@ -89,7 +92,7 @@ def _write(
     make_folder(out)
     stem = file_name(found.name) or "robot"
     drawing, urdf, table = (out / f"{stem}{end}" for end in (".html", ".urdf", "-footholds.csv"))
-    draw_robot(found, drawing, meshes=False if mesh_folder is None else mesh_folder)
+    draw_robot(found, drawing, meshes=meshes)
     with written_whole(urdf) as stream:
         stream.write(found.urdf)
     random_terrain(found, 0).to_csv(table)

@@ -53,6 +53,16 @@ def test_the_simulated_robot_stands_beside_a_ghost_of_the_planned(
     assert any("pale: the plan" in fact for fact in plan_page(walk, simulated=motion).facts)
 
 
+def test_meshes_are_in_the_page_once(tmp_path: Path) -> None:
+    """The ghost is drawn as bars."""
+    robot = gaitopt.load_robot("anymal_c")
+    plan = gaitopt.plan_crawl(robot, s_columns(0, columns=2, robot=robot), timing="velocity")
+    scene = plan_scene(plan, meshes=True, simulated=plan.sample(0.02))
+    kinds = {root: {type(p.shape).__name__ for n in scene.nodes if n.path[0] == root
+                    for p in n.parts} for root in ("robot", "simulated")}  # fmt: skip
+    assert "Surface" in kinds["simulated"] and "Surface" not in kinds["robot"]
+
+
 def test_what_is_shown_is_what_was_simulated(walk: Plan, motion: Trajectory) -> None:
     shown = what_happened(walk, motion).walk.at(motion.t)
     assert np.abs(shown.q[:, :3] - motion.q[:, :3]).max() < 2e-3

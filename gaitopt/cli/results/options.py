@@ -27,6 +27,14 @@ OverwriteOption = Annotated[
 ]
 
 OpenOption = Annotated[bool, _written("Open the replay in the browser.", "--open")]
+MeshesOption = Annotated[
+    bool, _written("Draw the robot with its meshes, where they are found.", "--meshes")
+]
+MeshFolderOption = Annotated[
+    Path | None,
+    _written("Draw the robot with its meshes, which are in this folder.", metavar="DIR",
+             show_default=False),
+]  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -63,15 +71,8 @@ def result_options(
         bool,
         _written("Also walk the plan in physics; the replay shows both.", "--simulate"),
     ] = False,
-    meshes: Annotated[
-        bool,
-        _written("Draw the robot with its meshes, where they are found.", "--meshes"),
-    ] = False,
-    mesh_folder: Annotated[
-        Path | None,
-        _written("Draw the robot with its meshes, which are in this folder.", metavar="DIR",
-                 show_default=False),
-    ] = None,
+    meshes: MeshesOption = False,
+    mesh_folder: MeshFolderOption = None,
     as_json: JsonOption = False,
 ) -> Results:  # fmt: skip
     """What the options ask for."""

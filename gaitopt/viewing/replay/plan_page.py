@@ -81,7 +81,8 @@ def _scene(
     shown = joined([
         *scenes,
         missed_scene(plan, real.missed),
-        _ghost(robot_scene(real.ghost, meshes)),
+        # Without its meshes, which would be in the page twice.
+        _ghost(robot_scene(real.ghost)),
         robot_scene(real.walk, meshes, SIMULATED),
     ])  # fmt: skip
     # The plan goes on after a fall, but the page does not.
