@@ -11,12 +11,15 @@ from numpy.typing import ArrayLike
 from gaitopt.conventions import LEGS, Progress
 from gaitopt.dynamics.contacts import ForceLimits
 from gaitopt.errors import InfeasibleStepError
+from gaitopt.gait.crawl import WANG_SEQUENCE
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.settings.base import check_names
 from gaitopt.plan.settings.crawl import CrawlSettings
 from gaitopt.plan.settings.time_optimal import RouteSettings
+from gaitopt.plan.state import State
 from gaitopt.planners.crawl import plan_crawl
 from gaitopt.planners.over_terrain.failure import no_plan, no_way
+from gaitopt.planners.over_terrain.from_state import pose_of, reached_from
 from gaitopt.planners.over_terrain.limbs import Limbs
 from gaitopt.planners.over_terrain.plan_clearance import first_touching_step
 from gaitopt.planners.over_terrain.result import TerrainSearch
@@ -146,7 +149,7 @@ def plan_terrain(
     ground: HeightMap,
     goal: ArrayLike,
     *,
-    start: ArrayLike | None = None,
+    start: ArrayLike | State | None = None,
     progress: Progress | None = None,
     search: TerrainSearch | None = None,
     **options: Any,
@@ -159,7 +162,10 @@ def plan_terrain(
     search goes on without this step.
 
     Args:
-        robot, ground, goal, start: as for :func:`search_terrain`.
+        robot, ground, goal: as for :func:`search_terrain`.
+        start: as there; or the state in which the plan begins (:class:`gaitopt.State`). The way is
+            then planned from where its body is, and feet that stand elsewhere than at the begin of
+            the way first step there.
         progress: called with (steps found, steps in all) while the search goes on.
         search: a result of :func:`search_terrain` for the same arguments, to begin with.
         options: fields of :class:`TerrainSettings`, and others of :func:`gaitopt.plan_crawl`, by
@@ -172,8 +178,15 @@ def plan_terrain(
     Raises:
         InputError: start, goal or a setting is wrong.
         TerrainError: no way was found; tells how far the search got and what was in the way.
+        InfeasibleStateError: no plan begins in ``start``; tells which limit is in the way.
         SolverError: a solution failed the check of its residuals.
     """
+    if isinstance(start, State):
+        pose = pose_of(robot, start)
+        way = plan_terrain(
+            robot, ground, goal, start=pose, progress=progress, search=search, **options
+        )
+        return _from_state(way, start)
     own = {f.name for f in fields(TerrainSettings)}
     check_names(
         TerrainSettings,
@@ -211,6 +224,16 @@ def plan_terrain(
         layers = layers[: max(refused + 1 - BEFORE, 1)]
         last, search = search, None
     raise no_plan(last, refused, detail)
+
+
+def _from_state(way: Plan, start: State) -> Plan:
+    """The walk of a plan over a map that begins in a state; errors are those of the planner."""
+    settings = way.settings
+    assert isinstance(settings, (CrawlSettings, RouteSettings))
+    over = reached_from(way.robot, start, way.footholds, settings.swing_height)
+    # The order is that of the footholds.
+    open_order = replace(settings, sequence=WANG_SEQUENCE)
+    return plan_crawl(way.robot, over, open_order, start=start)
 
 
 def _planned(
