@@ -19,7 +19,7 @@ import sys
 import tempfile
 import time
 import warnings
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from multiprocessing.connection import Connection
 from pathlib import Path
 
@@ -37,6 +37,8 @@ PATIENCE = 60.0
 WALKED = 20
 """One in so many robots that were read walks four steps, which are judged. Chosen: a walk takes ten
 times as long as reading."""
+TOLD = 500
+"""After so many files the counts are told."""
 WORDS = (
     "1e200", "1e-200",
     "0", "-1", "1e308", "nan", "inf", "", "abc", "0 0 0", "1 2", "fixed", "floating", "continuous",
@@ -221,10 +223,16 @@ def main() -> int:
         if kind == "FAULT":
             faults += 1
             print(f"file {number} ({faulty(number, texts)[0]}): {told}", flush=True)
+        if counts.total() % TOLD == 0:
+            print(f"{counts.total()} files: {_in_words(counts)}", file=sys.stderr, flush=True)
     shutil.rmtree(folder, ignore_errors=True)
-    told = ", ".join(f"{kind} {count}" for kind, count in sorted(counts.items()))
-    print(f"{given.count} files of {len(texts)} in {time.perf_counter() - begin:.0f} s: {told}")
+    seconds = time.perf_counter() - begin
+    print(f"{given.count} files of {len(texts)} in {seconds:.0f} s: {_in_words(counts)}")
     return int(faults > 0)
+
+
+def _in_words(counts: Mapping[str, int]) -> str:
+    return ", ".join(f"{kind} {count}" for kind, count in sorted(counts.items()))
 
 
 if __name__ == "__main__":

@@ -76,7 +76,7 @@ def test_feet_lift_off_and_land_at_rest(dynamic: Plan) -> None:
             assert least <= speed < most
 
 
-@pytest.mark.parametrize("variant", ["swing", "height"])
+@pytest.mark.parametrize("variant", ["swing", pytest.param("height", marks=pytest.mark.slow)])
 def test_a_stricter_acceleration_limit_costs_more_time(
     plans: dict[str, Plan], wang: Quadruped, short: Footholds, variant: str
 ) -> None:
@@ -115,7 +115,7 @@ def in_windows(wang: Quadruped) -> Callable[[str, int | None], Plan]:
     )
 
 
-@pytest.mark.parametrize("variant", ["dynamic", "height"])
+@pytest.mark.parametrize("variant", ["dynamic", pytest.param("height", marks=pytest.mark.slow)])
 def test_a_horizon_loses_little_time(
     in_windows: Callable[[str, int | None], Plan], variant: str
 ) -> None:
