@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib import cbook
 
 import gaitopt
 from gaitopt import LEGS, HeightMap, InputError, TerrainError
@@ -104,6 +105,16 @@ def test_a_wall_is_no_way_and_the_error_says_why() -> None:
     assert error.search.footholds.steps == error.step < error.search.steps
     assert error.leg in LEGS and sum(error.refused.values()) > 0
     assert "what may help" in str(error)
+
+
+def test_a_walk_over_a_real_map_is_certified() -> None:
+    """The Jacksboro fault in Tennessee, 90 m shrunk to 2 cm, twice as steep as it is."""
+    with cbook.get_sample_data("jacksboro_fault_dem.npz") as dem:
+        metres = dem["elevation"][100:230, 160:270].astype(np.float64)
+    hills = HeightMap(2.0 * 0.02 / 90.0 * (metres - metres.min()), 0.02, (-0.7, -1.1))
+    plan = gaitopt.plan_terrain(GO2, hills, (0.4, 0.0), start=(0.0, 0.0, 0.0))
+    assert np.ptp(np.concatenate([plan.footholds[leg][:, 2] for leg in LEGS])) > 0.06
+    assert gaitopt.verify(plan).outcome == "certified"
 
 
 def test_more_time_gives_a_walk_that_costs_no_more() -> None:
