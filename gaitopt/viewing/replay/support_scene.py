@@ -268,9 +268,15 @@ def _trail(path: FramePath, places: FloatArray, lift: float) -> Node:
 def _projected(stance: Stance, samples: Samples) -> tuple[FloatArray, FloatArray]:
     """Times and places ``(n, 3)`` of the projected COG during a phase, its ends included."""
     start, end = stance.phase.start, stance.phase.end
-    inside = samples.times[(samples.times > start) & (samples.times < end)]
-    times = np.concatenate([[start], inside, [end]])
-    flat = np.column_stack([np.interp(times, samples.times, samples.cog[:, i]) for i in range(2)])
+    first = int(np.searchsorted(samples.times, start, side="right"))
+    last = int(np.searchsorted(samples.times, end, side="left"))
+    times = np.concatenate([[start], samples.times[first:last], [end]])
+    # Only with the neighbours of the phase: with all samples the time would grow with the square of
+    # the number of steps.
+    near = slice(max(first - 1, 0), last + 1)
+    flat = np.column_stack([
+        np.interp(times, samples.times[near], samples.cog[near, i]) for i in range(2)
+    ])  # fmt: skip
     return times, stance.on_plane(flat, 0.0)
 
 
