@@ -59,6 +59,9 @@ def _sequence_faults(plan: Plan) -> list[str]:
         faults.append(f"phases end at {expected:.6f} s, the path at {plan.path.duration:.6f} s")
     if plan.entry and plan.phases[plan.entry - 1].flying:
         faults.append("the entry ends before all four feet stand")
+    # No static margin is promised in an entry: it must not hold what is none.
+    faults += [f"step {s.step} ({s.leg}) is part of the entry" for s in plan.swings
+               if s.index >= 0 and s.phases[0] < plan.entry]  # fmt: skip
     return faults + _order_faults(plan)
 
 

@@ -146,6 +146,8 @@ def test_the_certificate_sees_faults_of_an_entry(a1_walk: Plan) -> None:
     assert "contact sequence" in violated(replace(plan, entry=0))
     # An entry that ends while the foot still flies.
     assert "contact sequence" in violated(replace(plan, entry=1))
+    # Steps that are said to be part of the entry, and so keep no margin.
+    assert "contact sequence" in violated(replace(plan, entry=plan.entry + 2))
     # A foot that lands beside its first foothold.
     points = {leg: np.array(plan.footholds[leg]) for leg in LEGS}
     points[swing.leg][0] += [0.05, 0.0, 0.0]

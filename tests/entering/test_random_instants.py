@@ -12,7 +12,8 @@ from benchmarks.from_state import CASES, main, outcomes
 def test_a_hundred_random_instants_of_each_plan(name: str) -> None:
     found, _ = outcomes(name, 100)
     good = found.pop("certified")
-    assert good >= 95, found
+    # Time-optimal walks are refused where a foot that lands takes all that friction leaves.
+    assert good >= (80 if name.startswith("route") else 98), found
     assert all(what.startswith("refused") for what in found), found
 
 
