@@ -2,28 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from html import escape
 from math import isnan
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from gaitopt.certificate.check import Check, Verdict
-
-if TYPE_CHECKING:
-    from gaitopt.certificate.certificate import Certificate
 
 TONES: Final = {Verdict.OK: "#1b7f4b", Verdict.VIOLATED: "#b3261e", Verdict.UNCHECKED: "#6b7280"}
 """Colours of verdicts: green, red and grey. The words beside them say the same."""
 
 
-def certificate_html(certificate: Certificate) -> str:
+def certificate_html(robot: str, outcome: str, checks: Iterable[Check]) -> str:
     """The outcome, and every check with its worst value, as HTML; all names are escaped."""
-    rows = "".join(map(_row, certificate.checks))
+    rows = "".join(map(_row, checks))
     head = "".join(
         f'<th style="text-align:left">{name}</th>'
         for name in ("check", "verdict", "worst", "limit", "where")
     )
     return (
-        f"<b>{escape(certificate.robot)}: {escape(str(certificate.outcome))}</b>, judged at every "
+        f"<b>{escape(robot)}: {escape(outcome)}</b>, judged at every "
         f"instant<table><tr>{head}</tr>{rows}</table>"
     )
 

@@ -105,7 +105,7 @@ class Certificate:
         """The checks as a coloured table, in notebooks."""
         from gaitopt.certificate.as_html import certificate_html
 
-        return certificate_html(self)
+        return certificate_html(self.robot, str(self.outcome), self.checks)
 
     def table(self) -> Table:
         """The report as a table to print."""

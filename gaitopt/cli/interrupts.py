@@ -50,7 +50,7 @@ def _stop(number: int, frame: FrameType | None) -> None:
         signal.signal(each, signal.SIG_IGN)
     _stopped.set()
     threading.Thread(target=_end_soon, daemon=True).start()
-    raise KeyboardInterrupt
+    signal.default_int_handler(number, frame)
 
 
 def _end_soon() -> None:

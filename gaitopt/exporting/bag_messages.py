@@ -8,6 +8,7 @@ from typing import Any, Final
 import numpy as np
 
 from gaitopt.conventions import FloatArray
+from gaitopt.errors import UnknownNameError
 from gaitopt.terrain.height_map import HeightMap
 
 GRID_MAP: Final = {
@@ -42,14 +43,14 @@ class Messages:
         """A message of the type ``name``, with the fields in ``values``.
 
         Raises:
-            KeyError: the message has no such field.
+            UnknownNameError: the message has no such field.
         """
         from rosbags.interfaces import Nodetype
 
         fields = dict(self.store.fielddefs[name][1])
         unknown = set(values) - set(fields)
         if unknown:
-            raise KeyError(f"{name} has no field {sorted(unknown)[0]}")
+            raise UnknownNameError(f"{name} has no field {sorted(unknown)[0]}")
         made = {}
         for field, (kind, inside) in fields.items():
             value = values.get(field)
