@@ -20,7 +20,7 @@ from gaitopt.motion.bounds import derivative_range, largest_sizes
 from gaitopt.motion.path import BASE_COLUMNS, MotionPath
 from gaitopt.plan.com_margin import true_com
 from gaitopt.plan.contact_ground import ground_on
-from gaitopt.retiming.reserves import MIDDLE_SHARE, tightened
+from gaitopt.retiming.reserves import MIDDLE_SHARE, PLANNED_SHARE, tightened
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.whole_body import joints_from_feet
 from gaitopt.robots.whole_body_rates import base_twist, joint_rates
@@ -83,7 +83,8 @@ class Judge:
         Args:
             entries: any number ``C`` of them.
         """
-        shares = np.linspace(INSIDE, 1.0 - INSIDE, INSTANTS)
+        # The last instant is of the robot at rest, after the end.
+        shares = np.append(np.linspace(INSIDE, 1.0 - INSIDE, INSTANTS), 1.0 + INSIDE)
         times = np.array([entry.duration for entry in entries])[:, None] * shares
         base = [np.stack(entry.body.at(t)) for entry, t in zip(entries, times, strict=True)]
         feet = [np.stack(entry.feet(t)) for entry, t in zip(entries, times, strict=True)]
@@ -175,7 +176,14 @@ class Judge:
         for leg, landing in landings.items():
             standing[:, LEGS.index(leg)] = times > landing
         values = [path.evaluate(times, order) for order in range(3)]
-        return _worst(self._forces(values, standing, times))
+        fault = _worst(self._forces(values, standing, times))
+        if fault is not None:
+            return fault
+        # The robot goes on from where it rests, with the reserve of a move that is timed by forces.
+        end = path.evaluate(path.times[-1:])
+        rest = [end, 0.0 * end, 0.0 * end]
+        return _worst(self._forces(rest, np.ones((1, 4), dtype=np.bool_), path.times[-1:],
+                                   PLANNED_SHARE))  # fmt: skip
 
     def check_rest(self, begin: Begin) -> None:
         """Refuse a robot at rest that no contact forces hold.
@@ -218,10 +226,11 @@ class Judge:
         )  # fmt: skip
 
     def _forces(
-        self, values: list[FloatArray], standing: BoolArray, times: FloatArray
-    ) -> ContactForces:
-        """Forces of a motion at instants ``(N,)``."""
-        limits = tightened(self.limits, MIDDLE_SHARE)
+        self, values: list[FloatArray], standing: BoolArray, times: FloatArray,
+        share: float = MIDDLE_SHARE,
+    ) -> ContactForces:  # fmt: skip
+        """Forces of a motion at instants ``(N,)``, with a share of the limits left."""
+        limits = tightened(self.limits, share)
         ground = ground_on(self.footholds, np.zeros((len(times), 4), dtype=int), limits.friction)
         problem = build_force_problem(
             self.robot, motion_of_path(self.robot, *values), standing, limits,

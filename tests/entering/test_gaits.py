@@ -9,6 +9,8 @@ from continuing import assert_certified, assert_continues
 import gaitopt
 from gaitopt import LEGS, ForceLimits, InputError, Plan, State, plan_gait, plan_stand_up
 from gaitopt.errors import InfeasibleStateError
+from gaitopt.plan.com_margin import true_com
+from gaitopt.robots.whole_body_rates import base_twist, joint_rates
 
 
 @pytest.fixture(scope="session")
@@ -99,3 +101,28 @@ def test_what_is_no_state_or_robot_is_refused() -> None:
         plan_gait(robot, gaitopt.trot(0.5), velocity=0.2, duration=0.2, start=1)  # type: ignore[arg-type]
     with pytest.raises(InputError, match="height must be a number"):
         plan_stand_up(robot, State.standing(robot), height=-1.0)
+
+
+def test_a_body_beside_its_feet_that_moves_over_them_is_caught() -> None:
+    """At rest it would fall over; at this speed a pendulum of its height comes back."""
+    robot = gaitopt.load_robot("a1")
+    standing = State.standing(robot)
+    feet = gaitopt.feet_from_joints(
+        robot, standing.q[:3], standing.columns[3:6], standing.q[7:]
+    ) * [0.4, 1.0, 1.0]
+    place = standing.q[:3] + np.array([0.1, 0.0, 0.0])
+    joints = gaitopt.joints_from_feet(robot, place, np.zeros(3), feet)
+    twist = base_twist(np.zeros(3), [-0.4, 0.0, 0.0], np.zeros(3))
+    rates = joint_rates(robot, np.zeros(3), joints, twist, np.zeros((4, 3)))
+    states = [
+        State.of(robot, place, np.zeros(3), joints, linear=[speed, 0.0, 0.0], rates=share * rates)
+        for speed, share in ((0.0, 0.0), (-0.4, 1.0))
+    ]
+    outside = -gaitopt.static_stability_margin(feet, true_com(robot, states[0].q[None])[0])
+    assert outside > 0.005
+    with pytest.raises(InfeasibleStateError, match="outside the polygon of the feet"):
+        plan_stand_up(robot, states[0])
+    plan = plan_stand_up(robot, states[1])
+    assert_continues(plan, states[1])
+    assert_certified(plan)
+    assert plan.margin == pytest.approx(-outside, abs=1e-6)
