@@ -1,0 +1,143 @@
+"""Two judges of the same plans: the certificate, and one that looks at samples only.
+
+``python -m benchmarks.second_judge [--plans 100] [--seed 0] [--seconds 480] [--instants 40]``
+makes small plans of all planners, plants a random fault into every second one, and lets
+``gaitopt.verify`` and :func:`benchmarks.judge.judging.judge` judge them. It prints how often they
+agree, and every disagreement. Exit code 1 when the second judge finds a violation that the
+certificate does not find: one of the two is then wrong.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections import Counter
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+import gaitopt
+from benchmarks.judge.faults import planted
+from benchmarks.judge.judging import INSTANTS, Judgement, judge
+from benchmarks.judge.plans import FAMILIES
+from gaitopt import GaitoptError, Plan
+
+ERRORS = ("refused", "violated")
+"""Verdicts that say that a plan is wrong."""
+
+
+class Case(NamedTuple):
+    """One plan and both verdicts.
+
+    Attributes:
+        name: seed, planner, robot and fault.
+        faulty: whether a fault was planted.
+        certificate: the outcome of the certificate, or ``"refused"``.
+        said: what it found to be violated, or why it refused the plan.
+        second: what the second judge says.
+        checks: names of the checks that the certificate finds violated.
+    """
+
+    name: str
+    faulty: bool
+    certificate: str
+    said: str
+    second: Judgement
+    checks: tuple[str, ...] = ()
+
+    @property
+    def unseen(self) -> list[str]:
+        """Checks that only the second judge finds violated, of a plan that both find wrong."""
+        known = self.certificate == "violated" and self.second.verdict == "violated"
+        names = {f.check.split(",")[0] for f in self.second.broken if known}
+        return sorted(names - set(self.checks))
+
+    @property
+    def agreement(self) -> str:
+        """``"agree"``, ``"the certificate is stricter"`` or ``"MISSED"``."""
+        mine, theirs = self.second.verdict, self.certificate
+        if (mine in ERRORS) != (theirs in ERRORS):
+            return "MISSED" if mine in ERRORS else "the certificate is stricter"
+        return "MISSED" if mine == "weak" and theirs == "certified" else "agree"
+
+    def __str__(self) -> str:
+        mine = "; ".join(map(str, self.second.broken)) or ", ".join(self.second.weak)
+        mine = f"{self.second.verdict} {mine}{self.second.refused}"
+        return f"{self.name}\n  certificate: {self.certificate} {self.said}\n  second: {mine}"
+
+
+def both(plan: Plan, name: str, faulty: bool, seed: int = 0, instants: int = INSTANTS) -> Case:
+    """Both verdicts of a plan."""
+    try:
+        certificate = gaitopt.verify(plan)
+        found = certificate.violations
+        outcome, said = certificate.outcome, "; ".join(map(str, found))
+        checks = tuple(check.name for check in found)
+    except GaitoptError as error:
+        outcome, said, checks = "refused", str(error), ()
+    return Case(name, faulty, outcome, said, judge(plan, seed, instants), checks)
+
+
+def made(number: int, seed: int, families: Sequence[str] | None = None) -> tuple[Plan, str] | None:
+    """A plan and what it is; with a fault where the number is odd; ``None`` where none is found."""
+    rng = np.random.default_rng([seed, number])
+    names = list(families or FAMILIES)
+    family = names[int(rng.integers(len(names)))]
+    try:
+        plan = FAMILIES[family](rng)
+    except GaitoptError:
+        return None
+    name = f"{number}: {family}, {plan.robot.name}"
+    if number % 2:
+        plan, fault = planted(plan, rng)
+        name += f", {fault}"
+    return plan, name
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Judge plans and print a table."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.second_judge", description=__doc__)
+    parser.add_argument("--plans", type=int, default=100, metavar="N")
+    parser.add_argument("--seed", type=int, default=0, metavar="S")
+    parser.add_argument(
+        "--first", type=int, default=0, metavar="N", help="number of the first plan"
+    )
+    parser.add_argument("--seconds", type=float, default=480.0, help="stop after this time")
+    parser.add_argument("--instants", type=int, default=INSTANTS, help="for contact forces")
+    options = parser.parse_args(arguments)
+    begin, cases, refused = time.monotonic(), [], 0
+    for number in range(options.first, options.first + options.plans):
+        if time.monotonic() - begin > options.seconds:
+            break
+        found = made(number, options.seed)
+        if found is None:
+            refused += 1
+            continue
+        case = both(*found, faulty=bool(number % 2), seed=number, instants=options.instants)
+        if case.agreement != "agree":
+            print(f"{case.agreement}: {case}", flush=True)
+        elif case.unseen:
+            print(f"the certificate finds {case.unseen} kept: {case}", flush=True)
+        cases.append(case)
+    Console().print(_table(cases))
+    print(f"{len(cases)} plans, {refused} refused by their planners")
+    return int(any(case.agreement == "MISSED" for case in cases))
+
+
+def _table(cases: Sequence[Case]) -> Table:
+    """How often both judges say what."""
+    table = Table(title="two judges")
+    for title in ("fault", "certificate", "second judge", "plans", ""):
+        table.add_column(title)
+    counts = Counter((c.faulty, c.certificate, c.second.verdict, c.agreement) for c in cases)
+    for (faulty, theirs, mine, agreement), count in sorted(counts.items()):
+        table.add_row("yes" if faulty else "no", theirs, mine, str(count), agreement)
+    return table
+
+
+if __name__ == "__main__":
+    sys.exit(main())
