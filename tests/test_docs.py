@@ -342,7 +342,9 @@ def test_every_dependency_is_explained() -> None:
 
 def test_images_are_small() -> None:
     for image in (DOCS / "images").iterdir():
-        assert image.stat().st_size < 150_000, image.name
+        # An animation has thirty pictures.
+        most = 250_000 if image.suffix == ".webp" else 150_000
+        assert image.stat().st_size < most, image.name
 
 
 def test_the_draft_of_the_paper_cites_what_its_bibliography_has() -> None:
