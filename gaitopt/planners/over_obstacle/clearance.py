@@ -102,11 +102,13 @@ class Surroundings:
         q = configuration(
             self.robot, values[:, :3], values[:, 3:BASE_COLUMNS], values[:, BASE_COLUMNS:]
         )
+        # Views: to take them anew at every posture takes longer than to compute the distances.
+        found = list(placed.distanceResults)
         out = np.empty((len(q), len(self.names)))
         for row, one in zip(out, q, strict=True):
             pin.updateGeometryPlacements(model, data, self.geometry, placed, one)
             pin.computeDistances(self.geometry, placed)
-            row[:] = [result.min_distance for result in placed.distanceResults]
+            row[:] = [result.min_distance for result in found]
         return out
 
     def nearest(self, values: FloatArray) -> Nearest:
