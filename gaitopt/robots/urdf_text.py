@@ -19,6 +19,9 @@ LARGEST_MASS = 1e9
 
 _NEEDS_LIMITS = ("revolute", "prismatic")
 
+LARGEST = 1e3
+"""Largest size of a shape that is taken for one [m]: that of places in a robot's file."""
+
 
 def check_urdf(urdf: str, label: str) -> None:
     """Refuse a URDF that is not valid.
@@ -83,13 +86,17 @@ def _check_link(link: ElementTree.Element, where: str) -> None:
             _number(inertia, name, where)
     for shape in link.iterfind("./*/geometry/*"):
         for name in ("radius", "length"):
-            if shape.get(name) is not None and not _number(shape, name, where) > 0.0:
+            if shape.get(name) is not None and not 0.0 < _number(shape, name, where) <= LARGEST:
                 raise RobotError(
-                    f"{where}: a {shape.tag} with {name} {shape.get(name)}; it must be positive"
+                    f"{where}: a {shape.tag} with {name} {shape.get(name)}; it must be positive, "
+                    f"and {LARGEST:g} m at most"
                 )
         for part in (shape.get("size") or "").split():
-            if not _finite(part) > 0.0:
-                raise RobotError(f"{where}: a box of size {shape.get('size')!r}; give 3 lengths")
+            if not 0.0 < _finite(part) <= LARGEST:
+                raise RobotError(
+                    f"{where}: a box of size {shape.get('size')!r}; give 3 lengths, each of "
+                    f"{LARGEST:g} m at most"
+                )
 
 
 def _check_joint(joint: ElementTree.Element, where: str) -> None:

@@ -177,7 +177,7 @@ def add_geometry(link: Element, tag: str, place: FloatArray) -> Element:
 
 def _sizes(element: Element, names: tuple[str, ...], where: str) -> FloatArray:
     """Positive lengths of a shape."""
-    values = [numbers(element.get(name, ""), 1, f"{where}: {name} of its {element.tag}")[0]
+    values = [float(numbers(element.get(name, ""), 1, f"{where}: {name} of its {element.tag}")[0])
               for name in names]  # fmt: skip
     if min(values) <= 0.0:
         raise RobotError(f"{where}: a {element.tag} of size {values}; sizes must be positive")

@@ -200,3 +200,12 @@ def test_inertia_of_a_link_without_mass_counts() -> None:
     assert "inertia of link base is not that of a body" in refusal(
         robot(sensor + joint("glue", "base", "sensor"))
     )
+
+
+@pytest.mark.parametrize(
+    "shape", ['<cylinder radius="1e200" length="0.2"/>', '<box size="0.1 1e4 0.1"/>']
+)
+def test_shapes_larger_than_a_kilometre_are_refused(shape: str) -> None:
+    """With a cylinder of 1e200 m the certificate's bounds were no numbers."""
+    told = refusal(robot(shank=collision(shape)))
+    assert "LF_l2" in told and "1000 m" in told and "float64" not in told
