@@ -15,6 +15,8 @@ RELATIVE = 1e-9
 """How much limits of joints may be exceeded."""
 MARGIN_ROUNDING = 1e-8
 """Rounding of margins [m]; chosen here."""
+RATE_JUMP = 1e-6
+"""Largest jump of a velocity at a knot that is rounding [m/s, rad/s]; chosen here."""
 GRAVITY = 9.81
 """[m/s^2], that of Pinocchio's models."""
 
@@ -98,6 +100,10 @@ def zmp(motion: Motion) -> list[Finding]:
         if here.any() and feet.shape[1] >= 2:
             found.append(depth(points[here], feet))
             times.append(motion.times[here])
+    first = np.flatnonzero(np.diff(motion.segments))
+    jumps = np.abs(motion.rates[first, :6] - motion.rates[first + 1, :6]).max(axis=1, initial=0.0)
+    if (jumps > RATE_JUMP).any():  # an acceleration without bound
+        found, times = [*found, np.array([-np.inf])], [*times, motion.times[first[:1]]]
     return [_margin("ZMP of the body centre", found, limit, times)]
 
 

@@ -9,6 +9,7 @@ from typing import Final
 
 import numpy as np
 
+from benchmarks.judge.swayed import swayed
 from gaitopt import LEGS, MotionPath, Plan, Quadruped
 from gaitopt.errors import GaitoptError
 
@@ -45,6 +46,14 @@ def bump(plan: Plan, rng: np.random.Generator) -> tuple[Plan, str]:
         changed[degree - power, k, column] += 16.0 * by * share / length**power
     where = f"{times[k]:.3f} to {times[k + 1]:.3f} s"
     return _with_values(plan, changed), f"column {column} bumps by {by:.3g}, {where}"
+
+
+def sway(plan: Plan, rng: np.random.Generator) -> tuple[Plan, str]:
+    """The body moves aside for a while, or turns, and the legs follow: no foot moves."""
+    column, by = int(rng.integers(6)), _size(rng, 1e-4, 0.1) * float(rng.choice([-1.0, 1.0]))
+    begin, end = np.sort(rng.uniform(0.0, plan.duration, 2))
+    said = f"column {column} of the base sways by {by:.3g}, {begin:.3f} to {end:.3f} s"
+    return swayed(plan, column, by, float(begin), float(end)), said
 
 
 def jump(plan: Plan, rng: np.random.Generator) -> tuple[Plan, str]:
@@ -185,9 +194,9 @@ def record_changed(plan: Plan, rng: np.random.Generator) -> tuple[Plan, str]:
 
 
 FAULTS: Final[tuple[Fault, ...]] = (
-    column_shifted, bump, bump, jump, quicker, foothold_moved, radius_changed, slippery,
-    setting_changed, setting_changed, forces_changed, order_changed, phase_changed, phase_changed,
-    robot_changed, robot_changed, model_in_memory, record_changed,
+    column_shifted, bump, bump, sway, sway, sway, jump, quicker, foothold_moved, radius_changed,
+    slippery, setting_changed, setting_changed, forces_changed, order_changed, phase_changed,
+    phase_changed, robot_changed, robot_changed, model_in_memory, record_changed,
 )  # fmt: skip
 """All faults; those of many kinds more than once."""
 

@@ -8,15 +8,13 @@ import numpy as np
 import pinocchio as pin
 from scipy.optimize import linprog
 
-from benchmarks.judge.body import GRAVITY
+from benchmarks.judge.body import GRAVITY, RATE_JUMP
 from benchmarks.judge.motion import Finding, Motion, at_least, at_most, rotation
 from gaitopt import LEGS, ForceLimits
 from gaitopt.conventions import FloatArray
 
 NOTHING = 1e-6
 """What the linear program's own tolerance may take from a limit, as a share of the weight."""
-RATE_JUMP = 1e-6
-"""Largest jump of a velocity at a knot that is rounding [m/s, rad/s]; chosen here."""
 PLACEHOLDER = 3.0
 """Effort limits of more than so many times the weight times the reach of a leg are none."""
 

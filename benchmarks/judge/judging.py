@@ -46,16 +46,17 @@ class Judgement(NamedTuple):
         return "violated" if self.broken else "weak" if self.weak else "holds"
 
 
-def judge(plan: Plan, seed: int = 0, instants: int = INSTANTS) -> Judgement:
+def judge(plan: Plan, seed: int = 0, instants: int = INSTANTS, closer: int = 1) -> Judgement:
     """Judge a plan at samples.
 
     Args:
         plan: any planner's plan.
         seed: of the instants at which contact forces are looked for.
         instants: how many there are.
+        closer: how many times as many samples are taken as usual.
     """
     try:
-        motion = Motion(plan)
+        motion = Motion(plan, closer)
         other = _another_robot(motion)
     except GaitoptError as error:
         return Judgement((), refused=str(error))

@@ -86,6 +86,10 @@ def rotation(rpy: FloatArray) -> FloatArray:
 class Motion:
     """All that checks need to know of a plan's motion at its samples.
 
+    Args:
+        plan: the plan.
+        closer: how many times as many samples are taken as usual.
+
     Attributes:
         plan: the plan.
         robot: read anew from the plan's URDF.
@@ -94,7 +98,7 @@ class Motion:
         values, rates: of the path at the samples ``(N, 6 + nj)``.
     """
 
-    def __init__(self, plan: Plan) -> None:
+    def __init__(self, plan: Plan, closer: int = 1) -> None:
         self.plan = plan
         old = plan.robot
         self.robot = Quadruped.from_urdf(old.urdf, old.name, dict(old.knees) or None)
@@ -102,7 +106,7 @@ class Motion:
         self.model.armature[6:] = self.robot.motor_inertia
         self.data = self.model.createData()
         self.frames = [self.model.getFrameId(self.robot.legs[leg].foot) for leg in LEGS]
-        step = max(STEP, plan.duration / MOST_SAMPLES)
+        step = max(STEP, plan.duration / MOST_SAMPLES) / closer
         lengths = np.diff(plan.path.times) if len(plan.path.times) > 1 else np.zeros(1)
         counts = np.maximum(np.ceil(lengths / step).astype(int), 2) + 1
         self.segments = np.repeat(np.arange(len(counts)), counts)
