@@ -129,7 +129,7 @@ def test_a_foot_that_would_have_to_pull_is_found(wang: Quadruped) -> None:
     """Without a margin the true centre of mass leaves its support by a few millimetres."""
     edge = gaitopt.plan_crawl(
         wang, gaitopt.s_columns(1, columns=2), objective="time", free="route",
-        stability_margin=0.0, acceleration_limit=0.5, timing="velocity",
+        stability_margin=0.0, acceleration_limit=0.5, timing="velocity", com="body",
     )  # fmt: skip
     limits = ForceLimits(friction=1.0, reserve=0.0, torque_share=1.0)
     check = contact_forces(edge, limits)

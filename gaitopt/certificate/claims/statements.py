@@ -6,6 +6,7 @@ that says something else than the path is a fault, although the robot follows th
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Final
 
 import numpy as np
@@ -33,8 +34,13 @@ def phases_agree(plan: Plan, motion: Motion) -> Check:
     Planners write both from the same numbers: they agree to 1e-15 m.
     """
     worst, when, where = 0.0, float("nan"), ""
+    flights = {
+        (swing.leg, index): swing.phases
+        for swing in plan.swings
+        for index in range(swing.phases[0], swing.phases[1] + 1)
+    }
     for index, phase in enumerate(plan.phases):
-        gap = max(_gap_of_centre(phase, motion, index), _gap_of_foot(plan, motion, index))
+        gap = max(_gap_of_centre(phase, motion, index), _gap_of_foot(phase, motion, index, flights))
         # What cannot be compared (NaN) is no agreement.
         if not gap <= worst:
             worst, when, where = gap, phase.start, phase_name(plan, index)
@@ -48,20 +54,17 @@ def _gap_of_centre(phase: Phase, motion: Motion, index: int) -> float:
     return max(float(np.linalg.norm(said - found)) for said, found in stated)
 
 
-def _gap_of_foot(plan: Plan, motion: Motion, index: int) -> float:
+def _gap_of_foot(
+    phase: Phase, motion: Motion, index: int, flights: Mapping[tuple[str, int], tuple[int, int]]
+) -> float:
     """How far a phase's leg has its foot from where it says, before and after its flight [m].
 
-    A flight lasts several phases where other feet land or lift off meanwhile.
+    A flight lasts several phases where other feet land or lift off meanwhile: ``flights`` has the
+    first and the last of them by leg and phase.
     """
-    phase = plan.phases[index]
     if not phase.leg:
         return 0.0
-    begin = end = index
-    phases, flies = plan.phases, phase.leg not in phase.support
-    while flies and begin > 0 and phase.leg not in phases[begin - 1].support:
-        begin -= 1
-    while flies and end + 1 < len(phases) and phase.leg not in phases[end + 1].support:
-        end += 1
+    begin, end = flights.get((phase.leg, index), (index, index))
     first, last = _ends(motion, begin, end)
     leg = LEGS.index(phase.leg)
     stated = (
