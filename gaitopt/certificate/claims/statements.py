@@ -7,6 +7,7 @@ that says something else than the path is a fault, although the robot follows th
 from __future__ import annotations
 
 from collections.abc import Mapping
+from math import isnan
 from typing import Final
 
 import numpy as np
@@ -44,6 +45,8 @@ def phases_agree(plan: Plan, motion: Motion) -> Check:
         # What cannot be compared (NaN) is no agreement.
         if not gap <= worst:
             worst, when, where = gap, phase.start, phase_name(plan, index)
+        if isnan(gap):
+            break
     return judged(NAME, worst, JUMP, "m", when=when, where=where)
 
 
