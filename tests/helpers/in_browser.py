@@ -23,7 +23,7 @@ for (const name of ["error", "warn"]) {
 }
 window.addEventListener("error", (e) => window.problems.push(String(e.message)));
 document.addEventListener("securitypolicyviolation",
-  (e) => window.problems.push("blocked: " + e.blockedURI));
+  (e) => window.problems.push("blocked: " + e.blockedURI + " " + e.violatedDirective));
 </script>"""
 """Keeps what goes wrong in a page."""
 

@@ -14,6 +14,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 import robot_texts
+from in_browser import WATCH
 
 from gaitopt.conventions import LEGS
 from gaitopt.errors import InputError
@@ -473,17 +474,6 @@ def test_importing_is_light():
 
 
 # ---------------------------------------------------------------- a real browser
-
-WATCH = """<script>
-window.problems = [];
-for (const name of ["error", "warn"]) {
-  const old = console[name];
-  console[name] = (...a) => { window.problems.push(name + ": " + a.join(" ")); old(...a); };
-}
-window.addEventListener("error", (e) => window.problems.push(String(e.message)));
-document.addEventListener("securitypolicyviolation",
-  (e) => window.problems.push("blocked: " + e.blockedURI + " " + e.violatedDirective));
-</script>"""
 
 DRIVE = """<script>
 (() => {
