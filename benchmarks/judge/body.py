@@ -90,12 +90,12 @@ def zmp(motion: Motion) -> list[Finding]:
     turned = np.stack([-middle[:, 1], middle[:, 0]], axis=1)
     acceleration = motions[:, :2] + yaw_rise[:, None] * turned
     acceleration -= (yaw_rate**2)[:, None] * middle[:, :2]
-    ground = motion.feet[:, :, 2].min(axis=1)
+    ground = motion.feet[:, :, 2].min(axis=1) - motion.robot.foot_radius
     height = (motion.centre[:, 2] - ground) / (GRAVITY + motions[:, 2])
     points = motion.centre[:, :2] - height[:, None] * acceleration
     found, times = [], []
     for phase in plan.phases:
-        here = motion.during(phase.start + 1e-7, phase.end - 1e-7)
+        here = (motion.inner >= phase.start) & (motion.inner <= phase.end)
         feet = motion.feet[here][:, [LEGS.index(leg) for leg in phase.support], :2]
         if here.any() and feet.shape[1] >= 2:
             found.append(depth(points[here], feet))

@@ -89,6 +89,21 @@ def foothold_moved(plan: Plan, rng: np.random.Generator) -> tuple[Plan, str]:
     return replace(plan, footholds=plan.footholds.with_(points=points)), said
 
 
+def ground_changed(plan: Plan, rng: np.random.Generator) -> tuple[Plan, str]:
+    """Higher or lower ground around a random place under the walk; of walks over a map."""
+    ground = plan.footholds.ground
+    if ground is None:
+        return foothold_moved(plan, rng)
+    by, reach = _size(rng, 1e-3, 0.1) * float(rng.choice([-1.0, 1.0])), _size(rng, 0.03, 0.2)
+    points = np.concatenate(list(plan.footholds.points.values()))[:, :2]
+    place = points[int(rng.integers(len(points)))] + rng.uniform(-0.15, 0.15, 2)
+    x, y = np.meshgrid(ground.x, ground.y, indexing="ij")
+    near = np.hypot(x - place[0], y - place[1]) < reach
+    changed = ground.with_heights(ground.z + by * near)
+    said = f"ground {by:.3g} higher within {reach:.3g} of {np.round(place, 3).tolist()}"
+    return replace(plan, footholds=plan.footholds.with_(ground=changed)), said
+
+
 def radius_changed(plan: Plan, rng: np.random.Generator) -> tuple[Plan, str]:
     """Another radius of the columns."""
     radius = plan.footholds.landing_radius * _size(rng, 1e-3, 30.0)
@@ -194,9 +209,9 @@ def record_changed(plan: Plan, rng: np.random.Generator) -> tuple[Plan, str]:
 
 
 FAULTS: Final[tuple[Fault, ...]] = (
-    column_shifted, bump, bump, sway, sway, sway, jump, quicker, foothold_moved, radius_changed,
-    slippery, setting_changed, setting_changed, forces_changed, order_changed, phase_changed,
-    phase_changed, robot_changed, robot_changed, model_in_memory, record_changed,
+    column_shifted, bump, bump, sway, sway, sway, jump, quicker, foothold_moved, ground_changed,
+    radius_changed, slippery, setting_changed, setting_changed, forces_changed, order_changed,
+    phase_changed, phase_changed, robot_changed, robot_changed, model_in_memory, record_changed,
 )  # fmt: skip
 """All faults; those of many kinds more than once."""
 

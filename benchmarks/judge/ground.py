@@ -61,7 +61,10 @@ def feet_and_ground(motion: Motion) -> list[Finding]:
             return []
         for start, end, _ in motion.stances(leg):
             here = motion.during(start, end)[::every]
-            off.append(np.abs(gap[here]).max(initial=0.0))
+            # Both ends count also where a foot stands for no time at all.
+            feet = motion.places(plan.path.evaluate([start, end]))[0][:, i]
+            ends = gaps(motion, feet, radius)
+            off.append(np.abs(np.append(gap[here], ends)).max())
             stands.append(f"{leg}, {start:.3f} to {end:.3f} s")
         for swing in (s for s in plan.swings if s.leg == leg):
             here = motion.during(swing.start, swing.end)[::every]

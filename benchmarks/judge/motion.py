@@ -144,6 +144,11 @@ class Motion:
         return np.asarray((self.times >= start - INSTANT) & (self.times <= end + INSTANT))
 
     @cached_property
+    def inner(self) -> FloatArray:
+        """Times of the samples, those at knots moved a little into their own segment ``(N,)``."""
+        return self.times + np.where(self.local > 0.0, -INSTANT, INSTANT)
+
+    @cached_property
     def standing(self) -> BoolArray:
         """Which feet stand at each sample, by the phase that holds the sample ``(N, 4)``.
 
@@ -151,8 +156,7 @@ class Motion:
         sample's segment belongs; the closed spans of flights and stances are used elsewhere.
         """
         ends = np.array([phase.end for phase in self.plan.phases])
-        inner = self.times + np.where(self.local > 0.0, -INSTANT, INSTANT)
-        index = np.minimum(np.searchsorted(ends, inner), len(ends) - 1)
+        index = np.minimum(np.searchsorted(ends, self.inner), len(ends) - 1)
         flags = np.array([[leg in p.support for leg in LEGS] for p in self.plan.phases])
         return np.asarray(flags[index])
 
