@@ -10,6 +10,7 @@ import pinocchio as pin
 from benchmarks.judge.motion import Finding, Motion, at_least, at_most
 from gaitopt import LEGS
 from gaitopt.conventions import FloatArray
+from gaitopt.plan.settings.over_obstacle import StrideSettings
 
 RELATIVE = 1e-9
 """How much limits of joints may be exceeded."""
@@ -156,15 +157,20 @@ def _axis(motion: Motion, name: str) -> FloatArray:
 
 def accelerations(motion: Motion) -> list[Finding]:
     """Limits of joint accelerations and jerks where they are promised; no jumps at knots."""
-    out = []
-    for order, name, limit in ((2, "joint accelerations", motion.plan.settings.acceleration_limit),
-                               (3, "joint jerks", motion.plan.settings.jerk_limit)):  # fmt: skip
+    out, settings = [], motion.plan.settings
+    for order, name, limit in ((2, "joint accelerations", settings.acceleration_limit),
+                               (3, "joint jerks", settings.jerk_limit)):  # fmt: skip
         if limit is None:
             continue
-        most = np.abs(motion.derivative(order)[:, 6:]).max()
+        limits = np.full(len(motion.robot.joint_names), limit)
+        if isinstance(settings, StrideSettings):  # of each joint of a leg, from body to foot
+            of_leg = settings.accelerations if order == 2 else settings.jerks
+            for columns in motion.robot.leg_columns.values():
+                limits[list(columns)] = of_leg or limit
+        most = np.abs(motion.derivative(order)[:, 6:]).max(axis=0) / limits
         below = motion.derivative(order - 1)[:, 6:]
         first = np.flatnonzero(np.diff(motion.segments))
         jumps = np.abs(below[first] - below[first + 1]).max(initial=0.0)
-        out.append(at_most(name, most, limit * (1.0 + RELATIVE), "all joints"))
+        out.append(at_most(name, most, 1.0 + RELATIVE, motion.robot.joint_names))
         out.append(at_most(f"{name}, jumps at knots", jumps, 1e-6 * limit, "all joints"))
     return out

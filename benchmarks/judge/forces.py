@@ -15,6 +15,8 @@ from gaitopt.conventions import FloatArray
 
 NOTHING = 1e-6
 """What the linear program's own tolerance may take from a limit, as a share of the weight."""
+WORST, LOOKS = 3, 2
+"""Around so many of the tightest instants others are looked at, so many times."""
 PLACEHOLDER = 3.0
 """Effort limits of more than so many times the weight times the reach of a leg are none."""
 
@@ -40,11 +42,17 @@ def contact_forces(motion: Motion, instants: int, rng: np.random.Generator) -> l
     near = np.flatnonzero(np.abs(motion.times[:, None] - starts).min(axis=1) < 1e-9)
     chosen = np.union1d(chosen, rng.choice(near, min(instants // 2, len(near)), replace=False))
     accelerations = motion.derivative(2)
-    least, where = [], []
-    for k in chosen:
-        left, what = _tightest(motion, int(k), accelerations[k], limits)
-        least.append(left)
-        where.append(f"{motion.times[k]:.4f} s, {what}")
+    left: dict[int, tuple[float, str]] = {}
+    for look in range(1 + LOOKS):
+        for k in chosen.tolist():
+            if k not in left:
+                left[k] = _tightest(motion, k, accelerations[k], limits)
+        worst = sorted(left, key=lambda k: left[k][0])[:WORST]
+        # Samples that are near in time, then nearer: limits are tight for an instant only.
+        aside = np.arange(-3, 4) * 4 ** (LOOKS - 1 - look) if look < LOOKS else np.zeros(1, int)
+        chosen = np.unique(np.clip(np.add.outer(worst, aside), 0, len(motion.times) - 1))
+    least = [found for found, _ in left.values()]
+    where = [f"{motion.times[k]:.4f} s, {what}" for k, (_, what) in left.items()]
     weight = float(pin.computeTotalMass(motion.model)) * GRAVITY
     return [
         at_most("contact forces", jumps, RATE_JUMP, [f"jump at {t:.4f} s" for t in

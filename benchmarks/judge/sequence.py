@@ -75,7 +75,7 @@ def phases_agree(motion: Motion) -> list[Finding]:
                 gap = np.abs(centres[0] - centre).max()
             else:
                 feet = motion.feet[at : at + 1]
-            if phase.kind == "swing":
+            if phase.leg:
                 gap = max(gap, np.abs(feet[0, LEGS.index(phase.leg)] - foot).max())
             apart.append(gap)
             where.append(f"phase {k}, {time:.3f} s")
