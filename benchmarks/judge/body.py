@@ -10,7 +10,6 @@ import pinocchio as pin
 from benchmarks.judge.motion import Finding, Motion, at_least, at_most
 from gaitopt import LEGS
 from gaitopt.conventions import FloatArray
-from gaitopt.plan.settings.over_obstacle import StrideSettings
 
 RELATIVE = 1e-9
 """How much limits of joints may be exceeded."""
@@ -162,12 +161,8 @@ def accelerations(motion: Motion) -> list[Finding]:
                                (3, "joint jerks", settings.jerk_limit)):  # fmt: skip
         if limit is None:
             continue
-        limits = np.full(len(motion.robot.joint_names), limit)
-        if isinstance(settings, StrideSettings):  # of each joint of a leg, from body to foot
-            of_leg = settings.accelerations if order == 2 else settings.jerks
-            for columns in motion.robot.leg_columns.values():
-                limits[list(columns)] = of_leg or limit
-        most = np.abs(motion.derivative(order)[:, 6:]).max(axis=0) / limits
+        # Of a stride this is the largest of its joints' limits.
+        most = np.abs(motion.derivative(order)[:, 6:]).max(axis=0) / limit
         below = motion.derivative(order - 1)[:, 6:]
         first = np.flatnonzero(np.diff(motion.segments))
         jumps = np.abs(below[first] - below[first + 1]).max(initial=0.0)
