@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pinocchio as pin
 
 from gaitopt.certificate.check import JUMP, RELATIVE, SHORT, Check, Verdict, judged, worst_place
+from gaitopt.certificate.enclosure import Pieces
 from gaitopt.certificate.trace import Motion
 from gaitopt.conventions import LEGS, FloatArray, frozen
 from gaitopt.plan.plan import Plan
 
 Line = tuple[FloatArray, FloatArray]
+MOST_HALVINGS = 20
+"""Most times that a piece is cut in halves. The bound falls with the square of its length: twelve
+times leave a ten-millionth of what it was."""
 PARALLEL = 1e-6
 """Squared sine of the angle below which two axes count as parallel [rad^2]."""
 _DERIVATIVES = {2: ("joint accelerations", "rad/s^2"), 3: ("joint jerks", "rad/s^3")}
@@ -19,23 +25,23 @@ _DERIVATIVES = {2: ("joint accelerations", "rad/s^2"), 3: ("joint jerks", "rad/s
 def joint_positions(plan: Plan, motion: Motion) -> Check:
     """Joints stay within their limits: a polynomial lies within its Bernstein coefficients."""
     low, high = plan.robot.position_limits
-    least, most = motion.pieces.enclosure()
-    over = np.maximum(low - least[:, 6:], most[:, 6:] - high)
-    if not np.isfinite(over).any():
+    if not np.isfinite([low, high]).any():
         return Check("joint positions", Verdict.OK, -np.inf, RELATIVE, "rad",
                      note="no limits stated")  # fmt: skip
-    piece, joint = worst_place(over)
-    return judged("joint positions", float(over[piece, joint]), RELATIVE, "rad beyond limits",
-                   when=motion.pieces.starts[piece],
+    worst, when, joint = _worst(
+        motion.pieces, 0, lambda least, most: np.maximum(low - least, most - high), RELATIVE
+    )
+    return judged("joint positions", worst, RELATIVE, "rad beyond limits", when=when,
                    where=plan.robot.joint_names[joint])  # fmt: skip
 
 
 def joint_velocities(plan: Plan, motion: Motion) -> Check:
     """Joints keep their velocity limits, by the Bernstein coefficients of their rates."""
-    use = motion.pieces.largest(1)[:, 6:] / plan.robot.velocity_limits
-    piece, joint = worst_place(use)
-    return judged("joint velocities", float(use[piece, joint]), 1.0 + RELATIVE, "of the limit",
-                   when=motion.pieces.starts[piece],
+    limits = plan.robot.velocity_limits
+    worst, when, joint = _worst(
+        motion.pieces, 1, lambda least, most: _size(least, most) / limits, 1.0 + RELATIVE
+    )
+    return judged("joint velocities", worst, 1.0 + RELATIVE, "of the limit", when=when,
                    where=plan.robot.joint_names[joint])  # fmt: skip
 
 
@@ -60,15 +66,60 @@ def _derivative(plan: Plan, motion: Motion, order: int, limit: float | None) -> 
     name, unit = _DERIVATIVES[order]
     if limit is None:
         return None
-    largest = motion.pieces.largest(order)[:, 6:]
-    piece, joint = worst_place(largest)
-    worst, when = float(largest[piece, joint]), float(motion.pieces.starts[piece])
+    most_allowed = limit * (1.0 + RELATIVE)
+    worst, when, joint = _worst(motion.pieces, order, _size, most_allowed)
     before = plan.path.jumps(order - 1)[:, 6:]
     if before.size and before.max() > JUMP * max(limit, 1.0):
         knot, joint = worst_place(before)
         worst, when = np.inf, float(plan.path.times[knot + 1])
-    return judged(name, worst, limit * (1.0 + RELATIVE), unit, when=when,
+    return judged(name, worst, most_allowed, unit, when=when,
                    where=plan.robot.joint_names[joint])  # fmt: skip
+
+
+def _size(least: FloatArray, most: FloatArray) -> FloatArray:
+    """Largest size of numbers between two bounds."""
+    return np.maximum(np.abs(least), np.abs(most))
+
+
+def _worst(
+    pieces: Pieces,
+    derivative: int,
+    measure: Callable[[FloatArray, FloatArray], FloatArray],
+    limit: float,
+) -> tuple[float, float, int]:
+    """The worst measure of a derivative of the joints, the time of its piece [s], and the joint.
+
+    Bernstein coefficients lie around the values and may exceed a limit where these do not. Pieces
+    of which this is so are cut in halves, until no coefficient exceeds the limit, or a value does.
+
+    Args:
+        pieces: the path.
+        derivative: of it.
+        measure: from least and most values ``(P, nj)`` to what is held against the limit.
+        limit: the most that is allowed.
+    """
+    found = (-np.inf, float("nan"), 0)
+    for halving in range(MOST_HALVINGS + 1):
+        low, high = pieces.enclosure(derivative)
+        bounds = measure(low[:, 6:], high[:, 6:])
+        # What is no number is not within the limit.
+        beyond = np.logical_not(np.all(bounds <= limit, axis=1))
+        if not beyond.all():
+            found = max(found, _place(pieces, np.where(beyond[:, None], -np.inf, bounds)))
+        if not beyond.any():
+            break
+        pieces, bounds = pieces.chosen(beyond), bounds[beyond]
+        values = [measure(x[:, 6:], x[:, 6:]) for x in pieces.at_ends(derivative)]
+        if halving == MOST_HALVINGS or not all((value <= limit).all() for value in values):
+            return _place(pieces, bounds)
+        pieces = pieces.cut(np.full(len(pieces.starts), 2))
+    return found
+
+
+def _place(pieces: Pieces, values: FloatArray) -> tuple[float, float, int]:
+    """The largest of some values ``(P, nj)``, the time of its piece [s], and its joint."""
+    piece, joint = worst_place(values)
+    return float(values[piece, joint]), float(pieces.starts[piece]), joint
 
 
 def reach(plan: Plan, motion: Motion) -> Check:

@@ -101,3 +101,20 @@ def test_configurations_are_pinocchios() -> None:
         matrix = pin.Quaternion(*q[[6, 3, 4, 5]]).toRotationMatrix()
         assert matrix == pytest.approx(pin.rpy.rpyToMatrix(*row[3:6]), abs=1e-12)
         assert q[:3] == pytest.approx(row[:3]) and q[7:] == pytest.approx(row[6:])
+
+
+def test_a_rate_whose_coefficients_exceed_the_limit_and_whose_values_do_not_is_kept() -> None:
+    """0.9993, 1.00034, 0.9993 are Bernstein coefficients of a rate that is at most 0.99982."""
+    from gaitopt.certificate.joints import _size, _worst
+
+    ends, middle, span = 0.9993, 1.00034, 0.01
+    coefficients = np.zeros((4, 1, 7))
+    coefficients[:3, 0, 6] = (
+        2.0 * (ends - middle) / span**2 / 3.0, 2.0 * (middle - ends) / span / 2.0, ends
+    )  # fmt: skip
+    pieces = Pieces(np.zeros(1), np.full(1, span), coefficients)
+    assert pieces.largest(1)[0, 6] == pytest.approx(middle)
+    worst, when, joint = _worst(pieces, 1, _size, 1.0)
+    assert worst == pytest.approx(0.5 * (ends + middle), abs=1e-9) and joint == 0
+    assert when == pytest.approx(0.5 * span)
+    assert _worst(pieces, 1, _size, 0.99981)[0] > 0.99981
