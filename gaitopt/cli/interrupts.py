@@ -15,6 +15,8 @@ import time
 from types import FrameType
 from typing import Final
 
+from gaitopt.files import remove_unfinished
+
 PATIENCE: Final = 0.8
 """Time in which the program may end by itself [s]. Chosen: Ctrl-C works within a second."""
 STOPPED: Final = 130
@@ -56,17 +58,13 @@ def _stop(number: int, frame: FrameType | None) -> None:
 def _end_soon() -> None:
     """End the program, once it had time to end by itself."""
     time.sleep(PATIENCE)
-    from multiprocessing import active_children
-
-    from gaitopt.files import remove_unfinished
-
-    if "gaitopt.studies.workers" in sys.modules:
-        from gaitopt.studies.workers import end_workers
-
-        end_workers()
-    for child in active_children():
+    # The program may be ending at this moment: nothing is imported, and no lock is asked for.
+    workers = sys.modules.get("gaitopt.studies.workers")
+    if workers is not None:
+        workers.end_workers()
+    processes = sys.modules.get("multiprocessing.process")
+    for child in [] if processes is None else processes.active_children():
         child.terminate()
     remove_unfinished()
-    end_stopped()
-    sys.stderr.flush()
+    os.write(2, b"gaitopt: stopped\n")
     os._exit(STOPPED)

@@ -123,16 +123,17 @@ class Quadruped:
         return (Quadruped.from_urdf, (self.urdf, self.name, dict(self.knees)))
 
     def __eq__(self, other: object) -> bool:
-        """Whether URDF, name, given sides of the knees and Pinocchio's model are the same.
+        """Whether URDF, name, given sides of the knees, hulls and Pinocchio's model are the same.
 
-        All else follows from these. The model is among them because it can be changed in memory.
+        All else follows from these. The model is among them because it can be changed in memory,
+        and the hulls of meshes because they are known only where the mesh files were found.
         """
         if not isinstance(other, Quadruped):
             return NotImplemented
         if self is other:
             return True
         same = self.__reduce__()[1] == other.__reduce__()[1]
-        return same and bool(self.model == other.model)
+        return same and self.notes.hulls == other.notes.hulls and bool(self.model == other.model)
 
     def __hash__(self) -> int:
         return hash((self.sha256, self.name))

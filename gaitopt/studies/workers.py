@@ -21,12 +21,12 @@ def no_workers_left() -> Iterator[None]:
 
 
 def end_workers() -> None:
-    """End the worker processes of this program, if there are any."""
-    if "joblib" not in sys.modules:
-        return
-    from joblib.externals.loky import reusable_executor
+    """End the worker processes of this program, if there are any.
 
+    Nothing is imported: this may run while the program ends.
+    """
+    loky = sys.modules.get("joblib.externals.loky.reusable_executor")
     # Asking for the executor would start one.
-    executor = reusable_executor._executor
+    executor = None if loky is None else loky._executor
     if executor is not None:
         executor.shutdown(wait=False, kill_workers=True)
