@@ -67,13 +67,28 @@ def _derivative(plan: Plan, motion: Motion, order: int, limit: float | None) -> 
     if limit is None:
         return None
     most_allowed = limit * (1.0 + RELATIVE)
-    worst, when, joint = _worst(motion.pieces, order, _size, most_allowed)
+    # Joints with limits of their own are held against these: shares of the largest one.
+    own = limit / _own_limits(plan, order, limit)
+    worst, when, joint = _worst(
+        motion.pieces, order, lambda least, most: _size(least, most) * own, most_allowed
+    )
     before = plan.path.jumps(order - 1)[:, 6:]
     if before.size and before.max() > JUMP * max(limit, 1.0):
         knot, joint = worst_place(before)
         worst, when = np.inf, float(plan.path.times[knot + 1])
     return judged(name, worst, most_allowed, unit, when=when,
                    where=plan.robot.joint_names[joint])  # fmt: skip
+
+
+def _own_limits(plan: Plan, order: int, limit: float) -> FloatArray:
+    """The limits of the joints ``(nj,)``, which a stride has one by one."""
+    count = len(plan.robot.joint_names)
+    by_leg = {2: "accelerations", 3: "jerks"}[order]
+    own: tuple[float, ...] = getattr(plan.settings, by_leg, ())
+    limits = np.full(count, limit)
+    for leg in LEGS if own else ():
+        limits[list(plan.robot.leg_columns[leg])] = own
+    return limits
 
 
 def _size(least: FloatArray, most: FloatArray) -> FloatArray:

@@ -41,13 +41,14 @@ class TimingLimits:
     Attributes:
         squares: largest squared path speeds ``(S,)`` [1/s^2]: joint velocities, and 0 for a stop.
         first, second: derivatives of the joints whose acceleration is limited, by the path's
-            parameter ``(S, n)``.
+            parameter ``(S, n)``, times ``scales``.
         acceleration: limit of their accelerations [rad/s^2]; infinite for none.
         slack: what every side of a friction pyramid keeps, as a share of the weight.
         expected: squared path speeds near which torques that fall with the speed of joints are
             limited exactly ``(S,)`` [1/s^2], and elsewhere by more than needed; :attr:`squares` by
             default.
         falling: whether torques that fall with the speed of joints are limited at all.
+        scales: limit of all accelerations over each joint's own ``(n,)``, where these differ.
     """
 
     squares: FloatArray
@@ -57,3 +58,4 @@ class TimingLimits:
     slack: float = 0.0
     expected: FloatArray | None = None
     falling: bool = True
+    scales: FloatArray | float = 1.0

@@ -141,7 +141,7 @@ def _falling(
     own = np.flatnonzero(np.isfinite(lines.no_load[known]))
     joints = known[own]
     # Speeds along the path at unit speed.
-    slope = timing.first[samples][:, joints]
+    slope = (timing.first / timing.scales)[samples][:, joints]
     expected = timing.squares if timing.expected is None else timing.expected
     speed = np.abs(slope) * np.sqrt(np.minimum(expected[samples], NO_BOUND))[:, None]
     no_load, span = lines.no_load[joints], lines.span[joints]

@@ -48,7 +48,7 @@ def legs_needed_stretch(
     path: MotionPath,
     since: float,
     velocity_limits: FloatArray,
-    acceleration_limit: float,
+    acceleration_limit: FloatArray | float,
     parts: int = BOUND_PARTS,
 ) -> float:
     """Factor by which a path's time must grow so that all legs' joints keep their limits always.
@@ -60,7 +60,7 @@ def legs_needed_stretch(
         since: segments that end before this time are left out [s].
         velocity_limits: of the legs' joints ``(12,)``, in the order of
             :attr:`Quadruped.leg_joint_columns` [rad/s].
-        acceleration_limit: of all these joints [rad/s^2].
+        acceleration_limit: of all these joints, or of each ``(12,)`` [rad/s^2].
         parts: into which each segment is cut, as bounds are closer on shorter ones.
     """
     first = int(np.searchsorted(path.times[1:], since, side="right"))
@@ -69,7 +69,7 @@ def legs_needed_stretch(
     columns = BASE_COLUMNS + robot.leg_joint_columns
     velocity, acceleration = (largest_sizes(fine, k)[:, columns].max(axis=0) for k in (1, 2))
     return needed_stretch(
-        (velocity / velocity_limits).max(), acceleration.max() / acceleration_limit
+        (velocity / velocity_limits).max(), (acceleration / acceleration_limit).max()
     )
 
 

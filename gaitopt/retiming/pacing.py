@@ -43,6 +43,7 @@ class OtherLimits:
 
     Attributes:
         acceleration: of all joints [rad/s^2]; infinite for none.
+        scales: this limit over each joint's own ``(nj,)``, where these differ.
         speed: of body and feet on straight lines [m/s].
         faster: how many times as fast as the plan a smooth motion becomes at most; a straight line
             takes at least this part of a second. Only waiting, where nothing moves, has no other
@@ -50,6 +51,7 @@ class OtherLimits:
     """
 
     acceleration: float = np.inf
+    scales: FloatArray | float = 1.0
     speed: float = np.inf
     faster: float = 100.0
 
@@ -119,7 +121,10 @@ class Pacing:
         squares[ends[~rests]] = 0.0
         even = np.zeros(len(grid.piece), dtype=np.bool_)
         even[grid.first[:-1][rests[0]]] = even[grid.first[1:][rests[1]] - 1] = True
-        timing = TimingLimits(squares, joints, bend, others.acceleration, FRICTION_SLACK)
+        timing = TimingLimits(
+            squares, joints * others.scales, bend * others.scales, others.acceleration,
+            FRICTION_SLACK, scales=others.scales,
+        )  # fmt: skip
         ground, dynamics = LEVEL_GROUND, None
         if promised is not None:
             ground = ground_below(plan, course.moments, promised.friction)
@@ -173,7 +178,7 @@ class Pacing:
         edges = np.append(grid.begin[: grid.first[1]], grid.end[grid.first[1] - 1])
         squares = time_optimal_parametrisation(
             self.timing.first[at], self.timing.second[at], edges,
-            self.course.robot.velocity_limits, self.timing.acceleration,
+            self.course.robot.velocity_limits * self.timing.scales, self.timing.acceleration,
         )  # fmt: skip
         return squares[:-1].T.ravel(), squares[1:].T.ravel()
 

@@ -12,9 +12,9 @@ from gaitopt.inputs import check_kind, check_number
 from gaitopt.motion.path import MotionPath
 from gaitopt.plan.phase import Phase
 from gaitopt.plan.plan import Plan
-from gaitopt.plan.settings.base import PlanSettings
 from gaitopt.plan.settings.by_velocity import GaitSettings
 from gaitopt.plan.settings.crawl import CrawlSettings
+from gaitopt.plan.settings.over_obstacle import StrideSettings
 from gaitopt.plan.zmp_margin import with_zmp_margins
 from gaitopt.retiming.paced import PacedCourse
 from gaitopt.retiming.pacing import OtherLimits
@@ -88,15 +88,18 @@ def stopped(plan: Plan) -> Plan:
 
 def _timed(plan: Plan, limits: ForceLimits | None, rounding: float) -> Plan:
     """A plan that moves, as fast as forces within ``limits`` and its settings allow."""
-    motion, path = paced(plan, limits, _other_limits(plan.settings), rounding)
+    motion, path = paced(plan, limits, _other_limits(plan), rounding)
     return replace(plan, path=path, phases=_phases(plan, motion, path))
 
 
-def _other_limits(settings: PlanSettings) -> OtherLimits:
+def _other_limits(plan: Plan) -> OtherLimits:
     """What the settings ask for beside forces."""
-    others = OtherLimits()
+    settings, others = plan.settings, OtherLimits()
     if settings.acceleration_limit is not None:
         others = replace(others, acceleration=settings.acceleration_limit)
+    if isinstance(settings, StrideSettings) and settings.accelerations:
+        own = settings.joint_accelerations(plan.robot)
+        others = replace(others, scales=own.max() / own)
     if isinstance(settings, CrawlSettings) and settings.speed != "max":
         others = replace(others, speed=float(settings.speed))
     if isinstance(settings, GaitSettings):

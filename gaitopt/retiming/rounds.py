@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
 from gaitopt.dynamics.contacts import ForceLimits
 from gaitopt.dynamics.torque_limits import torque_lines
 from gaitopt.errors import InfeasibleStepError
@@ -51,7 +53,10 @@ def paced(
         pacing.check(motion, path)
     robot = plan.robot
     velocities = robot.velocity_limits[robot.leg_joint_columns]
-    needed = legs_needed_stretch(robot, path, 0.0, velocities, others.acceleration, 1)
+    accelerations = others.acceleration / np.broadcast_to(others.scales, len(robot.joint_names))
+    needed = legs_needed_stretch(
+        robot, path, 0.0, velocities, accelerations[robot.leg_joint_columns], 1
+    )
     if needed <= 1.0:
         return motion, path
     factor = needed * (1.0 + STRETCH_RESERVE)

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from gaitopt.conventions import FloatArray
+from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.errors import InputError
 from gaitopt.gait.crawl import SHAO_SEQUENCE, check_sequence, swing_order
 from gaitopt.inputs import check_count
@@ -120,6 +120,17 @@ class StrideSettings(PlanSettings):
             "swing_height": round(0.1 * reach, 3), "reach_fraction": 0.98,
             "accelerations": accelerations, "acceleration_limit": max(accelerations),
         }  # fmt: skip
+
+    def joint_accelerations(self, robot: Quadruped) -> FloatArray:
+        """Limit of every joint's acceleration ``(nj,)`` [rad/s^2].
+
+        Joints of no leg, which never move, have the largest of the others.
+        """
+        limits = np.full(len(robot.joint_names), max(self.accelerations, default=np.inf))
+        if self.accelerations:
+            for leg in LEGS:
+                limits[list(robot.leg_columns[leg])] = self.accelerations
+        return limits
 
     @property
     def obstacle_clearance(self) -> float:

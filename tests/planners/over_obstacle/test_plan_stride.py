@@ -6,6 +6,7 @@ Most are timed by joint velocities, as in the paper; those with contact forces s
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -425,3 +426,22 @@ def test_joined_pieces_follow_one_another() -> None:
     both = joined([one, two])
     assert both.duration == pytest.approx(one.duration + two.duration)
     assert both.evaluate([one.duration + 1.0]) == pytest.approx(two.evaluate([1.0]), abs=1e-9)
+
+
+def test_every_joint_keeps_its_own_acceleration_limit_with_forces() -> None:
+    """The hip of frog1 may accelerate half as fast as its knee; its limit was the knee's once."""
+    robot = load_robot("frog1")
+    plan = planner.plan_stride(robot, rectangular_obstacle(0.03, 0.03), approach=0, leave=0)
+    assert isinstance(plan.settings, StrideSettings)
+    own = plan.settings.joint_accelerations(robot)
+    assert own.min() < 0.6 * own.max()
+    times = np.linspace(0.0, plan.duration, 20_001)
+    share = np.abs(plan.path.evaluate(times, 2))[:, 6:].max(axis=0) / own
+    assert 0.8 < share.max() <= 1.0
+    certificate = verify(plan, collisions=False)
+    assert certificate["joint accelerations"].status == "ok"
+    # A planted fault: hips that may accelerate less than they do.
+    slower = tuple(0.5 * a if i == 0 else a for i, a in enumerate(plan.settings.accelerations))
+    weak = replace(plan, settings=replace(plan.settings, accelerations=slower))
+    found = verify(weak, collisions=False)["joint accelerations"]
+    assert found.status == "violated" and "HFE" in found.where
