@@ -27,6 +27,7 @@ SIGNALS: Final = tuple(
 """Signals that stop a command: Ctrl-C, ``kill``, and a terminal that was closed."""
 
 _stopped = threading.Event()
+_told = threading.Event()
 
 
 def stop_on_signals() -> None:
@@ -37,7 +38,9 @@ def stop_on_signals() -> None:
 
 def end_stopped() -> int:
     """Say that the program was stopped; the value is the exit code."""
-    print("gaitopt: stopped", file=sys.stderr)
+    if not _told.is_set():
+        _told.set()
+        print("gaitopt: stopped", file=sys.stderr)
     return STOPPED
 
 
@@ -66,5 +69,6 @@ def _end_soon() -> None:
     for child in [] if processes is None else processes.active_children():
         child.terminate()
     remove_unfinished()
-    os.write(2, b"gaitopt: stopped\n")
+    if not _told.is_set():
+        os.write(2, b"gaitopt: stopped\n")
     os._exit(STOPPED)

@@ -8,8 +8,6 @@ from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 if TYPE_CHECKING:
     from gaitopt.certificate.certificate import Certificate
     from gaitopt.plan.plan import Plan
@@ -18,6 +16,8 @@ if TYPE_CHECKING:
 
 def plain(value: Any) -> Any:
     """A value as JSON has it: numbers that are not finite become ``null``, arrays lists."""
+    import numpy as np
+
     if isinstance(value, dict):
         return {str(key): plain(each) for key, each in value.items()}
     if isinstance(value, (list, tuple)):

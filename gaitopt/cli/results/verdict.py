@@ -5,16 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from gaitopt.certificate.certificate import Outcome
-
 if TYPE_CHECKING:
     from gaitopt.certificate.certificate import Certificate
     from gaitopt.simulation.result import SimulationResult
 
 
-def verdict_line(
-    certificate: Certificate, physics: SimulationResult | None, plan: Path
-) -> str:  # fmt: skip
+def verdict_line(certificate: Certificate, physics: SimulationResult | None, plan: Path) -> str:
     """One line: what is certified, what physics says, and what to do next.
 
     Args:
@@ -35,21 +31,21 @@ def verdict_code(
         physics: the walk in physics; ``None`` where it was not tried.
         strict: whether the code is 3 where the plan is not certified.
     """
-    if certificate.outcome is Outcome.VIOLATED or (physics is not None and not physics.passed):
+    if certificate.outcome == "violated" or (physics is not None and not physics.passed):
         return 1
-    return 3 if strict and certificate.outcome is not Outcome.CERTIFIED else 0
+    return 3 if strict and certificate.outcome != "certified" else 0
 
 
 def _certified(certificate: Certificate) -> str:
     outcome = certificate.outcome
-    if outcome is Outcome.CERTIFIED:
+    if outcome == "certified":
         return "certified at every instant, contact forces included"
-    if outcome is Outcome.VIOLATED:
+    if outcome == "violated":
         names = ", ".join(check.name for check in certificate.violations)
         return f"violated: {names}"
-    if outcome is Outcome.KINEMATICS_ONLY:
+    if outcome == "kinematics only":
         return "kinematics only: contact forces are not promised"
-    missing = [c.name for c in certificate.checks if str(c.status) == "unchecked" and c.promised]
+    missing = [c.name for c in certificate.checks if c.status == "unchecked" and c.promised]
     return f"not all checked: {', '.join(missing)}"
 
 
@@ -60,8 +56,7 @@ def _tried(physics: SimulationResult | None) -> str:
 
 
 def _next(certificate: Certificate, physics: SimulationResult | None, plan: Path) -> str:
-    if not certificate.ok or certificate.outcome is Outcome.INCOMPLETE:
+    doubtful = not certificate.ok or certificate.outcome == "not all checked"
+    if doubtful or (physics is not None and not physics.passed):
         return f"next: gaitopt verify {plan}"
-    if physics is None:
-        return f"next: gaitopt simulate {plan}"
-    return f"next: gaitopt export {plan}" if physics.passed else f"next: gaitopt verify {plan}"
+    return f"next: gaitopt {'simulate' if physics is None else 'export'} {plan}"

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 from ground_walks import bumps, bumpy_search, bumpy_walk, footholds_on
+from in_browser import WATCH
 
 import gaitopt
 from gaitopt import LEGS, HeightMap, Plan
@@ -342,15 +343,6 @@ REPORT = """<script>
   pre.id = "report"; pre.textContent = btoa(JSON.stringify(out));
   document.body.append(pre);
 })();
-</script>"""
-
-WATCH = """<script>
-window.problems = [];
-for (const name of ["error", "warn"]) {
-  const old = console[name];
-  console[name] = (...a) => { window.problems.push(name + ": " + a.join(" ")); old(...a); };
-}
-window.addEventListener("error", (e) => window.problems.push(String(e.message)));
 </script>"""
 
 
