@@ -18,6 +18,7 @@ import numpy as np
 
 from gaitopt.conventions import GRAVITY, LEGS, BoolArray, FloatArray
 from gaitopt.dynamics.whole_body import motion_of_path
+from gaitopt.entering.accelerations import SHARES, Accelerations
 from gaitopt.entering.begin import Begin
 from gaitopt.entering.braking import Braking, Entry
 from gaitopt.entering.flights import Flight, landings
@@ -29,11 +30,6 @@ from gaitopt.optimize.sparse_quadratic import solve_sparse
 from gaitopt.stability.support import support_half_planes
 from gaitopt.stability.zmp import whole_body_zmp
 
-KNOT = 0.01
-"""Time between knots, at most [s]: between them the ZMP leaves a line by 0.02 mm (accelerations of
-an inverted pendulum of 0.3 m, 5 cm beside it)."""
-MOST_KNOTS = 24
-"""Most intervals of a phase, and least are a quarter of it."""
 ROUNDS = 8
 """Most corrections. Usual are three to five."""
 CLOSE = 2e-5
@@ -50,10 +46,6 @@ MOST_MISSING = 2
 """After so many of them without a path the way in which feet land is given up."""
 MOST_LANDINGS = 24
 """Most ways in which feet land that are tried, the quickest ones that joints allow."""
-INSET = 1e-7
-"""Share of an interval by which its ends lie inside: accelerations jump where feet land."""
-SHARES = (INSET, 0.5, 1.0 - INSET)
-"""Where in each interval the ZMP is looked at."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,7 +142,7 @@ def steered(begin: Begin, down: tuple[Flight, ...], brake: float, height: float)
     # Accelerations jump where feet land, and where the polynomials of flights meet.
     edges = [0.0, *(edge for flight in down for edge in flight.edges), _landing(down) + brake]
     phases = np.unique(np.round(edges, 12))
-    table = _Table.of(phases)
+    table = Accelerations.of(phases)
     others = Braking(begin.base, float(phases[-1]), 2)
     rows = _rows(begin, down, table)
     solution = np.zeros((table.size, 2))
@@ -186,83 +178,6 @@ def _zmp(entry: Entry, times: FloatArray) -> FloatArray | None:
 
 
 @dataclass(frozen=True, eq=False)
-class _Table:
-    """Accelerations at knots, and what follows from them at instants.
-
-    Attributes:
-        knots: ``(K + 1,)`` [s].
-        begin, end: the unknown at both ends of each interval ``(K,)``.
-        times: instants at which the ZMP is looked at ``(N,)`` [s].
-        place, velocity, acceleration: rows by the unknowns at these instants ``(N, n)``.
-        stop: rows of the velocity, and of the acceleration, at the end ``(2, n)``.
-        phase: of each instant ``(N,)``.
-    """
-
-    knots: FloatArray
-    begin: np.ndarray
-    end: np.ndarray
-    times: FloatArray
-    place: FloatArray
-    velocity: FloatArray
-    acceleration: FloatArray
-    stop: FloatArray
-    phase: np.ndarray
-
-    @property
-    def size(self) -> int:
-        """How many unknowns each coordinate has."""
-        return int(self.end[-1]) + 1
-
-    @classmethod
-    def of(cls, phases: FloatArray) -> _Table:
-        """Over phases with these ends ``(P + 1,)`` [s]; between phases accelerations may jump."""
-        counts = np.clip(np.ceil(np.diff(phases) / KNOT), MOST_KNOTS // 4, MOST_KNOTS).astype(int)
-        parts = [np.linspace(a, b, n, endpoint=False)
-                 for a, b, n in zip(phases[:-1], phases[1:], counts, strict=True)]  # fmt: skip
-        knots = np.append(np.concatenate(parts), phases[-1])
-        owner = np.repeat(np.arange(len(counts)), counts)
-        begin = np.arange(len(owner)) + owner
-        end = begin + 1
-        size = int(end[-1]) + 1
-        lengths = np.diff(knots)
-        rows: list[list[FloatArray]] = [[], [], []]
-        place, velocity = np.zeros(size), np.zeros(size)
-        eye = np.eye(size)
-        for i, h in enumerate(lengths.tolist()):
-            a, b = eye[begin[i]], eye[end[i]]
-            for share in (*SHARES, 1.0):
-                t = share * h
-                slope = (b - a) / h
-                now = (place + velocity * t + a * t**2 / 2.0 + slope * t**3 / 6.0,
-                       velocity + a * t + slope * t**2 / 2.0, a + slope * t)  # fmt: skip
-                if share < 1.0:
-                    for row, value in zip(rows, now, strict=True):
-                        row.append(value)
-            place, velocity = now[0], now[1]
-        times = (knots[:-1, None] + lengths[:, None] * np.array(SHARES)).ravel()
-        place_rows, velocity_rows, acceleration_rows = (np.array(row) for row in rows)
-        return cls(knots, begin, end, times, place_rows, velocity_rows, acceleration_rows,
-                   np.stack([velocity, eye[-1]]), np.repeat(owner, len(SHARES)))  # fmt: skip
-
-    def coefficients(self, base: FloatArray, solution: FloatArray) -> FloatArray:
-        """Polynomials of x and y, highest power first ``(4, K, 2)``.
-
-        Args:
-            base: x and y, and their rates, at the begin ``(2, 2)``.
-            solution: accelerations ``(n, 2)``.
-        """
-        place, rate = np.array(base[0]), np.array(base[1])
-        out = np.empty((4, len(self.begin), 2))
-        for i, h in enumerate(np.diff(self.knots).tolist()):
-            a, b = solution[self.begin[i]], solution[self.end[i]]
-            slope = (b - a) / h
-            out[:, i] = slope / 6.0, a / 2.0, rate, place
-            place = place + rate * h + a * h**2 / 2.0 + slope * h**3 / 6.0
-            rate = rate + a * h + slope * h**2 / 2.0
-        return out
-
-
-@dataclass(frozen=True, eq=False)
 class _Rows:
     """Where the ZMP is to be at the instants.
 
@@ -284,7 +199,7 @@ class _Rows:
         return np.asarray(value[self.equal])
 
 
-def _rows(begin: Begin, down: tuple[Flight, ...], table: _Table) -> _Rows:
+def _rows(begin: Begin, down: tuple[Flight, ...], table: Accelerations) -> _Rows:
     """The rows of all instants."""
     goals = np.array([begin.footholds[leg][0] for leg in LEGS])[:, :2]
     samples, normals, offsets, equal = [], [], [], []
@@ -319,7 +234,7 @@ def _sides(feet: FloatArray) -> tuple[FloatArray, FloatArray, BoolArray]:
 
 
 def _corrected(
-    begin: Begin, table: _Table, rows: _Rows, zmp: FloatArray, now: FloatArray, height: float
+    begin: Begin, table: Accelerations, rows: _Rows, zmp: FloatArray, now: FloatArray, height: float
 ) -> FloatArray | None:
     """Accelerations ``(n, 2)`` with which a point mass would mend what the ZMP misses.
 
