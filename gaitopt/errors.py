@@ -39,7 +39,16 @@ class PlanFileError(GaitoptError, ValueError):
 
 
 class SolverError(GaitoptError, RuntimeError):
-    """The residuals of a solver's result are too large, so the result is not used."""
+    """The residuals of a solver's result are too large, so the result is not used.
+
+    Attributes:
+        step: the step of a walk that was not solved, counted from 0; ``None`` where it is not
+            known, or where there is none.
+    """
+
+    def __init__(self, *message: object, step: int | None = None) -> None:
+        super().__init__(*message)
+        self.step = step
 
 
 class MissingPackageError(GaitoptError, ImportError):

@@ -68,6 +68,11 @@ def search_options(
         float | None,
         _way("Time for which to go on for a better walk once there is one; 0.", "SECONDS"),
     ] = None,
+    time_limit: Annotated[
+        float | None,
+        _way("Processor time after which the search ends without a way; 4 s and 2 s a metre.",
+             "SECONDS"),
+    ] = None,
     detours: Annotated[
         bool | None,
         _way("Whether the course goes round what the robot cannot cross; not for a goal with YAW.",

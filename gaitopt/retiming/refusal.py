@@ -65,7 +65,8 @@ def no_forces_between(phase: Phase, time: float) -> SolverError:
     return SolverError(
         f"{_named(phase)}: no timing was found whose contact forces exist "
         f"between the places at which they were looked for, near {time:.3f} s; take "
-        "another stability_margin or swing_height, or allow more friction or torque"
+        "another stability_margin or swing_height, or allow more friction or torque",
+        step=phase.step,
     )
 
 

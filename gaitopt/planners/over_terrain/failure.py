@@ -42,26 +42,34 @@ def no_way(search: TerrainSearch, detail: str = "") -> TerrainError:
         words.append(f"what stopped the {sum(n for _, n in causes)} tries of this step: {counts}")
     if detail:
         words.append(detail)
+    if search.late:
+        words.append(
+            "the search ended because its time was over, "
+            f"{search.settings.longest(search.course.length):.3g} s, so there may be a way "
+            "(time_limit)"
+        )
     worst = causes[0][0] if causes else Cause.GROUND
     words.append(f"what may help: {_CURES[worst]}; or a wider search (width_limit)")
     return TerrainError("; ".join(words), step, search.next_leg, dict(search.refused), search)
 
 
-def no_plan(search: TerrainSearch, step: int, detail: str) -> TerrainError:
+def no_plan(search: TerrainSearch, step: int, detail: str, plans: int) -> TerrainError:
     """The error where footholds were found again and again, and the walk over them refused.
 
     Args:
         search: the last search, which reached the goal.
-        step: that was refused last.
+        step: that was refused last; -1 where the planner did not say which.
         detail: why.
+        plans: how many walks were refused.
     """
-    leg = search.order[step]
+    leg = search.order[step] if step >= 0 else ""
+    where = f"step {step} of {search.steps} ({leg})" if step >= 0 else "the whole of it"
     message = (
-        f"footholds to the goal were found, and no walk over them: step {step} of {search.steps} "
-        f"({leg}) was refused last; {detail}; what may help: {_CURES[Cause.PLAN]}, another "
-        "body_height, or shorter steps (step_length)"
+        f"footholds to the goal were found, and no walk over them: {where} was refused last, of "
+        f"{plans} in all; {detail}; what may help: {_CURES[Cause.PLAN]}, another body_height, or "
+        "shorter steps (step_length)"
     )
-    return TerrainError(message, step, leg, {Cause.PLAN: 1}, search)
+    return TerrainError(message, step, leg, {Cause.PLAN: plans}, search)
 
 
 def _in_order(refused: Mapping[Cause, int]) -> list[tuple[Cause, int]]:

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from gaitopt.conventions import LEGS, Progress
 from gaitopt.dynamics.contacts import ForceLimits
-from gaitopt.errors import InfeasibleStepError
+from gaitopt.errors import InfeasibleStepError, RouteError, SolverError
 from gaitopt.gait.crawl import WANG_SEQUENCE
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.settings.base import check_names
@@ -75,15 +75,17 @@ def search_terrain(
         InputError: start, goal or a setting is wrong, or there is no place for the feet at the
             start.
     """
-    begin = time.perf_counter()
+    begin, clock = time.perf_counter(), time.thread_time()
     search = search_for(robot, ground, goal, start, TerrainSettings.for_robot(robot, **options))
     first, usual = first_layer(search), search.judge.settings
-    left = search.effort
+    left, end = search.effort, clock + usual.longest(search.course.length)
 
     def result_with(settings: TerrainSettings, last: bool = False) -> TerrainSearch:
         nonlocal left
-        tried = with_settings(search, settings)
-        found = tried.run([first], progress, left if last else left // 2)
+        tried, now = with_settings(search, settings), time.thread_time()
+        found = tried.run(
+            [first], progress, left if last else left // 2, end if last else (now + end) / 2.0
+        )
         left -= found.work
         return result_of(tried, found, begin)
 
@@ -95,20 +97,20 @@ def search_terrain(
         if best is None or result.share > best.share:
             best = result
         if best.complete:
-            return _better(search, best, begin)
+            return _better(search, best, begin, clock)
     assert best is not None
     if usual.width_limit == narrow:
         return best
     # The length with which it got farthest, with a wider beam.
     result = result_with(replace(best.settings, width_limit=usual.width_limit), last=True)
-    return _better(search, result, begin) if result.share >= best.share else best
+    return _better(search, result, begin, clock) if result.share >= best.share else best
 
 
-def _better(search: Search, best: TerrainSearch, begin: float) -> TerrainSearch:
+def _better(search: Search, best: TerrainSearch, begin: float, clock: float) -> TerrainSearch:
     """The cheapest walk that ever wider beams find until the time is over."""
-    until = begin + best.settings.time_budget
+    until = clock + best.settings.time_budget
     settings = best.settings
-    while best.complete and time.perf_counter() < until:
+    while best.complete and time.thread_time() < until:
         settings = replace(settings, width=2 * settings.width)
         if settings.width > settings.width_limit:
             break
@@ -207,23 +209,22 @@ def plan_terrain(
     if not search.complete:
         raise no_way(search)
     searching = search_for(robot, ground, goal, start, search.settings)
-    detail, layers, last, refused = "", [first_layer(searching)], search, 0
-    for _ in range(MOST_PLANS):
-        if search is None:
-            found = searching.run(layers, progress)
-            search = result_of(searching, found, begin)
-            layers = list(found.layers)
-        if not search.complete:
-            raise no_way(search, detail)
+    detail, layers, plans = "", [first_layer(searching)], 0
+    end = time.thread_time() + search.settings.longest(search.course.length)
+    while True:
         plan, refused, detail = _planned(robot, search, searching.judge.limbs, further)
         if plan is not None:
             return plan
+        plans += 1
+        if refused < 0 or plans == MOST_PLANS or time.thread_time() > end:
+            raise no_plan(search, refused, detail, plans)
         leg = LEGS.index(search.order[refused])
         step = (refused, leg, int(search.stands[refused + 1, leg]))
         searching = replace(searching, banned=searching.banned | {step})
-        layers = layers[: max(refused + 1 - BEFORE, 1)]
-        last, search = search, None
-    raise no_plan(last, refused, detail)
+        found = searching.run(layers[: max(refused + 1 - BEFORE, 1)], progress, until=end)
+        search, layers = result_of(searching, found, begin), list(found.layers)
+        if not search.complete:
+            raise no_way(search, detail)
 
 
 def _from_state(way: Plan, start: State) -> Plan:
@@ -239,11 +240,14 @@ def _from_state(way: Plan, start: State) -> Plan:
 def _planned(
     robot: Quadruped, search: TerrainSearch, limbs: Limbs, options: dict[str, Any]
 ) -> tuple[Plan | None, int, str]:
-    """The walk over the footholds of a search; or ``None``, the step that is refused, and why."""
+    """The walk over the footholds of a search; or ``None``, the step that is refused, and why.
+
+    The step is -1 where the planner does not say which it is.
+    """
     try:
         plan = plan_crawl(robot, search.footholds, **options)
-    except InfeasibleStepError as error:
-        return None, max(error.step, 0), f"the planner of the walk said: {error}"
+    except (InfeasibleStepError, SolverError) as error:
+        return None, _refused_step(error), f"the planner of the walk said: {error}"
     touching = first_touching_step(plan, limbs)
     if touching is None:
         return plan, -1, ""
@@ -251,3 +255,13 @@ def _planned(
         f"in step {touching} of the walk that was planned a limb touches the ground or another link"
     )
     return None, touching, words
+
+
+def _refused_step(error: InfeasibleStepError | SolverError) -> int:
+    """The step that an error of the planner is about; -1 where it does not say."""
+    if isinstance(error, RouteError):
+        return error.steps[0] if error.steps else -1
+    if isinstance(error, InfeasibleStepError):
+        # What is wrong with the first stance is not there over another first step.
+        return max(error.step, 0)
+    return -1 if error.step is None else max(error.step, 0)

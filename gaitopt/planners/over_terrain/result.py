@@ -35,6 +35,7 @@ class TerrainSearch:
         refused: at the first step that no state could make, how many tries were refused for what.
         cost: of the way, in body heights.
         seconds: that the search took [s].
+        late: whether it ended without a way because its time was over.
     """
 
     footholds: Footholds
@@ -50,6 +51,7 @@ class TerrainSearch:
     refused: Mapping[Cause, int]
     cost: float
     seconds: float
+    late: bool = False
 
     @property
     def metres(self) -> float:

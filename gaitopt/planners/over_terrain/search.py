@@ -12,7 +12,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from time import perf_counter
+from time import thread_time
 
 import numpy as np
 
@@ -97,7 +97,7 @@ class Search:
             first: layers to begin with.
             progress: called with (steps done, steps in all).
             most: tries after which it ends; by default :attr:`effort`.
-            until: time at which it ends, by ``time.perf_counter`` [s].
+            until: processor time at which it ends, by ``time.thread_time`` [s].
         """
         settings = self.judge.settings
         layers, steps = list(first), 4 * self.cycles
@@ -106,9 +106,9 @@ class Search:
         width, stuck, farthest = settings.width, -1, list(first)
         reasons: dict[Cause, int] = {}
         work, most = 0, self.effort if most is None else most
-        while len(layers) <= steps and work <= most and perf_counter() < until:
+        while len(layers) <= steps and work <= most and thread_time() < until:
             refused = Counter()
-            following = self._next(layers[-1], width, refused, tried)
+            following = self._next(layers[-1], width, refused, tried, until)
             work += width + refused.total()
             if following is not None:
                 layers.append(following)
@@ -129,7 +129,8 @@ class Search:
             stuck = max(len(layers), stuck)
             layers = layers[: max(len(layers) - BACK * width // settings.width, 1)]
         numbers = np.array(sorted(tried), dtype=int)
-        return Found(tuple(farthest), steps, reasons or dict(refused), numbers, width, work)
+        late = len(farthest) <= steps and thread_time() >= until
+        return Found(tuple(farthest), steps, reasons or dict(refused), numbers, width, work, late)
 
     def usual(self, leg: int, steps: int) -> FloatArray:
         """Where a leg usually stands after a number of its steps ``(2,)`` [m]."""
@@ -144,13 +145,13 @@ class Search:
         return Outlook(self.judge, self.stands, self.course, self.cycles)
 
     def _next(
-        self, layer: Layer, width: int, refused: Counter[Cause], tried: set[int]
+        self, layer: Layer, width: int, refused: Counter[Cause], tried: set[int], until: float
     ) -> Layer | None:
         """The states after one more step; ``None`` where there is none."""
         orders = [self.legs(made) for made in layer.made]
         for choice in range(4):
             legs = np.array([o[choice] if choice < len(o) else -1 for o in orders])
-            found = self._expand(layer, legs, width, refused, tried)
+            found = self._expand(layer, legs, width, refused, tried, until)
             if found is not None:
                 return found
         return None
@@ -161,8 +162,9 @@ class Search:
         return [leg for leg in CYCLE if made[leg] == least]
 
     def _expand(
-        self, layer: Layer, legs: np.ndarray, width: int, refused: Counter[Cause], tried: set[int]
-    ) -> Layer | None:
+        self, layer: Layer, legs: np.ndarray, width: int, refused: Counter[Cause],
+        tried: set[int], until: float,
+    ) -> Layer | None:  # fmt: skip
         """The cheapest states in which given legs ``(N,)`` have stepped; -1 for none."""
         state, stand, cost = self._candidates(layer, legs, refused)
         if not len(state):
@@ -178,7 +180,7 @@ class Search:
                 rare = number < 3 * (most // MOST_CHUNKS)
                 self._judge(layer, leg, state[own], stand[own], cost[own], kept, refused, rare)
             tried.update(stand[chunk].tolist())
-            if kept.full:
+            if kept.full or thread_time() > until:
                 break
         return kept.layer(layer, legs)
 

@@ -22,7 +22,11 @@ CLEARANCE_SHARE = 0.05
 """Clearance of flying feet above what lies between, as a share of the standing height."""
 LIMB_SHARE = 0.03
 """Clearance of limbs and trunk, as a share of the standing height."""
-
+START_TIME, METRE_TIME = 4.0, 2.0
+"""Processor time after which a search ends without a way, for each search and for each metre of it
+[s], with the usual `width_limit`; a wider search may take longer in the same proportion. Chosen: a
+refusal over 3 m takes 10 s at most, and the walks over the hardest ground that are found take less
+(docs/terrain_table.md)."""
 
 HEIGHT_SHARE = 1.15
 """Height of the body as a share of the standing height, where the joints allow it. Chosen: limbs
@@ -61,6 +65,8 @@ class TerrainSettings:
         width_limit: width up to which the search is repeated where it finds no way.
         time_budget: time for which the search goes on for a better walk once it has one [s]. What
             it then finds depends on how fast the machine is; with 0 it does not.
+        time_limit: time after which the search ends without a way [s]. By default it is the time
+            budget, or :meth:`longest` where there is none. Both are processor time.
         detours: whether the course goes round what the robot cannot cross; not for goals with yaw.
 
     Raises:
@@ -81,6 +87,7 @@ class TerrainSettings:
     width: int = 6
     width_limit: int = 96
     time_budget: float = 0.0
+    time_limit: float | None = None
     detours: bool = True
 
     def __post_init__(self) -> None:
@@ -95,8 +102,19 @@ class TerrainSettings:
         check_number("friction", self.friction, 1e-3, 10.0)
         check_count("width", self.width, 1, 10_000)
         check_number("time_budget", self.time_budget, 0.0, 1e6, "s")
+        if self.time_limit is not None:
+            check_number("time_limit", self.time_limit, 0.0, 1e6, "s")
         check_kind("detours", self.detours, bool)
         check_count("width_limit", self.width_limit, 1, 100_000)
+
+    def longest(self, metres: float) -> float:
+        """Processor time after which a search ends, for a course of some length [m], in seconds."""
+        if self.time_limit is not None:
+            return self.time_limit
+        if self.time_budget > 0.0:
+            return self.time_budget
+        usual = TerrainSettings.width_limit
+        return (START_TIME + METRE_TIME * metres) * max(self.width_limit / usual, 1.0)
 
     @classmethod
     def for_robot(cls, robot: Quadruped, **options: Any) -> TerrainSettings:

@@ -173,4 +173,5 @@ def result_of(search: Search, found: Found, begin: float) -> TerrainSearch:
         refused=found.refused,
         cost=float(found.layers[-1].cost.min()),
         seconds=time.perf_counter() - begin,
+        late=found.late,
     )

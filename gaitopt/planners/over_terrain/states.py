@@ -50,6 +50,7 @@ class Found:
         tried: numbers of the stands that were tried ``(n,)``.
         width: of the beam at the end.
         work: tries of steps that it took.
+        late: whether it ended because its time was over.
     """
 
     layers: tuple[Layer, ...]
@@ -58,6 +59,7 @@ class Found:
     tried: np.ndarray
     width: int
     work: int
+    late: bool = False
 
     @property
     def complete(self) -> bool:

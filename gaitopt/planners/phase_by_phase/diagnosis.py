@@ -99,7 +99,8 @@ def explain_step(
     if best.solved and best.value > settings.stability_margin + RESERVE:
         return SolverError(
             f"step {step} ({leg}): the COG problem has a solution (margin {best.value:.4g} m) but "
-            f"was not solved to tolerance; please report this, with the plan's inputs"
+            f"was not solved to tolerance; please report this, with the plan's inputs",
+            step=step,
         )
     where = f"step {step} ({leg} onto its foothold at {np.round(steps.targets[step], 4).tolist()})"
     inscribed = _inscribed_radius(robot, steps, settings, step, place)

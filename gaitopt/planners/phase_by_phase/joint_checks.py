@@ -134,5 +134,6 @@ def check_precision(
             f"step {step[i]} ({kind} for {steps.legs[step[i]]}): feet leave their path by "
             f"{errors[i]:.2g} m between knots, even with {intervals} intervals; take "
             "reach_fraction below 1 or another body_height, so that no leg is quite straight or "
-            "folded"
+            "folded",
+            step=int(step[i]),
         )

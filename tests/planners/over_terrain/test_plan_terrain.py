@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import replace
 from typing import Any
 
@@ -137,6 +138,81 @@ def test_a_search_makes_no_more_tries_than_it_may() -> None:
     assert not found.complete and 100 < found.work < 300 and len(found.layers) > 2
     full = search.run([first_layer(search)])
     assert full.complete and full.work < search.effort
+
+
+def test_a_search_ends_in_the_middle_of_a_layer_when_its_time_is_over(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Each look at the clock is a second here. A layer of a wide beam takes many of them."""
+    clock = itertools.count()
+    monkeypatch.setattr("gaitopt.planners.over_terrain.search.thread_time", lambda: next(clock))
+    settings = TerrainSettings.for_robot(GO2, width=200)
+    search = search_for(GO2, ground("rubble", difficulty=0.5), (LENGTH, 0.0), (0.0, 0.0, 0.0),
+                        settings)  # fmt: skip
+    found = search.run([first_layer(search)], until=10.0)
+    assert found.late and not found.complete and 10 < next(clock) < 20
+    whole = search.run([first_layer(search)], until=1e9)
+    assert whole.complete and not whole.late and next(clock) > 100
+
+
+def test_a_search_without_time_says_so() -> None:
+    with pytest.raises(TerrainError, match=r"its time was over, 0 s, so there may be a way"):
+        gaitopt.choose_footholds(GO2, ground("flat"), (LENGTH, 0.0), start=(0.0, 0.0, 0.0),
+                                 time_limit=0.0)  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("options", "seconds"),
+    [({}, 10.0), ({"width_limit": 192}, 20.0), ({"time_budget": 60.0}, 60.0),
+     ({"time_budget": 60.0, "time_limit": 5.0}, 5.0)],
+)  # fmt: skip
+def test_how_long_a_search_over_three_metres_may_take(
+    options: dict[str, Any], seconds: float
+) -> None:
+    assert TerrainSettings.for_robot(GO2, **options).longest(3.0) == seconds
+
+
+def refusing(errors: list[gaitopt.GaitoptError]) -> Any:
+    """``plan_crawl`` that first raises some errors."""
+
+    def planned(*arguments: Any, **options: Any) -> gaitopt.Plan:
+        if errors:
+            raise errors.pop(0)
+        return gaitopt.plan_crawl(*arguments, **options)
+
+    return planned
+
+
+FEW_STEPS = (GO2, HeightMap(np.zeros((80, 80)), 0.02, (-0.7, -0.8)), (0.2, 0.0))
+
+
+def test_steps_that_a_solver_did_not_solve_are_not_made_again(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    errors: list[gaitopt.GaitoptError] = [
+        gaitopt.SolverError("step 3 (LF): not to its tolerance", step=3),
+        gaitopt.RouteError("residuals", (5, 6), None, ""),
+        gaitopt.SolverError("after the last step", step=-1),
+    ]
+    usual = gaitopt.choose_footholds(*FEW_STEPS, start=(0.0, 0.0, 0.0))
+    monkeypatch.setattr("gaitopt.planners.over_terrain.planner.plan_crawl", refusing(errors))
+    plan = gaitopt.plan_terrain(*FEW_STEPS, start=(0.0, 0.0, 0.0))
+    assert not errors and plan.footholds != usual
+    order = plan.footholds.order
+    assert order is not None and order == usual.order
+    for step in (0, 3, 5):
+        leg, made = order[step], order[: step + 1].count(order[step])
+        assert np.linalg.norm(plan.footholds[leg][made] - usual[leg][made]) > 0.01
+
+
+def test_an_error_of_the_planner_that_names_no_step_becomes_one_clear_error(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("gaitopt.planners.over_terrain.planner.plan_crawl",
+                        refusing([gaitopt.SolverError("no solution")] * 2))  # fmt: skip
+    with pytest.raises(TerrainError, match=r"the whole of it.*no solution") as told:
+        gaitopt.plan_terrain(*FEW_STEPS, start=(0.0, 0.0, 0.0))
+    assert told.value.step == -1 and told.value.leg == "" and told.value.search.complete
 
 
 def test_a_walk_goes_round_a_wall_through_its_gap() -> None:

@@ -21,5 +21,7 @@ def refused(route: Route, motion: SplineMotion, span: int, reason: str) -> Solve
     step = int(np.append(motion.knots.step, motion.knots.step[-1])[span])
     return SolverError(
         f"step {route.first_step + step} ({route.steps.legs[step]}): {reason} on a continuous "
-        "walk; take another body_height, swing_height or stability_margin, or a walk phase by phase"
+        "walk; take another body_height, swing_height or stability_margin, or a walk phase by "
+        "phase",
+        step=route.first_step + step,
     )

@@ -60,7 +60,8 @@ def densify(
             k = int(np.argmax(np.where(np.isfinite(worst), worst, np.inf)))
             raise SolverError(
                 f"step {knots.step[k]}: standing feet leave their places by {worst[k]:.2g} m "
-                f"between knots, even with {MOST_PIECES} parts; take reach_fraction below 1"
+                f"between knots, even with {MOST_PIECES} parts; take reach_fraction below 1",
+                step=int(knots.step[k]),
             )
         # The slip in the middle of a piece falls with the square of its length.
         more = np.ceil(counts * np.sqrt(SLIP_RESERVE * worst / SLIP_TOLERANCE)).astype(int)
