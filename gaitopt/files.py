@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import shutil
+import stat
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -41,6 +43,21 @@ def remove_unfinished() -> None:
             path.unlink(missing_ok=True)
 
 
+def what_no_file_is(path: StrPath) -> str:
+    """What lies at a path and is no regular file: ``"a pipe"``, for instance; or nothing.
+
+    Reading a pipe may wait for ever, reading a device may never end, and a file that is written in
+    place of a device takes it away from the whole machine.
+    """
+    try:
+        mode = Path(path).stat().st_mode
+    except (OSError, ValueError, TypeError):
+        return ""  # It is not there, or whoever opens it says what is wrong.
+    kinds = {stat.S_IFIFO: "a pipe", stat.S_IFCHR: "a device", stat.S_IFBLK: "a device",
+             stat.S_IFSOCK: "a socket"}  # fmt: skip
+    return kinds.get(stat.S_IFMT(mode), "")
+
+
 @contextmanager
 def written_whole(path: StrPath, *, binary: bool = False) -> Iterator[IO[Any]]:
     """Open a file for writing that appears at ``path`` complete, or not at all.
@@ -53,9 +70,18 @@ def written_whole(path: StrPath, *, binary: bool = False) -> Iterator[IO[Any]]:
         binary: whether the stream takes bytes instead of text.
 
     Raises:
-        InputError: the folder does not exist or cannot be written to.
+        InputError: the folder does not exist or cannot be written to, or a pipe or a device is
+            there.
     """
-    target = Path(os.path.realpath(path))
+    try:
+        target = Path(os.path.realpath(path))
+    except (TypeError, ValueError):
+        raise InputError(
+            f"the path of a file must be a text or a path, got {str(path)[:100]!r}"
+        ) from None
+    special = what_no_file_is(target)
+    if special or not target.name:
+        raise InputError(f"cannot write {path}: it is {special or 'no file'}; give another path")
     try:
         handle, name = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
     except OSError as error:
@@ -112,6 +138,15 @@ def silenced_stderr() -> Iterator[Callable[[], str]]:
             words.append(kept.read(MOST_PRINTED).decode("utf-8", "replace"))
 
 
+def _at_once(path: str, flags: int) -> int:
+    """Open a file without waiting: a pipe that came in its place has no writer, perhaps."""
+    handle = os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
+    if not stat.S_ISREG(os.fstat(handle).st_mode):
+        os.close(handle)
+        raise OSError(errno.EISDIR, os.strerror(errno.EISDIR))
+    return handle
+
+
 def read_bounded(path: StrPath, limit: int, error: type[GaitoptError]) -> bytes:
     """Read a file that may come from somebody else, up to a largest size.
 
@@ -128,9 +163,12 @@ def read_bounded(path: StrPath, limit: int, error: type[GaitoptError]) -> bytes:
         source = Path(path)
     except TypeError:
         raise error(f"the path of a file must be a text or a path, got {path!r}") from None
+    special = what_no_file_is(source)
+    if special:
+        raise error(f"cannot read {source}: it is {special}, and no file; save it as a file first")
     try:
-        with source.open("rb") as stream:
-            data = stream.read(limit + 1)
+        with open(source, "rb", opener=_at_once) as stream:
+            data = stream.read(limit + 1) or b""
     except (OSError, ValueError) as cause:
         raise error(f"cannot read {source}: {getattr(cause, 'strerror', '') or cause}") from cause
     if len(data) > limit:

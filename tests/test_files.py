@@ -10,7 +10,14 @@ from pathlib import Path
 
 import pytest
 
-from gaitopt.errors import FootholdsError, GaitoptError, InputError, PlanFileError
+import gaitopt
+from gaitopt.errors import (
+    FootholdsError,
+    GaitoptError,
+    GroundError,
+    InputError,
+    PlanFileError,
+)
 from gaitopt.files import read_bounded, written_whole
 
 
@@ -144,3 +151,29 @@ def test_missing_file_is_the_callers_kind_of_error(
 def test_folder_cannot_be_read(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="Is a directory"):
         read_bounded(tmp_path, 100, InputError)
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="pipes in folders are of POSIX")
+def test_pipes_and_devices_are_refused_at_once(tmp_path: Path) -> None:
+    """Reading a pipe waits for its writer, and a file in place of a device takes it away."""
+    pipe = tmp_path / "pipe.csv"
+    os.mkfifo(pipe)
+    with pytest.raises(FootholdsError, match="it is a pipe"):
+        read_bounded(pipe, 10, FootholdsError)
+    with pytest.raises(InputError, match="it is a device"):
+        read_bounded("/dev/zero", 10, InputError)
+    for special in (pipe, "/dev/null"):
+        with pytest.raises(InputError, match="it is a "), written_whole(special) as stream:
+            stream.write("x")
+    assert stat.S_ISFIFO(pipe.stat().st_mode) and stat.S_ISCHR(Path("/dev/null").stat().st_mode)
+    with pytest.raises(GroundError, match="it is a pipe"):
+        os.mkfifo(tmp_path / "pipe.mcap")
+        gaitopt.load_ground(tmp_path / "pipe.mcap")
+
+
+@pytest.mark.parametrize("path", [None, 3, b"a.txt", "a\0b", 1.5, ["a"]])
+def test_what_is_no_path_is_an_input_error(path: object) -> None:
+    with pytest.raises(InputError), written_whole(path) as stream:  # type: ignore[arg-type]
+        stream.write("x")
+    with pytest.raises(InputError):
+        read_bounded(path, 10, InputError)  # type: ignore[arg-type]

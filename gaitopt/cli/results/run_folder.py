@@ -13,12 +13,14 @@ from pathlib import Path
 from typing import Any, Final
 
 from gaitopt.errors import InputError
-from gaitopt.files import unfinished, written_whole
+from gaitopt.files import read_bounded, unfinished, written_whole
 
 ROOT: Final = Path("out")
 """Folder in which runs get folders of their own."""
 RECORD: Final = "run.json"
 """File that tells what a folder holds: the command, its files and its verdict."""
+RECORD_LIMIT: Final = 1_000_000
+"""Largest record that is read [bytes]. Chosen here: those of gaitopt are of a few thousand."""
 MOST_RUNS: Final = 10_000
 """Most folders of one name. Chosen: nobody looks through more, and the search for a name ends."""
 
@@ -168,9 +170,9 @@ def _remove_earlier(path: Path, names: Sequence[str]) -> None:
 def _recorded(path: Path) -> list[str]:
     """Names in the record of an earlier run that lie in its folder."""
     try:
-        files = json.loads((path / RECORD).read_text("utf-8"))["files"]
+        files = json.loads(read_bounded(path / RECORD, RECORD_LIMIT, InputError))["files"]
         return [str(name) for name in files if Path(str(name)).name == str(name)]
-    except (OSError, ValueError, KeyError, TypeError):
+    except (InputError, ValueError, KeyError, TypeError, RecursionError):
         return []
 
 

@@ -13,6 +13,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from gaitopt.errors import MissingPackageError, RobotError
+from gaitopt.files import read_bounded
 from gaitopt.robots.files.meshes import LEVELS, with_ros_packages
 from gaitopt.robots.files.options import ReadOptions
 from gaitopt.robots.files.xacro_process import MOST_SECONDS
@@ -142,10 +143,8 @@ def _wanted(path: Path) -> dict[str, set[str]]:
     files = [path, *sorted(p for p in path.parent.rglob("*.xacro") if p != path)[:MOST_FILES]]
     for file in files:
         try:
-            if file.stat().st_size > FILE_LIMIT:
-                continue
-            text = file.read_text("utf-8", "replace")
-        except OSError:
+            text = read_bounded(file, FILE_LIMIT, RobotError).decode("utf-8", "replace")
+        except RobotError:
             continue
         for package, inside in _FIND.findall(text):
             wanted.setdefault(package, set()).add(inside)
@@ -169,8 +168,9 @@ def _folders(package: str, path: Path, options: ReadOptions) -> Iterator[Path]:
 def _package_name(folder: Path) -> str:
     """The name in a folder's ``package.xml``; empty without one."""
     try:
-        text = (folder / "package.xml").read_text("utf-8", "replace")[:FILE_LIMIT]
-    except OSError:
+        data = read_bounded(folder / "package.xml", FILE_LIMIT, RobotError)
+    except RobotError:
         return ""
+    text = data.decode("utf-8", "replace")
     name = re.search(r"<name>\s*([\w.-]+)\s*</name>", text)
     return name.group(1) if name else ""

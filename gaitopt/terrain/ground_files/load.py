@@ -8,7 +8,7 @@ from types import MappingProxyType
 from typing import Final
 
 from gaitopt.errors import GaitoptError, GroundError, InputError
-from gaitopt.files import StrPath
+from gaitopt.files import StrPath, what_no_file_is
 from gaitopt.terrain.ground_files.arrays import read_npy, read_npz
 from gaitopt.terrain.ground_files.bags import read_bag
 from gaitopt.terrain.ground_files.images import read_geotiff, read_png
@@ -89,6 +89,11 @@ def load_ground(
         )
     if not source.exists():
         raise GroundError(f"there is no file {source}")
+    special = what_no_file_is(source)
+    if special:
+        raise GroundError(
+            f"cannot read {source}: it is {special}, and no file; save it as a file first"
+        )
     try:
         return reader(source, options)
     except GroundError as error:
