@@ -51,7 +51,8 @@ def ended(plan: Plan, end: State) -> Plan:
     begin = plan.path.evaluate([plan.duration])[0, :BASE_COLUMNS]
     goal = np.array(end.columns[:BASE_COLUMNS])
     goal[5] += FULL_TURN * np.round((begin[5] - goal[5]) / FULL_TURN)
-    move = moved(plan.robot, last, begin, goal, limits, "end")
+    accelerations = plan.settings.joint_accelerations(plan.robot)
+    move = moved(plan.robot, last, begin, goal, limits, accelerations, "end")
     if move is None:
         return plan
     start = plan.duration

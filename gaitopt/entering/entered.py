@@ -37,7 +37,8 @@ def entered(walk: Plan, begin: Begin, landing: Landed | None, limits: ForceLimit
     rest = begin.base[0] if landing is None else landing.base
     # The entry's yaw counts as many whole turns as that of the walk.
     turns = FULL_TURN * np.round((first[5] - rest[5]) / FULL_TURN)
-    move = moved(walk.robot, begin.footholds, rest + turns * (np.arange(6) == 5), first, limits)
+    move = moved(walk.robot, begin.footholds, rest + turns * (np.arange(6) == 5), first, limits,
+                 walk.settings.joint_accelerations(walk.robot))  # fmt: skip
     parts = [] if landing is None else [_turned(landing.path, float(turns))]
     parts += [] if move is None else [move]
     if not parts:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
@@ -14,16 +13,14 @@ from gaitopt.dynamics.forces import build_force_problem, solve_forces
 from gaitopt.dynamics.whole_body import motion_of_path
 from gaitopt.entering.begin import Begin
 from gaitopt.entering.braking import Entry
+from gaitopt.entering.joint_limits import AT_BEGIN, Fault, JointLimits
 from gaitopt.errors import InfeasibleStateError
 from gaitopt.motion.body_and_feet import path_states
-from gaitopt.motion.bounds import derivative_range, largest_sizes
 from gaitopt.motion.path import BASE_COLUMNS, MotionPath
 from gaitopt.plan.com_margin import true_com
 from gaitopt.plan.contact_ground import ground_on
 from gaitopt.retiming.reserves import MIDDLE_SHARE, PLANNED_SHARE, tightened
 from gaitopt.robots.quadruped import Quadruped
-from gaitopt.robots.whole_body import joints_from_feet
-from gaitopt.robots.whole_body_rates import base_twist, joint_rates
 from gaitopt.stability.margins import static_stability_margin
 from gaitopt.terrain.footholds import Footholds
 
@@ -31,36 +28,10 @@ INSTANTS = 13
 """Instants at which entries are looked at first, many together."""
 INSIDE = 1e-7
 """Share of an interval by which its first and last sample lie inside: forces may jump at knots."""
-VELOCITY_ROUNDING = 5e-7
-"""Share by which a joint velocity may exceed its limit by rounding: half of what a certificate
-allows."""
-AT_BEGIN = 1e-6
-"""The same of a state, whose rates are known to that."""
 WAY_OUT = (
     "begin when the robot is slower, give other first footholds, or allow more friction or torque"
 )
 """What the user can do."""
-
-
-class Fault(NamedTuple):
-    """A limit that an entry exceeds.
-
-    Attributes:
-        share: by how much, as a share of the limit, or of the weight.
-        limit: its name.
-        value, allowed: what is needed, and what there is.
-        unit: of both.
-        time: when it is exceeded most [s].
-        of_forces: whether it is one on forces, which are looked for where joints keep their limits.
-    """
-
-    share: float
-    limit: str
-    value: float
-    allowed: float
-    unit: str
-    time: float
-    of_forces: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,12 +41,26 @@ class Judge:
     Attributes:
         robot: the robot.
         limits: on forces and torques, that are promised.
+        joints: their limits.
         footholds: their first ones are those of the entry.
     """
 
     robot: Quadruped
     limits: ForceLimits
+    joints: JointLimits
     footholds: Footholds
+
+    @classmethod
+    def of(cls, begin: Begin, limits: ForceLimits, accelerations: FloatArray) -> Judge:
+        """The judge of entries from a state.
+
+        Args:
+            begin: the state.
+            limits: on forces and torques.
+            accelerations: that joints keep ``(nj,)`` [rad/s^2]; infinite for none.
+        """
+        joints = JointLimits(begin.robot, accelerations)
+        return cls(begin.robot, limits, joints, begin.footholds)
 
     def quick(self, entries: list[Entry]) -> tuple[list[Entry], Fault | None]:
         """Entries that keep all limits at a few instants, and what the best of the others lack.
@@ -97,7 +82,7 @@ class Judge:
         times = ends[:, None] * shares
         base = [np.stack(entry.body.at(t)) for entry, t in zip(entries, times, strict=True)]
         feet = [np.stack(entry.feet(t)) for entry, t in zip(entries, times, strict=True)]
-        use = self._velocity_use(np.stack(base, axis=1), np.stack(feet, axis=1))
+        use = self.joints.velocity_use(np.stack(base, axis=1), np.stack(feet, axis=1))
         kept = use.max(axis=(1, 2)) <= 1.0 + AT_BEGIN
         return [entry for entry, good in zip(entries, kept, strict=True) if good]
 
@@ -112,48 +97,57 @@ class Judge:
             base: columns of the base and two derivatives ``(3, C, N, 6)``.
             feet: in the world, and two derivatives ``(3, C, N, 4, 3)``.
         """
-        use = self._velocity_use(base, feet)
+        use = self.joints.velocity_use(base, feet)
         worst = use.max(axis=(1, 2))
         fast = np.flatnonzero(worst <= 1.0 + AT_BEGIN)
         if not len(fast):
             best = int(worst.argmin())
-            return [], self._velocity(use[best], times[best]) if worst[best] < np.inf else None
+            return [], self.joints.velocity(use[best], times[best]) if worst[
+                best
+            ] < np.inf else None
         flat = len(fast) * times.shape[1]
         values = path_states(
             self.robot,
             (*base[:, fast].reshape(3, flat, BASE_COLUMNS),),
             (*feet[:, fast].reshape(3, flat, len(LEGS), 3),),
         )
-        low, high = self.robot.position_limits
-        joints = values[0][:, BASE_COLUMNS:].reshape(len(fast), times.shape[1], -1)
-        over = np.maximum(low - joints, joints - high).max(axis=(1, 2))
-        landings = np.array([[entries[i].landings.get(leg, -1.0) for leg in LEGS] for i in fast])
-        standing = (times[fast][..., None] > landings[:, None]).reshape(flat, len(LEGS))
-        forces = self._forces(list(values), standing, times[fast].ravel())
-        beyond = np.where(forces.feasible, 0.0, forces.excess.max(axis=1))
-        lacks = beyond.reshape(len(fast), -1).max(axis=1)
-        kept = [entries[i] for i in fast[(over <= 0.0) & (lacks <= 0.0)].tolist()]
+        rows = np.arange(flat).reshape(len(fast), -1)
+        angles, _, bends = (part[:, BASE_COLUMNS:] for part in values)
+        faults = [
+            self.joints.at_instants(angles[own], bends[own], times[i])
+            for own, i in zip(rows, fast, strict=True)
+        ]
+        within = [k for k, fault in enumerate(faults) if fault is None]
+        if not within:
+            return [], min((f for f in faults if f is not None), key=lambda fault: fault.share)
+        return self._with_forces(
+            [entries[i] for i in fast[within].tolist()], times[fast[within]],
+            [part[rows[within].ravel()] for part in values],
+        )  # fmt: skip
+
+    def _with_forces(
+        self, entries: list[Entry], times: FloatArray, values: list[FloatArray]
+    ) -> tuple[list[Entry], Fault | None]:
+        """Entries that have contact forces at some instants, and what the best of the others lack.
+
+        Args:
+            entries: ``C`` of them.
+            times: instants of each ``(C, N)`` [s].
+            values: of their paths there, and two derivatives ``(C N, 6 + nj)`` each.
+        """
+        landings = np.array([[entry.landings.get(leg, -1.0) for leg in LEGS] for entry in entries])
+        standing = (times[..., None] > landings[:, None]).reshape(-1, len(LEGS))
+        forces = self._forces(values, standing, times.ravel())
+        beyond = np.where(forces.feasible, 0.0, forces.excess.max(axis=1)).reshape(times.shape)
+        lacks = beyond.max(axis=1)
+        kept = [entry for entry, lack in zip(entries, lacks, strict=True) if lack <= 0.0]
         if kept:
             return kept, None
-        best = int((lacks + np.where(over > 0.0, 1e3 * over, 0.0)).argmin())
-        if over[best] > 0.0:
-            return [], self._positions(joints[best], joints[best], times[fast[best]])
-        row = best * times.shape[1] + int(beyond.reshape(len(fast), -1)[best].argmax())
+        best = int(lacks.argmin())
+        row = best * times.shape[1] + int(beyond[best].argmax())
         one = slice(row, row + 1)
-        again = self._forces([v[one] for v in values], standing[one], times[fast].ravel()[one])
+        again = self._forces([v[one] for v in values], standing[one], times.ravel()[one])
         return [], _worst(again)
-
-    def _velocity_use(self, base: FloatArray, feet: FloatArray) -> FloatArray:
-        """Joint velocities as shares of their limits ``(C, N, nj)``; infinite out of reach."""
-        rpy = base[0, ..., 3:]
-        joints, reached = joints_from_feet(
-            self.robot, base[0, ..., :3], rpy, feet[0], on_unreachable="mask"
-        )
-        twist = base_twist(rpy, base[1, ..., :3], base[1, ..., 3:])
-        speeds = joint_rates(self.robot, rpy, joints, twist, feet[1], on_singular="nan")
-        use = np.abs(speeds) / self.robot.velocity_limits
-        use[~np.asarray(reached.all(axis=-1))] = np.inf
-        return np.asarray(np.nan_to_num(use, nan=np.inf))
 
     def path(self, path: MotionPath, landings: dict[str, float]) -> Fault | None:
         """Joint limits at every instant of a path, and contact forces at many.
@@ -162,13 +156,7 @@ class Judge:
             path: the entry.
             landings: when each foot lands that was in the air [s].
         """
-        use = largest_sizes(path, 1)[:, BASE_COLUMNS:] / self.robot.velocity_limits
-        if use[0].max() <= 1.0 + AT_BEGIN:
-            use[0] = np.minimum(use[0], 1.0)
-        if use.max() > 1.0 + VELOCITY_ROUNDING:
-            return self._velocity(use, path.times[:-1])
-        low, high = derivative_range(path)
-        fault = self._positions(low[:, BASE_COLUMNS:], high[:, BASE_COLUMNS:], path.times[:-1])
+        fault = self.joints.along(path)
         if fault is not None:
             return fault
         times = _samples(path)
@@ -237,31 +225,6 @@ class Judge:
             normals=ground.normals, grip=ground.grip, times=times,
         )  # fmt: skip
         return solve_forces(problem)
-
-    def _velocity(self, use: FloatArray, times: FloatArray) -> Fault:
-        """The joint velocity that exceeds its limit most.
-
-        Args:
-            use: as a share of the limit ``(N, nj)``.
-            times: ``(N,)`` [s].
-        """
-        row, joint = (int(i) for i in np.unravel_index(int(use.argmax()), use.shape))
-        limit, share = float(self.robot.velocity_limits[joint]), float(use[row, joint])
-        return Fault(share - 1.0, f"joint velocity {self.robot.joint_names[joint]}", share * limit,
-                     limit, "rad/s", float(times[row]))  # fmt: skip
-
-    def _positions(self, least: FloatArray, most: FloatArray, times: FloatArray) -> Fault | None:
-        """The joint angle that is farthest beyond a limit, if one is."""
-        low, high = self.robot.position_limits
-        over = np.maximum(low - least, most - high)
-        row, joint = (int(i) for i in np.unravel_index(int(over.argmax()), over.shape))
-        if not over[row, joint] > 0.0:
-            return None
-        above = most[row, joint] > high[joint]
-        end = float((high if above else low)[joint])
-        value = float((most if above else least)[row, joint])
-        return Fault(float(over[row, joint]), f"joint position {self.robot.joint_names[joint]}",
-                     value, end, "rad", float(times[row]))  # fmt: skip
 
 
 def _worst(forces: ContactForces) -> Fault | None:

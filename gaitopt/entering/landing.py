@@ -9,7 +9,8 @@ from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.dynamics.contacts import ForceLimits
 from gaitopt.entering.begin import Begin
 from gaitopt.entering.braking import Entry, body_rests, entries
-from gaitopt.entering.judging import Fault, Judge
+from gaitopt.entering.joint_limits import Fault
+from gaitopt.entering.judging import Judge
 from gaitopt.entering.steering import steered_entries
 from gaitopt.errors import GaitoptError, InfeasibleStateError
 from gaitopt.motion.body_and_feet import body_and_feet_path
@@ -36,12 +37,15 @@ class Landed:
     base: FloatArray
 
 
-def landed(begin: Begin, limits: ForceLimits, swing_height: float) -> Landed | None:
+def landed(
+    begin: Begin, limits: ForceLimits, accelerations: FloatArray, swing_height: float
+) -> Landed | None:
     """The quickest entry to rest on four feet; ``None`` for a robot that rests on them already.
 
     Args:
         begin: the state.
         limits: on forces and torques.
+        accelerations: that joints keep ``(nj,)`` [rad/s^2]; infinite for none.
         swing_height: how far feet may rise on their way down [m].
 
     Raises:
@@ -54,7 +58,7 @@ def landed(begin: Begin, limits: ForceLimits, swing_height: float) -> Landed | N
             "on two or more; begin when they have landed",
             "contact", float(begin.standing.sum()), 2.0, "feet",
         )  # fmt: skip
-    judge = Judge(begin.robot, limits, begin.footholds)
+    judge = Judge.of(begin, limits, accelerations)
     if not begin.flying and body_rests(begin):
         judge.check_rest(begin)
         return None

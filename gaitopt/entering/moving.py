@@ -13,7 +13,8 @@ from gaitopt.motion.pieces import States
 from gaitopt.plan.phase import Phase
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.settings.crawl import CrawlSettings
-from gaitopt.retiming.retimed import retimed
+from gaitopt.retiming.pacing import OtherLimits
+from gaitopt.retiming.retimed import timed
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.footholds import Footholds
 
@@ -27,7 +28,7 @@ INTERVALS = 24
 
 def moved(
     robot: Quadruped, footholds: Footholds, begin: FloatArray, end: FloatArray,
-    limits: ForceLimits, what: str = "start",
+    limits: ForceLimits, accelerations: FloatArray, what: str = "start",
 ) -> MotionPath | None:  # fmt: skip
     """The body's way on four feet, from rest to rest, as fast as forces and joints allow.
 
@@ -38,6 +39,7 @@ def moved(
         footholds: the feet stand on their first ones.
         begin, end: columns of the base ``(6,)``.
         limits: on forces and torques.
+        accelerations: that joints keep ``(nj,)`` [rad/s^2]; infinite for none.
         what: of the plan the move belongs to, for the message of an error.
 
     Raises:
@@ -70,7 +72,8 @@ def moved(
         firsts = Footholds({leg: footholds[leg][:1] for leg in LEGS},
                            normals=_firsts(footholds.normals),
                            friction=_firsts(footholds.friction))  # fmt: skip
-        return retimed(Plan(robot, firsts, settings, (phase,), path)).path
+        others = OtherLimits.of_joints(accelerations)
+        return timed(Plan(robot, firsts, settings, (phase,), path), limits, others).path
     except (InputError, InfeasibleStepError, SolverError) as error:
         raise InfeasibleStateError(
             f"{what}: the body cannot move there from where it rests, with four feet on the "

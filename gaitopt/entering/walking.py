@@ -42,7 +42,8 @@ def plan_from_state(
     """
     limits = forces_of(settings)
     begin = Begin.of(robot, start, footholds)
-    landing = landed(begin, limits, settings.swing_height)
+    accelerations = settings.joint_accelerations(robot)
+    landing = landed(begin, limits, accelerations, settings.swing_height)
     base = begin.base[0] if landing is None else landing.base
     centre = base[:3] + rpy_to_matrix(base[3:]) @ robot.body_axes @ robot.centre
     return entered(walk(begin.footholds, centre), begin, landing, limits)

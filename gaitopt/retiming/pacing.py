@@ -55,6 +55,14 @@ class OtherLimits:
     speed: float = np.inf
     faster: float = 100.0
 
+    @classmethod
+    def of_joints(cls, accelerations: FloatArray) -> OtherLimits:
+        """Limits of the joints' accelerations ``(nj,)`` alone [rad/s^2], infinite for none."""
+        if not np.isfinite(accelerations).all():
+            return cls()
+        most = float(accelerations.max())
+        return cls(acceleration=most, scales=most / accelerations)
+
 
 @dataclass(frozen=True, eq=False)
 class Pacing:

@@ -14,7 +14,6 @@ from gaitopt.plan.phase import Phase
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.settings.by_velocity import GaitSettings
 from gaitopt.plan.settings.crawl import CrawlSettings
-from gaitopt.plan.settings.over_obstacle import StrideSettings
 from gaitopt.plan.zmp_margin import with_zmp_margins
 from gaitopt.retiming.paced import PacedCourse
 from gaitopt.retiming.pacing import OtherLimits
@@ -68,7 +67,8 @@ def retimed(plan: Plan, forces: ForceLimits | None = None, *, rounding: float = 
         raise InputError("retimed keeps no jerk limit: take a plan whose jerk_limit is None")
     if not np.ptp(plan.path.knots(), axis=0).any():
         return replace(plan, settings=settings)
-    found = _timed(replace(plan, settings=settings), settings.promised_forces, rounding)
+    course = replace(plan, settings=settings)
+    found = timed(course, settings.promised_forces, _other_limits(plan), rounding)
     return found if settings.static else with_zmp_margins(found)
 
 
@@ -83,23 +83,33 @@ def stopped(plan: Plan) -> Plan:
     Raises:
         SolverError: feet cannot be kept on their course.
     """
-    return _timed(plan, None, 0.0) if np.ptp(plan.path.knots(), axis=0).any() else plan
+    if not np.ptp(plan.path.knots(), axis=0).any():
+        return plan
+    return timed(plan, None, _other_limits(plan))
 
 
-def _timed(plan: Plan, limits: ForceLimits | None, rounding: float) -> Plan:
-    """A plan that moves, as fast as forces within ``limits`` and its settings allow."""
-    motion, path = paced(plan, limits, _other_limits(plan), rounding)
+def timed(
+    plan: Plan, limits: ForceLimits | None, others: OtherLimits, rounding: float = 0.0
+) -> Plan:
+    """A plan that moves, as fast as limits allow.
+
+    Args:
+        plan: the motion.
+        limits: on forces and torques; ``None`` for none.
+        others: on accelerations and speeds.
+        rounding: of corners, as for :func:`retimed`.
+
+    Raises:
+        InfeasibleStepError, SolverError: as :func:`retimed` does.
+    """
+    motion, path = paced(plan, limits, others, rounding)
     return replace(plan, path=path, phases=_phases(plan, motion, path))
 
 
 def _other_limits(plan: Plan) -> OtherLimits:
     """What the settings ask for beside forces."""
-    settings, others = plan.settings, OtherLimits()
-    if settings.acceleration_limit is not None:
-        others = replace(others, acceleration=settings.acceleration_limit)
-    if isinstance(settings, StrideSettings) and settings.accelerations:
-        own = settings.joint_accelerations(plan.robot)
-        others = replace(others, scales=own.max() / own)
+    settings = plan.settings
+    others = OtherLimits.of_joints(settings.joint_accelerations(plan.robot))
     if isinstance(settings, CrawlSettings) and settings.speed != "max":
         others = replace(others, speed=float(settings.speed))
     if isinstance(settings, GaitSettings):

@@ -122,3 +122,20 @@ def test_a_knee_on_the_other_side(a1_walk: Plan) -> None:
     words = "beyond its limit" if beyond else "bent to the other side"
     with pytest.raises(InfeasibleStateError, match=words):
         plan_crawl(a1_walk.robot, a1_walk.footholds, start=changed(state, q=q))
+
+
+def test_joints_that_may_not_turn_faster_so_soon(wang_walk: Plan, a1_walk: Plan) -> None:
+    """An acceleration limit holds from the first instant on, or the state is refused."""
+    time = 0.45 * wang_walk.duration
+    goes_on = gaitopt.plan_route(
+        wang_walk.robot, wang_walk.footholds_ahead(time), start=wang_walk.state(time),
+        acceleration_limit=5.0,
+    )  # fmt: skip
+    assert goes_on.entry > 0
+    assert gaitopt.verify(goes_on, collisions=False).ok
+    time = 0.45 * a1_walk.duration
+    ahead, state = a1_walk.footholds_ahead(time), a1_walk.state(time)
+    with pytest.raises(InfeasibleStateError, match="joint acceleration") as caught:
+        gaitopt.plan_route(a1_walk.robot, ahead, start=state, acceleration_limit=5.0)
+    assert caught.value.allowed == 5.0
+    assert caught.value.value > 5.0

@@ -16,6 +16,7 @@ from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 
+from gaitopt.conventions import FloatArray
 from gaitopt.dynamics.contacts import ForceLimits
 from gaitopt.errors import InputError
 from gaitopt.inputs import check_number
@@ -112,6 +113,11 @@ class PlanSettings:
             "body_height": height,
             "swing_height": round(SWING_SHARE * height, 4),
         }
+
+    def joint_accelerations(self, robot: Quadruped) -> FloatArray:
+        """Limit of every joint's acceleration ``(nj,)`` [rad/s^2]; infinite for none."""
+        limit = np.inf if self.acceleration_limit is None else self.acceleration_limit
+        return np.full(len(robot.joint_names), limit)
 
     @property
     def static(self) -> bool:

@@ -126,7 +126,7 @@ class StrideSettings(PlanSettings):
 
         Joints of no leg, which never move, have the largest of the others.
         """
-        limits = np.full(len(robot.joint_names), max(self.accelerations, default=np.inf))
+        limits = super().joint_accelerations(robot)
         if self.accelerations:
             for leg in LEGS:
                 limits[list(robot.leg_columns[leg])] = self.accelerations
