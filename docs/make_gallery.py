@@ -10,12 +10,13 @@ from collections.abc import Callable
 from io import BytesIO
 from pathlib import Path
 
-from matplotlib.figure import Figure
+from matplotlib.axes import Axes
 
 from gaitopt.gait.gaits import bound, crawl, pace, pronk, quasi_static, trot, walk, wave
 from gaitopt.gait.schedule import GaitSchedule
 from gaitopt.planners.by_velocity.planner import plan_gait
 from gaitopt.robots.catalog import load_robot
+from gaitopt.viewing.figures.panels import Panels, figure_of, new_figure
 from gaitopt.viewing.figures.schedule import plot_gait_diagram, plot_margin_over_duty
 from gaitopt.viewing.figures.snapshots import plot_snapshots
 from gaitopt.viewing.figures.swing_curves import plot_swing_curves
@@ -36,13 +37,12 @@ GAITS: dict[str, GaitSchedule] = {
 }
 
 
-def diagram(schedule: GaitSchedule) -> Figure:
+def diagram(schedule: GaitSchedule) -> Axes:
     """A gait diagram, lower than the figure of its own."""
-    figure = Figure(figsize=(7.0, 2.4), layout="compressed")
-    return plot_gait_diagram(schedule, ax=figure.add_subplot())
+    return plot_gait_diagram(schedule, ax=new_figure(7.0, 2.4).add_subplot())
 
 
-def trot_snapshots() -> Figure:
+def trot_snapshots() -> Panels:
     """The trot of [Wang2024] from the side."""
     robot = load_robot("wang2020-fast")
     plan = plan_gait(
@@ -51,13 +51,13 @@ def trot_snapshots() -> Figure:
     return plot_snapshots(plan)
 
 
-def walk_zmp() -> Figure:
+def walk_zmp() -> Panels:
     """A walk with its sway, from above."""
     robot = load_robot("wang2020-fast")
     return plot_zmp(plan_gait(robot, walk(1.6), velocity=0.1, distance=0.3, timing="velocity"))
 
 
-ALL: dict[str, Callable[[], Figure]] = {
+ALL: dict[str, Callable[[], Axes | Panels]] = {
     **{name: lambda schedule=schedule: diagram(schedule) for name, schedule in GAITS.items()},
     "orders": plot_margin_over_duty,
     "swing_curves": plot_swing_curves,
@@ -66,12 +66,12 @@ ALL: dict[str, Callable[[], Figure]] = {
 }
 
 
-def write(figure: Figure, target: Path) -> None:
-    """Write a figure in few colours, chosen so that thin lines keep theirs."""
+def write(drawn: Axes | Panels, target: Path) -> None:
+    """Write the figure of some axes in few colours, chosen so that thin lines keep theirs."""
     from PIL import Image
 
     buffer = BytesIO()
-    figure.savefig(buffer, format="png", dpi=100)
+    figure_of(drawn).savefig(buffer, format="png", dpi=100)
     image = Image.open(buffer).convert("RGB")
     small = image.quantize(256, Image.Quantize.MAXCOVERAGE, kmeans=2, dither=Image.Dither.NONE)
     small.save(target, optimize=True)

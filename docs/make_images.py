@@ -89,7 +89,7 @@ def feasible_area(target: Path) -> None:
     from gaitopt.viewing.figures.crawl_figures import plot_feasible_area
 
     plan = plan_crawl(load_robot("wang2020"), s_columns(0), timing="velocity", body_height=0.555)
-    paint(plot_feasible_area(plan, 40), target)
+    paint(plot_feasible_area(plan, 40)[0].figure, target)
 
 
 def joint_velocities(target: Path) -> None:
@@ -97,7 +97,7 @@ def joint_velocities(target: Path) -> None:
     from gaitopt.viewing.figures.crawl_figures import plot_joint_velocities
 
     plan = plan_crawl(load_robot("wang2020"), s_columns(0), timing="velocity")
-    paint(plot_joint_velocities(plan), target)
+    paint(plot_joint_velocities(plan)[0, 0].figure, target)
 
 
 def leg(target: Path) -> None:

@@ -149,8 +149,13 @@ if TYPE_CHECKING:
     from gaitopt.viewing.figures.paths import plot_paths as plot_paths
     from gaitopt.viewing.figures.paths import plot_terrain as plot_terrain
     from gaitopt.viewing.figures.posture import plot_posture as plot_posture
+    from gaitopt.viewing.figures.race import plot_race as plot_race
     from gaitopt.viewing.figures.schedule import plot_gait_diagram as plot_gait_diagram
+    from gaitopt.viewing.figures.schedule import plot_margin_over_duty as plot_margin_over_duty
     from gaitopt.viewing.figures.snapshots import plot_snapshots as plot_snapshots
+    from gaitopt.viewing.figures.snapshots import plot_stride_snapshots as plot_stride_snapshots
+    from gaitopt.viewing.figures.swing_curves import plot_cycloids as plot_cycloids
+    from gaitopt.viewing.figures.swing_curves import plot_swing_curves as plot_swing_curves
     from gaitopt.viewing.figures.terrain_map import plot_terrain_map as plot_terrain_map
     from gaitopt.viewing.figures.terrain_profile import plot_terrain_profile as plot_terrain_profile
     from gaitopt.viewing.figures.zmp import plot_zmp as plot_zmp
@@ -247,8 +252,10 @@ _HOMES = {
     "viewing.figures.over_time": "plot_cog_over_time plot_joint_velocities",
     "viewing.figures.paths": "plot_paths plot_terrain",
     "viewing.figures.posture": "plot_posture",
-    "viewing.figures.schedule": "plot_gait_diagram",
-    "viewing.figures.snapshots": "plot_snapshots",
+    "viewing.figures.race": "plot_race",
+    "viewing.figures.schedule": "plot_gait_diagram plot_margin_over_duty",
+    "viewing.figures.snapshots": "plot_snapshots plot_stride_snapshots",
+    "viewing.figures.swing_curves": "plot_cycloids plot_swing_curves",
     "viewing.figures.terrain_map": "plot_terrain_map",
     "viewing.figures.terrain_profile": "plot_terrain_profile",
     "viewing.figures.zmp": "plot_zmp",

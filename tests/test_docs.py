@@ -287,6 +287,24 @@ def test_every_equation_table_and_figure_of_the_paper_has_its_row() -> None:
         assert table in rows
 
 
+@pytest.mark.parametrize(("paper", "figures", "equations"),
+                         [("Wang2024", 14, 20), ("Shao2011", 8, 11)])  # fmt: skip
+def test_the_other_papers_have_rows_for_all_figures_and_equations(
+    paper: str, figures: int, equations: int
+) -> None:
+    text = (DOCS / "reproduction.md").read_text("utf-8")
+    section = re.split(r"^## ", text.split(f"## [{paper}]")[1], flags=re.M)[0]
+    heads = [line.split("|")[1] for line in section.splitlines() if line.startswith("| ")]
+    shown = {int(n) for head in heads for group in re.findall(r"Figs?\. ([\d, ]+)", head)
+             for n in re.findall(r"\d+", group)}  # fmt: skip
+    assert shown >= set(range(1, figures + 1))
+    numbered: set[int] = set()
+    for head in heads:
+        for first, last in re.findall(r"\((\d+)\)(?:-\((\d+)\))?", head):
+            numbered |= set(range(int(first), int(last or first) + 1))
+    assert numbered >= set(range(1, equations + 1))
+
+
 def test_every_public_name_has_its_place_in_the_api() -> None:
     text = (DOCS / "api.md").read_text("utf-8")
     missing = [

@@ -48,7 +48,6 @@ from gaitopt.cli.support import (
     run_name,
 )
 from gaitopt.errors import InputError
-from gaitopt.files import written_whole
 
 if TYPE_CHECKING:
     from gaitopt.robots.quadruped import Quadruped
@@ -172,14 +171,14 @@ def _inputs(
 
 def _write(found: Standings, folder: Path, meshes: bool | Path) -> dict[str, str]:
     """Write the picture, and replay and plans of the first terrain; what each file is, by name."""
+    from gaitopt.viewing.figures.files import save_figure
     from gaitopt.viewing.figures.race import plot_race
     from gaitopt.viewing.replay.race import race_replay
 
     files: dict[str, str] = {}
     with progress_bar("writing replay, picture and plans") as tick:
-        with written_whole(folder / PICTURE, binary=True) as stream:
-            figure: Any = plot_race({row: found.values(row, "time") for row in found.rows})
-            figure.savefig(stream, format="png", dpi=150)
+        times = {row: found.values(row, "time") for row in found.rows}
+        save_figure(plot_race(times), folder / PICTURE)
         tick(1, 3)
         if found.plans:
             verdicts = None if found.timing == Timing.velocity.value else found.verdicts

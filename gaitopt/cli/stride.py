@@ -21,12 +21,11 @@ from gaitopt.errors import InputError, MissingPackageError
 from gaitopt.plan.record import StrideRecord
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from gaitopt.plan.phase import Swing
     from gaitopt.plan.plan import Plan
     from gaitopt.robots.quadruped import Quadruped
     from gaitopt.terrain.obstacles import Obstacle
+    from gaitopt.viewing.figures.panels import Panels
 
 PAPER_ROBOT = "frog1"
 """The robot of [Shao2011]."""
@@ -139,23 +138,28 @@ def stride(
 
 
 def stride_figures(plan: Plan, folder: Path) -> list[Path]:
-    """Draw the figures of a walk over an obstacle, with Figs. 6 and 7 of [Shao2011]."""
+    """Draw the figures of a walk over an obstacle, with Figs. 6 to 8 of [Shao2011]."""
     from gaitopt.viewing.figures.crawl_figures import save_figures
     from gaitopt.viewing.figures.files import write_figures
     from gaitopt.viewing.figures.joint_curves import plot_joint_curves
     from gaitopt.viewing.figures.posture import plot_posture
+    from gaitopt.viewing.figures.snapshots import plot_stride_snapshots
 
-    def joints() -> Figure:
+    def joints() -> Panels:
         swing = first_stride(plan)
         return plot_joint_curves(plan, [swing.leg], span=(swing.start, swing.end))
 
-    def splines() -> Figure:
+    def splines() -> Panels:
         from gaitopt.studies.swing_figures import plot_splines
         from gaitopt.studies.swing_study import compare_splines
 
         return plot_splines(compare_splines(with_toppra=False))
 
-    more = {"striding_fig06_joints": joints, "striding_fig07_cog": lambda: plot_posture(plan)}
+    more = {
+        "striding_fig06_joints": joints,
+        "striding_fig07_cog": lambda: plot_posture(plan),
+        "striding_fig08_snapshots": lambda: plot_stride_snapshots(plan),
+    }
     if plan.robot.name == PAPER_ROBOT:
         more["striding_fig06_splines"] = splines
     return [*save_figures(plan, folder), *write_figures(more, folder)]

@@ -180,12 +180,13 @@ def _refuse(options: dict[str, Any], why: str) -> None:
             raise InputError(f"{name} {why}")
 
 
-def _show(summary: Any, figure: Any, table: Path, report: Report) -> None:
+def _show(summary: Any, drawn: Any, table: Path, report: Report) -> None:
     """Report a study's summary, and write its picture beside the table."""
+    from gaitopt.viewing.figures.files import save_figure
+
     report.table(summary)
     picture = table.with_suffix(".png")
-    with written_whole(picture, binary=True) as stream:
-        figure.savefig(stream, format="png", dpi=150)
+    save_figure(drawn, picture)
     report.files({table: "a row for each walk", picture: "the results as a picture"})
     report.end()
 

@@ -28,7 +28,6 @@ from gaitopt.cli.robot_options import RobotChoice, takes_robot
 from gaitopt.cli.search_options import in_search_options, search_options
 from gaitopt.cli.support import file_name, parse_speed, progress_bar, summarise
 from gaitopt.errors import InputError, TerrainError
-from gaitopt.files import written_whole
 
 if TYPE_CHECKING:
     from gaitopt.plan.plan import Plan
@@ -198,14 +197,10 @@ def _delivery(
 
 
 def _draw(plan: Plan, search: TerrainSearch, path: Path) -> None:
+    from gaitopt.viewing.figures.files import save_figure
     from gaitopt.viewing.figures.terrain_map import plot_terrain_map
 
-    _save(plot_terrain_map(plan, search=search), path)
-
-
-def _save(figure: Any, path: Path) -> None:
-    with written_whole(path, binary=True) as stream:
-        figure.savefig(stream, format="png", dpi=150)
+    save_figure(plot_terrain_map(plan, search=search), path)
 
 
 def _tell_edges(
@@ -227,6 +222,7 @@ def _tell_edges(
 
 def _explain(error: TerrainError, folder: RunFolder, report: Report) -> None:
     """Report what stopped a search, and draw how far it got."""
+    from gaitopt.viewing.figures.files import save_figure
     from gaitopt.viewing.figures.terrain_map import plot_terrain_map
 
     if error.search.footholds.steps < error.search.steps:
@@ -244,6 +240,6 @@ def _explain(error: TerrainError, folder: RunFolder, report: Report) -> None:
         refused={cause: count for count, cause in causes},
     )  # fmt: skip
     with folder.writing() as (made, place):
-        _save(plot_terrain_map(error.search), made / MAP)
+        save_figure(plot_terrain_map(error.search), made / MAP)
         record_run(made, {"command": "terrain", "files": [MAP], "error": error.message})
     report.files({place / MAP: "how far the search got, and where no foot may stand"})

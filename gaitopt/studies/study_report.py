@@ -11,9 +11,10 @@ from rich.markup import escape
 from rich.table import Table
 
 from gaitopt.conventions import FloatArray
+from gaitopt.viewing.figures.panels import Panels, panels
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from matplotlib.axes import Axes
 
 Rows = Sequence[dict[str, str]]
 """Rows of a study's table, as text by column."""
@@ -47,16 +48,21 @@ def study_table(rows: Rows) -> Table:
     return table
 
 
-def plot_study(rows: Rows) -> Figure:
+def plot_study(rows: Rows, axes: Sequence[Axes] | Panels | None = None) -> Panels:
     """Plot the distributions of durations and true-COM margins, and the number of each status.
 
     Args:
         rows: from :func:`gaitopt.studies.study.run_study`.
-    """
-    from matplotlib.figure import Figure
+        axes: where to draw ``(3,)``; by default a new figure.
 
-    figure = Figure(figsize=(9.0, 3.2), layout="constrained")
-    left, middle, right = figure.subplots(1, 3)
+    Returns:
+        The axes ``(3,)``: durations, margins, and results.
+
+    Raises:
+        InputError: there are more axes or fewer.
+    """
+    drawn = panels(None, (1, 3), 9.0, 3.2)[0] if axes is None else panels(axes, (3,), 0, 0)
+    left, middle, right = drawn
     for group, members in _groups(rows).items():
         label = f"{group[0]}, {group[1]}, $S_0$ {group[3]} m"
         for ax, name, scale in ((left, "duration", 1.0), (middle, "com_margin", 1e3)):
@@ -76,7 +82,7 @@ def plot_study(rows: Rows) -> Figure:
     right.tick_params(axis="x", labelsize=7)
     right.bar_label(bars)
     right.set(ylabel="walks", title="Result")
-    return figure
+    return drawn
 
 
 def _groups(rows: Rows) -> dict[tuple[str, ...], list[dict[str, str]]]:

@@ -9,17 +9,21 @@ import numpy as np
 from gaitopt.optimize.spline.joint_spline import JointSpline, uniform_spline
 from gaitopt.studies.swing_study import PAPER_INTERVALS, PAPER_LIMITS, SplineComparison
 from gaitopt.viewing.figures.common import INK, MUTED
+from gaitopt.viewing.figures.panels import Panels, legend_below, panels
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 JOINTS = ("hip", "knee")
 ROWS = ("angle [deg]", "velocity [deg/s]", "acceleration [deg/s²]", "jerk [deg/s³]")
 OURS, THEIRS = "#1b4f8f", "#b45309"
 
 
-def plot_splines(comparison: SplineComparison) -> Figure:
+def plot_splines(
+    comparison: SplineComparison, axes: Sequence[Axes] | Panels | None = None
+) -> Panels:
     """Plot angles, velocities, accelerations and jerks of both joints over time.
 
     The paper gives its twelve intervals, but not its thirteen waypoints. So the spline with its
@@ -28,28 +32,33 @@ def plot_splines(comparison: SplineComparison) -> Figure:
 
     Args:
         comparison: from :func:`gaitopt.studies.swing_study.compare_splines`.
+        axes: where to draw ``(4, 2)``; by default a new figure.
+
+    Returns:
+        The axes ``(4, 2)``: a row for each derivative, hip and knee.
+
+    Raises:
+        InputError: the axes have another shape.
     """
-    from matplotlib.figure import Figure
 
     ours = comparison.swing.spline
     theirs = uniform_spline(ours.angles, PAPER_LIMITS, PAPER_INTERVALS)
     theirs = theirs.stretched(float(PAPER_INTERVALS.sum()) / theirs.duration)
-    figure = Figure(figsize=(11.0, 9.0), layout="constrained")
-    axes = figure.subplots(4, 2, sharex=True)
+    drawn = panels(axes, (4, 2), 11.0, 9.0, sharex=True)
     for joint, name in enumerate(JOINTS):
         for order, row in enumerate(ROWS):
-            ax = axes[order, joint]
+            ax = drawn[order, joint]
             _draw(ax, ours, joint, order, OURS, "-", f"ours, {ours.duration:.3f} s")
             _draw(ax, theirs, joint, order, THEIRS, "--",
                   f"the paper's intervals on our knots, {theirs.duration:.3f} s")  # fmt: skip
             _limits(ax, joint, order)
             ax.set_ylabel(row)
             ax.grid(alpha=0.3)
-        axes[0, joint].set_title(f"RF {name}", loc="left")
-        axes[-1, joint].set_xlabel("time [s]")
-    handles, labels = axes[1, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=3, frameon=False)
-    return figure
+        drawn[0, joint].set_title(f"RF {name}", loc="left")
+        drawn[-1, joint].set_xlabel("time [s]")
+    handles, _ = drawn[1, 0].get_legend_handles_labels()
+    legend_below(drawn, handles, own=axes is None, ncols=3)
+    return drawn
 
 
 def _draw(

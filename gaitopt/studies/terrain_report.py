@@ -12,9 +12,10 @@ from rich.table import Table
 
 from gaitopt.conventions import FloatArray
 from gaitopt.studies.study_report import LONGEST_REASON, MOST_REASONS, Rows
+from gaitopt.viewing.figures.panels import Panels, panels
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from matplotlib.axes import Axes
 
 GROUP = ("robot", "terrain", "difficulty", "sizes", "friction")
 """What walks of a line of the table have in common."""
@@ -100,16 +101,21 @@ def cells(line: Standing) -> list[str]:
     return [line.group[0], line.ground, str(line.walks), *counts, *rates, speed]
 
 
-def plot_terrain_study(rows: Rows) -> Figure:
+def plot_terrain_study(rows: Rows, axes: Sequence[Axes] | Panels | None = None) -> Panels:
     """Plot how far the walks got, and the time of the search.
 
     Args:
         rows: from :func:`gaitopt.studies.terrain_study.run_terrain_study`.
-    """
-    from matplotlib.figure import Figure
+        axes: where to draw ``(2,)``; by default a new figure.
 
-    figure = Figure(figsize=(9.0, 3.4), layout="constrained")
-    left, right = figure.subplots(1, 2)
+    Returns:
+        The axes ``(2,)``: how far the walks got, and the time of the search.
+
+    Raises:
+        InputError: there are more axes or fewer.
+    """
+    drawn = panels(None, (1, 2), 9.0, 3.4)[0] if axes is None else panels(axes, (2,), 0, 0)
+    left, right = drawn
     lines = standings(rows)
     wide = 0.8 / max(len(lines), 1)
     for k, line in enumerate(lines):
@@ -125,7 +131,7 @@ def plot_terrain_study(rows: Rows) -> Figure:
     right.grid(alpha=0.3)
     if lines:
         left.legend(fontsize=7, loc="lower left")
-    return figure
+    return drawn
 
 
 def _caption(rows: Rows) -> str:

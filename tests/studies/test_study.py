@@ -13,6 +13,7 @@ from gaitopt.studies.study import HEADER, Walk, grid, run_study, run_walk
 from gaitopt.studies.study_report import plot_study, study_table
 from gaitopt.studies.tables import as_text
 from gaitopt.terrain.columns import s_columns
+from gaitopt.viewing.figures.panels import figure_of
 
 
 def test_a_walk_becomes_a_row_with_the_plans_figures() -> None:
@@ -97,7 +98,7 @@ def test_the_summary_counts_and_draws(tmp_path: Path) -> None:
     rows = run_study(walks, tmp_path / "t.csv", jobs=1)
     text = as_text(study_table(rows))
     assert "3 walks" in text and "infeasible" in text and "inscribed circle" in text
-    figure = plot_study(rows)
+    figure = figure_of(plot_study(rows))
     assert [ax.get_title() for ax in figure.axes] == ["Duration", "Stability",
                                                       "Result"]  # fmt: skip
     heights = [bar.get_height() for bar in figure.axes[2].patches]

@@ -7,6 +7,7 @@ import pytest
 
 from gaitopt.studies.swing_figures import plot_splines
 from gaitopt.studies.swing_study import PAPER_LIMITS, SplineComparison, compare_splines
+from gaitopt.viewing.figures.panels import figure_of
 
 
 @pytest.fixture(scope="module")
@@ -15,7 +16,7 @@ def comparison() -> SplineComparison:
 
 
 def test_ours_keeps_the_limits_drawn_and_reaches_one(comparison: SplineComparison) -> None:
-    figure = plot_splines(comparison)
+    figure = figure_of(plot_splines(comparison))
     shares = []
     for joint in range(2):
         for order, bound in ((1, PAPER_LIMITS.velocity), (2, PAPER_LIMITS.acceleration)):
@@ -28,7 +29,7 @@ def test_ours_keeps_the_limits_drawn_and_reaches_one(comparison: SplineCompariso
 
 
 def test_the_paper_s_curve_lasts_as_long_as_the_paper_says(comparison: SplineComparison) -> None:
-    ax = plot_splines(comparison).axes[2]
+    ax = figure_of(plot_splines(comparison)).axes[2]
     theirs = np.asarray(ax.lines[1].get_xdata(), dtype=float)
     assert theirs[-1] == pytest.approx(8.4982, abs=1e-4)
     assert [line.get_label() for line in ax.lines][:2] == [

@@ -28,6 +28,7 @@ from gaitopt.studies.terrain_study import (
     run_terrain_walk,
     terrain_grid,
 )
+from gaitopt.viewing.figures.panels import figure_of
 
 SHORT: dict[str, Any] = {"robot": "wang2020", "length": 1.1, "collisions": False}
 """The shortest ground of wang2020."""
@@ -189,6 +190,6 @@ def test_what_was_not_looked_at_is_left_empty() -> None:
 
 
 def test_the_picture_has_a_bar_for_each_stage(rows: list[dict[str, str]]) -> None:
-    figure = plot_terrain_study(rows)
+    figure = figure_of(plot_terrain_study(rows))
     heights = [bar.get_height() for bar in figure.axes[0].patches]
     assert heights == [75.0, 50.0, 50.0, 50.0, 25.0]

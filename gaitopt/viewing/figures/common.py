@@ -16,7 +16,6 @@ from gaitopt.viewing.colours import LEG_COLOURS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 INK = "#222222"
 """Colour of text and of lines that belong to no leg."""
@@ -34,31 +33,6 @@ PIXELS = 1200
 LONGEST = 12.0
 """Largest ratio of width to height of a panel in true proportions. Chosen here: a flatter one is
 hard to read."""
-
-
-def new_figure(
-    width: float, height: float, layout: Literal["compressed"] | None = "compressed"
-) -> Figure:
-    """An empty figure of ``width`` times ``height`` [inch], which is not registered with pyplot."""
-    from matplotlib.figure import Figure
-
-    # "compressed" is the "constrained" layout for axes in true proportions.
-    return Figure(figsize=(width, height), layout=layout)
-
-
-def panel(ax: Axes | None, width: float, height: float) -> tuple[Figure, Axes]:
-    """``ax`` with its figure; without ``ax`` a new figure of this size [inch] with one panel.
-
-    Raises:
-        InputError: ``ax`` belongs to no figure.
-    """
-    if ax is None:
-        figure = new_figure(width, height)
-        return figure, figure.add_subplot()
-    if ax.figure is None:
-        raise InputError("ax belongs to no figure; make it with figure.add_subplot()")
-    # ax.figure may be a subfigure; its own figure is the whole one.
-    return ax.figure.figure, ax
 
 
 def style_axes(ax: Axes, title: str, x: str, y: str, *, grid: bool = True) -> None:

@@ -1,7 +1,7 @@
 """The figures of [Wang2020], drawn from a plan.
 
-Every function returns a :class:`matplotlib.figure.Figure` that is not registered with pyplot: no
-window opens, and no figure has to be closed. Figure numbers are those of [Wang2020].
+Every function returns the axes that it drew: one of Matplotlib's axes, or an array of them where a
+figure has several panels. Figure numbers are those of [Wang2020].
 """
 
 from __future__ import annotations
@@ -28,7 +28,9 @@ from gaitopt.viewing.figures.terrain_profile import plot_terrain_profile
 from gaitopt.viewing.ground_search import GroundSearch
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from matplotlib.axes import Axes
+
+    from gaitopt.viewing.figures.panels import Panels
 
 __all__ = [
     "plot_cog_over_time",
@@ -90,11 +92,11 @@ def _figures(
     com_margin: tuple[ArrayLike, ArrayLike] | None,
     step: int | None = None,
     search: GroundSearch | None = None,
-) -> dict[str, Callable[[], Figure]]:
+) -> dict[str, Callable[[], Axes | Panels]]:
     """Functions that draw the figures, by the names of their files."""
     included = any(other is plan for other in comparison.values())
     plans = comparison if included else {"this plan": plan, **comparison}
-    figures: dict[str, Callable[[], Figure]] = {
+    figures: dict[str, Callable[[], Axes | Panels]] = {
         "fig03_terrain": lambda: plot_terrain(plan.footholds),
         "fig04_gait_cycle": lambda: plot_gait_cycle(plan),
     }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
@@ -17,14 +17,12 @@ from gaitopt.viewing.figures.common import (
     add_legend,
     dot_key,
     line_key,
-    new_figure,
-    panel,
     style_axes,
 )
+from gaitopt.viewing.figures.panels import Panels, legend_below, panel, panels
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 TRIANGLE = "#4d4d4d"
 SHRUNKEN = "#e08214"
@@ -34,7 +32,11 @@ FEET_BORDER, FOOTHOLD_BORDER = 0.09, 0.05
 """Borders around the feet and the next foothold [m]: room for their names."""
 
 
-def plot_feasible_area(plan: Plan, step: int, ax: Axes | None = None) -> Figure:
+@overload
+def plot_feasible_area(plan: Plan, step: int, ax: None = None) -> Panels: ...
+@overload
+def plot_feasible_area(plan: Plan, step: int, ax: Axes) -> Axes: ...
+def plot_feasible_area(plan: Plan, step: int, ax: Axes | None = None) -> Axes | Panels:
     """Plot Areas A and B before a step, their intersection, and the COG's move from O to O'.
 
     Source: Figs. 6 and 7 of [Wang2020].
@@ -45,6 +47,9 @@ def plot_feasible_area(plan: Plan, step: int, ax: Axes | None = None) -> Figure:
         ax: where to draw the whole area; by default a new figure, which also has a close-up of
             the COG's move.
 
+    Returns:
+        ``ax``; or the two axes of the new figure: the whole area, and the close-up.
+
     Raises:
         InputError: there is no such step.
     """
@@ -52,19 +57,18 @@ def plot_feasible_area(plan: Plan, step: int, ax: Axes | None = None) -> Figure:
     area = feasible_area(plan, step)
     title = f"Step {area.step}: where the COG may be while {area.leg} swings"
     if ax is not None:
-        figure, ax = panel(ax, 0.0, 0.0)
+        ax = panel(ax, 0.0, 0.0)
         _draw_area(ax, area, title)
         add_legend(ax, _keys(area), loc="upper left", bbox_to_anchor=(1.02, 1.0))
-        return figure
-    figure = new_figure(11.5, 5.2)
-    whole, close = figure.subplots(1, 2, width_ratios=[1.25, 1.0])
+        return ax
+    drawn: Panels = panels(None, (1, 2), 11.5, 5.2, width_ratios=[1.25, 1.0])[0]
+    whole, close = drawn
     _draw_area(whole, area, title)
     _draw_area(close, area, _move_title(area))
     _close_up(close, area)
     whole.indicate_inset_zoom(close, edgecolor=INK, linewidth=0.8)
-    figure.legend(handles=_keys(area), loc="outside lower center", fontsize=8, frameon=False,
-                  ncols=4 if len(area.held) else 5)  # fmt: skip
-    return figure
+    legend_below(drawn, _keys(area), own=True, ncols=4 if len(area.held) else 5)
+    return drawn
 
 
 def _move_title(area: FeasibleArea) -> str:

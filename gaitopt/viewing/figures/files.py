@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING
 
 from gaitopt.errors import InputError
 from gaitopt.files import StrPath, written_whole
+from gaitopt.viewing.figures.panels import Panels, figure_of, figures_for_files
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from matplotlib.axes import Axes
 
 DPI = 150
 """Resolution. Chosen here: sharp on a screen, and about 100 kB a figure."""
@@ -19,11 +20,13 @@ COLOURS = 256
 """Colours of a file's palette: the most that PNG allows."""
 
 
-def write_figures(figures: Mapping[str, Callable[[], Figure]], folder: StrPath) -> list[Path]:
+def write_figures(
+    figures: Mapping[str, Callable[[], Axes | Panels]], folder: StrPath
+) -> list[Path]:
     """Draw figures and write each to ``folder/name.png``.
 
     Args:
-        figures: functions that draw, by name.
+        figures: functions that draw and return the axes, by name.
         folder: where to write; it is made if it does not exist.
 
     Raises:
@@ -37,11 +40,12 @@ def write_figures(figures: Mapping[str, Callable[[], Figure]], folder: StrPath) 
             f"cannot make the folder {target}: {error.strerror or error}; give a folder in a place "
             "that you may write to"
         ) from error
-    return [save_figure(draw(), target / f"{name}.png") for name, draw in figures.items()]
+    with figures_for_files():
+        return [save_figure(draw(), target / f"{name}.png") for name, draw in figures.items()]
 
 
-def save_figure(figure: Figure, path: Path) -> Path:
-    """Write one figure as a PNG file and return the path.
+def save_figure(drawn: Axes | Panels, path: Path) -> Path:
+    """Write the figure of some axes as a PNG file and return the path.
 
     Raises:
         InputError: the file cannot be written.
@@ -49,7 +53,7 @@ def save_figure(figure: Figure, path: Path) -> Path:
     from PIL import Image
 
     buffer = BytesIO()
-    figure.savefig(buffer, format="png", dpi=DPI)
+    figure_of(drawn).savefig(buffer, format="png", dpi=DPI)
     # A palette is enough for lines on white, and makes files three times smaller. The default way
     # to choose it, median cut, could give two legs the same colour where few pixels have it.
     small = Image.open(buffer).convert("RGB").quantize(

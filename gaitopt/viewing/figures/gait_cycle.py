@@ -25,16 +25,15 @@ from gaitopt.viewing.figures.common import (
     cycle_title,
     forward_axis,
     line_key,
-    panel,
     span_of,
     step_phases,
     style_axes,
     text_colour_on,
 )
+from gaitopt.viewing.figures.panels import panel
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 
 LEAST_BAR = 0.07
@@ -43,7 +42,7 @@ DOTS = 25.0
 """Dots along a swing, about: more would touch each other."""
 
 
-def plot_gait_cycle(plan: Plan, cycle: int | None = None, ax: Axes | None = None) -> Figure:
+def plot_gait_cycle(plan: Plan, cycle: int | None = None, ax: Axes | None = None) -> Axes:
     """Plot the gait diagram of one cycle: which leg swings when, and when the body moves.
 
     Source: Fig. 4 of [Wang2020]. A stance phase that takes no time is a thin line.
@@ -53,6 +52,9 @@ def plot_gait_cycle(plan: Plan, cycle: int | None = None, ax: Axes | None = None
         cycle: index of the gait cycle, from 0; the middle one by default.
         ax: where to draw; by default a new figure.
 
+    Returns:
+        The axes.
+
     Raises:
         InputError: there is no such cycle.
     """
@@ -60,7 +62,7 @@ def plot_gait_cycle(plan: Plan, cycle: int | None = None, ax: Axes | None = None
     from matplotlib.patches import Patch
 
     number, phases = cycle_phases(plan, cycle)
-    figure, ax = panel(ax, 8.5, 2.9)
+    ax = panel(ax, 8.5, 2.9)
     rows = {leg: 3 - i for i, leg in enumerate(LEG_COLOURS)}
     span = span_of(phases)
     for row in rows.values():
@@ -84,7 +86,7 @@ def plot_gait_cycle(plan: Plan, cycle: int | None = None, ax: Axes | None = None
     keys += [Patch(facecolor="#6f6f6f", label="body moves,\nfour feet stand")]
     keys += [line_key("foot stands", MUTED, width=1.0)]
     add_legend(ax, keys, **BESIDE)
-    return figure
+    return ax
 
 
 def _label_phase(ax: Axes, text: str, phase: Phase, row: float, span: tuple[float, float],
@@ -97,7 +99,7 @@ def _label_phase(ax: Axes, text: str, phase: Phase, row: float, span: tuple[floa
                     color=INK if above else text_colour_on(LEG_COLOURS[phase.leg]))  # fmt: skip
 
 
-def plot_swing(plan: Plan, step: int, ax: Axes | None = None) -> Figure:
+def plot_swing(plan: Plan, step: int, ax: Axes | None = None) -> Axes:
     """Plot the path of a swing foot in the vertical plane of its step, with dots at equal times.
 
     Source: Fig. 5 of [Wang2020]. For a step of no length the plane is that of the heading.
@@ -107,6 +109,9 @@ def plot_swing(plan: Plan, step: int, ax: Axes | None = None) -> Figure:
         step: index of the step, from 0.
         ax: where to draw; by default a new figure.
 
+    Returns:
+        The axes.
+
     Raises:
         InputError: there is no such step, or no foot flies in it.
     """
@@ -114,7 +119,7 @@ def plot_swing(plan: Plan, step: int, ax: Axes | None = None) -> Figure:
     _, phase = step_phases(plan, step)
     if phase is None:
         raise InputError(f"step {step} has no swing phase to draw; choose another step")
-    figure, ax = panel(ax, 7.0, 3.6)
+    ax = panel(ax, 7.0, 3.6)
     times, interval = _swing_times(plan, phase)
     line = _in_swing_plane(plan, phase, times)
     dots = _in_swing_plane(plan, phase, _dot_times(plan, phase, interval))
@@ -131,7 +136,7 @@ def plot_swing(plan: Plan, step: int, ax: Axes | None = None) -> Figure:
     ax.margins(0.14)
     ax.set_aspect("equal", adjustable="datalim")
     add_legend(ax, **BESIDE)
-    return figure
+    return ax
 
 
 def _swing_times(plan: Plan, phase: Phase) -> tuple[FloatArray, float]:

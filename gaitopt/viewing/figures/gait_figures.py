@@ -1,7 +1,6 @@
 """The figures of a gait by velocity, drawn from its plan.
 
-Figure numbers are those of [Wang2024]. As in :mod:`gaitopt.viewing.figures.crawl_figures`, figures
-are not registered with pyplot.
+Figure numbers are those of [Wang2024].
 """
 
 from __future__ import annotations
@@ -25,7 +24,9 @@ from gaitopt.viewing.figures.swing_curves import plot_cycloids, plot_swing_curve
 from gaitopt.viewing.figures.zmp import plot_zmp
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from matplotlib.axes import Axes
+
+    from gaitopt.viewing.figures.panels import Panels
 
 __all__ = [
     "plot_cycloids",
@@ -63,11 +64,11 @@ def save_gait_figures(plan: Plan, folder: StrPath) -> list[Path]:
     return write_figures(_figures(plan), folder)
 
 
-def _figures(plan: Plan) -> dict[str, Callable[[], Figure]]:
+def _figures(plan: Plan) -> dict[str, Callable[[], Axes | Panels]]:
     """Functions that draw the figures, by the names of their files."""
     settings = plan.settings
     schedule = settings.schedule if isinstance(settings, GaitSettings) else None
-    figures: dict[str, Callable[[], Figure]] = {}
+    figures: dict[str, Callable[[], Axes | Panels]] = {}
     if isinstance(schedule, GaitSchedule):
         figures["fig02_03_05_gait_diagram"] = lambda: plot_gait_diagram(schedule)
     figures["fig11_cycloids"] = plot_cycloids
@@ -82,7 +83,7 @@ def _figures(plan: Plan) -> dict[str, Callable[[], Figure]]:
     }
 
 
-def _swing_curves(plan: Plan) -> Figure:
+def _swing_curves(plan: Plan) -> Panels:
     """All swing curves for the plan's longest step."""
     steps = [swing.foot_end - swing.foot_start for swing in plan.swings]
     lengths = [float(np.hypot(*step[:2])) for step in steps]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,15 +20,14 @@ from gaitopt.viewing.figures.common import (
     NORMAL,
     SMALL,
     line_key,
-    new_figure,
     style_axes,
     thinned_to_pixels,
     time_limits,
 )
+from gaitopt.viewing.figures.panels import Panels, legend_below, panels
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 JOINTS = ("roll", "hip", "knee")
 """Joints of a leg from the body to the foot: the angles 1, 2 and 3 of the paper."""
@@ -56,7 +55,8 @@ def plot_joint_curves(
     *,
     span: tuple[float, float] | None = None,
     derivatives: Iterable[int] = (0, 1, 2),
-) -> Figure:
+    axes: Sequence[Axes] | Panels | None = None,
+) -> Panels:
     """Plot angles, velocities and accelerations of the legs' joints over time.
 
     There is a column for each of roll, hip and knee, and a row for each derivative. A single
@@ -74,33 +74,38 @@ def plot_joint_curves(
         legs: which legs; all by default.
         span: start and end [s]; the whole plan by default.
         derivatives: 0 for angles, 1 for velocities, 2 for accelerations.
+        axes: where to draw, an array of the shape that is returned; by default a new figure.
+
+    Returns:
+        The axes ``(derivatives, joints)``, or ``(joints, 1)`` for a single derivative.
 
     Raises:
-        InputError: a leg or a derivative is unknown, or the span is not within the plan.
+        InputError: a leg or a derivative is unknown, the span is not within the plan, or the axes
+            have another shape.
     """
     check_kind("plan", plan, Plan)
     shown, orders, window = _checked_legs(legs), _checked_orders(derivatives), _window(plan, span)
     joints = JOINTS if any(plan.robot.legs[leg].has_roll for leg in shown) else JOINTS[1:]
     stacked = len(orders) == 1
     rows, columns = (len(joints), 1) if stacked else (len(orders), len(joints))
-    figure = new_figure(9.0 if stacked else 12.0, 0.8 + (1.6 if stacked else 2.1) * rows)
-    axes = figure.subplots(rows, columns, sharex=True, squeeze=False)
+    size = 9.0 if stacked else 12.0, 0.8 + (1.6 if stacked else 2.1) * rows
+    drawn = panels(axes, (rows, columns), *size, sharex=True)
     for i, order in enumerate(orders):
         for j, joint in enumerate(joints):
-            ax = axes[j, 0] if stacked else axes[i, j]
+            ax = drawn[j, 0] if stacked else drawn[i, j]
             _draw_joint(ax, plan, shown, joint, order, window)
             quantity, unit = QUANTITIES[order]
-            last, first = ax in axes[-1], ax in axes[:, 0]
+            last, first = ax in drawn[-1], ax in drawn[:, 0]
             symbol = rf"{joint} $\theta_{JOINTS.index(joint) + 1}$"
-            style_axes(ax, symbol if ax in axes[0] and not stacked else "",
+            style_axes(ax, symbol if ax in drawn[0] and not stacked else "",
                        "time [s]" if last else "",
                        f"{symbol if stacked else quantity} [{unit}]" if first else "")  # fmt: skip
             ax.set_xlim(window)
     if stacked:
         title = f"{plan.robot.name}: joint {QUANTITIES[orders[0]][0]}s"
-        axes[0, 0].set_title(title, fontsize=NORMAL, color=INK, loc="left")
-    _add_keys(figure, plan, shown)
-    return figure
+        drawn[0, 0].set_title(title, fontsize=NORMAL, color=INK, loc="left")
+    _add_keys(drawn, plan, shown, own=axes is None)
+    return drawn
 
 
 def curve_lines(
@@ -225,20 +230,20 @@ def _style(leg: str) -> dict[str, Any]:
     return {"color": LEG_COLOURS[leg], "linewidth": THIN, "dashes": (3.5, 1.5)}
 
 
-def _add_keys(figure: Figure, plan: Plan, legs: tuple[str, ...]) -> None:
+def _add_keys(drawn: Panels, plan: Plan, legs: tuple[str, ...], *, own: bool) -> None:
     """Add a legend below the panels, with diagonal legs next to each other."""
     from matplotlib.lines import Line2D
 
     keys = [Line2D([], [], label=leg, **_style(leg))
             for pair in DIAGONALS for leg in pair if leg in legs]  # fmt: skip
-    if any(line.get_gid() == "limit" for ax in figure.axes for line in ax.lines):
+    if any(line.get_gid() == "limit" for ax in drawn.flat for line in ax.lines):
         keys.append(line_key("limit", INK, "--", 0.8))
     opposite = [leg for leg in legs if _sign(plan, legs, leg, "knee") < 0]
     title = ""
     if opposite:
         title = f"{' and '.join(opposite)}: knees on the other side; hip and knee drawn times −1"
-    figure.legend(handles=keys, loc="outside lower center", ncols=5, fontsize=SMALL,
-                  frameon=False, handlelength=3.2, title=title, title_fontsize=SMALL)  # fmt: skip
+    legend_below(drawn, keys, own=own, ncols=5, handlelength=3.2, title=title,
+                 title_fontsize=SMALL)  # fmt: skip
 
 
 def _checked_legs(legs: Iterable[str] | None) -> tuple[str, ...]:

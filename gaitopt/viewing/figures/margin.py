@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -23,8 +23,6 @@ from gaitopt.viewing.figures.common import (
     cycle_phases,
     cycle_title,
     leg_keys,
-    new_figure,
-    panel,
     phases_within,
     shade_swings,
     span_of,
@@ -33,23 +31,39 @@ from gaitopt.viewing.figures.common import (
     thinned_to_pixels,
     time_limits,
 )
+from gaitopt.viewing.figures.panels import Panels, panel, panels
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 COG_COLOUR, COM_COLOUR = "#1b4f8f", "#b35806"
 POINTS = 20_000
 """Points of a line before it is thinned out, about: several for each pixel column."""
 
 
+@overload
+def plot_margin(
+    plan: Plan,
+    com_margin: tuple[ArrayLike, ArrayLike] | None = None,
+    *,
+    cycle: int | None = None,
+    ax: None = None,
+) -> Panels: ...
+@overload
+def plot_margin(
+    plan: Plan,
+    com_margin: tuple[ArrayLike, ArrayLike] | None = None,
+    *,
+    cycle: int | None = None,
+    ax: Axes,
+) -> Axes: ...
 def plot_margin(
     plan: Plan,
     com_margin: tuple[ArrayLike, ArrayLike] | None = None,
     *,
     cycle: int | None = None,
     ax: Axes | None = None,
-) -> Figure:
+) -> Axes | Panels:
     """Plot the static stability margin over time: of the whole plan, and of one gait cycle.
 
     The margin jumps where the set of standing feet changes. It is not drawn where fewer than three
@@ -62,6 +76,9 @@ def plot_margin(
         cycle: index of the gait cycle in the lower panel, from 0; the middle one by default.
         ax: where to draw only the whole plan; by default a new figure with both panels.
 
+    Returns:
+        ``ax``; or the two axes of the new figure: the whole plan, and the cycle.
+
     Raises:
         InputError: there is no such cycle, or ``com_margin`` is not two arrays of the same length.
     """
@@ -69,12 +86,12 @@ def plot_margin(
     com = None if com_margin is None else _checked(com_margin)
     number, phases = cycle_phases(plan, cycle)
     if ax is not None:
-        figure, ax = panel(ax, 0.0, 0.0)
+        ax = panel(ax, 0.0, 0.0)
         _draw_margin(ax, plan, time_limits(plan), com)
         add_legend(ax, loc="upper right")
-        return figure
-    figure = new_figure(9.0, 5.4)
-    whole, close = figure.subplots(2, 1, sharey=True)
+        return ax
+    drawn = panels(None, (2,), 9.0, 5.4, sharey=True)
+    whole, close = drawn
     _draw_margin(whole, plan, time_limits(plan), com)
     shade_swings(close, phases)
     _draw_margin(close, plan, span_of(phases), com)
@@ -82,7 +99,7 @@ def plot_margin(
     handles, _ = whole.get_legend_handles_labels()
     add_legend(whole, handles, **BESIDE)
     add_legend(close, leg_keys("s"), title="shaded: foot flies", title_fontsize=SMALL, **BESIDE)
-    return figure
+    return drawn
 
 
 def _checked(com_margin: tuple[ArrayLike, ArrayLike]) -> tuple[FloatArray, FloatArray]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -21,8 +21,6 @@ from gaitopt.viewing.figures.common import (
     cycle_phases,
     cycle_title,
     forward_axis,
-    new_figure,
-    panel,
     shade_swings,
     span_of,
     style_axes,
@@ -32,10 +30,10 @@ from gaitopt.viewing.figures.common import (
     times_to_draw,
 )
 from gaitopt.viewing.figures.joint_curves import curve_lines
+from gaitopt.viewing.figures.panels import Panels, panel, panels
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 PLAN_STYLES = (
     ("#1b4f8f", "-"),
@@ -52,7 +50,7 @@ JOINT_COLOURS = ("#5a5a5a", "#8c4fa8", "#e07b1a")
 """Colours of a leg's joints from the body to the foot; none is a leg's colour."""
 
 
-def plot_cog_over_time(plans: Mapping[str, Plan], ax: Axes | None = None) -> Figure:
+def plot_cog_over_time(plans: Mapping[str, Plan], ax: Axes | None = None) -> Axes:
     """Plot how far the COG has moved forward over time, with a line for each plan.
 
     Source: Figs. 12, 14 and 15 of [Wang2020].
@@ -60,6 +58,9 @@ def plot_cog_over_time(plans: Mapping[str, Plan], ax: Axes | None = None) -> Fig
     Args:
         plans: plans by their names in the legend.
         ax: where to draw; by default a new figure.
+
+    Returns:
+        The axes.
 
     Raises:
         InputError: no plan is given, or something is no plan.
@@ -69,7 +70,7 @@ def plot_cog_over_time(plans: Mapping[str, Plan], ax: Axes | None = None) -> Fig
     check_kind("plans", plans, Mapping)
     for plan in plans.values():
         check_kind("each of plans", plan, Plan)
-    figure, ax = panel(ax, 7.5, 4.2)
+    ax = panel(ax, 7.5, 4.2)
     ends = []
     for i, (name, plan) in enumerate(plans.items()):
         colour, style = PLAN_STYLES[i % len(PLAN_STYLES)]
@@ -86,7 +87,7 @@ def plot_cog_over_time(plans: Mapping[str, Plan], ax: Axes | None = None) -> Fig
     ax.margins(y=0.14)
     _label_ends(ax, ends, longest)
     add_legend(ax, loc="upper left")
-    return figure
+    return ax
 
 
 def _label_ends(ax: Axes, ends: list[tuple[float, float, str]], longest: float) -> None:
@@ -109,7 +110,9 @@ def _label_ends(ax: Axes, ends: list[tuple[float, float, str]], longest: float) 
     ax.set_ylim(bottom=bottom)
 
 
-def plot_joint_velocities(plan: Plan, *, cycle: int | None = None) -> Figure:
+def plot_joint_velocities(
+    plan: Plan, *, cycle: int | None = None, axes: Sequence[Axes] | Panels | None = None
+) -> Panels:
     """Plot the velocities of the legs' joints with their limits, in a row for each leg.
 
     On the left is the whole plan, on the right one gait cycle. Lines are exact, and jump where the
@@ -118,31 +121,36 @@ def plot_joint_velocities(plan: Plan, *, cycle: int | None = None) -> Figure:
     Args:
         plan: any plan.
         cycle: index of the gait cycle on the right, from 0; the middle one by default.
+        axes: where to draw ``(4, 2)``; by default a new figure.
+
+    Returns:
+        The axes ``(4, 2)``: a row for each leg, the whole plan and the cycle.
 
     Raises:
-        InputError: there is no such cycle.
+        InputError: there is no such cycle, or the axes have another shape.
     """
     check_kind("plan", plan, Plan)
     number, phases = cycle_phases(plan, cycle)
-    figure = new_figure(11.0, 8.0)
-    axes = figure.subplots(4, 2, sharex="col", sharey="row", width_ratios=[1.5, 1.0])
+    drawn = panels(
+        axes, (len(LEG_COLOURS), 2), 11.0, 8.0, sharex="col", sharey="row", width_ratios=[1.5, 1.0]
+    )
     spans = (time_limits(plan), span_of(phases))
     for row, leg in enumerate(LEG_COLOURS):
         for column, span in enumerate(spans):
-            ax = axes[row, column]
+            ax = drawn[row, column]
             if column:
                 shade_swings(ax, phases)
             _draw_velocities(ax, plan, leg, span)
             last = row == len(LEG_COLOURS) - 1
             style_axes(ax, "", "time [s]" if last else "", "" if column else f"{leg} [deg/s]")
             ax.set_xlim(span)
-        add_legend(axes[row, 1], loc="center left", bbox_to_anchor=(1.0, 0.5))
-        axes[row, 0].yaxis.label.set(color=LEG_COLOURS[leg], fontweight="bold")
+        add_legend(drawn[row, 1], loc="center left", bbox_to_anchor=(1.0, 0.5))
+        drawn[row, 0].yaxis.label.set(color=LEG_COLOURS[leg], fontweight="bold")
     zoom = cycle_title(number, phases) + (", shaded: foot flies" if phases else "")
     titles = ("Joint velocities over the whole walk", zoom)
-    for ax, title in zip(axes[0], titles, strict=True):
+    for ax, title in zip(drawn[0], titles, strict=True):
         ax.set_title(title, fontsize=NORMAL, color=INK, loc="left")
-    return figure
+    return drawn
 
 
 def _draw_velocities(ax: Axes, plan: Plan, leg: str, span: tuple[float, float]) -> None:

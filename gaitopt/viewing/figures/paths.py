@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
@@ -22,18 +22,16 @@ from gaitopt.viewing.figures.common import (
     fit_limits,
     leg_keys,
     line_key,
-    new_figure,
-    panel,
     panel_height,
     style_axes,
     style_space_axis,
     times_to_draw,
     true_proportions,
 )
+from gaitopt.viewing.figures.panels import Panels, new_figure, panel
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 WIDTH = 9.0
 """Width of a figure [inch]."""
@@ -46,7 +44,7 @@ STILL = 1e-6
 """Largest move of a standing foot between two samples [m]: its slip is smaller."""
 
 
-def plot_terrain(footholds: Footholds, ax: Axes | None = None) -> Figure:
+def plot_terrain(footholds: Footholds, ax: Axes | None = None) -> Axes:
     """Plot the footholds from above in the legs' colours, columns in their true size.
 
     Source: Fig. 3 of [Wang2020]. Footholds on open ground are drawn as crosses.
@@ -54,10 +52,13 @@ def plot_terrain(footholds: Footholds, ax: Axes | None = None) -> Figure:
     Args:
         footholds: any footholds.
         ax: where to draw; by default a new figure.
+
+    Returns:
+        The axes.
     """
     check_kind("footholds", footholds, Footholds)
     points = footholds.array.reshape(-1, 3)
-    figure, ax = panel(ax, WIDTH, panel_height(points, WIDTH - 2.0) + 0.9)
+    ax = panel(ax, WIDTH, panel_height(points, WIDTH - 2.0) + 0.9)
     _draw_footholds(ax, footholds, alpha=0.9)
     first = footholds.array[:, 0, :2]
     ax.plot(*first.T, "s", markerfacecolor="none", markeredgecolor=INK, markersize=13, zorder=4)
@@ -70,7 +71,7 @@ def plot_terrain(footholds: Footholds, ax: Axes | None = None) -> Figure:
     marker = "o" if footholds.radius else "x"
     keys = [*leg_keys(marker), dot_key("first footholds", INK, "s", "none")]
     add_legend(ax, keys, **BESIDE)
-    return figure
+    return ax
 
 
 def _terrain_title(footholds: Footholds) -> str:
@@ -87,7 +88,11 @@ def _terrain_title(footholds: Footholds) -> str:
     return count + f"columns of {2e3 * footholds.radius:g} mm diameter"
 
 
-def plot_paths(plan: Plan, ax: Axes | None = None) -> Figure:
+@overload
+def plot_paths(plan: Plan, ax: None = None) -> Panels: ...
+@overload
+def plot_paths(plan: Plan, ax: Axes) -> Axes: ...
+def plot_paths(plan: Plan, ax: Axes | None = None) -> Axes | Panels:
     """Plot the paths of the feet and the COG from above, and in three dimensions.
 
     Source: Fig. 11 of [Wang2020].
@@ -95,6 +100,9 @@ def plot_paths(plan: Plan, ax: Axes | None = None) -> Figure:
     Args:
         plan: any plan.
         ax: where to draw the view from above; by default a new figure with both views.
+
+    Returns:
+        ``ax``; or the two axes of the new figure: from above, and in three dimensions.
     """
     check_kind("plan", plan, Plan)
     walk = plan.at(times_to_draw(plan))
@@ -104,10 +112,10 @@ def plot_paths(plan: Plan, ax: Axes | None = None) -> Figure:
             line_key("COG", INK), dot_key("start", INK, fill="white"),
             dot_key("end", INK)]  # fmt: skip
     if ax is not None:
-        figure, ax = panel(ax, 0.0, 0.0)
+        ax = panel(ax, 0.0, 0.0)
         _draw_top(ax, plan, walk, points)
         add_legend(ax, keys, **BESIDE)
-        return figure
+        return ax
     # Placed by hand, as Matplotlib would make three-dimensional axes square.
     strip, space, feet = panel_height(points, WIDTH - 0.9), 3.3, 0.95
     height = feet + strip + 0.35 + space
@@ -120,7 +128,7 @@ def plot_paths(plan: Plan, ax: Axes | None = None) -> Figure:
     title = f"{plan.robot.name}: paths of the feet and the COG"
     figure.text(0.01, 1.0 - 0.1 / height, title, fontsize=NORMAL, color=INK, va="top")
     figure.legend(handles=keys, loc="lower center", ncols=7, fontsize=SMALL, frameon=False)
-    return figure
+    return np.array([low, high], dtype=object)
 
 
 def foot_path(walk: Trajectory, leg: int) -> FloatArray:

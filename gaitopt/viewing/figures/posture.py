@@ -12,6 +12,7 @@ Source: [Shao2011], Fig. 5 and Fig. 7.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -28,13 +29,12 @@ from gaitopt.viewing.figures.common import (
     SMALL,
     leg_keys,
     line_key,
-    new_figure,
     style_axes,
 )
+from gaitopt.viewing.figures.panels import Panels, legend_below, panels
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 COM_COLOUR, CENTRE_COLOUR = "#1b4f8f", "#b35806"
 SAMPLES = 240
@@ -111,7 +111,29 @@ def striding_cycle(plan: Plan) -> int:
     raise InputError("no front leg strides over the obstacle in this plan")
 
 
-def plot_posture(plan: Plan) -> Figure:
+def front_strides(plan: Plan) -> tuple[Swing, Swing]:
+    """The swings in which the front legs step over the first obstacle, the earlier one first.
+
+    Raises:
+        InputError: the plan has no obstacle, or a front leg does not step over it.
+    """
+    if not plan.settings.obstacles:
+        raise InputError("the plan has no obstacle; plan_stride makes plans that have one")
+    found: dict[str, Swing] = {}
+    for swing in plan.swings:
+        ends = plan.settings.obstacles[0].to_local(np.array([swing.foot_start, swing.foot_end]))
+        if swing.leg in FRONT and ends[0, 0] * ends[1, 0] < 0.0:
+            found.setdefault(swing.leg, swing)
+    if len(found) < len(FRONT):
+        raise InputError(
+            f"{' and '.join(leg for leg in FRONT if leg not in found)} does not step over the "
+            "obstacle in this plan"
+        )
+    first, second = sorted(found.values(), key=lambda swing: swing.start)
+    return first, second
+
+
+def plot_posture(plan: Plan, axes: Sequence[Axes] | Panels | None = None) -> Panels:
     """Plot the path of the COG in a normal cycle, and in that of the front legs' strides: Fig. 7.
 
     The upper panels show it from above, or from the side for a robot that does not sway. The lower
@@ -120,29 +142,31 @@ def plot_posture(plan: Plan) -> Figure:
 
     Args:
         plan: of :func:`gaitopt.plan_stride`.
+        axes: where to draw ``(2, 2)``; by default a new figure.
+
+    Returns:
+        The axes ``(2, 2)``: path and distance, of the normal cycle and of the strides.
 
     Raises:
-        InputError: the plan has no obstacle, or no front leg steps over it.
+        InputError: the plan has no obstacle, no front leg steps over it, or the axes have another
+            shape.
     """
     check_kind("plan", plan, Plan)
     over = striding_cycle(plan)
     normal = over - 1 if over else len(plan.swings) // len(LEGS) - 1
-    figure = new_figure(9.0, 6.4)
-    axes = figure.subplots(2, 2)
+    drawn = panels(axes, (2, 2), 9.0, 6.4)
     cycles = [cog_cycle(plan, cycle) for cycle in (normal, over)]
     from_side = all(np.ptp(cycle.com[:, 1]) < SIDEWAYS for cycle in cycles)
     titles = "(a) a normal cycle", "(b) the front legs stride over the obstacle"
     for column, (cycle, title) in enumerate(zip(cycles, titles, strict=True)):
-        draw_path(axes[0, column], cycle, title, from_side=from_side)
-        draw_over_time(axes[1, column], cycle)
-    for row in axes:
+        draw_path(drawn[0, column], cycle, title, from_side=from_side)
+        draw_over_time(drawn[1, column], cycle)
+    for row in drawn:
         _same_limits(list(row))
     keys = [line_key("true centre of mass", COM_COLOUR),
             line_key("body centre", CENTRE_COLOUR, "--"), *leg_keys("s")]  # fmt: skip
-    figure.legend(
-        handles=keys, loc="outside lower center", ncols=len(keys), fontsize=SMALL, frameon=False
-    )
-    return figure
+    legend_below(drawn, keys, own=axes is None, ncols=len(keys))
+    return drawn
 
 
 def draw_path(ax: Axes, cycle: CogCycle, title: str, *, from_side: bool = False) -> None:

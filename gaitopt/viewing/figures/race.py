@@ -10,17 +10,17 @@ from numpy.typing import ArrayLike
 
 from gaitopt.conventions import FloatArray
 from gaitopt.errors import InputError
-from gaitopt.viewing.figures.common import INK, MUTED, SMALL, panel, style_axes
+from gaitopt.viewing.figures.common import INK, MUTED, SMALL, style_axes
+from gaitopt.viewing.figures.panels import panel
 from gaitopt.viewing.replay.runners import BASELINE, lane_colour, short_time
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 
 def plot_race(
     times: Mapping[str, ArrayLike], *, baseline: str = BASELINE, ax: Axes | None = None
-) -> Figure:
+) -> Axes:
     """Plot a bar for each row of a race: the median of its times, with their range.
 
     Args:
@@ -30,6 +30,9 @@ def plot_race(
             of its time divided by a row's time is written beside that row's bar. If there is no
             such row, no ratios are written.
         ax: where to draw; by default a new figure.
+
+    Returns:
+        The axes.
 
     Raises:
         InputError: there are no rows, or rows have different numbers of times.
@@ -41,7 +44,7 @@ def plot_race(
             "each name must have the same number of times (n,), got "
             + (", ".join(f"{name} {v.shape}" for name, v in values.items()) or "no name")
         )
-    figure, ax = panel(ax, 7.2, 0.6 + 0.38 * len(values))
+    ax = panel(ax, 7.2, 0.6 + 0.38 * len(values))
     for place, (name, v) in enumerate(values.items()):
         _bar(ax, place, name, v, values.get(baseline), name == baseline)
     several = f" (median and range over {counts.pop()} terrains)" if max(counts) > 1 else ""
@@ -50,7 +53,7 @@ def plot_race(
     ax.set_yticks(range(len(values)), list(values))
     ax.invert_yaxis()
     ax.set_xlim(0.0, 1.2 * max(np.nanmax(v, initial=0.0) for v in values.values()) or 1.0)
-    return figure
+    return ax
 
 
 def _bar(

@@ -19,15 +19,14 @@ from gaitopt.viewing.figures.common import (
     SMALL,
     add_legend,
     line_key,
-    panel,
     shared_dashes,
     style_axes,
     text_colour_on,
 )
+from gaitopt.viewing.figures.panels import panel
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 MOST_DRAWN = 20
 """Most cycles in one diagram: more bars are too narrow to read."""
@@ -36,7 +35,7 @@ FEET_COLOURS = ("#ffffff", "#e4e4e4", "#cfcfcf", "#b5b5b5", "#979797")
 ORDER_COLOURS = ("#1b4f8f", "#b35806", "#2e9e5b", "#e3b505", "#8e4585", "#d1383d")
 
 
-def plot_gait_diagram(schedule: GaitSchedule, cycles: int = 2, ax: Axes | None = None) -> Figure:
+def plot_gait_diagram(schedule: GaitSchedule, cycles: int = 2, ax: Axes | None = None) -> Axes:
     """Plot a gait diagram: a bar for each stance of a leg, and below the number of standing feet.
 
     The duty factor β is marked above the first leg. The phase offset φ, the share of the cycle at
@@ -49,12 +48,15 @@ def plot_gait_diagram(schedule: GaitSchedule, cycles: int = 2, ax: Axes | None =
         cycles: number of cycles to draw.
         ax: where to draw; by default a new figure.
 
+    Returns:
+        The axes.
+
     Raises:
         InputError: the number of cycles is not a whole number from 1 to :data:`MOST_DRAWN`.
     """
     check_kind("schedule", schedule, GaitSchedule)
     check_count("cycles", cycles, 1, MOST_DRAWN)
-    figure, ax = panel(ax, 8.5, 3.1)
+    ax = panel(ax, 8.5, 3.1)
     rows = {leg: 4 - i for i, leg in enumerate(LEG_COLOURS)}
     for leg, row in rows.items():
         _draw_leg(ax, schedule, leg, row, cycles)
@@ -72,7 +74,7 @@ def plot_gait_diagram(schedule: GaitSchedule, cycles: int = 2, ax: Axes | None =
     ax.tick_params(axis="y", length=0)
     ax.spines["left"].set_visible(False)
     ax.set(xlim=(0, cycles), ylim=(-0.55, 5.15))
-    return figure
+    return ax
 
 
 def _draw_leg(ax: Axes, schedule: GaitSchedule, leg: str, row: int, cycles: int) -> None:
@@ -122,7 +124,7 @@ def plot_margin_over_duty(
     stride: float = 0.3,
     length: float = 0.6,
     ax: Axes | None = None,
-) -> Figure:
+) -> Axes:
     """Plot the longitudinal stability margin of the six crawl orders over the duty factor.
 
     The swings of these are evenly spaced in time. The dashed line above them is the wave gait: the
@@ -134,13 +136,16 @@ def plot_margin_over_duty(
         length: distance from hind to front hips [m].
         ax: where to draw; by default a new figure.
 
+    Returns:
+        The axes.
+
     Raises:
         InputError: a number is out of range.
     """
     shares = np.linspace(0.75, 0.99, 49) if duties is None else np.asarray(duties, np.float64)
     margins = 1e3 * margin_over_duty(CRAWL_SEQUENCES, shares, stride, length)
     best = 1e3 * wave_margin_over_duty(shares, stride, length)
-    figure, ax = panel(ax, 7.5, 3.8)
+    ax = panel(ax, 7.5, 3.8)
     ax.axhline(0.0, color=INK, linewidth=0.8)
     keys = [line_key(f"{' '.join(WANG_SEQUENCE)}, as a wave", ORDER_COLOURS[0], "--")]
     ax.plot(shares, best, "--", color=ORDER_COLOURS[0], linewidth=1.5, gid="wave")
@@ -155,4 +160,4 @@ def plot_margin_over_duty(
     style_axes(ax, title, "duty factor [-]", "smallest margin in a cycle [mm]")
     ax.set_xlim(shares.min(), shares.max())
     add_legend(ax, keys, title="order of swings", title_fontsize=SMALL, **BESIDE)
-    return figure
+    return ax

@@ -1,7 +1,8 @@
-"""Fig. 12 of [Wang2024]: the robot at equal time intervals, as stick figures from the side."""
+"""The robot as stick figures from the side: Fig. 12 of [Wang2024], and Fig. 8 of [Shao2011]."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from gaitopt.conventions import LEGS, BoolArray, FloatArray
 from gaitopt.gait.schedule import GaitSchedule
 from gaitopt.inputs import check_count, check_kind
+from gaitopt.plan.phase import Swing
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.settings.by_velocity import GaitSettings
 from gaitopt.robots.rotations import rpy_to_matrix
@@ -16,20 +18,19 @@ from gaitopt.viewing.colours import LEG_COLOURS
 from gaitopt.viewing.figures.common import (
     INK,
     MUTED,
-    SMALL,
     cycle_phases,
     dot_key,
     forward_axis,
     line_key,
-    new_figure,
     span_of,
     style_axes,
     times_to_draw,
 )
+from gaitopt.viewing.figures.panels import Panels, legend_below, panels
+from gaitopt.viewing.figures.posture import front_strides
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 WIDTH = 10.0
 """Width of the figure [inch]."""
@@ -37,12 +38,16 @@ MOST = 100
 """Most stick figures in a row: more cannot be told apart."""
 POSES = 8
 """Stick figures of one cycle."""
+FRAMES = 5
+"""Pictures of one stride. Chosen here: the ends, the top of the flight, and one on each side."""
 NEAR, FAR = ("RF", "RH"), ("LF", "LH")
 """Legs on the near and the far side, seen from the right: there forward is to the right."""
 ROUND: dict[str, Any] = {"solid_capstyle": "round", "solid_joinstyle": "round"}
 
 
-def plot_snapshots(plan: Plan, count: int | None = None) -> Figure:
+def plot_snapshots(
+    plan: Plan, count: int | None = None, axes: Sequence[Axes] | Panels | None = None
+) -> Panels:
     """Plot the robot from the side: at equal intervals of the walk, and during one cycle.
 
     Legs are lines from hip to knee to foot, by forward kinematics; those on the far side are paler.
@@ -56,9 +61,14 @@ def plot_snapshots(plan: Plan, count: int | None = None) -> Figure:
         plan: any plan.
         count: number of stick figures in the upper panel; by default as many as fit next to each
             other.
+        axes: where to draw ``(2,)``; by default a new figure.
+
+    Returns:
+        The axes ``(2,)``: the walk, and the cycle.
 
     Raises:
-        InputError: the count is not a whole number from 1 to :data:`MOST`.
+        InputError: the count is not a whole number from 1 to :data:`MOST`, or the axes have another
+            shape.
     """
     check_kind("plan", plan, Plan)
     axis = side_axis(plan)
@@ -68,8 +78,9 @@ def plot_snapshots(plan: Plan, count: int | None = None) -> Figure:
     spacing = _spacing(plan, poses)
     # The heights of the panels follow from their contents, which fill the width.
     ratios = _proportions(plan, times, axis), _proportions(plan, poses, axis, spacing)
-    figure = new_figure(WIDTH, 2.1 + (WIDTH - 1.0) * sum(ratios))
-    upper, lower = figure.subplots(2, 1, height_ratios=ratios)
+    height = 2.1 + (WIDTH - 1.0) * sum(ratios)
+    drawn = panels(axes, (2,), WIDTH, height, height_ratios=ratios)
+    upper, lower = drawn
     paths = _from_side(plan.at(times_to_draw(plan)).feet, axis)
     for i, leg in enumerate(LEGS):
         upper.plot(*paths[:, i].T, color=LEG_COLOURS[leg], linewidth=0.8, alpha=0.6, gid="path")
@@ -84,8 +95,64 @@ def plot_snapshots(plan: Plan, count: int | None = None) -> Figure:
     style_axes(lower, title, "time [s]", "height [m]", grid=False)
     keys = [line_key(leg, colour, width=2.5) for leg, colour in LEG_COLOURS.items()]
     keys += [line_key("body", INK, width=3.0), dot_key("foot stands", MUTED)]
-    figure.legend(handles=keys, loc="outside lower center", ncols=6, fontsize=SMALL, frameon=False)
-    return figure
+    legend_below(drawn, keys, own=axes is None, ncols=6)
+    return drawn
+
+
+def plot_stride_snapshots(plan: Plan, axes: Sequence[Axes] | Panels | None = None) -> Panels:
+    """Plot how the front legs step over the obstacle: a row for each, at equal intervals.
+
+    The robot is drawn as in :func:`plot_snapshots`, with the path of the foot and the obstacle. The
+    first picture is the lift-off, the last one the touchdown.
+
+    Source: Fig. 8 of [Shao2011], which shows photographs.
+
+    Args:
+        plan: of :func:`gaitopt.plan_stride`.
+        axes: where to draw ``(2, 5)``; by default a new figure.
+
+    Returns:
+        The axes ``(2, 5)``, the front leg that steps first in the first row.
+
+    Raises:
+        InputError: the plan has no obstacle, a front leg does not step over it, or the axes have
+            another shape.
+    """
+    check_kind("plan", plan, Plan)
+    strides = front_strides(plan)
+    axis = side_axis(plan)
+    drawn = panels(axes, (len(strides), FRAMES), WIDTH, 4.0, sharex=True, sharey=True)
+    limits = _stride_limits(plan, strides, axis)
+    for number, (row, swing) in enumerate(zip(drawn, strides, strict=True)):
+        times = np.linspace(swing.start, min(swing.end, plan.duration), FRAMES)
+        path = plan.at(np.linspace(times[0], times[-1], 101)).feet[:, LEGS.index(swing.leg)]
+        for ax, time in zip(row, times, strict=True):
+            for obstacle in plan.settings.obstacles:
+                section = obstacle.outline()
+                places = np.insert(section, 1, 0.0, axis=1)
+                ax.fill(*_from_side(obstacle.to_world(places), axis).T, color=MUTED, linewidth=0)
+            ax.plot(*_from_side(path, axis).T, color=LEG_COLOURS[swing.leg], linewidth=0.8,
+                    gid="path")  # fmt: skip
+            _draw_poses(ax, plan, np.array([time]), axis)
+            _draw_ground(ax, plan, limits, None)
+            style_axes(ax, f"{swing.leg}, {time:.1f} s", "along [m]" if number else "",
+                       "height [m]" if ax is row[0] else "", grid=False)  # fmt: skip
+            ax.set_xlim(limits)
+            ax.locator_params(axis="x", nbins=4)
+    keys = [line_key(leg, colour, width=2.5) for leg, colour in LEG_COLOURS.items()]
+    keys += [line_key("body", INK, width=3.0), dot_key("foot stands", MUTED),
+             dot_key("obstacle", MUTED, "s")]  # fmt: skip
+    legend_below(drawn, keys, own=axes is None, ncols=7)
+    return drawn
+
+
+def _stride_limits(
+    plan: Plan, strides: Sequence[Swing], axis: FloatArray
+) -> tuple[float, float]:  # fmt: skip
+    """Start and end of the axis along the way: all of the robot during the strides [m]."""
+    times = np.concatenate([np.linspace(s.start, s.end, FRAMES) for s in strides])
+    along = _from_side(leg_points(plan, np.minimum(times, plan.duration)), axis)[..., 0]
+    return float(along.min()) - 0.05, float(along.max()) + 0.05
 
 
 def leg_points(plan: Plan, times: FloatArray) -> FloatArray:

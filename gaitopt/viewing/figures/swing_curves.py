@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from gaitopt.conventions import FloatArray
+from gaitopt.errors import InputError
 from gaitopt.swing.catalogue import SWING_CURVES, swing_curve
 from gaitopt.swing.curve import SwingCurve
 from gaitopt.swing.cycloid import CycloidSwing
@@ -18,15 +20,14 @@ from gaitopt.viewing.figures.common import (
     SMALL,
     add_legend,
     line_key,
-    new_figure,
     shared_dashes,
     style_axes,
     style_space_axis,
 )
+from gaitopt.viewing.figures.panels import Panels, new_figure, panel, panels
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 PAPER_START, PAPER_END, PAPER_HEIGHT, PAPER_PERIOD = (-10, -10, 0), (40, 40, 0), 20, 1.0
 """Numbers of Fig. 11 in [Wang2024]. It states no unit of length; here they are millimetres."""
@@ -40,7 +41,7 @@ DOT_INTERVAL = 0.025
 CURVE_COLOURS = ("#5a5a5a", "#1b4f8f", "#2e9e5b", "#b35806", "#8e4585", "#c2a30a")
 
 
-def plot_cycloids() -> Figure:
+def plot_cycloids(ax: Axes | None = None) -> Axes:
     """Plot the paper's two cycloids in three dimensions, with dots at equal times.
 
     The foot swings along the same curve in trot and walk, in the walk in half the time. The walk's
@@ -48,9 +49,37 @@ def plot_cycloids() -> Figure:
     begins backwards and goes too far (``docs/papers.md``, errata).
 
     Source: Fig. 11 and eqs. (17)-(20) of [Wang2024].
+
+    Args:
+        ax: where to draw, axes with ``projection="3d"``; by default a new figure.
+
+    Returns:
+        The axes.
+
+    Raises:
+        InputError: the axes have two dimensions.
     """
-    figure = new_figure(7.5, 3.9, None)
-    ax: Any = figure.add_axes((-0.02, 0.0, 0.82, 1.0), projection="3d")
+    own = ax is None
+    if ax is None:
+        ax = new_figure(7.5, 3.9, None).add_axes((-0.02, 0.0, 0.82, 1.0), projection="3d")
+    keys = _draw_cycloids(panel(ax, 0.0, 0.0))
+    title = (
+        f"Cycloids with a dot every {1e3 * DOT_INTERVAL:g} ms; walk drawn {WALK_OFFSET:g} mm "
+        "to the front"
+    )
+    if own:
+        ax.figure.text(0.02, 0.945, title, fontsize=NORMAL, color=INK)
+        ax.figure.legend(handles=keys, loc="center right", fontsize=SMALL, frameon=False)
+    else:
+        ax.set_title(title, fontsize=NORMAL, color=INK)
+        add_legend(ax, keys)
+    return ax
+
+
+def _draw_cycloids(ax: Any) -> list[Any]:
+    """Draw the cycloids into axes of three dimensions; returns the entries of the legend."""
+    if ax.name != "3d":
+        raise InputError('ax must have three dimensions: figure.add_subplot(projection="3d")')
     keys = []
     for gait, duty in PAPER_DUTIES.items():
         curve = paper_cycloid(gait)
@@ -69,13 +98,7 @@ def plot_cycloids() -> Figure:
     keys.append(line_key("trot as printed,\n2 sin σ", MUTED, "--"))
     keys[-1].set_linestyle(":")
     _style_space(ax)
-    title = (
-        f"Cycloids with a dot every {1e3 * DOT_INTERVAL:g} ms; walk drawn {WALK_OFFSET:g} mm "
-        "to the front"
-    )
-    figure.text(0.02, 0.945, title, fontsize=NORMAL, color=INK)
-    figure.legend(handles=keys, loc="center right", fontsize=SMALL, frameon=False)
-    return figure
+    return keys
 
 
 def paper_cycloid(gait: str) -> CycloidSwing:
@@ -108,8 +131,9 @@ def _style_space(ax: Any) -> None:
 
 
 def plot_swing_curves(
-    length: float = 0.15, height: float = 0.06, duration: float = 0.25, rise: float = 0.0
-) -> Figure:
+    length: float = 0.15, height: float = 0.06, duration: float = 0.25, rise: float = 0.0,
+    axes: Sequence[Axes] | Panels | None = None,
+) -> Panels:  # fmt: skip
     """Plot all swing curves from the side with dots at equal times, and height and speed over time.
 
     Args:
@@ -117,21 +141,22 @@ def plot_swing_curves(
         height: of the swing above the higher end [m].
         duration: time in the air [s].
         rise: how much higher the foot lands than it lifts off [m].
+        axes: where to draw ``(8,)``; by default a new figure.
+
+    Returns:
+        The axes ``(8,)``: one for each of the six curves, then height and speed over time.
 
     Raises:
-        InputError: a number is out of range.
+        InputError: a number is out of range, or there are more axes or fewer.
     """
     curves = {
         name: swing_curve(name, (0.0, 0.0, 0.0), (length, 0.0, rise), height, duration)
         for name in SWING_CURVES
     }
-    figure = new_figure(10.0, 4.7)
-    parts: Any = figure.subfigures(2, 1, height_ratios=(1.0, 1.9))
-    upper, lower = parts
-    sides = upper.subplots(1, len(curves), sharex=True, sharey=True)
+    drawn = _curve_panels(len(curves)) if axes is None else panels(axes, (len(curves) + 2,), 0, 0)
+    *sides, height_axes, speed_axes = drawn
     for ax, (name, curve), colour in zip(sides, curves.items(), CURVE_COLOURS, strict=True):
         _draw_side(ax, name, curve, colour, first=ax is sides[0])
-    height_axes, speed_axes = lower.subplots(1, 2)
     times = np.linspace(0.0, duration, 2001)
     heights = [1e3 * curve.position(times)[:, 2] for curve in curves.values()]
     for name, colour, y, dashes in zip(
@@ -147,7 +172,21 @@ def plot_swing_curves(
     height_axes.set_xlim(0.0, duration)
     speed_axes.set(xlim=(0.0, duration), ylim=(0.0, None))
     add_legend(speed_axes, title="largest speed", title_fontsize=SMALL, **BESIDE)
-    return figure
+    return drawn
+
+
+def _curve_panels(curves: int) -> Panels:
+    """Panels of a new figure: a row of ``curves`` small ones, and two below."""
+    figure = new_figure(10.0, 4.7)
+    grid = figure.add_gridspec(2, 1, height_ratios=(1.0, 1.9))
+    sides: list[Axes] = []
+    upper, lower = grid[0].subgridspec(1, curves), grid[1].subgridspec(1, 2)
+    for i in range(curves):
+        first = sides[0] if sides else None
+        sides.append(figure.add_subplot(upper[i], sharex=first, sharey=first))
+        sides[-1].tick_params(labelleft=first is None)
+    below = [figure.add_subplot(lower[i]) for i in range(2)]
+    return np.array([*sides, *below], dtype=object)
 
 
 def _draw_side(ax: Axes, name: str, curve: SwingCurve, colour: str, first: bool) -> None:

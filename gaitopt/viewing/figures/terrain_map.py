@@ -21,16 +21,15 @@ from gaitopt.viewing.figures.common import (
     dot_key,
     leg_keys,
     line_key,
-    panel,
     style_axes,
     times_to_draw,
 )
 from gaitopt.viewing.figures.map_layers import Limits, draw_heights, draw_refused
+from gaitopt.viewing.figures.panels import figure_of, panel
 from gaitopt.viewing.ground_search import GroundSearch
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 WIDTH = 10.0
 """Width of the figure [inch]."""
@@ -57,7 +56,7 @@ def plot_terrain_map(
     ax: Axes | None = None,
     *,
     search: GroundSearch | None = None,
-) -> Figure:
+) -> Axes:
     """Plot a height map from above, with what walks on it.
 
     Of a plan: the footholds in the colours of the legs with the numbers of their steps, an arrow
@@ -71,6 +70,9 @@ def plot_terrain_map(
         ax: where to draw; by default a new figure.
         search: for the footholds of the plan; what it tried is drawn below the plan.
 
+    Returns:
+        The axes of the map.
+
     Raises:
         InputError: there is nothing of the kind, or the plan has no height map.
     """
@@ -80,7 +82,7 @@ def plot_terrain_map(
     ground = _ground(shown, search)
     limits = _limits(ground, plan, search)
     own = ax is None
-    figure, ax = panel(ax, WIDTH, _height(limits))
+    ax = panel(ax, WIDTH, _height(limits))
     keys = draw_heights(ax, ground, limits)
     if search is not None:
         keys += _draw_search(ax, search, limits, whole=plan is None)
@@ -95,13 +97,13 @@ def plot_terrain_map(
     if not own:
         add_legend(ax, keys, **BESIDE)
     else:
-        rows = -(-len(keys) // COLUMNS)
+        rows, figure = -(-len(keys) // COLUMNS), figure_of(ax)
         # Else the layout cuts off the upper side of the title.
         figure.get_layout_engine().set(h_pad=0.12)  # type: ignore[union-attr, call-arg]
         figure.set_size_inches(WIDTH, _height(limits) + 0.19 * rows)
         figure.legend(handles=keys, loc="outside lower left", ncols=COLUMNS, fontsize=SMALL,
                       frameon=False, columnspacing=1.5, handlelength=1.8)  # fmt: skip
-    return figure
+    return ax
 
 
 def order_of(footholds: Footholds, plan: Plan | None = None) -> list[tuple[str, int]]:

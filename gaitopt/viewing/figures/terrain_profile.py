@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,19 +16,17 @@ from gaitopt.terrain.height_map import HeightMap
 from gaitopt.viewing.colours import LEG_COLOURS
 from gaitopt.viewing.figures.common import (
     INK,
-    SMALL,
     dot_key,
     line_key,
-    new_figure,
     style_axes,
     times_to_draw,
 )
 from gaitopt.viewing.figures.map_layers import patch_key
+from gaitopt.viewing.figures.panels import Panels, legend_below, panels
 from gaitopt.viewing.figures.terrain_map import MOST_NUMBERS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 WIDTH, PANEL = 10.0, 1.55
 """Width of the figure, and height of the panel of a leg [inch]."""
@@ -38,7 +37,7 @@ LEAST = 0.08
 """Least height of a panel [m]. Chosen: level ground does not look like mountains."""
 
 
-def plot_terrain_profile(plan: Plan) -> Figure:
+def plot_terrain_profile(plan: Plan, axes: Sequence[Axes] | Panels | None = None) -> Panels:
     """Plot for each leg the height of its foot, and of the ground straight below, along its way.
 
     The line is the lowest point of the foot's ball. Dots are the points in which standing feet
@@ -46,9 +45,13 @@ def plot_terrain_profile(plan: Plan) -> Figure:
 
     Args:
         plan: a plan over a height map.
+        axes: where to draw ``(4,)``; by default a new figure.
+
+    Returns:
+        The axes ``(4,)``, one for each leg in the order of the legend of other figures.
 
     Raises:
-        InputError: the plan has no height map.
+        InputError: the plan has no height map, or the axes have another shape.
     """
     check_kind("plan", plan, Plan)
     ground = plan.footholds.ground
@@ -57,19 +60,19 @@ def plot_terrain_profile(plan: Plan) -> Figure:
             "the plan's footholds have no height map; plot_paths draws the paths of the feet, or "
             "give them a map: footholds.with_(ground=...)"
         )
-    figure = new_figure(WIDTH, 0.8 + PANEL * len(LEG_COLOURS))
-    panels = figure.subplots(len(LEG_COLOURS), 1, sharex=True, sharey=True)
+    count = len(LEG_COLOURS)
+    drawn = panels(axes, (count,), WIDTH, 0.8 + PANEL * count, sharex=True, sharey=True)
     walk = plan.at(times_to_draw(plan))
-    for i, (leg, ax) in enumerate(zip(LEG_COLOURS, panels, strict=True)):
+    for i, (leg, ax) in enumerate(zip(LEG_COLOURS, drawn, strict=True)):
         _draw_leg(ax, plan, ground, leg, walk)
-        last = i == len(LEG_COLOURS) - 1
+        last = i == count - 1
         title = f"{plan.robot.name}: feet over the ground" if i == 0 else ""
         style_axes(ax, title, "way of the foot [m]" if last else "", f"{leg}\nheight [m]")
-    _fit(panels, plan, ground)
+    _fit(drawn)
     keys = [line_key("lowest point of the foot", INK), patch_key("ground below it", SOIL),
             dot_key("foothold, with its step", INK)]  # fmt: skip
-    figure.legend(handles=keys, loc="outside lower center", ncols=3, fontsize=SMALL, frameon=False)
-    return figure
+    legend_below(drawn, keys, own=axes is None, ncols=3)
+    return drawn
 
 
 def _draw_leg(ax: Axes, plan: Plan, ground: HeightMap, leg: str, walk: Trajectory) -> None:
@@ -120,11 +123,12 @@ def _between(path: FloatArray, apart: float) -> FloatArray:
     return np.column_stack([np.interp(at, along, column) for column in path.T])
 
 
-def _fit(panels: np.ndarray, plan: Plan, ground: HeightMap) -> None:
+def _fit(drawn: Panels) -> None:
     """Limits of the panels around feet and ground, not below what is drawn."""
-    heights = [line.get_ydata() for ax in panels for line in ax.lines]
+    heights = [line.get_ydata() for ax in drawn for line in ax.lines]
     every = np.concatenate([np.asarray(h, dtype=np.float64) for h in heights])
     low, high = float(np.nanmin(every)), float(np.nanmax(every))
     span = max(ROOM * (high - low), LEAST)
-    panels[0].set_ylim(low - 0.18 * span, low + span)
-    panels[0].margins(x=0.01)
+    for ax in drawn:
+        ax.set_ylim(low - 0.18 * span, low + span)
+        ax.margins(x=0.01)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -26,17 +27,16 @@ from gaitopt.viewing.figures.common import (
     fit_limits,
     leg_keys,
     line_key,
-    new_figure,
     panel_height,
     style_axes,
     support_table,
     time_limits,
     true_proportions,
 )
+from gaitopt.viewing.figures.panels import Panels, panels
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 ZMP_COLOUR, CENTRE_COLOUR, SUPPORT_COLOUR = "#b35806", "#1b4f8f", "#5e6b73"
 WIDTH = 9.0
@@ -50,7 +50,7 @@ AREA_COLOUR = "#e3e5e7"
 """Colour of support areas in the legend, like many transparent ones on each other."""
 
 
-def plot_zmp(plan: Plan) -> Figure:
+def plot_zmp(plan: Plan, axes: Sequence[Axes] | Panels | None = None) -> Panels:
     """Plot the ZMP from above, and its margin over time.
 
     It is that of the whole robot for plans that promise contact forces. For others the body's
@@ -63,6 +63,13 @@ def plot_zmp(plan: Plan) -> Figure:
 
     Args:
         plan: any plan.
+        axes: where to draw ``(2,)``; by default a new figure.
+
+    Returns:
+        The axes ``(2,)``: from above, and the margin over time.
+
+    Raises:
+        InputError: the axes have another shape.
     """
     check_kind("plan", plan, Plan)
     times, zmp, margins, standing = zmp_line(plan)
@@ -70,9 +77,8 @@ def plot_zmp(plan: Plan) -> Figure:
     known = np.isfinite(zmp).all(axis=1)
     points = np.concatenate([places[:, :2], zmp[known]])
     strip = panel_height(points, WIDTH - 2.2)
-    figure = new_figure(WIDTH, strip + 3.4)
-    parts: Any = figure.subfigures(2, 1, height_ratios=(strip + 0.8, 2.6))
-    above, margin_axes = parts[0].subplots(), parts[1].subplots()
+    drawn = panels(axes, (2,), WIDTH, strip + 3.4, height_ratios=(strip + 0.3, 2.1))
+    above, margin_axes = drawn
     for leg, colour in LEG_COLOURS.items():
         above.plot(*plan.footholds[leg][:, :2].T, "o", color=colour, markersize=3.5, gid=leg)
     keys = [line_key("body's centre", "#8da7c7", width=2.6), line_key(_name(plan), ZMP_COLOUR)]
@@ -86,7 +92,7 @@ def plot_zmp(plan: Plan) -> Figure:
     true_proportions(above)
     add_legend(above, keys, **BESIDE)
     _draw_margin(margin_axes, plan, times, margins, standing)
-    return figure
+    return drawn
 
 
 def _name(plan: Plan) -> str:

@@ -587,3 +587,34 @@ def test_joint_beyond_its_limits_is_named(frog: Quadruped) -> None:
     narrow = replace(of, position_limits=np.array([[-0.2, -2.4], [0.2, 0.0]]))
     with pytest.raises(InputError, match=r"a waypoint takes joint RF_HFE .* beyond its limits"):
         swing_angles(narrow, [[-0.1, 0, 0.1]], place)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_formula_without_a_number_is_the_mean_acceleration_and_not_the_knot_s(
+    seed: int,
+) -> None:
+    """[Shao2011] prints ``(v[j+1] - v[j]) / h[j]`` for the acceleration at the j-th knot.
+
+    On a cubic piece the acceleration is linear in time, so this is the mean of both its knots.
+    """
+    angles, limits = random_case(seed)
+    cubic = by_scipy(uniform_spline(angles, limits))
+    knots, h = cubic.x, np.diff(cubic.x)[:, None]
+    printed = np.diff(cubic(knots, 1), axis=0) / h
+    at_knots = cubic(knots, 2)
+    np.testing.assert_allclose(printed, (at_knots[1:] + at_knots[:-1]) / 2.0, atol=1e-9 *
+                               np.abs(at_knots).max())  # fmt: skip
+    # It is the knot's own acceleration minus half of what the jerk adds over the interval.
+    jerks = cubic.c[0] * 6.0
+    np.testing.assert_allclose(at_knots[:-1], printed - h * jerks / 2.0,
+                               atol=1e-9 * np.abs(at_knots).max())  # fmt: skip
+
+
+def test_limits_on_the_printed_accelerations_let_the_knots_exceed_them() -> None:
+    """With the paper's own intervals they are about three times what the formula says."""
+    board = reference.compare_splines(with_toppra=False)
+    spline = uniform_spline(board.swing.spline.angles, TABLE_1, reference.PAPER_INTERVALS)
+    cubic = by_scipy(spline)
+    printed = np.abs(np.diff(cubic(cubic.x, 1), axis=0) / np.diff(cubic.x)[:, None]).max(axis=0)
+    true = np.abs(cubic(cubic.x, 2)).max(axis=0)
+    assert (true > 2.5 * printed).all(), true / printed

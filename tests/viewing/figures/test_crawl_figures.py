@@ -32,6 +32,7 @@ from gaitopt.viewing.figures.area import (
 from gaitopt.viewing.figures.common import cycle_phases, thinned_to_pixels
 from gaitopt.viewing.figures.joint_curves import curve_lines
 from gaitopt.viewing.figures.margin import margin_line
+from gaitopt.viewing.figures.panels import figure_of
 
 
 @pytest.fixture(scope="module")
@@ -90,16 +91,16 @@ def legends(figure: Figure) -> list[Any]:
 def all_figures(plan: Plan) -> dict[str, Figure]:
     """All figures of a plan, by the names of the functions that draw them."""
     figures = {
-        "terrain": plots.plot_terrain(plan.footholds),
-        "gait cycle": plots.plot_gait_cycle(plan),
-        "paths": plots.plot_paths(plan),
-        "cog": plots.plot_cog_over_time({"this plan": plan}),
-        "joint velocities": plots.plot_joint_velocities(plan),
-        "margin": plots.plot_margin(plan),
+        "terrain": figure_of(plots.plot_terrain(plan.footholds)),
+        "gait cycle": figure_of(plots.plot_gait_cycle(plan)),
+        "paths": figure_of(plots.plot_paths(plan)),
+        "cog": figure_of(plots.plot_cog_over_time({"this plan": plan})),
+        "joint velocities": figure_of(plots.plot_joint_velocities(plan)),
+        "margin": figure_of(plots.plot_margin(plan)),
     }
     if plan.swings:
-        figures["swing"] = plots.plot_swing(plan, 1)
-        figures["feasible area"] = plots.plot_feasible_area(plan, 1)
+        figures["swing"] = figure_of(plots.plot_swing(plan, 1))
+        figures["feasible area"] = figure_of(plots.plot_feasible_area(plan, 1))
     return figures
 
 
@@ -125,7 +126,7 @@ def test_where_forces_hold_is_drawn_with_forces() -> None:
     sides = [np.linalg.norm(np.roll(c, 1, axis=0) - c, axis=1).max()
              for c in (area.held, area.triangle)]  # fmt: skip
     assert 0.6 < sides[0] / sides[1] <= 0.7
-    (drawn,) = [p for p in plots.plot_feasible_area(plan, 0).axes[0].patches
+    (drawn,) = [p for p in figure_of(plots.plot_feasible_area(plan, 0)).axes[0].patches
                 if p.get_label() == "forces"]  # fmt: skip
     np.testing.assert_allclose(drawn.get_xy()[:3], area.held)
     by_speed = feasible_area(plan_crawl(robot, ground, timing="velocity"), 0)
@@ -134,7 +135,7 @@ def test_where_forces_hold_is_drawn_with_forces() -> None:
 
 def test_the_discs_are_the_columns_where_they_stand_and_as_wide() -> None:
     footholds = s_columns(3)
-    (ax,) = plots.plot_terrain(footholds).axes
+    (ax,) = figure_of(plots.plot_terrain(footholds)).axes
     for leg in LEGS:
         discs = by_gid(ax, leg)
         np.testing.assert_array_equal(discs.get_offsets(), footholds[leg][:, :2])
@@ -146,12 +147,12 @@ def test_the_discs_are_the_columns_where_they_stand_and_as_wide() -> None:
 
 def test_open_ground_is_drawn_as_crosses() -> None:
     footholds = Footholds(dict(s_columns(0).points))
-    (ax,) = plots.plot_terrain(footholds).axes
+    (ax,) = figure_of(plots.plot_terrain(footholds)).axes
     np.testing.assert_array_equal(by_gid(ax, "LF").get_xydata(), footholds["LF"][:, :2])
 
 
 def test_a_walk_much_longer_than_wide_says_how_much_it_is_stretched() -> None:
-    (ax,) = plots.plot_terrain(s_columns(0, columns=400, forward=40.0)).axes
+    (ax,) = figure_of(plots.plot_terrain(s_columns(0, columns=400, forward=40.0))).axes
     assert ax.get_aspect() > 1 and f"drawn ×{ax.get_aspect():g}" in ax.get_ylabel()
 
 
@@ -173,7 +174,7 @@ def test_a_target_with_active_constraints_lies_on_the_border_of_the_intersection
 
 @pytest.mark.parametrize("step", [0, 9])
 def test_the_intersection_is_shaded(plan: Plan, areas: list[FeasibleArea], step: int) -> None:
-    shade = next(p for p in plots.plot_feasible_area(plan, step).axes[0].patches
+    shade = next(p for p in figure_of(plots.plot_feasible_area(plan, step)).axes[0].patches
                  if p.get_label() == "A and B")  # fmt: skip
     np.testing.assert_array_equal(shade.get_xy()[:-1], areas[step].common)
 
@@ -222,7 +223,7 @@ def test_the_active_constraint_is_named_and_drawn_bold(
     plan: Plan, areas: list[FeasibleArea]
 ) -> None:
     step = next(p.step for p in plan.phases if p.evidence and p.limited_by[0].kind == "margin")
-    figure = plots.plot_feasible_area(plan, step)
+    figure = figure_of(plots.plot_feasible_area(plan, step))
     assert areas[step].active[0].replace("-", "–") in figure.axes[1].get_title(loc="left")
     assert max(line.get_linewidth() for line in figure.axes[0].lines) > 2.0
 
@@ -252,7 +253,7 @@ def test_the_cycles_share_out_all_phases(plan: Plan) -> None:
 
 
 def test_every_cog_line_ends_at_its_plans_duration(plan: Plan, ssm: Plan) -> None:
-    (ax,) = plots.plot_cog_over_time({"ours": plan, "SSM": ssm}).axes
+    (ax,) = figure_of(plots.plot_cog_over_time({"ours": plan, "SSM": ssm})).axes
     lines = {line.get_label().split(" (")[0]: line for line in ax.lines}
     for name, each in (("ours", plan), ("SSM", ssm)):
         x, y = lines[name].get_data()
@@ -264,7 +265,7 @@ def test_every_cog_line_ends_at_its_plans_duration(plan: Plan, ssm: Plan) -> Non
 
 def test_forward_is_the_heading() -> None:
     strange = strange_plan("a1")
-    (ax,) = plots.plot_cog_over_time({"a1": strange}).axes
+    (ax,) = figure_of(plots.plot_cog_over_time({"a1": strange})).axes
     cog = strange.at([0.0, strange.duration]).cog
     ahead = (cog[1] - cog[0])[:2] @ [np.cos(0.7), np.sin(0.7)]
     assert ax.lines[0].get_ydata()[-1] == pytest.approx(ahead, abs=1e-12)
@@ -276,7 +277,7 @@ def test_a_comparison_of_nothing_is_refused() -> None:
 
 
 def test_velocities_touch_the_limit_and_never_exceed_it(plan: Plan) -> None:
-    figure = plots.plot_joint_velocities(plan)
+    figure = figure_of(plots.plot_joint_velocities(plan))
     peaks = []
     for ax in figure.axes:
         rates = [line.get_ydata() for line in ax.lines if line.get_gid()]
@@ -307,7 +308,7 @@ def test_thinning_keeps_order_ends_and_extremes() -> None:
 
 
 def test_bars_of_the_gait_cycle_are_the_swing_phases(plan: Plan) -> None:
-    (ax,) = plots.plot_gait_cycle(plan, 1).axes
+    (ax,) = figure_of(plots.plot_gait_cycle(plan, 1)).axes
     for phase in cycle_phases(plan, 1)[1]:
         bars = by_gid_all(ax, phase.leg if phase.kind == "swing" else "COG")
         spans = [b.get_paths()[0].get_extents().intervalx for b in bars]
@@ -322,7 +323,7 @@ def by_gid_all(ax: Axes, gid: str) -> list[Any]:
 
 def test_the_swing_is_the_box_of_fig_5(plan: Plan) -> None:
     for step in (0, 9):
-        (ax,) = plots.plot_swing(plan, step).axes
+        (ax,) = figure_of(plots.plot_swing(plan, step)).axes
         phase = next(p for p in plan.phases if p.step == step and p.kind == "swing")
         x, z = by_gid(ax, "foot").get_data()
         length = 1e3 * np.hypot(*(phase.foot_end - phase.foot_start)[:2])
@@ -339,7 +340,7 @@ def test_the_least_margin_drawn_is_the_plans(plan: Plan, ssm: Plan) -> None:
 
 
 def test_a_centre_of_mass_margin_is_drawn_when_given(plan: Plan) -> None:
-    figure = plots.plot_margin(plan, ([0.0, 1.0, 2.0], [0.01, 0.02, 0.03]))
+    figure = figure_of(plots.plot_margin(plan, ([0.0, 1.0, 2.0], [0.01, 0.02, 0.03])))
     line = by_gid(figure.axes[0], "true centre of mass")
     np.testing.assert_allclose(line.get_ydata(), [10, 20, 30])
     with pytest.raises(InputError, match="com_margin"):
@@ -347,7 +348,7 @@ def test_a_centre_of_mass_margin_is_drawn_when_given(plan: Plan) -> None:
 
 
 def test_paths_end_where_the_feet_stand(plan: Plan) -> None:
-    figure = plots.plot_paths(plan)
+    figure = figure_of(plots.plot_paths(plan))
     top = figure.axes[0]
     for i, leg in enumerate(LEGS):
         x, y = top.lines[i].get_data()
@@ -388,7 +389,7 @@ def test_figures_can_be_drawn_into_given_axes(plan: Plan) -> None:
         axes,
         strict=True,
     ):
-        assert draw(ax) is figure and ax.get_title(loc="left")
+        assert draw(ax) is ax and ax.get_title(loc="left")
     assert len(figure.axes) == 7
 
 

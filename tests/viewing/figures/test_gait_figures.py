@@ -27,6 +27,7 @@ from gaitopt.swing.catalogue import SWING_CURVES
 from gaitopt.terrain.columns import s_columns
 from gaitopt.viewing.figures.gait_figures import save_gait_figures
 from gaitopt.viewing.figures.joint_curves import curve_lines, plot_joint_curves
+from gaitopt.viewing.figures.panels import figure_of
 from gaitopt.viewing.figures.snapshots import POSES, leg_points, plot_snapshots, side_axis
 from gaitopt.viewing.figures.swing_curves import (
     WALK_OFFSET,
@@ -136,7 +137,7 @@ def test_on_a_straight_line_roll_joints_rest_and_diagonal_legs_have_identical_cu
 
 @pytest.mark.parametrize("derivative", [0, 1, 2])
 def test_every_point_that_is_drawn_lies_on_the_path(trotting_a1: Plan, derivative: int) -> None:
-    axes = plot_joint_curves(trotting_a1, derivatives=(derivative,)).axes
+    axes = figure_of(plot_joint_curves(trotting_a1, derivatives=(derivative,))).axes
     assert [ax.get_ylabel().split()[0] for ax in axes] == ["roll", "hip", "knee"]
     for leg in LEGS:
         for ax, column in zip(axes, trotting_a1.robot.leg_columns[leg], strict=True):
@@ -155,7 +156,7 @@ def test_with_knees_to_opposite_sides_diagonal_hips_are_mirror_images_in_time(
     The foot's path is its own mirror image about the middle of a stance. A leg with its knee on the
     other side turns in the opposite direction, and curves are drawn with that sign.
     """
-    figure = plot_joint_curves(trotting, ("LF", "RH"), derivatives=(0,))
+    figure = figure_of(plot_joint_curves(trotting, ("LF", "RH"), derivatives=(0,)))
     _, hip, knee = figure.axes
     every = np.linspace(0.0, trotting.duration, 500)
     np.testing.assert_allclose(at(knee, "RH", every), at(knee, "LF", every), atol=1e-3)
@@ -176,7 +177,7 @@ def at(ax: Axes, gid: str, times: FloatArray) -> FloatArray:
 
 def test_limits_near_the_curves_are_drawn_and_the_others_named(trotting: Plan) -> None:
     limited = replace(trotting.settings, acceleration_limit=200.0)
-    rows = panels(plot_joint_curves(replace(trotting, settings=limited)), 3, 3)
+    rows = panels(figure_of(plot_joint_curves(replace(trotting, settings=limited))), 3, 3)
 
     def heights(ax: Axes) -> list[float]:
         return sorted(line.get_ydata()[0] for line in ax.lines if line.get_gid() == "limit")
@@ -193,7 +194,7 @@ def test_limits_near_the_curves_are_drawn_and_the_others_named(trotting: Plan) -
 
 def test_joint_curves_of_legs_without_roll_have_two_columns() -> None:
     solo = plan_gait(load_robot("solo8"), trot(0.5), velocity=0.1, distance=0.1)
-    figure = plot_joint_curves(solo, derivatives=(0, 1))
+    figure = figure_of(plot_joint_curves(solo, derivatives=(0, 1)))
     assert [ax.get_title(loc="left").split()[0] for ax in figure.axes[:2]] == ["hip", "knee"]
     assert len(figure.axes) == 4
 
@@ -201,7 +202,7 @@ def test_joint_curves_of_legs_without_roll_have_two_columns() -> None:
 def test_one_derivative_is_drawn_over_a_wide_time_axis_and_a_span_is_kept_to(
     trotting: Plan,
 ) -> None:
-    figure = plot_joint_curves(trotting, ["RF"], span=(1.0, 2.0), derivatives=(1,))
+    figure = figure_of(plot_joint_curves(trotting, ["RF"], span=(1.0, 2.0), derivatives=(1,)))
     assert [ax.get_ylabel().split()[0] for ax in figure.axes] == ["roll", "hip", "knee"]
     for ax in figure.axes:
         assert ax.get_xlim() == (1.0, 2.0) and {"RF"} == {line.get_gid() for line in ax.lines} - {
@@ -251,7 +252,7 @@ def test_stick_figures_are_the_robots_joints_by_pinocchio(
 
 
 def test_snapshots_are_in_true_proportions_and_stand_on_the_ground(trotting: Plan) -> None:
-    along, apart = plot_snapshots(trotting, 5).axes
+    along, apart = figure_of(plot_snapshots(trotting, 5)).axes
     for ax, count in ((along, 5), (apart, POSES)):
         assert ax.get_aspect() == 1.0
         feet = np.array([line.get_ydata()[-1] for line in ax.lines if line.get_gid() in LEGS])
@@ -266,7 +267,7 @@ def test_snapshots_are_in_true_proportions_and_stand_on_the_ground(trotting: Pla
 
 
 def test_snapshots_are_where_the_robot_is(trotting: Plan) -> None:
-    along = plot_snapshots(trotting, 4).axes[0]
+    along = figure_of(plot_snapshots(trotting, 4)).axes[0]
     expected = trotting.at(np.linspace(0.0, trotting.duration, 4)).feet
     for i, leg in enumerate(LEGS):
         feet = [line.get_xydata()[-1] for line in along.lines if line.get_gid() == leg]
@@ -290,7 +291,7 @@ def test_a_strange_number_of_snapshots_is_refused(trotting: Plan, wrong: object)
 
 
 def test_cycloids_have_the_numbers_of_fig_11() -> None:
-    (ax,) = plot_cycloids().axes
+    (ax,) = figure_of(plot_cycloids()).axes
     lines = {line.get_gid(): np.array(line.get_data_3d()).T for line in ax.lines if line.get_gid()}
     for gait, aside, dots in (("trot", 0.0, 21), ("walk", -WALK_OFFSET, 11)):
         line = lines[gait]
@@ -313,7 +314,7 @@ def test_the_cycloid_as_printed_overshoots_by_a_ninth_of_the_step() -> None:
 
 
 def test_all_swing_curves_are_drawn_with_their_heights_and_largest_speeds() -> None:
-    figure = plot_swing_curves(0.12, 0.05, 0.3)
+    figure = figure_of(plot_swing_curves(0.12, 0.05, 0.3))
     *sides, over, speed = figure.axes
     assert [ax.get_title(loc="left") for ax in sides] == list(SWING_CURVES)
     for ax in sides:
@@ -327,7 +328,7 @@ def test_all_swing_curves_are_drawn_with_their_heights_and_largest_speeds() -> N
 
 
 def test_the_rise_of_a_swing_is_drawn() -> None:
-    (*sides, over, _) = plot_swing_curves(0.1, 0.05, 0.3, rise=0.02).axes
+    (*sides, over, _) = figure_of(plot_swing_curves(0.1, 0.05, 0.3, rise=0.02)).axes
     for ax, name in zip(sides, SWING_CURVES, strict=True):
         assert drawn(ax, name)[-1, 1] == pytest.approx(20.0)
         assert drawn(over, name)[:, 1].max() == pytest.approx(70.0, abs=1e-2)
@@ -384,7 +385,7 @@ def test_the_centres_acceleration_contains_that_of_a_turning_body(standing: Plan
 def test_supports_of_a_trot_are_lines_between_footholds_and_flight_is_shaded(
     flying: Plan,
 ) -> None:
-    above, over = plot_zmp(flying).axes
+    above, over = figure_of(plot_zmp(flying)).axes
     collections = {c.get_gid(): c for c in above.collections}
     segments = collections["lines"].get_segments()
     pairs = [p for p in flying.phases if len(p.support) == 2]
@@ -405,7 +406,7 @@ def test_supports_of_a_wave_are_areas_that_hold_the_zmp() -> None:
     from matplotlib.path import Path as Outline
 
     plan = plan_gait(FAST, wave(1.6), velocity=0.05, distance=0.05)
-    above, over = plot_zmp(plan).axes
+    above, over = figure_of(plot_zmp(plan)).axes
     areas = next(c for c in above.collections if c.get_gid() == "areas").get_paths()
     assert len(areas) == len(plan.phases)
     times, zmp, _, _ = zmp_line(plan)
@@ -424,9 +425,9 @@ def test_every_panel_has_units_and_every_figure_a_legend(
     name: str, request: pytest.FixtureRequest
 ) -> None:
     plan: Plan = request.getfixturevalue(name)
-    figures = [plot_joint_curves(plan), plot_joint_curves(plan, derivatives=(0,)),
-               plot_snapshots(plan), plot_swing_curves(), plot_zmp(plan)]  # fmt: skip
-    for figure in figures:
+    drawn = [plot_joint_curves(plan), plot_joint_curves(plan, derivatives=(0,)),
+             plot_snapshots(plan), plot_swing_curves(), plot_zmp(plan)]  # fmt: skip
+    for figure in map(figure_of, drawn):
         assert words(figure)
         for label in (f() for ax in figure.axes for f in (ax.get_xlabel, ax.get_ylabel)):
             assert not label or "[" in label

@@ -11,7 +11,14 @@ from gaitopt import InputError, load_robot
 from gaitopt.plan.plan import Plan
 from gaitopt.planners.over_obstacle import planner
 from gaitopt.terrain.obstacles import rectangular_obstacle
-from gaitopt.viewing.figures.posture import cog_cycle, plot_posture, striding_cycle
+from gaitopt.viewing.figures.panels import figure_of
+from gaitopt.viewing.figures.posture import (
+    cog_cycle,
+    front_strides,
+    plot_posture,
+    striding_cycle,
+)
+from gaitopt.viewing.figures.snapshots import plot_stride_snapshots
 
 plan_stride = partial(planner.plan_stride, timing="velocity")
 
@@ -53,11 +60,11 @@ def test_a_robot_that_sways_is_seen_from_above_and_one_that_does_not_from_the_si
     swaying = plan_stride(load_robot("anymal_c"), rectangular_obstacle(0.05, 0.03), approach=0,
                           leave=0)  # fmt: skip
     for plan, label in ((walk, "up [mm]"), (swaying, "to the left [mm]")):
-        assert [ax.get_ylabel() for ax in plot_posture(plan).axes[:2]] == [label, label]
+        assert [ax.get_ylabel() for ax in figure_of(plot_posture(plan)).axes[:2]] == [label, label]
 
 
 def test_the_figure_numbers_its_points_from_0_to_8(walk: Plan) -> None:
-    figure = plot_posture(walk)
+    figure = figure_of(plot_posture(walk))
     assert len(figure.axes) == 4
     for ax in figure.axes:
         assert [t.get_text() for t in ax.texts] == [str(k) for k in range(9)]
@@ -73,3 +80,27 @@ def test_plans_without_an_obstacle_and_cycles_that_are_none_are_refused(
         plot_posture(short_plan)
     with pytest.raises(InputError, match="cycle must be a whole number from 0 to"):
         cog_cycle(walk, 99)
+
+
+def test_snapshots_show_both_front_feet_over_the_board(walk: Plan) -> None:
+    """The rows of Fig. 8: lift-off before the board, touchdown behind it, above it in between."""
+    drawn = plot_stride_snapshots(walk)
+    assert drawn.shape == (2, 5)
+    for row, leg in zip(drawn, ("RF", "LF"), strict=True):
+        feet = [next(line for line in ax.lines if line.get_gid() == leg).get_xydata()[-1]
+                for ax in row]  # fmt: skip
+        x, z = np.array(feet).T
+        assert x[0] < -0.02 and x[-1] > 0.02 and (np.diff(x) > -1e-9).all()
+        assert z[2] > walk.settings.obstacles[0].height and z[0] == pytest.approx(z[-1])
+        assert row[0].get_title(loc="left").startswith(leg)
+
+
+def test_both_front_feet_stand_equally_far_behind_the_board(walk: Plan) -> None:
+    """The paper's do not, which it explains by clearance and slip."""
+    first, second = front_strides(walk)
+    assert first.foot_end[0] == pytest.approx(second.foot_end[0], abs=1e-9)
+
+
+def test_strides_need_an_obstacle(short_plan: Plan) -> None:
+    with pytest.raises(InputError, match="no obstacle"):
+        plot_stride_snapshots(short_plan)

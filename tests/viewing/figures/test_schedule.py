@@ -14,6 +14,7 @@ from gaitopt.gait.gaits import bound, crawl, quasi_static, trot, walk, wave
 from gaitopt.gait.longitudinal import longitudinal_margin
 from gaitopt.gait.schedule import GaitSchedule
 from gaitopt.viewing.colours import LEG_COLOURS
+from gaitopt.viewing.figures.panels import figure_of
 from gaitopt.viewing.figures.schedule import plot_gait_diagram, plot_margin_over_duty
 
 GAITS = [walk(1.0), walk(2.0, 0.83), trot(0.6), trot(0.5, 0.35), quasi_static(0.8), bound(0.5, 0.2),
@@ -33,7 +34,7 @@ def words(figure: Figure) -> list[str]:
 @pytest.mark.parametrize("schedule", GAITS, ids=lambda g: f"{g.name} {g.duty_factor:g}")
 @pytest.mark.parametrize("cycles", [1, 2, 5])
 def test_bars_are_the_times_at_which_legs_stand(schedule: GaitSchedule, cycles: int) -> None:
-    (ax,) = plot_gait_diagram(schedule, cycles).axes
+    (ax,) = figure_of(plot_gait_diagram(schedule, cycles)).axes
     t = (np.arange(2000) + 0.5) / 2000 * cycles
     support = schedule.support(t * schedule.cycle_time)
     for i, leg in enumerate(LEGS):
@@ -44,7 +45,7 @@ def test_bars_are_the_times_at_which_legs_stand(schedule: GaitSchedule, cycles: 
 
 
 def test_bars_have_the_legs_colours_and_names() -> None:
-    (ax,) = plot_gait_diagram(walk(1.0)).axes
+    (ax,) = figure_of(plot_gait_diagram(walk(1.0))).axes
     names = dict(zip(ax.get_yticks(), (t.get_text() for t in ax.get_yticklabels()), strict=True))
     for leg, colour in LEG_COLOURS.items():
         (collection,) = (c for c in ax.collections if c.get_gid() == leg)
@@ -57,7 +58,7 @@ def test_bars_have_the_legs_colours_and_names() -> None:
 
 @pytest.mark.parametrize("schedule", GAITS, ids=lambda g: f"{g.name} {g.duty_factor:g}")
 def test_lowest_row_counts_the_feet_that_stand(schedule: GaitSchedule) -> None:
-    figure = plot_gait_diagram(schedule, 1)
+    figure = figure_of(plot_gait_diagram(schedule, 1))
     found = bars(figure.axes[0], "feet")
     intervals = schedule.intervals(schedule.cycle_time)
     expected = [(i.start / schedule.cycle_time, i.end / schedule.cycle_time) for i in intervals]
@@ -69,13 +70,13 @@ def test_lowest_row_counts_the_feet_that_stand(schedule: GaitSchedule) -> None:
 
 
 def test_duty_factor_and_offsets_are_marked() -> None:
-    figure = plot_gait_diagram(walk(1.0, 0.8))
+    figure = figure_of(plot_gait_diagram(walk(1.0, 0.8)))
     assert {"β = 0.8", "φ = 0", "φ = 0.25", "φ = 0.5", "φ = 0.75"} <= set(words(figure))
     assert figure.axes[0].get_title(loc="left") == "Walk: β = 0.8, cycle 1 s"
 
 
 def test_flight_is_reported() -> None:
-    title = plot_gait_diagram(trot(0.5, 0.35)).axes[0].get_title(loc="left")
+    title = figure_of(plot_gait_diagram(trot(0.5, 0.35))).axes[0].get_title(loc="left")
     assert title == "Trot: β = 0.35, cycle 0.5 s, in flight for 30 % of it"
 
 
@@ -87,7 +88,7 @@ def test_a_number_of_cycles_that_cannot_be_drawn_is_refused(wrong: object) -> No
 
 def test_lines_are_the_margins_of_the_leg_orders() -> None:
     duties = np.array([0.75, 0.8, 0.95])
-    (ax,) = plot_margin_over_duty(duties, stride=0.2, length=0.5).axes
+    (ax,) = figure_of(plot_margin_over_duty(duties, stride=0.2, length=0.5)).axes
     lines = {line.get_gid(): line for line in ax.lines}
     for order in CRAWL_SEQUENCES:
         expected = [1e3 * longitudinal_margin(crawl(order, 1.0, d), 0.2, 0.5) for d in duties]
@@ -99,7 +100,7 @@ def test_lines_are_the_margins_of_the_leg_orders() -> None:
 
 
 def test_every_order_is_in_the_legend_and_the_axes_have_units() -> None:
-    (ax,) = plot_margin_over_duty().axes
+    (ax,) = figure_of(plot_margin_over_duty()).axes
     legend = ax.get_legend()
     assert legend is not None
     labels = [text.get_text() for text in legend.get_texts()]
@@ -111,6 +112,6 @@ def test_every_order_is_in_the_legend_and_the_axes_have_units() -> None:
 def test_figures_go_into_given_axes() -> None:
     figure = Figure()
     first, second = figure.subplots(2)
-    assert plot_gait_diagram(trot(1.0), ax=first) is figure
-    assert plot_margin_over_duty(ax=second) is figure
+    assert plot_gait_diagram(trot(1.0), ax=first) is first
+    assert plot_margin_over_duty(ax=second) is second
     assert len(figure.axes) == 2 and first.get_title(loc="left") and second.get_title(loc="left")

@@ -19,6 +19,7 @@ from gaitopt.viewing.colours import LEG_COLOURS
 from gaitopt.viewing.figures import crawl_figures
 from gaitopt.viewing.figures.files import write_figures
 from gaitopt.viewing.figures.gait_cycle import plot_swing
+from gaitopt.viewing.figures.panels import figure_of
 from gaitopt.viewing.figures.paths import plot_terrain
 from gaitopt.viewing.figures.terrain_map import plot_terrain_map
 from gaitopt.viewing.figures.terrain_profile import plot_terrain_profile
@@ -58,7 +59,7 @@ def ground_of(plan: Plan) -> HeightMap:
 
 def test_each_point_of_the_map_has_its_colour_in_its_place() -> None:
     ground = bumps()
-    figure = plot_terrain_map(ground)
+    figure = figure_of(plot_terrain_map(ground))
     ax, bar = figure.axes
     heights = image(ax, "heights")
     shown = np.ma.filled(heights.get_array().astype(float), np.nan)
@@ -72,18 +73,18 @@ def test_each_point_of_the_map_has_its_colour_in_its_place() -> None:
 
 
 def test_unknown_ground_is_hatched_and_named() -> None:
-    figure = plot_terrain_map(bumps())
+    figure = figure_of(plot_terrain_map(bumps()))
     ax = figure.axes[0]
     (hatched,) = found(ax, "unknown")
     assert hatched.get_hatch() and hatched.get_zorder() < image(ax, "heights").get_zorder()
     assert labels(figure) == ["unknown"]
-    known = plot_terrain_map(bumps().with_heights(np.nan_to_num(bumps().z)))
+    known = figure_of(plot_terrain_map(bumps().with_heights(np.nan_to_num(bumps().z))))
     assert found(known.axes[0], "unknown") == [] and labels(known) == []
 
 
 def test_the_map_of_a_plan_has_its_footholds_with_the_order_of_the_steps() -> None:
     plan = bumpy_walk()
-    figure = plot_terrain_map(plan)
+    figure = figure_of(plot_terrain_map(plan))
     ax = figure.axes[0]
     for leg in LEGS:
         assert np.allclose(line(ax, f"footholds {leg}"), plan.footholds[leg][:, :2])
@@ -103,7 +104,7 @@ def test_the_map_of_a_plan_has_the_paths_of_body_and_centre_of_mass() -> None:
     import pinocchio as pin
 
     plan = bumpy_walk()
-    ax = plot_terrain_map(plan).axes[0]
+    ax = figure_of(plot_terrain_map(plan)).axes[0]
     ends = plan.at([0.0, plan.duration])
     assert np.allclose(line(ax, "cog")[[0, -1]], ends.cog[:, :2])
     data = plan.robot.model.createData()
@@ -115,7 +116,7 @@ def test_a_large_map_is_drawn_around_the_walk_only() -> None:
     rng = np.random.default_rng(0)
     wide = HeightMap(rng.uniform(0.0, 0.01, (1001, 801)), 0.02, (-10.0, -8.0))
     plan = over(bumpy_walk(), wide)
-    ax = plot_terrain_map(plan).axes[0]
+    ax = figure_of(plot_terrain_map(plan)).axes[0]
     heights = image(ax, "heights")
     x0, x1, y0, y1 = heights.get_extent()
     feet = np.concatenate([plan.footholds[leg] for leg in LEGS])
@@ -132,7 +133,7 @@ def test_a_large_map_is_drawn_around_the_walk_only() -> None:
 
 def test_a_search_that_failed_tells_how_far_it_got_and_why() -> None:
     search = bumpy_search(complete=False)
-    figure = plot_terrain_map(search)
+    figure = figure_of(plot_terrain_map(search))
     ax = figure.axes[0]
     title = ax.get_title(loc="left")
     # The middle of the last footholds is next to x = 0.21 of a way from 0 to 0.4.
@@ -148,13 +149,13 @@ def test_a_search_that_failed_tells_how_far_it_got_and_why() -> None:
 
 def test_causes_that_refused_nothing_are_not_told() -> None:
     search = replace(bumpy_search(False), refused={"out of reach": 2, "too near": 0})
-    title = plot_terrain_map(search).axes[0].get_title(loc="left")
+    title = figure_of(plot_terrain_map(search)).axes[0].get_title(loc="left")
     assert "2 because out of reach" in title and "too near" not in title
 
 
 def test_places_where_no_foot_may_stand_are_coloured_by_the_reason() -> None:
     search = bumpy_search(complete=False)
-    figure = plot_terrain_map(search)
+    figure = figure_of(plot_terrain_map(search))
     codes = search.layers.codes
     colours = np.asarray(image(figure.axes[0], "refused").get_array())
     opaque = colours[..., 3].T > 0.0
@@ -166,13 +167,13 @@ def test_places_where_no_foot_may_stand_are_coloured_by_the_reason() -> None:
 
 
 def test_a_search_that_reached_its_goal_has_no_end_before_it() -> None:
-    figure = plot_terrain_map(bumpy_search())
+    figure = figure_of(plot_terrain_map(bumpy_search()))
     assert figure.axes[0].get_title(loc="left") == "Footholds to the goal: 9 steps over 0.40 m"
     assert found(figure.axes[0], "last") == []
 
 
 def test_a_plan_with_its_search_shows_both() -> None:
-    ax = plot_terrain_map(bumpy_walk(), search=bumpy_search()).axes[0]
+    ax = figure_of(plot_terrain_map(bumpy_walk(), search=bumpy_search())).axes[0]
     assert len(line(ax, "tried")) == len(bumpy_search().tried)
     assert found(ax, "cog") and not found(ax, "refused")
 
@@ -182,7 +183,7 @@ def test_a_plan_with_its_search_shows_both() -> None:
 
 def test_feet_are_never_below_the_ground_that_is_drawn() -> None:
     plan = bumpy_walk()
-    figure = plot_terrain_profile(plan)
+    figure = figure_of(plot_terrain_profile(plan))
     assert len(figure.axes) == 4
     for leg, ax in zip(LEG_COLOURS, figure.axes, strict=True):
         foot, ground = line(ax, "foot"), line(ax, "ground")
@@ -199,7 +200,7 @@ def test_feet_are_never_below_the_ground_that_is_drawn() -> None:
 
 def test_steps_have_their_numbers_under_their_own_leg() -> None:
     plan = bumpy_walk()
-    axes = dict(zip(LEG_COLOURS, plot_terrain_profile(plan).axes,
+    axes = dict(zip(LEG_COLOURS, figure_of(plot_terrain_profile(plan)).axes,
                     strict=True))  # fmt: skip
     for swing in plan.swings:
         assert len(found(axes[swing.leg], f"step {swing.step + 1}")) == 1
@@ -209,7 +210,7 @@ def test_ground_below_a_swing_is_drawn_and_its_own_height_is_written() -> None:
     plan = bumpy_walk()
     rises = {leg: np.full(n - 1, 0.11) for leg, n in plan.footholds.counts.items()}
     own = replace(plan, footholds=plan.footholds.with_(swing_heights=rises))
-    ax = plot_swing(own, 2).axes[0]
+    ax = figure_of(plot_swing(own, 2)).axes[0]
     swing = own.swings[2]
     top = 1e3 * (0.11 + max(0.0, swing.foot_end[2] - swing.foot_start[2]))
     assert f"{top:.0f} mm" in [text.get_text() for text in ax.texts]
@@ -237,7 +238,7 @@ def test_both_figures_are_saved_where_there_is_a_map(
 
 
 def test_unequal_numbers_of_footholds_are_told() -> None:
-    title = plot_terrain(bumpy_walk().footholds).axes[0].get_title(loc="left")
+    title = figure_of(plot_terrain(bumpy_walk().footholds)).axes[0].get_title(loc="left")
     assert title == "3 to 4 footholds for each leg, height map"
 
 
@@ -252,5 +253,5 @@ def test_what_has_no_map_is_refused(short_plan: Plan) -> None:
 def test_the_map_is_drawn_where_it_is_asked_for() -> None:
     figure = Figure()
     left, right = figure.subplots(1, 2)
-    assert plot_terrain_map(bumpy_walk(), ax=right) is figure
+    assert plot_terrain_map(bumpy_walk(), ax=right) is right
     assert not left.has_data() and found(right, "heights")

@@ -21,6 +21,7 @@ import gaitopt
 from gaitopt import LEGS, InputError, Plan, Quadruped
 from gaitopt.conventions import FloatArray
 from gaitopt.planners.time_optimal.planner import plan_route
+from gaitopt.viewing.figures.panels import figure_of
 from gaitopt.viewing.figures.race import plot_race
 from gaitopt.viewing.replay.page import Page
 from gaitopt.viewing.replay.race import (
@@ -339,7 +340,7 @@ def test_a_browser_runs_the_race(
 
 def bars_of(times: dict[str, list[float]]) -> Any:
     """The axes with the bars."""
-    (ax,) = plot_race(times).axes
+    (ax,) = figure_of(plot_race(times)).axes
     return ax
 
 
