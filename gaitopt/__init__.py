@@ -101,7 +101,7 @@ if TYPE_CHECKING:
     from gaitopt.retiming.retimed import retimed as retimed
     from gaitopt.robots.catalog import load_robot as load_robot
     from gaitopt.robots.catalog import robot_names as robot_names
-    from gaitopt.robots.files.configurations import file_configurations as file_configurations
+    from gaitopt.robots.configurations import file_configurations as file_configurations
     from gaitopt.robots.leg import Leg as Leg
     from gaitopt.robots.quadruped import Quadruped as Quadruped
     from gaitopt.robots.whole_body import feet_from_joints as feet_from_joints
@@ -159,6 +159,7 @@ if TYPE_CHECKING:
     from gaitopt.viewing.figures.terrain_map import plot_terrain_map as plot_terrain_map
     from gaitopt.viewing.figures.terrain_profile import plot_terrain_profile as plot_terrain_profile
     from gaitopt.viewing.figures.zmp import plot_zmp as plot_zmp
+    from gaitopt.viewing.notebook.progress import progress_bar as progress_bar
     from gaitopt.viewing.replay.browser import view as view
     from gaitopt.viewing.replay.replay import replay as replay
     from gaitopt.viewing.replay.replay import show as show
@@ -219,7 +220,7 @@ _HOMES = {
     "planners.time_optimal.planner": "plan_route",
     "retiming.retimed": "retimed",
     "robots.catalog": "load_robot robot_names",
-    "robots.files.configurations": "file_configurations",
+    "robots.configurations": "file_configurations",
     "robots.leg": "Leg",
     "robots.quadruped": "Quadruped",
     "robots.whole_body": "feet_from_joints joints_from_feet",
@@ -259,6 +260,7 @@ _HOMES = {
     "viewing.figures.terrain_map": "plot_terrain_map",
     "viewing.figures.terrain_profile": "plot_terrain_profile",
     "viewing.figures.zmp": "plot_zmp",
+    "viewing.notebook.progress": "progress_bar",
     "viewing.replay.browser": "view",
     "viewing.replay.replay": "replay show",
     "viewing.replay.video.video": "replay_video",

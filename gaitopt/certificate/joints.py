@@ -46,11 +46,12 @@ def joint_velocities(plan: Plan, motion: Motion) -> Check:
 
 
 def joint_accelerations(plan: Plan, motion: Motion) -> Check | None:
-    """Joints keep the acceleration limit, where the plan claims one.
+    """Joints keep the acceleration limits of the plan and of the robot, where there are any.
 
     A jump of velocity at a knot is an acceleration without bound.
     """
-    return _derivative(plan, motion, 2, plan.settings.acceleration_limit)
+    limits = _own_limits(plan, 2, plan.settings.acceleration_limit)
+    return _derivative(plan, motion, 2, np.minimum(limits, plan.robot.acceleration_limits))
 
 
 def joint_jerks(plan: Plan, motion: Motion) -> Check | None:
@@ -58,21 +59,24 @@ def joint_jerks(plan: Plan, motion: Motion) -> Check | None:
 
     A jump of acceleration at a knot is a jerk without bound.
     """
-    return _derivative(plan, motion, 3, plan.settings.jerk_limit)
+    return _derivative(plan, motion, 3, _own_limits(plan, 3, plan.settings.jerk_limit))
 
 
-def _derivative(plan: Plan, motion: Motion, order: int, limit: float | None) -> Check | None:
-    """The derivative of all joints of this ``order``, held against the plan's ``limit``."""
+def _derivative(plan: Plan, motion: Motion, order: int, limits: FloatArray) -> Check | None:
+    """The derivative of all joints of this ``order``, held against limits ``(nj,)``."""
     name, unit = _DERIVATIVES[order]
-    if limit is None:
+    bounded = np.isfinite(limits)
+    if not bounded.any():
         return None
+    limit = float(limits[bounded].max())
     most_allowed = limit * (1.0 + RELATIVE)
-    # Joints with limits of their own are held against these: shares of the largest one.
-    own = limit / _own_limits(plan, order, limit)
+    # Joints with limits of their own are held against these: shares of the largest one. Those
+    # without count nothing.
+    own = limit / limits
     worst, when, joint = _worst(
         motion.pieces, order, lambda least, most: _size(least, most) * own, most_allowed
     )
-    before = plan.path.jumps(order - 1)[:, 6:]
+    before = np.where(bounded, plan.path.jumps(order - 1)[:, 6:], 0.0)
     if before.size and before.max() > JUMP * max(limit, 1.0):
         knot, joint = worst_place(before)
         worst, when = np.inf, float(plan.path.times[knot + 1])
@@ -80,12 +84,12 @@ def _derivative(plan: Plan, motion: Motion, order: int, limit: float | None) -> 
                    where=plan.robot.joint_names[joint])  # fmt: skip
 
 
-def _own_limits(plan: Plan, order: int, limit: float) -> FloatArray:
-    """The limits of the joints ``(nj,)``, which a stride has one by one."""
+def _own_limits(plan: Plan, order: int, limit: float | None) -> FloatArray:
+    """The limits of the plan ``(nj,)``, which a stride has joint by joint; infinite for none."""
     count = len(plan.robot.joint_names)
     by_leg = {2: "accelerations", 3: "jerks"}[order]
-    own: tuple[float, ...] = getattr(plan.settings, by_leg, ())
-    limits = np.full(count, limit)
+    own: tuple[float, ...] = getattr(plan.settings, by_leg, ()) if limit is not None else ()
+    limits = np.full(count, np.inf if limit is None else limit)
     for leg in LEGS if own else ():
         limits[list(plan.robot.leg_columns[leg])] = own
     return limits

@@ -35,6 +35,16 @@ def effort_limits(model: Any) -> FloatArray:
     return _positive(model.effortLimit[6:])
 
 
+def acceleration_limits(model: Any, known: Mapping[str, float]) -> FloatArray:
+    """Acceleration limits of all joints after the free-flyer ``(nj,)`` [rad/s^2]; ``inf`` for none.
+
+    Args:
+        model: as in :func:`motor_inertia`.
+        known: the limits that were given, by joint.
+    """
+    return frozen(_by_joint(model, known, np.inf))
+
+
 def motor_inertia(model: Any, known: Mapping[str, float]) -> FloatArray:
     """Inertia of the motors at all joints after the free-flyer ``(nj,)`` [kg m^2]; 0 for none.
 
@@ -42,10 +52,7 @@ def motor_inertia(model: Any, known: Mapping[str, float]) -> FloatArray:
         model: the Pinocchio model, whose joints after the free-flyer have one velocity each.
         known: the inertias that are known, by joint.
     """
-    found = np.zeros(model.nv - 6)
-    for name, joint in zip(list(model.names)[2:], list(model.joints)[2:], strict=True):
-        found[joint.idx_v - 6 : joint.idx_v - 6 + joint.nv] = known.get(str(name), 0.0)
-    return frozen(found)
+    return frozen(_by_joint(model, known, 0.0))
 
 
 def torque_lines(model: Any, known: Mapping[str, tuple[float, float]]) -> FloatArray:
@@ -63,6 +70,14 @@ def torque_lines(model: Any, known: Mapping[str, tuple[float, float]]) -> FloatA
         if str(name) in known and joint.nv == 1:
             found[:, joint.idx_v - 6] = known[str(name)]
     return frozen(found)
+
+
+def _by_joint(model: Any, known: Mapping[str, float], otherwise: float) -> FloatArray:
+    """Numbers of all joints after the free-flyer ``(nj,)``, of which some are known by joint."""
+    found = np.full(model.nv - 6, otherwise)
+    for name, joint in zip(list(model.names)[2:], list(model.joints)[2:], strict=True):
+        found[joint.idx_v - 6 : joint.idx_v - 6 + joint.nv] = known.get(str(name), otherwise)
+    return found
 
 
 def _positive(limits: FloatArray) -> FloatArray:

@@ -203,6 +203,14 @@ class Quadruped:
         return limits.effort_limits(self.model)
 
     @cached_property
+    def acceleration_limits(self) -> FloatArray:
+        """Joint acceleration limits in the order of :attr:`joint_names` ``(nj,)`` [rad/s^2].
+
+        ``inf`` for joints without: no robot file tells them (:func:`gaitopt.load_robot`).
+        """
+        return limits.acceleration_limits(self.model, self.notes.accelerations)
+
+    @cached_property
     def motor_inertia(self) -> FloatArray:
         """Inertia of motor and gear seen at each joint ``(nj,)`` [kg m^2]; 0 where none is known.
 

@@ -117,6 +117,7 @@ def _difference(robot: Quadruped, known: Quadruped) -> str:
         ("lower position", -low[0], -high[0], "rad"),
         ("upper position", low[1], high[1], "rad"),
         ("velocity", robot.velocity_limits, known.velocity_limits, "rad/s"),
+        ("acceleration", robot.acceleration_limits, known.acceleration_limits, "rad/s^2"),
         ("torque", robot.effort_limits, known.effort_limits, "N m"),
         ("full torque's speed", robot.torque_lines[0], known.torque_lines[0], "rad/s"),
         ("speed without load", robot.torque_lines[1], known.torque_lines[1], "rad/s"),

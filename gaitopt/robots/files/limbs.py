@@ -25,6 +25,10 @@ ALIKE = 0.25
 their mean. Chosen: hind legs of some robots are longer by a tenth."""
 LEG_JOINTS = (2, 3)
 """Numbers of hinges that a leg may have."""
+BESIDE = 0.4
+"""Distance of another chain's start from a leg's, as a share of the least distance between two
+legs' starts, within which it begins beside the leg. Chosen: less than half, so that it is beside
+one leg only."""
 CURE = "legs={'LF': 'foot link or last joint', 'LH': ..., 'RH': ..., 'RF': ...} names them"
 
 
@@ -70,6 +74,7 @@ def find_limbs(tree: UrdfTree) -> list[Limb]:
             f"alike and at four corners of the body; the chains are: {_listed(paths)}; {CURE}"
         )
     best, rivals = found[0], found[1:]
+    _refuse_second_chains(tree, best, paths, poses)
     for rival in rivals:
         others = {limb.end for limb in rival.limbs} - {limb.end for limb in best.limbs}
         if rival.named == best.named and rival.length > (1.0 - 0.2 * ALIKE) * best.length:
@@ -91,6 +96,33 @@ def _in_pairs(paths: list[list[Joint]], poses: Mapping[str, FloatArray]) -> bool
     starts = np.array([poses[path[0].child][:2, 3] for path in paths])
     corners = [(bool(x > 0), bool(y > 0)) for x, y in starts - starts.mean(axis=0)]
     return all(corners.count(corner) == 2 for corner in corners)
+
+
+def _refuse_second_chains(
+    tree: UrdfTree, best: _Choice, paths: list[list[Joint]], poses: Mapping[str, FloatArray]
+) -> None:
+    """Refuse legs beside each of which another chain begins, as in five-bar legs.
+
+    Raises:
+        RobotError: it is so at all four.
+    """
+    own = {joint.name for limb in best.limbs for joint in limb.joints}
+    others = [path for path in paths if not own.intersection(joint.name for joint in path)]
+    starts = [poses[limb.joints[0].child][:3, 3] for limb in best.limbs]
+    least = min(float(np.linalg.norm(a - b)) for a, b in combinations(starts, 2))
+    beside: dict[str, list[Joint]] = {}
+    for start in starts:
+        away = [float(np.linalg.norm(poses[path[0].child][:3, 3] - start)) for path in others]
+        near = [path for path, distance in zip(others, away, strict=True)
+                if distance < BESIDE * least]  # fmt: skip
+        beside |= {path[0].name: path for path in near[:1]}
+    if len(beside) == len(best.limbs):
+        chains = _listed(list(beside.values()))
+        raise RobotError(
+            f"{tree.label}: another chain starts beside each leg ({chains}), as in "
+            f"five-bar or parallel legs; gaitopt plans for serial legs: describe each leg by one "
+            "chain of joints that move on their own"
+        )
 
 
 @dataclass(frozen=True)
@@ -151,12 +183,13 @@ def _size(
         tree, limbs, poses: the chains.
         strict: whether lengths are compared.
     """
-    starts = np.array([poses[limb.joints[0].child][:2, 3] for limb in limbs])
-    corners = starts - starts.mean(axis=0)
+    starts = np.array([poses[limb.joints[0].child][:3, 3] for limb in limbs])
+    # Whichever axis of the base points up: the hips differ least along it.
+    corners = np.delete(starts - starts.mean(axis=0), int(np.ptp(starts, axis=0).argmin()), axis=1)
     lengths = np.array([_length(tree, limb, poses) for limb in limbs])
     if not strict:
         return float(lengths.mean())
-    # The body may face along x or y of its base: both have one hip in each corner.
+    # The body may face along any axis of its base: all have one hip in each corner.
     if len({(bool(x > 0), bool(y > 0)) for x, y in corners}) != 4:
         return None
     for values in (lengths, np.hypot(*corners.T)):

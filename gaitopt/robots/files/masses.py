@@ -21,17 +21,18 @@ DENSITY = 1000.0
 """Density with which masses are estimated from shapes [kg/m^3]. Chosen: that of water; links of
 metal with motors and hollows are about as heavy."""
 LEAST_SIZE = 0.02
-"""Radius of the ball whose inertia a link without shapes gets, at least [m]. Chosen."""
+"""Radius of the ball whose inertia a link without shapes gets [m]. Chosen."""
 NAMES = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 """Attributes of an inertia: moments, then products."""
 LARGEST_INERTIA = 1e12
 """Moment of inertia from which on one is taken for a mistake [kg m^2]."""
 ROUNDING = 1e-9
 """An eigenvalue of an inertia matrix below this share of its trace counts as none."""
-CURE = (
-    "give masses={'link': kg, ...}; masses='shapes' estimates all from the links' shapes, and "
-    "masses='none' does without, which is enough for plans with timing='velocity'"
+OTHERWISE = (
+    "masses='shapes' estimates all from the links' shapes, and masses='none' does without, which "
+    "is enough for plans with timing='velocity'"
 )
+CURE = f"give masses={{'link': kg, ...}}; {OTHERWISE}"
 NO_SHAPE = (
     " and no shape that could be read, so masses='shapes' cannot estimate it; give "
     "masses={'link': kg, ...} for all links, or masses='none'"
@@ -96,9 +97,12 @@ def _check_bodies(tree: UrdfTree, cure: str) -> list[str]:
     """
     if not any(tree.mass(link) > 0.0 for link in tree.links):
         raise RobotError(f"{tree.label}: no link has a mass (<inertial>); {CURE}")
-    odd = []
-    for body in (tree.base, *(joint.child for joint in tree.walk() if not joint.fixed)):
-        whole = _whole(tree, body)
+    odd: list[str] = []
+    flat: dict[str, FloatArray] = {}
+    for top in (tree.base, *(joint.child for joint in tree.walk() if not joint.fixed)):
+        whole = _whole(tree, top)
+        # A link without mass may stand above the one that has it.
+        body = next((link for link in tree.rigid_with(top) if tree.mass(link) > 0.0), top)
         if not whole.mass > 0.0:
             named = cure.replace("'link'", repr(body))
             raise RobotError(f"{tree.label}: link {body} moves and has no mass{named}")
@@ -106,19 +110,30 @@ def _check_bodies(tree: UrdfTree, cure: str) -> list[str]:
             raise RobotError(f"{tree.label}: the inertia of link {body} is no sensible number")
         principal = np.linalg.eigvalsh(whole.matrix)
         if not principal[0] > ROUNDING * principal.sum():
-            raise RobotError(
-                f"{tree.label}: the inertia of link {body} is not that of a body: its principal "
-                f"moments are {' '.join(f'{p:.3g}' for p in principal)} kg m^2; correct it, or "
-                f"{CURE}"
-            )
-        if principal[2] > principal[0] + principal[1] + ROUNDING * principal.sum():
+            flat[body] = np.asarray(principal, dtype=np.float64)
+        elif principal[2] > principal[0] + principal[1] + ROUNDING * principal.sum():
             odd.append(body)
+    if flat:
+        raise RobotError(_flat_inertias(tree, flat))
     if not odd:
         return []
     return [
         f"inertias that no body can have (one principal moment above the sum of the others): "
         f"{first_of(odd)}; correct them in the file, or give masses= for these links"
     ]
+
+
+def _flat_inertias(tree: UrdfTree, flat: Mapping[str, FloatArray]) -> str:
+    """What is said of inertias that no body has, by link, and the masses that would do."""
+    first, principal = next(iter(flat.items()))
+    moments = " ".join(f"{moment:.3g}" for moment in principal)
+    many = f" (and {len(flat) - 1} more: {first_of(list(flat)[1:])})" if len(flat) > 1 else ""
+    known = ", ".join(f"{link!r}: {tree.mass(link):g}" for link in flat)
+    return (
+        f"{tree.label}: the inertia of link {first} is not that of a body{many}: its principal "
+        f"moments are {moments} kg m^2; correct it, or give masses={{{known}}}, which takes the "
+        f"inertia from the shapes; {OTHERWISE}"
+    )
 
 
 def _refuse_negative(tree: UrdfTree, link: str) -> None:
@@ -279,9 +294,7 @@ def add_inertial(link: Element, mass: float, com: FloatArray, matrix: FloatArray
 
     Args:
         link: the link.
-        mass: its mass [kg].
-        com: its centre of mass ``(3,)`` [m].
-        matrix: inertia about it ``(3, 3)`` [kg m^2].
+        mass, com, matrix: as in :class:`_Inertia`.
     """
     out, place = ElementTree.SubElement(link, "inertial"), np.eye(4)
     place[:3, 3] = com

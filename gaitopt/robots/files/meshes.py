@@ -17,6 +17,8 @@ MESH_KINDS = (".stl", ".obj", ".dae")
 """Kinds of mesh files that are read."""
 MESH_LIMIT = 30_000_000
 """Most bytes of a mesh that is read to find a foot. Chosen: lower legs at hand have up to 15 MB."""
+LFS_POINTER = b"version https://git-lfs"
+"""How a file begins that Git LFS has put in the place of a mesh, which was not fetched with it."""
 LEVELS = 6
 """So many folders above the robot file are looked into. Chosen: packages of ROS keep a robot file
 one or two folders below their own."""
@@ -43,7 +45,7 @@ class MeshFinder:
         """
         try:
             for path in self._candidates(filename):
-                if path.suffix.lower() in MESH_KINDS and path.is_file():
+                if path.suffix.lower() in MESH_KINDS and _is_mesh(path):
                     return path
         except (OSError, ValueError):  # a name too long, a folder that is closed
             pass
@@ -63,6 +65,14 @@ class MeshFinder:
         found = [folder / part for folder in [*self._packages, *above]
                  for part in (name, inner) if part]  # fmt: skip
         return found
+
+
+def _is_mesh(path: Path) -> bool:
+    """Whether there is a file, and not only what Git LFS leaves where it fetched none."""
+    if not path.is_file():
+        return False
+    with path.open("rb") as stream:
+        return stream.read(len(LFS_POINTER)) != LFS_POINTER
 
 
 def with_ros_packages(package_folders: Sequence[Path]) -> list[Path]:

@@ -1,4 +1,4 @@
-"""What is known of the motors of the legs' joints, beside their limits."""
+"""What is known of the motors of the legs' joints, and limits of their accelerations."""
 
 from __future__ import annotations
 
@@ -28,6 +28,21 @@ def motor_inertias(
     """
     found = _by_joint(label, "motor_inertia", limbs, known, given)
     return {joint: value for joint, value in found.items() if value > 0.0}
+
+
+def acceleration_limits(
+    label: str, limbs: Mapping[str, Limb], known: Mapping[str, float], given: PerJoint | None
+) -> dict[str, float]:
+    """Limits of the joints' accelerations, by joint [rad/s^2].
+
+    Args:
+        label, limbs, given: as in :func:`motor_inertias`.
+        known: what was given when the file was read before.
+
+    Raises:
+        InputError: the user names a joint that no leg has.
+    """
+    return _by_joint(label, "acceleration_limits", limbs, known, given)
 
 
 def torque_lines(

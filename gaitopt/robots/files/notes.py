@@ -26,6 +26,13 @@ LARGEST_INERTIA = 1000.0
 of the robots that were tried are 0.001 to 0.6."""
 FASTEST = 1e6
 """Largest speed of a motor without load that is taken for one [rad/s]. Chosen: as for limits."""
+LEAST_ACCELERATION, LARGEST_ACCELERATION = 1e-6, 1e9
+"""Limits of accelerations that are taken for some [rad/s^2]. Chosen: those of the robots that were
+tried are 10 to 10,000."""
+ACCELERATION = "acceleration_limit"
+_RANGES = {
+    "armature": (0.0, LARGEST_INERTIA), ACCELERATION: (LEAST_ACCELERATION, LARGEST_ACCELERATION),
+}  # fmt: skip
 Hulls = tuple[tuple[str, tuple[float, ...]], ...]
 """Links, and the coordinates x, y, z of a hull's corners in the link's frame [m], one after the
 other. A link with several meshes has several hulls."""
@@ -44,6 +51,8 @@ class Notes:
         foot_radius: radius of the feet [m]; ``None`` where the URDF tells it.
         standing: joint angles of the file's standing pose, by joint [rad]; empty for none.
         armature: inertia of the motors, seen at the joints, by joint [kg m^2].
+        accelerations: limits of the joints' accelerations, by joint [rad/s^2]. The user gives them;
+            no robot file tells them.
         torque_lines: speeds up to which motors have their whole torque, and at which they have
             none, by joint [rad/s]. In between the torque falls linearly.
         locked: joints that were made fixed, and where [rad, m].
@@ -58,6 +67,7 @@ class Notes:
     foot_radius: float | None = None
     standing: Mapping[str, float] = field(default_factory=dict)
     armature: Mapping[str, float] = field(default_factory=dict)
+    accelerations: Mapping[str, float] = field(default_factory=dict)
     torque_lines: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     locked: Mapping[str, float] = field(default_factory=dict)
     hulls: Hulls = ()
@@ -75,8 +85,9 @@ def write_notes(root: ElementTree.Element, notes: Notes) -> None:
         out.set("foot_radius", repr(float(notes.foot_radius)))
     for leg, link in notes.feet.items():
         ElementTree.SubElement(out, "foot", leg=leg, link=link)
-    for joint, value in notes.armature.items():
-        ElementTree.SubElement(out, "armature", joint=joint, value=repr(float(value)))
+    for tag, values in (("armature", notes.armature), (ACCELERATION, notes.accelerations)):
+        for joint, value in values.items():
+            ElementTree.SubElement(out, tag, joint=joint, value=repr(float(value)))
     for joint, (full, none) in notes.torque_lines.items():
         ElementTree.SubElement(out, "torque_line", joint=joint, full_to=repr(float(full)),
                                no_load=repr(float(none)))  # fmt: skip
@@ -116,6 +127,7 @@ def read_notes(urdf: str, label: str) -> Notes:
         foot_radius=_number(element, "foot_radius", where, LARGEST_RADIUS),
         standing=_numbers(element, "standing", "at", where),
         armature=_numbers(element, "armature", "value", where),
+        accelerations=_numbers(element, ACCELERATION, "value", where),
         torque_lines=_lines(element, where),
         locked=_numbers(element, "locked", "at", where),
         hulls=_hulls(element, where),
@@ -148,7 +160,8 @@ def _numbers(element: ElementTree.Element, tag: str, name: str, where: str) -> M
     found = {}
     for part in element.findall(tag):
         value = _finite(_text(part, name, where))
-        if value is None or (tag == "armature" and not 0.0 <= value <= LARGEST_INERTIA):
+        low, high = _RANGES.get(tag, (-math.inf, math.inf))
+        if value is None or not low <= value <= high:
             raise RobotError(f"{where}: {tag} {part.get(name)!r} is no number that is allowed")
         found[_text(part, "joint", where)] = value
     return MappingProxyType(found)

@@ -13,7 +13,13 @@ import numpy as np
 from gaitopt.errors import InputError
 from gaitopt.files import StrPath
 from gaitopt.inputs import check_number
-from gaitopt.robots.files.notes import FASTEST, LARGEST_INERTIA, LARGEST_RADIUS
+from gaitopt.robots.files.notes import (
+    FASTEST,
+    LARGEST_ACCELERATION,
+    LARGEST_INERTIA,
+    LARGEST_RADIUS,
+    LEAST_ACCELERATION,
+)
 from gaitopt.robots.leg_names import by_leg
 
 PerJoint = float | Mapping[str, float]
@@ -42,6 +48,7 @@ class ReadOptions:
         masses: of links by name [kg]; ``"shapes"`` to estimate them all from the links' shapes; or
             ``"none"`` to do without.
         velocity_limits, effort_limits: of the legs' joints [rad/s], [N m].
+        acceleration_limits: of the legs' joints [rad/s^2].
         motor_inertia: of the motors of the legs' joints, seen at the joints [kg m^2].
         torque_line: of the motors of the legs' joints.
         scale: the file's unit of length [m].
@@ -59,6 +66,7 @@ class ReadOptions:
     masses: Mapping[str, float] | str | None = None
     velocity_limits: PerJoint | None = None
     effort_limits: PerJoint | None = None
+    acceleration_limits: PerJoint | None = None
     motor_inertia: PerJoint | None = None
     torque_line: PairPerJoint | None = None
     scale: float | None = None
@@ -94,6 +102,7 @@ class ReadOptions:
             )
         for name, low, high, unit in (
             ("velocity_limits", 1e-6, 1e6, "rad/s"), ("effort_limits", 1e-6, 1e6, "N m"),
+            ("acceleration_limits", LEAST_ACCELERATION, LARGEST_ACCELERATION, "rad/s^2"),
             ("motor_inertia", 0.0, LARGEST_INERTIA, "kg m^2"),
         ):  # fmt: skip
             object.__setattr__(self, name, _per_joint(name, getattr(self, name), low, high, unit))

@@ -24,13 +24,19 @@ from gaitopt.robots.files.joint_limits import set_limits
 from gaitopt.robots.files.limbs import Limb, find_limbs, named_limbs
 from gaitopt.robots.files.masses import set_masses
 from gaitopt.robots.files.meshes import MeshFinder
-from gaitopt.robots.files.motors import motor_inertias, torque_lines
+from gaitopt.robots.files.motors import acceleration_limits, motor_inertias, torque_lines
 from gaitopt.robots.files.notes import TAG, Notes, read_notes, write_notes
 from gaitopt.robots.files.options import ReadOptions, SpeedPair
 from gaitopt.robots.files.own_shapes import OwnShapes
 from gaitopt.robots.files.shapes import write_known_shapes
-from gaitopt.robots.files.sizes import mass_warnings, scale_lengths, size_warnings
+from gaitopt.robots.files.sizes import (
+    mass_warnings,
+    remove_empty_shapes,
+    scale_lengths,
+    size_warnings,
+)
 from gaitopt.robots.files.tree import UrdfTree
+from gaitopt.robots.files.upright import stand_upright
 from gaitopt.robots.urdf_text import parsed_urdf
 
 PINOCCHIO = ("root_joint", "universe")
@@ -64,6 +70,7 @@ def prepared_urdf(
     if options.scale is not None:
         scale_lengths(root, options.scale, label)
         done.append(f"lengths are those of the file times {options.scale:g}")
+    done += remove_empty_shapes(root)
     tree, finder = UrdfTree(root, label), MeshFinder(folder, options.package_folders)
     done += write_known_shapes(tree)
     named, locked = _set_legs(tree, options, done, warnings)
@@ -82,6 +89,9 @@ def prepared_urdf(
     told = Notes(
         kind=notes.kind, feet=feet, foot_radius=radius, standing=notes.standing,
         armature=motor_inertias(tree.label, named, notes.armature, options.motor_inertia),
+        accelerations=acceleration_limits(
+            tree.label, named, before.accelerations, options.acceleration_limits
+        ),
         torque_lines=lines, locked={**notes.locked, **locked},
         hulls=find_hulls(tree, finder) or notes.hulls, own=_own(notes, options),
         done=tuple(done), warnings=tuple(dict.fromkeys(warnings)),
@@ -89,6 +99,7 @@ def prepared_urdf(
     plain = known is None and options.legs is None and not asked and not told.hulls
     plain &= ElementTree.tostring(root) == same and told.armature == before.armature
     plain &= told.torque_lines == before.torque_lines
+    plain &= told.accelerations == before.accelerations
     if plain and radius == ball_radius(urdf, list(feet.values())):
         return urdf, told
     root.attrib.setdefault("name", label)
@@ -136,6 +147,7 @@ def _set_legs(
     _part_names(tree)
     asked = named_limbs(tree, options.legs) if options.legs else None
     limbs = list(asked.values()) if asked else find_limbs(tree)
+    stand_upright(tree, limbs, done)
     locked = _lock_others(tree, limbs, options, done)
     warnings += straighten(tree, limbs)
     named = asked or _named(tree, limbs)

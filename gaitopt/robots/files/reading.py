@@ -16,6 +16,9 @@ from gaitopt.robots.xml_text import LIMIT, outermost_tag, parsed_xml, refuse_ent
 
 _ENCODING = re.compile(rb"\s*<\?xml[^>]*encoding\s*=\s*[\"']([A-Za-z][\w.-]{0,30})[\"']")
 
+_FIRST = re.compile(r"\A(?:\s+|<!--.*?-->)+(?=<\?xml)", re.DOTALL)
+"""What some files have before ``<?xml``, where nothing may be."""
+
 
 def read_file(path: Path, options: ReadOptions) -> tuple[str, Notes]:
     """The URDF that a robot file makes, and what was read and guessed.
@@ -72,7 +75,7 @@ def read_text(
         RobotError, MissingPackageError, InputError: as for :func:`read_file`; and there are
             arguments of xacro for a file that is no xacro.
     """
-    folder = None if path is None else path.parent
+    folder, text = None if path is None else path.parent, _FIRST.sub("", text)
     refuse_entities(text, label, "file")
     kind = outermost_tag(text)
     if kind == "sdf":

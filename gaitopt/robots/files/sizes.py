@@ -1,4 +1,4 @@
-"""Sizes that no walking robot has, as those of files in millimetres, and files in other units."""
+"""Sizes that no walking robot has, as those of files in millimetres; other units; sizes of zero."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ import numpy as np
 from gaitopt.conventions import FloatArray
 from gaitopt.errors import InputError
 from gaitopt.robots.files.limbs import Limb
-from gaitopt.robots.files.notes import TAG
-from gaitopt.robots.files.origins import numbers
+from gaitopt.robots.files.notes import TAG, first_of
+from gaitopt.robots.files.origins import number_in, numbers
 from gaitopt.robots.files.tree import UrdfTree
 
 SHORTEST, LONGEST = 0.03, 2.5
@@ -33,6 +33,12 @@ LENGTHS = {
 """Attributes of a URDF's elements that are lengths."""
 UNREAL = "no walking robot"
 """What every warning of this module says."""
+SHAPE_SIZES = {
+    "sphere": ("radius",), "cylinder": ("radius", "length"), "capsule": ("radius", "length"),
+    "box": ("size",),
+}  # fmt: skip
+
+"""Attributes of shapes that are sizes."""
 MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 
 
@@ -110,3 +116,30 @@ def _leg_length(tree: UrdfTree, limbs: Iterable[Limb]) -> float:
         points: FloatArray = np.array([poses[joint.child][:3, 3] for joint in limb.joints])
         lengths.append(float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum()))
     return float(np.mean(lengths))
+
+
+def remove_empty_shapes(root: ElementTree.Element) -> list[str]:
+    """Take the shapes of size zero out of a ``<robot>``; returns what was done, in sentences.
+
+    Some files mark places with them. They touch nothing and cannot be seen, and readers refuse
+    them. One that has a negative size stays, to be refused.
+    """
+    emptied = []
+    for link in root.findall("link"):
+        for tag in ("collision", "visual"):
+            for shape in link.findall(tag):
+                if any(_is_empty(part) for part in shape.iterfind("geometry/*")):
+                    link.remove(shape)
+                    emptied.append(link.get("name") or "")
+    if not emptied:
+        return []
+    return [f"shapes of size zero are left out, at {first_of(list(dict.fromkeys(emptied)))}"]
+
+
+def _is_empty(shape: ElementTree.Element) -> bool:
+    """Whether one size of a shape is zero, and none is negative or no number."""
+    texts = [
+        text for name in SHAPE_SIZES.get(shape.tag, ()) for text in shape.get(name, "").split()
+    ]
+    sizes = [number_in(text) for text in texts]
+    return bool(sizes) and min(sizes) == 0.0

@@ -143,6 +143,11 @@ class UrdfTree:
                 )
             self._above[joint.child] = joint
             self._below[joint.parent].append(joint)
+        if not self.links:
+            raise RobotError(
+                f"{self.label}: the file has no link: it may be a part of a robot, as a xacro file "
+                "of macros is; give the file that includes it"
+            )
         roots = [name for name in self.links if name not in self._above]
         if len(roots) != 1:
             said = ", ".join(roots[:5]) or "none"
@@ -212,6 +217,12 @@ class UrdfTree:
             self.root.remove(self.joints.pop(name).element)
         self._connect()
 
+    def put_above(self, name: str, turn: FloatArray) -> None:
+        """Put a new base without mass above the base, which is turned in it by ``(3, 3)``."""
+        place = np.eye(4)
+        place[:3, :3] = turn
+        self._join(name, name, self.base, place)
+
     def rename(self, joint: str, name: str) -> None:
         """Give a joint another name."""
         found = self.joints.pop(joint)
@@ -227,14 +238,17 @@ class UrdfTree:
 
     def add_frame(self, name: str, parent: str, xyz: FloatArray) -> None:
         """Add a link without mass at a place of another [m]."""
-        link = ElementTree.SubElement(self.root, "link", name=name)
-        joint = ElementTree.SubElement(self.root, "joint", name=f"{name} fixed", type="fixed")
         place = np.eye(4)
         place[:3, 3] = xyz
+        self._join(name, parent, name, place)
+
+    def _join(self, name: str, parent: str, child: str, place: FloatArray) -> None:
+        """Add a link ``name`` without mass that is fixed above or below another."""
+        self.links[name] = ElementTree.SubElement(self.root, "link", name=name)
+        joint = ElementTree.SubElement(self.root, "joint", name=f"{name} fixed", type="fixed")
         set_origin(joint, place)
         ElementTree.SubElement(joint, "parent", link=parent)
-        ElementTree.SubElement(joint, "child", link=name)
-        self.links[name] = link
+        ElementTree.SubElement(joint, "child", link=child)
         self.joints[f"{name} fixed"] = Joint(joint, self.label)
         self._connect()
 

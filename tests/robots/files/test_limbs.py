@@ -173,3 +173,22 @@ def test_joints_may_be_called_as_links() -> None:
     np.testing.assert_array_equal(
         feet_by_pinocchio(made, np.zeros(12)), feet_by_pinocchio(quiet(robot()), np.zeros(12))
     )
+
+
+def test_legs_with_a_second_chain_beside_each_are_five_bars() -> None:
+    """The second chain may have other joints than the first: a slider, as in some minitaurs."""
+    second = "".join(
+        joint(f"{name}_s", "base", f"{name}_slide", f"{x} {1.2 * y} 0", "prismatic", "1 0 0")
+        + link(f"{name}_slide", 0.1)
+        + joint(f"{name}_m", f"{name}_slide", f"{name}_crank", kind="revolute", axis="0 1 0")
+        + link(f"{name}_crank", 0.1)
+        for name, (x, y) in CORNERS.items()
+    )
+    told = refusal(robot(second))
+    assert "another chain starts beside each leg (" in told and "LF_s (prismatic)-LF_m" in told
+    assert "five-bar" in told
+
+
+def test_parts_of_a_xacro_are_told_from_robots() -> None:
+    told = refusal('<robot name="leg" xmlns:xacro="http://www.ros.org/wiki/xacro"></robot>')
+    assert "the file has no link" in told and "give the file that includes it" in told

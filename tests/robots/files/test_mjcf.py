@@ -11,8 +11,9 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
+import trimesh
 from robot_loading import quiet, refusal
-from robot_texts import CORNERS, LOWER, MJCF_MASS, UPPER, mjcf
+from robot_texts import CORNERS, LOWER, MJCF_MASS, OUT, UPPER, mjcf
 
 import gaitopt
 from gaitopt.conventions import LEGS
@@ -324,3 +325,42 @@ def test_a_damping_without_an_end_is_refused_with_its_joint() -> None:
     assert endless != text
     with pytest.raises(RobotError, match=r"damping of the joint '\w+' is inf"):
         load_robot(endless)
+
+
+def test_a_body_may_have_several_joints() -> None:
+    """The links that a URDF needs between them weigh next to nothing, and physics takes them."""
+    text = mjcf()
+    for name, (_, y) in CORNERS.items():
+        out = OUT if y > 0 else -OUT
+        text = text.replace(f'<joint name="{name}_j1" axis="0 1 0"/>', "")
+        text = text.replace(
+            f'<body name="{name}_thigh" pos="0 {out} -0.1" euler="0 10 0">',
+            f'<joint name="{name}_j1" axis="0 1 0" pos="0 {out} -0.1"/>'
+            f'<body name="{name}_thigh" pos="0 {out} -0.1">',
+        )
+    made = quiet(text)
+    assert [len(leg.joints) for leg in made.legs.values()] == [3] * 4
+    assert made.mass == pytest.approx(MJCF_MASS, rel=1e-8)
+    plan = gaitopt.plan_crawl(made, gaitopt.s_columns(0, columns=2, robot=made))
+    assert not gaitopt.simulate(plan).failures
+
+
+def test_meshes_that_git_lfs_did_not_fetch_are_missing(tmp_path: Path) -> None:
+    (tmp_path / "part.stl").write_text("version https://git-lfs.github.com/spec/v1\noid 1\n")
+    assets = '<mesh name="part" file="part.stl"/>'
+    file = tmp_path / "tester.xml"
+    file.write_text(mjcf(assets=assets, extra='<geom type="mesh" mesh="part"/>'))
+    assert any("1 mesh is missing (part)" in words for words in quiet(file).notes.warnings)
+
+
+def test_meshes_that_mujoco_cannot_read_count_as_their_hulls(tmp_path: Path) -> None:
+    """MuJoCo reads no STL that is text; trimesh does."""
+    trimesh.creation.box((0.2, 0.1, 0.05)).export(tmp_path / "part.stl", file_type="stl_ascii")
+    (tmp_path / "broken.stl").write_bytes(b"solid nothing")
+    assets = '<mesh name="part" file="part.stl"/><mesh name="broken" file="broken.stl"/>'
+    file = tmp_path / "tester.xml"
+    shapes = '<geom type="mesh" mesh="part"/><geom type="mesh" mesh="broken"/>'
+    file.write_text(mjcf(assets=assets, extra=shapes))
+    made = quiet(file)
+    assert any("1 mesh is missing (broken)" in words for words in made.notes.warnings)
+    assert [shape.kind for shape in made.notes.own.shapes if shape.link == "trunk"] == ["mesh"]

@@ -209,3 +209,28 @@ def test_shapes_larger_than_a_kilometre_are_refused(shape: str) -> None:
     """With a cylinder of 1e200 m the certificate's bounds were no numbers."""
     told = refusal(robot(shank=collision(shape)))
     assert "LF_l2" in told and "1000 m" in told and "float64" not in told
+
+
+def test_inertias_of_zero_name_their_links_and_a_cure_that_works() -> None:
+    """PyBullet makes inertias of shapes where a file has zeros; gaitopt does if asked."""
+    box = collision('<box size="0.1 0.1 0.3"/>')
+    text = re.sub(r'(i\w\w)="0.00[15]"', r'\1="0"', robot(shank=box))
+    told = refusal(text)
+    assert "link LF_l0 is not that of a body (and 11 more" in told
+    known = dict(re.findall(r"'(\w+)': (0\.5)", told))
+    assert sorted(known) == sorted(f"{leg}_l{k}" for leg in CORNERS for k in range(3))
+    made = quiet(text, masses={name: float(mass) for name, mass in known.items()})
+    assert made.mass == pytest.approx(MASS)
+    # About its own axis a square bar has m (a^2 + a^2) / 12; the foot below adds next to nothing.
+    shank = made.model.inertias[made.model.getJointId("LF_j2")]
+    assert shank.inertia[2, 2] == pytest.approx(0.5 * 0.02 / 12, rel=1e-9)
+
+
+def test_shapes_of_size_zero_mark_places_and_are_left_out() -> None:
+    ghost = collision('<sphere radius="0"/>') + collision('<box size="0.1 0 0.1"/>')
+    made = quiet(robot(shank=ghost))
+    assert made.notes.done[0].startswith("shapes of size zero are left out, at LF_l2, ")
+    assert made.foot_radius == quiet(robot()).foot_radius
+    assert "sphere of size [-0.1]" in refusal(
+        robot(shank=collision('<sphere radius="-0.1"/>'), foot=None)
+    )

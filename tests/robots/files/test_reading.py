@@ -43,3 +43,9 @@ def test_texts_made_to_do_harm_are_refused_at_once(text: str, words: str) -> Non
     with pytest.raises(RobotError, match=words):
         load_robot(text)
     assert time.process_time() - start < 2.0
+
+
+def test_what_stands_before_the_declaration_does_not_matter() -> None:
+    """Some files begin with an empty line or a comment, where XML wants its declaration."""
+    plain = '<?xml version="1.0"?>\n' + robot()
+    assert quiet("\n<!-- a robot -->\n" + plain).sha256 == quiet(plain).sha256

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from gaitopt.errors import RobotError
-from gaitopt.robots.files.mjcf.links import HINGE, SLIDE, joint_name
+from gaitopt.robots.files.mjcf.links import HINGE, SLIDE, body_name, joint_name
 
 AGREEMENT = 1e-6
 """Largest disagreement [m], and as a share of the mass: both have the same numbers, so more than
@@ -46,6 +46,8 @@ def check_agreement(
     theirs, data, rng = mujoco.MjData(model), ours.createData(), np.random.default_rng(0)
     names = [str(name) for name in ours.names[2:]]
     numbers = {joint_name(model, j): j for j in range(model.njnt)}
+    # The MJCF's body is the URDF's, or is fixed to one that stands upright.
+    inside = ours.frames[ours.getFrameId(body_name(model, base))].placement
     mass = float(model.body_subtreemass[base])
     worst = abs(pin.computeTotalMass(ours) / mass - 1.0) if masses else 0.0
     for _ in range(POSTURES):
@@ -60,9 +62,10 @@ def check_agreement(
         pin.forwardKinematics(ours, data, q)
         com = pin.centerOfMass(ours, data, q)
         turn, place = theirs.xmat[base].reshape(3, 3), theirs.xpos[base]
+        com = inside.actInv(com)
         errors = [masses * np.linalg.norm((theirs.subtree_com[base] - place) @ turn - com)]
         for name in names:
-            anchor = (theirs.xanchor[numbers[name]] - place) @ turn
+            anchor = inside.act((theirs.xanchor[numbers[name]] - place) @ turn)
             errors.append(np.linalg.norm(anchor - data.oMi[ours.getJointId(name)].translation))
         worst = float(np.max([worst, *errors]))
     if not worst <= AGREEMENT:

@@ -37,9 +37,9 @@ def model_of_file(path: StrPath) -> Any:
 def compiled(mujoco: Any, cleaned: MjcfText, label: str) -> Any:
     """MuJoCo's model; raises RobotError where there is none."""
     words = ""
-    for hulls in (False, True):
-        if hulls:
-            cleaned.take_hulls()
+    for change in (None, cleaned.take_hulls, cleaned.take_corners):
+        if change is not None:
+            change()
         try:
             with silenced_stderr(), _without_log(mujoco):
                 return mujoco.MjSpec.from_string(cleaned.text()).compile()

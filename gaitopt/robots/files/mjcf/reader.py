@@ -16,6 +16,7 @@ import numpy as np
 
 from gaitopt.conventions import FloatArray
 from gaitopt.errors import MissingPackageError, RobotError
+from gaitopt.robots.files.masses import add_inertial
 from gaitopt.robots.files.meshes import MeshFinder
 from gaitopt.robots.files.mjcf.actuators import motor_of
 from gaitopt.robots.files.mjcf.check import check_agreement
@@ -39,6 +40,9 @@ from gaitopt.robots.files.options import ReadOptions
 from gaitopt.robots.files.origins import rotation_about, set_origin
 from gaitopt.robots.files.prepare import prepared_urdf
 
+PART_MASS, PART_SIZE = 1e-9, 0.01
+"""Mass [kg] and size [m] of a link between two joints of the same body, which is nothing: other
+readers refuse links that move and have no mass. Chosen: far less than any part of a robot."""
 STANDING = ("home", "stand", "init")
 """Words in the names of key frames in which a robot stands."""
 
@@ -186,7 +190,7 @@ class _Writer:
         return out
 
     def _add_body(self, body: int) -> None:
-        """Add a body with its joints; several joints make links without mass between them."""
+        """Add a body with its joints; several joints make links next to nothing between them."""
         model = self.model
         parent = int(model.body_parentid[body])
         place = pose_of(model.body_pos[body], model.body_quat[body])
@@ -205,7 +209,8 @@ class _Writer:
             self._add_joint(joint, link, child, place @ move)
             place, link, shift = np.eye(4), child, anchor
             if not last:
-                ElementTree.SubElement(self.root, "link", name=child)
+                part = ElementTree.SubElement(self.root, "link", name=child)
+                add_inertial(part, PART_MASS, np.zeros(3), PART_MASS * PART_SIZE**2 * np.eye(3))
         if count == 0:
             self._fixed(body, link, place)
         self.shifts[body] = shift

@@ -13,7 +13,7 @@ from xml.etree import ElementTree
 
 from gaitopt.errors import RobotError
 from gaitopt.files import read_bounded
-from gaitopt.robots.files.meshes import MESH_KINDS, MeshFinder
+from gaitopt.robots.files.meshes import MESH_KINDS, MeshFinder, mesh_hull
 from gaitopt.robots.xml_text import LIMIT, MOST_NESTED, nested_too_deeply, parsed_xml
 
 MOST_INCLUDES = 50
@@ -120,6 +120,24 @@ class MjcfText:
         """Give all meshes the inertia of their convex hulls: open ones have none of their own."""
         for mesh in self.root.iterfind("asset/mesh"):
             mesh.set("inertia", "convex")
+
+    def take_corners(self) -> None:
+        """Give the corners of all meshes' convex hulls in place of their files.
+
+        MuJoCo reads fewer kinds of meshes than others do, as no STL that is text. Meshes that
+        nobody can read are missing, and shapes that are made of them go.
+        """
+        for mesh in list(self.root.iterfind("asset/mesh")):
+            hull = mesh_hull(Path(mesh.attrib.pop("file", "")))
+            if hull is None:
+                self.root.find("asset").remove(mesh)  # type: ignore[union-attr]
+                self.missing.append(mesh.get("name", ""))
+                self.meshes.pop(mesh.get("name", ""), None)
+            else:
+                mesh.set("vertex", " ".join(map(repr, hull.ravel().tolist())))
+        for body in self.root.iter("body"):
+            for geom in [geom for geom in body.findall("geom") if self._is_lost(geom)]:
+                body.remove(geom)
 
     def _add_bodies(self, root: Element) -> None:
         """Add the bodies of all worlds; shapes and sites of the world itself are no robot's.

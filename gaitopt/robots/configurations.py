@@ -64,12 +64,17 @@ def _set_base(robot: Quadruped, values: FloatArray, model: Any, free: int, out: 
     """Put the body where it is, whatever the model's free joint carries."""
     import pinocchio as pin
 
-    body = next(str(frame.name) for frame in robot.model.frames
-                if frame.parentJoint == 1 and frame.type == pin.FrameType.BODY)  # fmt: skip
-    index = model.getFrameId(body, pin.FrameType.BODY)
-    if index >= model.nframes or model.frames[index].parentJoint != free:
-        raise InputError(f"{robot.name}: the model's free joint does not carry the link {body}")
-    inside = model.frames[index].placement.inverse()
+    # A body that gaitopt has put above the file's base is no link of the model.
+    ours = [frame for frame in robot.model.frames
+            if frame.parentJoint == 1 and frame.type == pin.FrameType.BODY]  # fmt: skip
+    theirs = {str(frame.name): frame for frame in model.frames if frame.type == pin.FrameType.BODY}
+    body = next((frame for frame in ours if str(frame.name) in theirs), ours[0])
+    frame = theirs.get(str(body.name))
+    if frame is None or frame.parentJoint != free:
+        raise InputError(
+            f"{robot.name}: the model's free joint does not carry the link {body.name}"
+        )
+    inside = body.placement * frame.placement.inverse()
     start = model.joints[free].idx_q
     for row, q in zip(out, values, strict=True):
         row[start : start + 7] = pin.SE3ToXYZQUAT(pin.XYZQUATToSE3(q[:7]) * inside)
