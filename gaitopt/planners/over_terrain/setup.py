@@ -87,6 +87,13 @@ def course_of(
     return course_through(start, way[1:], feet=feet, smoothing=2.0 * feet)
 
 
+def far_side(robot: Quadruped, ground: HeightMap) -> tuple[float, float]:
+    """The middle of the far side of the map in x, with room for the robot ``(x, y)`` [m]."""
+    (_, x1), (y0, y1) = ground.extent
+    room = robot.stance_size[0] / 2.0 + ROOM * robot.standing_height
+    return round(float(x1 - room), 3), round(float(y0 + y1) / 2.0, 3)
+
+
 def default_start(robot: Quadruped, ground: HeightMap, goal: ArrayLike) -> FloatArray:
     """The pose in the middle of the side of the map that is farthest from the goal ``(3,)``."""
     try:

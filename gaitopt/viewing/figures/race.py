@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from gaitopt.conventions import FloatArray
 from gaitopt.errors import InputError
+from gaitopt.inputs import check_kind
 from gaitopt.viewing.figures.common import INK, MUTED, SMALL, style_axes
 from gaitopt.viewing.figures.panels import panel
 from gaitopt.viewing.replay.runners import BASELINE, lane_colour, short_time
@@ -37,6 +38,7 @@ def plot_race(
     Raises:
         InputError: there are no rows, or rows have different numbers of times.
     """
+    check_kind("times", times, Mapping)
     values = {str(name): np.atleast_1d(np.asarray(t, dtype=float)) for name, t in times.items()}
     counts = {len(v) for v in values.values()}
     if len(counts) != 1 or any(v.ndim != 1 for v in values.values()):
