@@ -33,6 +33,10 @@ REACH_TOLERANCE: Final = 1e-9
 """A foot that is out of reach by no more than this counts as reached [m], for rounding."""
 
 
+FULL_TURN = 2.0 * np.pi - 1e-9
+"""Range of a knee from which on it bends to every angle [rad]: a full turn, less rounding."""
+
+
 @dataclass(frozen=True, eq=False)
 class Leg:
     """One leg, as constants read off the robot's model once.
@@ -302,7 +306,9 @@ class Leg:
         centre = self._centres[-1]
         ends = self.signs[-1] * np.array([max(low, centre - np.pi), min(high, centre + np.pi)])
         angles = np.sort(ends + self.zeros[1])
-        side = np.clip(angles, 0.0, np.pi) if self.knee > 0 else np.clip(-angles, 0.0, np.pi)
+        side = np.clip(angles if self.knee > 0 else -angles, 0.0, np.pi)
+        if np.ptp(angles) > FULL_TURN:  # wherever its zero is
+            side = np.array([0.0, np.pi])
         lengths = np.sqrt(
             self.upper**2 + self.lower**2 + 2.0 * self.upper * self.lower * np.cos(side)
         )

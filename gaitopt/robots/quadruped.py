@@ -20,7 +20,7 @@ from gaitopt.robots.files.notes import Notes, read_notes
 from gaitopt.robots.leg import Leg
 from gaitopt.robots.leg_names import by_leg
 from gaitopt.robots.standing import foot_below_hip, standing_height
-from gaitopt.robots.urdf_text import check_urdf
+from gaitopt.robots.urdf_text import check_masses, check_urdf
 from gaitopt.robots.xml_text import shown
 
 CLOSED_FORM_TOLERANCE = 1e-9
@@ -92,6 +92,7 @@ class Quadruped:
             # Without the places in Pinocchio's own source text.
             words = re.sub(r" at line \d+ in \S+", "", " ".join(f"{error} {said()}".split()))[:300]
             raise RobotError(f"{label}: Pinocchio cannot read this URDF: {words}") from error
+        check_masses(model, urdf, label)
         if name:
             model.name = name
         notes = read_notes(urdf, label)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
+from typing import Any
 from xml.etree import ElementTree
 
 from gaitopt.errors import RobotError
@@ -18,6 +19,9 @@ LARGEST_MASS = 1e9
 """Mass from which on a link's mass is taken for a mistake [kg]."""
 
 _NEEDS_LIMITS = ("revolute", "prismatic")
+
+MASS_ROUNDING = 1e-9
+"""Share of a robot's mass that sums of its links' masses may differ by: rounding is far less."""
 
 LARGEST = 1e3
 """Largest size of a shape that is taken for one [m]: that of places in a robot's file."""
@@ -137,6 +141,30 @@ def _finite(text: str, *, infinite: bool = False) -> float:
     except ValueError:
         return math.nan
     return value if math.isfinite(value) or infinite else math.nan
+
+
+def check_masses(model: Any, urdf: str, label: str) -> None:
+    """Refuse a model that has lost masses: readers drop an ``<inertial>`` that they cannot read.
+
+    Args:
+        model: Pinocchio's.
+        urdf: its text.
+        label: what to call it in the message.
+
+    Raises:
+        RobotError: the masses of the text's links add up to another mass.
+    """
+    import pinocchio as pin
+
+    masses = ElementTree.fromstring(urdf).iterfind("link/inertial/mass")
+    stated = sum(float(mass.get("value", "0")) for mass in masses)
+    found = float(pin.computeTotalMass(model))
+    if not abs(found - stated) <= MASS_ROUNDING * stated:
+        raise RobotError(
+            f"{label}: the masses of its links add up to {stated:.6g} kg, and Pinocchio reads "
+            f"{found:.6g} kg: it cannot read one of the <inertial> elements; write their numbers "
+            "without blanks around them"
+        )
 
 
 def with_velocity_limit(urdf: str, limit: float) -> str:

@@ -9,8 +9,10 @@ import casadi as ca
 import numpy as np
 import pinocchio as pin
 import pytest
+import robot_texts
 from hypothesis import given
 from hypothesis import strategies as st
+from robot_loading import quiet
 
 from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.robots.catalog import load_robot, robot_names
@@ -430,3 +432,17 @@ def test_left_and_right_legs_mirror_each_other(name: str) -> None:
             for leg, p in ((ours, point), (theirs, away))
         ]
         np.testing.assert_allclose(wrap_angle(bend[0] - bend[1]), 0, rtol=0, atol=1e-4)
+
+
+@pytest.mark.parametrize("limit", ["6.28318530717959", "8.0", "inf"])
+def test_a_knee_that_turns_all_around_folds_and_stretches_wherever_its_zero_is(limit: str) -> None:
+    """The zero of some files is the folded leg, half a turn from that of the closed form."""
+    text = robot_texts.robot(limits=(robot_texts.LIMIT,) * 3)
+    folded = text.replace(
+        f'xyz="0 0 {-robot_texts.LOWER}"', f'xyz="0 0 {robot_texts.LOWER}"'
+    ).replace('lower="-2.5" upper="2.5"', f'lower="-{limit}" upper="{limit}"')
+    for leg in quiet(folded).legs.values():
+        assert leg.reach == pytest.approx(robot_texts.UPPER + robot_texts.LOWER)
+        assert leg.least_reach == pytest.approx(robot_texts.UPPER - robot_texts.LOWER)
+        foot = leg.hip + leg.axes[:, 1] * leg.lateral - [0.0, 0.0, 0.3]
+        np.testing.assert_allclose(leg.forward(leg.inverse(foot)), foot, rtol=0, atol=1e-12)

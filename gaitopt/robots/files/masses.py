@@ -12,7 +12,7 @@ from gaitopt.conventions import FloatArray
 from gaitopt.errors import InputError, RobotError
 from gaitopt.robots.files.meshes import MeshFinder
 from gaitopt.robots.files.notes import first_of
-from gaitopt.robots.files.options import FROM_SHAPES, NO_MASSES
+from gaitopt.robots.files.options import FROM_FILE, FROM_SHAPES, NO_MASSES
 from gaitopt.robots.files.origins import Element, numbers, placement_of, set_origin
 from gaitopt.robots.files.shapes import Solid, solids_of
 from gaitopt.robots.files.tree import UrdfTree
@@ -28,6 +28,9 @@ LARGEST_INERTIA = 1e12
 """Moment of inertia from which on one is taken for a mistake [kg m^2]."""
 ROUNDING = 1e-9
 """An eigenvalue of an inertia matrix below this share of its trace counts as none."""
+LARGE = 3.0
+"""Radius of gyration of a part, as a share of the robot's extent, from which on its inertia is
+taken for a mistake. Chosen: placeholders of 100 kg m^2 make it 30 and more."""
 OTHERWISE = (
     "masses='shapes' estimates all from the links' shapes, and masses='none' does without, which "
     "is enough for plans with timing='velocity'"
@@ -54,7 +57,7 @@ def set_masses(
 
     Args:
         tree: the robot, in which only hinges of legs move.
-        masses: of links [kg], ``"shapes"``, ``"none"``, or ``None``.
+        masses: of links [kg], ``"shapes"``, ``"file"``, ``"none"``, or ``None``.
         finder: where meshes are.
 
     Returns:
@@ -68,6 +71,9 @@ def set_masses(
     if masses == FROM_SHAPES:
         _estimate(tree, finder)
         warnings.append(f"masses are estimated from shapes, as {DENSITY:g} kg/m^3 times the volume")
+    elif masses == FROM_FILE:
+        _take_file(tree, finder)
+        warnings.append("inertias are those of the links' shapes with the file's masses")
     elif isinstance(masses, Mapping):
         for link, mass in masses.items():
             if link not in tree.links:
@@ -98,7 +104,8 @@ def _check_bodies(tree: UrdfTree, cure: str) -> list[str]:
     if not any(tree.mass(link) > 0.0 for link in tree.links):
         raise RobotError(f"{tree.label}: no link has a mass (<inertial>); {CURE}")
     odd: list[str] = []
-    flat: dict[str, FloatArray] = {}
+    wrong: dict[str, str] = {}
+    extent = _extent(tree)
     for top in (tree.base, *(joint.child for joint in tree.walk() if not joint.fixed)):
         whole = _whole(tree, top)
         # A link without mass may stand above the one that has it.
@@ -109,12 +116,19 @@ def _check_bodies(tree: UrdfTree, cure: str) -> list[str]:
         if not np.abs(whole.matrix).max() < LARGEST_INERTIA:
             raise RobotError(f"{tree.label}: the inertia of link {body} is no sensible number")
         principal = np.linalg.eigvalsh(whole.matrix)
+        gyration = float(np.sqrt(principal.sum() / 2.0 / whole.mass))
         if not principal[0] > ROUNDING * principal.sum():
-            flat[body] = np.asarray(principal, dtype=np.float64)
+            moments = " ".join(f"{moment:.3g}" for moment in principal)
+            wrong[top] = f"not that of a body: its principal moments are {moments} kg m^2"
+        elif gyration > LARGE * extent:
+            wrong[top] = (
+                f"that of a body of {gyration:.3g} m around its middle, and the whole robot is "
+                f"{extent:.2g} m large"
+            )
         elif principal[2] > principal[0] + principal[1] + ROUNDING * principal.sum():
             odd.append(body)
-    if flat:
-        raise RobotError(_flat_inertias(tree, flat))
+    if wrong:
+        raise RobotError(_wrong_inertias(tree, wrong))
     if not odd:
         return []
     return [
@@ -123,16 +137,25 @@ def _check_bodies(tree: UrdfTree, cure: str) -> list[str]:
     ]
 
 
-def _flat_inertias(tree: UrdfTree, flat: Mapping[str, FloatArray]) -> str:
-    """What is said of inertias that no body has, by link, and the masses that would do."""
-    first, principal = next(iter(flat.items()))
-    moments = " ".join(f"{moment:.3g}" for moment in principal)
-    many = f" (and {len(flat) - 1} more: {first_of(list(flat)[1:])})" if len(flat) > 1 else ""
-    known = ", ".join(f"{link!r}: {tree.mass(link):g}" for link in flat)
+def _extent(tree: UrdfTree) -> float:
+    """Diagonal of the box around all links' origins in the first posture [m]."""
+    places = np.array([pose[:3, 3] for pose in tree.poses().values()])
+    return float(np.linalg.norm(np.ptp(places, axis=0)))
+
+
+def _wrong_inertias(tree: UrdfTree, wrong: Mapping[str, str]) -> str:
+    """What is said of inertias that are wrong, and what would do.
+
+    Args:
+        tree: the robot.
+        wrong: what is wrong, by the link that moves.
+    """
+    names = [next(link for link in tree.rigid_with(top) if tree.mass(link) > 0.0) for top in wrong]
+    many = f" (and of {first_of(names[1:])})" if len(names) > 1 else ""
     return (
-        f"{tree.label}: the inertia of link {first} is not that of a body{many}: its principal "
-        f"moments are {moments} kg m^2; correct it, or give masses={{{known}}}, which takes the "
-        f"inertia from the shapes; {OTHERWISE}"
+        f"{tree.label}: the inertia of link {names[0]}{many} is {next(iter(wrong.values()))}; "
+        "correct it, or give masses='file', which keeps the masses and takes the inertias from "
+        f"the links' shapes; {OTHERWISE}"
     )
 
 
@@ -222,6 +245,14 @@ def _estimate(tree: UrdfTree, finder: MeshFinder) -> None:
             f"{tree.label}: masses='shapes': no link has a shape that could be read (meshes that "
             "are missing tell nothing: give package_folders=...)"
         )
+
+
+def _take_file(tree: UrdfTree, finder: MeshFinder) -> None:
+    """Give all links the inertias of their shapes, and the masses that they have."""
+    for link in tree.links:
+        _refuse_negative(tree, link)
+        if tree.mass(link) > 0.0:
+            _give(tree, link, tree.mass(link), finder)
 
 
 def _give(tree: UrdfTree, link: str, mass: float, finder: MeshFinder) -> None:

@@ -31,7 +31,7 @@ PairPerJoint = SpeedPair | Mapping[str, SpeedPair]
 
 SMALLEST_UNIT, LARGEST_UNIT = 1e-6, 1e4
 """Units of length of a file that are taken for one [m]. Chosen."""
-NO_MASSES, FROM_SHAPES = "none", "shapes"
+NO_MASSES, FROM_SHAPES, FROM_FILE = "none", "shapes", "file"
 """What ``masses`` may say instead of numbers."""
 
 
@@ -45,8 +45,8 @@ class ReadOptions:
             frame [m].
         foot_radius: radius of the feet [m].
         pose: positions of joints that belong to no leg, by name [rad, m]; they are locked there.
-        masses: of links by name [kg]; ``"shapes"`` to estimate them all from the links' shapes; or
-            ``"none"`` to do without.
+        masses: of links by name [kg]; ``"shapes"`` to estimate them all from the links' shapes;
+            ``"file"`` to take only the inertias from the shapes; or ``"none"`` to do without.
         velocity_limits, effort_limits: of the legs' joints [rad/s], [N m].
         acceleration_limits: of the legs' joints [rad/s^2].
         motor_inertia: of the motors of the legs' joints, seen at the joints [kg m^2].
@@ -95,10 +95,10 @@ class ReadOptions:
         if isinstance(self.masses, Mapping):
             for link, mass in self.masses.items():
                 check_number(f"masses: {link}", mass, 1e-9, 1e6, "kg")
-        elif self.masses is not None and str(self.masses) not in (NO_MASSES, FROM_SHAPES):
+        elif str(self.masses) not in ("None", NO_MASSES, FROM_SHAPES, FROM_FILE):
             raise InputError(
-                f"masses must be kilograms by link, '{FROM_SHAPES}' or '{NO_MASSES}', got "
-                f"{self.masses!r}"
+                f"masses must be kilograms by link, '{FROM_SHAPES}', '{FROM_FILE}' or "
+                f"'{NO_MASSES}', got {self.masses!r}"
             )
         for name, low, high, unit in (
             ("velocity_limits", 1e-6, 1e6, "rad/s"), ("effort_limits", 1e-6, 1e6, "N m"),

@@ -14,6 +14,19 @@ FARTHEST = 1e3
 """Largest coordinate of a place that is taken for one [m]."""
 
 Element = ElementTree.Element
+_NUMBERS = ("value", "ixx", "iyy", "izz", "ixy", "ixz", "iyz", "lower", "upper", "effort",
+            "velocity", "radius", "length", "xyz", "rpy", "size", "scale", "damping",
+            "friction")  # fmt: skip
+"""Attributes of a URDF that are numbers."""
+
+
+def tidy_numbers(root: Element) -> None:
+    """Take the blanks around numbers away: Pinocchio drops a mass of ``"0.9 "``, and its link's."""
+    for element in root.iter():
+        for name in _NUMBERS:
+            text = element.get(name)
+            if text is not None and text != text.strip():
+                element.set(name, text.strip())
 
 
 def rotation_about(axis: FloatArray, angle: float) -> FloatArray:
@@ -51,7 +64,9 @@ def numbers(text: str, count: int, what: str) -> FloatArray:
 
 
 def number_in(text: str) -> float:
-    """The number in a text; NaN for none."""
+    """The number in a text; NaN for none, and for ``"1_0"``, which is 10 in Python alone."""
+    if "_" in text:
+        return float("nan")
     try:
         return float(text)
     except ValueError:
