@@ -73,6 +73,7 @@ class NewtonSystem:
         """
         self._linearisation, self._barrier = linearisation, iterate.barrier
         self._slack, self._multipliers = iterate.slack, iterate.multipliers
+        self._scale = iterate.multipliers / iterate.slack
         self._gradient = objective_gradient(problem, iterate.x)
         self._quadratic_cost = problem.quadratic_cost
         matrix = self._matrix(iterate.multipliers)
@@ -105,9 +106,7 @@ class NewtonSystem:
 
     def _matrix(self, curvature_weights: FloatArray) -> FloatArray:
         """The Newton matrix in banded form, with the curvature of so weighted inequalities."""
-        matrix = self._linearisation.newton_matrix(
-            self._multipliers / self._slack, curvature_weights
-        )
+        matrix = self._linearisation.newton_matrix(self._scale, curvature_weights)
         # A diagonal is a band of one row.
         cost = np.atleast_2d(self._quadratic_cost)
         matrix[: len(cost)] += cost

@@ -60,12 +60,20 @@ class RouteLinearisation:
         joints = np.einsum("kjc,kc->kj", self._joints_by_pose, moves)
         turned = np.diff(joints, axis=0)
         limit = p.scaled_velocity_limits * dx[p.numbering.times][:, None]
-        late, (low, high) = joints[p.fixed_knots :], p.used_limits
-        single = (self._rows_by_pose * moves[p.row_knots]).sum(axis=1)
-        return np.concatenate([
-            (limit - turned).ravel(), (limit + turned).ravel(),
-            late[:, low].ravel(), -late[:, high].ravel(), single,
-        ])  # fmt: skip
+        return np.concatenate(
+            [(limit - turned).ravel(), (limit + turned).ravel(), *self._single_times(joints, moves)]
+        )
+
+    def _single_times(self, joints: FloatArray, moves: FloatArray) -> list[FloatArray]:
+        """The change of all rows but those of velocities, to first order.
+
+        Args:
+            joints: changes of the joints ``(K, 12)``.
+            moves: of the poses' unknown entries ``(K, c)``.
+        """
+        late, (low, high) = joints[self._problem.fixed_knots :], self._problem.used_limits
+        single = (self._rows_by_pose * moves[self._problem.row_knots]).sum(axis=1)
+        return [late[:, low].ravel(), -late[:, high].ravel(), single]
 
     def newton_matrix(self, scale: FloatArray, multipliers: FloatArray) -> FloatArray:
         """``J' diag(scale) J`` minus the Hessian of ``multipliers . values``, in banded form."""

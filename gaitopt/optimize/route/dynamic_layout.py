@@ -10,8 +10,6 @@ Here the poses are control points of a quadratic B-spline in time
 - An *interval* reaches from the middle of a knot's span to the middle of the next. The spline's
   velocity at the border of two spans is the change of pose over the interval's time.
 - A *velocity change* is that over a knot's span: its acceleration times its span.
-- A knot's *neighbourhood* are the unknowns that its rows look at: the poses before, at and after
-  the knot, and their spans.
 
 Arrays over both directions of a limit begin with the limit on positive values.
 """
@@ -26,9 +24,10 @@ from typing import NamedTuple
 import numpy as np
 
 from gaitopt.conventions import FloatArray
-from gaitopt.interior_point.band import BlockBand, RowGroups
+from gaitopt.interior_point.band import RowGroups
 from gaitopt.optimize.route.layout import RouteLayout, sorted_by_knot
 from gaitopt.optimize.route.legs import BODY, JOINTS
+from gaitopt.optimize.route.place_blocks import PlaceBand
 
 LEAST_SPAN = 0.01
 """Shortest span, in time units: a hundredth of the time in which the slowest joint turns 17
@@ -132,7 +131,7 @@ class DynamicParts(NamedTuple):
         accelerations: limits of accelerations ``(2, K, 12)``.
         velocities: limits of velocities ``(2, K, 12)``; of interval ``k`` at knot ``k``, with
             zeros at the last knot.
-        zmp: rows of the ZMP by knot, filled up with zeros ``(K, most rows)``.
+        zmp: rows of the ZMP ``(M,)``.
         spans: shortest spans ``(K - 1,)``, with zero for one that is no unknown.
     """
 
@@ -219,25 +218,8 @@ class DynamicLayout(RouteLayout):
         if self.entry is not None:
             least[0] = 0.0
         return DynamicParts(
-            quiet, parts[1].reshape(2, -1, JOINTS), velocities, self.zmp_by_knot.padded(parts[2]),
-            least,
+            quiet, parts[1].reshape(2, -1, JOINTS), velocities, parts[2], least,
         )  # fmt: skip
-
-    @cached_property
-    def neighbourhood(self) -> np.ndarray:
-        """Numbers of the unknowns that each knot's rows look at ``(K, 3 c + 3)``.
-
-        They are pose before, its span, pose at the knot, its span, pose after, its span; -1 where
-        one is fixed or does not exist.
-        """
-        poses, times, _ = self.numbering
-        spans = np.append(times, times[-1:])
-        if self.entry is not None:
-            spans[0] = -1
-        here = np.concatenate([poses, spans[:, None]], axis=1)
-        none = np.full((1, here.shape[1]), -1)
-        before, after = np.concatenate([none, here[:-1]]), np.concatenate([here[1:], none])
-        return np.concatenate([before, here, after], axis=1)
 
     @cached_property
     def zmp_by_knot(self) -> RowGroups:
@@ -245,6 +227,15 @@ class DynamicLayout(RouteLayout):
         return RowGroups.of(self.zmp.knot, self.knots)
 
     @cached_property
-    def knot_band(self) -> BlockBand:
-        """Where blocks of neighbourhoods go in the banded matrix."""
-        return BlockBand.of(self.neighbourhood, self.numbering.size)
+    def body_axes(self) -> np.ndarray:
+        """Axes of the body centre that are unknown at any knot; first among the poses' entries."""
+        return self.free_columns[self.free_columns < BODY.stop]
+
+    @cached_property
+    def place_band(self) -> PlaceBand:
+        """Where entries of poses and spans go in the banded matrix."""
+        poses, times, size = self.numbering
+        spans = np.append(times, times[-1:])
+        if self.entry is not None:
+            spans[0] = -1
+        return PlaceBand.of(poses, spans, size)
