@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
+from dataclasses import asdict, fields, replace
 from html import escape
 from typing import TYPE_CHECKING, Any, Final
 
@@ -73,7 +73,7 @@ def explore(
     Raises:
         MissingPackageError: ipywidgets is not installed.
         InputError: robot, terrain or goal are something else, or an option has another type.
-        InfeasibleStepError, TerrainError: no walk is possible with the options that are given.
+        InfeasibleStepError: no walk over the footholds is possible with the options that are given.
     """
     check_kind("robot", robot, Quadruped)
     if not isinstance(terrain, HeightMap):
@@ -88,27 +88,32 @@ def explore(
         ) from error
     if isinstance(terrain, HeightMap):
         place = _goal(robot, terrain, goal)
-        first = plan_terrain(robot, terrain, place, **options)
-        sliders = _sliders(ipywidgets, first)
-        sliders |= _ground_sliders(ipywidgets, robot, terrain, place, options)
+        first = _first(lambda: plan_terrain(robot, terrain, place, **options))
+        sliders = _ground_sliders(ipywidgets, robot, terrain, place, options)
         planner = _over_ground(robot, terrain, options)
     else:
         first = plan_crawl(robot, terrain, **options)
-        sliders = _sliders(ipywidgets, first)
+        sliders = _sliders(ipywidgets, robot, first.settings.to_dict(),
+                           first.settings.promised_forces)  # fmt: skip
         planner = _over_footholds(robot, terrain, options)
-    shown = ipywidgets.HTML()
-    box = ipywidgets.VBox([*sliders.values(), shown])
+    told, shown = ipywidgets.HTML(), ipywidgets.HTML()
+    box = ipywidgets.VBox([*sliders.values(), told, shown])
 
     def update(change: object = None) -> None:
-        shown.value = "<i>planning ...</i>"
+        told.value = "<i>planning ...</i>"
         chosen = {name: slider.value for name, slider in sliders.items()}
 
         def tell(done: int, total: int) -> None:
-            shown.value = bar("planning", done, total)
+            told.value = bar("planning", done, total)
 
-        box.plan, shown.value = _walk(lambda: planner(chosen, tell))
+        try:
+            box.plan, shown.value = _shown(planner(chosen, tell))
+        except GaitoptError as error:
+            box.plan, shown.value = _shown(error)
+        finally:
+            told.value = ""
 
-    box.plan, shown.value = _walk(lambda: first)
+    box.plan, shown.value = _shown(first)
     for slider in sliders.values():
         slider.observe(update, names="value")
     return box
@@ -142,10 +147,19 @@ def _menu(ipywidgets: Any, text: str, names: list[str]) -> Any:
                                style={"description_width": "11em"})  # fmt: skip
 
 
-def _sliders(ipywidgets: Any, plan: Plan) -> dict[str, Any]:
-    """Widgets by name, which stand where a plan is."""
-    settings = plan.settings.to_dict()
-    standing, limits = plan.robot.standing_height, plan.settings.promised_forces
+def _first(make: Callable[[], Plan]) -> Plan | TerrainError:
+    """The first walk over a height map, or why there is none: sliders may find one."""
+    try:
+        return make()
+    except TerrainError as error:
+        return error
+
+
+def _sliders(
+    ipywidgets: Any, robot: Quadruped, settings: Mapping[str, Any], limits: ForceLimits | None
+) -> dict[str, Any]:
+    """Widgets by name, which stand where settings are."""
+    standing = robot.standing_height
     margin, height = float(settings["stability_margin"]), float(settings["body_height"])
     swing = float(settings["swing_height"])
     friction = 0.6 if limits is None else limits.friction
@@ -167,16 +181,14 @@ def _ground_sliders(
     ipywidgets: Any, robot: Quadruped, ground: HeightMap, goal: tuple[float, float],
     options: Mapping[str, Any],
 ) -> dict[str, Any]:  # fmt: skip
-    """Widgets that only walks over a height map have, or whose values are others there."""
-    names = ("step_length", "body_height", "swing_height")
-    asked = {name: options.get(name) for name in names}
-    settings, standing = TerrainSettings.for_robot(robot, **asked), robot.standing_height
+    """Widgets of walks over a height map."""
+    own = {field.name for field in fields(TerrainSettings)}
+    settings = TerrainSettings.for_robot(robot, **{k: v for k, v in options.items() if k in own})
+    limits = options.get("forces") or ForceLimits(friction=settings.friction)
+    standing = robot.standing_height
     (x0, x1), (y0, y1) = ground.extent
     return {
-        "body_height": _slider(ipywidgets, "body height [m]", settings.body_height,
-                               0.7 * standing, 1.25 * standing, 0.005),
-        "swing_height": _slider(ipywidgets, "least swing height [m]", settings.swing_height,
-                                0.02 * standing, 0.5 * standing, 0.005),
+        **_sliders(ipywidgets, robot, asdict(settings), limits),
         "step_length": _slider(ipywidgets, "step length [m]", settings.step_length,
                                0.15 * standing, standing, 0.005),
         "goal_x": _slider(ipywidgets, "goal x [m]", goal[0], x0, x1, 0.05),
@@ -223,11 +235,10 @@ def _over_ground(robot: Quadruped, ground: HeightMap, options: Mapping[str, Any]
     return plan
 
 
-def _walk(make: Callable[[], Plan]) -> tuple[Plan | None, str]:
+def _shown(plan: Plan | GaitoptError) -> tuple[Plan | None, str]:
     """A plan and what is shown of it; or no plan, and why there is none."""
-    try:
-        plan = make()
-    except GaitoptError as error:
+    if isinstance(plan, GaitoptError):
+        error = plan
         got = footholds_picture(error.search.footholds) if isinstance(error, TerrainError) else ""
         return None, f'{got}<div><b style="color:#b3261e">no walk:</b> {escape(str(error))}</div>'
     verdict = verify(plan, collisions=False)

@@ -24,7 +24,7 @@ from gaitopt.studies.explore import ROWS
 def test_sliders_plan_again_and_say_what_came_of_it(wang: Quadruped) -> None:
     columns = gaitopt.s_columns(0, columns=2)
     box = gaitopt.explore(wang, columns)
-    margin, height, swing, friction, row, speed, shown = box.children
+    margin, height, swing, friction, row, speed, told, shown = box.children
     assert isinstance(box.plan, Plan) and "all checks hold" in shown.value
     first = box.plan
     assert margin.value == first.settings.stability_margin
@@ -41,7 +41,7 @@ def test_sliders_plan_again_and_say_what_came_of_it(wang: Quadruped) -> None:
     row.value = next(iter(ROWS))
     assert box.plan.settings.speed == 0.05
     margin.max = margin.value = 0.3
-    assert box.plan is None and "no walk:" in shown.value
+    assert box.plan is None and "no walk:" in shown.value and not told.value
 
 
 def test_what_is_wrong_at_the_start_is_an_error(
@@ -68,7 +68,7 @@ def test_over_ground_the_goal_can_be_moved_and_what_is_in_the_way_is_told(
 ) -> None:
     robot = gaitopt.load_robot("go2")
     box = gaitopt.explore(robot, ground, (0.3, 0.0), start=(0.0, 0.0, 0.0), width_limit=6)
-    sliders = {child.description: child for child in box.children[:-1]}
+    sliders = {child.description: child for child in box.children[:-2]}
     shown = box.children[-1]
     first = box.plan
     assert isinstance(first, Plan) and first.footholds.ground is ground
@@ -80,6 +80,17 @@ def test_over_ground_the_goal_can_be_moved_and_what_is_in_the_way_is_told(
     assert forces is not None and forces.friction == pytest.approx(0.5)
     sliders["goal x [m]"].value = 0.85  # beyond it the map ends, and with it the footholds
     assert box.plan is None and "no walk:" in shown.value and "<svg" in shown.value
+
+
+def test_over_ground_one_can_begin_where_there_is_no_way_and_look_for_one(
+    ground: HeightMap,
+) -> None:
+    robot = gaitopt.load_robot("go2")
+    box = gaitopt.explore(robot, ground, (0.3, 0.0), start=(0.0, 0.0, 0.0), width_limit=6,
+                          body_height=0.1)  # fmt: skip
+    assert box.plan is None and "no walk:" in box.children[-1].value
+    next(s for s in box.children if s.description == "body height [m]").value = 0.3
+    assert isinstance(box.plan, Plan)
 
 
 def test_the_goal_of_a_map_is_on_its_far_side_if_none_is_given(ground: HeightMap) -> None:

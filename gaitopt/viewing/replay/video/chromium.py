@@ -17,7 +17,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from gaitopt.errors import MissingPackageError, SolverError
 
@@ -63,6 +63,10 @@ def find_browser() -> str:
     )
 
 
+READY: Final = "document.body !== null && document.body.dataset.ready === 'yes'"
+"""What a replay sets when it is drawn."""
+
+
 class Chromium:
     """A running browser with one page."""
 
@@ -70,10 +74,13 @@ class Chromium:
         self._process, self._send, self._receive = process, send, receive
         self._number, self._buffer, self._session = 0, b"", ""
 
-    def open(self, address: str, size: tuple[int, int], *, touch: bool = False) -> None:
+    def open(
+        self, address: str, size: tuple[int, int], *, touch: bool = False, ready: str = READY
+    ) -> None:
         """Open a page in a window of ``size`` [pixels], and wait until it is ready.
 
-        With ``touch`` it is that of a telephone.
+        With ``touch`` it is that of a telephone. ``ready`` is an expression of JavaScript that is
+        true when the page is ready; by default what replays say of themselves.
         """
         target = self.call("Target.createTarget", url="about:blank")["targetId"]
         session = self.call("Target.attachToTarget", targetId=target, flatten=True)
@@ -82,7 +89,7 @@ class Chromium:
         self.resize(size, touch=touch)
         self.call("Page.navigate", url=address)
         end = time.monotonic() + PATIENCE
-        while self.run("document.body ? document.body.dataset.ready || '' : ''") != "yes":
+        while self.run(ready) is not True:
             if time.monotonic() > end:
                 raise SolverError(f"the browser did not draw the page within {PATIENCE:.0f} s")
             time.sleep(0.05)

@@ -1,0 +1,123 @@
+"""The explorer as people use it: in a browser, with the mouse and with keys.
+
+Voila shows the notebook. It is not among what the tests install, as it brings thirty packages:
+``pip install voila``, then ``pytest -m slow tests/studies/test_explore_in_a_browser.py``.
+"""
+
+from __future__ import annotations
+
+import json
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+from in_browser import Driven, needs_browser
+
+from gaitopt.viewing.replay.video.chromium import chromium
+
+pytestmark = [pytest.mark.slow, needs_browser]
+
+SIZE = (1100, 1000)
+SHOWN = "document.body !== null && document.body.innerText.includes('all checks hold')"
+CODE = """import numpy as np, gaitopt
+z = np.zeros((70, 50)); z[30:] = 0.03
+ground = gaitopt.HeightMap(z, 0.02, (-0.5, -0.5))
+gaitopt.explore(gaitopt.load_robot("go2"), ground, (0.3, 0.0), start=(0.0, 0.0, 0.0), width_limit=6)
+"""
+
+
+@pytest.fixture(scope="module")
+def explorer(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Driven]:
+    """A notebook with the explorer, on a server that only this machine reaches."""
+    pytest.importorskip("voila")
+    folder = tmp_path_factory.mktemp("explorer")
+    cell = {"cell_type": "code", "execution_count": None, "id": "a", "metadata": {}, "outputs": [],
+            "source": CODE}  # fmt: skip
+    kernel = {"name": "python3", "display_name": "Python 3", "language": "python"}
+    book: dict[str, Any] = {"cells": [cell], "metadata": {"kernelspec": kernel}, "nbformat": 4,
+                            "nbformat_minor": 5}  # fmt: skip
+    (folder / "explorer.ipynb").write_text(json.dumps(book), "utf-8")
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    with (folder / "log.txt").open("w") as log:
+        server = subprocess.Popen(
+            [sys.executable, "-m", "voila", str(folder / "explorer.ipynb"), "--no-browser",
+             f"--port={port}", "--Voila.ip=127.0.0.1"], stdout=log, stderr=log,
+        )  # fmt: skip
+        try:
+            _wait_for(port)
+            with chromium() as browser:
+                browser.open(f"http://127.0.0.1:{port}/", SIZE, ready=SHOWN)
+                yield Driven(browser)
+        finally:
+            server.terminate()
+            server.wait(30.0)
+
+
+def _wait_for(port: int) -> None:
+    """Wait until the server answers."""
+    end = time.monotonic() + 60.0
+    while time.monotonic() < end:
+        with socket.socket() as knock:
+            if knock.connect_ex(("127.0.0.1", port)) == 0:
+                return
+        time.sleep(0.2)
+    raise AssertionError("the server did not start")
+
+
+def text(page: Driven) -> str:
+    return str(page.value("document.body.innerText"))
+
+
+def handle(name: str) -> str:
+    """The knob of the slider with a name."""
+    return ("[...document.querySelectorAll('.widget-slider')].find(e => e.innerText.includes("
+            f"{json.dumps(name)})).querySelector('.noUi-handle')")  # fmt: skip
+
+
+def until(page: Driven, words: str) -> None:
+    end = time.monotonic() + 60.0
+    while words not in text(page):
+        assert time.monotonic() < end, text(page)
+        time.sleep(0.2)
+
+
+def test_keys_move_the_goal_and_the_walk_is_shown_at_once(explorer: Driven) -> None:
+    assert "go2" in text(explorer) and explorer.value("document.querySelectorAll('svg').length") > 0
+    explorer.value(f"{handle('goal x')}.focus()")
+    explorer.press("ArrowLeft")
+    until(explorer, "0.250")
+    until(explorer, "distance\t0.2")
+    assert "all checks hold" in text(explorer)
+
+
+def test_a_click_that_asks_for_too_much_says_why(explorer: Driven) -> None:
+    place = explorer.value(
+        f"{handle('body height')}.closest('.noUi-target').getBoundingClientRect().toJSON()"
+    )
+    explorer.click(place["left"] + 3.0, place["top"] + place["height"] / 2.0)
+    until(explorer, "no walk:")
+    explorer.click(place["left"] + 0.75 * place["width"], place["top"] + place["height"] / 2.0)
+    until(explorer, "all checks hold")
+
+
+def test_a_menu_plans_in_another_way(explorer: Driven) -> None:
+    before = duration(explorer)
+    explorer.value("document.querySelector('select').focus()")
+    explorer.press("l")
+    chosen = explorer.value("document.querySelector('select').selectedOptions[0].textContent")
+    assert chosen == "largest margin"
+    end = time.monotonic() + 60.0
+    while duration(explorer) == before:
+        assert time.monotonic() < end, text(explorer)
+        time.sleep(0.2)
+    assert "no walk:" not in text(explorer)
+
+
+def duration(page: Driven) -> str:
+    return text(page).split("duration\t")[1].split("\n")[0]
