@@ -31,6 +31,10 @@ class TorqueLimits(NamedTuple):
     high: FloatArray
 
 
+TOUCH_SHARE = 0.05
+"""What a foot may carry beyond its reserve when it lands and lifts off, as a share of the weight:
+as promised (:mod:`gaitopt.plan.load_transfer`), and stated here anew on purpose."""
+
 RANK = 1e-9
 """Share of the largest singular value below which one is zero: rounding leaves about 1e-16."""
 
@@ -142,6 +146,15 @@ class Stance:
         standing = np.isin(np.arange(len(LEGS)), self.feet)
         return np.asarray(self.weight * self.limits.least_normal_shares(standing)[self.feet])
 
+    def most_normals(self, left: FloatArray) -> FloatArray:
+        """Largest normal forces [N], for the times since feet landed and until they lift off [s].
+
+        Args:
+            left: the shorter one of the two for each foot ``(n, k)``.
+        """
+        shares = self.limits.reserve + TOUCH_SHARE + left / self.limits.transfer_time
+        return np.asarray(self.weight * shares)
+
     @cached_property
     def lines(self) -> TorqueLines | None:
         """How torques fall with the speed of their joints; ``None`` where none does."""
@@ -193,19 +206,24 @@ class Stance:
         return [
             *(f"friction {leg}" for leg in legs for _ in range(self.limits.sides)),
             *(f"normal force {leg}" for leg in legs),
+            *(f"load transfer {leg}" for leg in legs if self.limits.transfer_time > 0.0),
             *(f"torque {name}" for name in self.robot.joint_names),
         ]
 
-    def left(self, forces: FloatArray, torques: FloatArray, limits: TorqueLimits) -> FloatArray:
+    def left(
+        self, forces: FloatArray, torques: FloatArray, limits: TorqueLimits, most: FloatArray
+    ) -> FloatArray:
         """What each limit leaves ``(n, r)`` [N].
 
         Args:
             forces: contact forces ``(n, k, 3)`` [N].
             torques: of the joints ``(n, nj)`` [N m].
             limits: of the torques.
+            most: largest normal forces ``(n, k)`` [N], or ``(n, 0)`` for none.
         """
         sides = self.sides_of(forces)
         friction = sides.reshape(len(forces), sides.shape[1] * sides.shape[2])
-        normal = np.einsum("nkd,kd->nk", forces, self.normals) - self.least_normals
+        pressing = np.einsum("nkd,kd->nk", forces, self.normals)
+        over = most - pressing[:, : most.shape[1]]
         torque = np.minimum(limits.high - torques, torques - limits.low) / self.reach
-        return np.concatenate([friction, normal, torque], axis=1)
+        return np.concatenate([friction, pressing - self.least_normals, over, torque], axis=1)

@@ -34,7 +34,7 @@ class ForcePrograms:
     @classmethod
     def of(
         cls, stance: Stance, wrench: FloatArray, free: FloatArray, jacobians: FloatArray,
-        torques: TorqueLimits,
+        torques: TorqueLimits, most: FloatArray,
     ) -> ForcePrograms:  # fmt: skip
         """The programs of samples.
 
@@ -44,13 +44,14 @@ class ForcePrograms:
             free: joint torques without contact forces ``(n, nj)`` [N m].
             jacobians: of the standing feet ``(n, k, 3, nj)``.
             torques: limits of the joint torques.
+            most: largest normal forces ``(n, k)`` [N], or ``(n, 0)`` for none.
         """
         plain = wrench @ stance.inverse.T
         if not stance.directions.shape[1]:
             # Nothing can be chosen, of one foot or none.
             return cls(stance, plain, np.empty((len(plain), 0, 1)), np.empty((len(plain), 0)))
         flat = jacobians.reshape(*plain.shape, free.shape[1])
-        rows, low = _rows(stance, plain, free, flat, torques)
+        rows, low = _rows(stance, plain, free, flat, torques, most)
         return cls(stance, plain, rows, low / stance.weight)
 
     def solve(self) -> FloatArray:
@@ -89,7 +90,7 @@ class ForcePrograms:
 
 def _rows(
     stance: Stance, plain: FloatArray, free: FloatArray, jacobians: FloatArray,
-    torques: TorqueLimits,
+    torques: TorqueLimits, most: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:  # fmt: skip
     """Rows ``A (n, r, d + 1)`` and ``b (n, r)`` of ``A (z, s) >= b``, in units of forces."""
     count, feet, basis = len(plain), len(stance.feet), stance.directions
@@ -103,12 +104,14 @@ def _rows(
     legs = np.swapaxes(jacobians[:, :, known], 1, 2)
     moved = legs @ basis / stance.reach
     torque = free[:, known] - (legs @ plain[:, :, None])[..., 0]
-    fixed = np.concatenate([friction, level])
+    limited = most.shape[1]
+    fixed = np.concatenate([friction, level, -level[:limited]])
     matrix = np.full((count, len(fixed) + 2 * moved.shape[1], basis.shape[1] + 1), -1.0)
     matrix[:, : len(fixed), :-1] = fixed
     matrix[:, len(fixed) :, :-1] = np.concatenate([moved, -moved], axis=1)
     low = np.concatenate([
         -now.reshape(count, now.shape[1] * now.shape[2]), stance.least_normals - ground,
+        ground[:, :limited] - most,
         (torque - torques.high[:, known]) / stance.reach,
         (torques.low[:, known] - torque) / stance.reach,
     ], axis=1)  # fmt: skip

@@ -20,7 +20,12 @@ from gaitopt.certificate.derivative_bounds import LinkBounds
 from gaitopt.certificate.enclosure import Pieces, chord_deviation
 from gaitopt.certificate.force_samples import chain_model, sample_ends
 from gaitopt.certificate.inertial_deviations import InertialDeviations
-from gaitopt.certificate.phase_forces import PhaseGround, PhaseJudge, ground_in_phases
+from gaitopt.certificate.phase_forces import (
+    PhaseGround,
+    PhaseJudge,
+    ground_in_phases,
+    times_of_stances,
+)
 from gaitopt.certificate.trace import deviations, foot_chain, owners
 from gaitopt.conventions import GRAVITY, LEGS, FloatArray
 from gaitopt.dynamics.contacts import ForceLimits
@@ -94,9 +99,12 @@ def _in_words(plan: Plan, limits: ForceLimits) -> str:
     given = plan.footholds.friction
     least = min((float(own.min()) for own in given.values()), default=1.0) if given else np.inf
     less = f", down to {least:g} on footholds" if least < limits.friction else ""
+    transfer = ""
+    if limits.transfer_time > 0.0:
+        transfer = f", a foot takes over the weight in {1e3 * limits.transfer_time:g} ms"
     return (
         f"friction {limits.friction:g}{less}, a reserve of {100.0 * limits.reserve:g} %, "
-        f"{100.0 * limits.torque_share:g} % of the torque{line}{motors}"
+        f"{100.0 * limits.torque_share:g} % of the torque{line}{motors}{transfer}"
     )
 
 
@@ -158,7 +166,7 @@ def _some(judged_pieces: _Judged, which: np.ndarray) -> _Judged:
 def _judge_pieces(plan: Plan, limits: ForceLimits, pieces: Pieces) -> _Judged:
     """Of every piece the least that a limit leaves, with samples at both of its ends."""
     phase, standing = owners(plan, pieces)
-    ground = ground_in_phases(plan, limits.friction)
+    ground, spans = ground_in_phases(plan, limits.friction), times_of_stances(plan)
     ends = sample_ends(plan.robot, pieces, ground.normals[phase])
     left, bound = np.empty(len(phase)), np.empty(len(phase))
     where = [""] * len(phase)
@@ -167,7 +175,8 @@ def _judge_pieces(plan: Plan, limits: ForceLimits, pieces: Pieces) -> _Judged:
     judges = [
         PhaseJudge.of(plan, limits, pieces.chosen(mine), standing[mine[0]],
                       (ends[0].chosen(mine), ends[1].chosen(mine)), bulge[mine],
-                      PhaseGround(*(part[phase[mine[0]]] for part in ground)))
+                      PhaseGround(*(part[phase[mine[0]]] for part in ground)),
+                      spans[phase[mine[0]]])
         for mine in groups
     ]  # fmt: skip
     off = np.empty(len(phase))

@@ -17,6 +17,10 @@ from gaitopt.conventions import LEGS, BoolArray, FloatArray
 from gaitopt.dynamics.contacts import ForceLimits
 from gaitopt.plan.plan import Plan
 
+MOST_WEIGHTS = 10.0
+"""A largest normal force does not rise above so many weights: no foot bears more, and programs need
+a number."""
+
 
 class PhaseGround(NamedTuple):
     """The ground under four feet in each phase; what is said of feet that fly means nothing.
@@ -59,6 +63,28 @@ def ground_in_phases(plan: Plan, friction: float) -> PhaseGround:
     return PhaseGround(normals, least)
 
 
+def times_of_stances(plan: Plan) -> FloatArray:
+    """When each foot that stands in a phase has landed, and when it lifts off ``(P, 4, 2)`` [s].
+
+    Infinite for a foot that stands from the begin, or to the end; NaN for feet in the air. Planners
+    have a function for this as well (:mod:`gaitopt.plan.load_transfer`). This one goes through the
+    phases, so that an error in one of them is seen by the other.
+    """
+    found = np.full((max(len(plan.phases), 1), len(LEGS), 2), np.nan)
+    for i, leg in enumerate(LEGS):
+        begin, landed, stood = 0, -np.inf, True
+        for number, phase in enumerate(plan.phases):
+            stands = leg in phase.support
+            if stood and not stands:
+                found[begin:number, i] = landed, phase.start
+            elif stands and not stood:
+                begin, landed = number, phase.start
+            stood = stands
+        if stood:
+            found[begin:, i] = landed, np.inf
+    return found
+
+
 @dataclass(frozen=True, eq=False)
 class PhaseJudge:
     """The pieces of one phase, with samples at both ends of each.
@@ -69,6 +95,7 @@ class PhaseJudge:
         stance: its standing feet.
         ends: samples at the starts and the ends.
         slip: how far each standing foot is from its contact point at most ``(P, k)`` [m].
+        spans: when each standing foot has landed, and when it lifts off ``(k, 2)`` [s].
     """
 
     plan: Plan
@@ -76,11 +103,13 @@ class PhaseJudge:
     stance: Stance
     ends: tuple[ForceSamples, ForceSamples]
     slip: FloatArray
+    spans: FloatArray
 
     @classmethod
     def of(
         cls, plan: Plan, limits: ForceLimits, pieces: Pieces, standing: BoolArray,
         ends: tuple[ForceSamples, ForceSamples], bulge: FloatArray, ground: PhaseGround,
+        spans: FloatArray,
     ) -> PhaseJudge:  # fmt: skip
         """The judge of a phase.
 
@@ -91,6 +120,7 @@ class PhaseJudge:
             ends: samples at the starts and the ends.
             bulge: how far each foot leaves its chord at most ``(P, 4)`` [m].
             ground: under the feet in this phase.
+            spans: when each foot has landed, and when it lifts off ``(4, 2)`` [s].
         """
         feet = np.flatnonzero(standing)
         places = np.stack([end.feet[:, feet] for end in ends])
@@ -99,7 +129,7 @@ class PhaseJudge:
         normals, friction = ground.normals[feet], ground.friction[feet]
         points = middle - plan.robot.foot_radius * normals
         stance = Stance(plan.robot, limits, feet, points, normals, friction)
-        return cls(plan, pieces, stance, ends, slip)
+        return cls(plan, pieces, stance, ends, slip, spans[feet])
 
     @property
     def centre(self) -> FloatArray:
@@ -146,12 +176,13 @@ class PhaseJudge:
         # Lengths that NumPy is to find for itself are not known of empty arrays, of feet in flight.
         shape = (len(wrench), 3 * len(stance.feet), at.torques.shape[1])
         flat = np.swapaxes(jacobians.reshape(shape), 1, 2)
-        programs = ForcePrograms.of(stance, wrench, at.torques, jacobians, limits)
+        most = self._most()
+        programs = ForcePrograms.of(stance, wrench, at.torques, jacobians, limits, most)
 
         def judged(z: FloatArray) -> tuple[FloatArray, FloatArray]:
             forces = programs.forces(z)
             made = (flat @ forces.reshape(len(forces), shape[1], 1))[..., 0]
-            return forces, stance.left(forces, at.torques - made, limits)
+            return forces, stance.left(forces, at.torques - made, limits, most)
 
         z = programs.solve()
         forces, left = judged(z)
@@ -166,6 +197,20 @@ class PhaseJudge:
             each.reshape(2, len(each) // 2, *each.shape[1:]) for each in (forces, left, size)
         )
         return forces, left, size
+
+    def _most(self) -> FloatArray:
+        """Largest normal forces at both ends of all pieces ``(2 P, k)`` [N]; none: ``(2 P, 0)``.
+
+        They are concave functions of time, so forces that change linearly and keep them at both
+        ends of a piece keep them in between.
+        """
+        starts = self.pieces.starts
+        times = np.concatenate([starts, starts + self.pieces.lengths])[:, None]
+        if self.stance.limits.transfer_time == 0.0:
+            return np.empty((len(times), 0))
+        left = np.minimum(times - self.spans[:, 0], self.spans[:, 1] - times)
+        longest = MOST_WEIGHTS * self.stance.limits.transfer_time
+        return self.stance.most_normals(np.clip(left, 0.0, longest))
 
     def _taken(
         self, forces: FloatArray, deviations: InertialDeviations
@@ -184,9 +229,11 @@ class PhaseJudge:
         if stance.lines is not None:
             torques += self._torque_losses()
         torques /= stance.reach
-        sides = stance.limits.sides
+        by_force = [np.repeat(more, stance.limits.sides, axis=1), more]
+        if stance.limits.transfer_time > 0.0:
+            by_force.append(more)
         unbalanced = force + moment / stance.reach if len(stance.feet) < 3 else np.zeros_like(force)
-        return np.concatenate([np.repeat(more, sides, axis=1), more, torques], axis=1), unbalanced
+        return np.concatenate([*by_force, torques], axis=1), unbalanced
 
     def _torque_losses(self) -> FloatArray:
         """How far limits that fall with the speed leave their chords ``(P, nj)`` [N m]."""

@@ -30,6 +30,7 @@ from gaitopt.cli.options import (
     SwingHeightOption,
     Timing,
     TimingOption,
+    TransferOption,
 )
 from gaitopt.cli.results.deliver import FIGURES, PLAN, Delivery, deliver
 from gaitopt.cli.results.options import Results, result_options
@@ -77,6 +78,7 @@ def walk(
     horizon: HorizonOption = None,
     timing: TimingOption = Timing.forces,
     friction: FrictionOption = None,
+    transfer_time: TransferOption = None,
 ) -> None:
     """Plan a walk, compare it with the paper's baselines, and write plan, replay and figures.
 
@@ -96,8 +98,8 @@ def walk(
         plan = plan_crawl(
             model, places, objective=objective.value, speed=parse_speed(speed), free=free,
             com=None if com is None else com.value, acceleration_limit=acceleration_limit,
-            horizon=horizon, timing=timing.value, forces=force_limits(friction), progress=tick,
-            **options,
+            horizon=horizon, timing=timing.value, progress=tick,
+            forces=force_limits(friction, transfer_time, objective.value), **options,
         )  # fmt: skip
     comparison = None if results.fast else _baselines(plan, places, options)
     told = _told(plan, comparison, objective, report)

@@ -141,6 +141,15 @@ FrictionOption = Annotated[
     typer.Option(help="Friction between feet and ground, for contact forces (0.6 by default).",
                  min=FRICTIONS[0], max=FRICTIONS[1], show_default=False),
 ]  # fmt: skip
+LONGEST_TRANSFER = 10.0
+"""Longest transfer time of :class:`gaitopt.ForceLimits` [s], stated here for the same reason."""
+TransferOption = Annotated[
+    float | None,
+    typer.Option("--transfer-time", min=0.0, max=LONGEST_TRANSFER, metavar="SECONDS",
+                 show_default=False, rich_help_panel="How",
+                 help="Time within which a foot takes over the weight after it has landed, and "
+                      "gives it up before it lifts off; 0, the default, lets forces jump."),
+]  # fmt: skip
 JobsOption = Annotated[
     int, typer.Option(help="Number of processes for many terrains; -1 for one on each core.")
 ]

@@ -83,11 +83,22 @@ def plan_options(
     }
 
 
-def force_limits(friction: float | None) -> ForceLimits | None:
-    """Limits with the option ``--friction``; without it ``None``, the planner's default."""
-    from gaitopt.dynamics.contacts import ForceLimits
+def force_limits(
+    friction: float | None, transfer_time: float | None = None, objective: str = "distance"
+) -> ForceLimits | None:
+    """Limits with the options ``--friction`` and ``--transfer-time``.
 
-    return None if friction is None else ForceLimits(friction=friction)
+    Without them ``None``, the planner's default.
+    """
+    from gaitopt.dynamics.contacts import ForceLimits
+    from gaitopt.plan.settings.crawl import FRICTION_OF_MARGIN
+
+    if transfer_time is None:
+        return None if friction is None else ForceLimits(friction=friction)
+    usual = FRICTION_OF_MARGIN if objective == "margin" else ForceLimits().friction
+    return ForceLimits(
+        friction=usual if friction is None else friction, transfer_time=transfer_time
+    )
 
 
 def parse_speed(text: str) -> Any:

@@ -58,6 +58,11 @@ class WalkClock:
         t = np.asarray(times, dtype=np.float64)
         return np.asarray(t - np.interp(t, *self._lost)) if len(self.stops) else t
 
+    def paused_before(self, instants: ArrayLike) -> FloatArray:
+        """How long the clock has stood still before instants of the plan ``(...)`` [s]."""
+        lost = np.append(0.0, np.cumsum(self.pauses))
+        return np.asarray(lost[np.searchsorted(self.stops, instants, side="left")])
+
     def pausing(self, times: ArrayLike) -> BoolArray:
         """Whether the clock stands still at ``times (...)`` [s]: ``(...)``."""
         return np.asarray(np.searchsorted(self._lost[0], times, side="right") % 2 == 1)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gaitopt.control.clock import AT_REST, WalkClock
+from gaitopt.control.clock import AT_REST, SAME_INSTANT, WalkClock
 from gaitopt.control.gains import ControlGains
 from gaitopt.control.planned_forces import planned_forces
 from gaitopt.control.reference import Reference, legs_in_base, ramped, standing_feet
@@ -17,6 +17,7 @@ from gaitopt.conventions import LEGS, BoolArray, FloatArray
 from gaitopt.dynamics.contacts import ForceLimits
 from gaitopt.dynamics.whole_body import Motion
 from gaitopt.plan.contact_ground import ground_below
+from gaitopt.plan.load_transfer import most_normal_shares
 from gaitopt.plan.plan import Plan
 from gaitopt.robots.rotations import quaternion_to_matrix
 
@@ -49,6 +50,7 @@ def exact_reference(
     edges = _velocities(plan, clock, np.append(grid, grid[-1] + dt))
     motion = Motion(planned.q, velocity, np.diff(edges, axis=0) / dt)
     load = _loads(standing, gains, dt)
+    most = _largest_shares(plan, clock, limits, grid + ahead)
     rotation = quaternion_to_matrix(planned.q[:, 3:7])
     feet, inverse = legs_in_base(robot, planned.q[:, 7:])
     ground = ground_below(plan, times, limits.friction)
@@ -68,7 +70,7 @@ def exact_reference(
         rates=velocity[:, 6:] + _rolling_rates(plan, rolled, rotation, inverse, dt),
         velocity=velocity,
         acceleration=motion.a,
-        forces=planned_forces(robot, motion, standing, load, limits, ground),
+        forces=planned_forces(robot, motion, standing, load, limits, ground, most),
         normals=normals,
         friction=np.broadcast_to(limits.friction * ground.grip, standing.shape),
         feet=planned.feet + rolled - sunk,
@@ -91,6 +93,30 @@ def _velocities(plan: Plan, clock: WalkClock, times: FloatArray) -> FloatArray:
     begun = (instants > 0.0) | plan.begins_moving
     moving = begun & (instants < plan.duration) & ~clock.pausing(times)
     return np.asarray(plan.at(np.clip(instants, 0.0, plan.duration)).v * moving[:, None])
+
+
+def _largest_shares(
+    plan: Plan, clock: WalkClock, limits: ForceLimits, times: FloatArray
+) -> FloatArray:
+    """Largest normal forces of standing feet, as shares of the weight ``(N, 4)``.
+
+    Where the clock stands still a load goes over, too.
+
+    Args:
+        plan, clock, limits: as above.
+        times: since the walk's start ``(N,)`` [s].
+    """
+    since, until = np.full((2, len(times), len(LEGS)), np.inf)
+    for i, leg in enumerate(LEGS):
+        own = [swing for swing in plan.swings if swing.leg == leg]
+        landings = np.array([swing.end for swing in own])
+        leaves = np.array([swing.start for swing in own])
+        landings = landings + clock.paused_before(landings - SAME_INSTANT)
+        leaves = leaves + clock.paused_before(leaves + SAME_INSTANT)
+        landed = np.append(-np.inf, landings)[np.searchsorted(landings, times, side="right")]
+        lifted = np.append(leaves, np.inf)[np.searchsorted(leaves, times, side="left")]
+        since[:, i], until[:, i] = times - landed, lifted - times
+    return most_normal_shares(limits, since, until)
 
 
 def _sinking(standing: BoolArray, ticks: float) -> FloatArray:

@@ -33,6 +33,7 @@ def planned_forces(
     load: FloatArray,
     limits: ForceLimits,
     ground: ContactGround = LEVEL_GROUND,
+    most: FloatArray | float = np.inf,
 ) -> FloatArray:
     """Contact forces of a motion in the world's axes ``(N, 4, 3)`` [N]; 0 for feet in the air.
 
@@ -45,15 +46,18 @@ def planned_forces(
         load: share of a full load for each foot ``(N, 4)``.
         limits: on forces and torques.
         ground: below the feet; level by default.
+        most: largest normal forces as shares of the weight ``(N, 4)``; none by default.
     """
+    largest = np.broadcast_to(most, standing.shape)
     forces = np.zeros((len(standing), 4, 3))
     for first in range(0, len(standing), BLOCK):
         part = np.arange(first, min(first + BLOCK, len(standing)))
         below = ground.at(part)
         piece = Motion(motion.q[part], motion.v[part], motion.a[part])
         problem = build_force_problem(
-            robot, piece, standing[part], limits, normals=below.normals, grip=below.grip
-        )
+            robot, piece, standing[part], limits, normals=below.normals, grip=below.grip,
+            most=largest[part],
+        )  # fmt: skip
         for space in force_spaces(problem):
             places = np.ix_(first + space.samples, space.feet)
             z = _coordinates(problem, space, np.maximum(load[places], LEAST_SHARE))

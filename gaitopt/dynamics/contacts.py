@@ -34,6 +34,9 @@ LEAST_SHARE: Final = 0.001
 """Smallest coefficient of friction, and smallest share of the torques. Chosen here: next to
 nothing."""
 
+LONGEST_TRANSFER: Final = 10.0
+"""Longest time in which a load is handed over [s]. Chosen here: longer than any step."""
+
 LEAST_BALANCE_TOLERANCE: Final = 1e-12
 """Smallest tolerance of the balance: rounding alone leaves 1e-13."""
 
@@ -98,6 +101,10 @@ class ForceLimits:
             is. Two point feet make no moment about the line that joins them: with 1e-3 the ZMP
             may be 1/1000 of half the stance beside that line, 0.2 mm for a stance of 0.4 m. A foot
             that rolls on its ball moves its contact by more.
+        transfer_time: time within which a foot takes over the robot's whole weight at the most
+            [s]: its normal force rises from nearly nothing after it has landed, and falls to nearly
+            nothing before it lifts off (:func:`gaitopt.plan.load_transfer.most_normal_shares`).
+            0, the default, lets forces jump.
 
     Raises:
         InputError: a number is outside its range.
@@ -111,6 +118,7 @@ class ForceLimits:
     torque_line: TorqueLine | None = None
     balance_tolerance: float = 1e-3
     speed_share: float = 1.0
+    transfer_time: float = 0.0
 
     def __post_init__(self) -> None:
         check_number("friction", self.friction, LEAST_SHARE, 10.0)
@@ -119,6 +127,7 @@ class ForceLimits:
             check_number("reserve_on_four", self.reserve_on_four, 0.0, LARGEST_RESERVE_ON_FOUR)
         check_number("torque_share", self.torque_share, LEAST_SHARE, 1.0)
         check_number("speed_share", self.speed_share, LEAST_SHARE, 1.0)
+        check_number("transfer_time", self.transfer_time, 0.0, LONGEST_TRANSFER, "s")
         check_count("sides", self.sides, 3, MOST_SIDES)
         # A tenth of half the stance is no longer a small error.
         check_number("balance_tolerance", self.balance_tolerance, LEAST_BALANCE_TOLERANCE, 0.1)

@@ -27,6 +27,7 @@ def judged(problem: ForceProblem, forces: FloatArray, conflicts: BoolArray) -> C
     sliding = np.linalg.norm(forces - pressing[..., None] * normals, axis=2)
     friction = -(pyramid_rows(limits, normals, grip) @ forces[..., None])[..., 0].min(axis=2)
     least = problem.weight * limits.least_normal_shares(standing)
+    missed = np.maximum(least - pressing, pressing - problem.weight * problem.most)
     left = problem.equations.residuals(forces)
     torques = problem.equations.torques(forces)
     beyond = np.maximum(problem.torque_low - torques, torques - problem.torque_high)
@@ -34,7 +35,7 @@ def judged(problem: ForceProblem, forces: FloatArray, conflicts: BoolArray) -> C
         force=np.linalg.norm(left[:, :3], axis=1),
         moment=np.linalg.norm(left[:, 3:], axis=1),
         friction=np.where(standing, np.maximum(friction, 0.0), 0.0),
-        normal_force=np.where(standing, np.maximum(least - pressing, 0.0), 0.0),
+        normal_force=np.where(standing, np.maximum(missed, 0.0), 0.0),
         torque=np.maximum(beyond, 0.0),
     )
     return ContactForces(

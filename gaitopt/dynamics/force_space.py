@@ -42,6 +42,7 @@ class ForceProblem:
         times: of the samples ``(N,)`` [s].
         weight: of the robot, the unit of forces [N].
         length: half the stance [m]; with ``weight`` the unit of moments.
+        most: largest normal forces as shares of the weight ``(N, 4)``; infinite for none.
     """
 
     robot: Quadruped
@@ -53,9 +54,10 @@ class ForceProblem:
     times: FloatArray
     weight: float
     length: float
+    most: FloatArray
 
     def __post_init__(self) -> None:
-        for array in (self.standing, self.torque_low, self.torque_high, self.times):
+        for array in (self.standing, self.torque_low, self.torque_high, self.times, self.most):
             array.setflags(write=False)
 
     def __len__(self) -> int:
@@ -185,17 +187,26 @@ def force_rows(problem: ForceProblem, space: ForceSpace) -> ForceRows:
     slip_low = -(pyramids @ offset[..., None]).reshape(count, -1)
     press = np.einsum("nfi,nfid->nfd", normals, bases)
     press_low = shares - np.einsum("nfi,nfi->nf", normals, offset)
+    # Largest normal forces have rows of their own, where there are any.
+    most = problem.most[own]
+    bounded = np.flatnonzero(np.isfinite(most).any(axis=0))
+    most_low = np.maximum((shares - press_low - most)[:, bounded], -NO_BOUND)
     joints, torque, torque_offset, low, high = _torque_rows(problem, space)
-    unbounded = np.full((count, feet * (sides + 1)), NO_BOUND)
+    unbounded = np.full((count, feet * (sides + 1) + len(bounded)), NO_BOUND)
     return ForceRows(
-        matrix=np.concatenate([slip, press, torque], axis=1),
-        low=np.concatenate([slip_low, press_low, low - torque_offset], axis=1),
+        matrix=np.concatenate([slip, press, -press[:, bounded], torque], axis=1),
+        low=np.concatenate([slip_low, press_low, most_low, low - torque_offset], axis=1),
         high=np.concatenate([unbounded, high - torque_offset], axis=1),
         constraints=np.concatenate(
-            [np.repeat(np.arange(feet), sides), feet + np.arange(feet + len(joints))]
+            [
+                np.repeat(np.arange(feet), sides),
+                feet + np.arange(feet),
+                feet + bounded,
+                2 * feet + np.arange(len(joints)),
+            ]
         ),
         columns=np.concatenate([space.feet, 4 + space.feet, 8 + joints]),
-        normal=np.repeat([False, True, False], [feet * sides, feet, len(joints)]),
+        normal=np.repeat([False, True, False], [feet * sides, feet, len(bounded) + len(joints)]),
         torque_matrix=torque,
         torque_offset=torque_offset,
     )

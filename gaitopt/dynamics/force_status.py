@@ -24,11 +24,13 @@ class ForceStatus(TextEnum):
     )
     """Forces that make the motion leave a friction pyramid."""
     NORMAL_FORCE = (
-        "normal force: the ground would have to pull at a foot, or the foot keeps less than its "
-        "reserve; move slower, move the centre of mass further inside the support, or lessen the "
-        "reserve"
+        "normal force: the ground would have to pull at a foot, the foot keeps less than its "
+        "reserve, or it bears more than it may so soon after it has landed or before it lifts off; "
+        "move slower, move the centre of mass further inside the support, or lessen the reserve "
+        "or the transfer time"
     )
-    """Forces that make the motion press too little on a foot."""
+    """Forces that make the motion press too little on a foot, or too much on one that has just
+    landed or is about to lift off."""
     TORQUE = (
         "torque: a joint would need more torque than it has; move slower, take another posture or "
         "a lighter load, or use a larger share of the torque limits"
@@ -89,7 +91,7 @@ class ForceResiduals:
         force: of the base's three force equations ``(N,)`` [N].
         moment: of the base's three moment equations ``(N,)`` [N m].
         friction: horizontal force outside the friction pyramid ``(N, 4)`` [N].
-        normal_force: missing normal force ``(N, 4)`` [N].
+        normal_force: normal force that is missing, or too much ``(N, 4)`` [N].
         torque: torque beyond the share of its limit that may be used ``(N, nj)`` [N m].
     """
 

@@ -68,6 +68,7 @@ def build_force_problem(
     normals: ArrayLike = (0.0, 0.0, 1.0),
     grip: ArrayLike = 1.0,
     times: ArrayLike | None = None,
+    most: ArrayLike = np.inf,
 ) -> ForceProblem:
     """The contact forces that are looked for, at every sample of a motion.
 
@@ -80,6 +81,9 @@ def build_force_problem(
         normals: of the ground below the feet, of any length, broadcast to ``(N, 4, 3)``.
         grip: friction of each contact as a share of that of the limits, broadcast to ``(N, 4)``.
         times: of the samples ``(N,)`` [s], for the report; 0, 1, 2, ... by default.
+        most: largest normal force of each foot as a share of the weight, broadcast to ``(N, 4)``.
+            The ``transfer_time`` of the limits means nothing here: samples do not tell when feet
+            land.
 
     Raises:
         InputError: shapes do not fit, a number is not finite, a normal has no direction, the
@@ -108,7 +112,20 @@ def build_force_problem(
         times=np.array(moments),
         weight=robot.mass * float(np.linalg.norm(robot.model.gravity.linear)),
         length=robot.stance_size[0] / 2.0,
+        most=_largest_shares(most, count),
     )
+
+
+def _largest_shares(most: ArrayLike, count: int) -> FloatArray:
+    """Largest normal forces as shares of the weight ``(count, 4)``."""
+    try:
+        given = np.array(np.broadcast_to(np.asarray(most, dtype=np.float64), (count, 4)))
+    except (TypeError, ValueError) as error:
+        raise InputError(f"most must fit ({count}, 4), got {np.shape(most)}: {error}") from error
+    # Comparisons with NaN are false.
+    if not (given >= 0.0).all():
+        raise InputError("most must be shares of the weight of at least 0")
+    return given
 
 
 def solve_forces(

@@ -49,6 +49,7 @@ class TimingLimits:
             default.
         falling: whether torques that fall with the speed of joints are limited at all.
         scales: limit of all accelerations over each joint's own ``(n,)``, where these differ.
+        most: largest normal forces of the feet as shares of the weight ``(S, 4)``; none by default.
     """
 
     squares: FloatArray
@@ -59,3 +60,4 @@ class TimingLimits:
     expected: FloatArray | None = None
     falling: bool = True
     scales: FloatArray | float = 1.0
+    most: FloatArray | None = None

@@ -69,7 +69,8 @@ def place_rows(
         limits: on forces and torques.
         pattern: which feet stand ``(4,)``.
         samples: the places ``(n,)``.
-        timing: what sides of friction pyramids keep, and the speeds near which the torque falls.
+        timing: what sides of friction pyramids keep, the speeds near which the torque falls, and
+            largest normal forces.
     """
     feet, n = np.flatnonzero(pattern), len(samples)
     weight, length = robot.mass * GRAVITY, robot.stance_size[0] / 2.0
@@ -111,6 +112,10 @@ def place_rows(
     ceiling = np.concatenate([np.full(sides + len(feet), NO_BOUND), np.ones(torque.shape[1]),
                               np.zeros(6 - rank)])  # fmt: skip
     rest = by_terms[..., 2]
+    if timing.most is not None:
+        ceiling = np.tile(ceiling, (n, 1))
+        most = np.minimum(timing.most[own], NO_BOUND)
+        ceiling[:, sides : sides + len(feet)] = most
     high = np.where(ceiling < NO_BOUND, ceiling - rest, NO_BOUND)
     rows = PlaceRows(by_terms[..., 0], by_terms[..., 1], by_z, floor - rest, high)
     lines = torque_lines(robot, limits) if timing.falling else None

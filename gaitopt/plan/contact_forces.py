@@ -13,6 +13,7 @@ from gaitopt.dynamics.forces import ForceObjective, build_force_problem, solve_f
 from gaitopt.dynamics.whole_body import motion_of_path
 from gaitopt.inputs import check_kind
 from gaitopt.plan.contact_ground import ground_below
+from gaitopt.plan.load_transfer import largest_shares
 from gaitopt.plan.plan import Plan
 
 
@@ -57,7 +58,8 @@ def contact_forces(
     limits = plan.settings.promised_forces if limits is None else limits
     motion = plan.sample(dt) if times is None else plan.at(times)
     values, first, second = (plan.path.evaluate(motion.t, order) for order in range(3))
-    ground = ground_below(plan, motion.t, ForceLimits.or_default(limits).friction)
+    asked = ForceLimits.or_default(limits)
+    ground = ground_below(plan, motion.t, asked.friction)
     problem = build_force_problem(
         plan.robot,
         motion_of_path(plan.robot, values, first, second),
@@ -66,6 +68,7 @@ def contact_forces(
         normals=ground.normals if normals is None else normals,
         grip=ground.grip,
         times=motion.t,
+        most=largest_shares(plan, asked, motion.t),
     )
     jump = float(np.max(plan.path.jumps(1), initial=0.0))
     return replace(solve_forces(problem, objective), velocity_jump=jump)

@@ -17,8 +17,10 @@ from gaitopt.dynamics.forces import build_force_problem, solve_forces
 from gaitopt.dynamics.torque_limits import effort_limits
 from gaitopt.dynamics.whole_body import PathDynamics, motion_of_path
 from gaitopt.motion.path import MotionPath
+from gaitopt.plan.load_transfer import Stances, most_normal_shares
 from gaitopt.retiming.course import Course, GridPlaces
 from gaitopt.retiming.paced import PacedCourse
+from gaitopt.retiming.reserves import MIDDLE_SHARE, SHARE_OF_WEIGHT
 
 BENT_WRENCH = 1e-3
 """How far a wrench in the middle may be from the mean of both ends, as a share of the weight and of
@@ -38,6 +40,7 @@ def without_forces(
     path: MotionPath,
     own: np.ndarray,
     limits: ForceLimits,
+    spans: Stances | None = None,
     ground: ContactGround = LEVEL_GROUND,
 ) -> BoolArray:
     """Intervals in which no forces keep the limits in one of the places :data:`BETWEEN` ``(n,)``.
@@ -47,6 +50,8 @@ def without_forces(
         path: its path.
         own: the intervals that are looked at ``(n,)``.
         limits: on forces and torques.
+        spans: when feet that stand on all ``K`` intervals land and lift off, in the times of the
+            motion ``(K, 4)``; by default nothing is known of it.
         ground: below the feet on these intervals.
     """
     course: Course = motion.course
@@ -55,10 +60,14 @@ def without_forces(
         left = np.flatnonzero(~out)
         mine, below = own[left], ground.at(left)
         times = (1.0 - share) * motion.times[mine] + share * motion.times[mine + 1]
+        most = np.array(np.inf)
+        if spans is not None:
+            since, until = times[:, None] - spans.landed[mine], spans.lifted[mine] - times[:, None]
+            most = most_normal_shares(limits, since, until) - SHARE_OF_WEIGHT * MIDDLE_SHARE
         moved = motion_of_path(course.robot, *(path.evaluate(times, k) for k in range(3)))
         problem = build_force_problem(
             course.robot, moved, course.standing[motion.grid.piece[mine]], limits,
-            normals=below.normals, grip=below.grip,
+            normals=below.normals, grip=below.grip, most=most,
         )  # fmt: skip
         out[left] = ~solve_forces(problem).feasible
     return out

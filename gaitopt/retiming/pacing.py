@@ -24,6 +24,7 @@ from gaitopt.plan.contact_ground import ground_below
 from gaitopt.plan.phase import Phase
 from gaitopt.plan.plan import Plan
 from gaitopt.retiming.course import AT_REST, Course, Grid, GridPlaces
+from gaitopt.retiming.course_clock import CourseClock
 from gaitopt.retiming.middles import bent, without_forces
 from gaitopt.retiming.paced import PacedCourse
 from gaitopt.retiming.refusal import no_forces_between, no_motion
@@ -35,6 +36,10 @@ LESS = 0.9
 """Share of a squared speed that is allowed where it had no forces."""
 ENOUGH = 1.002
 """A motion whose joint velocities exceed their limits by less is not timed anew."""
+
+
+BEYOND = 1e6
+"""Limit of accelerations of joints that have none, as a multiple of the largest of the others."""
 
 
 @dataclass(frozen=True)
@@ -58,10 +63,12 @@ class OtherLimits:
     @classmethod
     def of_joints(cls, accelerations: FloatArray) -> OtherLimits:
         """Limits of the joints' accelerations ``(nj,)`` alone [rad/s^2], infinite for none."""
-        if not np.isfinite(accelerations).all():
+        bounded = np.isfinite(accelerations)
+        if not bounded.any():
             return cls()
-        most = float(accelerations.max())
-        return cls(acceleration=most, scales=most / accelerations)
+        most = float(accelerations[bounded].max())
+        # Joints without a limit get one that none of them ever needs.
+        return cls(acceleration=most, scales=most / np.minimum(accelerations, BEYOND * most))
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,6 +88,8 @@ class Pacing:
             there ``(K,)``.
         before: the timing that was slowed down, if there was one.
         good: intervals that it kept, and that have forces in between ``(K,)``.
+        rests: how long the motion rests before each interval ``(K,)`` [s]; the timing itself does
+            not count it.
     """
 
     plan: Plan
@@ -95,6 +104,7 @@ class Pacing:
     even: BoolArray
     before: ForceTiming | None
     good: BoolArray
+    rests: FloatArray
 
     @classmethod
     def of(
@@ -139,7 +149,7 @@ class Pacing:
             dynamics = path_dynamics(robot, values, first, second, *ground.at(places.piece))
         unknown = np.zeros(len(grid.piece), dtype=np.bool_)
         return cls(plan, course, grid, places, states, promised, ground, dynamics, timing, even,
-                   None, unknown)  # fmt: skip
+                   None, unknown, np.zeros(len(grid.piece)))  # fmt: skip
 
     def fastest(self) -> tuple[PacedCourse, ForceTiming | None]:
         """The course with its fastest timing, and what was learnt of forces for it.
@@ -149,11 +159,7 @@ class Pacing:
         """
         if self.promised is None or self.dynamics is None:
             return self._paced(*self._fastest_of_joints()), None
-        grid, places = self.grid, self.places
-        intervals = PathIntervals(
-            begin=places.begin, end=places.end, lengths=grid.end - grid.begin,
-            standing=self.course.standing[grid.piece], first=grid.first, even=self.even,
-        )  # fmt: skip
+        grid, intervals = self.grid, self.intervals
         limits = tightened(self.promised, PLANNED_SHARE)
         found = fastest_with_forces(
             self.course.robot, self.dynamics, intervals, limits, self.timing, self.before
@@ -163,6 +169,20 @@ class Pacing:
             ground = self.ground.at(grid.piece[[place]])
             raise no_motion(self.course, grid, place, self._phase(place), limits, ground)
         return self._paced(found.begin, found.end), found
+
+    @property
+    def intervals(self) -> PathIntervals:
+        """The intervals, with the feet that stand on them."""
+        grid, places = self.grid, self.places
+        return PathIntervals(
+            begin=places.begin, end=places.end, lengths=grid.end - grid.begin,
+            standing=self.course.standing[grid.piece], first=grid.first, even=self.even,
+        )  # fmt: skip
+
+    def clock(self, begin: FloatArray, end: FloatArray) -> CourseClock:
+        """Times of a timing with these squared speeds at both ends of the intervals ``(K,)``."""
+        standing = self.course.standing[self.grid.piece]
+        return CourseClock.of(self.grid, standing, (begin, end), self.rests)
 
     def squares(self, motion: PacedCourse) -> FloatArray:
         """Squared speeds of a motion at all places ``(N,)`` [1/s^2]."""
@@ -249,9 +269,15 @@ class Pacing:
         """Intervals not known to be good that have no forces in between ``(K,)``."""
         out = np.zeros(len(self.good), dtype=np.bool_)
         if self.dynamics is not None:
-            own = np.flatnonzero(~self.good & bent(motion, self.places, self.dynamics))
+            looked, most = bent(motion, self.places, self.dynamics), self.timing.most
+            if most is not None:
+                # Between two places a largest force is not the mean of what it is at both.
+                looked = looked | (most[self.places.begin] < np.inf).any(axis=1)
+            own = np.flatnonzero(~self.good & looked)
+            clock = self.clock(motion.begin, motion.end)
+            spans = clock.in_motion(motion.times[:-1] / motion.stretch)
             ground = self.ground.at(self.grid.piece[own])
-            out[own] = without_forces(motion, path, own, limits, ground)
+            out[own] = without_forces(motion, path, own, limits, spans, ground)
         return out
 
     def _phase(self, interval: int) -> Phase:

@@ -39,7 +39,7 @@ def no_motion(
     )
     forces = solve_forces(problem)
     conflicts, worst = forces.conflicts(0), forces.worst()
-    way_out = WAY_OUT
+    way_out = WAY_OUT if limits.transfer_time == 0.0 else f"{WAY_OUT}, or a shorter transfer_time"
     if conflicts:
         how = f"not even at rest: {'; '.join(conflicts)}"
     elif worst is not None:

@@ -20,6 +20,9 @@ PLANNED_SHARE = 0.02
 for what happens between them. The certificate judges every plan anew."""
 MIDDLE_SHARE = 0.005
 """The same between two places: what exceeds that is timed anew."""
+SHARE_OF_WEIGHT = 0.1
+"""What is kept back of normal forces for each share of the other limits, as a share of the
+weight."""
 
 
 def tightened(limits: ForceLimits, share: float) -> ForceLimits:
@@ -35,8 +38,8 @@ def tightened(limits: ForceLimits, share: float) -> ForceLimits:
     return replace(
         limits,
         friction=max(left * limits.friction, LEAST_SHARE),
-        reserve=min(limits.reserve + 0.1 * share, LARGEST_RESERVE),
-        reserve_on_four=min(on_four + 0.1 * share, LARGEST_RESERVE_ON_FOUR),
+        reserve=min(limits.reserve + SHARE_OF_WEIGHT * share, LARGEST_RESERVE),
+        reserve_on_four=min(on_four + SHARE_OF_WEIGHT * share, LARGEST_RESERVE_ON_FOUR),
         torque_share=max(left * limits.torque_share, LEAST_SHARE),
         speed_share=max(left * limits.speed_share, LEAST_SHARE),
     )

@@ -18,6 +18,7 @@ from gaitopt.plan.zmp_margin import with_zmp_margins
 from gaitopt.retiming.paced import PacedCourse
 from gaitopt.retiming.pacing import OtherLimits
 from gaitopt.retiming.rounds import paced
+from gaitopt.retiming.transfers import rested
 
 BY_TIMING = ("joint velocity", "speed")
 """Kinds of limits of phases that belong to a plan's old timing."""
@@ -102,8 +103,9 @@ def timed(
     Raises:
         InfeasibleStepError, SolverError: as :func:`retimed` does.
     """
-    motion, path = paced(plan, limits, others, rounding)
-    return replace(plan, path=path, phases=_phases(plan, motion, path))
+    motion, path, rests = paced(plan, limits, others, rounding)
+    moving = replace(plan, path=path, phases=_phases(plan, motion, path))
+    return rested(moving, motion, rests)
 
 
 def _other_limits(plan: Plan) -> OtherLimits:

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from gaitopt.conventions import FloatArray
 from gaitopt.dynamics.contacts import ForceLimits
 from gaitopt.dynamics.torque_limits import torque_lines
 from gaitopt.errors import InfeasibleStepError
@@ -15,6 +16,7 @@ from gaitopt.motion.retiming import legs_needed_stretch
 from gaitopt.plan.plan import Plan
 from gaitopt.retiming.paced import PacedCourse
 from gaitopt.retiming.pacing import OtherLimits, Pacing
+from gaitopt.retiming.transfers import with_transfers
 
 STRETCH_RESERVE = 1e-6
 """Share of time that is added where a motion is stretched, so that rounding exceeds no limit."""
@@ -30,8 +32,12 @@ MOST_ROUNDS = 5
 
 def paced(
     plan: Plan, promised: ForceLimits | None, others: OtherLimits, rounding: float
-) -> tuple[PacedCourse, MotionPath]:
+) -> tuple[PacedCourse, MotionPath, FloatArray]:
     """A plan's course at the highest speed that forces, torques and joints allow, and its path.
+
+    Returns:
+        The motion, its path, and how long it is to rest before each of its intervals ``(K,)`` [s],
+        which neither of them counts.
 
     Args:
         plan, promised, others, rounding: as in :meth:`Pacing.of`.
@@ -41,7 +47,7 @@ def paced(
         SolverError: feet leave their course however short the intervals are, or between the places
             of the grid there are no forces.
     """
-    pacing = near_its_speeds(Pacing.of(plan, promised, others, rounding))
+    pacing = with_transfers(near_its_speeds(Pacing.of(plan, promised, others, rounding)))
     for _ in range(MOST_ROUNDS):
         motion, found = pacing.fastest()
         path = motion.path()
@@ -58,9 +64,9 @@ def paced(
         robot, path, 0.0, velocities, accelerations[robot.leg_joint_columns], 1
     )
     if needed <= 1.0:
-        return motion, path
+        return motion, path, pacing.rests
     factor = needed * (1.0 + STRETCH_RESERVE)
-    return replace(motion, stretch=factor), stretched(path, factor)
+    return replace(motion, stretch=factor), stretched(path, factor), pacing.rests
 
 
 def near_its_speeds(pacing: Pacing) -> Pacing:

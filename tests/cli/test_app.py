@@ -17,7 +17,8 @@ from typer.testing import CliRunner, Result
 import gaitopt
 from gaitopt import Plan
 from gaitopt.cli.app import app
-from gaitopt.cli.options import FRICTIONS
+from gaitopt.cli.options import FRICTIONS, LONGEST_TRANSFER
+from gaitopt.cli.support import force_limits
 
 Command = Callable[..., Result]
 ErrorOf = Callable[..., str]
@@ -328,3 +329,17 @@ def test_the_range_of_friction_is_the_one_of_its_limits(command: Command) -> Non
         for name in ("walk", "verify"):
             refused = command(name, "--friction", str(beyond))
             assert refused.exit_code == 2 and "--friction" in refused.output
+
+
+def test_the_longest_transfer_time_is_the_one_of_its_limits(command: Command) -> None:
+    assert force_limits(None, LONGEST_TRANSFER) == gaitopt.ForceLimits(transfer_time=10.0)
+    with pytest.raises(gaitopt.InputError, match="transfer_time must be a number from"):
+        gaitopt.ForceLimits(transfer_time=1.01 * LONGEST_TRANSFER)
+    refused = command("walk", "--transfer-time", str(1.01 * LONGEST_TRANSFER))
+    assert refused.exit_code == 2 and "--transfer-time" in refused.output
+
+
+def test_a_transfer_time_leaves_the_usual_friction_of_each_objective() -> None:
+    assert force_limits(None) is None
+    assert force_limits(None, 0.1, "margin") == gaitopt.ForceLimits(friction=0.3, transfer_time=0.1)
+    assert force_limits(0.5, 0.1, "margin") == gaitopt.ForceLimits(friction=0.5, transfer_time=0.1)

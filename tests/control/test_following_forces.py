@@ -81,6 +81,21 @@ def test_the_planned_forces_make_the_motion_within_the_limits(
     assert (along[standing] <= 0.6 * normal[standing] * (1.0 + 1e-6)).all()
 
 
+def test_planned_forces_hand_loads_over_in_the_time_that_the_plan_promises(a1_walk: Plan) -> None:
+    """Also while the clock stands still: there loads go over, too."""
+    time = 0.1
+    plan = gaitopt.retimed(a1_walk, ForceLimits(transfer_time=time))
+    reference = build_reference(plan, ControlGains.for_plan(plan), DT)
+    standing, normal = reference.standing, reference.forces[..., 2] / (9.81 * plan.robot.mass)
+    # Changes are seen at ticks, which are up to one off.
+    for leg in range(4):
+        for tick in np.flatnonzero(np.diff(standing[:, leg].astype(int))) + 1:
+            ticks = np.arange(len(standing))
+            near = DT * np.where(ticks < tick, tick - ticks, ticks + 1 - tick)
+            assert (normal[:, leg] <= 0.07 + (near + DT) / time + 1e-6).all()
+    assert (normal[standing] >= 0.01 - 1e-6).all()
+
+
 def test_with_full_loads_they_are_the_smoothest_forces(a1_walk: Plan) -> None:
     limits = a1_walk.settings.promised_forces
     assert limits is not None

@@ -31,6 +31,8 @@ BALANCE = "balance"
 """The limit of a gait for whose body no path has contact forces."""
 KINEMATIC = ("velocity", "acceleration", "reach", "position")
 """Kinds of limits on joints and legs; all other kinds are those of contact forces."""
+SHORTER = "a shorter transfer_time, a larger duty factor, "
+"""What helps where feet that change at one instant cannot hand over their loads."""
 POSITION_TOLERANCE = 1e-9
 """By how much a joint may be beyond a position limit, for rounding [rad]."""
 
@@ -101,10 +103,10 @@ def find_violations(
     found = _positions(motion, path)
     limits = robot.velocity_limits
     found += _derivatives(path, 1, limits, robot.joint_names, "velocity", "rad/s")
-    if settings.acceleration_limit is not None:
-        most = np.full(len(robot.joint_names), settings.acceleration_limit)
+    most = settings.joint_accelerations(robot)
+    if np.isfinite(most).any():
         found += _derivatives(path, 2, most, robot.joint_names, "acceleration", "rad/s^2")
-        jumps = path.jumps(1)[:, BASE_COLUMNS:]
+        jumps = np.where(np.isfinite(most), path.jumps(1)[:, BASE_COLUMNS:], 0.0)
         if jumps.size and jumps.max() > VELOCITY_JUMP:
             knot, joint = np.unravel_index(int(jumps.argmax()), jumps.shape)
             found.append(
@@ -200,9 +202,11 @@ def explain(
             else "stepping on the spot works, and a hundred thousandth of the velocity does not"
         )
     elif not kinematic:
+        jumps = settings.forces is None or settings.forces.transfer_time == 0.0
         way = (
             "stepping on the spot does not work either: take another cycle or gait, a longer lead, "
-            'more friction or torque, less reserve, or timing="velocity"'
+            f"more friction or torque, less reserve, {'' if jumps else SHORTER}or "
+            'timing="velocity"'
         )
     elif cycle is not None:
         way = (
