@@ -40,23 +40,37 @@ def rpy_derivatives(rpy: ArrayLike) -> tuple[FloatArray, FloatArray]:
         roll), (roll, pitch), (roll, yaw), (pitch, pitch), (pitch, yaw) and (yaw, yaw)
         ``(6, ..., 3, 3)``.
     """
-    factors = [_about(axis, angle) for axis, angle in enumerate(_columns(rpy))]
-    (x, dx, ddx), (y, dy, ddy), (z, dz, ddz) = factors
-    zy, yx = z @ y, y @ x
-    first = np.stack([zy @ dx, z @ dy @ x, dz @ yx])
-    second = np.stack([zy @ ddx, z @ dy @ dx, dz @ (y @ dx), z @ ddy @ x, dz @ (dy @ x), ddz @ yx])
+    roll, pitch, yaw = _columns(rpy)
+    (cr, cp, cy), (sr, sp, sy) = (
+        [f(angle) for angle in (roll, pitch, yaw)] for f in (np.cos, np.sin)
+    )
+    matrix = _matrices(rpy_matrix_rows(roll, pitch, yaw))
+    by_pitch = _matrices([[-cy * sp, cy * cp * sr, cy * cp * cr],
+                          [-sy * sp, sy * cp * sr, sy * cp * cr],
+                          [-cp, -sp * sr, -sp * cr]])  # fmt: skip
+    by_roll = _by_roll(matrix)
+    first = np.stack([by_roll, by_pitch, _by_yaw(matrix)])
+    # Of Ry, which stands between the others, the second derivative is -Ry but for the y axis.
+    twice = -matrix
+    for row, of_yaw in enumerate((-sy, cy)):
+        twice[..., row, 1] += of_yaw * cr
+        twice[..., row, 2] -= of_yaw * sr
+    second = np.stack([_by_roll(by_roll), _by_roll(by_pitch), _by_yaw(by_roll), twice,
+                       _by_yaw(by_pitch), _by_yaw(first[2])])  # fmt: skip
     return first, second
 
 
-def _about(axis: int, angle: FloatArray) -> FloatArray:
-    """Rotation by ``angle (...)`` about a coordinate axis, and two derivatives of it."""
-    i, j = (axis + 1) % 3, (axis + 2) % 3
-    s, c = np.sin(angle), np.cos(angle)
-    out = np.zeros((3, *angle.shape, 3, 3))
-    out[0, ..., axis, axis] = 1.0
-    for k, (sine, cosine) in enumerate(((s, c), (c, -s), (-s, -c))):
-        out[k, ..., i, i] = out[k, ..., j, j] = cosine
-        out[k, ..., i, j], out[k, ..., j, i] = -sine, sine
+def _by_roll(matrix: FloatArray) -> FloatArray:
+    """Derivative by the roll of ``... Rx(roll)``: the columns y and z turn."""
+    out = np.zeros_like(matrix)
+    out[..., 1], out[..., 2] = matrix[..., 2], -matrix[..., 1]
+    return out
+
+
+def _by_yaw(matrix: FloatArray) -> FloatArray:
+    """Derivative by the yaw of ``Rz(yaw) ...``: the rows x and y turn."""
+    out = np.zeros_like(matrix)
+    out[..., 0, :], out[..., 1, :] = -matrix[..., 1, :], matrix[..., 0, :]
     return out
 
 

@@ -18,7 +18,6 @@ from gaitopt.optimize.route.legs import (
     BODY,
     JOINTS,
     ORIENTATION,
-    POSE,
     LegKinematics,
     add_second_derivatives,
 )
@@ -27,12 +26,39 @@ from gaitopt.robots.rotations import rpy_to_matrix
 from gaitopt.robots.whole_body import zero_configuration
 
 
+class LegMoments(NamedTuple):
+    """First moments of four legs about their hips, in parts, each ``(K, 4)`` [m].
+
+    ``Ry(thigh) B`` and ``Ry(thigh + knee) C`` have a forward and an upward part. By their angles
+    these become upward and minus forward.
+
+    Attributes:
+        sine, cosine: of the roll angle.
+        forward, up: of both terms ``(2, K, 4)``.
+        moment: the whole sum before the roll, x, y and z ``(3, K, 4)``.
+    """
+
+    sine: FloatArray
+    cosine: FloatArray
+    forward: FloatArray
+    up: FloatArray
+    moment: FloatArray
+
+    @property
+    def rolled(self) -> FloatArray:
+        """The sum after the roll ``(K, 4, 3)``."""
+        x, y, z = self.moment
+        rows = x, self.cosine * y - self.sine * z, self.sine * y + self.cosine * z
+        return np.stack(rows, axis=-1)
+
+
 class ComDerivatives(NamedTuple):
     """The COM at many poses, with its first derivatives.
 
     Attributes:
         com: in the frame of the poses ``(K, 3)`` [m].
         com_by_pose: ``(K, 3, 9)``.
+        moments: of the legs.
         in_body: from the body centre, in the body frame ``(K, 3)`` [m].
         in_body_by_joints: ``(K, 3, 12)`` [m/rad].
         in_body_by_pose: ``(K, 3, 9)``.
@@ -40,6 +66,7 @@ class ComDerivatives(NamedTuple):
 
     com: FloatArray
     com_by_pose: FloatArray
+    moments: LegMoments
     in_body: FloatArray
     in_body_by_joints: FloatArray
     in_body_by_pose: FloatArray
@@ -105,9 +132,8 @@ class MassDistribution:
     def com(self, poses: FloatArray, joints: FloatArray) -> FloatArray:
         """The COM ``(K, 3)`` [m] at ``poses (K, 9)`` with ``joints (K, 4, 3)`` [rad]."""
         rotation = rpy_to_matrix(poses[:, ORIENTATION])
-        return np.asarray(
-            poses[:, BODY] + np.einsum("Kij,Kj->Ki", rotation, self.com_in_body(joints))
-        )
+        turned = (rotation @ self.com_in_body(joints)[:, :, None])[..., 0]
+        return np.asarray(poses[:, BODY] + turned)
 
     def com_in_body(self, joints: FloatArray) -> FloatArray:
         """The COM from the body centre, in the body frame ``(K, 3)`` [m].
@@ -115,8 +141,7 @@ class MassDistribution:
         Args:
             joints: ``(K, 4, 3)`` [rad].
         """
-        moments = _rolled(joints[..., 0] * self.signs[:, 0], self._before_roll(joints)[0])[0]
-        return np.asarray(np.einsum("lij,Klj->Ki", self.axes, moments) + self.body)
+        return self._in_body(self._moments(joints))
 
     def derivatives(
         self, poses: FloatArray, kinematics: LegKinematics, joints_by_pose: FloatArray
@@ -128,14 +153,16 @@ class MassDistribution:
             kinematics: at these poses.
             joints_by_pose: derivative of all joints by the pose ``(K, 12, 9)``.
         """
-        rotations, joints = kinematics.rotations, kinematics.joints
-        in_body, by_joints = self.com_in_body(joints), self._by_joints(joints)
+        rotations, moments = kinematics.rotations, self._moments(kinematics.joints)
+        in_body, by_joints = self._in_body(moments), self._by_joints(moments)
         in_body_by_pose = by_joints @ joints_by_pose
         by_pose = rotations.matrix @ in_body_by_pose
         by_pose[:, range(3), range(3)] += 1.0
-        by_pose[:, :, ORIENTATION] += np.einsum("aKij,Kj->Kia", rotations.first, in_body)
-        com = poses[:, BODY] + np.einsum("Kij,Kj->Ki", rotations.matrix, in_body)
-        return ComDerivatives(com, by_pose, in_body, by_joints, in_body_by_pose)
+        if rotations.first is not None:
+            turned = (rotations.first @ in_body[:, :, None])[..., 0]
+            by_pose[:, :, ORIENTATION] += np.moveaxis(turned, 0, 2)
+        com = poses[:, BODY] + (rotations.matrix @ in_body[:, :, None])[..., 0]
+        return ComDerivatives(com, by_pose, moments, in_body, by_joints, in_body_by_pose)
 
     def joint_weights(
         self, kinematics: LegKinematics, com: ComDerivatives, weights: FloatArray
@@ -146,99 +173,93 @@ class MassDistribution:
             kinematics, com: at the poses.
             weights: ``(K, 3)``.
         """
-        in_body = np.einsum("Kji,Kj->Ki", kinematics.rotations.matrix, weights)
-        return np.asarray(np.einsum("Kij,Ki->Kj", com.in_body_by_joints, in_body).reshape(-1, 4, 3))
+        in_body = _in_body(kinematics, weights)
+        return np.asarray((in_body[:, None] @ com.in_body_by_joints).reshape(-1, 4, 3))
 
-    def hessian(
-        self,
-        kinematics: LegKinematics,
-        joints_by_pose: FloatArray,
-        com: ComDerivatives,
-        weights: FloatArray,
+    def joint_hessian(
+        self, kinematics: LegKinematics, com: ComDerivatives, weights: FloatArray
     ) -> FloatArray:
-        """Second derivative by the pose of ``weights . com``, a part of it ``(K, 9, 9)``.
-
-        Missing is the part that the joints' own second derivative contributes. It is
-        :meth:`StackedLegs.hessian` with the weights of :meth:`joint_weights`.
+        """Second derivative by the joints of ``weights . com``, body at rest ``(K, 4, 3, 3)``.
 
         Args:
-            kinematics, joints_by_pose, com: at the poses.
+            kinematics, com: at the poses.
+            weights: ``(K, 3)``.
+        """
+        s, c, forward, up, (_, my, mz) = com.moments
+        x, y, z = self._in_leg_frames(_in_body(kinematics, weights))
+        sideways, upward = c * y + s * z, s * y - c * z
+        out = np.empty((*s.shape, 3, 3))
+        out[..., 0, 0] = -(my * sideways - mz * upward)
+        out[..., 0, 1] = out[..., 1, 0] = forward.sum(axis=0) * sideways
+        out[..., 0, 2] = out[..., 2, 0] = forward[1] * sideways
+        out[..., 1, 1] = up.sum(axis=0) * upward - forward.sum(axis=0) * x
+        out[..., 1, 2] = out[..., 2, 1] = out[..., 2, 2] = up[1] * upward - forward[1] * x
+        return np.asarray(out * (self.signs[:, :, None] * self.signs[:, None, :]))
+
+    def add_orientation(
+        self, hessian: FloatArray, kinematics: LegKinematics, com: ComDerivatives,
+        weights: FloatArray,
+    ) -> None:  # fmt: skip
+        """Add what turning the body does to the second derivative of ``weights . com`` by the pose.
+
+        Args:
+            hessian: ``(K, 9, 9)``; is changed.
+            kinematics, com: at the poses.
             weights: ``(K, 3)``.
         """
         rotations = kinematics.rotations
-        in_body = np.einsum("Kji,Kj->Ki", rotations.matrix, weights)
-        by_leg = joints_by_pose.reshape(len(weights), 4, 3, POSE)
-        joint_hessian = self._joint_hessian(kinematics.joints, in_body)
-        out = (np.swapaxes(by_leg, 2, 3) @ (joint_hessian @ by_leg)).sum(axis=1)
+        if rotations.first is None or rotations.second is None:
+            return
         # By an angle of the body and anything that moves the COM in the body.
-        mixed = np.einsum("aKij,Ki->Kaj", rotations.first, weights) @ com.in_body_by_pose
-        out[:, ORIENTATION] += mixed
-        out[:, :, ORIENTATION] += np.swapaxes(mixed, 1, 2)
-        add_second_derivatives(out, [
-            np.einsum("Ki,Kij,Kj->K", weights, second, com.in_body) for second in rotations.second
-        ])  # fmt: skip
-        return np.asarray(out)
+        turned = np.moveaxis((weights[:, None] @ rotations.first)[:, :, 0], 0, 1)
+        mixed = turned @ com.in_body_by_pose
+        hessian[:, ORIENTATION] += mixed
+        hessian[:, :, ORIENTATION] += np.swapaxes(mixed, 1, 2)
+        both = (weights[:, :, None] * com.in_body[:, None]).reshape(len(weights), 9)
+        second = rotations.second.reshape(len(rotations.second), -1, 9)
+        add_second_derivatives(hessian, (second * both).sum(axis=2))
 
-    def _before_roll(self, joints: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """``A + Ry(thigh) B + Ry(thigh + knee) C``, and derivatives of its last two terms.
-
-        Returns:
-            The sum ``(K, 4, 3)``; the first and the second derivative of the terms with B and C by
-            the angle in each ``(2, K, 4, 3)``.
-        """
-        thigh = joints[..., 1] * self.signs[:, 1]
-        angles = np.stack([thigh, thigh + joints[..., 2] * self.signs[:, 2]])
+    def _moments(self, joints: FloatArray) -> LegMoments:
+        """The legs' moments at ``joints (K, 4, 3)`` [rad]."""
+        roll, thigh, knee = np.moveaxis(joints * self.signs, -1, 0)
+        angles = np.stack([thigh, thigh + knee])
         s, c = np.sin(angles), np.cos(angles)
-        x, y, z = np.moveaxis(self.parts[1:, None], -1, 0)
+        x, z = self.parts[1:, None, :, 0], self.parts[1:, None, :, 2]
         forward, up = c * x + s * z, c * z - s * x
-        zero = np.zeros_like(forward)
-        terms = np.stack([forward, y + zero, up], axis=-1)
-        first = np.stack([up, zero, -forward], axis=-1)
-        second = -np.stack([forward, zero, up], axis=-1)
-        return self.parts[0] + terms.sum(axis=0), first, second
+        moment = np.stack([
+            self.parts[0, :, 0] + forward.sum(axis=0),
+            np.broadcast_to(self.parts[:, :, 1].sum(axis=0), roll.shape),
+            self.parts[0, :, 2] + up.sum(axis=0),
+        ])  # fmt: skip
+        return LegMoments(np.sin(roll), np.cos(roll), forward, up, moment)
 
-    def _by_joints(self, joints: FloatArray) -> FloatArray:
+    def _in_body(self, moments: LegMoments) -> FloatArray:
+        """The COM from the body centre, in the body frame ``(K, 3)`` [m]."""
+        rolled = moments.rolled
+        flat = np.moveaxis(self.axes, 1, 2).reshape(JOINTS, 3)
+        return np.asarray(rolled.reshape(len(rolled), JOINTS) @ flat + self.body)
+
+    def _by_joints(self, moments: LegMoments) -> FloatArray:
         """Derivative of :meth:`com_in_body` by the joints ``(K, 3, 12)``."""
-        roll = joints[..., 0] * self.signs[:, 0]
-        moment, (thigh, knee), _ = self._before_roll(joints)
-        by_angle = np.stack(
-            [_rolled(roll, moment)[1], _rolled(roll, thigh + knee)[0], _rolled(roll, knee)[0]],
-            axis=-1,
-        )
+        s, c, forward, up, (_, my, mz) = moments
+        both_forward, both_up = forward.sum(axis=0), up.sum(axis=0)
+        by_angle = np.zeros((*s.shape, 3, 3))
+        by_angle[..., 1, 0], by_angle[..., 2, 0] = -s * my - c * mz, c * my - s * mz
+        for column, (f, u) in enumerate(((both_forward, both_up), (forward[1], up[1])), start=1):
+            by_angle[..., 0, column] = u
+            by_angle[..., 1, column], by_angle[..., 2, column] = s * f, -c * f
         out = self.axes @ (by_angle * self.signs[:, None])
-        return np.asarray(np.moveaxis(out, 1, 2).reshape(len(joints), 3, JOINTS))
+        return np.asarray(np.moveaxis(out, 1, 2).reshape(len(s), 3, JOINTS))
 
-    def _joint_hessian(self, joints: FloatArray, weights: FloatArray) -> FloatArray:
-        """Second derivative by the joints of ``weights . com_in_body`` ``(K, 4, 3, 3)``.
-
-        Args:
-            joints: ``(K, 4, 3)`` [rad].
-            weights: in the body frame ``(K, 3)``.
-        """
-        roll = joints[..., 0] * self.signs[:, 0]
-        moment, (thigh, knee), (thigh_2, knee_2) = self._before_roll(joints)
-        in_leg_frames = np.einsum("lji,Kj->Kli", self.axes, weights)
-        entries = [
-            _rolled(roll, moment)[2],
-            _rolled(roll, thigh + knee)[1],
-            _rolled(roll, knee)[1],
-            _rolled(roll, thigh_2 + knee_2)[0],
-            _rolled(roll, knee_2)[0],
-        ]
-        a, b, c, d, e = ((entry * in_leg_frames).sum(axis=-1) for entry in entries)
-        rows = [np.stack(row, axis=-1) for row in ((a, b, c), (b, d, e), (c, e, e))]
-        return np.asarray(
-            np.stack(rows, axis=-2) * (self.signs[:, :, None] * self.signs[:, None, :])
-        )
+    def _in_leg_frames(self, vectors: FloatArray) -> FloatArray:
+        """x, y and z of vectors ``(K, 3)`` of the body frame in the leg frames ``(3, K, 4)``."""
+        flat = np.moveaxis(self.axes, 1, 2).reshape(JOINTS, 3)
+        return np.moveaxis((vectors @ flat.T).reshape(-1, len(LEGS), 3), -1, 0)
 
 
-def _rolled(angle: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """``Rx(angle) v`` and its first two derivatives by the angle."""
-    s, c = np.sin(angle), np.cos(angle)
-    y, z = c * v[..., 1] - s * v[..., 2], s * v[..., 1] + c * v[..., 2]
-    zero = np.zeros_like(y)
-    return (np.stack([v[..., 0] + zero, y, z], axis=-1), np.stack([zero, -z, y], axis=-1),
-            -np.stack([zero, y, z], axis=-1))  # fmt: skip
+def _in_body(kinematics: LegKinematics, vectors: FloatArray) -> FloatArray:
+    """Vectors ``(K, 3)`` of the world in the body frame."""
+    return np.asarray((vectors[:, None] @ kinematics.rotations.matrix)[:, 0])
 
 
 @dataclass(frozen=True, eq=False)

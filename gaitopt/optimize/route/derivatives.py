@@ -11,7 +11,7 @@ import numpy as np
 
 from gaitopt.conventions import FloatArray
 from gaitopt.optimize.route.layout import RouteLayout
-from gaitopt.optimize.route.legs import JOINTS
+from gaitopt.optimize.route.legs import JOINTS, ORIENTATION
 
 
 class RouteLinearisation:
@@ -27,19 +27,21 @@ class RouteLinearisation:
         """Derive at the unknowns ``x (n,)``."""
         self._problem = problem
         self._poses, times = problem.unpack(x)
-        self._kinematics = problem.legs.kinematics(self._poses, problem.feet, problem.swing)
+        level = not np.isin(problem.free_columns, range(ORIENTATION.start, ORIENTATION.stop)).any()
+        self._kinematics = problem.legs.kinematics(self._poses, problem.feet, problem.swing, level)
         joints = self._kinematics.joints.reshape(-1, JOINTS)
-        self.values = problem.row_values(self._poses, times, joints)
         self._all_joints_by_pose = self._kinematics.joints_by_pose()
         # By the entries of the poses that may be unknown: (K, 12, c) and (M, c).
         self._joints_by_pose = self._all_joints_by_pose[:, :, problem.free_columns]
-        rows_by_pose = problem.rows.by_pose(self._poses)
+        rows_by_pose, com = problem.rows.by_pose(self._poses), None
         if problem.com is not None:
             self._com = problem.com.masses.derivatives(
                 self._poses, self._kinematics, self._all_joints_by_pose
             )
             com_rows = problem.com.by_pose(self._com)
             rows_by_pose = np.concatenate([rows_by_pose, com_rows])[problem.row_order]
+            com = self._com.com
+        self.values = problem.row_values(self._poses, times, joints, com)
         self._rows_by_pose = rows_by_pose[:, problem.free_columns]
 
     def jacobian_transpose_times(self, v: FloatArray) -> FloatArray:
@@ -150,5 +152,7 @@ class RouteLinearisation:
         on_com = p.com.com_weights(unsorted[len(p.rows.knot) :], p.knots)
         masses = p.com.masses
         joint_weights = joint_weights + masses.joint_weights(kinematics, self._com, on_com)
-        out = masses.hessian(kinematics, self._all_joints_by_pose, self._com, on_com)
-        return np.asarray(out + p.legs.hessian(kinematics, joint_weights))
+        of_joints = masses.joint_hessian(kinematics, self._com, on_com)
+        out = p.legs.hessian(kinematics, joint_weights, of_joints)
+        masses.add_orientation(out, kinematics, self._com, on_com)
+        return out

@@ -105,11 +105,12 @@ class DynamicRouteLinearisation(RouteLinearisation):
         p = self._problem
         scales = p.split_dynamic(scale)
         single = p.split(scales.static)
-        blocks = PlaceBlocks.empty(p.knots)
+        blocks = PlaceBlocks.empty(p.knots, joints=True)
         blocks.add_accelerations(self._changes, scales.accelerations, self._acceleration_limits)
         blocks.add_velocities(scales.velocities[:, :-1], self._velocity_limits)
-        blocks.joints[0][p.fixed_knots :, p.used_limits[0]] += single.position_low
-        blocks.joints[0][p.fixed_knots :, p.used_limits[1]] += single.position_high
+        positions = single.position_low, single.position_high
+        for used, position in zip(p.used_limits, positions, strict=True):
+            blocks.add_positions(p.fixed_knots, used, position)
         rows = p.zmp_by_knot.padded(self._zmp_by_local)
         weights = p.zmp_by_knot.padded(scales.zmp)
         blocks.add_local(np.swapaxes(rows, 1, 2) @ (weights[:, :, None] * rows))
@@ -130,7 +131,7 @@ class DynamicRouteLinearisation(RouteLinearisation):
         own = own[:, columns][:, :, columns]
         squares = p.rows_by_knot.padded(on_single[:, None] * p.row_squares).sum(axis=1)
         own[:, range(len(columns)), range(len(columns))] += squares
-        blocks = PlaceBlocks.empty(p.knots)
+        blocks = PlaceBlocks.empty(p.knots, joints=False)
         blocks.add_curvature(self._changes, self._on_velocities(weights))
         blocks.add_local(self._products(weights.zmp))
         return p.place_band.matrix(blocks.by_poses(self._joints_by_pose, p.body_axes, own))

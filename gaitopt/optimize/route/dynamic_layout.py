@@ -178,7 +178,10 @@ class DynamicLayout(RouteLayout):
         before = rest if self.entry is None else self.entry.velocity[None]
         return np.diff(np.concatenate([before, velocity, rest]), axis=0)
 
-    def row_values(self, poses: FloatArray, times: FloatArray, joints: FloatArray) -> FloatArray:
+    def row_values(
+        self, poses: FloatArray, times: FloatArray, joints: FloatArray,
+        com: FloatArray | None = None,
+    ) -> FloatArray:  # fmt: skip
         """Values of all rows ``(m,)``.
 
         Rows with a time in them are counted in time units, so that all are of like size.
@@ -187,9 +190,10 @@ class DynamicLayout(RouteLayout):
             poses: of all knots ``(K, 9)``.
             times: spans of all knots but the last ``(K - 1,)`` [s].
             joints: at the poses ``(K, 12)`` [rad].
+            com: the centre of mass there ``(K, 3)`` [m], if it is known.
         """
         between, spans = interval_times(times), np.append(times, times[-1])
-        static = super().row_values(poses, between, joints)
+        static = super().row_values(poses, between, joints, com)
         count = (self.knots - 1) * JOINTS
         other_limits = self.interval_velocity_limits - self.velocity_limits
         static[: 2 * count] += (other_limits * between[:, None]).ravel()

@@ -219,20 +219,25 @@ class RouteLayout:
         number = self.numbering.poses
         return np.asarray(np.where(number >= 0, x[np.maximum(number, 0)], fixed))
 
-    def row_values(self, poses: FloatArray, times: FloatArray, joints: FloatArray) -> FloatArray:
+    def row_values(
+        self, poses: FloatArray, times: FloatArray, joints: FloatArray,
+        com: FloatArray | None = None,
+    ) -> FloatArray:  # fmt: skip
         """Values of all rows ``(m,)``, in the order of :class:`RowParts`.
 
         Args:
             poses: of all knots ``(K, 9)``.
             times: of all intervals ``(K - 1,)`` [s].
             joints: at the poses ``(K, 12)`` [rad].
+            com: the centre of mass there ``(K, 3)`` [m], if it is known.
         """
         turned, limit = np.diff(joints, axis=0), self.velocity_limits * times[:, None]
         late = joints[self.fixed_knots :]
         low, high = self.used_limits
         single = self.rows.values(poses)
         if self.com is not None:
-            com = self.com.masses.com(poses, joints.reshape(-1, 4, 3))
+            if com is None:
+                com = self.com.masses.com(poses, joints.reshape(-1, 4, 3))
             single = np.concatenate([single, self.com.values(com)])[self.row_order]
         return np.concatenate([
             (limit - turned).ravel(), (limit + turned).ravel(),

@@ -55,18 +55,23 @@ class Rotations(NamedTuple):
 
     Attributes:
         matrix: ``(K, 3, 3)``.
-        first: by each of the angles ``(3, K, 3, 3)``.
+        first: by each of the angles ``(3, K, 3, 3)``; ``None`` where they are fixed.
         second: by each pair of angles ``(6, K, 3, 3)``, in the order of :data:`ANGLE_PAIRS`.
     """
 
     matrix: FloatArray
-    first: FloatArray
-    second: FloatArray
+    first: FloatArray | None = None
+    second: FloatArray | None = None
 
     @classmethod
-    def of(cls, angles: FloatArray) -> Rotations:
-        """Of roll, pitch and yaw ``(K, 3)`` [rad]."""
-        return cls(rpy_to_matrix(angles), *rpy_derivatives(angles))
+    def of(cls, angles: FloatArray, fixed: bool = False) -> Rotations:
+        """Of roll, pitch and yaw ``(K, 3)`` [rad].
+
+        Args:
+            angles: the angles.
+            fixed: whether nothing is to be derived by them.
+        """
+        return cls(rpy_to_matrix(angles), *(() if fixed else rpy_derivatives(angles)))
 
 
 ANGLE_PAIRS = [(a, b) for a in range(3) for b in range(a, 3)]
@@ -74,12 +79,12 @@ ANGLE_PAIRS = [(a, b) for a in range(3) for b in range(a, 3)]
 orders its second derivatives."""
 
 
-def add_second_derivatives(hessian: FloatArray, second: list[FloatArray]) -> None:
+def add_second_derivatives(hessian: FloatArray, second: FloatArray) -> None:
     """Add second derivatives by roll, pitch and yaw to Hessians by the pose.
 
     Args:
         hessian: ``(K, 9, 9)``; is changed.
-        second: ``(K,)`` for each of :data:`ANGLE_PAIRS`.
+        second: of each of :data:`ANGLE_PAIRS` ``(6, K)``.
     """
     first = ORIENTATION.start
     for (a, b), values in zip(ANGLE_PAIRS, second, strict=True):
@@ -181,16 +186,24 @@ class StackedLegs:
         rotation = rpy_to_matrix(poses[:, ORIENTATION])
         return self.inverse(_body_to_feet(poses, feet, swing) @ rotation + self.body)
 
-    def kinematics(self, poses: FloatArray, feet: FloatArray, swing: FloatArray) -> LegKinematics:
-        """Joint angles with their derivatives; arguments as for :meth:`joints`."""
+    def kinematics(
+        self, poses: FloatArray, feet: FloatArray, swing: FloatArray, level: bool = False
+    ) -> LegKinematics:
+        """Joint angles with their derivatives; arguments as for :meth:`joints`.
+
+        Args:
+            poses, feet, swing: as there.
+            level: nothing is derived by the body's angles, which are fixed; such derivatives are 0.
+        """
         body_to_feet = _body_to_feet(poses, feet, swing)
-        rotations = Rotations.of(poses[:, ORIENTATION])
+        rotations = Rotations.of(poses[:, ORIENTATION], level)
         joints = self.inverse(body_to_feet @ rotations.matrix + self.body)
         to_body = np.swapaxes(rotations.matrix, 1, 2)
         foot_by_pose = np.zeros((*body_to_feet.shape, POSE))
         foot_by_pose[..., BODY] = -to_body[:, None]
-        # The foot in the body frame is R' (foot - body centre): by an angle, R gets derived.
-        foot_by_pose[..., ORIENTATION] = np.einsum("aKij,Kli->Klja", rotations.first, body_to_feet)
+        if rotations.first is not None:
+            # The foot in the body frame is R' (foot - body centre): by an angle, R gets derived.
+            foot_by_pose[..., ORIENTATION] = np.moveaxis(body_to_feet @ rotations.first, 0, 3)
         foot_by_pose[..., FOOT] = to_body[:, None] * swing[..., None, None]
         return LegKinematics(
             joints, self.joints_by_foot(joints), foot_by_pose, rotations, body_to_feet, swing
@@ -258,34 +271,51 @@ class StackedLegs:
         )
         return roll, pitch, pitch.thigh_x - self.drop
 
-    def hessian(self, kinematics: LegKinematics, weights: FloatArray) -> FloatArray:
-        """Second derivative by the pose of a weighted sum of all angles ``(K, 9, 9)``.
+    def hessian(
+        self, kinematics: LegKinematics, weights: FloatArray, of_joints: FloatArray | float = 0.0
+    ) -> FloatArray:
+        """Second derivative by the pose of a function of the joints ``(K, 9, 9)``.
 
         Deriving ``forward(inverse(p)) = p`` twice gives the second derivative of the inverse
         kinematics from that of the forward kinematics.
 
         Args:
             kinematics: at the poses.
-            weights: of the angles ``(K, 4, 3)``.
+            weights: the function's gradient by the angles ``(K, 4, 3)``.
+            of_joints: its second derivative by those of each leg ``(K, 4, 3, 3)``; 0 for a weighted
+                sum of the angles.
         """
-        by_foot, by_pose = kinematics.joints_by_foot, kinematics.foot_by_pose
+        by_foot, swing = kinematics.joints_by_foot, kinematics.swing
         # The weights as weights on the feet's places: to first order, both sums are the same.
-        on_feet = np.einsum("Klji,Klj->Kli", by_foot, weights)
-        inner = -np.swapaxes(by_foot, 2, 3) @ self._forward_hessian(kinematics.joints, on_feet)
-        inner = inner @ by_foot
-        out = (np.swapaxes(by_pose, 2, 3) @ (inner @ by_pose)).sum(axis=1)
-        rotations, body_to_feet = kinematics.rotations, kinematics.body_to_feet
-        add_second_derivatives(out, [
-            np.einsum("Kli,Kij,Klj->K", body_to_feet, second, on_feet)
-            for second in rotations.second
-        ])  # fmt: skip
-        # By an angle and the place of body or foot.
-        mixed = np.einsum("aKij,Klj->Klia", rotations.first, on_feet)
-        body, foot = -mixed.sum(axis=1), (mixed * kinematics.swing[..., None, None]).sum(axis=1)
+        on_feet = (weights[:, :, None] @ by_foot)[:, :, 0]
+        inner = of_joints - self._forward_hessian(kinematics.joints, on_feet)
+        inner = np.swapaxes(by_foot, 2, 3) @ inner @ by_foot
+        # By the feet's places in the world, as those that fly and the body centre are in the pose.
+        rotations = kinematics.rotations
+        turn, back = rotations.matrix, np.swapaxes(rotations.matrix, 1, 2)
+        out = np.zeros((len(weights), POSE, POSE))
+        flying = (inner * swing[..., None, None]).sum(axis=1)
+        out[:, BODY, BODY] = turn @ inner.sum(axis=1) @ back
+        out[:, FOOT, FOOT] = moved = turn @ flying @ back
+        out[:, BODY, FOOT] = out[:, FOOT, BODY] = -moved
+        if rotations.first is None or rotations.second is None:
+            return out
+        by_angles = kinematics.foot_by_pose[..., ORIENTATION]
+        mixed = inner @ by_angles
+        out[:, ORIENTATION, ORIENTATION] = (np.swapaxes(by_angles, 2, 3) @ mixed).sum(axis=1)
+        body = -(turn @ mixed.sum(axis=1))
+        foot = turn @ (mixed * swing[..., None, None]).sum(axis=1)
+        # The feet's places in the body depend on products of angles and places.
+        turned = np.moveaxis(on_feet @ np.swapaxes(rotations.first, 2, 3), 0, 3)
+        body -= turned.sum(axis=1)
+        foot += (turned * swing[..., None, None]).sum(axis=1)
         for where, block in ((BODY, body), (FOOT, foot)):
-            out[:, where, ORIENTATION] += block
-            out[:, ORIENTATION, where] += np.swapaxes(block, 1, 2)
-        return np.asarray(out)
+            out[:, where, ORIENTATION] = block
+            out[:, ORIENTATION, where] = np.swapaxes(block, 1, 2)
+        both = np.swapaxes(kinematics.body_to_feet, 1, 2) @ on_feet
+        second = rotations.second.reshape(len(rotations.second), -1, 9)
+        add_second_derivatives(out, (second * both.reshape(-1, 9)).sum(axis=2))
+        return out
 
     def _forward_hessian(self, joints: FloatArray, weights: FloatArray) -> FloatArray:
         """Second derivative by the angles of ``weights . foot`` for every leg ``(K, 4, 3, 3)``.

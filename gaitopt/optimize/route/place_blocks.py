@@ -93,35 +93,41 @@ class PlaceBlocks:
     It is added up in place; entries beyond the first and last knots stay zero.
 
     Attributes:
-        joints: of joints with themselves, at knots that are 0, 1 and 2 apart ``(3, K, 12)``.
+        joints: of joints with themselves, at knots that are 0, 1 and 2 apart ``(3, K, 12)``;
+            ``None`` where all of these are zero.
         body: of body centres, the same ``(3, K, 3, 3)``; rows belong to the first of two knots.
         mixed: of a place with the spans from two knots before to two knots after ``(K, 15, 5)``.
         spans: of spans that are 0, 1 and 2 knots apart ``(3, K)``.
     """
 
-    joints: FloatArray
+    joints: FloatArray | None
     body: FloatArray
     mixed: FloatArray
     spans: FloatArray
 
     @classmethod
-    def empty(cls, knots: int) -> PlaceBlocks:
-        """Of zeros."""
-        return cls(np.zeros((3, knots, JOINTS)), np.zeros((3, knots, 3, 3)),
-                   np.zeros((knots, PLACE, 5)), np.zeros((3, knots)))  # fmt: skip
+    def empty(cls, knots: int, joints: bool) -> PlaceBlocks:
+        """Of zeros.
+
+        Args:
+            knots: how many there are.
+            joints: whether there is anything of joints with themselves.
+        """
+        own = np.zeros((3, knots, JOINTS)) if joints else None
+        return cls(own, np.zeros((3, knots, 3, 3)), np.zeros((knots, PLACE, 5)),
+                   np.zeros((3, knots)))  # fmt: skip
 
     def add_accelerations(
         self, changes: VelocityChanges, scale: FloatArray, limits: FloatArray
     ) -> None:
         """Add ``J' diag(scale) J`` of rows ``limit * span -+ change``, each ``(2, K, 12)``."""
         places, spans = changes.by_places[:, :, None], changes.by_spans[:, :, :JOINTS]
-        both = scale.sum(axis=0)
+        own, both = self._own(), scale.sum(axis=0)
         crossed = scale[1] * limits[1] - scale[0] * limits[0]
         of_places = both * places
         for i in range(3):
             for j in range(i, 3):
-                block = of_places[i] * places[j]
-                self._add(self.joints[j - i], block, i)
+                self._add(own[j - i], of_places[i] * places[j], i)
             for j in range(3):
                 mixed = of_places[i] * spans[j]
                 if j == 1:
@@ -138,13 +144,17 @@ class PlaceBlocks:
 
     def add_velocities(self, scale: FloatArray, limits: FloatArray) -> None:
         """Add the same of rows ``limit * time -+ turn`` of intervals, each ``(2, K - 1, 12)``."""
-        both = scale.sum(axis=0)
-        self.joints[0, :-1] += both
-        self.joints[0, 1:] += both
-        self.joints[1, :-1] -= both
+        own, both = self._own(), scale.sum(axis=0)
+        own[0, :-1] += both
+        own[0, 1:] += both
+        own[1, :-1] -= both
         signed = (scale[1] * limits[1] - scale[0] * limits[0]) / 2.0
         square = (scale * limits**2).sum(axis=(0, 2)) / 4.0
         self._add_interval(signed, square)
+
+    def add_positions(self, first: int, joints: np.ndarray, scale: FloatArray) -> None:
+        """Add the same of rows of some joints' angles from a knot on ``(K - first, n)``."""
+        self._own()[0, first:, joints] += scale.T
 
     def add_curvature(self, changes: VelocityChanges, on_velocities: FloatArray) -> None:
         """Add the Hessian of weighted velocities ``(K - 1, 15)`` by places and spans."""
@@ -176,13 +186,21 @@ class PlaceBlocks:
         blocks = []
         for apart in range(3):
             last = len(joints) - apart
-            block = turned[:last] @ (self.joints[apart, :last, :, None] * joints[apart:])
+            if self.joints is None:
+                block = np.zeros((last, len(own[0]), len(own[0])))
+            else:
+                block = turned[:last] @ (self.joints[apart, :last, :, None] * joints[apart:])
             block[:, :count, :count] += self.body[apart, :last][:, body_axes][:, :, body_axes]
             blocks.append(block)
         blocks[0] += own
         mixed = turned @ self.mixed[:, :JOINTS]
         mixed[:, :count] += self.mixed[:, JOINTS + body_axes]
         return np.concatenate([part.ravel() for part in (*blocks, mixed, self.spans)])
+
+    def _own(self) -> FloatArray:
+        """What is of joints with themselves."""
+        assert self.joints is not None
+        return self.joints
 
     def _add_interval(self, mixed: FloatArray, spans: FloatArray) -> None:
         """Add entries of intervals.

@@ -55,8 +55,9 @@ def test_gradient_and_curvature_are_those_of_differences(name: str, random_poses
     poses, feet, swing = random_poses(robot, 8, seed=11, spread=0.1)
     kinematics, com = seen(robot, poses, feet, swing)
     weights = np.random.default_rng(1).normal(size=(8, 3))
-    curvature = masses.hessian(kinematics, kinematics.joints_by_pose(), com, weights)
-    curvature += legs.hessian(kinematics, masses.joint_weights(kinematics, com, weights))
+    of_joints = masses.joint_hessian(kinematics, com, weights)
+    curvature = legs.hessian(kinematics, masses.joint_weights(kinematics, com, weights), of_joints)
+    masses.add_orientation(curvature, kinematics, com, weights)
     step = 1e-6
     for i in range(9):
         moved = [seen(robot, poses + s * step * np.eye(9)[i], feet, swing)[1] for s in (1, -1)]
