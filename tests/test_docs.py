@@ -315,6 +315,13 @@ def test_every_public_name_has_its_place_in_the_api() -> None:
     assert not missing
 
 
+def test_every_topic_of_the_api_has_a_line_for_newcomers() -> None:
+    text = (DOCS / "api.md").read_text("utf-8")
+    topics = re.split(r"^## ", text, flags=re.M)[1:]
+    assert len(topics) > 10
+    assert [t.splitlines()[0] for t in topics if not re.match(r".+\n\nNew here\? ", t)] == []
+
+
 def files_on_the_plan() -> set[str]:
     """Paths below gaitopt/ of all files in the tree of packages on the page of the architecture."""
     text = (DOCS / "architecture.md").read_text("utf-8")
