@@ -22,6 +22,7 @@ OPTION_OF = {
     "legs": "--leg LF=NAME", "feet": "--foot LF=LINK,X,Y,Z", "foot_radius": "--foot-radius",
     "pose": "--pose JOINT=RADIANS", "knees": "--knee LF=SIDE", "masses": "--mass LINK=KG",
     "velocity_limits": "--velocity-limit", "effort_limits": "--effort-limit",
+    "acceleration_limits": "--joint-acceleration-limit",
     "motor_inertia": "--motor-inertia", "torque_line": "--torque-line",
     "package_folders": "--package-folder DIR", "xacro_arguments": "--argument NAME=VALUE",
     "scale": "--scale",
@@ -112,7 +113,8 @@ def reading(
     foot_radius: Annotated[float | None, _way("Radius of the feet, in metres.")] = None,
     masses: Annotated[
         str | None,
-        _way("'shapes' estimates masses from the links' shapes, 'none' does without."),
+        _way("'shapes' estimates masses from the links' shapes, 'file' only inertias, 'none' does "
+             "without."),
     ] = None,
     mass: Annotated[list[str] | None, _way("Mass of a link, as LINK=KG.", "LINK=KG")] = None,
     velocity_limit: Annotated[
@@ -122,6 +124,11 @@ def reading(
     effort_limit: Annotated[
         list[str] | None,
         _way("Torque limit of all joints, in N m; or of one, as JOINT=NUMBER.", "NUMBER"),
+    ] = None,
+    joint_acceleration_limit: Annotated[
+        list[str] | None,
+        _way("Acceleration limit of all joints, in rad/s², which every plan keeps; or of one, as "
+             "JOINT=NUMBER.", "NUMBER"),
     ] = None,
     motor_inertia: Annotated[
         list[str] | None,
@@ -170,6 +177,9 @@ def reading(
         "foot_radius": foot_radius, "masses": masses or _numbers("--mass", mass),
         "velocity_limits": _number_or_numbers("--velocity-limit", velocity_limit),
         "effort_limits": _number_or_numbers("--effort-limit", effort_limit),
+        "acceleration_limits": _number_or_numbers(
+            "--joint-acceleration-limit", joint_acceleration_limit
+        ),
         "motor_inertia": _number_or_numbers("--motor-inertia", motor_inertia),
         "torque_line": torque_line, "legs": _pairs("--leg", leg), "feet": _feet(foot),
         "knees": _pairs("--knee", knee), "pose": _numbers("--pose", pose),

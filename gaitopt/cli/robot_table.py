@@ -54,6 +54,7 @@ def robot_document(robot: Quadruped) -> dict[str, Any]:
             "reach": [leg.least_reach, leg.reach], "position_limits": leg.position_limits.T,
             "velocity_limits": leg.velocity_limits,
             "effort_limits": robot.effort_limits[list(robot.leg_columns[name])],
+            "acceleration_limits": robot.acceleration_limits[list(robot.leg_columns[name])],
         }
         for name, leg in robot.legs.items()
     }  # fmt: skip
@@ -79,6 +80,10 @@ def robot_notes(robot: Quadruped, source: Path, folders: Sequence[Path]) -> Iter
     yield escape(
         "links of the feet: " + ", ".join(f"{leg}: {one.foot}" for leg, one in robot.legs.items())
     )
+    accelerations = robot.acceleration_limits[robot.leg_joint_columns]
+    if np.isfinite(accelerations).any():
+        count = np.isfinite(accelerations).sum()
+        yield f"acceleration limits: {_range(accelerations)} rad/s², at {count} joints"
     inertia = robot.motor_inertia[robot.leg_joint_columns]
     if inertia.any():
         yield f"motors: inertia at the joints {_range(inertia)} kg m²"

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from gaitopt.conventions import Progress
 from gaitopt.entering.ending import ended
 from gaitopt.entering.walking import plan_from_state, walk_from_near
@@ -21,6 +23,7 @@ from gaitopt.planners.phase_by_phase.planner import (
     with_first_posture,
 )
 from gaitopt.planners.phase_by_phase.steps import check_robot, check_walk
+from gaitopt.retiming.retimed import stopped
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.footholds import Footholds
 
@@ -122,10 +125,12 @@ def _walk(
         open_height: whether other body heights may be tried.
     """
     if chosen.sequence == FREE_ORDER:
-        free = plan_free_at_fitting_height if open_height else plan_free_crawl
-        return free(robot, footholds, chosen, progress=progress)
-    plan = plan_at_fitting_height if open_height else plan_in_order
-    return plan(robot, footholds, chosen, progress=progress)
+        planner = plan_free_at_fitting_height if open_height else plan_free_crawl
+    else:
+        planner = plan_at_fitting_height if open_height else plan_in_order
+    plan = planner(robot, footholds, chosen, progress=progress)
+    limited = chosen.forces is None and np.isfinite(robot.acceleration_limits).any()
+    return stopped(plan) if limited else plan
 
 
 def _asks_for_least_time(options: dict[str, Any]) -> bool:

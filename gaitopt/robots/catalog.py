@@ -63,6 +63,7 @@ def load_robot(
     masses: Mapping[str, float] | str | None = None,
     velocity_limits: float | Mapping[str, float] | None = None,
     effort_limits: float | Mapping[str, float] | None = None,
+    acceleration_limits: float | Mapping[str, float] | None = None,
     motor_inertia: float | Mapping[str, float] | None = None,
     torque_line: tuple[float, float] | Mapping[str, tuple[float, float]] | None = None,
     scale: float | None = None,
@@ -88,9 +89,12 @@ def load_robot(
         pose: positions of joints of no leg (head, arm, wheels) by name [rad, m]. Such joints are
             locked, by default as near to zero as their limits allow.
         masses: of links by name [kg]; ``"shapes"`` estimates all of them from the links' shapes;
-            ``"none"`` loads a robot without masses, for plans with ``timing="velocity"``.
+            ``"file"`` keeps them and takes the inertias from the shapes; ``"none"`` loads
+            a robot without masses, for plans with ``timing="velocity"``.
         velocity_limits: of the legs' joints [rad/s], one number or by joint.
         effort_limits: of the legs' joints [N m], one number or by joint.
+        acceleration_limits: of the legs' joints [rad/s^2], one number or by joint. Every plan
+            of the robot keeps them; no robot file tells any.
         motor_inertia: inertia of motor and gear at the legs' joints [kg m^2], one number or by
             joint: that of the rotor times the square of the gear's ratio. Instead of an MJCF's
             ``armature``; a URDF has none.
@@ -113,8 +117,8 @@ def load_robot(
     options = ReadOptions(
         legs=legs, feet=feet, foot_radius=foot_radius, pose={} if pose is None else pose,
         masses=masses, velocity_limits=velocity_limits, effort_limits=effort_limits,
-        motor_inertia=motor_inertia, torque_line=torque_line,
-        scale=scale, package_folders=folder_paths(package_folders),
+        acceleration_limits=acceleration_limits, motor_inertia=motor_inertia,
+        torque_line=torque_line, scale=scale, package_folders=folder_paths(package_folders),
         xacro_arguments={} if xacro_arguments is None else xacro_arguments,
     )  # fmt: skip
     name, urdf, notes = _read(source, options)

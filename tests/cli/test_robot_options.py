@@ -68,12 +68,15 @@ def test_a_walk_keeps_the_limits_that_were_given(
     arguments = ("walk", "--footholds", str(terrain), "--out", str(tmp_path / "out"))
     result = command(*arguments, "--velocity-limit", "0.2", "--effort-limit", "LF_KFE=40",
                      "--motor-inertia", "LF_KFE=0.1", "--motor-inertia", "RF_KFE=0.2",
-                     "--foot-radius", "0.02")  # fmt: skip
+                     "--joint-acceleration-limit", "LF_KFE=3", "--foot-radius", "0.02")  # fmt: skip
     assert result.exit_code == 0, result.output
     robot = gaitopt.load_plan(tmp_path / "out" / "plan.npz").robot
     assert np.allclose(robot.velocity_limits, 0.2) and robot.foot_radius == 0.02
     columns = {leg: robot.leg_columns[leg][2] for leg in gaitopt.LEGS}
     assert robot.effort_limits[columns["LF"]] == 40.0 != robot.effort_limits[columns["LH"]]
+    assert (
+        robot.acceleration_limits[columns["LF"]] == 3.0 < robot.acceleration_limits[columns["LH"]]
+    )
     inertia = robot.motor_inertia[[columns[leg] for leg in gaitopt.LEGS]]
     assert inertia.tolist() == [0.1, 0.0, 0.0, 0.2]
     # The certificate judges by the robot that is named, read in the same way.

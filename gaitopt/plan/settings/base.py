@@ -115,9 +115,16 @@ class PlanSettings:
         }
 
     def joint_accelerations(self, robot: Quadruped) -> FloatArray:
-        """Limit of every joint's acceleration ``(nj,)`` [rad/s^2]; infinite for none."""
+        """Limit of every joint's acceleration ``(nj,)`` [rad/s^2]; infinite where there is none.
+
+        It is the lower one of what is claimed here and of the robot's own.
+        """
         limit = np.inf if self.acceleration_limit is None else self.acceleration_limit
-        return np.full(len(robot.joint_names), limit)
+        return np.minimum(limit, robot.acceleration_limits)
+
+    def within(self: Kind, robot: Quadruped) -> Kind:
+        """The same, where the robot's own limits of accelerations are no lower; or with these."""
+        return self
 
     @property
     def static(self) -> bool:

@@ -37,7 +37,7 @@ def chosen_settings(
         InputError: ``settings`` is of another class, or an option is unknown or out of range.
     """
     if settings is None:
-        return kind.for_robot(robot, **options)
+        return kind.for_robot(robot, **options).within(robot)
     if not isinstance(settings, kind):
         raise InputError(
             f"settings must be {kind.__name__}, got {settings!r}; single settings are given by "
@@ -46,7 +46,7 @@ def chosen_settings(
     check_names(kind, options)
     if options.get("timing") == VELOCITY:
         options = {"forces": None, **options}
-    return replace(settings, **options)
+    return replace(settings, **options).within(robot)
 
 
 def takes_settings(*kinds: type[PlanSettings], **others: Any) -> Callable[[Planner], Planner]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -129,8 +129,19 @@ class StrideSettings(PlanSettings):
         limits = super().joint_accelerations(robot)
         if self.accelerations:
             for leg in LEGS:
-                limits[list(robot.leg_columns[leg])] = self.accelerations
+                columns = list(robot.leg_columns[leg])
+                limits[columns] = np.minimum(robot.acceleration_limits[columns], self.accelerations)
         return limits
+
+    def within(self, robot: Quadruped) -> StrideSettings:
+        """The same, with no joint's limit above the lowest of the robot's joints of its kind."""
+        own = np.array([robot.acceleration_limits[list(robot.leg_columns[leg])] for leg in LEGS])
+        least = own.min(axis=0)
+        if not np.isfinite(least).any():
+            return self
+        now = self.accelerations or (np.inf,) * len(least)
+        accelerations = tuple(np.minimum(least, now).tolist())
+        return replace(self, accelerations=accelerations, acceleration_limit=max(accelerations))
 
     @property
     def obstacle_clearance(self) -> float:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
+
+import numpy as np
 
 from gaitopt.errors import InputError
 from gaitopt.inputs import check_count
@@ -106,9 +108,10 @@ class RouteSettings(FootholdSettings):
         check_names(cls, options)
         forces = options.get("timing") in (None, FORCES)
         free = Freedoms.of(options.get("free") or VARIANTS["swing"])
+        lowest = float(robot.acceleration_limits.min(initial=np.inf))
         # A foot on a free curve goes on without a stop, so forces ask for a smooth path.
         limit = _acceleration(robot, free.dynamic and not forces, options.get("acceleration_limit"))
-        bounded = limit is not None or forces
+        bounded = limit is not None or forces or bool(np.isfinite(lowest))
         stops, smooth = (bounded and free.swing is curved for curved in (False, True))
         knots = {
             "stance_knots": 1 if stops else 3 if smooth else 4 if free.posture else 2,
@@ -125,6 +128,17 @@ class RouteSettings(FootholdSettings):
         """The fields that depend on the robot's size, by name."""
         clearance = round(MARGIN_SHARE * robot.standing_height, 4)
         return {**super().fitted(robot), "clearance": clearance}
+
+    def within(self, robot: Quadruped) -> RouteSettings:
+        """The same, with no limit above the lowest of the robot's joints where joints time it.
+
+        Where forces do, each joint keeps its own.
+        """
+        lowest = float(robot.acceleration_limits.min(initial=np.inf))
+        now = np.inf if self.acceleration_limit is None else self.acceleration_limit
+        if self.forces is not None or lowest >= now:
+            return self
+        return replace(self, acceleration_limit=lowest)
 
     @property
     def static(self) -> bool:

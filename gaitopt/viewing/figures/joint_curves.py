@@ -194,7 +194,8 @@ def _limits(
         leg = plan.robot.legs[name]
         at = -_from_foot(joint)
         speed = leg.velocity_limits[at]
-        acceleration = plan.settings.acceleration_limit or np.inf
+        column = plan.robot.leg_columns[name][at]
+        acceleration = plan.settings.joint_accelerations(plan.robot)[column]
         ends = (
             leg.position_limits[:, at], (-speed, speed), (-acceleration, acceleration)
         )[order]  # fmt: skip

@@ -122,6 +122,9 @@ def _said(robot: Quadruped, leg: str, column: int) -> str:
     effort = robot.effort_limits[column]
     torque = f"{effort:.4g} N m" if np.isfinite(effort) else "no torque limit"
     speed = f"{robot.velocity_limits[column]:.4g} rad/s"
+    acceleration = robot.acceleration_limits[column]
+    if np.isfinite(acceleration):
+        speed += f", {acceleration:.4g} rad/s²"
     inertia = robot.motor_inertia[column]
     motor = f", motor {inertia:.4g} kg m²" if inertia > 0.0 else ""
     full, none = robot.torque_lines[:, column]
