@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import sys
 import warnings
+from shutil import get_terminal_size
+from textwrap import fill
 from typing import Annotated, TextIO
 
 import typer
@@ -68,7 +70,7 @@ def main() -> None:
         if click_message is None and not isinstance(error, GaitoptError):
             raise
         text = in_options(str(error)) if click_message is None else click_message()
-        print(f"gaitopt: {' '.join(text.split())}", file=sys.stderr)
+        _tell(f"gaitopt: {text}")
         sys.exit(2)
     # Typer makes this code of Ctrl-C, without a word.
     sys.exit(end_stopped() if code == STOPPED else code if isinstance(code, int) else 0)
@@ -84,9 +86,18 @@ def _show_warning(
 ) -> None:
     """Print a warning of gaitopt in one line, and others as Python does."""
     if issubclass(category, RobotWarning):
-        print(f"gaitopt: warning: {' '.join(in_options(str(message)).split())}", file=sys.stderr)
+        _tell(f"gaitopt: warning: {in_options(str(message))}")
     else:
         sys.stderr.write(warnings.formatwarning(message, category, filename, lineno, line))
+
+
+def _tell(text: str) -> None:
+    """Print a message as one line, which in a terminal is broken between words."""
+    line = " ".join(text.split())
+    if sys.stderr.isatty():
+        line = fill(line, get_terminal_size().columns, break_long_words=False,
+                    break_on_hyphens=False)  # fmt: skip
+    print(line, file=sys.stderr)
 
 
 def _show_version(wanted: bool) -> None:

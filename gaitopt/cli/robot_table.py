@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from rich.box import SIMPLE_HEAD
 from rich.markup import escape
 from rich.table import Table
 
@@ -18,7 +19,10 @@ from gaitopt.robots.quadruped import Quadruped
 
 def robot_tables(robot: Quadruped) -> tuple[Table, Table]:
     """Two tables of what was found in a robot's URDF: its legs, and their joints."""
+    # Without sides: the numbers of a leg then fit into one line of 80 columns.
     legs = Table(
+        box=SIMPLE_HEAD,
+        padding=(0, 1, 0, 0),
         title=f"{escape(robot.name)}: {robot.mass:.4g} kg, stance {robot.stance_size[0]:.3f} x "
         f"{robot.stance_size[1]:.3f} m, foot radius {1e3 * robot.foot_radius:.4g} mm",
         caption=f"leg kinematics and Pinocchio agree to {robot.closed_form_error:.1e} m",
