@@ -38,6 +38,8 @@ if TYPE_CHECKING:
     from gaitopt.errors import RobotWarning as RobotWarning
     from gaitopt.errors import RouteError as RouteError
     from gaitopt.errors import SolverError as SolverError
+    from gaitopt.errors import StudyError as StudyError
+    from gaitopt.errors import StudyWarning as StudyWarning
     from gaitopt.errors import TerrainError as TerrainError
     from gaitopt.errors import UnknownNameError as UnknownNameError
     from gaitopt.errors import UnsolvedSplineError as UnsolvedSplineError
@@ -180,7 +182,7 @@ _HOMES = {
         "CertificateError FootholdsError GaitoptError GroundError InfeasibleSpeedError "
         "InfeasibleStateError InfeasibleStepError "
         "InputError MissingPackageError PlanFileError RobotError RobotWarning RouteError "
-        "SolverError TerrainError "
+        "SolverError StudyError StudyWarning TerrainError "
         "UnknownNameError UnsolvedSplineError"
     ),
     "exporting.export": "export export_ros",

@@ -26,6 +26,14 @@ class RobotWarning(UserWarning):
     """A robot was loaded, and something in its file is missing, guessed or hardly true."""
 
 
+class StudyError(GaitoptError, RuntimeError):
+    """Worker processes or the cluster of a study were lost; rows that are done are kept."""
+
+
+class StudyWarning(UserWarning):
+    """A study goes on, but lines of its table are damaged, or it waits for workers."""
+
+
 class FootholdsError(GaitoptError, ValueError):
     """Footholds, or the CSV file that holds them, are not valid."""
 

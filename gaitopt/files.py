@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 import os
 import shutil
 import stat
@@ -138,15 +137,6 @@ def silenced_stderr() -> Iterator[Callable[[], str]]:
             words.append(kept.read(MOST_PRINTED).decode("utf-8", "replace"))
 
 
-def _at_once(path: str, flags: int) -> int:
-    """Open a file without waiting: a pipe that came in its place has no writer, perhaps."""
-    handle = os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
-    if not stat.S_ISREG(os.fstat(handle).st_mode):
-        os.close(handle)
-        raise OSError(errno.EISDIR, os.strerror(errno.EISDIR))
-    return handle
-
-
 def read_bounded(path: StrPath, limit: int, error: type[GaitoptError]) -> bytes:
     """Read a file that may come from somebody else, up to a largest size.
 
@@ -167,8 +157,8 @@ def read_bounded(path: StrPath, limit: int, error: type[GaitoptError]) -> bytes:
     if special:
         raise error(f"cannot read {source}: it is {special}, and no file; save it as a file first")
     try:
-        with open(source, "rb", opener=_at_once) as stream:
-            data = stream.read(limit + 1) or b""
+        with source.open("rb") as stream:
+            data = stream.read(limit + 1)
     except (OSError, ValueError) as cause:
         raise error(f"cannot read {source}: {getattr(cause, 'strerror', '') or cause}") from cause
     if len(data) > limit:

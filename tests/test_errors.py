@@ -34,6 +34,7 @@ BUILT_IN = {
     "GroundError": ValueError,
     "PlanFileError": ValueError,
     "SolverError": RuntimeError,
+    "StudyError": RuntimeError,
     "MissingPackageError": ImportError,
     "UnknownNameError": KeyError,
 }

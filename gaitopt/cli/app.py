@@ -25,7 +25,7 @@ from gaitopt.cli.robot_options import in_options
 from gaitopt.cli.stride import stride
 from gaitopt.cli.study import study
 from gaitopt.cli.terrain import terrain
-from gaitopt.errors import GaitoptError, RobotWarning
+from gaitopt.errors import GaitoptError, RobotWarning, StudyWarning
 
 app = typer.Typer(
     name="gaitopt",
@@ -85,7 +85,7 @@ def _show_warning(
     line: str | None = None,
 ) -> None:
     """Print a warning of gaitopt in one line, and others as Python does."""
-    if issubclass(category, RobotWarning):
+    if issubclass(category, (RobotWarning, StudyWarning)):
         _tell(f"gaitopt: warning: {in_options(str(message))}")
     else:
         sys.stderr.write(warnings.formatwarning(message, category, filename, lineno, line))

@@ -12,6 +12,8 @@ import signal
 import sys
 import threading
 import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from types import FrameType
 from typing import Final
 
@@ -28,6 +30,20 @@ SIGNALS: Final = tuple(
 
 _stopped = threading.Event()
 _told = threading.Event()
+_kept: list[Callable[[], str]] = []
+
+
+@contextmanager
+def keeping(words: Callable[[], str]) -> Iterator[None]:
+    """Inside the block, say also what is kept when the program is stopped, and how to go on.
+
+    Args:
+        words: makes the sentence. It must need no import and no lock.
+    """
+    _kept.append(words)
+    # An exception leaves the words: it may be that of Ctrl-C, which is told at the very end.
+    yield
+    _kept.clear()
 
 
 def stop_on_signals() -> None:
@@ -40,13 +56,17 @@ def end_stopped() -> int:
     """Say that the program was stopped; the value is the exit code."""
     if not _told.is_set():
         _told.set()
-        print("gaitopt: stopped", file=sys.stderr)
+        print(_farewell(), file=sys.stderr)
     return STOPPED
 
 
 def was_stopped() -> bool:
     """Whether a signal came. Libraries may have turned its exception into another one."""
     return _stopped.is_set()
+
+
+def _farewell() -> str:
+    return "; ".join(["gaitopt: stopped", *(words() for words in _kept)])
 
 
 def _stop(number: int, frame: FrameType | None) -> None:
@@ -70,5 +90,5 @@ def _end_soon() -> None:
         child.terminate()
     remove_unfinished()
     if not _told.is_set():
-        os.write(2, b"gaitopt: stopped\n")
+        os.write(2, f"{_farewell()}\n".encode())
     os._exit(STOPPED)

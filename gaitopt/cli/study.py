@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
+from gaitopt.cli.interrupts import keeping
 from gaitopt.cli.options import (
     FRICTIONS,
     FreeOption,
@@ -130,10 +134,11 @@ def study(
         collisions=bool(collisions),
         simulate=with_physics,
     )
-    with progress_bar(f"{len(walks)} walks") as tick:
+    with _counting(table, len(walks)) as tick:
         rows = run_study(walks, table, progress=tick, **how)
     report.add(rows=rows)
     _show(study_table(rows), plot_study(rows), table, report)
+    _exit_where_all_failed(rows)
 
 
 def _study_maps(
@@ -149,10 +154,39 @@ def _study_maps(
         if name not in GROUNDS:
             raise InputError(f"there is no ground named {name!r}; there are {', '.join(GROUNDS)}")
     walks = terrain_grid(seeds, robots=robots, terrains=terrains, **others)
-    with progress_bar(f"{len(walks)} walks") as tick:
+    with _counting(table, len(walks)) as tick:
         rows = run_terrain_study(walks, table, progress=tick, **how)
     report.add(rows=rows)
     _show(terrain_table(rows), plot_terrain_study(rows), table, report)
+    _exit_where_all_failed(rows)
+
+
+@contextmanager
+def _counting(table: Path, walks: int) -> Iterator[Callable[[int, int], None]]:
+    """Show how far a study is, and say so when it is stopped."""
+    count = [0, walks]
+    with (
+        progress_bar(f"{walks} walks") as tick,
+        keeping(
+            lambda: (
+                f"{table} keeps {count[0]} of {count[1]} walks, and the same command goes on there"
+            )
+        ),
+    ):
+
+        def progress(done: int, total: int) -> None:
+            count[:] = done, total
+            tick(done, total)
+
+        yield progress
+
+
+def _exit_where_all_failed(rows: Sequence[Mapping[str, str]]) -> None:
+    """End with an error where no walk has a result."""
+    if rows and all(row["status"] == "error" for row in rows):
+        print(f"gaitopt: every walk ended in an error; the first: {rows[0]['message']}",
+              file=sys.stderr)  # fmt: skip
+        raise typer.Exit(2)
 
 
 def _map_fields(

@@ -15,6 +15,7 @@ import numpy as np
 
 from gaitopt.conventions import LEGS, leg_index
 from gaitopt.errors import InputError
+from gaitopt.robots.leg_names import as_leg
 
 NUMBERINGS: Final[Mapping[str, Mapping[int, str]]] = MappingProxyType(
     {
@@ -39,7 +40,7 @@ def leg_of(number: SupportsIndex, numbering: str) -> str:
     """
     table = _table(numbering)
     try:
-        index = 0 if isinstance(number, bool) else operator.index(number)
+        index = 0 if isinstance(number, (bool, np.bool_)) else operator.index(number)
     except TypeError:
         index = 0
     if index not in table:
@@ -53,7 +54,7 @@ def number_of(leg: str, numbering: str) -> int:
     Raises:
         InputError: unknown numbering or leg.
     """
-    table = _table(numbering)
+    table, leg = _table(numbering), as_leg(leg)
     if leg not in LEGS:
         raise InputError(f"there is no leg {leg!r}; legs are {', '.join(LEGS)}")
     return next(number for number, name in table.items() if name == leg)

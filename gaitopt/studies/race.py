@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import asdict, fields, replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -31,7 +31,7 @@ from gaitopt.studies.one_height import with_one_height
 from gaitopt.studies.race_lanes import Lane, Race
 from gaitopt.studies.race_standings import BOUND_WINDOW, PAPER, PHASES, SSM, Finish, Standings
 from gaitopt.studies.tables import appending, one_line
-from gaitopt.studies.workers import no_workers_left
+from gaitopt.studies.workers import no_workers_left, on_all_cores, process_count
 from gaitopt.terrain.columns import s_columns
 from gaitopt.terrain.footholds import Footholds
 
@@ -147,8 +147,6 @@ def race_many(
         InputError: there is no seed, a row's name is unknown, a setting is out of range, or the
             table cannot be written.
     """
-    from joblib import Parallel, cpu_count, delayed
-
     names, terrains = row_names(rows, timing), list(dict.fromkeys(seeds))
     if not terrains:
         raise InputError("a race needs at least one seed")
@@ -159,11 +157,9 @@ def race_many(
     todo = [(seed, name) for seed in terrains for name in names]
     finishes: dict[tuple[int, str], Finish] = {}
     plans: dict[str, Plan] = {}
-    workers = min(jobs, cpu_count())
-    with no_workers_left(), _finish_table(table) as append:
-        results = Parallel(n_jobs=workers, return_as="generator_unordered", batch_size=1)(
-            delayed(_run)(robot, seed, columns, name, rules, seed == first) for seed, name in todo
-        )
+    work = ((robot, seed, columns, name, rules, seed == first) for seed, name in todo)
+    results = on_all_cores(_run, work, process_count(jobs))
+    with no_workers_left(), closing(results), _finish_table(table) as append:
         for finish, plan in results:
             finishes[finish.seed, finish.row] = finish
             append(finish)

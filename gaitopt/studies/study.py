@@ -16,7 +16,9 @@ from gaitopt.files import StrPath
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.settings.base import VELOCITY
 from gaitopt.plan.settings.crawl import Speed
-from gaitopt.studies.resumable import header_of, key_of, run_jobs
+from gaitopt.studies.result_table import Columns
+from gaitopt.studies.resumable import run_jobs
+from gaitopt.studies.robots import study_robot
 from gaitopt.studies.tables import one_line
 
 
@@ -47,11 +49,6 @@ class Walk:
     certify: bool = True
     collisions: bool = False
     simulate: bool = False
-
-    @property
-    def key(self) -> str:
-        """Hash of all fields, by which a study knows the walks that are done."""
-        return key_of(self)
 
 
 @dataclass(frozen=True)
@@ -93,7 +90,8 @@ class Row:
     work_time: float | None = None
 
 
-HEADER = header_of(Walk, Row)
+COLUMNS = Columns(Walk, Row)
+HEADER = COLUMNS.names
 
 
 def grid(
@@ -144,7 +142,9 @@ def run_study(
     Args:
         walks: the walks.
         table: a CSV file, which is made if it does not exist. A last line that a crash has cut off
-            is deleted, and its walk is run again.
+            is deleted, and its walk is run again; lines in the middle that are damaged are told by
+            a :class:`gaitopt.errors.StudyWarning`. A row belongs to a walk by the content of the
+            robot: where its file has changed, the walk is run again.
         jobs: number of processes; -1 for one on each core. There are never more than cores.
         scheduler: address of a Dask scheduler (``tcp://...``), to compute there and not here.
         progress: called with (walks done, walks in all).
@@ -153,22 +153,22 @@ def run_study(
         All rows of the table that belong to ``walks``, as text by column.
 
     Raises:
-        InputError: the table cannot be read or written, or is no table of a study; or no scheduler
-            answers.
+        InputError: the table cannot be read or written, is no table of a study, or another study
+            writes to it; ``jobs`` is no number of processes; or no scheduler answers.
+        StudyError: workers or the cluster were lost. All rows so far are in the table.
         MissingPackageError: a scheduler was named, and Dask is not installed.
     """
     return run_jobs(
-        walks, run_walk, HEADER, table, jobs=jobs, scheduler=scheduler, progress=progress
+        walks, run_walk, COLUMNS, table, jobs=jobs, scheduler=scheduler, progress=progress
     )
 
 
 def _planned_and_checked(walk: Walk) -> Row:
     """Plan, certify and simulate one walk; errors are raised."""
     from gaitopt.planners.crawl import plan_crawl
-    from gaitopt.robots.catalog import load_robot
     from gaitopt.terrain.columns import s_columns
 
-    robot = load_robot(walk.robot)
+    robot = study_robot(walk.robot)
     plan = plan_crawl(
         robot, s_columns(walk.seed, columns=walk.columns, robot=robot), objective=walk.objective,
         speed=walk.speed, stability_margin=walk.stability_margin, body_height=walk.body_height,

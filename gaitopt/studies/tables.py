@@ -6,14 +6,15 @@ import csv
 import io
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 from rich.console import Console
 from rich.table import Table
 
 from gaitopt.errors import InputError
+from gaitopt.files import what_no_file_is
 
 LONGEST_TEXT = 500
 """Most letters of a cell. Chosen here: most messages of errors are shorter."""
@@ -32,7 +33,8 @@ def appending(
 ) -> Iterator[Callable[[Mapping[str, Any]], None]]:
     """A function that appends a row to a CSV file.
 
-    Each row is completely on disk before the function returns.
+    Each row is completely on disk before the function returns. A row that cannot be written leaves
+    nothing of itself.
 
     Args:
         path: the file.
@@ -40,23 +42,50 @@ def appending(
         anew: replace the file by one with only a header.
 
     Raises:
-        InputError: the file cannot be written.
+        InputError: the file cannot be written, when it is opened or later.
     """
+    special = what_no_file_is(path)
+    if special:
+        raise InputError(f"cannot write the table {path}: it is {special}; name another file")
     try:
-        stream = path.open("w" if anew else "a", encoding="utf-8", newline="")
+        # Without a buffer: what cannot be written is not tried again when the file is closed.
+        stream = path.open("wb" if anew else "ab", buffering=0)
     except OSError as error:
         raise InputError(f"cannot write the table {path}: {error.strerror or error}") from error
     with stream:
-        writer = csv.DictWriter(stream, columns, lineterminator="\n")
-        if anew:
-            writer.writeheader()
 
         def append(row: Mapping[str, Any]) -> None:
-            writer.writerow(row)
-            stream.flush()
-            os.fsync(stream.fileno())
+            _append(stream, path, csv_line([row[name] for name in columns]))
 
+        if anew:
+            _append(stream, path, csv_line(columns))
         yield append
+
+
+def csv_line(cells: Sequence[Any]) -> bytes:
+    """A line of a CSV file; cells hold no line breaks, so that a line is a row."""
+    line = io.StringIO()
+    csv.writer(line, lineterminator="\n").writerow(
+        " ".join(cell.split()) if isinstance(cell, str) else cell for cell in cells
+    )
+    return line.getvalue().encode("utf-8", "replace")
+
+
+def _append(stream: IO[bytes], path: Path, line: bytes) -> None:
+    """Write a line, whole or not at all."""
+    begin = stream.seek(0, os.SEEK_END)
+    try:
+        written = 0
+        while written < len(line):
+            written += stream.write(line[written:])
+        os.fsync(stream.fileno())
+    except OSError as error:
+        with suppress(OSError):
+            stream.truncate(begin)
+        raise InputError(
+            f"cannot write the table {path}: {error.strerror or error}; all rows before this one "
+            "are kept, and the same command goes on after them"
+        ) from error
 
 
 def one_line(text: object) -> str:

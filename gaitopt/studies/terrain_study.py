@@ -15,7 +15,9 @@ from typing import TYPE_CHECKING, Any
 
 from gaitopt.errors import GaitoptError, InputError, TerrainError
 from gaitopt.files import StrPath
-from gaitopt.studies.resumable import header_of, key_of, run_jobs
+from gaitopt.studies.result_table import Columns
+from gaitopt.studies.resumable import run_jobs
+from gaitopt.studies.robots import study_robot
 from gaitopt.studies.tables import one_line
 
 if TYPE_CHECKING:
@@ -63,11 +65,6 @@ class TerrainWalk:
     certify: bool = True
     collisions: bool = True
     simulate: bool = False
-
-    @property
-    def key(self) -> str:
-        """Hash of all fields, by which a study knows the walks that are done."""
-        return key_of(self)
 
     def ground(self, robot: Quadruped) -> HeightMap:
         """The ground, to the robot's size.
@@ -139,7 +136,8 @@ class TerrainRow:
     tilt: float | None = None
 
 
-TERRAIN_HEADER = header_of(TerrainWalk, TerrainRow)
+TERRAIN_COLUMNS = Columns(TerrainWalk, TerrainRow)
+TERRAIN_HEADER = TERRAIN_COLUMNS.names
 
 
 def terrain_grid(
@@ -175,7 +173,7 @@ def run_terrain_study(
     Arguments, return value and errors are those of :func:`gaitopt.studies.study.run_study`.
     """
     return run_jobs(
-        walks, run_terrain_walk, TERRAIN_HEADER, table, jobs=jobs, scheduler=scheduler,
+        walks, run_terrain_walk, TERRAIN_COLUMNS, table, jobs=jobs, scheduler=scheduler,
         progress=progress,
     )  # fmt: skip
 
@@ -211,9 +209,8 @@ def sizes_of(text: str) -> dict[str, float]:
 def _walk(walk: TerrainWalk, found: dict[str, Any]) -> None:
     """Do all of a walk, and put what was found into the fields of its row."""
     from gaitopt.planners.over_terrain.planner import plan_terrain, search_terrain
-    from gaitopt.robots.catalog import load_robot
 
-    robot = load_robot(walk.robot)
+    robot = study_robot(walk.robot)
     way = robot, walk.ground(robot), (walk.length, 0.0)
     start = (0.0, 0.0, 0.0)
     how: dict[str, Any] = {"friction": walk.friction, "width_limit": walk.width_limit}
