@@ -198,11 +198,11 @@ def to_mujoco(sim: SimModel, q: FloatArray) -> FloatArray:
     return out
 
 
-def velocity_to_mujoco(sim: SimModel, q: FloatArray, v: FloatArray) -> FloatArray:
-    """MuJoCo's ``qvel`` for Pinocchio's ``q (nq,)`` and ``v (nv,)``."""
+def velocity_to_mujoco(sim: SimModel, turn: FloatArray, v: FloatArray) -> FloatArray:
+    """MuJoCo's ``qvel`` for Pinocchio's ``v (nv,)``, and the base's quaternion x, y, z, w."""
     out = np.empty(sim.model.nv)
     # MuJoCo's velocity of the base's origin is in the world's axes.
-    out[:3] = quaternion_to_matrix(q[3:7]) @ v[:3]
+    out[:3] = quaternion_to_matrix(turn) @ v[:3]
     out[3:6], out[sim.qvel] = v[3:6], v[6:]
     return out
 

@@ -30,6 +30,7 @@ from gaitopt.simulation.model import (
     to_mujoco,
     velocity_to_mujoco,
 )
+from gaitopt.simulation.pressed import press_in
 from gaitopt.simulation.report import SimulationRecord, report
 from gaitopt.simulation.result import SimulationResult, SimulationStatus
 from gaitopt.simulation.servos import Servos
@@ -147,7 +148,9 @@ class _Run:
         first = self.plan.at([0.0])
         data.qpos[:] = to_mujoco(self.sim, first.q[0])
         if self.plan.begins_moving:
-            data.qvel[:] = velocity_to_mujoco(self.sim, first.q[0], first.v[0])
+            press_in(self.sim, self._touching, data, self._first_loads())
+            pressed = np.append(data.qpos[4:7], data.qpos[3])
+            data.qvel[:] = velocity_to_mujoco(self.sim, pressed, first.v[0])
             self.mujoco.mj_forward(self.sim.model, data)
             self._servos.start_record()
             return data
@@ -165,6 +168,12 @@ class _Run:
             self._servos.drive(data, command, self.settings.control_every)
         self._servos.start_record()
         return data
+
+    def _first_loads(self) -> np.ndarray:
+        """Normal forces on the feet at the begin, as they are planned ``(4,)`` [N]."""
+        reference = self.controller.reference
+        tick = reference.tick(0.0)
+        return np.asarray((reference.forces[tick] * reference.normals[tick]).sum(axis=-1))
 
     @cached_property
     def _servos(self) -> Servos:

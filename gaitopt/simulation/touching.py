@@ -54,6 +54,23 @@ class Touching:
                 found[leg] += pushed if own == b else -pushed
         return found
 
+    def hardness(self, data: Any) -> FloatArray:
+        """Normal force for each metre of depth, on feet that do not move ``(4,)`` [N/m].
+
+        In a contact that is neither approached nor left, MuJoCo's force times its regularisation
+        is its stiffness times its impedance times the depth.
+        """
+        found = np.zeros(len(LEGS))
+        for number in range(data.ncon):
+            a, b = (int(g) for g in data.contact.geom[number])
+            own, other = (b, a) if self._is_ground(a) else (a, b)
+            leg = self._leg(data, own, other, data.contact.pos[number])
+            row = int(data.contact.efc_address[number])
+            if leg >= 0 and row >= 0:
+                stiffness, _, impedance, _ = data.efc_KBIP[row]
+                found[leg] += stiffness * impedance / data.efc_R[row]
+        return found
+
     def _is_ground(self, geom: int) -> bool:
         return int(self._sim.model.geom_bodyid[geom]) == 0
 

@@ -11,6 +11,7 @@ from gaitopt.plan.plan import Plan
 from gaitopt.plan.record import StrideRecord
 from gaitopt.plan.settings.base import FORCES
 from gaitopt.plan.settings.over_obstacle import StrideSettings
+from gaitopt.planners.over_obstacle.approach import Stand
 from gaitopt.planners.over_obstacle.assembly import (
     Piece,
     energy_margin,
@@ -46,15 +47,21 @@ def attempt(
     settings: StrideSettings,
     around: Surroundings,
     progress: Progress | None,
+    stand: Stand | None = None,
 ) -> Plan:
     """A plan with one body height that is clear of the obstacle at every instant.
+
+    Args:
+        robot, obstacle, settings, progress: as for :func:`gaitopt.plan_stride`.
+        around: the robot's shapes and the obstacle.
+        stand: where the robot stands before; by default where the walk itself begins.
 
     Raises:
         StrideFault: none was found.
     """
     demand: Demand | None = None
     for _ in range(ROUNDS):
-        route = find_route(robot, obstacle, settings, around, demand)
+        route = find_route(robot, obstacle, settings, around, demand, stand)
         try:
             pieces = pieces_of(route, progress)
         except (InputError, SolverError) as error:

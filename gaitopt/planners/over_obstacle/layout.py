@@ -48,11 +48,13 @@ class Layout(NamedTuple):
         centres: x of the middle of the four feet before each cycle, and at the end ``(C + 1,)``
             [m].
         front, hind: the cycles in which front and hind feet stride over the obstacle.
+        longest: the longest step [m].
     """
 
     centres: FloatArray
     front: int
     hind: int
+    longest: float
 
     @property
     def cycles(self) -> int:
@@ -89,7 +91,7 @@ def lay_out(robot: Quadruped, obstacle: Obstacle, gaps: Gaps, approach: int, lea
     before = first - step * np.arange(approach, 0, -1)
     after = fourth + step * np.arange(1, leave + 1)
     centres = np.concatenate([before, [first], middle, [fourth], after])
-    return Layout(centres, approach, approach + 1 + between)
+    return Layout(centres, approach, approach + 1 + between, step)
 
 
 def stands_over(robot: Quadruped, obstacle: Obstacle, gaps: Gaps) -> float:
@@ -108,14 +110,27 @@ def first_gaps(settings: StrideSettings, robot: Quadruped, reserve: float) -> Ga
 
 def footholds(robot: Quadruped, obstacle: Obstacle, layout: Layout) -> Footholds:
     """All footholds in the world [m]: centres of the feet's balls, one radius above the ground."""
-    points = {}
-    for name in LEGS:
-        leg = robot.legs[name]
+    poses = np.zeros((len(layout.centres), 3))
+    poses[:, 0] = layout.centres
+    feet = obstacle.to_world(square_stances(robot, poses))
+    return Footholds({leg: feet[:, i] for i, leg in enumerate(LEGS)})
+
+
+def square_stances(robot: Quadruped, poses: FloatArray) -> FloatArray:
+    """Feet of square stances on the ground ``(..., 4, 3)`` [m], in the obstacle's frame.
+
+    Args:
+        robot: whose size they have.
+        poses: x, y of their middles, and the directions that they face ``(..., 3)`` [m], [rad].
+    """
+    length, width = robot.stance_size
+    corners = []
+    for leg in robot.legs.values():
         under = leg.hip + leg.axes[:, 1] * leg.lateral - robot.centre
-        local = np.zeros((len(layout.centres), 3))
-        length, width = robot.stance_size
-        local[:, 0] = layout.centres + np.copysign(length / 2.0, under[0])
-        local[:, 1] = np.copysign(width / 2.0, under[1])
-        local[:, 2] = robot.foot_radius
-        points[name] = obstacle.to_world(local)
-    return Footholds(points)
+        corners.append([np.copysign(length / 2.0, under[0]), np.copysign(width / 2.0, under[1])])
+    x, y = np.array(corners).T
+    cos, sin = np.cos(poses[..., 2:]), np.sin(poses[..., 2:])
+    level = np.full(np.broadcast_shapes(cos.shape, x.shape), robot.foot_radius)
+    return np.stack(
+        [poses[..., :1] + cos * x - sin * y, poses[..., 1:2] + sin * x + cos * y, level], axis=-1
+    )

@@ -7,21 +7,30 @@ along the fastest joint spline (Section III), over open ground along a simple sw
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from gaitopt.conventions import Progress
-from gaitopt.errors import InputError, StrideFault
+from gaitopt.conventions import FloatArray, Progress
+from gaitopt.entering.begin import HIGH
+from gaitopt.entering.standing_up import body_yaw, footholds_of
+from gaitopt.entering.walking import forces_of, plan_from_state
+from gaitopt.errors import InfeasibleStateError, InputError, StrideFault
+from gaitopt.inputs import check_kind
 from gaitopt.plan.plan import Plan
+from gaitopt.plan.record import StrideRecord
 from gaitopt.plan.settings.base import FORCES
 from gaitopt.plan.settings.keywords import chosen_settings, takes_settings
 from gaitopt.plan.settings.over_obstacle import BODY_HEIGHTS, StrideSettings
+from gaitopt.plan.state import State
+from gaitopt.planners.over_obstacle.approach import Stand, check_stand
 from gaitopt.planners.over_obstacle.attempt import attempt
 from gaitopt.planners.over_obstacle.clearance import Surroundings
 from gaitopt.planners.over_obstacle.failure import infeasible
 from gaitopt.robots.quadruped import Quadruped
+from gaitopt.terrain.footholds import Footholds
 from gaitopt.terrain.obstacles import Obstacle
 
 MARGINS = (1.0, 1.5, 2.0)
@@ -36,6 +45,7 @@ def plan_stride(
     settings: StrideSettings | None = None,
     *,
     progress: Progress | None = None,
+    start: State | None = None,
     **options: Any,
 ) -> Plan:
     """Plan a statically stable walk over an obstacle.
@@ -53,6 +63,11 @@ def plan_stride(
             this obstacle. By default they fit the robot, and the body height is the largest of a
             few heights, from 0.9 to 0.7 of the legs' reach, at which the walk is possible.
         progress: called with (steps done, steps in all).
+        start: the state in which the plan begins (:class:`gaitopt.State`), in front of the
+            obstacle: moving, with feet in the air, lying low, turned, or far away. The robot first
+            comes to rest on four feet, as in :func:`gaitopt.plan_crawl`, and then walks to where
+            its feet stride over the obstacle; ``approach`` does not count. By default it rests in
+            front of the obstacle.
         options: single settings by name: the fields of :class:`gaitopt.StrideSettings`;
             ``acceleration_limit`` and ``jerk_limit`` may be one number, or one for each joint of
             a leg from body to foot.
@@ -71,6 +86,7 @@ def plan_stride(
         InputError: a setting is unknown or out of range, a joint has no velocity limit, or with
             ``timing="forces"`` the robot has no mass or a jerk limit is given.
         InfeasibleStepError: no such walk was found; names the largest obstacle that is possible.
+        InfeasibleStateError: no plan begins in ``start``; tells which limit is in the way.
     """
     _check_kinds(robot, obstacle)
     this = {"heading": obstacle.yaw, "obstacles": (obstacle,)}
@@ -86,7 +102,43 @@ def plan_stride(
         candidates = [replace(chosen, body_height=share * reach) for share in BODY_HEIGHTS]
     margin_is_open = settings is None and options.get("stability_margin") is None
     margins = MARGINS if margin_is_open and chosen.forces is not None else MARGINS[:1]
-    return _first_plan(robot, obstacle, candidates, margins, progress)
+
+    def walk(stand: Stand | None) -> Plan:
+        return _first_plan(robot, obstacle, candidates, margins, progress, stand)
+
+    return walk(None) if start is None else _from_state(robot, obstacle, start, chosen, walk)
+
+
+def _from_state(
+    robot: Quadruped, obstacle: Obstacle, start: State, settings: StrideSettings,
+    walk: Callable[[Stand], Plan],
+) -> Plan:  # fmt: skip
+    """A walk that begins in a state.
+
+    Args:
+        robot, obstacle, start, settings: as for :func:`plan_stride`.
+        walk: plans the walk from rest.
+
+    Raises:
+        InfeasibleStateError: no plan begins in the state.
+    """
+    check_kind("start", start, State)
+    forces_of(settings)
+    places = footholds_of(robot, start)
+
+    def from_rest(over: Footholds, _: FloatArray) -> Plan:
+        return walk(Stand(over.array[:, 0], body_yaw(robot, start)))
+
+    check_stand(robot, obstacle, Stand(places.array[:, 0], 0.0), HIGH)
+    around = Surroundings.of(robot, obstacle)
+    here = around.nearest(np.array(start.columns)[None])
+    _check_clearance(settings, here.shape, here.distance, 0.0)
+    plan = plan_from_state(robot, places, start, settings, from_rest)
+    assert isinstance(plan.record, StrideRecord)
+    closest = around.along(plan.path, settings.clearance)
+    _check_clearance(settings, closest.seen.shape, closest.proven, closest.time)
+    nearest = f"{closest.seen.shape} at {closest.time:.2f} s"
+    return replace(plan, record=replace(plan.record, clearance=closest.proven, nearest=nearest))
 
 
 def _check_forces(robot: Quadruped, settings: StrideSettings) -> None:
@@ -103,12 +155,34 @@ def _check_forces(robot: Quadruped, settings: StrideSettings) -> None:
         )
 
 
+def _check_clearance(settings: StrideSettings, shape: str, distance: float, time: float) -> None:
+    """Refuse a begin that is too near to the obstacle.
+
+    Args:
+        settings: of the walk.
+        shape: the nearest part of the robot.
+        distance: of it from the obstacle [m].
+        time: when [s].
+
+    Raises:
+        InfeasibleStateError: it is too near.
+    """
+    if distance < settings.clearance:
+        raise InfeasibleStateError(
+            f"start: {shape} is within {distance:.4g} m of the obstacle at {time:.3f} s, and "
+            f"{settings.clearance:.4g} m are asked for; begin farther away from it, or reduce "
+            "clearance",
+            "clearance", distance, settings.clearance, "m", time,
+        )  # fmt: skip
+
+
 def _first_plan(
     robot: Quadruped,
     obstacle: Obstacle,
     candidates: list[StrideSettings],
     margins: tuple[float, ...],
     progress: Progress | None,
+    stand: Stand | None,
 ) -> Plan:
     """The plan with the first of some settings with which one is found.
 
@@ -117,6 +191,7 @@ def _first_plan(
         candidates: the settings.
         margins: multiples of their stability margin that are tried in turn where nothing but
             contact forces is missing.
+        stand: where the robot stands before; ``None``: where the walk itself begins.
 
     Raises:
         InfeasibleStepError: none is; the error is that of the first settings that only lack
@@ -128,7 +203,7 @@ def _first_plan(
         for share in margins:
             wider = replace(settings, stability_margin=share * settings.stability_margin)
             try:
-                return attempt(robot, obstacle, wider, around, progress)
+                return attempt(robot, obstacle, wider, around, progress, stand)
             except StrideFault as fault:
                 faults.append(fault)
                 if fault.cause != FORCES:

@@ -12,6 +12,7 @@ from gaitopt.errors import StrideFault
 from gaitopt.optimize.posture.problem import BodyPose, build_posture_problem
 from gaitopt.optimize.posture.solver import PostureSolution, solve_posture
 from gaitopt.plan.settings.over_obstacle import StrideSettings
+from gaitopt.planners.over_obstacle.approach import Stand, Way, way_to
 from gaitopt.planners.over_obstacle.layout import Gaps, Layout, footholds, lay_out, stands_over
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.swing.obstacle_paths import obstacle_path
@@ -137,9 +138,18 @@ class StrideRoute:
 
 
 def make_route(
-    robot: Quadruped, obstacle: Obstacle, settings: StrideSettings, demand: Demand
+    robot: Quadruped,
+    obstacle: Obstacle,
+    settings: StrideSettings,
+    demand: Demand,
+    stand: Stand | None = None,
 ) -> StrideRoute:
     """Footholds and postures of a walk that keeps a demand.
+
+    Args:
+        robot, obstacle, settings: as for :func:`gaitopt.plan_stride`.
+        demand: what the walk must keep.
+        stand: where the robot stands before; by default where the walk itself begins.
 
     Raises:
         StrideFault: a posture is impossible.
@@ -151,31 +161,63 @@ def make_route(
             f"{demand.gaps.front_after:.3g} m and {demand.gaps.hind_before:.3g} m beside it",
             cause="short",
         )
-    layout = lay_out(robot, obstacle, demand.gaps, settings.approach, settings.leave)
+    approach = settings.approach if stand is None else 0
+    layout = lay_out(robot, obstacle, demand.gaps, approach, settings.leave)
     places = footholds(robot, obstacle, layout)
     start, end = (
         _square_pose(robot, obstacle, settings, float(layout.centres[k])) for k in (0, -1)
     )
+    way = None
+    if stand is not None:
+        way = way_to(robot, obstacle, stand, float(layout.centres[0]), layout.longest)
+        before = {leg: way.feet[:, i] for i, leg in enumerate(LEGS)}
+        places = Footholds({leg: np.concatenate([before[leg], places[leg][1:]]) for leg in LEGS})
+        start = way.body(-1, obstacle, _height(robot, settings))
     route = StrideRoute(robot, obstacle, settings, demand, layout, places, start, end, ())
-    feet, pose = places.array[:, 0].copy(), start
+    return _with_steps(route, way)
+
+
+def _with_steps(route: StrideRoute, way: Way | None) -> StrideRoute:
+    """The route with all of its steps, and the pose after the last one.
+
+    Args:
+        route: without them.
+        way: the stances before the walk itself, if there are any.
+
+    Raises:
+        StrideFault: a posture is impossible.
+    """
+    settings, obstacle, layout, places = (
+        route.settings, route.obstacle, route.layout, route.footholds
+    )  # fmt: skip
+    before = 0 if way is None else way.cycles
+    feet, pose = places.array[:, 0].copy(), route.start
     steps: list[Step] = []
-    for cycle in range(layout.cycles):
+    for cycle in range(before + layout.cycles):
         for leg in settings.sequence:
-            target = places[leg][cycle + 1]
-            step = Step(leg, cycle, layout.strides_over(leg, cycle), feet.copy(), target, pose)
+            over = layout.strides_over(leg, cycle - before)
+            # On its way to the walk the body turns with the stances.
+            near = pose
+            if way is not None and cycle < before:
+                near = way.body(cycle, obstacle, _height(route.robot, settings))
+            step = Step(leg, cycle, over, feet.copy(), places[leg][cycle + 1], near)
             steps.append(
                 step._replace(pose=_unless_same(pose, _posture(route, step, len(steps)).pose))
             )
             feet, pose = step.landed, steps[-1].pose
-    last = _recovery_pose(route, feet, pose)
-    return replace(route, steps=tuple(steps), end=last)
+    return replace(route, steps=tuple(steps), end=_recovery_pose(route, feet, pose))
+
+
+def _height(robot: Quadruped, settings: StrideSettings) -> float:
+    """Height of a level body above the ground [m]."""
+    return robot.foot_radius + settings.body_height
 
 
 def _square_pose(
     robot: Quadruped, obstacle: Obstacle, settings: StrideSettings, centre: float
 ) -> BodyPose:
     """The pose of a level body above the middle of a square stance."""
-    local = np.array([centre, 0.0, robot.foot_radius + settings.body_height])
+    local = np.array([centre, 0.0, _height(robot, settings)])
     return BodyPose(obstacle.to_world(local), np.array([0.0, 0.0, obstacle.yaw]))
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from gaitopt.conventions import LEGS, FloatArray, leg_index
 from gaitopt.errors import StrideFault
 from gaitopt.plan.settings.over_obstacle import StrideSettings
+from gaitopt.planners.over_obstacle.approach import Stand
 from gaitopt.planners.over_obstacle.clearance import Surroundings
 from gaitopt.planners.over_obstacle.layout import first_gaps
 from gaitopt.planners.over_obstacle.route import Demand, StrideRoute, make_route
@@ -48,6 +49,7 @@ def find_route(
     settings: StrideSettings,
     around: Surroundings,
     demand: Demand | None = None,
+    stand: Stand | None = None,
 ) -> StrideRoute:
     """A walk that keeps its clearance at all samples.
 
@@ -57,13 +59,14 @@ def find_route(
         settings: of the walk.
         around: the robot's shapes and the obstacle.
         demand: of the first round; the least one by default.
+        stand: where the robot stands before; by default where the walk itself begins.
 
     Raises:
         StrideFault: a posture is impossible, or no walk was found within :data:`ROUNDS`.
     """
     wanted = demand or first_demand(robot, obstacle, settings)
     for k in range(ROUNDS):
-        route = make_route(robot, obstacle, settings, wanted)
+        route = make_route(robot, obstacle, settings, wanted, stand)
         values, owners = sample(route)
         wider = widened(route, around, values, GAIN + GAIN_GROWTH * k)
         if wider != wanted:
