@@ -36,6 +36,7 @@ from gaitopt.dynamics.region.rows import (
 from gaitopt.dynamics.region.stance import Stance, stances
 from gaitopt.errors import InputError
 from gaitopt.inputs import check_number, check_shape
+from gaitopt.robots.leg_names import as_leg
 from gaitopt.robots.quadruped import Quadruped
 
 DEFAULT_TOLERANCE: Final = 5e-4
@@ -78,6 +79,7 @@ def feasible_region(
             one place.
         SolverError: the linear programs were not solved.
     """
+    support = [as_leg(leg) for leg in support]
     unknown = [leg for leg in support if leg not in LEGS]
     if unknown:
         raise InputError(f"support: {unknown[0]!r} is unknown; legs are {', '.join(LEGS)}")

@@ -9,7 +9,7 @@ from typing import Any, Final
 
 from gaitopt.conventions import LEGS
 from gaitopt.errors import InputError
-from gaitopt.robots.leg_names import leg_named
+from gaitopt.robots.leg_names import as_leg
 
 WANG_SEQUENCE: Final[tuple[str, str, str, str]] = ("RH", "RF", "LH", "LF")
 """Leg order of [Wang2020], Section II.D, best for static stability."""
@@ -37,7 +37,7 @@ def legs_in(sequence: object) -> tuple[Any, ...]:
         names = tuple(name for name in re.split(r"[,\s]+", sequence) if name)
     else:
         names = tuple(sequence) if isinstance(sequence, Iterable) else (sequence,)
-    return tuple((leg_named(n) or n) if isinstance(n, str) else n for n in names)
+    return tuple(as_leg(name) for name in names)
 
 
 def check_sequence(sequence: Iterable[str]) -> tuple[str, ...]:

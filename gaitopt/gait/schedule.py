@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from types import MappingProxyType
 from typing import Any, Final
 
 import numpy as np
@@ -19,7 +18,7 @@ from numpy.typing import ArrayLike
 from gaitopt.conventions import LEGS, BoolArray, FloatArray, frozen
 from gaitopt.errors import InputError
 from gaitopt.inputs import check_number
-from gaitopt.robots.leg_names import leg_named
+from gaitopt.robots.leg_names import LegMapping, leg_named
 
 SNAP: Final = 1e-9
 """Shares of a cycle that differ by this or less are the same instant. Sums of shares are rounded to
@@ -88,7 +87,7 @@ class GaitSchedule:
             raise InputError(f"name must be a text, got {self.name!r}")
         object.__setattr__(self, "cycle_time", time)
         object.__setattr__(self, "duty_factor", duty)
-        object.__setattr__(self, "phase_offsets", MappingProxyType(offsets))
+        object.__setattr__(self, "phase_offsets", LegMapping(offsets))
 
     def __hash__(self) -> int:
         return hash((self.cycle_time, self.duty_factor, *self.phase_offsets.values(), self.name))
@@ -143,8 +142,8 @@ class GaitSchedule:
         lifts = {leg: (share + self.duty_factor) % 1.0 for leg, share in touches.items()}
         instant = _joined(touches.values(), lifts.values())
         return (
-            MappingProxyType({leg: instant[share] for leg, share in touches.items()}),
-            MappingProxyType({leg: instant[share] for leg, share in lifts.items()}),
+            LegMapping({leg: instant[share] for leg, share in touches.items()}),
+            LegMapping({leg: instant[share] for leg, share in lifts.items()}),
         )
 
     @cached_property

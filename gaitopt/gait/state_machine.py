@@ -21,6 +21,7 @@ from gaitopt.gait.step_timing import GaitClock, Moment, check_cycles, first_swin
 from gaitopt.gait.step_timing import SwingEvent as SwingEvent
 from gaitopt.gait.step_timing import swing_events as swing_events
 from gaitopt.inputs import check_kind, check_number
+from gaitopt.robots.leg_names import as_leg
 
 LONGEST_ADVANCE: Final = 1000
 """Most cycles in one call of :meth:`GaitStateMachine.advance` on a walk without end, so that a
@@ -324,7 +325,8 @@ class GaitStateMachine:
 
 
 def _checked_contacts(contacts: object) -> dict[str, bool]:
-    if not isinstance(contacts, Mapping) or set(contacts) != set(LEGS):
+    named = {as_leg(name): name for name in contacts} if isinstance(contacts, Mapping) else {}
+    if not isinstance(contacts, Mapping) or set(named) != set(LEGS) or len(contacts) != len(LEGS):
         got = ", ".join(map(str, contacts)) if isinstance(contacts, Mapping) else repr(contacts)
         raise InputError(f"contacts must name each of {', '.join(LEGS)} once, got {got}")
-    return {leg: bool(contacts[leg]) for leg in LEGS}
+    return {leg: bool(contacts[named[leg]]) for leg in LEGS}

@@ -20,6 +20,7 @@ from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.errors import InputError
 from gaitopt.gait.schedule import CYCLE_TIMES, SNAP, GaitSchedule, wrapped
 from gaitopt.inputs import check_count, check_number
+from gaitopt.robots.leg_names import as_leg
 
 MOST_CYCLES: Final = 100_000
 """Most swings of a leg in a walk: about a day of walking."""
@@ -127,7 +128,7 @@ def first_swings(
     Raises:
         InputError: there is no such leg.
     """
-    first = schedule.order[0][0] if first is None else first
+    first = schedule.order[0][0] if first is None else as_leg(first)
     if first not in LEGS:
         raise InputError(f"first must be one of {', '.join(LEGS)}, got {first!r}")
     start = schedule.liftoffs[first]

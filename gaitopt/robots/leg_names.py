@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
-from typing import Any, Final
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any, Final, Generic, TypeVar
 
 from gaitopt.conventions import LEGS
-from gaitopt.errors import InputError
+from gaitopt.errors import InputError, UnknownNameError
 
 _SHORT: Final = {
     "lf": "LF", "fl": "LF", "rf": "RF", "fr": "RF",
@@ -21,7 +21,42 @@ _NAMES: Final = _SHORT | {
     name: _SIDES[side] + _ENDS[end]
     for side in _SIDES for end in _ENDS for name in (side + end, end + side)
 }  # fmt: skip
+Value = TypeVar("Value")
 _WORD: Final = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+")
+
+
+class LegMapping(Mapping[str, Value], Generic[Value]):
+    """Values by leg, in the order of :data:`gaitopt.LEGS`, which any name of a leg finds.
+
+    Args:
+        values: by the names of :data:`gaitopt.LEGS`; nobody can write into the copy.
+    """
+
+    def __init__(self, values: Mapping[str, Value]) -> None:
+        self._values = {leg: values[leg] for leg in LEGS}
+
+    def __getitem__(self, name: str) -> Value:
+        leg = as_leg(name)
+        if leg not in self._values:
+            raise UnknownNameError(
+                f"{name!r} is no leg; legs are {', '.join(LEGS)} (FL, RL, RR, FR and front_left "
+                "are understood, too)"
+            )
+        return self._values[leg]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._values)
+
+    def __len__(self) -> int:
+        return len(self._values)
+
+    def __repr__(self) -> str:
+        return repr(self._values)
+
+
+def as_leg(name: Any) -> Any:
+    """The leg with this name, as :data:`gaitopt.LEGS` has it; what is no name of one as it is."""
+    return (leg_named(name) or name) if isinstance(name, str) and name not in LEGS else name
 
 
 def leg_of(name: str) -> str | None:

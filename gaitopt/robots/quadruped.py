@@ -18,7 +18,7 @@ from gaitopt.files import silenced_stderr
 from gaitopt.robots import limits
 from gaitopt.robots.files.notes import Notes, read_notes
 from gaitopt.robots.leg import Leg
-from gaitopt.robots.leg_names import by_leg
+from gaitopt.robots.leg_names import LegMapping, by_leg
 from gaitopt.robots.standing import foot_below_hip, standing_height
 from gaitopt.robots.urdf_text import check_masses, check_urdf
 from gaitopt.robots.xml_text import shown
@@ -39,7 +39,8 @@ class Quadruped:
         name: the catalogue's name, or the name inside the URDF.
         urdf: the URDF's text.
         model: Pinocchio's model with a free-flying base. Its ``armature`` is the motors' inertia.
-        legs: the four legs by name, in the order of :data:`gaitopt.LEGS`.
+        legs: the four legs by name, in the order of :data:`gaitopt.LEGS`; ``legs["FL"]`` and
+            ``legs["front_left"]`` are found, too.
         body_axes: axes of the body frame (x forward, y left, z up) as columns in the base
             frame ``(3, 3)``. Body and base share their origin.
         centre: middle of the four hips in the body frame ``(3,)`` [m]. It is the body centre, which
@@ -112,7 +113,7 @@ class Quadruped:
             name=shown(str(model.name)),
             urdf=urdf,
             model=model,
-            legs=MappingProxyType(legs),
+            legs=LegMapping(legs),
             body_axes=frozen(axes),
             centre=frozen(np.mean([leg.hip for leg in legs.values()], axis=0)),
             knees=MappingProxyType(dict(knees or {})),
@@ -166,7 +167,7 @@ class Quadruped:
     def leg_columns(self) -> Mapping[str, tuple[int, ...]]:
         """For each leg the positions of its joints in :attr:`joint_names`."""
         order = {name: i for i, name in enumerate(self.joint_names)}
-        return {leg: tuple(order[j] for j in self.legs[leg].joints) for leg in LEGS}
+        return LegMapping({leg: tuple(order[j] for j in self.legs[leg].joints) for leg in LEGS})
 
     @cached_property
     def leg_joint_columns(self) -> np.ndarray:

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from gaitopt.conventions import LEGS, FloatArray, frozen
 from gaitopt.errors import FootholdsError
 from gaitopt.files import StrPath, read_bounded, written_whole
-from gaitopt.robots.leg_names import leg_named
+from gaitopt.robots.leg_names import LegMapping, as_leg
 from gaitopt.terrain.foothold_checks import (
     checked_friction,
     checked_normals,
@@ -118,7 +118,7 @@ class Footholds:
 
     def __getitem__(self, leg: str) -> FloatArray:
         """Footholds ``(n, 3)`` of a leg, under any of its names [m]."""
-        return self.points[leg if leg in self.points else leg_named(str(leg)) or leg]
+        return self.points[as_leg(leg)]
 
     def __len__(self) -> int:
         """Number of footholds of the leg that has most."""
@@ -155,7 +155,7 @@ class Footholds:
     @cached_property
     def counts(self) -> Mapping[str, int]:
         """Number of footholds of each leg."""
-        return MappingProxyType({leg: len(p) for leg, p in self.points.items()})
+        return LegMapping({leg: len(p) for leg, p in self.points.items()})
 
     @property
     def steps(self) -> int:

@@ -553,8 +553,8 @@ def test_no_stances_have_no_regions(wang: Quadruped) -> None:
 
 def test_wrong_inputs_are_refused(wang: Quadruped) -> None:
     feet = own_stance(wang)
-    with pytest.raises(InputError, match="'FL' is unknown; legs are LF, LH, RH, RF"):
-        feasible_region(wang, feet, support=("FL", "LH"))
+    with pytest.raises(InputError, match="'XL' is unknown; legs are LF, LH, RH, RF"):
+        feasible_region(wang, feet, support=("XL", "LH"))
     with pytest.raises(InputError, match="1 feet stand"):
         feasible_region(wang, feet, support=("LF",))
     with pytest.raises(InputError, match="feet must be finite"):

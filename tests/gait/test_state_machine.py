@@ -365,7 +365,7 @@ def test_time_does_not_go_back_and_takes_no_leaps_without_end() -> None:
     ("changes", "message"),
     [
         ({"cycles": -1}, "cycles must be a whole number from 0 to 100000, got -1"),
-        ({"first": "FL"}, "first must be one of LF, LH, RH, RF, got 'FL'"),
+        ({"first": "XL"}, "first must be one of LF, LH, RH, RF, got 'XL'"),
         ({"transition_time": -0.1}, "transition_time must be a number .* s, got -0.1"),
         ({"longest_wait": float("nan")}, "longest_wait must be a number .* s, got nan"),
         ({"earliest_contact": 1.5}, "earliest_contact must be a number from 0 to 1, got 1.5"),

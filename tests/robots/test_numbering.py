@@ -101,8 +101,8 @@ def test_unknown_numbers_are_refused(number: Any) -> None:
 
 
 def test_unknown_legs_papers_and_axes_are_refused() -> None:
-    with pytest.raises(InputError, match="there is no leg 'FL'; legs are LF, LH, RH, RF"):
-        number_of("FL", "xiling")
+    with pytest.raises(InputError, match="there is no leg 'XL'; legs are LF, LH, RH, RF"):
+        number_of("XL", "xiling")
     with pytest.raises(InputError, match="numbering 'wang'; known are wang2020, xiling, wang2024"):
         renumber(1, "wang", "xiling")
     with pytest.raises(InputError, match=r"axis 1 must run over four legs, .* shape is \(4, 3\)"):

@@ -31,6 +31,7 @@ from gaitopt.optimize.cog.formulation import (
     build_cog_formulation,
 )
 from gaitopt.optimize.cog.half_planes import SIDES, constraint_names, padded, triangle_planes
+from gaitopt.robots.leg_names import as_leg, by_leg
 from gaitopt.robots.quadruped import Quadruped
 
 FURTHER = 2 + 3 * SIDES
@@ -124,7 +125,11 @@ def build_cog_problem(
     check_kind("robot", robot, Quadruped)
     if (swing is None) != (foothold is None):
         raise InputError("swing and foothold go together: give both, or neither")
-    stance = np.array([[feet[leg] for leg in LEGS]], dtype=np.float64)
+    named, swing = by_leg("feet", feet), as_leg(swing)
+    missing = [leg for leg in LEGS if leg not in named]
+    if missing:
+        raise InputError(f"feet: there is no place of {', '.join(missing)}; give all four legs'")
+    stance = np.array([[named[leg] for leg in LEGS]], dtype=np.float64)
     target = None if foothold is None else np.array([foothold], dtype=np.float64)
     (problem,) = build_cog_problems(
         robot, stance, np.array([height]), [swing], target,

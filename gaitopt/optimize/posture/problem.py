@@ -31,6 +31,7 @@ from gaitopt.conventions import LEGS, FloatArray, frozen
 from gaitopt.errors import InputError
 from gaitopt.inputs import check_number
 from gaitopt.robots.leg_angles import pitch_angles
+from gaitopt.robots.leg_names import as_leg, by_leg
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.rotations import rpy_matrix_rows, rpy_to_matrix
 from gaitopt.robots.whole_body import base_of_body
@@ -205,7 +206,7 @@ def build_posture_problem(
     Raises:
         InputError: a name is unknown, a number out of range, or the feet support no area.
     """
-    stands = _feet(feet)
+    stands, swing = _feet(feet), as_leg(swing)
     if swing is not None and swing not in LEGS:
         raise InputError(f"swing must be one of {', '.join(LEGS)} or None, got {swing!r}")
     if swing is None and len(places):
@@ -295,11 +296,22 @@ def angle_bounds(
     return low, high
 
 
-def _feet(feet: Mapping[str, ArrayLike]) -> FloatArray:
-    missing = [leg for leg in LEGS if leg not in feet]
-    if missing or len(feet) != len(LEGS):
+def feet_by_leg(feet: Mapping[str, Any]) -> dict[str, Any]:
+    """Places of the feet with the names of :data:`gaitopt.LEGS`, under whatever names they come.
+
+    Raises:
+        InputError: a leg is missing, unknown, or comes twice.
+    """
+    named = by_leg("feet", feet)
+    missing = [leg for leg in LEGS if leg not in named]
+    if missing:
         raise InputError(f"feet need exactly {', '.join(LEGS)}, got {', '.join(map(str, feet))}")
-    return np.array([_three_numbers("a foot's place", feet[leg]) for leg in LEGS])
+    return named
+
+
+def _feet(feet: Mapping[str, ArrayLike]) -> FloatArray:
+    named = feet_by_leg(feet)
+    return np.array([_three_numbers("a foot's place", named[leg]) for leg in LEGS])
 
 
 def _three_numbers(name: str, given: ArrayLike) -> FloatArray:

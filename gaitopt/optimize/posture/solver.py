@@ -30,8 +30,10 @@ from gaitopt.optimize.posture.problem import (
     PostureProblem,
     angle_bounds,
     build_posture_problem,
+    feet_by_leg,
     posture_formulation,
 )
+from gaitopt.robots.leg_names import as_leg
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.stability.energy import energy_stability_margin
 from gaitopt.stability.margins import static_stability_margin
@@ -234,7 +236,8 @@ def posture_cycle(
     Raises:
         InputError: a value is out of range, or the sequence does not name every leg once.
     """
-    if sorted(sequence) != sorted(LEGS):
+    sequence, feet = [as_leg(leg) for leg in sequence], feet_by_leg(feet)
+    if sorted(map(str, sequence)) != sorted(LEGS):
         raise InputError(f"sequence must name the four legs once each, got {tuple(sequence)!r}")
     way = float(stride) * start.axes[:, 0]
     places = {leg: frozen(feet[leg]) for leg in LEGS}

@@ -12,6 +12,7 @@ from gaitopt.errors import InputError
 from gaitopt.inputs import check_kind
 from gaitopt.motion.path import MotionPath
 from gaitopt.plan.plan import Plan
+from gaitopt.robots.leg_names import as_leg
 from gaitopt.viewing.colours import LEG_COLOURS
 from gaitopt.viewing.figures.common import (
     DASHED,
@@ -249,7 +250,7 @@ def _add_keys(drawn: Panels, plan: Plan, legs: tuple[str, ...], *, own: bool) ->
 
 def _checked_legs(legs: Iterable[str] | None) -> tuple[str, ...]:
     """The legs in the order of ``LEGS``; raises InputError for unknown ones."""
-    chosen = list(LEGS if legs is None else legs)
+    chosen = [as_leg(leg) for leg in (LEGS if legs is None else legs)]
     unknown = [leg for leg in chosen if leg not in LEGS]
     if unknown or not chosen:
         raise InputError(
