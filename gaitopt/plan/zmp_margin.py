@@ -19,7 +19,9 @@ def with_zmp_margins(plan: Plan) -> Plan:
     Args:
         plan: any plan.
     """
-    times = times_of_margins(plan)
+    # Accelerations may jump at knots, and the ZMP with them: both sides count.
+    before = np.nextafter(plan.path.times[1:], 0.0)
+    times = np.union1d(times_of_margins(plan), before)
     motion = plan.at(times)
     moved = motion_of_path(plan.robot, *(plan.path.evaluate(times, k) for k in range(3)))
     count = np.maximum(motion.contacts.sum(axis=1), 1)
