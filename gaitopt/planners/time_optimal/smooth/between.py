@@ -165,20 +165,20 @@ def _least_along_normals(
 ) -> FloatArray:
     """Least ``normal . zmp`` on the span of each of the ZMP's rows ``(M,)`` [m].
 
-    As the motion is now, and with all the stretch that it may get: this moves the ZMP. Rows of
-    infinite gravity are about the centre of mass.
+    As the motion is now, and with all the stretch that it may get: this moves the ZMP. Where forces
+    set the timing it gets none. Rows of infinite gravity are about the centre of mass.
     """
     zmp, knot = problem.zmp, problem.zmp.knot + window.first_knot
     static = np.isinf(zmp.gravity)
     # The centre of mass is where it is, however the motion is stretched.
     centres = motion.centres_of_mass()[knot[static]] if static.any() else None
-    found = []
-    for one in (motion, motion.slower(MOST_STRETCH)):
+    found, forces = [], window.route.settings.forces is not None
+    for one in (motion,) if forces else (motion, motion.slower(MOST_STRETCH)):
         points = one.zero_moment_points()[knot]
         if centres is not None:
             points[static] = centres
         found.append(np.einsum("mi,msi->ms", zmp.normal, points).min(axis=1))
-    return np.asarray(np.minimum(*found))
+    return np.asarray(np.minimum.reduce(found))
 
 
 def sampled_stretch(window: SmoothWindow, motion: SplineMotion) -> float:
