@@ -15,6 +15,7 @@ import numpy as np
 from gaitopt.conventions import LEGS, FloatArray, frozen
 from gaitopt.errors import InputError, RobotError
 from gaitopt.files import silenced_stderr
+from gaitopt.packages import refuse_shadows
 from gaitopt.robots import limits
 from gaitopt.robots.files.notes import Notes, read_notes
 from gaitopt.robots.leg import Leg
@@ -78,7 +79,9 @@ class Quadruped:
                 that is not pitch-pitch, or one of three that cannot stand and move its foot in all
                 directions.
             InputError: ``knees`` names an unknown leg or side.
+            MissingPackageError: another module hides Pinocchio, CasADi or MuJoCo.
         """
+        refuse_shadows()
         import pinocchio as pin
 
         from gaitopt.robots import discovery, leg_reading
