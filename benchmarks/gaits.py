@@ -4,7 +4,9 @@
 prints a table.
 Trots are walked for 1.5 m at full speed, ``wang2020-fast`` at 0.3 m/s and others at 0.5 m/s;
 pronks, bounds and paces for 0.9 m at 0.3 m/s; gaits with three feet for 0.3 m at 0.1 m/s. With
-``--velocity`` the same gaits are planned without forces, and with ``--speed`` at another speed.
+``--velocity`` the same gaits are planned without forces, with ``--speed`` at another speed, and
+with ``--shift`` feet land at most so far beside their footholds [m]
+(``ControlGains.foothold_shift``).
 """
 
 from __future__ import annotations
@@ -15,6 +17,7 @@ from collections.abc import Sequence
 from time import process_time
 
 import gaitopt
+from gaitopt.control.gains import ControlGains
 
 ROBOTS = ("wang2020-fast", "a1", "go1", "go2", "b1", "laikago", "anymal", "anymal_c", "hyq",
           "solo12")  # fmt: skip
@@ -38,8 +41,13 @@ DISTANCE, LASTING = 1.5, 3.0
 """Way at full speed of trots [m], and time at full speed of all others [s]."""
 
 
-def line(name: str, gait: str, timing: str, other: float | None = None) -> str:
-    """The table's line of one walk; ``other`` takes the place of its usual speed [m/s]."""
+def line(
+    name: str, gait: str, timing: str, other: float | None = None, shift: float | None = None
+) -> str:
+    """The table's line of one walk; ``other`` takes the place of its usual speed [m/s].
+
+    ``shift`` takes the place of how far feet may usually land beside their footholds [m].
+    """
     robot = gaitopt.load_robot(name)
     trots = gait.startswith("trot")
     speed = SLOW if gait in ("quasi-static", "walk") else WANG
@@ -61,7 +69,8 @@ def line(name: str, gait: str, timing: str, other: float | None = None) -> str:
     began = process_time()
     certificate = gaitopt.verify(plan, collisions=False, forces=gaitopt.ForceLimits())
     checking = process_time() - began
-    result = gaitopt.simulate(plan)
+    gains = None if shift is None else ControlGains.for_plan(plan, foothold_shift=shift)
+    result = gaitopt.simulate(plan, gains=gains)
     forces = certificate["contact forces"].status
     missed = f"{len(result.missed)} of {result.steps}"
     return (
@@ -77,13 +86,15 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--robots", default=",".join(ROBOTS))
     parser.add_argument("--velocity", action="store_true", help="plan without forces")
     parser.add_argument("--speed", type=float, help="at full speed [m/s]")
+    parser.add_argument("--shift", type=float, help="of footholds at the most [m]")
     asked = parser.parse_args(arguments)
     print("| robot | gait | m/s | forces | planned [s] | checked [s] | physics | feet beside their "
           "places | tilt [deg] | body error [mm] |")  # fmt: skip
     print("|---|---|---|---|---|---|---|---|---|---|")
     for gait in asked.gaits.split(","):
         for name in asked.robots.split(","):
-            print(line(name, gait, "velocity" if asked.velocity else "forces", asked.speed))
+            timing = "velocity" if asked.velocity else "forces"
+            print(line(name, gait, timing, asked.speed, asked.shift))
             sys.stdout.flush()
 
 

@@ -25,6 +25,7 @@ from gaitopt.control.gains import ControlGains
 from gaitopt.control.nearest_forces import NearestForces
 from gaitopt.control.reference import Reference
 from gaitopt.control.rotation import rotation_of, rotation_vector
+from gaitopt.control.stepping import Stepping
 from gaitopt.conventions import GRAVITY, LEGS, BoolArray, FloatArray
 from gaitopt.plan.plan import Plan
 
@@ -87,6 +88,7 @@ class TrackingController:
         self.gains = ControlGains.for_plan(plan) if gains is None else gains
         self.reference: Reference = build_reference(plan, self.gains, dt)
         self.dt = dt
+        self._robot = robot
         self._model: Any = robot.model
         self._data: Any = robot.model.createData()
         self._frames = [robot.model.getFrameId(robot.legs[leg].foot) for leg in LEGS]
@@ -114,6 +116,7 @@ class TrackingController:
         self._offset = np.zeros((len(LEGS), 3))
         self._was_grounded = self._footing.grounded
         self._anchors = Anchors(self._weight, self._footing.grounded)
+        self._stepping = Stepping(self._robot, self.reference, self.gains.foothold_shift)
         self._forces.reset()
         if self._nearest is not None:
             self._nearest.reset()
@@ -238,7 +241,7 @@ class TrackingController:
         """
         ref, footing = self.reference, self._footing
         held = footing.grounded
-        target = ref.feet[tick].copy()
+        target = ref.feet[tick] + self._stepping.shifts(tick, state.q, state.v)
         target[:, 2] -= footing.probe
         if self._nearest is not None:
             # A foot that bears hardly any load may leave the ground: it is brought back.
