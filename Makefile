@@ -54,6 +54,7 @@ bench: $(VENV)/.test
 	$(BIN)/python -m benchmarks
 
 docs: $(VENV)/.test
+	$(BIN)/python docs/make_replays.py
 	GAITOPT_NOTEBOOKS=cache $(BIN)/sphinx-build -W --keep-going -b html docs docs/_build/html
 	@echo "open docs/_build/html/index.html"
 

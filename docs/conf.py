@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from docutils import nodes
+from docutils.parsers.rst import Directive, directives
 from docutils.utils.math.latex2mathml import tex2mathml
 
 import gaitopt
@@ -83,6 +84,33 @@ def visit_block(self: HTML5Translator, node: nodes.math_block) -> None:
     raise nodes.SkipNode
 
 
+class Replay(Directive):
+    """A replay of the gallery that plays in the page, and the command that made it.
+
+    ``make docs`` makes the replays. A site that is built without them says so in their places.
+    """
+
+    required_arguments = 1
+    has_content = True
+    option_spec = {"command": directives.unchanged_required}  # noqa: RUF012
+
+    def run(self) -> list[nodes.Node]:
+        """The nodes of the page."""
+        name = self.arguments[0]
+        caption = nodes.container(classes=["replay-caption"])
+        self.state.nested_parse(self.content, self.content_offset, caption)
+        command = nodes.literal_block(text="$ " + self.options["command"], language="text")
+        if not (Path(__file__).parent / "_static" / "replays" / f"{name}.html").is_file():
+            missing = nodes.paragraph(
+                text="The replay is not here: this site was not built by make docs."
+            )
+            return [caption, missing, command]
+        page = f"_static/replays/{name}.html"
+        frame = (f'<iframe class="replay" loading="lazy" title="replay: {name}" '
+                 f'src="{page}#paused"></iframe>')  # fmt: skip
+        return [caption, nodes.raw("", frame, format="html"), command]
+
+
 def escape_bars(
     app: object, what: str, name: str, obj: object, options: object, lines: list[str]
 ) -> None:
@@ -95,5 +123,6 @@ def escape_bars(
 
 def setup(app: Sphinx) -> None:
     """Called by Sphinx."""
+    app.add_directive("replay", Replay)
     app.connect("autodoc-process-docstring", escape_bars)
     app.add_html_math_renderer("mathml", (visit_inline, None), (visit_block, None))

@@ -291,3 +291,26 @@ def test_colours_of_the_legs_differ_as_the_colour_blind_see_them(desk: Driven, v
     for i in range(4):
         for j in range(i):
             assert np.linalg.norm(seen[i] - seen[j]) > 0.2, (vision, i, j)
+
+
+def test_without_a_graphics_card_a_replay_that_plays_has_fewer_pixels(desk: Driven) -> None:
+    """The browser of these tests draws with the processor."""
+    width = "window.gaitopt.viewer.renderer.domElement.width"
+    whole = desk.value(width)
+    desk.value("window.gaitopt.setPlaying(true)")
+    assert desk.value(width) == pytest.approx(whole / 2.0, abs=1.0)
+    desk.value("window.gaitopt.setPlaying(false)")
+    assert desk.value(width) == whole and desk.problems == []
+
+
+def test_in_the_page_of_a_site_nothing_covers_the_robot(plan: Plan, tmp_path: Path) -> None:
+    """The gallery has low frames: colours are folded, and buttons have a row of their own."""
+    size = (736, 420)
+    for page in driven(replay_html(plan), tmp_path, "paused&t=2&no-shadows", size):
+        about, bar, clock = page.box("#about"), page.box("#bar"), page.box("#clock")
+        assert about["height"] < 60.0 and bar["top"] > size[1] / 2.0
+        tools = [page.box(f"#{name}") for name in ("speed", "view", "more", "follow", "home")]
+        assert all(box["top"] > clock["bottom"] for box in tools)
+        assert max(box["right"] for box in tools) < bar["right"] and page.problems == []
+        page.value("document.querySelector('#about h1').click()")
+        assert page.box("#about")["height"] > 120.0

@@ -81,6 +81,20 @@ function makeCamera(THREE, viewer, data) {
   return view;
 }
 
+// Without a graphics card the processor draws: then a replay that plays has half as many pixels each
+// way, and one that pauses has all of them. Videos always have all.
+function makeSharpness(viewer, hash) {
+  const gl = viewer.renderer.getContext(), names = gl.getExtension("WEBGL_debug_renderer_info");
+  const name = names ? gl.getParameter(names.UNMASKED_RENDERER_WEBGL) : "";
+  const slow = /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name) && !hash.has("film");
+  const all = viewer.renderer.getPixelRatio();
+  return (sharp) => {
+    if (!slow) return;
+    viewer.renderer.setPixelRatio(sharp ? all : all / 2);
+    viewer.set_dirty();
+  };
+}
+
 // An endless floor, and one sun whose shadow map stays around what is looked at.
 function makeLight(THREE, viewer, data, view, backdrop, shadows) {
   const widest = 4, reach = Math.min(data.radius * 1.15, widest);

@@ -25,6 +25,7 @@
   const view = makeCamera(THREE, viewer, data);
   // Without a graphics card most of the time goes into shadows.
   const shine = makeLight(THREE, viewer, data, view, BACKDROP, !hash.has("no-shadows"));
+  const sharpen = makeSharpness(viewer, hash);
   const meshOf = drawGround(THREE, viewer, data.ground);
   const move = makeMotion(THREE, viewer, data.tracks);
   const pass = makePassing(THREE, viewer, data.passing, meshOf);
@@ -59,6 +60,7 @@
   function setPlaying(playing) {
     if (playing && state.time >= data.duration) seek(0);
     state.playing = playing && data.duration > 0;
+    sharpen(!state.playing);
     el("play").classList.toggle("playing", state.playing);
   }
 
@@ -218,7 +220,8 @@
 
   // ---- start: the address may say where, as in replay.html#t=60&paused&speed=5&follow&curves
   const narrow = window.innerWidth < 640;
-  el("about").classList.toggle("folded", narrow);
+  // In a low window, as in the page of a site, the list of colours would cover the robot.
+  el("about").classList.toggle("folded", narrow || window.innerHeight < 520);
   viewer.set_3d_pane_size();
   const wanted = Number(hash.get("speed"));
   setSpeed([...el("speed").options].some((o) => Number(o.value) === wanted) ? wanted : data.speed);
