@@ -7,30 +7,31 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from gaitopt.conventions import LEGS, OTHER_LEGS, BoolArray, FloatArray
-from gaitopt.optimize.route.centre_of_mass import MassDistribution
-from gaitopt.planners.over_terrain.attempts import ATTEMPTS, RARE_ATTEMPTS, Attempt
+from gaitopt.planners.over_terrain.heights import (
+    ATTEMPTS,
+    PITCHES,
+    RARE_ATTEMPTS,
+    Attempt,
+    Heights,
+    feet_and_poses,
+)
 from gaitopt.planners.over_terrain.limbs import Limbs
 from gaitopt.planners.over_terrain.pairs import Cause, Judged, Pairs
+from gaitopt.planners.over_terrain.places import BodyPlaces
 from gaitopt.planners.over_terrain.settings import TerrainSettings
 from gaitopt.planners.over_terrain.surfaces import Surfaces
-from gaitopt.planners.over_terrain.triangles import (
-    into_triangles,
-    new_places,
-    shrunken_triangles,
-)
+from gaitopt.planners.over_terrain.triangles import new_places
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.rotations import rpy_to_matrix
 
 ANGLE_RESERVE = 0.02
 """How far joints keep from their limits [rad]. Chosen: the plan's body may be some millimetres from
 where the search puts it."""
-COM_RESERVE = 0.3
-"""Margin beyond the one that is asked for, as a share of it: the centre of mass moves in the body
-while a foot flies, and forces may ask for more."""
 APART = 0.01
 """Distance that feet keep from each other beside their radii [m]."""
 CROSSING = 0.25
@@ -53,7 +54,6 @@ class Judge:
     Attributes:
         robot, settings, surfaces: whose steps, what is asked for, and the ground.
         limbs: the robot's links over the ground.
-        com: the centre of mass from the body centre of the standing robot, body frame ``(3,)`` [m].
         hips: usual places of the feet from the body centre, body frame ``(4, 2)`` [m].
         foot_size: number of the feet's table of :class:`Surfaces` ``(1,)``.
     """
@@ -62,20 +62,27 @@ class Judge:
     settings: TerrainSettings
     surfaces: Surfaces
     limbs: Limbs
-    com: FloatArray
     hips: FloatArray
     foot_size: np.ndarray
+
+    @cached_property
+    def places(self) -> BodyPlaces:
+        """Places that the body may go to."""
+        return BodyPlaces.of(self.robot, self.limbs, self.settings, self.hips)
+
+    @cached_property
+    def heights(self) -> Heights:
+        """Heights of the body from which legs reach their feet."""
+        return Heights.of(self.robot, self.limbs, self.settings)
 
     @classmethod
     def of(cls, robot: Quadruped, settings: TerrainSettings, surfaces: Surfaces) -> Judge:
         """The judge of a robot's steps."""
         legs = [robot.legs[leg] for leg in LEGS]
         hips = np.array([leg.hip[:2] + leg.axes[:2, 1] * leg.lateral for leg in legs])
-        standing = robot.standing_joints()[robot.leg_joint_columns].reshape(1, 4, 3)
-        com = MassDistribution.of(robot).com_in_body(standing)[0]
         limbs = Limbs.of(robot, surfaces, settings.limb_clearance)
         foot = surfaces.sizes([robot.foot_radius])
-        return cls(robot, settings, surfaces, limbs, com, hips - robot.centre[:2], foot)
+        return cls(robot, settings, surfaces, limbs, hips - robot.centre[:2], foot)
 
     def judge(self, pairs: Pairs, rare: bool = True) -> Judged:
         """Which pairs are possible, and how.
@@ -83,22 +90,29 @@ class Judge:
         What is not possible in the usual way is tried in others, and with ``rare`` in all of them.
         """
         found = self._tried(pairs, ATTEMPTS[0])
+        # Where a leg reaches its foot at no height, no other height has to be tried.
+        hopeless = dict.fromkeys((0.0, *PITCHES), np.zeros(len(pairs.target), dtype=np.bool_))
         for attempt in (*ATTEMPTS[1:], *(RARE_ATTEMPTS if rare else ())):
-            left = np.flatnonzero(~found.possible)
             most = 1.0 - FEW_LEFT if attempt in RARE_ATTEMPTS else ENOUGH_LEFT
-            if len(left) <= most * len(pairs.target):
+            if (~found.possible).sum() <= most * len(pairs.target):
                 break
+            left = np.flatnonzero(~found.possible & ~hopeless[attempt.pitch])
+            if not left.size:
+                continue
             other = self._tried(pairs.chosen(left), attempt)
             now = left[other.possible]
             for mine, its in zip(found[:4], other[:4], strict=True):
                 mine[now] = its[other.possible]
+            if attempt.fitted:
+                hopeless[attempt.pitch] = hopeless[attempt.pitch].copy()
+                hopeless[attempt.pitch][left[~other.reached]] = True
         return found
 
     def _tried(self, pairs: Pairs, attempt: Attempt) -> Judged:
         """Which pairs are possible in one way."""
         count = len(pairs.target)
         body, rise, prospects = np.full((count, 6), np.nan), np.zeros(count), np.zeros(count)
-        possible = np.zeros(count, dtype=np.bool_)
+        possible, within = (np.zeros(count, dtype=np.bool_) for _ in range(2))
         refused: Counter[Cause] = Counter()
         left = np.arange(count)
 
@@ -112,30 +126,32 @@ class Judge:
         now = pairs.chosen(apart)
         posture = self.postures(now, attempt.height)
         posture[:, 2] += attempt.pitch
-        places, there = self._places(now, posture)
+        places, there = self.places.of_pairs(now, posture)
         keep(there, Cause.MARGIN)
         now, posture, places = self._kept(there, now, posture, places)
+        if attempt.fitted:
+            places[..., 2] = self.heights.fitted(now, posture, places)
         reached = self._reached(now, posture, places) & new_places(places, SAME)
         somewhere = np.array(reached.any(axis=1), dtype=np.bool_)
         keep(somewhere, Cause.REACH)
+        within[left] = True
         now, posture, places, reached = self._kept(somewhere, now, posture, places, reached)
         paths, rise[left] = self._swings(now, attempt.low)
-        # The places that are reached are tried one after the other.
-        for _ in range(attempt.places):
-            if not len(left):
+        # The first place that is reached is most often clear. If not, all others are tried at once.
+        first = np.zeros_like(reached)
+        first[np.arange(len(left)), reached.argmax(axis=1)] = True
+        others = reached & ~first
+        for asked in (first, others):
+            own, place = np.nonzero(asked & ~possible[left, None])
+            if not own.size:
                 break
-            own, first = np.arange(len(left)), reached.argmax(axis=1)
-            poses = np.concatenate([places[own, first], posture], axis=1)
-            clear = self._clear(now, poses, paths, refused)
-            body[left[clear]], possible[left[clear]] = poses[clear], True
-            prospects[left[clear]] = self._prospects(now.chosen(clear), poses[clear])
-            reached[own, first] = False
-            again = ~clear & reached.any(axis=1)
-            left = left[again]
-            now, posture, places, reached, paths = self._kept(
-                again, now, posture, places, reached, paths
-            )
-        return Judged(possible, body, rise, prospects, refused)
+            poses = np.concatenate([places[own, place], posture[own, 1:]], axis=1)
+            clear = np.flatnonzero(self._clear(now.chosen(own), poses, paths[own], refused))
+            own, row = np.unique(own[clear], return_index=True)
+            poses, at = poses[clear[row]], left[own]
+            body[at], possible[at] = poses, True
+            prospects[at] = self._prospects(now.chosen(own), poses)
+        return Judged(possible, body, rise, prospects, within, refused)
 
     def _clear(
         self, pairs: Pairs, poses: FloatArray, paths: FloatArray, refused: Counter[Cause]
@@ -220,35 +236,6 @@ class Judge:
             kept &= left[:, one] - left[:, other] >= width
         return np.array(kept, dtype=np.bool_)
 
-    def _places(self, pairs: Pairs, posture: FloatArray) -> tuple[FloatArray, BoolArray]:
-        """Places that the body may go to ``(K, P, 2)`` [m], nearest first, and if there are any."""
-        standing = pairs.feet[:, OTHER_LEGS[pairs.leg], :2]
-        turn = rpy_to_matrix(posture[:, 1:])
-        offset = (turn @ self.com)[:, :2]
-        margin = self.settings.stability_margin * (1.0 + COM_RESERVE)
-        corners, some = shrunken_triangles(standing - offset[:, None], margin)
-        usual = self._usual(pairs, turn)
-        nearest = into_triangles(corners, pairs.body[:, :2])
-        best = into_triangles(corners, usual)
-        shares = np.array([0.0, 0.33, 0.67, 1.0])[:, None]
-        blend = nearest[:, None] + shares * (best - nearest)[:, None]
-        middle = corners.mean(axis=1)
-        # Where the hip is above the foothold: legs reach farthest down there.
-        over = pairs.target[:, :2] - turn[:, :2, :2] @ self.hips[pairs.leg]
-        over = into_triangles(corners, over)
-        further = [middle, (middle + best) / 2.0, over, (over + best) / 2.0]
-        places = np.concatenate([blend, np.stack(further, axis=1)], axis=1)
-        return places, some
-
-    def _usual(self, pairs: Pairs, turn: FloatArray) -> FloatArray:
-        """The middle of where the body would be for each foot to be below its hip ``(K, 2)``."""
-        before = pairs.feet[..., :2].sum(axis=1)
-        mean = (before + pairs.target[:, :2]) / 5.0
-        weight = np.ones(4)
-        weight[pairs.leg] = 2.0
-        hip = (weight[:, None] * self.hips).sum(axis=0) / 5.0
-        return np.asarray(mean - turn[:, :2, :2] @ hip)
-
     def within(self, leg: int, points: FloatArray) -> tuple[FloatArray, BoolArray]:
         """Joint angles for places ``(..., 3)`` of a foot in the body frame, and if all is kept."""
         own = self.robot.legs[LEGS[leg]]
@@ -263,12 +250,8 @@ class Judge:
     def _reached(self, pairs: Pairs, posture: FloatArray, places: FloatArray) -> BoolArray:
         """Whether all feet and the foothold are reached from places of the body ``(K, P)``."""
         count, choices = places.shape[:2]
-        poses = np.concatenate(
-            [places, np.broadcast_to(posture[:, None], (count, choices, 4))], axis=2
-        ).reshape(-1, 6)
-        points = np.concatenate([pairs.feet, pairs.target[:, None]], axis=1)
-        local = self.limbs.local(np.repeat(points, choices, axis=0), poses)
-        kept = np.ones(len(poses), dtype=np.bool_)
+        local = self.limbs.local(*feet_and_poses(pairs, posture, places))
+        kept = np.ones(len(local), dtype=np.bool_)
         for k in range(5):
             kept &= self.within(k if k < 4 else pairs.leg, local[:, k])[1]
         return kept.reshape(count, choices)

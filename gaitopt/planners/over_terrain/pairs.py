@@ -58,6 +58,7 @@ class Judged(NamedTuple):
         body: x, y, z, roll, pitch, yaw of the body centre during the swing ``(K, 6)``.
         rise: height of the swing above its higher end ``(K,)`` [m].
         prospects: at how many places ahead of the body the foothold would be of no use ``(K,)``.
+        reached: whether all legs reach their feet from some place of the body ``(K,)``.
         refused: how many pairs each cause refused.
     """
 
@@ -65,4 +66,5 @@ class Judged(NamedTuple):
     body: FloatArray
     rise: FloatArray
     prospects: FloatArray
+    reached: BoolArray
     refused: dict[Cause, int]

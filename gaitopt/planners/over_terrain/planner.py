@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import time
+from collections import Counter
 from dataclasses import fields, replace
 from typing import Any
 
 from numpy.typing import ArrayLike
 
-from gaitopt.conventions import LEGS, Progress
+from gaitopt.conventions import Progress
 from gaitopt.dynamics.contacts import ForceLimits
 from gaitopt.errors import InfeasibleStepError, RouteError, SolverError
 from gaitopt.gait.crawl import WANG_SEQUENCE
@@ -40,7 +41,7 @@ SIDES = 8
 degrees leaves little of a friction of 0.7, and eight steps up it take 13.2 s in place of 2.4 s."""
 BEFORE = 4
 """Steps before one that was refused from which the search goes on: a foot is where the last cycle
-put it."""
+put it. Where the same step is refused again it goes on from as many steps before that."""
 MOST_PLANS = 12
 """Most walks that are planned over the ways of one search. Chosen: three were needed at most on the
 maps that were tried."""
@@ -209,19 +210,19 @@ def plan_terrain(
     if not search.complete:
         raise no_way(search)
     searching = search_for(robot, ground, goal, start, search.settings)
-    detail, layers, plans = "", [first_layer(searching)], 0
+    detail, layers, plans, again = "", [first_layer(searching)], 0, Counter[int]()
     end = time.thread_time() + search.settings.longest(search.course.length)
     while True:
-        plan, refused, detail = _planned(robot, search, searching.judge.limbs, further)
+        plan, refused, detail = _planned(robot, search, searching.limbs, further)
         if plan is not None:
             return plan
         plans += 1
         if refused < 0 or plans == MOST_PLANS or time.thread_time() > end:
             raise no_plan(search, refused, detail, plans)
-        leg = LEGS.index(search.order[refused])
-        step = (refused, leg, int(search.stands[refused + 1, leg]))
-        searching = replace(searching, banned=searching.banned | {step})
-        found = searching.run(layers[: max(refused + 1 - BEFORE, 1)], progress, until=end)
+        again[refused] += 1
+        searching = searching.without(search, refused)
+        kept = layers[: max(refused + 1 - BEFORE * again[refused], 1)]
+        found = searching.run(kept, progress, until=end)
         search, layers = result_of(searching, found, begin), list(found.layers)
         if not search.complete:
             raise no_way(search, detail)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from time import thread_time
 
@@ -20,8 +20,10 @@ from gaitopt.conventions import LEGS, FloatArray, Progress
 from gaitopt.gait.crawl import WANG_SEQUENCE
 from gaitopt.planners.over_terrain.course import Course
 from gaitopt.planners.over_terrain.judge import Judge
+from gaitopt.planners.over_terrain.limbs import Limbs
 from gaitopt.planners.over_terrain.outlook import Outlook
 from gaitopt.planners.over_terrain.pairs import Cause, Pairs
+from gaitopt.planners.over_terrain.result import TerrainSearch
 from gaitopt.planners.over_terrain.states import Found, Kept, Layer
 from gaitopt.planners.over_terrain.surfaces import Stands
 from gaitopt.terrain.layers import GroundLayers
@@ -31,11 +33,16 @@ CHUNK = 48
 that are not needed."""
 MOST_CHUNKS = 12
 """Most times that further pairs are judged for a layer of the least width; more for wider ones."""
+RARE_CHUNKS = 3
+"""Times that pairs of a layer are tried in the rare ways, too: the cheapest tell if these help."""
 CANDIDATES = 28
 """Most footholds that are tried for a step."""
 BLOCK = 0.24
 """Side of the squares of which each gives one foothold to try, as a share of the step's freedom.
 Chosen: neighbours on the grid differ too little to try both."""
+FREER, FEW = (1.0, 1.5, 2.0), 0.1
+"""By what the step's freedom is widened where less than a share of the ground within it is fit to
+stand on. Chosen: hollows and flanks of hills that are too steep are as wide as the freedom."""
 FROM_USUAL = 0.5
 """Cost of a foothold at the end of the step's freedom; it grows with the square of the distance
 from the usual foothold."""
@@ -50,10 +57,10 @@ BACK, PAST = 2, 4
 """Steps that the search goes back from a dead end for each width of the beam, and steps beyond it
 after which the beam is as narrow as before. Chosen: what leads into a dead end is where a foot was
 put in the last cycle, or the one before."""
-EFFORT = 6
-"""Tries of steps for each step of the walk and each state of the widest beam. Chosen: walks over
-the hardest ground that were found took 200 tries a step; where there is no way the search ends
-after three times as many with the usual widest beam."""
+EFFORT = 24
+"""Tries of steps for each step of the walk and each state of the widest beam; each place of the
+body counts. Chosen: with the usual widest beam the time is over first, on the machines that were
+tried."""
 WIDER = 4
 """By what the beam is widened at a dead end."""
 CYCLE: tuple[int, ...] = tuple(LEGS.index(leg) for leg in WANG_SEQUENCE)
@@ -70,6 +77,7 @@ class Search:
         course: where the body goes.
         cycles: how often each leg steps.
         banned: steps that the planner refused, as (number of the step, leg, number of the stand).
+        limbs: the robot's links over the ground as it is.
     """
 
     judge: Judge
@@ -78,11 +86,20 @@ class Search:
     course: Course
     cycles: int
     banned: frozenset[tuple[int, int, int]]
+    limbs: Limbs
 
     @property
     def effort(self) -> int:
         """How many tries of steps one search may make."""
         return 4 * self.cycles * EFFORT * self.judge.settings.width_limit
+
+    def without(self, found: TerrainSearch, step: int) -> Search:
+        """The search without a step of a way that was found, and without those near to it."""
+        leg = LEGS.index(found.order[step])
+        place = self.stands.centres[found.stands[step + 1, leg], :2]
+        ground, settings = self.judge.surfaces.ground, self.judge.settings
+        near = self.stands.near(ground, place, BLOCK * settings.freedom).tolist()
+        return replace(self, banned=self.banned | {(step, leg, stand) for stand in near})
 
     def run(
         self, first: Sequence[Layer], progress: Progress | None = None, most: int | None = None,
@@ -97,7 +114,8 @@ class Search:
             first: layers to begin with.
             progress: called with (steps done, steps in all).
             most: tries after which it ends; by default :attr:`effort`.
-            until: processor time at which it ends, by ``time.thread_time`` [s].
+            until: processor time from which on it ends at a dead end, by ``time.thread_time`` [s];
+                it ends anyway when it has taken twice as long.
         """
         settings = self.judge.settings
         layers, steps = list(first), 4 * self.cycles
@@ -106,9 +124,15 @@ class Search:
         width, stuck, farthest = settings.width, -1, list(first)
         reasons: dict[Cause, int] = {}
         work, most = 0, self.effort if most is None else most
-        while len(layers) <= steps and work <= most and thread_time() < until:
+        latest = until + max(until - thread_time(), 0.0)
+        while len(layers) <= steps and work <= most:
+            # A search that has met no dead end for a while soon has its way.
+            advancing = len(layers) == len(farthest) and width == settings.width
+            end = latest if advancing else until
+            if thread_time() >= end:
+                break
             refused = Counter()
-            following = self._next(layers[-1], width, refused, tried, until)
+            following = self._next(layers[-1], width, refused, tried, end)
             work += width + refused.total()
             if following is not None:
                 layers.append(following)
@@ -177,7 +201,7 @@ class Search:
             for leg in sorted(set(legs[state[chunk]].tolist())):
                 own = chunk[legs[state[chunk]] == leg]
                 # At a dead end the rare ways cost most; the best pairs tell if they help.
-                rare = number < 3 * (most // MOST_CHUNKS)
+                rare = number < RARE_CHUNKS
                 self._judge(layer, leg, state[own], stand[own], cost[own], kept, refused, rare)
             tried.update(stand[chunk].tolist())
             if kept.full or thread_time() > until:
@@ -216,7 +240,7 @@ class Search:
     def _thinned(self, usual: FloatArray, leg: int, step: int) -> tuple[np.ndarray, FloatArray]:
         """Some stands near a usual place, spread over it, and what each costs a leg in a step."""
         settings = self.judge.settings
-        near = self.stands.near(self.judge.surfaces.ground, usual, settings.freedom)
+        near = self._near(usual)
         if not near.size:
             return near, np.empty(0)
         away = self.stands.centres[near, :2] - usual
@@ -228,6 +252,16 @@ class Search:
         _, first = np.unique(block[order], axis=0, return_index=True)
         chosen = order[np.sort(first)][:CANDIDATES]
         return near[chosen], own[chosen]
+
+    def _near(self, usual: FloatArray) -> np.ndarray:
+        """The stands within the step's freedom of a usual place, or farther where there are few."""
+        ground, freedom = self.judge.surfaces.ground, self.judge.settings.freedom
+        near = np.empty(0, dtype=int)
+        for times in FREER:
+            near = self.stands.near(ground, usual, times * freedom)
+            if len(near) >= FEW * np.pi * (freedom / ground.resolution) ** 2:
+                break
+        return near
 
     def _judge(
         self, layer: Layer, leg: int, state: np.ndarray, stand: np.ndarray, cost: FloatArray,

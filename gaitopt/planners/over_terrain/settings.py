@@ -65,8 +65,9 @@ class TerrainSettings:
         width_limit: width up to which the search is repeated where it finds no way.
         time_budget: time for which the search goes on for a better walk once it has one [s]. What
             it then finds depends on how fast the machine is; with 0 it does not.
-        time_limit: time after which the search ends without a way [s]. By default it is the time
-            budget, or :meth:`longest` where there is none. Both are processor time.
+        time_limit: time after which the search ends at a dead end, and after twice this time
+            anyway [s]. By default it is the time budget, or :meth:`longest` where there is none.
+            Both are processor time.
         detours: whether the course goes round what the robot cannot cross; not for goals with yaw.
 
     Raises:

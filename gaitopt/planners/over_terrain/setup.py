@@ -15,6 +15,7 @@ from gaitopt.planners.over_terrain.course import Course, course_through
 from gaitopt.planners.over_terrain.detour import Passage
 from gaitopt.planners.over_terrain.footing import layers_for, stands_of, start_stands
 from gaitopt.planners.over_terrain.judge import Judge
+from gaitopt.planners.over_terrain.limbs import Limbs
 from gaitopt.planners.over_terrain.link_spheres import link_spheres
 from gaitopt.planners.over_terrain.result import TerrainSearch
 from gaitopt.planners.over_terrain.search import Search
@@ -50,10 +51,11 @@ def search_for(
     layers = layers_for(robot, ground, settings)
     radii = np.append(link_spheres(robot).radii, robot.foot_radius)
     surfaces = Surfaces.of(ground, radii, robot.foot_radius)
-    judge = Judge.of(robot, settings, surfaces)
+    judge = Judge.of(robot, settings, surfaces.narrowed())
     stands = stands_of(robot, layers)
     course = course_of(robot, ground, start, goal, judge, stands)
-    return Search(judge, stands, layers, course, cycles_of(course, settings), frozenset())
+    limbs = Limbs.of(robot, surfaces, settings.limb_clearance)
+    return Search(judge, stands, layers, course, cycles_of(course, settings), frozenset(), limbs)
 
 
 def with_settings(search: Search, settings: TerrainSettings) -> Search:

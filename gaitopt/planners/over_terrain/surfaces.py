@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.ndimage import grey_dilation, uniform_filter
+from scipy.ndimage import binary_dilation, grey_dilation, uniform_filter
 
 from gaitopt.conventions import BoolArray, FloatArray, frozen
 from gaitopt.terrain.height_map import HeightMap
@@ -22,6 +22,12 @@ second, as a share of the feet's radius, and the map has no more points than the
 beside a step tables with cells of 20 mm are too low for some balls of 25 mm, and too high for
 others; those with cells of 10 mm are never too low. They take 0.1 s for a map of 4 m by 1.5 m, and
 seconds for more points."""
+BORDER = 0.02
+"""Distance that all keeps from what is off the map or unknown while footholds are searched for [m]:
+the planner's body may be some millimetres from where the search puts it."""
+ACROSS = np.array([[[False] * 3] * 3, [[False, True, False], [True] * 3, [False, True, False]],
+                   [[False] * 3] * 3])  # fmt: skip
+"""Neighbours on the grid of a table, and none in the table of another size."""
 STEEPEST = 0.8
 """Steepest contact as a share of what friction holds: forces also have to move the body."""
 
@@ -51,6 +57,12 @@ class Surfaces:
         steps = np.unique(_steps(radii))
         tables = [_dilated(fine, step * RADIUS_STEP) for step in steps.tolist()]
         return cls(ground, fine.resolution, steps, frozen(tables))
+
+    def narrowed(self) -> Surfaces:
+        """The same, with what is off the map or unknown reaching farther in by :data:`BORDER`."""
+        cells = int(np.ceil(BORDER / self.cell))
+        unknown = binary_dilation(~np.isfinite(self.tables), iterations=cells, structure=ACROSS)
+        return replace(self, tables=frozen(np.where(unknown, np.inf, self.tables)))
 
     def sizes(self, radii: ArrayLike) -> np.ndarray:
         """Numbers of the tables for balls of ``radii (n,)`` [m], which are among those given."""

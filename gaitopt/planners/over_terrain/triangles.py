@@ -8,12 +8,15 @@ from gaitopt.conventions import BoolArray, FloatArray
 from gaitopt.stability.support import triangle_half_planes
 
 
-def shrunken_triangles(corners: FloatArray, margin: float) -> tuple[FloatArray, BoolArray]:
+def shrunken_triangles(
+    corners: FloatArray, margin: float | FloatArray
+) -> tuple[FloatArray, BoolArray]:
     """Triangles whose sides are moved inward ``(K, 3, 2)``, and which of them are left ``(K,)``.
 
     Args:
         corners: of the triangles ``(K, 3, 2)`` [m].
-        margin: by how much the sides are moved [m].
+        margin: by how much the sides are moved [m]; one number, or one for each side ``(K, 3)``.
+            Sides are in the order of :func:`gaitopt.stability.support.triangle_half_planes`.
     """
     normals, offsets = triangle_half_planes(corners)
     offsets = offsets + margin
