@@ -35,7 +35,10 @@ def _row(check: Check) -> str:
         when = "" if isnan(check.when) else f"{check.when:.3f} s; "
         cells = (f"{check.worst:.3g} {check.unit}", f"{check.sense} {check.limit:.3g}",
                  f"{when}{check.about}")  # fmt: skip
-    others = "".join(f'<td style="text-align:left">{escape(cell)}</td>' for cell in cells)
+    # Limits are short: they stay in one line.
+    styles = ("text-align:left", "text-align:left;white-space:nowrap", "text-align:left")
+    others = "".join(f'<td style="{style}">{escape(cell)}</td>'
+                     for style, cell in zip(styles, cells, strict=True))  # fmt: skip
     return (
         f'<tr><td style="text-align:left">{escape(check.name)}</td>'
         f'<td style="text-align:left;color:{tone}"><b>{escape(verdict)}</b></td>{others}</tr>'

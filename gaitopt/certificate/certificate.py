@@ -51,10 +51,11 @@ class Certificate:
     samples: int
 
     def __repr__(self) -> str:
-        kept = sum(check.status is Verdict.OK for check in self.checks)
+        needed = [check for check in self.checks if check.promised]
+        kept = sum(check.status is Verdict.OK for check in needed)
         broken = f", violated: {', '.join(c.name for c in self.violations)}" * (not self.ok)
         return (
-            f"Certificate({self.robot!r}, {self.outcome}, {kept} of {len(self.checks)} checks "
+            f"Certificate({self.robot!r}, {self.outcome}, {kept} of {len(needed)} checks "
             f"hold{broken})"
         )
 

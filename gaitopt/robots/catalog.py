@@ -7,8 +7,10 @@ import os
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from difflib import get_close_matches
 from functools import cache
 from importlib import resources
+from itertools import islice
 from pathlib import Path
 from typing import Any, Final
 from xml.etree import ElementTree
@@ -36,6 +38,11 @@ reach, and lets it trot without a URDF from elsewhere.
 
 NO_NAMES: Final = ("robot", "model", "scene", "urdf", "main")
 """Names of files that tell nothing of a robot: the name inside the file is taken instead."""
+
+ROBOT_FILES: Final = (".urdf", ".xacro", ".xml", ".mjcf")
+"""How the names of robot files end."""
+MOST_FILES: Final = 1000
+"""Most files of a folder among which one with a similar name is looked for."""
 
 OWN_NAMES: Final = (*OWN_ROBOTS, *VARIANTS)
 """Names of all robots that come with gaitopt."""
@@ -214,11 +221,24 @@ def _user_file(source: StrPath) -> Path:
     if is_file(path):
         return path
     if path.suffix or len(path.parts) > 1:
-        raise RobotError(f"no robot file at {path}; give an existing file or a robot's name")
+        raise RobotError(
+            f"no robot file at {path}{_near(path)}; give an existing file or a robot's name"
+        )
     raise RobotError(
         f"unknown robot {str(source)!r}; known are {', '.join(robot_names())}, or give a path to a "
         "robot file"
     )
+
+
+def _near(path: Path) -> str:
+    """The file in the same folder whose name is most like that of ``path``, in words."""
+    try:
+        files = [entry.name for entry in islice(path.parent.iterdir(), MOST_FILES)
+                 if entry.suffix in ROBOT_FILES and entry.is_file()]  # fmt: skip
+    except (OSError, ValueError):
+        return ""
+    near = get_close_matches(path.name, files, n=1)
+    return f" (did you mean {str(path.with_name(near[0]))!r}?)" if near else ""
 
 
 def _own_text(name: str) -> str:

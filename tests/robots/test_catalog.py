@@ -104,6 +104,15 @@ def test_missing_file_is_named(tmp_path: Path) -> None:
     assert refusal("none.urdf").startswith("no robot file at none.urdf;")
 
 
+def test_a_file_with_nearly_the_same_name_is_suggested(tmp_path: Path) -> None:
+    (tmp_path / "go2_vendor.urdf").touch()
+    (tmp_path / "go2_vender.txt").touch()
+    assert refusal(tmp_path / "go2_vender.urdf") == (
+        f"no robot file at {tmp_path / 'go2_vender.urdf'} (did you mean "
+        f"{str(tmp_path / 'go2_vendor.urdf')!r}?); give an existing file or a robot's name"
+    )
+
+
 def test_folder_is_no_urdf(tmp_path: Path) -> None:
     assert refusal(tmp_path) == (
         f"no robot file at {tmp_path}; give an existing file or a robot's name"

@@ -75,6 +75,14 @@ class Notes:
     done: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
 
+    def __repr__(self) -> str:
+        return f"Notes({self.kind!r}, guesses: {len(self.done)}, warnings: {len(self.warnings)})"
+
+    def __str__(self) -> str:
+        """What was read, guessed and doubted, a line each."""
+        doubts = [f"warning: {text}" for text in self.warnings] or ["no warnings"]
+        return "\n".join([f"read as {self.kind}", *self.done, *doubts])
+
 
 def write_notes(root: ElementTree.Element, notes: Notes) -> None:
     """Add the element to a ``<robot>``; an old one goes."""

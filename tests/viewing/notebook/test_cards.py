@@ -14,6 +14,7 @@ import pytest
 
 import gaitopt
 from gaitopt import Plan, Quadruped
+from gaitopt.robots.files.notes import Notes
 from gaitopt.viewing.colours import LEG_COLOURS
 from gaitopt.viewing.notebook import cards, pictures
 from gaitopt.viewing.notebook.standing import standing_lines
@@ -99,15 +100,33 @@ def test_pictures_of_long_walks_stay_small() -> None:
     assert len(pictures.footholds_picture(many)) < 100_000
 
 
-@pytest.mark.parametrize("value", ["plan", "robot", "footholds", "certificate", "leg", "path"])
+@pytest.mark.parametrize(
+    "value", ["plan", "robot", "footholds", "certificate", "leg", "path", "notes"]
+)
 def test_what_is_printed_fits_into_a_line(short_plan: Plan, value: str) -> None:
     shown: dict[str, Any] = {
         "plan": short_plan, "robot": short_plan.robot, "footholds": short_plan.footholds,
         "certificate": gaitopt.verify(short_plan, collisions=False),
         "leg": short_plan.robot.legs["LF"], "path": short_plan.path,
+        "notes": short_plan.robot.notes,
     }  # fmt: skip
     for each in (shown[value], *short_plan.phases[:2], short_plan.swings[0], short_plan.knots()):
         assert len(repr(each)) < 120 and "\n" not in repr(each)
+
+
+def test_a_certificate_counts_the_checks_that_are_needed(short_plan: Plan) -> None:
+    found = gaitopt.verify(short_plan, collisions=False)
+    needed = [check for check in found.checks if check.promised]
+    kept = sum(check.status == "ok" for check in needed)
+    assert len(needed) < len(found.checks)
+    assert f"{found.outcome}, {kept} of {len(needed)} checks hold" in repr(found)
+
+
+def test_notes_of_a_robot_print_as_lines() -> None:
+    notes = Notes("xacro", done=("feet: radius 22 mm",), warnings=("no masses; give masses=",))
+    assert str(notes).splitlines() == [
+        "read as xacro", "feet: radius 22 mm", "warning: no masses; give masses="]  # fmt: skip
+    assert repr(notes) == "Notes('xacro', guesses: 1, warnings: 1)"
 
 
 def test_robots_are_equal_where_their_files_are(wang: Quadruped) -> None:
