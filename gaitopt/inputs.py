@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from numbers import Real
 from types import MappingProxyType
@@ -96,12 +97,33 @@ def check_array(name: str, values: ArrayLike) -> FloatArray:
     """``values`` as an array of floats.
 
     Raises:
-        InputError: these are no numbers, or lists in it are of unequal lengths.
+        InputError: these are no numbers, or lists in it are of unequal lengths. NumPy itself would
+            take a text for its number, and ``None`` for NaN.
     """
+    if isinstance(values, np.ndarray) and values.dtype == np.float64:
+        return values
     try:
-        return np.asarray(values, np.float64)
-    except (TypeError, ValueError):
-        raise InputError(f"{name} must be numbers, got {str(values)[:100]!r}") from None
+        raw = np.asarray(values)
+        if raw.dtype.kind in "biuf" or not raw.size:
+            return np.asarray(raw, np.float64)
+        if raw.dtype.kind == "O" and all(isinstance(value, Real) for value in raw.flat):
+            return raw.astype(np.float64)
+    except (TypeError, ValueError, OverflowError):
+        pass
+    raise InputError(f"{name} must be numbers, got {str(values)[:100]!r}")
+
+
+def check_known(name: str, values: ArrayLike) -> FloatArray:
+    """``values`` as an array of floats, none of which is NaN.
+
+    Raises:
+        InputError: these are no numbers, or one is NaN.
+    """
+    array = check_array(name, values)
+    # The sum is quicker than a look at each, and this is called for single instants.
+    if math.isnan(array.sum()) and np.isnan(array).any():
+        raise InputError(f"{name} must be numbers, and one is NaN")
+    return array
 
 
 def check_shape(name: str, values: ArrayLike, *tail: int) -> FloatArray:

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gaitopt.errors import InputError
-from gaitopt.inputs import check_count, check_number, check_numbers
+from gaitopt.inputs import check_array, check_count, check_known, check_number, check_numbers
 
 anything = st.floats(allow_nan=True, allow_infinity=True)
 
@@ -82,3 +82,17 @@ def test_whole_numbers_are_counts(value: Any) -> None:
 def test_all_else_is_no_count(value: Any) -> None:
     with pytest.raises(InputError, match="cycles must be a whole number from 0 to 7, got"):
         check_count("cycles", value, 0, 7)
+
+
+@pytest.mark.parametrize(
+    "values", ["1", ["1", "2"], None, [None], [1j], [[1.0], [1.0, 2.0]], {"a": 1}, object()]
+)
+def test_what_numpy_would_take_for_numbers_and_is_none(values: Any) -> None:
+    with pytest.raises(InputError, match="x must be numbers, got "):
+        check_array("x", values)
+
+
+def test_numbers_that_nobody_knows_are_refused_where_they_mean_nothing() -> None:
+    with pytest.raises(InputError, match="x must be numbers, and one is NaN"):
+        check_known("x", [0.0, float("nan")])
+    np.testing.assert_array_equal(check_known("x", [np.inf, -np.inf]), [np.inf, -np.inf])

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from gaitopt.conventions import LEGS, BoolArray, FloatArray, frozen
 from gaitopt.errors import InputError
-from gaitopt.inputs import check_number
+from gaitopt.inputs import check_array, check_number
 from gaitopt.robots.leg_names import LegMapping, leg_named
 
 SNAP: Final = 1e-9
@@ -191,7 +191,7 @@ class GaitSchedule:
         Raises:
             InputError: a time is not finite.
         """
-        times = np.asarray(t, dtype=np.float64)
+        times = check_array("t", t)
         if not np.isfinite(times).all():
             raise InputError("times must be finite")
         return wrapped(times / self.cycle_time)

@@ -19,10 +19,12 @@ from scipy.interpolate import PPoly
 
 from gaitopt.conventions import FloatArray, frozen
 from gaitopt.errors import InputError
-from gaitopt.inputs import check_array
+from gaitopt.inputs import check_array, check_count, check_known, check_number
 
 BASE_COLUMNS = 6
 """Columns of a path that belong to the base; the joints' columns follow."""
+MOST_DERIVATIVES = 10
+"""Highest derivative of a path. Chosen: paths are of degree five at most."""
 FARTHEST = 1e9
 """Largest value that a path may reach [m, rad], by a coarse bound. Anything above is a mistake."""
 
@@ -81,7 +83,11 @@ class MotionPath:
     @classmethod
     def polyline(cls, times: ArrayLike, values: ArrayLike) -> MotionPath:
         """The path that joins ``values (K, 6 + nj)`` at ``times (K,)`` by straight lines."""
-        t, y = np.asarray(times, dtype=np.float64), np.asarray(values, dtype=np.float64)
+        t, y = check_array("times", times), check_array("values", values)
+        if t.ndim != 1 or y.ndim != 2 or len(t) != len(y) or not len(t):
+            raise InputError(f"a path needs times (K,) and values (K, n), got {t.shape}, {y.shape}")
+        if (np.diff(t) <= 0.0).any():
+            raise InputError("a path's times must start at 0 and increase")
         if len(t) == 1:
             return cls(t, y[None])
         slopes = np.diff(y, axis=0) / np.diff(t)[:, None]
@@ -104,7 +110,7 @@ class MotionPath:
 
     def segment(self, times: ArrayLike) -> np.ndarray:
         """Index of the segment that holds each time, the later one at a knot."""
-        found = np.searchsorted(self.times, times, side="right") - 1
+        found = np.searchsorted(self.times, check_known("times", times), side="right") - 1
         return np.clip(found, 0, self.coefficients.shape[1] - 1)
 
     def evaluate(self, times: ArrayLike, derivative: int = 0) -> FloatArray:
@@ -113,11 +119,18 @@ class MotionPath:
         Times outside the path are moved to its ends. At a knot a derivative is the later
         segment's, and the last segment's at the end.
         """
-        inside = np.clip(np.asarray(times, dtype=np.float64), 0.0, self.duration)
+        if derivative:
+            check_count("derivative", derivative, 0, MOST_DERIVATIVES)
+        inside = np.clip(check_known("times", times), 0.0, self.duration)
         return np.asarray(self.polynomial(inside, derivative))
 
     def slowed(self, factor: float) -> MotionPath:
-        """The same values at ``factor`` times the times."""
+        """The same values at ``factor`` times the times.
+
+        Raises:
+            InputError: the factor is no positive number.
+        """
+        factor = check_number("factor", factor, 1e-6, 1e6)
         powers = np.arange(self.degree, -1, -1)[:, None, None]
         return MotionPath(self.times * factor, self.coefficients / factor**powers)
 
@@ -137,6 +150,7 @@ def jumps(polynomial: PPoly, derivative: int = 0) -> FloatArray:
         polynomial: piecewise, with ``K`` breakpoints and ``n`` columns.
         derivative: which one; 0 for the values.
     """
+    check_count("derivative", derivative, 0, MOST_DERIVATIVES)
     coefficients = polynomial.derivative(derivative).c
     ends = np.polyval(coefficients, np.diff(polynomial.x)[:, None])
     return np.asarray(np.abs(coefficients[-1, 1:] - ends[:-1]))

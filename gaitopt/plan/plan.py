@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from gaitopt.conventions import LEGS, BoolArray, FloatArray, frozen
 from gaitopt.errors import InputError
 from gaitopt.files import StrPath, written_whole
-from gaitopt.inputs import check_count, check_kind, check_number
+from gaitopt.inputs import check_array, check_count, check_kind, check_number
 from gaitopt.motion.path import MotionPath
 from gaitopt.plan.archive import FORMAT, version_of
 from gaitopt.plan.foothold_archive import packed_footholds
@@ -31,6 +31,8 @@ from gaitopt.terrain.footholds import Footholds
 
 AT_REST = 1e-6
 """Largest rate of base and joints at which a plan begins at rest [m/s, rad/s]."""
+ROUNDING = 1e-9
+"""How far a time may lie outside of a plan by rounding [s]."""
 SLOWEST = 1000.0
 """Largest factor of :meth:`Plan.slowed`: more is a mistake in the unit."""
 
@@ -141,7 +143,12 @@ class Plan:
         return {leg: feet[LEGS.index(leg)] for leg in self.phases[0].flying}
 
     def phase_at(self, time: float) -> Phase:
-        """The phase at ``time`` [s]; at a boundary the later one that lasts."""
+        """The phase at ``time`` [s]; at a boundary the later one that lasts.
+
+        Raises:
+            InputError: the time lies outside the plan.
+        """
+        time = check_number("time", time, -ROUNDING, self.duration + ROUNDING, "s")
         return self.phases[int(self._phase_index(np.array([time]))[0])]
 
     def sample(self, dt: float) -> Trajectory:
@@ -176,7 +183,7 @@ class Plan:
         Raises:
             InputError: a time lies outside the plan or is not finite.
         """
-        t = np.atleast_1d(np.array(times, dtype=np.float64))
+        t = np.atleast_1d(np.array(check_array("times", times)))
         if t.ndim != 1 or not (np.isfinite(t).all() and (t >= 0).all()
                                and (t <= self.duration).all()):  # fmt: skip
             raise InputError(f"times must be (N,) and within 0 and {self.duration:.6g} s")

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from gaitopt.conventions import FloatArray, frozen
 from gaitopt.errors import InputError
-from gaitopt.inputs import check_numbers
+from gaitopt.inputs import check_array, check_numbers
 
 FARTHEST = 1e6
 """Coordinates of an end of a swing beyond this are taken for a mistake [m]."""
@@ -138,7 +138,7 @@ class SwingCurve(ABC):
         """Derivative of the position by the share of the duration ``(..., 3)`` [m]."""
 
     def _derivative(self, t: ArrayLike, order: int) -> FloatArray:
-        times = np.asarray(t, dtype=np.float64)
+        times = check_array("t", t)
         try:
             np.broadcast_shapes(times.shape, self.duration.shape)
         except ValueError:

@@ -277,7 +277,7 @@ class HeightMap:
 
     def _surface(self, places: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Heights ``(...)`` and gradients ``(..., 2)`` at places ``(..., 2)``."""
-        at = (np.asarray(places, dtype=np.float64) - self.origin) / self.resolution
+        at = (check_shape("places", places, 2) - self.origin) / self.resolution
         most = np.array(self.shape) - 1
         # A place on the border that comes out outside of it by rounding belongs to the map.
         inside = ((at >= -EDGE) & (at <= most + EDGE)).all(axis=-1)
