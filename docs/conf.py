@@ -60,6 +60,11 @@ html_theme = "furo"
 html_title = f"gaitopt {release}"
 html_show_sphinx = False
 html_static_path = ["_static"]
+# Set by make_site.py: the versions of the site, which lie in folders beside each other.
+versions = [name for name in os.environ.get("GAITOPT_VERSIONS", "").split(",") if name]
+if len(versions) > 1:
+    links = " · ".join(f'<a href="../{name}/index.html">{name}</a>' for name in versions)
+    html_theme_options = {"announcement": f"Versions: {links}"}
 html_css_files = ["site.css"]
 # Formulas as MathML, which browsers draw themselves: the site needs no network and no script.
 html_math_renderer = "mathml"

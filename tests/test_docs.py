@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import contextlib
 import importlib
+import importlib.util
 import io
 import re
 import shlex
@@ -15,9 +16,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import pytest
+from in_browser import HAS_BROWSER
 
 import gaitopt
 from gaitopt.cli.app import main
+from gaitopt.viewing.replay.video.chromium import chromium
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
@@ -148,7 +151,30 @@ def test_the_site_builds_without_a_warning(tmp_path: Path) -> None:
     done = subprocess.run(command, capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stderr
     for page in DOCS.glob("*.md"):
-        assert (tmp_path / "html" / f"{page.stem}.html").is_file()
+        built = tmp_path / "html" / f"{page.stem}.html"
+        loaded = r'<(?:script|link|img|iframe)[^>]*(?:src|href)="(?:https?:)?//'
+        assert not re.search(loaded, built.read_text("utf-8")), f"{page.name} loads from elsewhere"
+    if HAS_BROWSER:
+        search_offline(tmp_path / "html")
+
+
+def search_offline(site: Path) -> None:
+    """The search of the site works from files, without a server or a network."""
+    found = "document.querySelectorAll('#search-results a')"
+    with chromium() as browser:
+        browser.open(f"{(site / 'search.html').as_uri()}?q=certificate", (800, 600),
+                     ready=f"{found}.length > 5")  # fmt: skip
+        pages = browser.run(f"[...{found}].map((a) => a.getAttribute('href'))")
+    assert "api.html#gaitopt.Certificate" in pages
+
+
+def test_versions_of_the_site_are_those_of_the_tags() -> None:
+    spec = importlib.util.spec_from_file_location("make_site", DOCS / "make_site.py")
+    assert spec is not None and spec.loader is not None
+    site = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(site)
+    found = site.in_order(["v0.9.0", "v0.10.0", "v1", "draft", "v0.10.0-rc1", "v0.10.1"])
+    assert found == ["v1", "v0.10.1", "v0.10.0", "v0.9.0"]
 
 
 def test_every_link_between_files_leads_somewhere() -> None:
