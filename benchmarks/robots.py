@@ -1,19 +1,22 @@
 """What gaitopt reads from robot files, as a table; and whether the default walk works on each.
 
 ``python -m benchmarks.robots [--walk] NAME... LABEL=FILE...`` prints a line for each robot: by its
-name, or a file under a label. With ``--walk`` it also plans the default walk over columns of the
-robot's size, loads it again from its file, checks it, and simulates it.
+name, or a file under a label. ``FILE;masses='file';motor_inertia=0.001`` reads it with keywords of
+``load_robot``, which are shown behind the label. With ``--walk`` it also plans the default walk
+over columns of the robot's size, loads it again from its file, checks it, and simulates it.
 """
 
 from __future__ import annotations
 
 import argparse
+import ast
 import re
 import sys
 import tempfile
 import warnings
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -25,12 +28,12 @@ HEADER = ("robot", "kind", "mass [kg]", "joints a leg", "l₂ + l₃ [m]", "feet
           "hips [m]", "warnings")  # fmt: skip
 
 
-def read(source: str) -> tuple[list[str], gaitopt.Quadruped | None]:
+def read(source: str, options: Mapping[str, Any]) -> tuple[list[str], gaitopt.Quadruped | None]:
     """The cells of a robot's line, and the robot; or the error, and ``None``."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", gaitopt.RobotWarning)
         try:
-            robot = gaitopt.load_robot(source)
+            robot = gaitopt.load_robot(source, **options)
         except gaitopt.GaitoptError as error:
             return [f"refused: {error}"], None
     leg = robot.legs["LF"]
@@ -92,11 +95,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     header = [*HEADER, *(("walk [s]", "promises", "physics") if given.walk else ())]
     print(f"| {' | '.join(header)} |\n|{'---|' * len(header)}")
     for text in given.robots:
-        label, mark, file = text.partition("=")
-        cells, robot = read(file if mark else text)
-        if robot is not None and given.walk and len(robot.legs["LF"].joints) == 3:
+        label, mark, file = text.split(";")[0].partition("=")
+        options = {name: ast.literal_eval(value) for name, _, value in
+                   (option.partition("=") for option in text.split(";")[1:])}  # fmt: skip
+        cells, robot = read(file if mark else label, options)
+        if robot is not None and given.walk:
             cells += walked(robot)
-        print(f"| `{label}` | {' | '.join(cells)} |", flush=True)
+        how = "".join(f", `{name}={value!r}`" for name, value in options.items())
+        print(f"| `{label}`{how} | {' | '.join(cells)} |", flush=True)
     return 0
 
 

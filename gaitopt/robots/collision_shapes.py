@@ -27,6 +27,9 @@ THICKNESS = 0.02
 feet and shanks of the robots at hand."""
 TOUCHING = 1e-4
 """Distance below which two shapes count as touching [m]: that of the certificate."""
+BETWEEN = 2.0
+"""Distance at the poses of a path below which links may touch between them, as a multiple of
+:data:`TOUCHING`. Chosen: the poses are close to one another."""
 ROUGH = 2e-3
 """Distance below which a convex hull counts as touching when the robot stands [m]: that of the
 certificate."""
@@ -275,7 +278,7 @@ def path_touches(robot: Quadruped, joints: FloatArray) -> bool:
     few = max(len(legs) // FIRST_POSES, 1)
     for every, near in ((few, CLOSE), *NEARER, (1, 0.0)):
         least = shapes.distances(legs[:: min(every, few)], pairs).min(axis=0)
-        if least.min() < TOUCHING:
+        if least.min() < BETWEEN * TOUCHING:
             return True
         pairs = [pair for pair, gap in zip(pairs, least, strict=True) if gap < near]
         if not pairs:

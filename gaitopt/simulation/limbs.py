@@ -162,6 +162,8 @@ def add_limbs(mujoco: Any, spec: Any, robot: Quadruped, links: dict[int, str],
             made["meshname"], kind = mesh.name, "MESH"
         else:
             kind = type(solid).__name__.upper()
+            if kind == "CAPSULE" and not solid.halfLength > 0.0:
+                kind = "SPHERE"
             half = [getattr(solid, "radius", 0.0), getattr(solid, "halfLength", 0.0), 0.0]
             made["size"] = list(np.array(solid.halfSide)) if kind == "BOX" else half
             made["pos"] = list(np.array(place.translation))

@@ -115,6 +115,7 @@ def report(
         torque_use=float((record.peak_torques / robot.effort_limits).max(initial=0.0)),
         rate_use=float((record.peak_rates / robot.velocity_limits).max(initial=0.0)),
         servo_tolerance=settings.servo_tolerance,
+        known_motors=bool(plan.robot.motor_inertia.any()),
         energy=record.energy,
         own_shapes=record.own_shapes,
         bumps=record.bumps,

@@ -24,6 +24,13 @@ class SimulationStatus(TextEnum):
     ``timestep``, or softer gains."""
 
 
+LIGHT = (
+    "; no inertia of its motors is known, which slows light joints: load the robot with "
+    "motor_inertia= in kg m^2 (--motor-inertia)"
+)
+"""What may help where a joint is too fast."""
+
+
 class MissReason(TextEnum):
     """Why a foothold counts as missed. Members equal their texts."""
 
@@ -90,6 +97,7 @@ class SimulationResult:
             [rad/s].
         torque_use, rate_use: the largest of them as shares of the URDF's limits.
         servo_tolerance: by how much ``rate_use`` may exceed 1.
+        known_motors: whether the inertia of the robot's motors is known.
         energy: mechanical work done by the joints [J]; energy from braking is not recovered.
         own_shapes: whether the shapes of the robot's own MJCF touched the ground and one another;
             otherwise its feet were balls, and limbs and trunk touched the ground
@@ -125,6 +133,7 @@ class SimulationResult:
     torque_use: float
     rate_use: float
     servo_tolerance: float
+    known_motors: bool
     energy: float
     own_shapes: bool
     bumps: tuple[str, ...]
@@ -180,9 +189,10 @@ class SimulationResult:
         if never:
             found.append(f"footholds never reached: {never}")
         if not self.rates_within:
+            light = "" if self.known_motors else LIGHT
             found.append(
                 f"a joint velocity reached {self.rate_use:.1%} of its limit, and the servos' "
-                f"tolerance ends at {1.0 + self.servo_tolerance:.0%}"
+                f"tolerance ends at {1.0 + self.servo_tolerance:.0%}{light}"
             )
         return tuple(found)
 

@@ -53,6 +53,20 @@ def test_a_servo_turns_no_faster_than_its_limit(wang: Quadruped) -> None:
     assert 0.95 < fastest < 1.05
 
 
+def test_friction_of_a_joint_does_not_hold_a_slow_servo(wang: Quadruped) -> None:
+    """At its speed limit a servo of wang2020 has 3.8 N m for errors; joints that rub with 10 N m
+    stood still before friction was fed forward."""
+    text = wang.urdf.replace("</joint>", '<dynamics friction="10"/></joint>')
+    rubbing = gaitopt.load_robot(text)
+    limit = speed_torques(
+        rubbing.velocity_limits, ControlGains.for_robot(rubbing), SimulationSettings()
+    )
+    assert limit.max() < 10.0
+    fastest, servos = hung_up(rubbing, SimulationSettings(), 0.5)
+    assert 0.9 < fastest < 1.05
+    assert (servos.peak_rates > 0.5 * rubbing.velocity_limits).all()
+
+
 def test_without_limits_it_is_much_faster(wang: Quadruped) -> None:
     fastest, _ = hung_up(wang, SimulationSettings(rate_limits=False), 0.5)
     assert fastest > 5.0

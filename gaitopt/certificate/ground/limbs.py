@@ -37,6 +37,11 @@ def legs_and_trunk_clear(plan: Plan, ground: Ground) -> Check:
     notes = ["meshes count as their convex hulls"] * solids.hulls
     if solids.stand_ins:
         notes.append(f"lines stand for {', '.join(solids.stand_ins)}")
+    feet = [plan.robot.model.frames[plan.robot.model.getFrameId(leg.foot)].parentJoint
+            for leg in plan.robot.legs.values()]  # fmt: skip
+    ends = {solid.name for solid in solids.parts if solid.joint in feet}
+    if found.gap < CLEAR and found.where in ends:
+        notes.append("if it is the end of the leg, the foot is larger than its ball: foot_radius=")
     where = "; ".join([found.where, *notes])
     check = judged(NAME, found.gap, CLEAR, "m", ">=", when=found.when, where=where)
     if check.status is Verdict.OK and found.unproven:

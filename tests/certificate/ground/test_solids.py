@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pinocchio as pin
 import pytest
+import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pinocchio import coal
+from robot_loading import quiet
+from robot_texts import LOWER, collision, robot
 from scipy.spatial import ConvexHull
 
 import gaitopt
@@ -135,3 +140,20 @@ def test_pillars_stand_under_the_balls_of_feet() -> None:
 
     assert highest(0.019, 0.03) == pytest.approx(-0.015)
     assert highest(0.021, 0.03) == -np.inf
+
+
+def test_an_end_of_a_leg_that_is_wider_than_its_ball_names_the_cure(tmp_path: Path) -> None:
+    """A cylinder's rim comes into the ground where the leg leans; a larger ball holds it."""
+    shank = trimesh.creation.cylinder(radius=0.02, height=LOWER)
+    shank.apply_translation([0.0, 0.0, -LOWER / 2])
+    shank.export(tmp_path / "shank.stl")
+    file = tmp_path / "tester.urdf"
+    file.write_text(robot(foot=None, shank=collision('<mesh filename="shank.stl"/>')))
+    outcomes = {}
+    for radius in (None, 0.035):
+        made = quiet(file, foot_radius=radius)
+        plan = gaitopt.plan_crawl(made, gaitopt.s_columns(0, columns=2, robot=made))
+        (check,) = [c for c in gaitopt.verify(plan).checks if c.name.startswith("legs and trunk")]
+        outcomes[radius] = check
+    assert outcomes[None].status == "violated" and "foot_radius=" in outcomes[None].where
+    assert outcomes[0.035].status != "violated" and "foot_radius=" not in outcomes[0.035].where
