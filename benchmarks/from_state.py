@@ -1,9 +1,10 @@
 """Random instants of plans, handed back to their planner as a state.
 
-``python -m benchmarks.from_state [--instants 100]`` takes ten plans, and random instants of each.
-The plan from each instant's state must continue position, velocity and contacts, and the
-certificate must hold. What is refused is counted, with its reason. Exit code 1 when a plan jumps
-or is not certified.
+``python -m benchmarks.from_state [--instants 100] [--physics]`` takes ten plans, and random
+instants of each. The plan from each instant's state must continue position, velocity and contacts,
+and the certificate must hold. What is refused is counted, with its reason. With ``--physics`` all
+plans that are certified are simulated, too. Exit code 1 when a plan jumps, is not certified, or
+fails in physics.
 """
 
 from __future__ import annotations
@@ -25,6 +26,8 @@ from gaitopt.errors import InfeasibleStateError
 JUMP, RATE_JUMP = 1e-9, 1e-5
 """Largest jumps of a column [m, rad] and of its rate [m/s, rad/s]: standing feet of plans slide by
 a micrometre, and those of the plan from a state do not."""
+
+CERTIFIED = "certified"
 
 Again = Callable[[Plan, float, State], Plan]
 
@@ -87,10 +90,21 @@ def judged(plan: Plan, state: State) -> str:
     if plan.entry and stands != state.support:
         return "ITS CONTACTS JUMP"
     found = gaitopt.verify(plan)
-    return "certified" if found.outcome == "certified" else f"VIOLATED: {found.violations[0].name}"
+    return CERTIFIED if found.outcome == CERTIFIED else f"VIOLATED: {found.violations[0].name}"
 
 
-def outcomes(name: str, instants: int, seed: int = 0) -> tuple[Counter[str], float]:
+def fails_in_physics(plan: Plan) -> str:
+    """Why a plan fails in physics; empty where it passes."""
+    result = gaitopt.simulate(plan)
+    if result.passed:
+        return ""
+    peak = f"joint velocity {100.0 * result.rate_use:.0f} %"
+    return f"FAILS IN PHYSICS: {result.status}, {len(result.missed)} missed, {peak}"
+
+
+def outcomes(
+    name: str, instants: int, seed: int = 0, *, physics: bool = False
+) -> tuple[Counter[str], float]:
     """What became of random instants of one of the plans, and the mean time of planning [s]."""
     robot, (first, again) = CASES[name]
     plan, found, spent = first(robot), Counter[str](), 0.0
@@ -101,7 +115,10 @@ def outcomes(name: str, instants: int, seed: int = 0) -> tuple[Counter[str], flo
         except InfeasibleStateError as error:
             found[f"refused: {error.limit}"] += 1
         else:
-            found[judged(other, state)] += 1
+            outcome = judged(other, state)
+            if physics and outcome == CERTIFIED:
+                outcome = fails_in_physics(other) or outcome
+            found[outcome] += 1
         spent += time.perf_counter() - begin
     return found, spent / instants
 
@@ -110,13 +127,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Print a table; 1 when a plan jumps or is not certified."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.from_state")
     parser.add_argument("--instants", type=int, default=100)
+    parser.add_argument("--physics", action="store_true")
     parser.add_argument("--cases", nargs="*", choices=list(CASES), default=list(CASES))
     asked = parser.parse_args(arguments)
     table = Table("plan", "certified", "other outcomes", "s an instant")
     faults = 0
     for name in asked.cases:
-        found, seconds = outcomes(name, asked.instants)
-        good = found.pop("certified", 0)
+        found, seconds = outcomes(name, asked.instants, physics=asked.physics)
+        good = found.pop(CERTIFIED, 0)
         faults += sum(n for what, n in found.items() if not what.startswith("refused"))
         others = "; ".join(f"{n} {what}" for what, n in found.most_common())
         table.add_row(name, f"{good} of {asked.instants}", others, f"{seconds:.2f}")
