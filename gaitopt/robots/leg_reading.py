@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from gaitopt.robots.discovery import Chain
 from gaitopt.robots.general_leg.reading import general_leg
 from gaitopt.robots.leg import Leg
 from gaitopt.robots.leg_parts import LegParts
+from gaitopt.robots.standing import can_stand
 
 AXIS_TOLERANCE = 1e-9
 """How far from parallel or perpendicular joint axes may be for a closed form that is exact to 1e-9
@@ -30,8 +32,8 @@ def read_leg(model: Any, name: str, chain: Chain, body: FloatArray, knee: float 
         chain: its joints.
         body: axes of the body frame in the base frame ``(3, 3)``.
         knee: side of the knee, +1 forward, -1 backward; ``None`` takes it from the knee's limits,
-            and where they allow both sides about equally, points front knees backward and hind
-            knees forward.
+            and where they allow both sides about equally, from those of the thigh; where these do,
+            too, it points front knees backward and hind knees forward.
 
     Returns:
         A roll-pitch-pitch or pitch-pitch leg, or another one of three joints: a
@@ -96,7 +98,7 @@ def _square_leg(parts: LegParts, frame: FloatArray, signs: tuple[float, ...]) ->
     parts.check_links(lengths)
     angles = np.arctan2(-links[:, 0], -links[:, 2])
     zeros = (float(angles[0]), parts.knee_zero(float(angles[1] - angles[0]), signs[-1]))
-    return Leg(
+    leg = Leg(
         name=parts.name,
         joints=parts.chain.names,
         foot=parts.chain.foot,
@@ -112,3 +114,8 @@ def _square_leg(parts: LegParts, frame: FloatArray, signs: tuple[float, ...]) ->
         position_limits=parts.limits,
         velocity_limits=parts.rates,
     )
+    if parts.knee is None and not can_stand(leg):
+        # The limits of the thigh may tell what those of the knee leave open.
+        other = replace(leg, knee=-leg.knee)
+        leg = other if can_stand(other) else leg
+    return leg

@@ -12,6 +12,8 @@ from gaitopt.robots.leg import Leg
 STANDING_SHARE = 0.7
 """Height of the hips of a standing robot as a share of its legs' reach. Chosen: it makes 0.40 m for
 wang2020, the height at which [Wang2020] walks."""
+STANDING_SHARES = (0.7, 0.8, 0.6, 0.9, 0.5)
+"""Heights at which a leg is tried, as shares of its reach. Chosen: those of walking robots."""
 LEVEL_FEET, LEAST_STANDING = 0.03, 0.4
 """Largest difference of the feet's heights, and least height of the hips, of a standing robot, as
 shares of its legs' reach. Chosen: files also hold poses of lying and of other robots."""
@@ -39,6 +41,12 @@ def standing_height(legs: Sequence[Leg], pose: Mapping[str, float]) -> float:
     heights = np.round(np.arange(max(least, STEP), reach, STEP), 2)
     nearest = sorted(heights.tolist(), key=lambda height: abs(height - usual))
     return next((h for h in [usual, *nearest] if _may_stand(legs, h)), usual)
+
+
+def can_stand(leg: Leg) -> bool:
+    """Whether a leg keeps its joints' limits with the foot below the hip, at some usual height."""
+    reach = leg.reach + leg.drop
+    return any(_may_stand([leg], share * reach) for share in STANDING_SHARES)
 
 
 def foot_below_hip(leg: Leg, height: float) -> FloatArray:

@@ -7,9 +7,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
+import robot_texts
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from robot_loading import feet_by_pinocchio
+from robot_loading import feet_by_pinocchio, quiet
 
 from gaitopt.conventions import LEGS, rotation_z
 from gaitopt.errors import InputError, RobotError
@@ -539,3 +540,16 @@ def test_two_legs_in_one_corner_are_named() -> None:
         "test: legs LF_j0-LF_j1-LF_j2 and LH_j0-LH_j1-LH_j2 both start in the body's LF corner; a "
         "quadruped has one leg in each"
     )
+
+
+def test_limits_of_the_thigh_tell_the_knee_s_side_where_its_own_do_not() -> None:
+    """Hind thighs that cannot lean forward, as knees that point forward would have them."""
+    limit = robot_texts.LIMIT
+    back = '<limit lower="0" upper="2.5" effort="30" velocity="12"/>'
+    hind = {name: robot_texts.leg(name, limits=(limit, back, limit)) for name in ("LH", "RH")}
+    plain = quiet(robot_texts.robot(limits=(limit,) * 3))
+    told = quiet(robot_texts.robot(changed=hind, limits=(limit,) * 3))
+    sides = [[made.legs[name].knee for name in ("LF", "LH")] for made in (plain, told)]
+    assert sides == [[-1.0, 1.0], [-1.0, -1.0]]
+    low, high = told.position_limits
+    assert ((low <= told.standing_joints()) & (told.standing_joints() <= high)).all()
