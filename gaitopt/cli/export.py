@@ -8,8 +8,9 @@ from typing import Annotated
 import typer
 from rich.markup import escape
 
-from gaitopt.cli.options import PlanArgument
-from gaitopt.cli.support import open_plan, print_files, terminal
+from gaitopt.cli.options import JsonOption, PlanArgument
+from gaitopt.cli.results.report import Report
+from gaitopt.cli.support import open_plan
 from gaitopt.errors import InputError
 
 
@@ -54,6 +55,7 @@ def export(
         typer.Option("--set", help="An option of the format, as in interpolation=quintic.",
                      metavar="NAME=VALUE"),
     ] = None,
+    as_json: JsonOption = False,
 ) -> None:  # fmt: skip
     """Write a plan's motion for robots, simulators and learning code."""
     from gaitopt.exporting.export import FORMATS
@@ -67,9 +69,12 @@ def export(
     if csv == ros and csv is not None:
         raise InputError(f"--csv and --ros both name {csv}; give two files")
     loaded = open_plan(plan)
+    report = Report(as_json, {"command": "export"})
+    numbers: dict[str, dict[str, float]] = {}
+    notes: dict[str, tuple[str, ...]] = {}
     if csv is not None:
         export_csv(loaded, csv, dt)
-        print_files({csv: ""})
+        report.files({csv: ""})
     asked = [(out, format, _options(option)), (ros, "ros2", {})]
     for path, kind, options in asked:
         if path is None:
@@ -78,9 +83,12 @@ def export(
         done = write(loaded, path, kind, dt=dt, joints=listed, prefix=prefix,
                      controller=controller, forces=forces, ramp=ramp, **options)  # fmt: skip
         told = ", ".join(f"{name} {value:.6g}" for name, value in done.numbers.items())
-        print_files({file: "" for file in done.files[:-1]} | {done.files[-1]: escape(told)})
+        report.files({file: "" for file in done.files[:-1]} | {done.files[-1]: escape(told)})
+        numbers[str(path)], notes[str(path)] = dict(done.numbers), done.notes
         for note in done.notes:
-            terminal().print(escape(shown(note)))
+            report.say(escape(shown(note)))
+    report.add(numbers=numbers, notes=notes)
+    report.end()
 
 
 def _options(given: list[str] | None) -> dict[str, float | str]:

@@ -21,12 +21,7 @@ from gaitopt.cli.results.options import MeshesOption, MeshFolderOption, Overwrit
 from gaitopt.cli.results.report import Report
 from gaitopt.cli.results.run_folder import record_run, refuse_pictures, run_folder
 from gaitopt.cli.robot_options import RobotChoice, takes_robot
-from gaitopt.cli.support import (
-    open_plan,
-    print_files,
-    progress_bar,
-    terminal,
-)
+from gaitopt.cli.support import open_plan, progress_bar
 from gaitopt.errors import InputError
 
 if TYPE_CHECKING:
@@ -57,6 +52,7 @@ def replay(
         typer.Option(help="What the video shows, as in the address of a replay: follow, curves, "
                      "view=side, view=front, view=back, view=top; joined by &.", metavar="WORDS"),
     ] = "follow",
+    as_json: JsonOption = False,
 ) -> None:  # fmt: skip
     """Write a plan's replay as one HTML file that plays in any browser, or as a video."""
     from gaitopt.viewing.replay.browser import open_in_browser
@@ -66,26 +62,27 @@ def replay(
         raise InputError("--seconds and --look are of a video: give --video FILE as well")
     loaded = open_plan(plan)
     drawn = meshes if mesh_folder is None else mesh_folder
+    report = Report(as_json, {"command": "replay"})
     if video is not None:
         _write_video(loaded, video, seconds, look, drawn)
-        if out is None and not show:
-            return
-    target = out or plan.with_suffix(".html")
-    write_replay(loaded, target, meshes=drawn)
-    print_files({target: ""})
-    if show and not open_in_browser(target):
-        terminal().print("no browser could be started: open the file by hand")
+        report.files({video: ""})
+    if video is None or out is not None or show:
+        target = out or plan.with_suffix(".html")
+        write_replay(loaded, target, meshes=drawn)
+        report.files({target: ""})
+        if show and not open_in_browser(target):
+            report.say("no browser could be started: open the file by hand")
+    report.end()
 
 
 def _write_video(
     plan: Plan, video: Path, seconds: float | None, look: str, meshes: bool | Path
 ) -> None:
-    """Write a video, and print its name."""
+    """Write a video."""
     from gaitopt.viewing.replay.video.video import replay_video
 
     with progress_bar("drawing frames") as tick:
         replay_video(plan, video, seconds=seconds, view=look, progress=tick, meshes=meshes)
-    print_files({video: ""})
 
 
 RunOnOption = Annotated[
@@ -205,6 +202,7 @@ def figures(
         ),
     ] = None,
     overwrite: OverwriteOption = False,
+    as_json: JsonOption = False,
 ) -> None:  # fmt: skip
     """Write a plan's figures as PNG files."""
     from gaitopt.plan.settings.by_velocity import GaitSettings
@@ -219,5 +217,6 @@ def figures(
     with folder.writing() as (made, place):
         names = [path.name for path in save_figures(loaded, made, step=step)]
         record_run(made, {"command": "figures", "files": names})
-    for name in names:
-        terminal().print(escape(str(place / name)))
+    report = Report(as_json, {"command": "figures"})
+    report.files({place / name: "" for name in names})
+    report.end()

@@ -167,6 +167,22 @@ def test_programs_get_certificates_simulations_and_robots(
 # Documents and tables.
 
 
+def test_commands_that_write_files_name_them_to_programs(
+    command: Command, plan_file: Path, no_pixels: None
+) -> None:
+    folder = plan_file.parent
+    table = str(folder / "walk.yaml")
+    exported = json.loads(command("export", str(plan_file), table, "--json").stdout)
+    (what,) = exported["files"].values()
+    assert list(exported["files"]) == [table] and "[rad]" in what and "\\" not in what
+    assert exported["numbers"][table]["points"] > 1 and isinstance(exported["notes"][table], list)
+    page = str(folder / "page.html")
+    shown = json.loads(command("replay", str(plan_file), page, "--json").stdout)
+    assert shown == {"command": "replay", "files": {page: ""}}
+    drawn = json.loads(command("figures", str(plan_file), str(folder / "f"), "--json").stdout)
+    assert sorted(drawn["files"]) == sorted(map(str, (folder / "f").glob("*.png")))
+
+
 def test_documents_are_strict_json() -> None:
     values: dict[str, Any] = {"nan": float("nan"), "inf": [float("-inf")], "none": None}
     assert plain(values) == {"nan": None, "inf": [None], "none": None}
@@ -210,7 +226,7 @@ def test_the_tables_of_the_commands_fit_into_80_letters(
         text = printed(table, 80, monkeypatch)
         assert "…" not in text and max(map(len, text.splitlines())) <= 80
         # As a table, and not row by row.
-        assert "━━━" in text
+        assert "━━━" in text or " ───" in text
 
 
 # Other commands.

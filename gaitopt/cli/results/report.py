@@ -39,8 +39,11 @@ class Report:
             print_table(table)
 
     def files(self, files: Mapping[Path, str]) -> None:
-        """Name files that were written, and say what each is."""
-        self.document.setdefault("files", {}).update({str(p): what for p, what in files.items()})
+        """Name files that were written, and say what each is, in rich's markup."""
+        from rich.text import Text
+
+        plainly = {str(path): Text.from_markup(what).plain for path, what in files.items()}
+        self.document.setdefault("files", {}).update(plainly)
         if not self.as_json:
             print_files(files)
 
