@@ -250,13 +250,13 @@ def _wheel(tree: UrdfTree, limb: Limb, finder: MeshFinder) -> FootPlace:
         wide = [_across(solid, axis) for solid in solids]
         if wide:
             radius, middle = max(wide)
-            return FootPlace(link, middle * axis, radius, f"the {tag} shape of the wheel {link}")
+            return FootPlace(link, middle * axis, radius, f"the {tag} shape of the wheel")
     inertial = tree.links[link].find("inertial")
     middle = 0.0
     if inertial is not None:
         where = f"{tree.label}: link {link}: inertia"
         middle = float(placement_of(inertial, where)[:3, 3] @ axis)
-    return FootPlace(link, middle * axis, 0.0, f"the shape of the wheel {link} is missing")
+    return FootPlace(link, middle * axis, 0.0, "the wheel, whose shape is missing")
 
 
 def _across(solid: Solid, axis: FloatArray) -> tuple[float, float]:

@@ -15,6 +15,7 @@ import numpy as np
 
 from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.errors import InputError, RobotError
+from gaitopt.robots.files.notes import first_of
 from gaitopt.robots.files.tree import HINGES, Joint, UrdfTree
 from gaitopt.robots.leg_names import leg_of_names
 
@@ -71,7 +72,8 @@ def find_limbs(tree: UrdfTree) -> list[Limb]:
     if not found:
         raise RobotError(
             f"{tree.label}: no four legs found, which are serial chains of 2 or 3 hinges each, "
-            f"alike and at four corners of the body; the chains are: {_listed(paths)}; {CURE}"
+            f"alike and at four corners of the body; the chains are: {_listed(paths)}; "
+            f"{_other_kinds(paths)}{CURE}"
         )
     best, rivals = found[0], found[1:]
     _refuse_second_chains(tree, best, paths, poses)
@@ -83,6 +85,19 @@ def find_limbs(tree: UrdfTree) -> list[Limb]:
                 f"quadruped has four ({sorted(others)[0]} could be one, too): {CURE}"
             )
     return list(best.limbs)
+
+
+def _other_kinds(paths: list[list[Joint]]) -> str:
+    """What would do where chains of two hinges or more go on with joints of other kinds."""
+    wrong = [
+        f"{joint.name} ({joint.kind})"
+        for path in paths
+        for joint in path
+        if joint.kind not in HINGES and sum(one.kind in HINGES for one in path) >= min(LEG_JOINTS)
+    ]
+    if len(wrong) < len(LEGS):
+        return ""
+    return f"a leg has hinges alone: make {first_of(list(dict.fromkeys(wrong)))} 'fixed'; "
 
 
 def _in_pairs(paths: list[list[Joint]], poses: Mapping[str, FloatArray]) -> bool:

@@ -25,7 +25,7 @@ from gaitopt.robots.files.limbs import Limb, find_limbs, named_limbs
 from gaitopt.robots.files.masses import set_masses
 from gaitopt.robots.files.meshes import MeshFinder
 from gaitopt.robots.files.motors import acceleration_limits, motor_inertias, torque_lines
-from gaitopt.robots.files.notes import TAG, Notes, read_notes, write_notes
+from gaitopt.robots.files.notes import TAG, Notes, first_of, read_notes, write_notes
 from gaitopt.robots.files.options import ReadOptions, SpeedPair
 from gaitopt.robots.files.origins import tidy_numbers
 from gaitopt.robots.files.own_shapes import OwnShapes
@@ -183,6 +183,12 @@ def _set_base(tree: UrdfTree, done: list[str]) -> None:
     """
     floating = [joint for joint in tree.walk() if joint.kind == "floating"]
     below = [joint.child for joint in floating if list(tree.walk(joint.child))]
+    ends = [joint for joint in floating if joint.child not in below and joint.parent != tree.base]
+    for joint in ends:
+        joint.lock(0.0)
+    if ends:
+        named = first_of([joint.name for joint in ends])
+        done.append(f"joints that float with nothing below them count as fixed: {named}")
     new = below[0] if below else None
     if new is None and tree.base.lower() == GROUND and len(tree.below(tree.base)) == 1:
         joint = tree.below(tree.base)[0]

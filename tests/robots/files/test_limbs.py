@@ -192,3 +192,19 @@ def test_legs_with_a_second_chain_beside_each_are_five_bars() -> None:
 def test_parts_of_a_xacro_are_told_from_robots() -> None:
     told = refusal('<robot name="leg" xmlns:xacro="http://www.ros.org/wiki/xacro"></robot>')
     assert "the file has no link" in told and "give the file that includes it" in told
+
+
+def test_toes_on_joints_that_float_are_fixed() -> None:
+    """Some files of PyBullet have them."""
+    floating = robot().replace('_end" type="fixed"', '_end" type="floating"')
+    assert floating != robot()
+    made = quiet(floating)
+    assert made.notes.done[0].startswith("joints that float with nothing below them count as fixed")
+    assert [leg.foot for leg in made.legs.values()] == [f"{name}_foot" for name in CORNERS]
+
+
+def test_legs_that_end_with_sliders_name_the_cure() -> None:
+    sliding = robot().replace('_end" type="fixed"', '_end" type="prismatic"')
+    told = refusal(sliding)
+    assert "a leg has hinges alone: make RF_end (prismatic), RH_end (prismatic)," in told
+    assert "'fixed'; legs=" in told
