@@ -20,8 +20,23 @@ _NUMBERS = ("value", "ixx", "iyy", "izz", "ixy", "ixz", "iyz", "lower", "upper",
 """Attributes of a URDF that are numbers."""
 
 
-def tidy_numbers(root: Element) -> None:
-    """Take the blanks around numbers away: Pinocchio drops a mass of ``"0.9 "``, and its link's."""
+_ONCE = {
+    "joint": ("origin", "parent", "child", "axis", "limit", "dynamics", "mimic"),
+    "link": ("inertial",), "inertial": ("origin", "mass", "inertia"),
+    "visual": ("origin", "geometry"), "collision": ("origin", "geometry"),
+}  # fmt: skip
+"""Elements that others have once. Pinocchio takes the first, and MuJoCo refuses the file."""
+
+
+def tidy(root: Element) -> None:
+    """Take away elements that come a second time, and the blanks around numbers.
+
+    Pinocchio drops a mass of ``"0.9 "``, and what else it knows of the link's inertia.
+    """
+    for element in list(root.iter()):
+        for tag in _ONCE.get(element.tag, ()):
+            for again in element.findall(tag)[1:]:
+                element.remove(again)
     for element in root.iter():
         for name in _NUMBERS:
             text = element.get(name)

@@ -27,7 +27,7 @@ from gaitopt.robots.files.meshes import MeshFinder
 from gaitopt.robots.files.motors import acceleration_limits, motor_inertias, torque_lines
 from gaitopt.robots.files.notes import TAG, Notes, first_of, read_notes, write_notes
 from gaitopt.robots.files.options import ReadOptions, SpeedPair
-from gaitopt.robots.files.origins import tidy_numbers
+from gaitopt.robots.files.origins import tidy
 from gaitopt.robots.files.own_shapes import OwnShapes
 from gaitopt.robots.files.shapes import write_known_shapes
 from gaitopt.robots.files.sizes import (
@@ -67,7 +67,7 @@ def prepared_urdf(
     if root.find(TAG) is not None and options.empty:
         return _checked(root, urdf, label), before
     notes, same = known or before, ElementTree.tostring(root)
-    tidy_numbers(root)
+    tidy(root)
     done, warnings = list(notes.done), _open_warnings(notes, options)
     if options.scale is not None:
         scale_lengths(root, options.scale, label)

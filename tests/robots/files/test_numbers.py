@@ -23,6 +23,7 @@ from robot_texts import (
     robot,
 )  # fmt: skip
 
+import gaitopt
 from gaitopt.errors import InputError
 from gaitopt.robots.catalog import load_robot
 from gaitopt.robots.quadruped import Quadruped
@@ -245,3 +246,12 @@ def test_blanks_around_numbers_do_not_drop_a_link_s_mass() -> None:
     assert spoiled != robot()
     assert quiet(spoiled).mass == pytest.approx(MASS)
     assert "mass" in refusal(robot().replace('<mass value="0.5"/>', '<mass value="0_5"/>'))
+
+
+def test_elements_that_come_twice_count_once() -> None:
+    """Pinocchio takes the first of two axes, and MuJoCo refuses the file."""
+    twice = robot().replace('<axis xyz="1 0 0"/>', '<axis xyz="1 0 0"/><axis xyz="0 1 0"/>')
+    made = quiet(twice)
+    assert twice.count("<axis") == 16 and made.urdf.count("<axis") == 12
+    plan = gaitopt.plan_crawl(made, gaitopt.s_columns(0, columns=2, robot=made))
+    assert not gaitopt.simulate(plan).failures
