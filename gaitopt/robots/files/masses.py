@@ -116,7 +116,7 @@ def _check_bodies(tree: UrdfTree, cure: str) -> list[str]:
         if not np.abs(whole.matrix).max() < LARGEST_INERTIA:
             raise RobotError(f"{tree.label}: the inertia of link {body} is no sensible number")
         principal = np.linalg.eigvalsh(whole.matrix)
-        gyration = float(np.sqrt(principal.sum() / 2.0 / whole.mass))
+        gyration = float(np.sqrt(max(principal.sum(), 0.0) / 2.0 / whole.mass))
         if not principal[0] > ROUNDING * principal.sum():
             moments = " ".join(f"{moment:.3g}" for moment in principal)
             wrong[top] = f"not that of a body: its principal moments are {moments} kg m^2"
