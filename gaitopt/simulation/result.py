@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from html import escape
 
 import numpy as np
 
@@ -222,7 +223,14 @@ class SimulationResult:
         return f"{kind}; {beside} touched beside the feet"
 
     def __repr__(self) -> str:
-        return f"SimulationResult({self.status.value!r}, {self.steps_done} of {self.steps} steps)"
+        passed = "passed" if self.passed else f"failed, {self.status}"
+        return f"SimulationResult({passed}, {self.steps_done} of {self.steps} steps)"
+
+    def _repr_html_(self) -> str:
+        """The report for notebooks, with a coloured verdict."""
+        colour = "#1b7f4b" if self.passed else "#b3261e"
+        verdict, *lines = map(escape, str(self).splitlines())
+        return f'<b style="color:{colour}">{verdict}</b><br>' + "<br>".join(lines)
 
     def __str__(self) -> str:
         """The report as plain text; its first line is the :attr:`verdict`."""

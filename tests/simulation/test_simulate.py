@@ -11,7 +11,12 @@ import pytest
 
 import gaitopt
 from gaitopt import LEGS, Footholds, InputError, MissingPackageError, MotionPath, Plan, Quadruped
-from gaitopt.simulation.result import MissedFoothold, MissReason, SimulationResult
+from gaitopt.simulation.result import (
+    MissedFoothold,
+    MissReason,
+    SimulationResult,
+    SimulationStatus,
+)
 from gaitopt.simulation.settings import SimulationSettings
 from gaitopt.simulation.simulate import simulate
 from gaitopt.studies.disturbances import push_settings, static_push
@@ -28,6 +33,17 @@ def four_steps(wang: Quadruped) -> Plan:
 @pytest.fixture(scope="module")
 def walk(short_plan: Plan) -> SimulationResult:
     return simulate(short_plan)
+
+
+def test_notebooks_show_the_verdict_in_colour_and_words(
+    short_plan: Plan, walk: SimulationResult
+) -> None:
+    steps = len(short_plan.swings)
+    assert repr(walk) == f"SimulationResult(passed, {steps} of {steps} steps)"
+    shown = walk._repr_html_()
+    assert shown.startswith('<b style="color:#1b7f4b">passed</b>') and "missed footholds" in shown
+    fallen = replace(walk, status=SimulationStatus.FELL)
+    assert "failed, fell" in repr(fallen) and "#b3261e" in fallen._repr_html_()
 
 
 def test_a_short_walk_finishes_with_every_foot_on_its_column(
