@@ -58,6 +58,8 @@ def _short(warning: str) -> str:
         "the radius of the feet": "no foot radius",
         "the feet have radii": "feet differ",
         "inertias that no body": "odd inertias",
+        "inertias are those": "inertias of shapes",
+        "masses are estimated": "masses of shapes",
         "torque limits are too small": "torque limits too small to stand",
         "lower limits above": "limits exchanged",
         "xacro arguments": "xacro arguments",
