@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,12 +21,27 @@ from gaitopt.robots.collision_shapes import CollisionPairs
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.footholds import Footholds
 
-FORCE_RAMP, LEVEL_FORCE_RAMP = 0.06, 0.04
-"""Time in which the slowest joint reaches its velocity limit on splines whose timing forces set,
-and the same where the body stays level at one height [s]. Sharper turns make walks faster, but then
-knees that turn at their velocity limits exceed them in physics by more than a servo should: 16
-steps of wang2020 (``height``, seeds 0 to 3) take 19.6 s with 0.03 and 20.1 s with 0.05, and knees
-turn with up to 2.2 and 1.26 times their limits."""
+
+class Ramps(NamedTuple):
+    """How sharp turns are on splines whose timing forces set.
+
+    Each is the time in which the slowest joint reaches its velocity limit [s].
+
+    Attributes:
+        loads: about lift-offs and touchdowns, where loads go over from leg to leg.
+        elsewhere: anywhere else.
+    """
+
+    loads: float
+    elsewhere: float
+
+
+LEVEL_RAMPS, RAMPS, POSTURE_RAMPS = Ramps(0.02, 0.006), Ramps(0.04, 0.006), Ramps(0.06, 0.035)
+"""Where the body stays level at one height; where its height is free; and where it may turn, too,
+or forces alone keep the balance. Sharper turns make walks faster. But loads that go over add to the
+velocity of knees in physics, and where knees turn at their limits and a body turns sharply as well,
+they exceed them by more than a servo should: over 16 steps of wang2020 (``height``, seeds 0 and 1)
+by up to 29 % with 0.033 s about lift-offs, by 49 % with 0.025 s, and by 82 % with 0.006 s."""
 FORCE_ACCELERATION = 3.0
 """Largest acceleration of a leg's end by that of one joint, in units of gravity, of splines whose
 timing forces set."""
@@ -68,14 +84,28 @@ class Route:
         """Limit of joint accelerations along splines [rad/s^2].
 
         Where forces set the timing and no other is asked for, it only keeps the spline from
-        bending more than what forces could follow.
+        bending more than what forces could follow, about lift-offs and touchdowns.
         """
+        return self._acceleration(self._ramps.loads)
+
+    @property
+    def turn_limit(self) -> float:
+        """The same elsewhere on a spline whose timing forces set [rad/s^2]."""
+        return self._acceleration(self._ramps.elsewhere)
+
+    @property
+    def _ramps(self) -> Ramps:
+        free = self.settings.free
+        if free.posture or not self.settings.static:
+            return POSTURE_RAMPS
+        return RAMPS if free.height else LEVEL_RAMPS
+
+    def _acceleration(self, ramp: float) -> float:
+        """The limit that was asked for, or that of a ramp [rad/s^2]."""
         asked = self.settings.acceleration_limit
         if asked is not None:
             return asked
-        legs, free = self.robot.legs.values(), self.settings.free
-        level = self.settings.static and not (free.height or free.posture)
-        ramp = LEVEL_FORCE_RAMP if level else FORCE_RAMP
+        legs = self.robot.legs.values()
         quick = min(float(leg.velocity_limits.min()) for leg in legs) / ramp
         return min(quick, FORCE_ACCELERATION * GRAVITY / max(leg.reach for leg in legs))
 

@@ -137,9 +137,10 @@ def _usable_limits(
         reserves: how many reserves to keep at each knot ``(K,)``.
 
     Returns:
-        For velocities ``(12,)`` and ``(K - 1, 12)``, for accelerations ``(12,)`` and ``(K, 12)``.
+        For velocities ``(12,)`` and ``(K - 1, 12)``, for accelerations ``(K, 12)`` twice.
     """
-    velocity, acceleration = problem.velocity_limits, np.full(JOINTS, window.acceleration_limit)
+    velocity = problem.velocity_limits
+    acceleration = np.repeat(window.turn_limits[:, None], JOINTS, axis=1)
     between = np.maximum(reserves[1:], reserves[:-1])
     return [
         (velocity, (1.0 - JOINT_RESERVE * between[:, None]) * velocity),

@@ -21,6 +21,7 @@ from gaitopt.optimize.route.layout import TIME_UNIT_ROTATION, Rows
 from gaitopt.optimize.route.legs import JOINTS, POSE
 from gaitopt.optimize.route.problem import RouteProblem
 from gaitopt.plan.settings.time_optimal import RouteSettings
+from gaitopt.planners.time_optimal.flights import Flights
 from gaitopt.planners.time_optimal.knots import RouteKnots
 from gaitopt.planners.time_optimal.support import support_on_spans
 from gaitopt.planners.time_optimal.walk import Route
@@ -84,7 +85,8 @@ def build_smooth(base: RouteProblem, knots: RouteKnots, route: Route) -> Dynamic
     if dynamic or settings.forces:
         whole = not dynamic and settings.horizon is None
         quadratic_weight *= STATIC_QUADRATIC_WEIGHT if whole else DYNAMIC_QUADRATIC_WEIGHT
-        if limit * base.legs.reach.max() > (1.0 - LEAST_LOAD_SHARE) * GRAVITY:
+        rises = settings.free.height or settings.free.posture
+        if rises and limit * base.legs.reach.max() > (1.0 - LEAST_LOAD_SHARE) * GRAVITY:
             zmp = ZmpRows.joined([zmp, _load_rows(base.knots)])
     elif not settings.true_com:
         rows = _with_centre_rows(rows, zmp)
@@ -97,10 +99,23 @@ def build_smooth(base: RouteProblem, knots: RouteKnots, route: Route) -> Dynamic
     shares = (1.0, 1.0) if settings.forces else (FIRST_ACCELERATION_SHARE, FIRST_VELOCITY_SHARE)
     return DynamicRouteProblem(
         **shared,
-        acceleration_limits=np.full((2, base.knots, JOINTS), shares[0] * limit),
+        acceleration_limits=np.tile(shares[0] * turn_limits(route, knots)[:, None], (2, 1, JOINTS)),
         interval_velocity_limits=np.tile(shares[1] * base.velocity_limits, (2, base.knots - 1, 1)),
         zmp=zmp,
     )
+
+
+def turn_limits(route: Route, knots: RouteKnots) -> FloatArray:
+    """Limit of joint accelerations on the span of each knot ``(K,)`` [rad/s^2].
+
+    Where forces set the timing they are lower about lift-offs and touchdowns: loads go over there
+    from leg to leg, and add to what the joints of standing legs do.
+    """
+    out = np.full(len(knots.feet), route.turn_limit)
+    flights = Flights.of(knots)
+    near = np.concatenate([flights.lift_off, flights.touchdown])[:, None] + [-1, 0, 1]
+    out[np.clip(near, 0, len(out) - 1)] = route.acceleration_limit
+    return out
 
 
 def start_margin(standing: FloatArray, wanted: float) -> FloatArray:

@@ -11,7 +11,7 @@ from gaitopt.conventions import FloatArray
 from gaitopt.optimize.route.dynamic_problem import DynamicRouteProblem
 from gaitopt.optimize.route.legs import POSE
 from gaitopt.planners.time_optimal.knots import RouteKnots
-from gaitopt.planners.time_optimal.smooth.build import start_margin
+from gaitopt.planners.time_optimal.smooth.build import start_margin, turn_limits
 from gaitopt.planners.time_optimal.smooth.motion import SplineMotion
 from gaitopt.planners.time_optimal.walk import Route
 from gaitopt.stability.margins import static_stability_margin
@@ -65,6 +65,14 @@ class SmoothWindow:
     def acceleration_limit(self) -> float:
         """Limit of all joint accelerations [rad/s^2]."""
         return self.route.acceleration_limit
+
+    @cached_property
+    def turn_limits(self) -> FloatArray:
+        """Limit of joint accelerations on the span of each knot of the problem ``(K,)`` [rad/s^2].
+
+        Without forces it is :attr:`acceleration_limit` everywhere.
+        """
+        return turn_limits(self.route, self.knots)[self.first_knot :]
 
     @cached_property
     def reserves(self) -> FloatArray:
