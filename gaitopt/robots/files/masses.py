@@ -133,7 +133,7 @@ def _check_bodies(tree: UrdfTree, cure: str) -> list[str]:
         return []
     return [
         f"inertias that no body can have (one principal moment above the sum of the others): "
-        f"{first_of(odd)}; correct them in the file, or give masses= for these links"
+        f"{first_of(odd)}; correct them in the file, or give masses='file' for those of the shapes"
     ]
 
 

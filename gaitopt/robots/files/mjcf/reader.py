@@ -99,8 +99,13 @@ class _Writer:
                 self._add_body(body)
         done = f"MuJoCo read this MJCF; the body is {body_name(model, base)}"
         missing = self.cleaned.missing
-        many = "1 mesh is" if len(missing) == 1 else f"{len(missing)} meshes are"
-        lost = f"{many} missing ({first_of(missing)}): shapes made of it are left out"
+        many, them = (
+            ("1 mesh is", "it") if len(missing) == 1 else (f"{len(missing)} meshes are", "them")
+        )
+        lost = (
+            f"{many} missing ({first_of(missing)}): shapes made of {them} are left out; put {them} "
+            "where the file says (git lfs pull, if Git LFS keeps them), or give package_folders="
+        )
         lines = f"the torques of {first_of(list(self.torque_lines))} fall with the speed, by their "
         told = (f"{lines}actuators' gain and bias",) if self.torque_lines else ()
         notes = Notes(
