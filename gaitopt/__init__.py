@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from importlib import import_module
 from sys import modules
+from types import FunctionType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -276,6 +277,8 @@ def __getattr__(name: str) -> Any:
     if name not in _EXPORTS:
         raise AttributeError(f"module 'gaitopt' has no attribute {name!r}")
     value = getattr(import_module(f"gaitopt.{_EXPORTS[name]}"), name)
+    if isinstance(value, FunctionType):
+        value = import_module("gaitopt.arguments").checked(value, name)
     globals()[name] = value
     return value
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from numbers import Real
 from types import MappingProxyType
 from typing import Any, Final
@@ -137,6 +137,20 @@ def check_shape(name: str, values: ArrayLike, *tail: int) -> FloatArray:
         wanted = ", ".join(map(str, tail))
         raise InputError(f"{name} must be (..., {wanted}), got {array.shape}")
     return array
+
+
+def check_tuple(name: str, values: object) -> tuple[Any, ...]:
+    """``values`` as a tuple.
+
+    Raises:
+        InputError: they cannot be gone through, or are a text or a mapping.
+    """
+    if not isinstance(values, Iterable) or isinstance(values, (str, bytes, Mapping)):
+        raise InputError(f"{name} must be a sequence, got {str(values)[:100]!r}")
+    try:
+        return tuple(values)
+    except TypeError:  # an array without dimensions
+        raise InputError(f"{name} must be a sequence, got {str(values)[:100]!r}") from None
 
 
 SOURCES: Final[Mapping[str, str]] = MappingProxyType({

@@ -119,7 +119,7 @@ class MotionPath:
         Times outside the path are moved to its ends. At a knot a derivative is the later
         segment's, and the last segment's at the end.
         """
-        if derivative:
+        if type(derivative) is not int or derivative:
             check_count("derivative", derivative, 0, MOST_DERIVATIVES)
         inside = np.clip(check_known("times", times), 0.0, self.duration)
         return np.asarray(self.polynomial(inside, derivative))

@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from gaitopt.errors import InputError
-from gaitopt.inputs import check_array, check_shape
+from gaitopt.inputs import check_array, check_shape, check_tuple
 
 TIMESTEPS = (1e-4, 0.02)
 """Smallest and largest timestep of the physics [s]: shorter ones are slower than real time, with
@@ -128,7 +128,7 @@ class SimulationSettings:
         for item in fields(self):
             value = getattr(self, item.name)
             if item.name in ("pushes", "column_errors"):
-                object.__setattr__(self, item.name, tuple(value))
+                object.__setattr__(self, item.name, check_tuple(item.name, value))
             elif not (isinstance(value, (bool, int, float)) and np.isfinite(value) and value >= 0):
                 raise InputError(f"{item.name} must be a number of at least 0, got {value!r}")
             elif item.name in positive and not value > 0:

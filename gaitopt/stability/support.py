@@ -106,6 +106,14 @@ def pair_lines(feet: FloatArray) -> tuple[FloatArray, FloatArray, np.ndarray]:
     return normals, offsets, (heights >= -ROUNDING).all(axis=-1)
 
 
+def _margins(margin: ArrayLike, sides: int) -> FloatArray:
+    """One margin, or one for each side."""
+    margins = check_array("margin", margin)
+    if margins.shape not in ((), (1,), (sides,)):
+        raise InputError(f"margin must be a number, or {sides} of them, got {margins.shape}")
+    return margins
+
+
 def shrunken_polygon(corners: FloatArray, margin: ArrayLike) -> FloatArray:
     """Corners of the support polygon with each side moved inward by ``margin``.
 
@@ -122,7 +130,7 @@ def shrunken_polygon(corners: FloatArray, margin: ArrayLike) -> FloatArray:
     origin = np.asarray(corners, dtype=np.float64)[0, :2]
     normals, offsets = (
         planes.normals,
-        planes.offsets - planes.normals @ origin + check_array("margin", margin),
+        planes.offsets - planes.normals @ origin + _margins(margin, len(planes.offsets)),
     )
     found = []
     for i in range(len(offsets)):

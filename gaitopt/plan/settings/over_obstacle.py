@@ -11,7 +11,7 @@ import numpy as np
 from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.errors import InputError
 from gaitopt.gait.crawl import SHAO_SEQUENCE, check_sequence, swing_order
-from gaitopt.inputs import check_count
+from gaitopt.inputs import check_count, check_tuple
 from gaitopt.plan.settings.base import FORCES, PlanSettings, check_names, one_of, set_number
 from gaitopt.plan.settings.over_footholds import force_margin
 from gaitopt.robots.quadruped import Quadruped
@@ -67,7 +67,8 @@ class StrideSettings(PlanSettings):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        object.__setattr__(self, "obstacles", tuple(_obstacle(o) for o in self.obstacles))
+        obstacles = check_tuple("obstacles", self.obstacles)
+        object.__setattr__(self, "obstacles", tuple(map(_obstacle, obstacles)))
         set_number(self, "margin", 1e-4, 10.0, "m")
         set_number(self, "clearance", 1e-3, 10.0, "m")
         for name in ("approach", "leave"):

@@ -107,7 +107,8 @@ class RouteSettings(FootholdSettings):
         """
         check_names(cls, options)
         forces = options.get("timing") in (None, FORCES)
-        free = Freedoms.of(options.get("free") or VARIANTS["swing"])
+        wanted = options.get("free")
+        free = Freedoms.of(VARIANTS["swing"] if wanted is None else wanted)
         lowest = float(robot.acceleration_limits.min(initial=np.inf))
         # A foot on a free curve goes on without a stop, so forces ask for a smooth path.
         limit = _acceleration(robot, free.dynamic and not forces, options.get("acceleration_limit"))

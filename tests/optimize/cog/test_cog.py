@@ -14,6 +14,7 @@ from scipy.optimize import LinearConstraint, NonlinearConstraint, linprog, minim
 
 import gaitopt
 from gaitopt import LEGS, InputError, Quadruped, SolverError, build_cog_problem, solve_cog
+from gaitopt.optimize.cog import solver
 from gaitopt.optimize.cog.solver import CogProblem, CogSolution, require_solved
 from gaitopt.optimize.quadratic import QuadraticSolver
 
@@ -332,8 +333,10 @@ def test_an_infeasible_step_ends_at_the_first_empty_linearisation(wang: Quadrupe
 def test_nan_is_refused_before_it_reaches_the_solver(wang: Quadruped) -> None:
     step = random_step(np.random.default_rng(4), wang, 0.02)
     step["start"] = np.array([np.nan, 0.0])
+    with pytest.raises(InputError, match="start must be finite numbers"):
+        gaitopt.build_cog_problem(wang, **step)
     with pytest.raises(SolverError, match="NaN or infinite"):
-        solve_cog(build_cog_problem(wang, **step))
+        solve_cog(solver.build_cog_problem(wang, **step))
 
 
 def test_feet_in_one_line_are_named(wang: Quadruped) -> None:

@@ -1,0 +1,222 @@
+"""Checks of arguments by their type hints: one means for all public functions.
+
+``gaitopt.NAME`` is the function of that name behind :func:`checked`. Wrong types, NaN, texts in
+place of numbers and lists of unequal lengths are refused before the function begins. Ranges and
+shapes are the function's own matter. Inside the package functions are called without this.
+"""
+
+from __future__ import annotations
+
+import inspect
+import os
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial, wraps
+from numbers import Real
+from typing import Any, Final
+
+from gaitopt.errors import InputError
+from gaitopt.inputs import SOURCES
+
+Test = Callable[[Any], bool]
+
+LONGEST_SHOWN: Final = 100
+"""Most letters of a value in a message."""
+KINDS: Final = frozenset({
+    "CogProblem", "CogWorkspace", "ControlGains", "CrawlSettings", "Footholds",
+    "ForceLimits", "Freedoms", "GaitSchedule", "GaitSettings", "HeightMap", "Obstacle",
+    "Plan", "PostureProblem", "Quadruped", "RouteSettings", "SimulationSettings", "SpeedLp",
+    "SplineProblem", "State", "StrideSettings", "TerrainSearch", "Trajectory",
+})  # fmt: skip
+"""Classes of gaitopt that stand in type hints. They are known by name: nothing is imported."""
+OWN_CHECKS: Final = frozenset({"ax", "axes", "goal", "settings", "terrains"})
+"""Arguments of which every function says more than a type hint does."""
+
+
+def checked(function: Callable[..., Any], name: str) -> Callable[..., Any]:
+    """A function behind checks of its arguments.
+
+    Args:
+        function: whose parameters have type hints.
+        name: under which the result is public in ``gaitopt``.
+    """
+    plain = inspect.signature(function, follow_wrapped=False)
+    code = getattr(function, "__code__", None)
+    own = plain.parameters if code is None else code.co_varnames
+    tests = {
+        p.name: (partial(_fits, _options(str(p.annotation))), str(p.annotation))
+        for p in plain.parameters.values()
+        if p.name in own
+        and p.name not in OWN_CHECKS
+        and p.kind not in (p.VAR_KEYWORD, p.VAR_POSITIONAL)
+    }
+
+    @wraps(function)
+    def call(*args: Any, **kwargs: Any) -> Any:
+        try:
+            given = plain.bind(*args, **kwargs).arguments
+        except TypeError:
+            # An argument too many or too few: Python's own words, or those of the function.
+            return function(*args, **kwargs)
+        for key, value in given.items():
+            default = plain.parameters[key].default
+            if key in tests and value is not default and not tests[key][0](value):
+                raise InputError(_words(key, value, tests[key][1]))
+        return function(*args, **kwargs)
+
+    # The place where pickle finds it.
+    call.__module__, call.__qualname__ = "gaitopt", name
+    return call
+
+
+def _options(hint: str) -> list[str]:
+    """The alternatives of a type hint, without quotation marks."""
+    parts, depth, part = [], 0, ""
+    for letter in hint.replace("'", "").replace('"', ""):
+        depth += (letter == "[") - (letter == "]")
+        if letter == "|" and not depth:
+            parts.append(part.strip())
+            part = ""
+        else:
+            part += letter
+    return [*parts, part.strip()]
+
+
+def _fits(options: list[str], value: Any) -> bool:
+    """Whether a value can be of one of these types."""
+    return any(_is_one(option, value) for option in options)
+
+
+def _is_one(option: str, value: Any) -> bool:
+    base, _, inner = option.partition("[")
+    base, inner = base.split(".")[-1], inner.removesuffix("]")
+    if base in KINDS:
+        return any(base == each.__name__ for each in type(value).__mro__)
+    if base in _SIMPLE:
+        return _SIMPLE[base](value)
+    if base in ("Mapping", "dict"):
+        kind = _parts(inner)[1:]
+        return isinstance(value, Mapping) and (
+            not kind or all(_fits(_options(kind[0]), each) for each in value.values())
+        )
+    if base == "tuple":
+        return _is_tuple(_parts(inner), value)
+    if base in ("Sequence", "Iterable", "list"):
+        if not isinstance(value, Iterable) or isinstance(value, (str, bytes, Mapping, type)):
+            return False
+        if getattr(value, "ndim", 1) == 0:
+            return False
+        # What can be gone through only once is left alone.
+        kinds = _parts(inner) if isinstance(value, Sequence) else []
+        return not kinds or all(_fits(_options(kinds[0]), item) for item in value)
+    return True
+
+
+def _parts(inner: str) -> list[str]:
+    """Types between commas."""
+    parts, depth, part = [], 0, ""
+    for letter in inner:
+        depth += (letter == "[") - (letter == "]")
+        if letter == "," and not depth:
+            parts.append(part.strip())
+            part = ""
+        else:
+            part += letter
+    return [each for each in (*parts, part.strip()) if each]
+
+
+def _is_tuple(kinds: list[str], value: Any) -> bool:
+    """Whether a value can be this tuple; lists and arrays count."""
+    if isinstance(value, (str, bytes, Mapping)):
+        return False
+    try:
+        items = list(value)
+    except TypeError:
+        return False
+    if kinds[-1:] == ["..."]:
+        return all(_fits(_options(kinds[0]), item) for item in items)
+    return len(items) == len(kinds) and all(
+        _fits(_options(kind), item) for kind, item in zip(kinds, items, strict=True)
+    )
+
+
+def _is_number(value: Any) -> bool:
+    """Whether a value is a real number, and not NaN."""
+    import numpy as np
+
+    if isinstance(value, np.ndarray):
+        return value.ndim == 0 and value.dtype.kind in "iuf" and bool(value == value)
+    return isinstance(value, Real) and not isinstance(value, bool) and value == value
+
+
+def _is_whole(value: Any) -> bool:
+    import numpy as np
+
+    return isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+
+
+def _is_true_or_false(value: Any) -> bool:
+    import numpy as np
+
+    return isinstance(value, (bool, np.bool_))
+
+
+def _is_array(value: Any) -> bool:
+    """Whether a value can become an array of real numbers, none of them NaN."""
+    import numpy as np
+
+    if isinstance(value, (str, bytes, Mapping, set)):
+        return False
+    try:
+        raw = np.asarray(value)
+    except (TypeError, ValueError):
+        return False
+    if raw.dtype.kind not in "biuf" and raw.size:
+        return False
+    return not (raw.dtype.kind == "f" and bool(np.isnan(raw).any()))
+
+
+def _is_function(value: Any) -> bool:
+    """Whether a value can be called; a class would make an object of what it is told."""
+    return callable(value) and not isinstance(value, type)
+
+
+def _is_path(value: Any) -> bool:
+    return isinstance(value, (str, os.PathLike)) and "\0" not in str(value) and str(value) != ""
+
+
+_SIMPLE: Final[Mapping[str, Test]] = {
+    "None": lambda value: value is None,
+    "float": _is_number,
+    "int": _is_whole,
+    "bool": _is_true_or_false,
+    "str": lambda value: isinstance(value, str),
+    "Literal": lambda value: isinstance(value, str),
+    "StrPath": _is_path,
+    "Path": _is_path,
+    "ArrayLike": _is_array,
+    "FloatArray": _is_array,
+    "BoolArray": _is_array,
+    "Callable": _is_function,
+    "Progress": _is_function,
+}
+_CALLED: Final = {
+    "float": "a number", "int": "a whole number", "bool": "True or False", "str": "a text",
+    "Literal": "a text", "StrPath": "a path", "Path": "a path", "ArrayLike": "finite numbers",
+    "FloatArray": "finite numbers", "BoolArray": "numbers", "Callable": "a function",
+    "Progress": "a function", "Mapping": "a mapping", "dict": "a mapping", "Sequence": "a sequence",
+    "Iterable": "a sequence", "tuple": "a tuple", "list": "a list",
+}  # fmt: skip
+
+
+def _words(name: str, value: Any, hint: str) -> str:
+    """What a message says of a wrong value."""
+    bases = [option.partition("[")[0].split(".")[-1] for option in _options(hint)]
+    wanted = [_CALLED.get(base, f"a {base}") for base in bases if base != "None"]
+    kinds = [base for base in bases if base in KINDS]
+    if kinds:
+        shown = f"a {type(value).__name__}"
+    else:
+        shown = repr(value)
+        shown = shown if len(shown) <= LONGEST_SHOWN else f"{shown[:LONGEST_SHOWN]}..."
+    source = next((f"; {SOURCES[base]}" for base in kinds if base in SOURCES), "")
+    return f"{name} must be {' or '.join(dict.fromkeys(wanted))}, got {shown}{source}"
