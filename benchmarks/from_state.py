@@ -22,10 +22,14 @@ from rich.table import Table
 import gaitopt
 from gaitopt import LEGS, Plan, State
 from gaitopt.errors import InfeasibleStateError
+from gaitopt.robots.rotations import rpy_to_matrix
 
-JUMP, RATE_JUMP = 1e-9, 1e-5
-"""Largest jumps of a column [m, rad] and of its rate [m/s, rad/s]: standing feet of plans slide by
-a micrometre, and those of the plan from a state do not."""
+JUMP = 1e-9
+"""Largest jump of a column [m, rad], and of the rate of the base and of legs in the air [m/s,
+rad/s]: rounding."""
+SLIDING = 1e-5
+"""Largest speed of the standing feet of a state [m/s]: those of plans slide by a micrometre, and
+those of the plan from a state do not, so that the rates of their joints differ by that."""
 
 CERTIFIED = "certified"
 
@@ -84,13 +88,30 @@ def judged(plan: Plan, state: State) -> str:
     off[5] = abs((off[5] + np.pi) % (2.0 * np.pi) - np.pi)
     if off.max() > JUMP:
         return "JUMPS"
-    if np.abs(plan.path.evaluate([0.0], 1)[0] - state.column_rates).max() > RATE_JUMP:
+    if velocity_jumps(plan, state):
         return "ITS VELOCITY JUMPS"
     stands = tuple(leg for leg, on in zip(LEGS, begin.contacts[0], strict=True) if on)
     if plan.entry and stands != state.support:
         return "ITS CONTACTS JUMP"
     found = gaitopt.verify(plan)
     return CERTIFIED if found.outcome == CERTIFIED else f"VIOLATED: {found.violations[0].name}"
+
+
+def velocity_jumps(plan: Plan, state: State) -> bool:
+    """Whether the velocity at a plan's begin is another one than that of the state."""
+    robot = plan.robot
+    jump = plan.path.evaluate([0.0], 1)[0] - state.column_rates
+    if np.abs(jump[:6]).max() > JUMP:
+        return True
+    to_world = rpy_to_matrix(state.columns[3:6]) @ robot.body_axes
+    for leg, own in robot.leg_columns.items():
+        change = jump[6:][list(own)]
+        if leg not in state.support and np.abs(change).max() > JUMP:
+            return True
+        slid = to_world @ robot.legs[leg].jacobian(state.q[7:][list(own)]) @ change
+        if np.linalg.norm(slid) > SLIDING:
+            return True
+    return False
 
 
 def fails_in_physics(plan: Plan) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import chain
 
 from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.dynamics.contacts import ForceLimits
@@ -11,7 +12,7 @@ from gaitopt.entering.begin import Begin
 from gaitopt.entering.braking import Entry, body_rests, entries
 from gaitopt.entering.joint_limits import Fault
 from gaitopt.entering.judging import Judge
-from gaitopt.entering.steering import steered_entries
+from gaitopt.entering.steering import MARGINS, steered_entries
 from gaitopt.errors import GaitoptError, InfeasibleStateError
 from gaitopt.motion.body_and_feet import body_and_feet_path
 from gaitopt.motion.path import MotionPath
@@ -73,7 +74,8 @@ def landed(
         found = _first(judge, ways(), faults)
         if found is not None:
             return found
-    for entries_of_landing in steered_entries(begin, judge, swing_height):
+    steered = (steered_entries(begin, judge, swing_height, margin) for margin in MARGINS)
+    for entries_of_landing in chain.from_iterable(steered):
         for entry in entries_of_landing:
             fault, found = _tried(judge, entry)
             if found is not None:

@@ -35,8 +35,10 @@ ROUNDS = 8
 CLOSE = 2e-5
 """How far from the line between two feet the ZMP may be at the knots [m]: a tenth of what the usual
 tolerance of the balance allows."""
-MARGIN = 0.12
-"""Margin of the ZMP that is wished for inside the feet, as a share of the stance's shorter side."""
+MARGINS = (0.12, 0.3)
+"""Margins of the ZMP that are wished for inside the feet, as shares of the stance's shorter side.
+With the larger one a foot that hardly carries anything at the begin is loaded sooner, so that it
+has friction; with the smaller one the body is accelerated less."""
 WISH = 30.0
 """Weight of this wish against the mean squared acceleration, by that of 1 m/s^2."""
 BRAKE_TIMES = (1.0, 2.0, 0.5, 4.0, 8.0)
@@ -83,13 +85,16 @@ class Steered:
         return out[0], out[1], out[2]
 
 
-def steered_entries(begin: Begin, judge: Judge, swing_height: float) -> Iterator[Iterator[Entry]]:
+def steered_entries(
+    begin: Begin, judge: Judge, swing_height: float, margin: float
+) -> Iterator[Iterator[Entry]]:
     """Entries with a steered body; those with the quickest landings first, and each way to land.
 
     Args:
         begin: the state.
         judge: knows joint limits.
         swing_height: how far feet may rise on their way down [m].
+        margin: of the ZMP that is wished for, one of :data:`MARGINS`.
     """
     if begin.standing.sum() < 2:
         return
@@ -101,11 +106,11 @@ def steered_entries(begin: Begin, judge: Judge, swing_height: float) -> Iterator
     goes_on = [Entry(begin, Braking(begin.base, 1.0, 2, _landing(down)), down) for down in ways]
     allowed = judge.fast_enough(goes_on)[:MOST_LANDINGS] if begin.flying else goes_on
     for entry in allowed:
-        yield _with_bodies(begin, entry.down, pendulum, height)
+        yield _with_bodies(begin, entry.down, pendulum, height, margin)
 
 
 def _with_bodies(
-    begin: Begin, down: tuple[Flight, ...], pendulum: float, height: float
+    begin: Begin, down: tuple[Flight, ...], pendulum: float, height: float, margin: float
 ) -> Iterator[Entry]:
     """Entries in which feet land in one way, with the body at rest sooner or later.
 
@@ -113,10 +118,11 @@ def _with_bodies(
         begin, down: the state, and the flights.
         pendulum: time unit of a pendulum of the body's height [s].
         height: of the body above the feet [m].
+        margin: of the ZMP that is wished for, as a share of the stance's shorter side.
     """
     missing = 0
     for share in BRAKE_TIMES:
-        body = steered(begin, down, share * pendulum, height)
+        body = steered(begin, down, share * pendulum, height, margin)
         if body is not None:
             yield Entry(begin, body, down)
             continue
@@ -130,7 +136,9 @@ def _landing(down: tuple[Flight, ...]) -> float:
     return max((flight.duration for flight in down), default=0.0)
 
 
-def steered(begin: Begin, down: tuple[Flight, ...], brake: float, height: float) -> Steered | None:
+def steered(
+    begin: Begin, down: tuple[Flight, ...], brake: float, height: float, margin: float
+) -> Steered | None:
     """The body with its ZMP where feet stand; ``None`` where there is no such path.
 
     Args:
@@ -138,6 +146,7 @@ def steered(begin: Begin, down: tuple[Flight, ...], brake: float, height: float)
         down: flights of the feet in the air.
         brake: time from the last landing to rest [s].
         height: of the body above the feet [m].
+        margin: of the ZMP that is wished for, as a share of the stance's shorter side.
     """
     # Accelerations jump where feet land, and where the polynomials of flights meet.
     edges = [0.0, *(edge for flight in down for edge in flight.edges), _landing(down) + brake]
@@ -158,7 +167,7 @@ def steered(begin: Begin, down: tuple[Flight, ...], brake: float, height: float)
         if not off < worst and np.isfinite(worst):
             return None
         worst = max(off, CLOSE) if np.isfinite(worst) else 1e3
-        step = _corrected(begin, table, rows, zmp, solution, height)
+        step = _corrected(begin, table, rows, zmp, solution, height, margin)
         if step is None:
             return None
         solution = step
@@ -234,7 +243,13 @@ def _sides(feet: FloatArray) -> tuple[FloatArray, FloatArray, BoolArray]:
 
 
 def _corrected(
-    begin: Begin, table: Accelerations, rows: _Rows, zmp: FloatArray, now: FloatArray, height: float
+    begin: Begin,
+    table: Accelerations,
+    rows: _Rows,
+    zmp: FloatArray,
+    now: FloatArray,
+    height: float,
+    margin: float,
 ) -> FloatArray | None:
     """Accelerations ``(n, 2)`` with which a point mass would mend what the ZMP misses.
 
@@ -243,6 +258,7 @@ def _corrected(
         zmp: of the whole robot with the accelerations of now ``(N, 2)`` [m].
         now: these ``(n, 2)``.
         height: of the body [m].
+        margin: of the ZMP that is wished for, as a share of the stance's shorter side.
     """
     from scipy.sparse import block_diag, csr_array, hstack, vstack
 
@@ -257,7 +273,7 @@ def _corrected(
     low, high = known, np.where(rows.equal, known, np.inf)
     stop = block_diag([table.stop, table.stop])
     ends = np.array([[-rate, 0.0] for rate in begin.base[1, :2]]).ravel()
-    target = MARGIN * min(begin.robot.stance_size)
+    target = margin * min(begin.robot.stance_size)
     whole = vstack([
         csr_array(matrix), hstack([stop, csr_array((4, 1))]),
         csr_array(([1.0], ([0], [2 * n])), shape=(1, 2 * n + 1)),
