@@ -31,7 +31,8 @@ _ONCE = {
 def tidy(root: Element) -> None:
     """Take away elements that come a second time, and the blanks around numbers.
 
-    Pinocchio drops a mass of ``"0.9 "``, and what else it knows of the link's inertia.
+    Pinocchio drops a mass of ``"0.9 "``, and what else it knows of the link's inertia. One number
+    for the scale of a mesh, of which it drops the shape, becomes three.
     """
     for element in list(root.iter()):
         for tag in _ONCE.get(element.tag, ()):
@@ -42,6 +43,9 @@ def tidy(root: Element) -> None:
             text = element.get(name)
             if text is not None and text != text.strip():
                 element.set(name, text.strip())
+        scale = element.get("scale", "").split() if element.tag == "mesh" else []
+        if len(scale) == 1:
+            element.set("scale", " ".join(3 * scale))
 
 
 def rotation_about(axis: FloatArray, angle: float) -> FloatArray:

@@ -8,6 +8,7 @@ from types import MappingProxyType
 
 import numpy as np
 import pytest
+import trimesh
 from robot_loading import feet_by_pinocchio, quiet, refusal, warnings_of
 from robot_texts import (
     CORNERS,
@@ -255,3 +256,15 @@ def test_elements_that_come_twice_count_once() -> None:
     assert twice.count("<axis") == 16 and made.urdf.count("<axis") == 12
     plan = gaitopt.plan_crawl(made, gaitopt.s_columns(0, columns=2, robot=made))
     assert not gaitopt.simulate(plan).failures
+
+
+def test_one_scale_of_a_mesh_is_that_along_all_axes(tmp_path: Path) -> None:
+    """Pinocchio drops a shape whose mesh has one number for its scale."""
+    trimesh.creation.box((20.0, 20.0, 440.0)).export(tmp_path / "shank.stl")
+    sizes = []
+    for scale in ("0.001", "0.001 0.001 0.001"):
+        shank = collision(f'<mesh filename="shank.stl" scale="{scale}"/>')
+        file = tmp_path / "tester.urdf"
+        file.write_text(robot(shank=shank, foot=None))
+        sizes.append(quiet(file).legs["LF"].lower)
+    assert sizes[0] == sizes[1] > 0.2
