@@ -55,6 +55,7 @@ def exact_reference(
     feet, inverse = legs_in_base(robot, planned.q[:, 7:])
     ground = ground_below(plan, times, limits.friction)
     normals = np.broadcast_to(ground.normals, (*standing.shape, 3))
+    forces = planned_forces(robot, motion, standing, load, limits, ground, most)
     rolled = rolled_away(robot, planned.q, velocity, standing, dt, normals)
     at_rest = np.abs(velocity[:, :6]).max(axis=1) < AT_REST
     sunk = gains.landing_depth * _sinking(standing, SINKING_TIME / dt)[..., None] * normals
@@ -69,8 +70,8 @@ def exact_reference(
         joints=planned.q[:, 7:],
         rates=velocity[:, 6:] + _rolling_rates(plan, rolled, rotation, inverse, dt),
         velocity=velocity,
-        acceleration=motion.a,
-        forces=planned_forces(robot, motion, standing, load, limits, ground, most),
+        acceleration=_eased(motion.a, standing, gains.jump_share),
+        forces=_eased(forces, standing, gains.jump_share),
         normals=normals,
         friction=np.broadcast_to(limits.friction * ground.grip, standing.shape),
         feet=planned.feet + rolled - sunk,
@@ -131,6 +132,18 @@ def _sinking(standing: BoolArray, ticks: float) -> FloatArray:
                 standing[part, leg], 1.0, np.arange(1.0, landing - first + 1.0) / (landing - first)
             )
     return out
+
+
+def _eased(values: FloatArray, standing: BoolArray, share: float) -> FloatArray:
+    """Values of ticks ``(N, ...)`` that take a share of each neighbour with the same feet.
+
+    Their sum stays the same, and nothing comes late.
+    """
+    same = np.pad((standing[1:] == standing[:-1]).all(axis=1), 1)
+    same = same.reshape(-1, *(1,) * (values.ndim - 1))
+    steps = np.diff(values, axis=0, prepend=values[:1], append=values[-1:])
+    given = share * np.where(same, steps, 0.0)
+    return np.asarray(values + given[1:] - given[:-1])
 
 
 def _loads(standing: BoolArray, gains: ControlGains, dt: float) -> FloatArray:

@@ -11,6 +11,7 @@ from gaitopt.dynamics.contacts import ForceLimits
 from gaitopt.entering.begin import Begin
 from gaitopt.entering.landing import Landed
 from gaitopt.entering.moving import moved
+from gaitopt.errors import InputError
 from gaitopt.motion.path import BASE_COLUMNS, MotionPath
 from gaitopt.motion.pieces import joined
 from gaitopt.plan.com_margin import margins_over, times_of_margins, true_com
@@ -31,6 +32,7 @@ def entered(walk: Plan, begin: Begin, landing: Landed | None, limits: ForceLimit
         limits: on forces and torques.
 
     Raises:
+        InputError: loads are to be handed over slowly; on the way to the walk they are not.
         InfeasibleStateError: the body cannot move to where the walk begins.
     """
     first = walk.path.evaluate([0.0])[0, :BASE_COLUMNS]
@@ -43,6 +45,12 @@ def entered(walk: Plan, begin: Begin, landing: Landed | None, limits: ForceLimit
     parts += [] if move is None else [move]
     if not parts:
         return walk
+    if limits.transfer_time > 0.0:
+        raise InputError(
+            f"a plan from a state in motion, with feet in the air or with its body elsewhere does "
+            f"not keep a transfer_time, got {limits.transfer_time:g} s: begin at rest where the "
+            "walk begins, or leave transfer_time out"
+        )
     path = joined([*parts, walk.path] if walk.path.duration > 0.0 else parts)
     ends = np.cumsum([part.duration for part in parts]).tolist()
     landings = {} if landing is None else landing.landings

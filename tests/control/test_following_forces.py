@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -94,6 +96,32 @@ def test_planned_forces_hand_loads_over_in_the_time_that_the_plan_promises(a1_wa
             near = DT * np.where(ticks < tick, tick - ticks, ticks + 1 - tick)
             assert (normal[:, leg] <= 0.07 + (near + DT) / time + 1e-6).all()
     assert (normal[standing] >= 0.01 - 1e-6).all()
+
+
+def test_jumps_of_slow_robots_take_three_ticks(wang: gaitopt.Quadruped) -> None:
+    """While the same feet stand. Sums stay the same, and nothing comes late."""
+    plan = gaitopt.plan_crawl(wang, gaitopt.s_columns(0, columns=2))
+    gains = ControlGains.for_plan(plan)
+    assert gains.jump_share == 0.25
+    sharp = build_reference(plan, ControlGains.for_plan(plan, jump_share=0.0), DT)
+    eased = build_reference(plan, gains, DT)
+    assert (eased.standing == sharp.standing).all()
+    changes = np.flatnonzero((sharp.standing[1:] != sharp.standing[:-1]).any(axis=1)) + 1
+    for first, last in pairwise([0, *changes.tolist(), len(sharp)]):
+        for now, before in (
+            (eased.forces, sharp.forces), (eased.acceleration, sharp.acceleration)
+        ):  # fmt: skip
+            own, was = now[first:last], before[first:last]
+            assert own.sum(axis=0) == pytest.approx(was.sum(axis=0), abs=1e-8)
+            inner = 0.25 * was[:-2] + 0.5 * was[1:-1] + 0.25 * was[2:]
+            assert own[1:-1] == pytest.approx(inner, abs=1e-9)
+    assert (eased.forces[~eased.standing] == 0.0).all()
+
+
+def test_a_jump_share_that_is_none_is_refused(a1_walk: Plan) -> None:
+    with pytest.raises(gaitopt.InputError, match=r"jump_share must be at most 0\.25"):
+        ControlGains.for_plan(a1_walk, jump_share=0.3)
+    assert ControlGains.for_plan(a1_walk).jump_share == 0.0
 
 
 def test_with_full_loads_they_are_the_smoothest_forces(a1_walk: Plan) -> None:

@@ -159,6 +159,17 @@ def test_the_certificate_sees_faults_of_an_entry(a1_walk: Plan) -> None:
     assert violated(replace(plan, phases=phases)) & {"slip of standing feet", "contact forces"}
 
 
+def test_loads_are_not_handed_over_slowly_on_the_way_to_a_walk(a1_walk: Plan) -> None:
+    """So that is refused; a robot that rests where the walk begins has no such way."""
+    limits = gaitopt.ForceLimits(transfer_time=0.05)
+    time = a1_walk.swings[1].start + 0.5 * a1_walk.swings[1].duration
+    ahead = a1_walk.footholds_ahead(time)
+    with pytest.raises(InputError, match="transfer_time"):
+        plan_crawl(a1_walk.robot, ahead, start=a1_walk.state(time), forces=limits)
+    slow = plan_crawl(a1_walk.robot, a1_walk.footholds, start=a1_walk.state(0.0), forces=limits)
+    assert slow.entry == 0 and slow.settings.promised_forces == limits
+
+
 def test_walks_without_forces_refuse_a_start(a1_walk: Plan) -> None:
     with pytest.raises(InputError, match="timed by contact forces"):
         plan_crawl(a1_walk.robot, a1_walk.footholds, start=a1_walk.state(0.0), timing="velocity")
