@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import wraps
@@ -59,6 +60,25 @@ class RobotChoice:
 
         return load_robot(self.source, **self.options)
 
+    def mesh_folder(self) -> Path | None:
+        """The folder that holds all meshes of the robot's own file: its own, or one above it.
+
+        ``None`` for robots that come with a package, and where no such folder holds them all.
+        """
+        from gaitopt.errors import GaitoptError, RobotWarning
+        from gaitopt.robots.catalog import EXAMPLE_ROBOTS, robot_file
+        from gaitopt.viewing.replay.mesh_files import folder_of_meshes
+
+        if self.source.strip().lower() in EXAMPLE_ROBOTS:
+            return None
+        try:
+            file = robot_file(self.source)
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", RobotWarning)
+                return None if file is None else folder_of_meshes(self.load().urdf, file.parent)
+        except GaitoptError:
+            return None  # the command itself says why
+
 
 def takes_robot(
     default: str | None, shown: Any = RobotOption
@@ -88,6 +108,8 @@ def takes_robot(
                 given_ways = ", ".join(OPTION_OF[name].split()[0] for name in options)
                 raise InputError(f"{given_ways} says how a robot is read: give --robot as well")
             choice = None if source is None else RobotChoice(source, options)
+            if given.get("meshes") and given.get("mesh_folder") is None and choice is not None:
+                given["mesh_folder"] = choice.mesh_folder()
             command(**{**given, robot.name: choice})
 
         shared = [named if p is robot else p for p in own] + ways

@@ -6,6 +6,7 @@ import re
 from collections.abc import Callable
 from pathlib import Path
 
+import pytest
 import robot_texts
 import trimesh
 from typer.testing import Result
@@ -86,3 +87,23 @@ def test_what_missing_meshes_cost_is_told(command: Callable[..., Result], tmp_pa
     found = told("visual", "collision")
     assert "meshes: 1 of 2 found" in found and "they cost the drawing only" in found
     assert words not in found
+
+
+@pytest.mark.parametrize("named", ["meshes/part.stl", "package://dog_description/meshes/part.stl"])
+def test_meshes_of_a_user_s_file_are_found_beside_it(
+    command: Callable[..., Result], tmp_path: Path, named: str
+) -> None:
+    """As `--meshes` finds those of the robots that come with a package."""
+    package = tmp_path / "dog_description"
+    (package / "meshes").mkdir(parents=True)
+    trimesh.creation.box((0.3, 0.1, 0.1)).export(package / "meshes" / "part.stl")
+    body = f'<visual><geometry><mesh filename="{named}"/></geometry></visual>'
+    file = package / "dog.urdf"
+    file.write_text(robot_texts.robot().replace('<link name="base">', f'<link name="base">{body}'))
+    sizes = []
+    for options in ((), ("--meshes",)):
+        out = tmp_path / f"out{len(options)}"
+        result = command("robot", str(file), *options, "--out", str(out))
+        assert result.exit_code == 0, result.output
+        sizes.append((out / "dog.html").read_text())
+    assert sizes[0] != sizes[1]

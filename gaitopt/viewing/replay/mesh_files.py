@@ -9,11 +9,13 @@ from __future__ import annotations
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 
 from gaitopt.errors import InputError
 from gaitopt.files import StrPath
+from gaitopt.robots.files.meshes import LEVELS
 from gaitopt.viewing.replay.scene import Surface
 
 MESH_KINDS = (".stl", ".obj", ".dae")
@@ -38,6 +40,20 @@ def read_mesh(filename: str, scale: Any, meshes: bool | StrPath) -> Surface:
     factor = np.ones(3) if scale is None else np.asarray(scale, dtype=np.float64) * np.ones(3)
     surface = _loaded(path)
     return Surface(surface.vertices * factor, surface.faces, smooth=False)
+
+
+def folder_of_meshes(urdf: str, folder: Path) -> Path | None:
+    """The first of a folder and those above it that holds all visual meshes of a URDF's text."""
+    shapes = ElementTree.fromstring(urdf).iterfind("link/visual/geometry/mesh")
+    names = {mesh.get("filename", "") for mesh in shapes}
+    for root in [folder, *folder.resolve().parents][:LEVELS] if names else []:
+        try:
+            for name in names:
+                _found(name, root)
+        except InputError:
+            continue
+        return root
+    return None
 
 
 def _found(filename: str, root: Path) -> Path:
