@@ -394,17 +394,16 @@ def test_figures_can_be_drawn_into_given_axes(plan: Plan) -> None:
 
 
 def test_files_are_small_and_pyplot_is_left_alone(plan: Plan, ssm: Plan, tmp_path: Path) -> None:
-    known = "matplotlib.pyplot" in sys.modules
+    pyplot = sys.modules.get("matplotlib.pyplot")
+    before = None if pyplot is None else pyplot.get_fignums()
     paths = plots.save_figures(plan, tmp_path / "a" / "b", comparison={"ours": plan, "SSM": ssm})
     assert {p.name for p in (tmp_path / "a" / "b").iterdir()} == {p.name for p in paths}
     for path in paths:
         assert path.read_bytes().startswith(b"\x89PNG") and path.stat().st_size < 300_000
-    if known:
-        import matplotlib.pyplot as plt
-
-        assert plt.get_fignums() == []
-    else:
+    if pyplot is None:
         assert "matplotlib.pyplot" not in sys.modules
+    else:
+        assert pyplot.get_fignums() == before
 
 
 def test_a_plan_without_steps_is_drawn_without_the_steps_figures(
