@@ -24,9 +24,9 @@ from gaitopt import LEGS, Plan, State
 from gaitopt.errors import InfeasibleStateError
 from gaitopt.robots.rotations import rpy_to_matrix
 
-JUMP = 1e-9
-"""Largest jump of a column [m, rad], and of the rate of the base and of legs in the air [m/s,
-rad/s]: rounding."""
+JUMP, RATE_JUMP = 1e-9, 1e-7
+"""Largest jumps of a column [m, rad], and of a rate of the base or of a leg in the air [m/s,
+rad/s]: rounding, which short pieces of a path make larger for rates."""
 SLIDING = 1e-5
 """Largest speed of the standing feet of a state [m/s]: those of plans slide by a micrometre, and
 those of the plan from a state do not, so that the rates of their joints differ by that."""
@@ -101,12 +101,12 @@ def velocity_jumps(plan: Plan, state: State) -> bool:
     """Whether the velocity at a plan's begin is another one than that of the state."""
     robot = plan.robot
     jump = plan.path.evaluate([0.0], 1)[0] - state.column_rates
-    if np.abs(jump[:6]).max() > JUMP:
+    if np.abs(jump[:6]).max() > RATE_JUMP:
         return True
     to_world = rpy_to_matrix(state.columns[3:6]) @ robot.body_axes
     for leg, own in robot.leg_columns.items():
         change = jump[6:][list(own)]
-        if leg not in state.support and np.abs(change).max() > JUMP:
+        if leg not in state.support and np.abs(change).max() > RATE_JUMP:
             return True
         slid = to_world @ robot.legs[leg].jacobian(state.q[7:][list(own)]) @ change
         if np.linalg.norm(slid) > SLIDING:
