@@ -34,11 +34,7 @@ def judge_and_pairs(name: str, rough: float) -> tuple[Judge, Pairs]:
 
 @pytest.mark.parametrize("name", ["go2", "wang2020"])
 def test_the_true_centre_of_mass_keeps_the_margin_where_legs_reach(name: str) -> None:
-    """Pinocchio says where it is, with the flying foot where it lifts off and where it lands.
-
-    With the place of the standing robot in place of the true one it does not (wang2020, whose legs
-    are half of its mass).
-    """
+    """Pinocchio says where it is, with the flying foot where it lifts off and where it lands."""
     judge, pairs = judge_and_pairs(name, 0.02)
     robot, posture = judge.robot, judge.postures(pairs)
     places, there = judge.places.of_pairs(pairs, posture)
@@ -95,7 +91,7 @@ def test_unknown_ground_reaches_farther_in_while_footholds_are_searched_for() ->
 
 
 def test_where_little_ground_is_fit_to_stand_on_a_step_may_go_farther() -> None:
-    """A bump whose flanks are too steep, as wide as the freedom on both sides of a foothold."""
+    """Across a hole, in whose middle there is no place to stand within the freedom."""
     x = np.arange(-0.8, 1.6, 0.02)
     hole = 0.0 * x
     hole[(x > 0.5) & (x < 0.74)] = -0.4
