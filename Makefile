@@ -6,11 +6,12 @@ VENV   ?= .venv
 BIN    := $(VENV)/bin
 
 .DEFAULT_GOAL := help
-.PHONY: help walk test pytest test-slow lint bench docs browser clean
+.PHONY: help walk test pytest test-slow lint bench lowest docs browser clean
 
 help:
 	@sed -n '2,3p' $(MAKEFILE_LIST) | sed 's/^#  //'
 	@echo "  make bench      measure speed and memory, beside the obvious way"
+	@echo "  make lowest     the oldest versions that pyproject.toml allows, and quick tests with them"
 	@echo "  make docs       build the documentation into docs/_build"
 	@echo "  make test-slow  the tests that take long"
 	@echo "  make clean      remove the virtual environment and everything built"
@@ -18,7 +19,11 @@ help:
 $(VENV)/.walk: pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10))' || \
 	  { echo "gaitopt needs Python 3.10 or later; try: make PYTHON=python3.12 walk"; exit 1; }
-	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
+	@# What an interrupted run left behind is made anew.
+	@$(BIN)/python -m pip --version >/dev/null 2>&1 || { \
+	  $(PYTHON) -c 'import venv, ensurepip' 2>/dev/null || \
+	    { echo "Python's venv is missing; on Debian and Ubuntu: sudo apt install python3-venv"; exit 1; }; \
+	  $(PYTHON) -m venv --clear $(VENV); }
 	$(BIN)/python -m pip install --quiet --upgrade pip
 	$(BIN)/python -m pip install --quiet --editable .
 	@touch $@
@@ -53,10 +58,19 @@ test-slow: $(VENV)/.test browser
 bench: $(VENV)/.test
 	$(BIN)/python -m benchmarks
 
+# The oldest versions that pyproject.toml allows, and the quick part of the suite with them.
+lowest: $(VENV)/.walk
+	$(BIN)/python -m venv --clear $(VENV)-lowest
+	$(BIN)/python -m pip install --quiet --target $(VENV)-lowest/uv uv
+	$(VENV)-lowest/uv/bin/uv pip install --quiet --python $(VENV)-lowest/bin/python \
+	  --resolution lowest-direct --editable '.[test]'
+	$(VENV)-lowest/bin/python -m pytest -p no:cacheprovider tests/robots/test_*.py tests/terrain \
+	  tests/stability tests/optimize tests/planners/phase_by_phase tests/certificate/test_verify.py
+
 docs: $(VENV)/.test
 	$(BIN)/python docs/make_replays.py
 	GAITOPT_NOTEBOOKS=cache $(BIN)/sphinx-build -W --keep-going -b html docs docs/_build/html
 	@echo "open docs/_build/html/index.html"
 
 clean:
-	rm -rf $(VENV) out docs/_build build dist .pytest_cache .mypy_cache .ruff_cache
+	rm -rf $(VENV) $(VENV)-lowest out docs/_build build dist .pytest_cache .mypy_cache .ruff_cache
