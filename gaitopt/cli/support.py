@@ -162,12 +162,18 @@ def summarise(plan: Plan) -> str:
     )
 
 
-def terminal() -> Any:
-    """The console that tables are printed to, with their full width where it is no terminal."""
+def terminal(markup: bool = True) -> Any:
+    """The console that tables are printed to, with their full width where it is no terminal.
+
+    Args:
+        markup: whether words in brackets are rich's markup, as ``[bold]``.
+    """
     from rich.console import Console
 
-    console = Console(highlight=False)
-    return console if console.is_terminal else Console(highlight=False, width=TABLE_WIDTH)
+    console = Console(highlight=False, markup=markup)
+    if console.is_terminal:
+        return console
+    return Console(highlight=False, markup=markup, width=TABLE_WIDTH)
 
 
 def print_files(files: Mapping[Path, str]) -> None:

@@ -88,6 +88,13 @@ def _check_link(link: ElementTree.Element, where: str) -> None:
     for inertia in link.iterfind("inertial/inertia"):
         for name in inertia.keys():  # noqa: SIM118
             _number(inertia, name, where)
+    for origin in link.iterfind("./*/origin"):
+        for part in (origin.get("xyz") or "").split():
+            if not -LARGEST <= _finite(part) <= LARGEST:
+                raise RobotError(
+                    f"{where}: an origin at {origin.get('xyz')!r}; a part of a link lies within "
+                    f"{LARGEST:g} m of it"
+                )
     for shape in link.iterfind("./*/geometry/*"):
         for name in ("radius", "length"):
             if shape.get(name) is not None and not 0.0 < _number(shape, name, where) <= LARGEST:

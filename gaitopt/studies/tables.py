@@ -22,7 +22,8 @@ LONGEST_TEXT = 500
 
 def as_text(table: Table, width: int = 140) -> str:
     """A table as plain text, ``width`` letters wide."""
-    console = Console(file=io.StringIO(), width=width, color_system=None, legacy_windows=False)
+    console = Console(file=io.StringIO(), width=width, color_system=None, legacy_windows=False,
+                      markup=False)  # fmt: skip
     console.print(table)
     return console.file.getvalue()  # type: ignore[attr-defined,no-any-return]
 

@@ -193,7 +193,7 @@ def test_documents_are_strict_json() -> None:
 
 def printed(table: Table, width: int, monkeypatch: pytest.MonkeyPatch) -> str:
     console = Console(file=io.StringIO(), width=width, color_system=None)
-    monkeypatch.setattr(report, "terminal", lambda: console)
+    monkeypatch.setattr(report, "terminal", lambda markup=True: console)
     report.print_table(table)
     return console.file.getvalue()  # type: ignore[attr-defined,no-any-return]
 

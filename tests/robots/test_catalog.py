@@ -15,6 +15,7 @@ from gaitopt.conventions import GRAVITY
 from gaitopt.errors import InputError, MissingPackageError, RobotError
 from gaitopt.robots.catalog import EXAMPLE_ROBOTS, OWN_ROBOTS, load_robot, own_urdf, robot_names
 from gaitopt.robots.files import reading
+from gaitopt.robots.quadruped import Quadruped
 
 
 def refusal(source: str | Path) -> str:
@@ -210,3 +211,11 @@ def test_torque_limits_too_small_to_stand_are_warned_about() -> None:
         text = f"LF_KFE {needed:.3g} of {share * needed:.3g}; if they are placeholders"
         assert [text in str(w.message) for w in caught] == [True] * told
         assert len(made.notes.warnings) == told
+
+
+@pytest.mark.parametrize("kind", ["visual", "collision", "inertial"])
+def test_a_part_of_a_link_that_lies_beyond_all_measure_is_refused(kind: str) -> None:
+    text = own_urdf("wang2020").read_text()
+    begin = text.index('xyz="', text.index(f"<{kind}>")) + len('xyz="')
+    with pytest.raises(RobotError, match="1e200"):
+        Quadruped.from_urdf(f"{text[:begin]}1e20{text[begin:]}")

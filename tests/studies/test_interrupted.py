@@ -198,3 +198,14 @@ def test_a_signal_ends_a_study_and_its_workers(
             "there\n"
             for count in (kept - 1, kept)
         ]
+
+
+def test_words_in_brackets_are_no_markup_of_tables() -> None:
+    """``pip install 'gaitopt[sim]'`` in a caption, and robots that are named ``[bold]``."""
+    from rich.table import Table
+
+    table = Table(title="[red]", caption="a[sim] [/]")
+    table.add_column("robot [m]")
+    table.add_row("[bold]")
+    for words in ("[red]", "a[sim] [/]", "robot [m]", "[bold]"):
+        assert words in tables.as_text(table)

@@ -59,7 +59,8 @@ class Report:
 
 def print_table(table: Table) -> None:
     """Print a table; row by row where words would have to be cut to fit it into the terminal."""
-    console = terminal()
+    # Names of robots come from files: brackets in them are no markup.
+    console = terminal(markup=False)
     if fit_columns(table, console):
         console.print(table)
         return
@@ -97,7 +98,7 @@ def _column_widths(table: Table) -> tuple[list[int], list[int]]:
         lines = [
             line
             for cell in (column.header, *column.cells)
-            for line in Text.from_markup(str(cell)).plain.split("\n")
+            for line in Text(str(cell)).plain.split("\n")
         ]
         longest = max(map(len, lines))
         words = max((len(word) for line in lines for word in line.split()), default=0)
@@ -115,9 +116,9 @@ def as_records(table: Table) -> Iterator[Any]:
         yield table.title
     first, *others = [(str(c.header), [str(cell) for cell in c.cells]) for c in table.columns]
     for row, name in enumerate(first[1]):
-        yield Text.from_markup(name, style="bold")
+        yield Text(name, style="bold")
         told = [(header, cells[row]) for header, cells in others if cells[row].strip()]
         lines = "; ".join(f"{header} {' '.join(cell.split())}" for header, cell in told)
-        yield Padding(Text.from_markup(lines), (0, 0, 0, 2))
+        yield Padding(Text(lines), (0, 0, 0, 2))
     if table.caption:
         yield table.caption
