@@ -196,12 +196,18 @@ _SIMPLE: Final[Mapping[str, Test]] = {
     "ArrayLike": _is_array,
     "FloatArray": _is_array,
     "BoolArray": _is_array,
+    "Objective": lambda value: isinstance(value, str),
+    # Protocols, by what they are first asked for.
+    "GroundSearch": lambda value: hasattr(value, "footholds"),
+    "SimulatedWalk": lambda value: hasattr(value, "motion"),
     "Callable": _is_function,
     "Progress": _is_function,
 }
 _CALLED: Final = {
     "float": "a number", "int": "a whole number", "bool": "True or False", "str": "a text",
-    "Literal": "a text", "StrPath": "a path", "Path": "a path", "ArrayLike": "finite numbers",
+    "Literal": "a text", "Objective": "a text", "GroundSearch": "a search for footholds",
+    "SimulatedWalk": "a SimulationResult", "StrPath": "a path", "Path": "a path",
+    "ArrayLike": "finite numbers",
     "FloatArray": "finite numbers", "BoolArray": "numbers", "Callable": "a function",
     "Progress": "a function", "Mapping": "a mapping", "dict": "a mapping", "Sequence": "a sequence",
     "Iterable": "a sequence", "tuple": "a tuple", "list": "a list",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping
 from itertools import permutations
-from typing import Any, Final
+from typing import Any, Final, cast
 
 from gaitopt.conventions import LEGS
 from gaitopt.errors import InputError
@@ -36,7 +36,8 @@ def legs_in(sequence: object) -> tuple[Any, ...]:
     if isinstance(sequence, str):
         names = tuple(name for name in re.split(r"[,\s]+", sequence) if name)
     else:
-        names = tuple(sequence) if isinstance(sequence, Iterable) else (sequence,)
+        single = not isinstance(sequence, Iterable) or getattr(sequence, "ndim", 1) == 0
+        names = (sequence,) if single else tuple(cast("Iterable[Any]", sequence))
     return tuple(as_leg(name) for name in names)
 
 

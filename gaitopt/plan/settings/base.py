@@ -251,7 +251,8 @@ def _plain(value: Any) -> Any:
 
 def one_of(name: str, value: object, known: tuple[str, ...]) -> None:
     """Refuse a ``value`` that is not ``known``."""
-    if value not in known:
+    # An array compares with each of the texts as many times as it has items.
+    if not isinstance(value, str) or value not in known:
         raise InputError(f"{name} must be one of {', '.join(map(repr, known))}, got {value!r}")
 
 

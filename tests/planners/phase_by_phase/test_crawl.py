@@ -521,8 +521,8 @@ def test_a_body_too_low_is_refused_rather_than_walked_wrongly(name: str, height:
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        ({"robot": "wang2020"}, r"takes a Quadruped \(from load_robot\) and Footholds, got str"),
-        ({"footholds": {}}, "got Quadruped and dict"),
+        ({"robot": "wang2020"}, "robot must be a Quadruped, got a str; gaitopt.load_robot"),
+        ({"footholds": {}}, "footholds must be a Footholds, got a dict; gaitopt.Footholds"),
         ({"sequence": None}, "sequence must name each"),
         ({"cog_start": "ab"}, "cog_start must be two finite numbers"),
         ({"follow_terrain": "no"}, "follow_terrain must be True or False"),
