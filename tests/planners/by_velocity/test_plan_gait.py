@@ -343,7 +343,7 @@ def test_bad_settings_are_refused(fast: Quadruped, changes: dict[str, Any], word
 def test_a_distance_needs_a_speed(fast: Quadruped) -> None:
     with pytest.raises(InputError, match="never walked at no speed"):
         plan_gait(fast, trot(0.5), velocity=0.0, distance=1.0)
-    with pytest.raises(InputError, match="takes a Quadruped"):
+    with pytest.raises(InputError, match="robot must be a Quadruped, got a "):
         plan_gait("wang2020", trot(0.5), velocity=0.1, duration=1.0)  # type: ignore[arg-type]
 
 

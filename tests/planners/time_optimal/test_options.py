@@ -58,7 +58,7 @@ def test_settings_are_checked_before_anything_is_planned(
 def test_robot_and_footholds_in_the_wrong_order_are_refused(
     wang: Quadruped, short: Footholds
 ) -> None:
-    with pytest.raises(InputError, match="takes a Quadruped"):
+    with pytest.raises(InputError, match="robot must be a Quadruped, got a "):
         plan_route(short, wang, timing="velocity")  # type: ignore[arg-type]
 
 
