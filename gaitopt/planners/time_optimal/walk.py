@@ -36,13 +36,14 @@ class Ramps(NamedTuple):
     elsewhere: float
 
 
-LEVEL_RAMPS, RAMPS, POSTURE_RAMPS = Ramps(0.03, 0.006), Ramps(0.04, 0.006), Ramps(0.06, 0.035)
-"""Where the body stays level at one height; where its height is free; and where it may turn, too,
-or forces alone keep the balance. Sharper turns make walks faster. But loads that go over add to the
+RAMPS = Ramps(0.04, 0.006)
+POSTURE_RAMPS, DYNAMIC_RAMPS = Ramps(0.06, 0.06), Ramps(0.06, 0.035)
+"""Where the body stays level, at one height or not; where it may turn, too; and where forces alone
+keep the balance. Sharper turns make walks faster. But loads that go over add to the
 velocity of knees in physics, and where knees turn at their limits and a body turns sharply as well,
 they exceed them by more than a servo should: over 16 steps of wang2020 (``height``, seeds 0 and 1)
 by up to 29 % with 0.033 s about lift-offs, by 49 % with 0.025 s, and by 82 % with 0.006 s; in
-``swing`` (seed 0) by 21 % with 0.03 s, and by 46 % with 0.02 s."""
+``swing`` (64 steps) by 21 % with 0.04 s, and by 263 % at one lift-off with 0.03 s."""
 FORCE_ACCELERATION = 3.0
 """Largest acceleration of a leg's end by that of one joint, in units of gravity, of splines whose
 timing forces set."""
@@ -97,9 +98,9 @@ class Route:
     @property
     def _ramps(self) -> Ramps:
         free = self.settings.free
-        if free.posture or not self.settings.static:
-            return POSTURE_RAMPS
-        return RAMPS if free.height else LEVEL_RAMPS
+        if not self.settings.static:
+            return DYNAMIC_RAMPS
+        return POSTURE_RAMPS if free.posture else RAMPS
 
     def _acceleration(self, ramp: float) -> float:
         """The limit that was asked for, or that of a ramp [rad/s^2]."""
