@@ -274,7 +274,7 @@ def test_what_is_no_plan_and_what_are_no_limits_is_refused(smooth: Pair) -> None
     with pytest.raises(InputError, match="plan must be a Plan, got a NoneType"):
         retimed(None)  # type: ignore[arg-type]
     for limits in (0, "forces"):
-        with pytest.raises(InputError, match="forces must be ForceLimits or None, got"):
+        with pytest.raises(InputError, match="forces must be a ForceLimits, got"):
             retimed(smooth.old, limits)  # type: ignore[arg-type]
 
 
