@@ -160,5 +160,5 @@ def test_settings_that_were_changed_in_memory_are_refused(still: Plan) -> None:
 
 
 def test_limits_must_be_limits(still: Plan) -> None:
-    with pytest.raises(InputError, match="forces must be ForceLimits"):
+    with pytest.raises(InputError, match="forces must be a ForceLimits"):
         gaitopt.verify(still, forces={"friction": 0.6})  # type: ignore[arg-type]
