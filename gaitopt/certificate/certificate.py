@@ -110,8 +110,8 @@ class Certificate:
 
     def table(self) -> Table:
         """The report as a table to print."""
-        from rich.markup import escape
         from rich.table import Table
+        from rich.text import Text
 
         told = [f"{c.name}: {c.note}" for c in self.checks if c.status is Verdict.UNCHECKED]
         samples = (
@@ -119,11 +119,11 @@ class Certificate:
             f"URDF {self.sha256[:12]}"
         )
         table = Table(
-            title=f"{escape(self.robot)}: {self.outcome}, judged at every instant",
-            caption=escape("\n".join([*told, samples])), caption_justify="left",
+            title=Text(f"{self.robot}: {self.outcome}, judged at every instant"),
+            caption=Text("\n".join([*told, samples])), caption_justify="left",
         )  # fmt: skip
         for header in ("check", "verdict", "worst", "limit", "where"):
-            table.add_column(escape(header))
+            table.add_column(Text(header))
         for c in self.checks:
             status = str(c.status) if c.promised else f"{c.status} (not promised)"
             if c.status is Verdict.UNCHECKED:
@@ -132,7 +132,7 @@ class Certificate:
             when = "" if isnan(c.when) else f"{c.when:.3f} s; "
             table.add_row(
                 c.name, status, f"{c.worst:.3g} {c.unit}", f"{c.sense} {c.limit:.3g}",
-                escape(f"{when}{c.about}"),
+                Text(f"{when}{c.about}"),
             )  # fmt: skip
         return table
 

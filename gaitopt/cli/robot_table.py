@@ -10,6 +10,7 @@ import numpy as np
 from rich.box import SIMPLE_HEAD
 from rich.markup import escape
 from rich.table import Table
+from rich.text import Text
 
 from gaitopt.cli.results.documents import plain
 from gaitopt.cli.robot_options import in_options
@@ -23,15 +24,17 @@ def robot_tables(robot: Quadruped) -> tuple[Table, Table]:
     legs = Table(
         box=SIMPLE_HEAD,
         padding=(0, 1, 0, 0),
-        title=f"{escape(robot.name)}: {robot.mass:.4g} kg, stance {robot.stance_size[0]:.3f} x "
-        f"{robot.stance_size[1]:.3f} m, foot radius {1e3 * robot.foot_radius:.4g} mm",
+        title=Text(
+            f"{robot.name}: {robot.mass:.4g} kg, stance {robot.stance_size[0]:.3f} x "
+            f"{robot.stance_size[1]:.3f} m, foot radius {1e3 * robot.foot_radius:.4g} mm"
+        ),
         caption=f"leg kinematics and Pinocchio agree to {robot.closed_form_error:.1e} m",
     )
     joints = Table()
     for header in ("leg", "hip [m]", "links [m]", "offset [m]", "knee", "reach [m]"):
-        legs.add_column(escape(header))
+        legs.add_column(Text(header))
     for header in ("leg", "joint", "limits [rad]", "velocity [rad/s]", "torque [N m]"):
-        joints.add_column(escape(header))
+        joints.add_column(Text(header))
     for name, leg in robot.legs.items():
         hip = " ".join(f"{x:.3f}" for x in leg.hip)
         knee = "forward" if leg.knee > 0 else "backward"
@@ -41,7 +44,7 @@ def robot_tables(robot: Quadruped) -> tuple[Table, Table]:
             low, high = leg.position_limits[:, i]
             effort = robot.effort_limits[robot.leg_columns[name][i]]
             joints.add_row(
-                name if i == 0 else "", escape(joint), f"{low:.3g} .. {high:.3g}",
+                name if i == 0 else "", Text(joint), f"{low:.3g} .. {high:.3g}",
                 f"{leg.velocity_limits[i]:.4g}", f"{effort:.4g}",
                 end_section=i == len(leg.joints) - 1,
             )  # fmt: skip

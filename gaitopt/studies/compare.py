@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
-from rich.markup import escape
 from rich.table import Table
+from rich.text import Text
 
 from gaitopt.conventions import FloatArray
 from gaitopt.errors import InfeasibleStepError, InputError
@@ -226,9 +226,11 @@ def comparison_table(comparison: Comparison) -> Table:
     count = len(comparison.seeds)
     spread = f", mean ± standard deviation over {count} terrains" if count > 1 else ""
     table = Table(
-        title=f"{comparison.robot}: Table II{_timed_by(comparison)} over the same footholds"
-        f"{' (paper)' if _is_papers(comparison) else ''}{spread}",
-        caption=_caption(comparison),
+        title=Text(
+            f"{comparison.robot}: Table II{_timed_by(comparison)} over the same footholds"
+            f"{' (paper)' if _is_papers(comparison) else ''}{spread}"
+        ),
+        caption=Text(_caption(comparison)),
         caption_justify="left",
         # So it fits into 80 letters.
         padding=(0, 0),
@@ -237,7 +239,7 @@ def comparison_table(comparison: Comparison) -> Table:
     table.add_column("method", no_wrap=True)
     for header in ("time [s]", "speed [mm/s]", "COG path [m]", "swing %", "stance %",
                    "margin [mm]", "true COM [mm]", "speed-up [%]"):  # fmt: skip
-        table.add_column(escape(header), justify="right")
+        table.add_column(Text(header), justify="right")
     for method in comparison.methods:
         table.add_row(*_row(comparison, method))
     return table

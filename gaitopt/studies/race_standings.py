@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from rich.markup import escape
 from rich.table import Table
+from rich.text import Text
 
 from gaitopt.certificate.certificate import Outcome
 from gaitopt.conventions import FloatArray
@@ -128,13 +128,13 @@ def race_table(standings: Standings) -> Table:
     count = len(standings.seeds)
     spread = f", median (least .. most) of {count} terrains" if count > 1 else ""
     table = Table(
-        title=f"{standings.robot}: the race over {standings.steps} steps{spread}",
-        caption=_caption(standings), caption_justify="left", padding=(0, 1),
+        title=Text(f"{standings.robot}: the race over {standings.steps} steps{spread}"),
+        caption=Text(_caption(standings)), caption_justify="left", padding=(0, 1),
     )  # fmt: skip
     table.add_column("row", no_wrap=True)
     columns = {header: cells for header, cells in _columns(standings).items() if any(cells)}
     for header in columns:
-        table.add_column(escape(header), justify="right", no_wrap=True)
+        table.add_column(Text(header), justify="right", no_wrap=True)
     for row, cells in zip(standings.rows, zip(*columns.values(), strict=True), strict=True):
         table.add_row(row, *cells)
     return table
@@ -218,7 +218,7 @@ def _caption(standings: Standings) -> str:
             reasons.setdefault((finish.seed, finish.verdict, finish.message), []).append(finish.row)
     for (seed, verdict, message), rows in list(reasons.items())[:MOST_REASONS]:
         place = f", seed {seed}" if seed >= 0 else ""
-        lines.append(escape(f"{', '.join(rows)}{place}: {verdict}: {message}"))
+        lines.append(f"{', '.join(rows)}{place}: {verdict}: {message}")
     if len(reasons) > MOST_REASONS:
         lines.append(f"and {len(reasons) - MOST_REASONS} more")
     return "\n".join(lines)

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from rich.markup import escape
 from rich.table import Table
+from rich.text import Text
 
 from gaitopt.conventions import FloatArray
 from gaitopt.viewing.figures.panels import Panels, panels
@@ -29,11 +29,11 @@ MOST_REASONS, LONGEST_REASON = 5, 160
 
 def study_table(rows: Rows) -> Table:
     """A table of counts and medians, with a line for each group of settings."""
-    table = Table(title=f"{len(rows)} walks", caption=_reasons(rows), caption_justify="left")
+    table = Table(title=f"{len(rows)} walks", caption=Text(_reasons(rows)), caption_justify="left")
     for header in ("robot", "objective", "speed", "margin [m]", "height [m]", "walks", *STATES,
                    "time [s]", "true COM [mm]"):  # fmt: skip
         table.add_column(
-            escape(header), justify="left" if header in ("robot", "objective") else "right"
+            Text(header), justify="left" if header in ("robot", "objective") else "right"
         )
     for group, members in _groups(rows).items():
         count = Counter(row["status"] for row in members)

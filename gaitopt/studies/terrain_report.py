@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from rich.markup import escape
 from rich.table import Table
+from rich.text import Text
 
 from gaitopt.conventions import FloatArray
 from gaitopt.studies.study_report import LONGEST_REASON, MOST_REASONS, Rows
@@ -72,13 +72,13 @@ def standings(rows: Rows) -> list[Standing]:
 
 def terrain_table(rows: Rows) -> Table:
     """A table of counts and of the time of the search, with a line for each robot and ground."""
-    table = Table(title=f"{len(rows)} walks", caption=_caption(rows), caption_justify="left")
+    table = Table(title=f"{len(rows)} walks", caption=Text(_caption(rows)), caption_justify="left")
     for header in ("robot", "ground", "walks", *STAGES, "search [s/m]", "95 % [s/m]",
                    "speed [mm/s]"):  # fmt: skip
         left = header in ("robot", "ground")
-        table.add_column(escape(header), justify="left" if left else "right")
+        table.add_column(Text(header), justify="left" if left else "right")
     for line in standings(rows):
-        table.add_row(*(escape(cell) for cell in cells(line)))
+        table.add_row(*(Text(cell) for cell in cells(line)))
     return table
 
 
@@ -147,7 +147,7 @@ def _caption(rows: Rows) -> str:
     lines += [reason(row) for row in bad[:MOST_REASONS]]
     if len(bad) > MOST_REASONS:
         lines.append(f"and {len(bad) - MOST_REASONS} more: see the column message of the table")
-    return escape("\n".join(lines))
+    return "\n".join(lines)
 
 
 def reason(row: dict[str, str]) -> str:
