@@ -70,15 +70,24 @@ def checked(function: Callable[..., Any], name: str) -> Callable[..., Any]:
 
 def _options(hint: str) -> list[str]:
     """The alternatives of a type hint, without quotation marks."""
-    parts, depth, part = [], 0, ""
-    for letter in hint.replace("'", "").replace('"', ""):
+    return _split(hint.replace("'", "").replace('"', ""), "|")
+
+
+def _parts(inner: str) -> list[str]:
+    """The types between commas."""
+    return _split(inner, ",")
+
+
+def _split(hint: str, separator: str) -> list[str]:
+    """The parts of a type hint between separators that stand in no brackets."""
+    parts, depth = [""], 0
+    for letter in hint:
         depth += (letter == "[") - (letter == "]")
-        if letter == "|" and not depth:
-            parts.append(part.strip())
-            part = ""
+        if letter == separator and not depth:
+            parts.append("")
         else:
-            part += letter
-    return [*parts, part.strip()]
+            parts[-1] += letter
+    return [part.strip() for part in parts if part.strip()]
 
 
 def _fits(options: list[str], value: Any) -> bool:
@@ -109,19 +118,6 @@ def _is_one(option: str, value: Any) -> bool:
         kinds = _parts(inner) if isinstance(value, Sequence) else []
         return not kinds or all(_fits(_options(kinds[0]), item) for item in value)
     return True
-
-
-def _parts(inner: str) -> list[str]:
-    """Types between commas."""
-    parts, depth, part = [], 0, ""
-    for letter in inner:
-        depth += (letter == "[") - (letter == "]")
-        if letter == "," and not depth:
-            parts.append(part.strip())
-            part = ""
-        else:
-            part += letter
-    return [each for each in (*parts, part.strip()) if each]
 
 
 def _is_tuple(kinds: list[str], value: Any) -> bool:

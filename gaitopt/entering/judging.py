@@ -102,9 +102,8 @@ class Judge:
         fast = np.flatnonzero(worst <= 1.0 + AT_BEGIN)
         if not len(fast):
             best = int(worst.argmin())
-            return [], self.joints.velocity(use[best], times[best]) if worst[
-                best
-            ] < np.inf else None
+            reached = worst[best] < np.inf
+            return [], self.joints.velocity(use[best], times[best]) if reached else None
         flat = len(fast) * times.shape[1]
         values = path_states(
             self.robot,

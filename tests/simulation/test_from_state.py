@@ -53,8 +53,8 @@ def test_velocities_of_mujoco_are_those_of_pinocchio(a1_walk: Plan) -> None:
 
 
 def test_slow_joints_follow_from_the_first_instant(wang: Quadruped) -> None:
-    """Feet that begin on the ground, and not in it, would let the body fall by half a millimetre:
-    a knee of wang2020 then turned at five times its limit."""
+    """Feet that begin on the ground, and not in it, would let the body fall by up to a
+    millimetre: a knee of wang2020 then turned at five times its limit."""
     walk = plan_crawl(wang, s_columns(0, columns=2))
     time = 0.3 * walk.duration
     state = walk.state(time)
