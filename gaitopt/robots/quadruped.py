@@ -15,7 +15,7 @@ import numpy as np
 from gaitopt.conventions import LEGS, FloatArray, frozen
 from gaitopt.errors import InputError, RobotError
 from gaitopt.files import silenced_stderr
-from gaitopt.packages import refuse_shadows
+from gaitopt.hidden_packages import refuse_shadows
 from gaitopt.robots import limits
 from gaitopt.robots.files.notes import Notes, read_notes
 from gaitopt.robots.leg import Leg
