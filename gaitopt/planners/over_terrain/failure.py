@@ -43,17 +43,15 @@ def no_way(search: TerrainSearch, detail: str = "") -> TerrainError:
     if detail:
         words.append(detail)
     if search.late:
-        words.append(
-            "the search ended because its time was over, "
-            f"{search.settings.longest(search.course.length):.3g} s, so there may be a way "
-            "(time_limit)"
-        )
+        words.append(_time_over(search))
     worst = causes[0][0] if causes else Cause.GROUND
     words.append(f"what may help: {_CURES[worst]}; or a wider search (width_limit)")
     return TerrainError("; ".join(words), step, search.next_leg, dict(search.refused), search)
 
 
-def no_plan(search: TerrainSearch, step: int, detail: str, plans: int) -> TerrainError:
+def no_plan(
+    search: TerrainSearch, step: int, detail: str, plans: int, late: bool = False
+) -> TerrainError:
     """The error where footholds were found again and again, and the walk over them refused.
 
     Args:
@@ -61,15 +59,25 @@ def no_plan(search: TerrainSearch, step: int, detail: str, plans: int) -> Terrai
         step: that was refused last; -1 where the planner did not say which.
         detail: why.
         plans: how many walks were refused.
+        late: whether the time was over before another way was found.
     """
     leg = search.order[step] if step >= 0 else ""
     where = f"step {step} of {search.steps} ({leg})" if step >= 0 else "the whole of it"
+    ended = f"{_time_over(search)}; " if late else ""
     message = (
         f"footholds to the goal were found, and no walk over them: {where} was refused last, of "
-        f"{plans} in all; {detail}; what may help: {_CURES[Cause.PLAN]}, another body_height, or "
-        "shorter steps (step_length)"
+        f"{plans} in all; {detail}; {ended}what may help: {_CURES[Cause.PLAN]}, another "
+        "body_height, or shorter steps (step_length)"
     )
     return TerrainError(message, step, leg, {Cause.PLAN: plans}, search)
+
+
+def _time_over(search: TerrainSearch) -> str:
+    longest = search.settings.longest(search.course.length)
+    return (
+        f"the search ended because its time was over, {longest:.3g} s, so there may be a way "
+        "(time_limit)"
+    )
 
 
 def _in_order(refused: Mapping[Cause, int]) -> list[tuple[Cause, int]]:

@@ -217,13 +217,18 @@ def plan_terrain(
         if plan is not None:
             return plan
         plans += 1
-        if refused < 0 or plans == MOST_PLANS or time.thread_time() > end:
-            raise no_plan(search, refused, detail, plans)
+        late = time.thread_time() > end
+        if refused < 0 or plans == MOST_PLANS or late:
+            raise no_plan(search, refused, detail, plans, late)
         again[refused] += 1
         searching = searching.without(search, refused)
         kept = layers[: max(refused + 1 - BEFORE * again[refused], 1)]
         found = searching.run(kept, progress, until=end)
-        search, layers = result_of(searching, found, begin), list(found.layers)
+        other, layers = result_of(searching, found, begin), list(found.layers)
+        if other.late:
+            # How far another search got in the time that was left says nothing about the ground.
+            raise no_plan(search, refused, detail, plans, late=True)
+        search = other
         if not search.complete:
             raise no_way(search, detail)
 

@@ -272,6 +272,11 @@ def test_footholds_over_which_no_walk_is_possible() -> None:
         weak = gaitopt.load_robot("go2", effort_limits=4.0)
     flat = HeightMap(np.zeros((80, 80)), 0.02, (-0.7, -0.8))
     with pytest.raises(TerrainError, match="no walk over them: step") as caught:
-        gaitopt.plan_terrain(weak, flat, (0.15, 0.0), start=(0.0, 0.0, 0.0))
+        gaitopt.plan_terrain(weak, flat, (0.15, 0.0), start=(0.0, 0.0, 0.0), time_limit=600.0)
     assert caught.value.search.complete and caught.value.leg in LEGS
     assert list(caught.value.refused) == [Cause.PLAN]
+    assert "12 in all" in str(caught.value) and "time_limit" not in str(caught.value)
+    found = caught.value.search
+    hurried = replace(found, settings=replace(found.settings, time_limit=1e-9))
+    with pytest.raises(TerrainError, match="no walk over them: step .* its time was over"):
+        gaitopt.plan_terrain(weak, flat, (0.15, 0.0), start=(0.0, 0.0, 0.0), search=hurried)
