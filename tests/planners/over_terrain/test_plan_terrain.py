@@ -278,5 +278,5 @@ def test_footholds_over_which_no_walk_is_possible() -> None:
     assert "12 in all" in str(caught.value) and "time_limit" not in str(caught.value)
     found = caught.value.search
     hurried = replace(found, settings=replace(found.settings, time_limit=1e-9))
-    with pytest.raises(TerrainError, match="no walk over them: step .* its time was over"):
+    with pytest.raises(TerrainError, match=r"no walk over them: step .* its time was over"):
         gaitopt.plan_terrain(weak, flat, (0.15, 0.0), start=(0.0, 0.0, 0.0), search=hurried)
