@@ -10,9 +10,9 @@ from pathlib import Path
 
 from rich.console import Console
 
-from benchmarks import fresh, outputs, planner, rivals, route, spline
 from benchmarks.measuring import Result, use_one_core
 from benchmarks.report import machine, results_table
+from benchmarks.table import fresh, outputs, planner, rivals, route, spline
 from gaitopt.files import written_whole
 
 BENCHMARKS: dict[str, Callable[[bool], list[Result]]] = {

@@ -15,7 +15,10 @@ from typing import Any
 import pytest
 
 from benchmarks import __main__ as command
-from benchmarks import constants, rivals, terrain, terrain_table
+from benchmarks.physics import terrain_table
+from benchmarks.planning import constants
+from benchmarks.speed import terrain
+from benchmarks.table import rivals
 from gaitopt.errors import InputError
 from gaitopt.studies import terrain_study
 
@@ -190,7 +193,9 @@ def test_the_table_of_walks_is_written_between_the_marks_of_its_page(
     assert text.startswith("# Title\n") and text.endswith("after\n") and "old" not in text
     assert "| go2 | ramp 1, friction 0.7 | 2 | 1 | 1 | 1 | 1 | 1 | 0.50 | 0.50 |  |" in text
     assert "- go2, ramp, seed 1: no way: step 2 (): a\\_limb: 3" in text
-    command_line = "python -m benchmarks.terrain_table --seeds 2 --robots go2 --grounds ramp:0.7"
+    command_line = (
+        "python -m benchmarks.physics.terrain_table --seeds 2 --robots go2 --grounds ramp:0.7"
+    )
     assert f"{command_line}\n" in text and str(tmp_path) not in text
     assert text.split(terrain_table.BEGIN)[1].split(terrain_table.END)[0].strip() in (
         capsys.readouterr().out

@@ -13,7 +13,7 @@ from gaitopt.plan.plan import Plan
 
 ZMP_SLACK = 1e-5
 """How far the ZMP's margin may fall short of one that was found at samples [m]: on 400
-random gaits (benchmarks/certify.py) no more was lost between the samples."""
+random gaits (benchmarks/planning/certify.py) no more was lost between the samples."""
 VELOCITY_JUMP = 1e-6
 """Largest jump of the base's velocity that counts as rounding [m/s, rad/s]. The rate on a piece of
 1 ms is known to about 1e-10."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from benchmarks.from_state import CASES, main, outcomes
+from benchmarks.physics.from_state import CASES, main, outcomes
 
 
 @pytest.mark.slow

@@ -1,6 +1,6 @@
 """The table of results over made grounds, by robot and ground: found, certified, passed.
 
-``python -m benchmarks.terrain_table --seeds 20 --write docs/terrain_table.md``
+``python -m benchmarks.physics.terrain_table --seeds 20 --write docs/terrain_table.md``
 
 Each walk is a row of a CSV file (``--rows``): a run that was stopped goes on where the file ends.
 The table, the failures one by one, and the command are written into the page between its marks.
@@ -13,7 +13,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from benchmarks.terrain import ROBOTS
+from benchmarks.speed.terrain import ROBOTS
 from gaitopt.errors import InputError
 from gaitopt.files import written_whole
 from gaitopt.studies.terrain_report import failures, terrain_markdown
@@ -78,7 +78,7 @@ def command_of(given: Sequence[str]) -> str:
         if not skip and name not in ("--rows", "--write", "--jobs"):
             kept.append(text)
         skip = not skip and name in ("--rows", "--write", "--jobs") and "=" not in text
-    return " ".join(["python -m benchmarks.terrain_table", *kept])
+    return " ".join(["python -m benchmarks.physics.terrain_table", *kept])
 
 
 def _plain(text: str) -> str:
@@ -88,7 +88,7 @@ def _plain(text: str) -> str:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Print the table, and write it into a page."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.terrain_table",
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.physics.terrain_table",
                                      description=__doc__)  # fmt: skip
     parser.add_argument("--seeds", type=int, default=20, help="grounds of each kind")
     parser.add_argument("--first", type=int, default=0, help="the first seed")

@@ -1,4 +1,6 @@
-"""Frames a second of replays in a browser without a graphics card: ``python -m benchmarks.frames``.
+"""Frames a second of replays in a browser without a graphics card.
+
+``python -m benchmarks.speed.frames``
 
 Headless Chromium draws with SwiftShader, on the processor. A machine with a graphics card, however
 small, draws many times as many frames; this is the worst that can happen to a reader. The processor

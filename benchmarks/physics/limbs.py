@@ -1,4 +1,6 @@
-"""Walks over columns in physics, without and with limbs that touch: `python -m benchmarks.limbs`.
+"""Walks over columns in physics, without and with limbs that touch.
+
+``python -m benchmarks.physics.limbs``
 
 Columns are level, or their tops differ by up to 5 % of the legs' length up and down. The
 certificate of each walk says whether limbs and trunk are clear of the columns.

@@ -1,10 +1,10 @@
 """What gaitopt reads from robot files, as a table; and whether the default walk works on each.
 
-``python -m benchmarks.robots [--walk] NAME... LABEL=FILE...`` prints a line for each robot: by its
-name, or a file under a label. ``FILE;masses='file';motor_inertia=0.001`` reads it with keywords of
-``load_robot``, which are shown behind the label. With ``--walk`` it also plans the default walk
-over columns of the robot's size (legs of two joints: over a low obstacle), loads it again from its
-file, checks it, and simulates it.
+``python -m benchmarks.physics.robots [--walk] NAME... LABEL=FILE...`` prints a line for each robot:
+by its name, or a file under a label. ``FILE;masses='file';motor_inertia=0.001`` reads it with
+keywords of ``load_robot``, which are shown behind the label. With ``--walk`` it also plans the
+default walk over columns of the robot's size (legs of two joints: over a low obstacle), loads it
+again from its file, checks it, and simulates it.
 """
 
 from __future__ import annotations

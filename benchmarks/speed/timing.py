@@ -1,6 +1,6 @@
 """The fastest timing with forces: how long it takes to find it, and what it finds.
 
-``python -m benchmarks.timing [--robots go2,wang2020] [--columns 17]`` prints a table. With 17
+``python -m benchmarks.speed.timing [--robots go2,wang2020] [--columns 17]`` prints a table. With 17
 columns of each leg a walk has 64 steps. Times are CPU times, the best of three: of the whole plan,
 and of the timing along its path alone, which is the last part of it (:func:`gaitopt.retimed`).
 """
@@ -48,7 +48,7 @@ def untimed(robot: Quadruped, footholds: Footholds) -> Callable[[], Plan]:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Print the table."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.timing", description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.speed.timing", description=__doc__)
     parser.add_argument("--robots", default=ROBOTS, help="names, joined by commas")
     parser.add_argument("--columns", type=int, default=17, help="columns of each leg")
     options = parser.parse_args(arguments)

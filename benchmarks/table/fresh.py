@@ -10,7 +10,7 @@ from pathlib import Path
 from benchmarks.measuring import Result, Timing, timed
 from benchmarks.walks import MAIN_STEPS
 
-_ROOT = Path(__file__).resolve().parent.parent
+_ROOT = Path(__file__).resolve().parents[2]
 _IMPORT = "import gaitopt"
 _FIRST_PLAN = (
     "import gaitopt; gaitopt.plan_crawl(gaitopt.load_robot('wang2020'), gaitopt.s_columns(0),"
@@ -51,7 +51,7 @@ def measure_memory(quick: bool) -> list[Result]:
     """Peak memory of planning, at the main job's size and a long walk's."""
     results = []
     for steps in (MAIN_STEPS, 256 if quick else 4096):
-        peak = json.loads(_run("-m", "benchmarks.peak", str(steps)))
+        peak = json.loads(_run("-m", "benchmarks.table.peak", str(steps)))
         results += [
             Result(f"memory-plan-{steps}", f"peak within plan_crawl, {steps} steps (tracemalloc)",
                    "MB", (peak["plan"] / 1e6,)),

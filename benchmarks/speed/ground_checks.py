@@ -1,8 +1,9 @@
 """How long the certificate takes to hold walks against the ground.
 
-``python -m benchmarks.ground_checks [--robots wang2020,go2]`` prints processor times: of the walk
-over columns, of a walk of 3 m over hills on a map of cells of 2 cm, and of everything else that the
-certificate looks at, without self-collisions and contact forces. Each is the best of three.
+``python -m benchmarks.speed.ground_checks [--robots wang2020,go2]`` prints processor times: of the
+walk over columns, of a walk of 3 m over hills on a map of cells of 2 cm, and of everything else
+that the certificate looks at, without self-collisions and contact forces. Each is the best of
+three.
 """
 
 from __future__ import annotations
@@ -55,7 +56,7 @@ def over_hills(robot: gaitopt.Quadruped) -> gaitopt.Plan:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.ground_checks")
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.speed.ground_checks")
     parser.add_argument("--robots", default=ROBOTS, help="names, with commas between them")
     chosen = parser.parse_args(arguments)
     print(f"{'robot':14} {'walk':8} {'steps':>5} {'ground [s]':>11} {'all else [s]':>13}")

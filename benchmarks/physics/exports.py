@@ -1,6 +1,6 @@
 """What a trajectory controller makes of exported plans: peak velocities and joint errors.
 
-``python -m benchmarks.exports``
+``python -m benchmarks.physics.exports``
 
 The files are read back and interpolated by scipy as the controller does (straight lines, cubics,
 quintics), at 40 places between any two points. Beside them: samples of the plan at 10 ms with the

@@ -1,6 +1,6 @@
 """Processor time of the search for footholds, for each metre, by robot and ground.
 
-``python -m benchmarks.terrain --robots go2,anymal_c --grounds rubble,stairs --seeds 5``
+``python -m benchmarks.speed.terrain --robots go2,anymal_c --grounds rubble,stairs --seeds 5``
 
 Times of one machine say little about another. So each is also given as a multiple of a fixed
 workload in the same run: planning the walk of the paper, 64 steps, without forces.
@@ -74,7 +74,7 @@ def row(robot: str, ground: str, searches: Sequence[Searched], unit: float) -> s
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Print the table."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.terrain", description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.speed.terrain", description=__doc__)
     parser.add_argument("--seeds", type=int, default=5, help="grounds of each kind")
     parser.add_argument("--difficulty", type=float, default=0.5, help="of the grounds, 0 to 1")
     parser.add_argument("--length", type=float, default=3.0, help="from start to goal [m]")

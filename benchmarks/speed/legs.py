@@ -1,10 +1,10 @@
 """What legs cost whose axes are not roll-pitch-pitch.
 
-``python -m benchmarks.legs [--robot NAME] [--columns N]`` plans the default walk of a robot, of the
-same robot with hip axes that toe out by ten degrees (the first two axes of a leg meet: a closed
-form), and of the same with thigh axes that are tilted by ten degrees (they do not meet: numerical
-inverse kinematics). It prints processor time, the duration of the walk, and whether certificate and
-physics agree.
+``python -m benchmarks.speed.legs [--robot NAME] [--columns N]`` plans the default walk of a robot,
+of the same robot with hip axes that toe out by ten degrees (the first two axes of a leg meet: a
+closed form), and of the same with thigh axes that are tilted by ten degrees (they do not meet:
+numerical inverse kinematics). It prints processor time, the duration of the walk, and whether
+certificate and physics agree.
 """
 
 from __future__ import annotations

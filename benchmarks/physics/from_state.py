@@ -1,6 +1,6 @@
 """Random instants of plans, handed back to their planner as a state.
 
-``python -m benchmarks.from_state [--instants 100] [--physics]`` takes ten plans, and random
+``python -m benchmarks.physics.from_state [--instants 100] [--physics]`` takes ten plans, and random
 instants of each. The plan from each instant's state must continue position, velocity and contacts,
 and the certificate must hold. What is refused is counted, with its reason. With ``--physics`` all
 plans that are certified are simulated, too. Exit code 1 when a plan jumps, is not certified, or
@@ -146,7 +146,7 @@ def outcomes(
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Print a table; 1 when a plan jumps or is not certified."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.from_state")
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.physics.from_state")
     parser.add_argument("--instants", type=int, default=100)
     parser.add_argument("--physics", action="store_true")
     parser.add_argument("--cases", nargs="*", choices=list(CASES), default=list(CASES))

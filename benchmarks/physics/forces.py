@@ -1,11 +1,11 @@
 """Walks with forces on all robots: how fast, certified or not, and what physics makes of them.
 
-``python -m benchmarks.forces --seeds 3 [--robots go2,a1] [--free dynamic] [--physics] [--sweep]``
-prints a table. With ``--free`` it is of the walks of this variant of ``plan_route``, in place of
-the default ones. With ``--physics`` certificates are left out, which takes half of the time.
-``found`` counts the walks that are not the walk phase by phase in its place. With ``--sweep`` it
-also looks for the fastest walk of a fixed speed, planned phase by phase without forces, that passes
-in physics: what could be had before.
+``python -m benchmarks.physics.forces --seeds 3 [--robots go2,a1] [--free dynamic] [--physics]
+[--sweep]`` prints a table. With ``--free`` it is of the walks of this variant of ``plan_route``, in
+place of the default ones. With ``--physics`` certificates are left out, which takes half of the
+time. ``found`` counts the walks that are not the walk phase by phase in its place. With ``--sweep``
+it also looks for the fastest walk of a fixed speed, planned phase by phase without forces, that
+passes in physics: what could be had before.
 """
 
 from __future__ import annotations
@@ -92,7 +92,9 @@ def row(name: str, walks: list[Walked], before: list[float], terrains: int, judg
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Print the table."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.forces", description=__doc__)
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks.physics.forces", description=__doc__
+    )
     parser.add_argument("--seeds", type=int, default=3, help="terrains of each robot")
     parser.add_argument("--robots", default=",".join(ROBOTS), help="names, joined by commas")
     parser.add_argument("--free", help="a variant of plan_route; by default plan_crawl")

@@ -1,11 +1,10 @@
 """Gaits by velocity on all robots: with contact forces or not, and what physics makes of them.
 
-``python -m benchmarks.gaits [--gaits trot,trot60] [--robots a1,go2] [--velocity] [--speed 1.5]``
-prints a table.
-Trots are walked for 1.5 m at full speed, ``wang2020-fast`` at 0.3 m/s and others at 0.5 m/s;
-pronks, bounds and paces for 0.9 m at 0.3 m/s; gaits with three feet for 0.3 m at 0.1 m/s. With
-``--velocity`` the same gaits are planned without forces, with ``--speed`` at another speed, and
-with ``--shift`` feet land at most so far beside their footholds [m]
+``python -m benchmarks.physics.gaits [--gaits trot,trot60] [--robots a1,go2] [--velocity] [--speed
+1.5]`` prints a table. Trots are walked for 1.5 m at full speed, ``wang2020-fast`` at 0.3 m/s and
+others at 0.5 m/s; pronks, bounds and paces for 0.9 m at 0.3 m/s; gaits with three feet for 0.3 m at
+0.1 m/s. With ``--velocity`` the same gaits are planned without forces, with ``--speed`` at another
+speed, and with ``--shift`` feet land at most so far beside their footholds [m]
 (``ControlGains.foothold_shift``).
 """
 

@@ -1,4 +1,6 @@
-"""What the constants of the time-optimal planner do: ``python -m benchmarks.constants NAME VALUE``
+"""What the constants of the time-optimal planner do.
+
+``python -m benchmarks.planning.constants NAME VALUE``
 
 Plans a fixed set of walks with the constants as they are, then with another value of one of them,
 and prints for each how many walks are found, their time against those with the constants as they
@@ -154,7 +156,9 @@ def _modules() -> list[Any]:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Measure, and print a line for each value."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.constants", description=__doc__)
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks.planning.constants", description=__doc__
+    )
     parser.add_argument("name", nargs="?", help="a constant, such as RESERVE_KEPT")
     parser.add_argument("values", nargs="*", help="values to try, as Python literals")
     parser.add_argument("--smooth", action="store_true", help="walks with bounded accelerations")

@@ -1,9 +1,9 @@
 """Walks with weak joints and large reserves: what regions in which forces hold the robot are for.
 
-``python -m benchmarks.standing --seeds 2 [--robots go2,a1] [--rooms 0.5]`` prints a table: how many
-walks are found without and with the regions, and how long they take. ``--rooms`` are distances
-from a region's sides that are tried, as shares of the stability margin. ``--times`` prints instead
-how much processor time a region takes, and what planning walks spends on regions.
+``python -m benchmarks.physics.standing --seeds 2 [--robots go2,a1] [--rooms 0.5]`` prints a table:
+how many walks are found without and with the regions, and how long they take. ``--rooms`` are
+distances from a region's sides that are tried, as shares of the stability margin. ``--times``
+prints instead how much processor time a region takes, and what planning walks spends on regions.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from unittest.mock import patch
 import numpy as np
 
 import gaitopt
-from benchmarks.forces import COLUMNS, ROBOTS
+from benchmarks.physics.forces import COLUMNS, ROBOTS
 from gaitopt.dynamics.feasible_region import feasible_regions
 from gaitopt.planners.phase_by_phase import demands
 
@@ -128,7 +128,9 @@ def print_times(names: Sequence[str]) -> None:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Print the table."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.standing", description=__doc__)
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks.physics.standing", description=__doc__
+    )
     parser.add_argument("--seeds", type=int, default=2, help="terrains of each robot")
     parser.add_argument("--robots", default=",".join(ROBOTS), help="names, joined by commas")
     parser.add_argument("--rooms", default=str(demands.ROOM), help="shares, joined by commas")

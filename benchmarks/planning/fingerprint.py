@@ -1,4 +1,6 @@
-"""Do all planners still plan the same, to the last bit? ``python -m benchmarks.fingerprint``
+"""Do all planners still plan the same, to the last bit?
+
+``python -m benchmarks.planning.fingerprint``
 
 Prints a line for each of some short walks: its duration, how many phases, and a hash of all the
 bits of path and phases; or its error. ``--save FILE`` keeps the walks, ``--against FILE`` tells how
@@ -239,7 +241,9 @@ def compare(found: Mapping[str, Print], known: Mapping[str, Print]) -> int:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Take the fingerprints, print them, keep or compare them."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.fingerprint", description=__doc__)
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks.planning.fingerprint", description=__doc__
+    )
     parser.add_argument("--save", type=Path, metavar="FILE", help="keep the walks in an .npz file")
     parser.add_argument("--against", type=Path, metavar="FILE", help="compare with those kept")
     parser.add_argument("--only", default="", metavar="SUBSTRING", help="walks so named")

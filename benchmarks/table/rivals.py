@@ -7,9 +7,10 @@ from typing import NamedTuple
 import numpy as np
 
 import gaitopt
-from benchmarks import obvious, walks
+from benchmarks import walks
 from benchmarks.measuring import Result, Timing, timed
-from benchmarks.planner import plan_time
+from benchmarks.table import obvious
+from benchmarks.table.planner import plan_time
 from gaitopt import Plan
 from gaitopt.conventions import FloatArray
 from gaitopt.optimize.cog.solver import CogWorkspace

@@ -1,10 +1,10 @@
 """The free gait over hard random terrains: what it rescues, and what it saves.
 
-``python -m benchmarks.orders [--count 300]`` plans each terrain phase by phase with the paper's
-order of legs, with each of the other five cycles, and with the order that is searched for. Strides
-are up to three times the paper's and columns scattered up to 10 cm, so that many terrains are too
-hard for a fixed order. Only certified plans count: an order on which legs touch is of no use. Exit
-code 1 when the search loses a terrain on which a fixed order is certified.
+``python -m benchmarks.planning.orders [--count 300]`` plans each terrain phase by phase with the
+paper's order of legs, with each of the other five cycles, and with the order that is searched for.
+Strides are up to three times the paper's and columns scattered up to 10 cm, so that many terrains
+are too hard for a fixed order. Only certified plans count: an order on which legs touch is of no
+use. Exit code 1 when the search loses a terrain on which a fixed order is certified.
 """
 
 from __future__ import annotations
@@ -67,7 +67,9 @@ def case(robot: Quadruped, seed: int) -> tuple[str, float | None]:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Plan all terrains and print what became of them."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.orders", description=__doc__)
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks.planning.orders", description=__doc__
+    )
     parser.add_argument("--count", type=int, default=300, help="terrains")
     parser.add_argument("--first", type=int, default=0, help="first seed")
     options = parser.parse_args(arguments)

@@ -1,6 +1,6 @@
 """What slow transfers of loads cost, and what they buy in physics.
 
-``python -m benchmarks.transfers --seeds 2 [--robots go2,a1] [--rows default,swing] [--times
+``python -m benchmarks.physics.transfers --seeds 2 [--robots go2,a1] [--rows default,swing] [--times
 0,0.05]`` prints a table: for each robot and row, and for each ``ForceLimits.transfer_time``, the
 duration of the plan, that of the walk in physics with what it waits, the largest joint velocity as
 a share of its limit, the largest landing error, and how many walks pass. Medians over the terrains
@@ -68,7 +68,9 @@ def line(name: str, row: str, time: float, walks: list[Walked], terrains: int) -
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Print the table."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.transfers", description=__doc__)
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks.physics.transfers", description=__doc__
+    )
     parser.add_argument("--seeds", type=int, default=2, help="terrains of each robot")
     parser.add_argument("--robots", default=",".join(ROBOTS), help="names, joined by commas")
     parser.add_argument("--rows", default=",".join(ROWS), help="variants of plan_route, or default")

@@ -1,4 +1,4 @@
-"""Run by :mod:`benchmarks.fresh` in a process of its own: peak memory of one plan, as JSON."""
+"""Peak memory of one plan, as JSON: run by :mod:`benchmarks.table.fresh` in its own process."""
 
 from __future__ import annotations
 

@@ -1,11 +1,11 @@
 """Random plans of every planner, certified; and refusals judged by somebody else.
 
-``python -m benchmarks.certify [--count 1000] [--family crawl|gait]`` plans over random terrains and
-commands, many of them too hard. Whatever is planned must be certified. Whatever is refused must be
-impossible by a check that shares nothing with the planner: for a crawl's step a fine grid of body
-positions, none of which may be possible; for a gait that breaks a velocity limit the certificate of
-the same motion on joints without limits. And the velocity that a refusal offers must be certified.
-Exit code 1 when anything of this fails.
+``python -m benchmarks.planning.certify [--count 1000] [--family crawl|gait]`` plans over random
+terrains and commands, many of them too hard. Whatever is planned must be certified. Whatever is
+refused must be impossible by a check that shares nothing with the planner: for a crawl's step a
+fine grid of body positions, none of which may be possible; for a gait that breaks a velocity limit
+the certificate of the same motion on joints without limits. And the velocity that a refusal offers
+must be certified. Exit code 1 when anything of this fails.
 """
 
 from __future__ import annotations
@@ -134,7 +134,9 @@ FAMILIES: dict[str, Callable[[int], str]] = {"crawl": crawl_case, "gait": gait_c
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the families and print what became of their cases."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.certify", description=__doc__)
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks.planning.certify", description=__doc__
+    )
     parser.add_argument("--count", type=int, default=1000, help="cases a family")
     parser.add_argument("--first", type=int, default=0, help="first seed")
     parser.add_argument("--family", choices=sorted(FAMILIES), action="append")

@@ -1,0 +1,1 @@
+"""What becomes of plans after planning: in physics, and in a robot's controller."""
