@@ -2,8 +2,14 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from io import BytesIO
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -42,18 +48,54 @@ def test_a_gif_shows_the_walk_from_its_start_to_its_end(plan: Plan, tmp_path: Pa
         assert np.abs(one - other).max(axis=2).mean() > 0.5
 
 
+def ffmpeg() -> str | None:
+    try:
+        return video.find_ffmpeg(".mp4")
+    except MissingPackageError:
+        return None
+
+
 @needs_browser
-def test_videos_are_given_to_ffmpeg(
+@pytest.mark.skipif(ffmpeg() is None, reason="needs ffmpeg: pip install 'gaitopt[video]'")
+@pytest.mark.parametrize("kind", [".mp4", ".webm"])
+def test_videos_show_the_pictures_of_the_browser(
+    plan: Plan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str
+) -> None:
+    """ffmpeg reads the file again: as many frames as were drawn, each like its picture."""
+    drawn: list[bytes] = []
+    frames = video._frames
+
+    def kept(*asked: Any) -> Iterator[bytes]:
+        for data in frames(*asked):
+            drawn.append(data)
+            yield data
+
+    monkeypatch.setattr(video, "_frames", kept)
+    file = replay_video(plan, tmp_path / f"walk{kind}", seconds=0.5, rate=4.0, size=(200, 160),
+                        view="no-shadows")  # fmt: skip
+    assert [path.name for path in tmp_path.iterdir()] == [file.name]
+    read = [ffmpeg() or "", "-loglevel", "error", "-i", str(file), "-f", "rawvideo",
+            "-pix_fmt", "rgb24", "-"]  # fmt: skip
+    pixels = subprocess.run(read, capture_output=True, check=True).stdout
+    shown = np.frombuffer(pixels, np.uint8).reshape(-1, 160, 200, 3).astype(float)
+    assert len(shown) == len(drawn) == 3
+    pictures = np.stack([np.asarray(Image.open(BytesIO(data)).convert("RGB")) for data in drawn])
+    distance = np.abs(shown[:, None] - pictures[None].astype(float)).mean(axis=(2, 3, 4))
+    assert np.diag(distance).max() < 5.0
+    assert (distance.argmin(axis=1) == np.arange(3)).all()
+
+
+@needs_browser
+def test_a_failing_ffmpeg_is_told_and_leaves_nothing(
     plan: Plan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A stand-in for ffmpeg keeps what it is given: three PNG files."""
-    stub = tmp_path / "ffmpeg"
-    stub.write_text('#!/bin/sh\nfor last; do :; done\ncat > "$last"\n')
-    stub.chmod(0o755)
-    monkeypatch.setattr(video, "find_ffmpeg", lambda kind: str(stub))
-    file = replay_video(plan, tmp_path / "walk.mp4", seconds=0.5, rate=4.0, size=(200, 160))
-    assert file.read_bytes().count(b"\x89PNG\r\n") == 3
-    stub.write_text("#!/bin/sh\ncat > /dev/null\necho no such encoder >&2\nexit 1\n")
+    programs = tmp_path / "bin"
+    programs.mkdir()
+    (programs / "ffmpeg").write_text(
+        "#!/bin/sh\ncat > /dev/null\necho no such encoder >&2\nexit 1\n"
+    )
+    (programs / "ffmpeg").chmod(0o755)
+    monkeypatch.setenv("PATH", str(programs), prepend=os.pathsep)
     with pytest.raises(SolverError, match="ffmpeg failed: no such encoder"):
         replay_video(plan, tmp_path / "b.mp4", seconds=0.5, rate=2.0, size=(200, 160))
     assert not (tmp_path / "b.mp4").exists()
@@ -71,7 +113,8 @@ def test_what_is_missing_is_told_in_one_line_with_its_cure(
     assert "\n" not in str(found.value)
     (programs / "chromium").write_text("#!/bin/sh\nexit 0\n")
     (programs / "chromium").chmod(0o755)
-    with pytest.raises(MissingPackageError, match=r"no ffmpeg .*'apt install ffmpeg.*\.gif"):
+    monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
+    with pytest.raises(MissingPackageError, match=r"no ffmpeg .*gaitopt\[video\].*\.gif"):
         replay_video(plan, made / "walk.mp4")
     # A program that is no browser ends at once, which is told and leaves nothing.
     with pytest.raises(SolverError, match="browser has ended"):

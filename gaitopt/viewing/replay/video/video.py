@@ -51,7 +51,8 @@ def replay_video(
     """Write a plan's replay as a video.
 
     A browser without a window draws every frame, so the video shows what the page shows. It needs
-    Chromium or Chrome; an ``.mp4`` or ``.webm`` needs ffmpeg, too. Linux and macOS only.
+    Chromium or Chrome; an ``.mp4`` or ``.webm`` needs ffmpeg, too: on the PATH, or that of
+    ``pip install 'gaitopt[video]'``. Linux and macOS only.
 
     Args:
         plan: the motion.
@@ -101,18 +102,23 @@ def replay_video(
 
 
 def find_ffmpeg(kind: str) -> str:
-    """The path of ffmpeg.
+    """The path of ffmpeg: that on the PATH, or else that of the package imageio-ffmpeg.
 
     Raises:
-        MissingPackageError: it is not on the PATH.
+        MissingPackageError: there is neither.
     """
     found = shutil.which("ffmpeg")
-    if found is None:
+    if found is not None:
+        return found
+    try:
+        from imageio_ffmpeg import get_ffmpeg_exe
+
+        return str(get_ffmpeg_exe())
+    except (ImportError, RuntimeError) as error:
         raise MissingPackageError(
-            f"no ffmpeg on the PATH to write {kind}: install it ('apt install ffmpeg'), or name a "
-            ".gif, which needs none"
-        )
-    return found
+            f"no ffmpeg to write {kind}: run \"pip install 'gaitopt[video]'\" or 'apt install "
+            "ffmpeg', or name a .gif, which needs none"
+        ) from error
 
 
 def _frames(
