@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import inspect
 import os
-import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -36,13 +35,14 @@ nb_merge_streams = True
 
 
 def copy_notebooks() -> None:
-    """Put the notebooks below this folder, where Sphinx finds them."""
+    """Put the notebooks below this folder, where Sphinx finds them, with links from there."""
     here = Path(__file__).parent
     (here / "notebooks").mkdir(exist_ok=True)
     for notebook in (here.parent / "notebooks").glob("*.ipynb"):
         copy = here / "notebooks" / notebook.name
-        if not copy.is_file() or copy.read_bytes() != notebook.read_bytes():
-            shutil.copyfile(notebook, copy)
+        text = notebook.read_text("utf-8").replace("](../docs/", "](../")
+        if not copy.is_file() or copy.read_text("utf-8") != text:
+            copy.write_text(text, "utf-8")
 
 
 copy_notebooks()

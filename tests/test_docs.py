@@ -178,7 +178,7 @@ def test_versions_of_the_site_are_those_of_the_tags() -> None:
 
 
 def test_every_link_between_files_leads_somewhere() -> None:
-    pages = [*DOCS.glob("*.md"), *(p for p in ROOT.glob("*.md"))]
+    pages = [*DOCS.glob("*.md"), *ROOT.glob("*.md"), *ROOT.glob("notebooks/*.ipynb")]
     for page in pages:
         for target in re.findall(r"\]\(([^)\s#]+)[^)]*\)", page.read_text("utf-8")):
             if re.match(r"[a-z]+:", target):
