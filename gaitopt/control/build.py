@@ -7,7 +7,6 @@ from gaitopt.control.clock import walk_clock
 from gaitopt.control.exact_reference import exact_reference
 from gaitopt.control.gains import ControlGains
 from gaitopt.control.reference import Reference
-from gaitopt.errors import InputError
 from gaitopt.inputs import check_kind, check_number
 from gaitopt.plan.plan import Plan
 
@@ -33,17 +32,12 @@ def build_reference(plan: Plan, gains: ControlGains, dt: float) -> Reference:
 
     Raises:
         InputError: ``gains`` are something else, ``dt`` is no positive time, too long, or makes too
-            many ticks, or a leg has no roll joint.
+            many ticks.
     """
     check_kind("gains", gains, ControlGains)
     least = max(plan.duration, SHORTEST) / MOST_TICKS
     check_number("the control interval", dt, least, LONGEST_INTERVAL, "s",
                  "; longer walks go in parts")  # fmt: skip
-    for name, leg in plan.robot.legs.items():
-        if not leg.has_roll:
-            raise InputError(
-                f"{plan.robot.name}: leg {name} has two joints; the tracking controller needs three"
-            )
     clock = walk_clock(plan, gains.handover_time)
     limits = plan.settings.promised_forces
     if limits is None:

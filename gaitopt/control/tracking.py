@@ -80,7 +80,7 @@ class TrackingController:
         dt: control interval [s].
 
     Raises:
-        InputError: the interval is no positive time, or a leg has no roll joint.
+        InputError: the interval is no positive time.
     """
 
     def __init__(self, plan: Plan, gains: ControlGains | None = None, dt: float = 0.006) -> None:

@@ -57,8 +57,8 @@ def simulate(
     Raises:
         MissingPackageError: MuJoCo is not installed.
         RobotError: MuJoCo cannot simulate the plan's URDF.
-        InputError: an argument is something else, a setting does not fit the plan, the robot has no
-            mass, or its legs have two joints.
+        InputError: an argument is something else, a setting does not fit the plan, or the robot has
+            no mass.
         FootholdsError: columns of different heights overlap, and a foot on the lower one would
             touch the higher one.
         GroundError: the footholds' height map is nowhere near them.

@@ -124,15 +124,17 @@ def test_the_controller_starts_anew_after_reset(short_plan: Plan) -> None:
     assert np.array_equal(runs[0], runs[1])
 
 
-def test_a_leg_of_two_joints_is_refused(short_plan: Plan) -> None:
-    from dataclasses import replace
-
+def test_legs_of_two_joints_bear_the_weight_and_lift_feet_in_their_planes() -> None:
     robot = gaitopt.load_robot("solo8")
-    from gaitopt import MotionPath
-
-    path = MotionPath.polyline([0.0, 1.0], np.zeros((2, 6 + len(robot.joint_names))))
-    with pytest.raises(gaitopt.InputError, match="two joints"):
-        TrackingController(replace(short_plan, robot=robot, path=path))
+    plan = gaitopt.plan_crawl(robot, gaitopt.s_columns(0, columns=2, robot=robot))
+    standing = TrackingController(plan).command(-1.0, perfect(plan, 0.0))
+    assert standing.share.forces[:, 2].sum() == pytest.approx(9.81 * robot.mass, rel=1e-3)
+    # A foot that is wanted elsewhere goes there as far as its leg's plane allows.
+    controller = TrackingController(plan)
+    tick = controller.reference.tick(plan.swings[0].start + 0.5 * plan.swings[0].duration)
+    leg = LEGS.index(plan.swings[0].leg)
+    step = controller.reference.inverse[tick, leg] @ np.array([0.0, 0.01, 0.0])
+    assert step.shape == (2,) and np.abs(step).max() < 1e-9
 
 
 def test_the_controller_needs_no_mujoco() -> None:
