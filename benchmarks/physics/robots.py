@@ -3,8 +3,8 @@
 ``python -m benchmarks.physics.robots [--walk] NAME... LABEL=FILE...`` prints a line for each robot:
 by its name, or a file under a label. ``FILE;masses='file';motor_inertia=0.001`` reads it with
 keywords of ``load_robot``, which are shown behind the label. With ``--walk`` it also plans the
-default walk over columns of the robot's size (legs of two joints: over a low obstacle), loads it
-again from its file, checks it, and simulates it.
+default walk over columns of the robot's size, loads it again from its file, checks it, and
+simulates it.
 """
 
 from __future__ import annotations
@@ -25,8 +25,6 @@ import gaitopt
 
 COLUMNS = 4
 """Columns a leg: 12 steps."""
-LOW = 0.05
-"""Height and width of an obstacle, as shares of the legs' reach."""
 HEADER = ("robot", "kind", "mass [kg]", "joints a leg", "l₂ + l₃ [m]", "feet [mm]", "locked",
           "hips [m]", "warnings")  # fmt: skip
 
@@ -70,19 +68,11 @@ def _short(warning: str) -> str:
     return "meshes missing" if re.match(r"\d+ mesh", warning) else warning.split(";")[0]
 
 
-def _walk(robot: gaitopt.Quadruped) -> gaitopt.Plan:
-    """The default walk; legs of two joints stride over a low obstacle."""
-    leg = robot.legs["LF"]
-    if len(leg.joints) == 2:
-        low = gaitopt.rectangular_obstacle(LOW * leg.reach, LOW * leg.reach)
-        return gaitopt.plan_stride(robot, low, approach=0, leave=0)
-    return gaitopt.plan_crawl(robot, gaitopt.s_columns(0, columns=COLUMNS, robot=robot))
-
-
 def walked(robot: gaitopt.Quadruped) -> list[str]:
     """The cells of a robot's walk: its duration, whether promises are kept, and physics."""
     try:
-        plan = _walk(robot)
+        columns = gaitopt.s_columns(0, columns=COLUMNS, robot=robot)
+        plan = gaitopt.plan_crawl(robot, columns)
     except gaitopt.GaitoptError as error:
         return [f"no walk: {str(error)[:120]}", "", ""]
     with tempfile.TemporaryDirectory() as folder:

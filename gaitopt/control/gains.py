@@ -14,7 +14,7 @@ import numpy as np
 from gaitopt.conventions import GRAVITY
 from gaitopt.errors import InputError
 from gaitopt.plan.plan import Plan
-from gaitopt.robots.pace import has_quick_joints
+from gaitopt.robots.abilities import has_quick_joints
 from gaitopt.robots.quadruped import Quadruped
 
 BODY_FREQUENCY = 8.0

@@ -22,7 +22,8 @@ from gaitopt.planners.phase_by_phase.planner import (
     plan_in_order,
     with_first_posture,
 )
-from gaitopt.planners.phase_by_phase.steps import check_robot, check_walk
+from gaitopt.planners.phase_by_phase.steps import check_walk
+from gaitopt.planners.phase_by_phase.straight_ahead import in_foot_planes
 from gaitopt.retiming.retimed import stopped
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.footholds import Footholds
@@ -55,8 +56,10 @@ def plan_crawl(
     (:func:`gaitopt.plan_route`).
 
     Args:
-        robot: from :func:`gaitopt.load_robot`; its legs need a roll joint.
-        footholds: where the feet go; the first of each leg is where it stands at the start. Their
+        robot: from :func:`gaitopt.load_robot`. Without roll joints it walks straight ahead.
+        footholds: where the feet go; the first of each leg is where it stands at the start. Those
+            of legs without roll joint lie in the planes of the legs, to 0.1 mm, and are put into
+            them. Their
             ``order`` holds where no ``sequence`` is asked for; their ``swing_heights`` hold in
             place of ``swing_height``, and their ``postures`` in place of ``body_height``,
             ``follow_terrain`` and ``heading``: the body moves from one to the next while four feet
@@ -78,7 +81,8 @@ def plan_crawl(
         The plan; :meth:`Plan.sample` gives the motion, :func:`gaitopt.replay` shows it.
 
     Raises:
-        InputError: a setting is unknown or out of range, or the robot's legs cannot move sideways.
+        InputError: a setting is unknown or out of range, or a foothold lies beside the plane of a
+            leg without roll joint.
         InfeasibleStepError: a step is impossible; tells which constraints are in the way, and what
             margin or reach would do.
         InfeasibleStateError: no plan begins in ``start``, or ends in ``end``; tells which limit is
@@ -96,12 +100,13 @@ def plan_crawl(
         return plan_route(
             robot, footholds, settings, start=start, end=end, progress=progress, **options
         )
-    check_robot(robot)
+    robot.require_velocity_limits()
     open_height = settings is None and options.get("body_height") is None
     chosen = chosen_settings(CrawlSettings, robot, settings, options)
     chosen = chosen.with_order_of(footholds, options.get("sequence") is not None)
     if footholds.postures is not None:
         chosen = with_first_posture(chosen, footholds)
+    footholds = in_foot_planes(robot, footholds, chosen.heading)
 
     def walk(over: Footholds, asked: CrawlSettings) -> Plan:
         return _walk(robot, over, asked, open_height, progress)

@@ -1,4 +1,4 @@
-"""What sets the pace of a robot's walks: its joints, or contact forces."""
+"""What a robot's joints can do: hold it standing, and set the pace of its walks."""
 
 from __future__ import annotations
 
@@ -25,3 +25,30 @@ def has_quick_joints(robot: Quadruped) -> bool:
     slowest = min(float(leg.velocity_limits.min()) for leg in legs)
     reach = max(leg.upper + leg.lower for leg in legs)
     return bool(TURN / slowest < FORCE_TIME_SHARE * float(np.sqrt(reach / GRAVITY)))
+
+
+def strength_warnings(robot: Quadruped) -> list[str]:
+    """A warning, if joints are too weak to hold the robot standing with a quarter on each foot.
+
+    The weight of the legs' own links is left out. Files have such limits where their writer did not
+    know them.
+    """
+    weak = []
+    angles = robot.standing_joints()
+    for name, leg in robot.legs.items():
+        columns = list(robot.leg_columns[name])
+        push = np.array([0.0, 0.0, robot.mass * GRAVITY / len(robot.legs)])
+        needed = np.abs(push @ leg.jacobian(angles[columns]))
+        limits = robot.effort_limits[columns]
+        weak += [
+            f"{joint} {torque:.3g} of {limit:.3g}"
+            for joint, torque, limit in zip(leg.joints, needed, limits, strict=True)
+            if torque > limit
+        ]
+    if not weak:
+        return []
+    more = f" and {len(weak) - 4} more" if len(weak) > 4 else ""
+    return [
+        f"torque limits are too small to stand [N m]: {', '.join(weak[:4])}{more}; if they are "
+        "placeholders, give effort_limits= in N m"
+    ]

@@ -17,13 +17,13 @@ from xml.etree import ElementTree
 
 from gaitopt.errors import InputError, MissingPackageError, RobotError, RobotWarning
 from gaitopt.files import StrPath
+from gaitopt.robots.abilities import strength_warnings
 from gaitopt.robots.files.notes import Notes
 from gaitopt.robots.files.options import ReadOptions, folder_paths
 from gaitopt.robots.files.packages import packaged_robot
 from gaitopt.robots.files.reading import name_of, read_file, read_text
 from gaitopt.robots.files.sizes import UNREAL
 from gaitopt.robots.quadruped import Quadruped
-from gaitopt.robots.strength import strength_warnings
 from gaitopt.robots.urdf_text import with_velocity_limit
 
 OWN_ROBOTS: Final[tuple[str, ...]] = ("wang2020", "frog1")

@@ -9,6 +9,7 @@ import numpy as np
 from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.errors import InputError
 from gaitopt.inputs import check_count, check_kind
+from gaitopt.robots.leg_planes import foot_planes
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.footholds import Footholds
 
@@ -48,7 +49,8 @@ def s_columns(
     Args:
         seed: of the random numbers; the same seed gives the same terrain.
         robot: the terrain fits its size: lengths that are not given are in proportion to its legs,
-            and feet start below its hips. By default it fits wang2020.
+            and feet start below its hips. For legs without roll joint the S is a straight line, and
+            columns are moved along it only. By default it fits wang2020.
         columns: columns a leg.
         forward: distance walked along x [m]; by default the paper's step of 1.5 m / 16, to scale,
             for each column after the first.
@@ -85,7 +87,13 @@ def s_columns(
     route = np.column_stack([x, sideways])
     half = np.array([lengths["body_length"], lengths["body_width"]]) / 2.0
     nominal = np.stack([route + half * np.array(_CORNERS[leg]) for leg in LEGS])
-    placed = _scatter(rng, nominal.reshape(-1, 2), lengths["jitter"], lengths["diameter"])
+    square = np.full(2, lengths["jitter"])
+    planes = None if robot is None else foot_planes(robot)
+    if planes is not None:
+        square[1] = 0.0
+        if body_width is None:
+            nominal[..., 1] = route[:, 1] + planes[:, None]
+    placed = _scatter(rng, nominal.reshape(-1, 2), square, lengths["diameter"])
     tops = rng.uniform(-height_jitter, height_jitter, len(placed))
     points = np.column_stack([placed, tops]).reshape(len(LEGS), columns, 3)
     return Footholds(dict(zip(LEGS, points, strict=True)), radius=lengths["diameter"] / 2.0)
@@ -100,16 +108,20 @@ def _lengths(robot: Quadruped | None) -> tuple[float, dict[str, float]]:
     if robot is not None:
         reach = float(np.mean([leg.reach for leg in robot.legs.values()]))
         scale, (length, width) = round(reach / PAPER_REACH, 6), robot.stance_size
+    straight = robot is not None and not all(leg.has_roll for leg in robot.legs.values())
     return scale, {
-        "amplitude": 0.10 * scale, "wavelength": 1.5 * scale, "jitter": 0.02 * scale,
-        "body_length": length, "body_width": width, "diameter": 0.04 * scale,
+        "amplitude": 0.0 if straight else 0.10 * scale, "wavelength": 1.5 * scale,
+        "jitter": 0.02 * scale, "body_length": length, "body_width": width,
+        "diameter": 0.04 * scale,
     }  # fmt: skip
 
 
 def _scatter(
-    rng: np.random.Generator, spots: FloatArray, jitter: float, diameter: float
+    rng: np.random.Generator, spots: FloatArray, jitter: FloatArray, diameter: float
 ) -> FloatArray:
     """A random place near each of ``spots (n, 2)`` [m], ``diameter`` apart where that is possible.
+
+    ``jitter (2,)`` is half the sides of the rectangle around a spot [m].
 
     Both columns of a pair that overlaps are drawn again, because the second alone may have no place
     that is free.

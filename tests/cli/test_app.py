@@ -63,7 +63,7 @@ def test_a_mistake_ends_a_process_with_one_line_and_code_two(tmp_path: Path) -> 
         (["walk", "--footholds", "none.csv"], "cannot read none.csv"),
         (["walk", "--stability-margin", "0.3"], "inscribed circle"),
         (["walk", "--body-height", "2"], "take body_height below"),
-        (["walk", "--robot", "solo8"], "no roll joint"),
+        (["walk", "--robot", "solo8", "--objective", "time"], "no roll joint"),
         (["walk", "--bogus"], "No such option: --bogus"),
         (["walk", "--seed", "x"], "--seed"),
         (["replay", "none.npz"], "cannot read none.npz"),

@@ -34,7 +34,7 @@ def test_a_walk_becomes_a_row_with_the_plans_figures() -> None:
         (Walk(columns=2, stability_margin=0.3), "infeasible", "inscribed circle"),
         (Walk(columns=5, stability_margin=0.0, seed=1), "violated", "margin of the true COM"),
         (Walk(robot="nope"), "error", "RobotError: unknown robot 'nope'"),
-        (Walk(robot="solo8", columns=2), "error", "no roll joint"),
+        (Walk(robot="solo8", columns=2, objective="time"), "error", "no roll joint"),
     ],
 )
 def test_what_goes_wrong_is_a_row_that_says_why(walk: Walk, status: str, words: str) -> None:

@@ -29,6 +29,7 @@ class CogFormulation:
         swing: the leg that swings next; ``None`` for standing on four feet (no triangle).
         further: number of half-planes beside those of the triangle.
         turned: whether the body's axes are turned against the frame.
+        straight: whether the body keeps the y of its start, as legs have no roll joint.
         reaching: the leg of each reach constraint.
         width: upper bound on the width of the area within the legs' reach [m].
         expressions: CasADi function ``(w, parameters) -> (cost, constraints)``, for inspection.
@@ -40,6 +41,7 @@ class CogFormulation:
     swing: str | None
     further: int
     turned: bool
+    straight: bool
     reaching: tuple[str, ...]
     width: float
     expressions: Any
@@ -56,9 +58,14 @@ class CogFormulation:
         return self.planes + len(self.reaching)
 
     @cached_property
+    def place(self) -> int:
+        """Number of unknowns that place the body centre: x and y, or x alone."""
+        return 1 if self.straight else 2
+
+    @cached_property
     def variables(self) -> int:
-        """Number of unknowns: x, y, and the margin or squared reach fraction."""
-        return 2 if self.objective == "distance" else 3
+        """Number of unknowns: the body centre's, and the margin or squared reach fraction."""
+        return self.place if self.objective == "distance" else self.place + 1
 
 
 @lru_cache(maxsize=256)
@@ -72,8 +79,11 @@ def build_cog_formulation(
     """Write eqs. (1)-(10) in CasADi for one robot, swing leg and objective.
 
     The unknowns ``w`` are the body centre's x and y in a frame turned to the walk's heading; a
-    third one is the margin for ``"margin"``, and the squared reach fraction for ``"reach"``. The
-    parameters are the start (2 numbers), the half-planes (3 each: normal, offset; those of the
+    further one is the margin for ``"margin"``, and the squared reach fraction for ``"reach"``.
+    Without roll joints y is no unknown, but that of the start, since feet stay in the planes of
+    their legs (:func:`gaitopt.robots.leg_planes.foot_planes`).
+
+    The parameters are the start (2 numbers), the half-planes (3 each: normal, offset; those of the
     triangle, then ``further`` others), the margin, the reach fraction, the feet (n x 3, with
     heights relative to the body centre), and where the body is ``turned`` the rotation from its
     axes to the frame's (9, row by row). Every constraint has the form ``g(w) >= 0``, with ``g`` in
@@ -85,14 +95,17 @@ def build_cog_formulation(
     ca.GlobalOptions.setNumpyMode(1)
     reaching = LEGS if swing is None else (*LEGS, swing)
     planes = 0 if swing is None else SIDES + further
-    w = ca.SX.sym("w", 2 if objective == "distance" else 3)
+    straight = not all(leg.has_roll for leg in robot.legs.values())
+    place = 1 if straight else 2
+    w = ca.SX.sym("w", place if objective == "distance" else place + 1)
     prm = ca.SX.sym("parameters", 2 + 3 * planes + 2 + 3 * len(reaching) + (9 if turned else 0))
     cost = {
-        "distance": ca.sumsqr(w[:2] - prm[:2]) / 2.0,
+        "distance": ca.sumsqr(w[:place] - prm[:place]) / 2.0,
         "margin": -LINEAR_WEIGHT * w[-1],
         "reach": LINEAR_WEIGHT * w[-1],
     }[objective]
-    rows = _rows(robot, objective, reaching, planes, turned, w, prm)
+    centre = (w[0], prm[1] if straight else w[1])
+    rows = _rows(robot, objective, reaching, planes, turned, centre, w, prm)
     g = ca.vertcat(*rows)
     multipliers = ca.SX.sym("multipliers", len(rows))
     hessian, _ = ca.hessian(cost - ca.dot(multipliers, g), w)
@@ -103,6 +116,7 @@ def build_cog_formulation(
         swing=swing,
         further=further,
         turned=turned,
+        straight=straight,
         reaching=reaching,
         width=2.0 * max(float(np.hypot(x.reach, x.lateral)) for x in robot.legs.values()),
         expressions=ca.Function("cog", [w, prm], [cost, g], ["w", "p"], ["cost", "g"]),
@@ -119,23 +133,25 @@ def _rows(
     reaching: tuple[str, ...],
     planes: int,
     turned: bool,
+    centre: tuple[Any, Any],
     w: Any,
     prm: Any,
 ) -> list[Any]:
     """The constraints as CasADi expressions: ``planes`` half-planes, then the legs' reach.
 
-    The first three half-planes keep the margin.
+    The first three half-planes keep the margin. ``centre`` is where the body centre is, and the
+    last unknown the margin or the squared reach fraction.
     """
-    margin = w[2] if objective == "margin" else prm[2 + 3 * planes]
-    square = w[2] if objective == "reach" else prm[3 + 3 * planes] ** 2
+    margin = w[-1] if objective == "margin" else prm[2 + 3 * planes]
+    square = w[-1] if objective == "reach" else prm[3 + 3 * planes] ** 2
     feet = prm[4 + 3 * planes :]
     rows = []
     for i in range(planes):
         nx, ny, offset = (prm[2 + 3 * i + k] for k in range(3))
-        rows.append(nx * w[0] + ny * w[1] - offset - (margin if i < SIDES else 0.0))
+        rows.append(nx * centre[0] + ny * centre[1] - offset - (margin if i < SIDES else 0.0))
     turn = feet[3 * len(reaching) :]
     for i, leg in enumerate(reaching):
-        x, y, z = feet[3 * i] - w[0], feet[3 * i + 1] - w[1], feet[3 * i + 2]
+        x, y, z = feet[3 * i] - centre[0], feet[3 * i + 1] - centre[1], feet[3 * i + 2]
         if turned:
             x, y, z = (turn[k] * x + turn[3 + k] * y + turn[6 + k] * z for k in range(3))
         distance2 = robot.legs[leg].straightness(

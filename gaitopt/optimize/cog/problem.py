@@ -32,6 +32,7 @@ from gaitopt.optimize.cog.formulation import (
 )
 from gaitopt.optimize.cog.half_planes import SIDES, constraint_names, padded, triangle_planes
 from gaitopt.robots.leg_names import as_leg, by_leg
+from gaitopt.robots.leg_planes import foot_planes
 from gaitopt.robots.quadruped import Quadruped
 
 FURTHER = 2 + 3 * SIDES
@@ -66,9 +67,12 @@ class CogProblem:
         return self.parameters[:2] + self.origin
 
     def starting_at(self, start: FloatArray) -> CogProblem:
-        """The same problem with the COG at ``start (2,)`` [m] before the step."""
-        parameters = self.parameters.copy()
-        parameters[:2] = start - self.origin
+        """The same problem with the COG at ``start (2,)`` [m] before the step.
+
+        Without roll joints the feet say where the body is sideways, and only x counts.
+        """
+        parameters, count = self.parameters.copy(), self.formulation.place
+        parameters[:count] = (start - self.origin)[:count]
         return replace(self, parameters=parameters)
 
     def constraint_values(self, place: ArrayLike) -> FloatArray:
@@ -76,13 +80,14 @@ class CogProblem:
 
         Margin and reach fraction are those that were asked for, with every objective.
         """
-        w = np.zeros(self.formulation.variables)
-        w[:2] = np.asarray(place) - self.origin
-        if self.formulation.objective == "margin":
-            w[2] = self.stability_margin
-        if self.formulation.objective == "reach":
-            w[2] = self.reach_fraction**2
-        return np.asarray(self.formulation.expressions(w, self.parameters)[1]).ravel()
+        form = self.formulation
+        w = np.zeros(form.variables)
+        w[: form.place] = (np.asarray(place) - self.origin)[: form.place]
+        if form.objective == "margin":
+            w[-1] = self.stability_margin
+        if form.objective == "reach":
+            w[-1] = self.reach_fraction**2
+        return np.asarray(form.expressions(w, self.parameters)[1]).ravel()
 
 
 def build_cog_problem(
@@ -173,6 +178,8 @@ def build_cog_problems(
     count = len(feet)
     blocks = [np.zeros((count, 2))]
     origins = feet[..., :2].mean(axis=1)
+    if (sideways := foot_planes(robot)) is not None:
+        blocks[0][:, 1] = (feet[..., 1] - sideways).mean(axis=1) - origins[:, 1]
     shift = np.concatenate([origins, np.zeros((count, 1))], axis=1)
     feet = feet - shift[:, None]
     places = feet

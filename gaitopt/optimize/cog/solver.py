@@ -53,6 +53,8 @@ so that the next step would be smaller than rounding."""
 REFINED_GAP = 1e-14
 """Gap below which a solution is not refined [m^2]: rounding in the sum of multipliers times
 slacks."""
+VECTORS = ("gradient", "constraints")
+"""Results of a formulation's derivatives that are no matrices."""
 LARGEST_CORRECTION = 1e-6
 """A refinement that moves the COG by more than this is rejected [m]: other constraints would be
 active. The same size as :data:`ERROR_TOLERANCE`, which it is meant to correct."""
@@ -153,9 +155,9 @@ def solve_cog(problem: CogProblem, workspace: CogWorkspace | None = None) -> Cog
     workspace = workspace or CogWorkspace()
     call, solver = workspace.call(form), workspace.solver(form.variables, form.constraints)
     w = np.zeros(form.variables)
-    w[:2] = problem.parameters[:2]
+    w[: form.place] = problem.parameters[: form.place]
     if form.objective != "distance":
-        w[2] = problem.stability_margin if form.objective == "margin" else 1.0
+        w[-1] = problem.stability_margin if form.objective == "margin" else 1.0
     state = _evaluate(call, problem, w, np.zeros(form.constraints))
     iterations = 0
     while iterations < MOST_ITERATIONS:
@@ -209,7 +211,8 @@ class _Buffered:
             flat = np.zeros(rows * columns)
             self._buffer.set_res(i, memoryview(flat.data))
             # CasADi stores columns one after another.
-            self._outputs.append(flat if columns == 1 else flat.reshape(columns, rows).T)
+            is_vector = function.name_out(i) in VECTORS
+            self._outputs.append(flat if is_vector else flat.reshape(columns, rows).T)
 
     def __call__(self, *values: FloatArray) -> list[FloatArray]:
         for array, value in zip(self._inputs, values, strict=True):
@@ -279,9 +282,10 @@ def _verified(problem: CogProblem, state: _State, iterations: int) -> CogSolutio
         # Linear objectives differ from the optimum by at most the gap plus slope times width.
         bound = gap + slope * form.width * max(1.0, problem.reach_fraction)
     solved = state.primal <= PRIMAL_TOLERANCE and bound <= ERROR_TOLERANCE
-    position = w[:2] + problem.origin
+    place = _place(problem, w)
+    position = place + problem.origin
     position.setflags(write=False)
-    distance = float(np.hypot(*(w[:2] - problem.parameters[:2]).tolist()))
+    distance = float(np.hypot(*(place - problem.parameters[:2]).tolist()))
     value = {"distance": distance, "margin": float(w[-1]),
              "reach": max(float(w[-1]), 0.0) ** 0.5}[form.objective]  # fmt: skip
     multipliers = (state.multipliers / weight).tolist()
@@ -305,11 +309,18 @@ def _verified(problem: CogProblem, state: _State, iterations: int) -> CogSolutio
     )
 
 
+def _place(problem: CogProblem, w: FloatArray) -> FloatArray:
+    """The body centre ``(2,)`` at the unknowns ``w``, from the problem's origin [m]."""
+    place: FloatArray = problem.parameters[:2].copy()
+    place[: problem.formulation.place] = w[: problem.formulation.place]
+    return place
+
+
 def _margin(problem: CogProblem, w: FloatArray) -> float:
     """Stability margin at the unknowns ``w`` [m]; ``inf`` where no leg is to swing."""
     if not problem.formulation.planes:
         return float("inf")
-    x, y = w[:2].tolist()
+    x, y = _place(problem, w).tolist()
     planes = problem.parameters[2:11].tolist()
     return float(min(planes[i] * x + planes[i + 1] * y - planes[i + 2] for i in (0, 3, 6)))
 

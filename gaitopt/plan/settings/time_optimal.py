@@ -12,7 +12,7 @@ from gaitopt.inputs import check_count
 from gaitopt.plan.settings.base import FORCES, MARGIN_SHARE, check_names, set_number
 from gaitopt.plan.settings.freedoms import VARIANTS, Freedoms
 from gaitopt.plan.settings.over_footholds import FootholdSettings
-from gaitopt.robots.pace import has_quick_joints
+from gaitopt.robots.abilities import has_quick_joints
 from gaitopt.robots.quadruped import Quadruped
 
 SLOWEST_RAMP = 10.0

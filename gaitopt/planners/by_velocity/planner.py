@@ -140,7 +140,8 @@ def _check_forces(robot: Quadruped, settings: GaitSettings) -> None:
         why = "the body has to leave its straight way for them, and sway=False forbids it"
     elif not all(leg.has_roll for leg in robot.legs.values()):
         why = (
-            f"the body has to move sideways for them, and {robot.name} has legs without roll joint"
+            f"the body has to move sideways for them, and {robot.name} has legs without roll joint "
+            "(plan_crawl, gaitopt walk, walks straight ahead with contact forces)"
         )
     elif np.abs(_swing_ends(settings.swing)).max() > 0.0:
         gentle = ", ".join(repr(n) for n in SWING_CURVES if not _swing_ends(n).any())

@@ -46,7 +46,8 @@ def search_for(
         if len(leg.joints) != 3 or leg.is_general:
             raise InputError(
                 f"{robot.name}: leg {leg.name} is not roll-pitch-pitch; footholds on a map are "
-                "searched for robots with such legs only"
+                "searched for robots with such legs only; plan_crawl walks over footholds that "
+                "you give"
             )
     layers = layers_for(robot, ground, settings)
     radii = np.append(link_spheres(robot).radii, robot.foot_radius)

@@ -99,11 +99,11 @@ def _com_in_body(robot: Quadruped, joints: FloatArray) -> FloatArray:
 
     It is NaN where an angle is.
     """
-    if not any(leg.is_general for leg in robot.legs.values()):
+    if all(leg.has_roll and not leg.is_general for leg in robot.legs.values()):
         by_leg = joints[:, robot.leg_joint_columns].reshape(-1, len(LEGS), 3)
         return MassDistribution.of(robot).com_in_body(by_leg)
     robot.require_masses()
-    # Not in closed form: legs with other axes than roll-pitch-pitch.
+    # Not in closed form: legs with other axes than roll-pitch-pitch, or two joints.
     still = np.zeros((len(joints), 3))
     coms = true_com(robot, configuration(robot, still, still, joints))
     return np.asarray(coms @ robot.body_axes - robot.centre)

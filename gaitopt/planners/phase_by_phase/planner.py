@@ -56,8 +56,8 @@ def plan_in_order(
     """Plan the walk in the settings' order of legs, at the settings' body height.
 
     Args:
-        robot: with a roll joint on each leg.
-        footholds: in the world.
+        robot: the robot.
+        footholds: in the world; of legs without roll joint in their planes.
         settings: complete; ``sequence`` is not ``"free"``.
         progress: called with (steps done, steps in all).
         rounding: of the corners of box swings where forces set the timing, as in

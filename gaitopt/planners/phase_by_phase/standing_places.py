@@ -74,7 +74,7 @@ class SwingStances(NamedTuple):
             joints = joints_from_feet_in_body(robot, local)[:, robot.leg_joint_columns]
         low, high = robot.position_limits[:, robot.leg_joint_columns]
         # Comparisons with NaN are false.
-        kept = ((joints >= low) & (joints <= high)).reshape(*local.shape).all(axis=2)
+        kept = ((joints >= low) & (joints <= high)).reshape(*local.shape[:2], -1).all(axis=2)
         for i, name in enumerate(LEGS):
             kept[:, i] &= robot.legs[name].shortfall(local[:, i]) <= FOOT_TOLERANCE / 2.0
         kept[np.arange(len(kept)), steps.indices] = True

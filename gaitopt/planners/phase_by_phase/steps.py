@@ -108,21 +108,23 @@ def check_walk(planner: str, robot: object, footholds: object) -> None:
         )
 
 
-def check_robot(robot: Quadruped) -> None:
-    """Check that a robot can crawl: all legs have roll joints, all joints velocity limits.
+def check_roll(planner: str, robot: Quadruped) -> None:
+    """Check that all legs have roll joints.
+
+    Args:
+        planner: name of the planner, for the message.
+        robot: the robot.
 
     Raises:
-        InputError: a leg or joint has none; names it.
+        InputError: a leg has none; names it.
     """
     for name, leg in robot.legs.items():
         if not leg.has_roll:
             raise InputError(
-                f"{robot.name}: leg {name} has no roll joint, so its foot cannot move sideways as "
-                "a crawl over given footholds needs; such a robot walks straight ahead with "
-                "plan_gait and timing='velocity' (gaitopt gait wave), and over an obstacle with "
-                "plan_stride (gaitopt stride)"
+                f"{robot.name}: leg {name} has no roll joint, and {planner} moves feet sideways; "
+                "plan_crawl without objective='time' (gaitopt walk) walks straight ahead, and "
+                "plan_stride (gaitopt stride) goes over an obstacle"
             )
-    robot.require_velocity_limits()
 
 
 def check_stance(steps: CrawlSteps) -> None:

@@ -28,7 +28,7 @@ from gaitopt.planners.phase_by_phase.planner import (
     with_first_posture,
     with_fitting_height,
 )
-from gaitopt.planners.phase_by_phase.steps import check_robot, check_walk
+from gaitopt.planners.phase_by_phase.steps import check_roll, check_walk
 from gaitopt.planners.time_optimal.smooth.planner import smooth_plan
 from gaitopt.planners.time_optimal.straight.planner import straight_plan
 from gaitopt.planners.time_optimal.walk import Route, crawl_settings, prepare_route
@@ -84,7 +84,8 @@ def plan_route(
         plan = plan_route(robot, footholds, settings, progress=progress, start=start, **options)
         return ended(plan, end)
     check_walk("plan_route", robot, footholds)
-    check_robot(robot)
+    check_roll("plan_route", robot)
+    robot.require_velocity_limits()
     check_square_legs(robot)
     open_height = settings is None and options.get("body_height") is None
     chosen = chosen_settings(RouteSettings, robot, settings, options)

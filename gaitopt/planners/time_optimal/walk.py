@@ -15,7 +15,7 @@ from gaitopt.plan.settings.crawl import CrawlSettings
 from gaitopt.plan.settings.time_optimal import RouteSettings
 from gaitopt.planners.phase_by_phase.diagnosis import check_heights
 from gaitopt.planners.phase_by_phase.planner import plan_in_order
-from gaitopt.planners.phase_by_phase.steps import CrawlSteps, check_robot, check_stance, crawl_steps
+from gaitopt.planners.phase_by_phase.steps import CrawlSteps, check_roll, check_stance, crawl_steps
 from gaitopt.planners.phase_by_phase.targets import optimise_cogs, start_place
 from gaitopt.robots.collision_shapes import CollisionPairs
 from gaitopt.robots.quadruped import Quadruped
@@ -145,7 +145,8 @@ def prepare_route(robot: Quadruped, footholds: Footholds, settings: RouteSetting
         InfeasibleStepError: the walk planned phase by phase is not possible.
     """
     crawl = crawl_settings(settings)
-    check_robot(robot)
+    check_roll("plan_route", robot)
+    robot.require_velocity_limits()
     steps = crawl_steps(footholds, crawl)
     check_stance(steps)
     check_heights(robot, steps, crawl)

@@ -18,7 +18,7 @@ from gaitopt.planners.time_optimal.smooth.planner import smooth_plan
 from gaitopt.planners.time_optimal.straight.planner import straight_plan
 from gaitopt.planners.time_optimal.walk import Route, crawl_settings
 from gaitopt.retiming.retimed import retimed
-from gaitopt.robots.pace import has_quick_joints
+from gaitopt.robots.abilities import has_quick_joints
 from gaitopt.terrain.footholds import Footholds
 
 

@@ -13,7 +13,6 @@ from scipy.integrate import quad
 
 import gaitopt
 from gaitopt import LEGS, Footholds, InfeasibleStepError, InputError, Plan, Quadruped, plan_crawl
-from gaitopt.certificate.certificate import Outcome
 from gaitopt.optimize.speed import arc_speed, foot_rates
 from gaitopt.terrain.columns import s_columns
 
@@ -377,14 +376,6 @@ def test_a_joint_beyond_its_limits_is_named() -> None:
         plan_crawl(
             hyq, s_columns(robot=hyq), body_height=0.54, swing_height=0.095, timing="velocity"
         )
-
-
-def test_legs_without_roll_are_refused(columns: Footholds) -> None:
-    solo = gaitopt.load_robot("solo8")
-    with pytest.raises(InputError, match=r"solo8: leg LF has no roll joint.* with plan_gait and"):
-        plan_crawl(solo, columns, timing="velocity")
-    walk = gaitopt.plan_gait(solo, gaitopt.wave(1.0), velocity=0.1, duration=1.0, timing="velocity")
-    assert gaitopt.verify(walk).outcome is not Outcome.VIOLATED
 
 
 def test_a_joint_without_velocity_limit_is_named(wang: Quadruped, columns: Footholds) -> None:

@@ -25,7 +25,7 @@ from gaitopt.planners.time_optimal.flights import Flights
 from gaitopt.planners.time_optimal.knots import RouteKnots
 from gaitopt.planners.time_optimal.support import support_on_spans
 from gaitopt.planners.time_optimal.walk import Route
-from gaitopt.robots.pace import FORCE_TIME_SHARE
+from gaitopt.robots.abilities import FORCE_TIME_SHARE
 from gaitopt.robots.quadruped import Quadruped
 
 FIRST_ACCELERATION_SHARE, FIRST_VELOCITY_SHARE = 0.85, 0.97

@@ -11,7 +11,7 @@ import pytest
 import gaitopt
 from gaitopt import LEGS, Footholds, Plan
 from gaitopt.plan.record import RouteRecord
-from gaitopt.robots.pace import has_quick_joints
+from gaitopt.robots.abilities import has_quick_joints
 
 ROBOTS = ("a1", "anymal_c", "solo12")
 
