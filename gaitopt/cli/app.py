@@ -5,6 +5,7 @@ An error that the user can correct is printed as one line without a traceback; t
 
 from __future__ import annotations
 
+import re
 import sys
 import warnings
 from shutil import get_terminal_size
@@ -69,11 +70,16 @@ def main() -> None:
         click_message = getattr(error, "format_message", None)
         if click_message is None and not isinstance(error, GaitoptError):
             raise
-        text = in_options(str(error)) if click_message is None else click_message()
+        text = in_options(str(error)) if click_message is None else _plain(click_message())
         _tell(f"gaitopt: {text}")
         sys.exit(2)
     # Typer makes this code of Ctrl-C, without a word.
     sys.exit(end_stopped() if code == STOPPED else code if isinstance(code, int) else 0)
+
+
+def _plain(text: str) -> str:
+    """A message of Typer without the words of pydantic, by which it checks values."""
+    return re.sub(r"Value error, |, unable to parse string as \w+ \w+", "", text)
 
 
 def _show_warning(
