@@ -67,12 +67,28 @@ def test_a_command_that_is_stopped_at_once_says_so(tmp_path: Path) -> None:
         "from gaitopt.cli import start\n"
         "import gaitopt.cli.interrupts as interrupts\n"
         "stop = interrupts.stop_on_signals\n"
-        "start.stop_on_signals = lambda: (stop(), os.kill(os.getpid(), signal.SIGINT))\n"
+        "interrupts.stop_on_signals = lambda: (stop(), os.kill(os.getpid(), signal.SIGINT))\n"
         "start.main()\n"
     )
     done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True,
                           text=True, timeout=60, check=False)  # fmt: skip
     assert (done.returncode, done.stderr) == (130, "gaitopt: stopped\n")
+
+
+def test_ctrl_c_while_the_command_line_is_imported_is_told_in_one_line() -> None:
+    code = (
+        "import os, signal, sys\n"
+        "class Finder:\n"
+        "    def find_spec(self, name, *_):\n"
+        "        if name == 'gaitopt.files':\n"
+        "            os.kill(os.getpid(), signal.SIGINT)\n"
+        "from gaitopt.cli import start\n"
+        "sys.meta_path.insert(0, Finder())\n"
+        "start.main()\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 130
+    assert done.stderr == "gaitopt: stopped\n"
 
 
 def test_workers_end_with_the_study_that_used_them() -> None:
