@@ -6,8 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import pinocchio as pin
-from scipy.spatial.transform import Rotation
 
 from gaitopt.certificate.enclosure import (
     Chain,
@@ -16,6 +14,7 @@ from gaitopt.certificate.enclosure import (
     chain_to,
     chord_deviation,
 )
+from gaitopt.certificate.placements import Placements
 from gaitopt.conventions import LEGS, BoolArray, FloatArray
 from gaitopt.plan.plan import Plan
 
@@ -101,12 +100,6 @@ def foot_chain(plan: Plan, leg: str) -> Chain:
     return chain_to(model, frame.parentJoint, frame.placement.translation)
 
 
-def configurations(values: FloatArray) -> FloatArray:
-    """Pinocchio's configurations ``(N, nq)`` for path values ``(N, 6 + nj)``."""
-    turn = Rotation.from_euler("ZYX", values[:, 5:2:-1]).as_quat()
-    return np.concatenate([values[:, :3], turn, values[:, 6:]], axis=1)
-
-
 def owners(plan: Plan, pieces: Pieces) -> tuple[np.ndarray, BoolArray]:
     """Index of each piece's phase ``(P,)``, and which feet stand during it ``(P, 4)``."""
     middle = pieces.starts + pieces.lengths / 2.0
@@ -120,22 +113,17 @@ def owners(plan: Plan, pieces: Pieces) -> tuple[np.ndarray, BoolArray]:
 
 def _sample(plan: Plan, values: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Feet ``(N, 4, 3)``, COM and body centre ``(N, 3)`` at path values ``(N, 6 + nj)``."""
-    model = plan.robot.model
-    data = model.createData()
-    frames = [model.getFrameId(plan.robot.legs[leg].foot) for leg in LEGS]
-    count = len(values)
-    feet, com = np.empty((count, 4, 3)), np.empty((count, 3))
-    base, turn = np.empty((count, 3)), np.empty((count, 3, 3))
-    # Views of Pinocchio's memory, which every sample overwrites.
-    seen = [data.oMf[frame].translation for frame in frames]
-    seen_com, seen_base, seen_turn = data.com[0], data.oMi[1].translation, data.oMi[1].rotation
-    for row, q in enumerate(configurations(values)):
-        pin.centerOfMass(model, data, q, False)
-        for i, frame in enumerate(frames):
-            pin.updateFramePlacement(model, data, frame)
-            feet[row, i] = seen[i]
-        com[row], base[row], turn[row] = seen_com, seen_base, seen_turn
-    return feet, com, base + turn @ (plan.robot.body_axes @ plan.robot.centre)
+    robot, model = plan.robot, plan.robot.model
+    placed = Placements.of(model, values)
+    frames = [model.frames[model.getFrameId(robot.legs[leg].foot)] for leg in LEGS]
+    feet = [placed.points(int(f.parentJoint), f.placement.translation) for f in frames]
+    weighted, mass = np.zeros((len(values), 3)), 0.0
+    for joint in range(1, model.njoints):
+        inertia = model.inertias[joint]
+        weighted += inertia.mass * placed.points(joint, inertia.lever)
+        mass += inertia.mass
+    centre = placed.points(1, robot.body_axes @ robot.centre)
+    return np.stack(feet, axis=1), weighted / mass if mass > 0.0 else placed.origins[1], centre
 
 
 def _com_deviation(plan: Plan, pieces: Pieces) -> FloatArray:

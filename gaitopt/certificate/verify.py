@@ -11,12 +11,14 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from gaitopt.certificate import balance, clearance, contacts, joints, obstacles, self_collision
+from gaitopt.certificate import balance, clearance, contacts, joints
 from gaitopt.certificate.certificate import Certificate
 from gaitopt.certificate.check import FORCES, Check, unchecked
 from gaitopt.certificate.claims.known_robot import refuse_other_robot, refuse_other_text
 from gaitopt.certificate.claims.statements import not_compared, not_judged, phases_agree
 from gaitopt.certificate.claims.weak_settings import weak_settings
+from gaitopt.certificate.collisions import obstacles, self_collision
+from gaitopt.certificate.collisions.pair_search import CONTACT
 from gaitopt.certificate.forces import contact_forces
 from gaitopt.certificate.ground.checks import ground_checks
 from gaitopt.certificate.trace import trace
@@ -87,7 +89,7 @@ def verify(
         obstacles.obstacles_cleared(plan),
         self_collision.self_collision(plan)
         if collisions
-        else unchecked(self_collision.NAME, "m", "not asked for", self_collision.CONTACT),
+        else unchecked(self_collision.NAME, "m", "not asked for", CONTACT),
         *_checks_of_forces(plan, forces),
         *weak_settings(plan, [each for each in (plan.settings.promised_forces, forces) if each]),
         None if compared else not_compared(plan.robot),

@@ -131,7 +131,7 @@ def _range(values: FloatArray) -> str:
 
 def _mesh_lines(robot: Quadruped, source: Path, folders: Sequence[Path]) -> Iterator[str]:
     """Which mesh files were found where."""
-    from gaitopt.certificate.self_collision import links_without_hulls
+    from gaitopt.certificate.collisions.self_collision import links_without_hulls
     from gaitopt.robots.catalog import robot_file
     from gaitopt.robots.files.meshes import found_meshes
     from gaitopt.robots.files.notes import first_of

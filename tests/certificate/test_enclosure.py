@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 import gaitopt
 from gaitopt import MotionPath
 from gaitopt.certificate.enclosure import Pieces, acceleration_bound, chain_to, chord_deviation
-from gaitopt.certificate.trace import configurations
+from gaitopt.certificate.placements import configurations
 
 Array = NDArray[np.float64]
 

@@ -14,7 +14,7 @@ from robot_texts import collision, robot
 
 import gaitopt
 from gaitopt.certificate.claims.known_robot import refuse_other_robot
-from gaitopt.certificate.self_collision import self_collision
+from gaitopt.certificate.collisions.self_collision import self_collision
 from gaitopt.errors import RobotError
 from gaitopt.motion.path import MotionPath
 from gaitopt.plan.plan import Plan

@@ -16,8 +16,7 @@ from pinocchio import coal
 
 from gaitopt import LEGS, Footholds, MotionPath, Plan, Quadruped, load_robot, plan_crawl
 from gaitopt.certificate.check import Check
-from gaitopt.certificate.enclosure import Pieces
-from gaitopt.certificate.obstacles import (
+from gaitopt.certificate.collisions.obstacles import (
     RESOLUTION,
     ROUNDING,
     SIDES,
@@ -29,7 +28,8 @@ from gaitopt.certificate.obstacles import (
     robot_shapes,
     without_meshes,
 )
-from gaitopt.certificate.trace import configurations
+from gaitopt.certificate.enclosure import Pieces
+from gaitopt.certificate.placements import configurations
 from gaitopt.plan.settings.crawl import CrawlSettings
 from gaitopt.terrain.obstacles import (
     Obstacle,

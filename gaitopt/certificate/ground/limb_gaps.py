@@ -14,9 +14,9 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from gaitopt.certificate.enclosure import Pieces
-from gaitopt.certificate.ground.placements import Placements, placement_of
 from gaitopt.certificate.ground.solids import Solid
 from gaitopt.certificate.ground.unknown import Footprints
+from gaitopt.certificate.placements import Placements, placement_of
 from gaitopt.conventions import BoolArray, FloatArray
 from gaitopt.plan.plan import Plan
 

@@ -17,9 +17,9 @@ import pinocchio as pin
 from pinocchio import coal
 from scipy.spatial import ConvexHull, QhullError
 
+from gaitopt.certificate.collisions.obstacles import stand_in_shapes
+from gaitopt.certificate.collisions.self_collision import convex_solid, without_meshes
 from gaitopt.certificate.enclosure import chain_to
-from gaitopt.certificate.obstacles import stand_in_shapes
-from gaitopt.certificate.self_collision import convex_solid, without_meshes
 from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.robots.quadruped import Quadruped
 

@@ -42,8 +42,8 @@ def find_hulls(tree: UrdfTree, finder: MeshFinder) -> Hulls:
 def convex_hull(numbers: tuple[float, ...]) -> Any:
     """A convex solid of coal's, from the coordinates of a hull's corners.
 
-    The certificate makes its own (:func:`gaitopt.certificate.self_collision.convex_solid`), so that
-    an error in one of the two is seen by the other.
+    The certificate makes its own, so that an error in one of the two is seen by the other
+    (:func:`gaitopt.certificate.collisions.self_collision.convex_solid`).
 
     Raises:
         RobotError: the corners lie in a plane.

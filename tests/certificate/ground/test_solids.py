@@ -18,9 +18,8 @@ from scipy.spatial import ConvexHull
 import gaitopt
 from gaitopt import LEGS, Quadruped
 from gaitopt.certificate.ground.pillars import Pillars
-from gaitopt.certificate.ground.placements import Placements, placement_of
 from gaitopt.certificate.ground.solids import FOOT_SHARE, Solid, Solids, _slabs
-from gaitopt.certificate.trace import configurations
+from gaitopt.certificate.placements import Placements, configurations, placement_of
 
 
 def test_places_are_those_of_pinocchio(wang: Quadruped) -> None:

@@ -11,7 +11,7 @@ import pytest
 import trimesh
 
 import gaitopt
-from gaitopt.certificate.self_collision import self_collision
+from gaitopt.certificate.collisions.self_collision import self_collision
 from gaitopt.planners.phase_by_phase.planner import plan_touches
 from gaitopt.robots.catalog import load_robot, own_urdf
 from gaitopt.robots.collision_shapes import CollisionPairs

@@ -1,15 +1,12 @@
-"""Check of self-collision at every instant, by conservative advancement [Mirtich1996].
+"""Check of self-collision at every instant: which shapes a robot has, and which may not touch.
 
-Two shapes that are ``d`` apart cannot touch before they have moved by ``d`` together, and how far
-they move at most is known from the joints' rates. So a pair's distance is computed again only when
-that may have happened, and no instant is left out.
+:mod:`gaitopt.certificate.collisions.pair_search` looks for the smallest clearance.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
@@ -19,42 +16,20 @@ from pinocchio import coal
 from scipy.spatial import ConvexHull, QhullError
 
 from gaitopt.certificate.check import Check, judged, unchecked
+from gaitopt.certificate.collisions.pair_search import CONTACT, MOST_ROUNDS, Pair, PairSearch
 from gaitopt.certificate.enclosure import Pieces, chain_to, speed_bound
-from gaitopt.certificate.trace import configurations
 from gaitopt.conventions import FloatArray
 from gaitopt.errors import RobotError
 from gaitopt.plan.plan import Plan
 from gaitopt.robots.quadruped import Quadruped
 
 NAME = "self-collision"
-CONTACT = 1e-4
-"""Clearance below which a pair counts as touching [m]. Chosen: far above the errors of coal's
-distances, and small against the play of a robot's joints."""
 HULL = "(hull "
 """In the names of hulls."""
 ROUGH = 2e-3
 """Distance below which a pair with a convex hull is left out, when the robot stands [m]. Chosen: a
 hull fills the hollows of its mesh, so that thighs beside a trunk touch it at once; the distances of
 robots at hand are 1.3 mm at most or 15 mm at least."""
-MOST_ROUNDS = 100_000
-"""Most distances of a pair that are computed, at some 20 us each. A walk of 64 steps takes 300 to
-500."""
-
-
-@dataclass(frozen=True, eq=False)
-class Pair:
-    """Two shapes, and how far they can have moved relative to each other over time.
-
-    Attributes:
-        index: of the collision pair in Pinocchio's geometry model.
-        name: both shapes.
-        travelled: bound on the distance moved, at the start and at the end of each piece
-            ``(P + 1,)`` [m].
-    """
-
-    index: int
-    name: str
-    travelled: FloatArray
 
 
 def self_collision(plan: Plan) -> Check:
@@ -74,13 +49,13 @@ def self_collision(plan: Plan) -> Check:
             "loaded, or missing", CONTACT,
         )  # fmt: skip
     pieces = Pieces.of(plan.path)
-    pairs = _pairs(plan, geometry, pieces)
-    pairs, overlapping = _apart_when_standing(plan, geometry, pairs)
+    pairs, overlapping = _apart_when_standing(plan, geometry, _pairs(plan, geometry))
     if not pairs:
         return unchecked(
             NAME, "m", "the URDF has no pair of collision shapes to keep apart", CONTACT
         )
-    found, finished = _advance(plan, geometry, pieces, pairs)
+    moved = _moved(plan.robot.model, geometry, pieces)
+    found, finished = PairSearch(plan, geometry, pieces, pairs, moved).run()
     if not finished:
         words = f"some pairs are so near that {MOST_ROUNDS} steps do not lead to the end"
         return unchecked(NAME, "m", words, CONTACT)
@@ -143,25 +118,21 @@ def _solid(data: bytes) -> Any:
     return coal.Convex(points, triangles)
 
 
-def _pairs(plan: Plan, geometry: Any, pieces: Pieces) -> list[Pair]:
+def _pairs(plan: Plan, geometry: Any) -> list[Pair]:
     """The pairs of shapes that must not touch; they are added to ``geometry``."""
-    model = plan.robot.model
-    rates = pieces.largest(1)
-    moved = [_travelled(model, shape, rates, pieces) for shape in geometry.geometryObjects]
-    legs = [_leg_of(model, shape.parentJoint) for shape in geometry.geometryObjects]
-    out = []
-    for i, first in enumerate(geometry.geometryObjects):
+    model, shapes = plan.robot.model, list(geometry.geometryObjects)
+    joints = [int(shape.parentJoint) for shape in shapes]
+    above = [int(model.parents[joint]) for joint in joints]
+    legs = [_leg_of(model, joint) for joint in joints]
+    names = [shape.name for shape in shapes]
+    out: list[Pair] = []
+    for i in range(len(shapes)):
         for j in range(i):
-            second = geometry.geometryObjects[j]
-            body_and_first_link = 1 in (first.parentJoint, second.parentJoint) and 1 in (
-                model.parents[first.parentJoint],
-                model.parents[second.parentJoint],
-            )
+            body_and_first_link = 1 in (joints[i], joints[j]) and 1 in (above[i], above[j])
             if legs[i] == legs[j] or body_and_first_link:
                 continue
             geometry.addCollisionPair(pin.CollisionPair(j, i))
-            name = f"{second.name} and {first.name}"
-            out.append(Pair(len(geometry.collisionPairs) - 1, name, moved[i] + moved[j]))
+            out.append(Pair(len(out), f"{names[j]} and {names[i]}", (j, i)))
     return out
 
 
@@ -175,7 +146,7 @@ def _apart_when_standing(
     pin.updateGeometryPlacements(robot.model, robot.model.createData(), geometry, data, q)
     apart, overlapping = [], []
     for pair in pairs:
-        gap = pin.computeDistance(geometry, data, pair.index).min_distance
+        gap = pin.computeDistance(geometry, data, pair.number).min_distance
         if gap >= (ROUGH if HULL in pair.name else CONTACT):
             apart.append(pair)
         else:
@@ -190,72 +161,21 @@ def _leg_of(model: Any, joint: int) -> int:
     return int(joint)
 
 
-def _travelled(model: Any, shape: Any, rates: FloatArray, pieces: Pieces) -> FloatArray:
-    """Bound on how far a shape's points have moved relative to the base ``(P + 1,)`` [m]."""
-    shape.geometry.computeLocalAABB()
-    radius = float(shape.geometry.aabb_radius)
-    centre = shape.placement.act(np.array(shape.geometry.aabb_center))
-    chain = chain_to(model, shape.parentJoint, centre, radius)
-    moved = speed_bound(chain, rates) * pieces.lengths if chain.columns else 0.0 * pieces.lengths
-    return np.concatenate([[0.0], np.cumsum(moved)])
+def _moved(model: Any, geometry: Any, pieces: Pieces) -> FloatArray:
+    """Bounds on how far shapes have moved relative to the base at knots ``(S, P + 1)`` [m]."""
+    rates = pieces.largest(1)
+    out = np.zeros((len(geometry.geometryObjects), len(pieces.starts) + 1))
+    for row, shape in zip(out, geometry.geometryObjects, strict=True):
+        shape.geometry.computeLocalAABB()
+        radius = float(shape.geometry.aabb_radius)
+        centre = shape.placement.act(np.array(shape.geometry.aabb_center))
+        chain = chain_to(model, shape.parentJoint, centre, radius)
+        if chain.columns:
+            np.cumsum(speed_bound(chain, rates) * pieces.lengths, out=row[1:])
+    return out
 
 
-class _Nearest(NamedTuple):
-    """The smallest clearance that was computed, or that of the first contact.
-
-    Attributes:
-        clearance: of two shapes [m].
-        when: it was seen [s].
-        name: of the two shapes.
-    """
-
-    clearance: float
-    when: float
-    name: str
-
-
-def _advance(plan: Plan, geometry: Any, pieces: Pieces, pairs: list[Pair]) -> tuple[_Nearest, bool]:
-    """The smallest clearance, and whether all pairs were followed to the end.
-
-    Pairs are followed together: each round computes the distance of every pair once, at a time of
-    its own. No pair is followed beyond the first contact, a distance below :data:`CONTACT`.
-    """
-    model = plan.robot.model
-    data, placed = model.createData(), geometry.createData()
-    times = np.append(pieces.starts, pieces.starts[-1] + pieces.lengths[-1])
-    agenda = [(0.0, pair) for pair in pairs]
-    least, contact = _Nearest(np.inf, 0.0, ""), None
-    for _ in range(MOST_ROUNDS):
-        if not agenda:
-            return contact or least, True
-        moments = np.array([time for time, _ in agenda])
-        ahead = []
-        for (time, pair), q in zip(
-            agenda, configurations(plan.path.evaluate(moments)), strict=True
-        ):
-            pin.updateGeometryPlacements(model, data, geometry, placed, q)
-            distance = float(pin.computeDistance(geometry, placed, pair.index).min_distance)
-            least = min(least, _Nearest(distance, time, pair.name))
-            # A comparison with NaN is false.
-            if not distance >= CONTACT:
-                found = _Nearest(distance, time, pair.name)
-                contact = found if contact is None or time < contact.when else contact
-                continue
-            # Half the clearance that counts as contact makes up for rounding.
-            reached = np.interp(time, times, pair.travelled) + distance - CONTACT / 2.0
-            if reached < pair.travelled[-1]:
-                ahead.append((_time_of(reached, pair.travelled, times), pair))
-        agenda = [(t, pair) for t, pair in ahead if contact is None or t < contact.when]
-    return contact or least, contact is not None
-
-
-def _time_of(distance: float, travelled: FloatArray, times: FloatArray) -> float:
-    """First time [s] at which the bound on what was ``travelled`` reaches ``distance`` [m]."""
-    i = int(np.searchsorted(travelled, distance, side="left"))
-    share = (distance - travelled[i - 1]) / (travelled[i] - travelled[i - 1])
-    return float(times[i - 1] + share * (times[i] - times[i - 1]))
-
-
+@lru_cache(maxsize=8)
 def without_meshes(urdf: str) -> tuple[str, tuple[str, ...]]:
     """A URDF's text without its collision meshes, and the links that had some."""
     root = ElementTree.fromstring(urdf)

@@ -18,9 +18,10 @@ import pinocchio as pin
 from pinocchio import coal
 
 from gaitopt.certificate.check import Check, Verdict, judged
+from gaitopt.certificate.collisions.pair_search import CONTACT
+from gaitopt.certificate.collisions.self_collision import without_meshes
 from gaitopt.certificate.enclosure import Pieces, chain_to, speed_bound
-from gaitopt.certificate.self_collision import CONTACT, Pair, without_meshes
-from gaitopt.certificate.trace import configurations
+from gaitopt.certificate.placements import configurations
 from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.plan.plan import Plan
 from gaitopt.robots.quadruped import Quadruped
@@ -46,6 +47,22 @@ SIDES = 96
 THIN = 0.02
 """Radius of the lines that replace meshes, where the foot is no ball [m]. Chosen: about that of the
 feet and shanks of the robots at hand."""
+
+
+@dataclass(frozen=True, eq=False)
+class Pair:
+    """A shape and an obstacle, and how far the shape can have moved over time.
+
+    Attributes:
+        index: of the collision pair in Pinocchio's geometry model.
+        name: of the shape, and of the obstacle where there are several.
+        travelled: bound on the distance moved, at the start and at the end of each piece
+            ``(P + 1,)`` [m].
+    """
+
+    index: int
+    name: str
+    travelled: FloatArray
 
 
 def obstacles_cleared(plan: Plan) -> Check | None:

@@ -1,0 +1,1 @@
+"""Distances of the robot's shapes from each other and from obstacles."""
