@@ -89,12 +89,15 @@ class _Cluster:
             time.sleep(LOOK_EVERY)
 
     def threads(self) -> int:
-        """Threads of all workers."""
+        """Threads of all workers; none where the scheduler was lost, which :meth:`check` tells."""
         try:
-            workers = self.client.scheduler_info(n_workers=-1)["workers"]
+            told = self.client.scheduler_info(n_workers=-1)
         except TypeError:  # before Dask had this argument, all workers were told
-            workers = self.client.scheduler_info()["workers"]
-        return sum(int(worker["nthreads"]) for worker in workers.values())
+            told = self.client.scheduler_info()
+        except OSError:
+            return 0
+        # After the connection was lost, nothing is known of workers.
+        return sum(int(worker["nthreads"]) for worker in told.get("workers", {}).values())
 
     def check(self) -> None:
         """Raises StudyError where the scheduler is lost, or no worker came in time."""

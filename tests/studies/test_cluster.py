@@ -97,6 +97,24 @@ def test_a_scheduler_that_goes_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
         found.close()
 
 
+def test_a_scheduler_that_goes_while_a_worker_is_waited_for_is_told(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(cluster, "LOST", 0.5)
+    found = distributed.LocalCluster(n_workers=0, processes=False, dashboard_address=None)
+    closing = threading.Timer(1.0, found.close)
+    closing.start()
+    try:
+        with (
+            pytest.warns(StudyWarning, match="no worker at"),
+            pytest.raises(StudyError, match="does not answer any more"),
+        ):
+            results(found.scheduler_address)
+    finally:
+        closing.join()
+        found.close()
+
+
 def test_what_is_no_address(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="no Dask scheduler answers at nowhere"):
         results("nowhere://1")
