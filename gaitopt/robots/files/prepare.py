@@ -18,6 +18,7 @@ from gaitopt.errors import InputError, RobotError
 from gaitopt.robots.discovery import Chain, assign_names, heading_axes
 from gaitopt.robots.feet import ball_radius
 from gaitopt.robots.files.axes import straighten
+from gaitopt.robots.files.elements import unknown_elements
 from gaitopt.robots.files.ends import set_feet
 from gaitopt.robots.files.hulls import find_hulls
 from gaitopt.robots.files.joint_limits import set_limits
@@ -69,6 +70,7 @@ def prepared_urdf(
     notes, same = known or before, ElementTree.tostring(root)
     tidy(root)
     done, warnings = list(notes.done), _open_warnings(notes, options)
+    warnings += (unread := unknown_elements(root))
     if options.scale is not None:
         scale_lengths(root, options.scale, label)
         done.append(f"lengths are those of the file times {options.scale:g}")
@@ -82,7 +84,7 @@ def prepared_urdf(
     kept = {} if options.legs else {leg: (link, np.zeros(3)) for leg, link in before.feet.items()}
     asked = {**kept, **(options.feet or {})}
     given = options.foot_radius if options.foot_radius is not None else before.foot_radius
-    with _adding(unreal):
+    with _adding([*unreal, *unread]):
         feet, radius = set_feet(tree, named, asked, finder, given, done, warnings)
         warnings += set_masses(tree, options.masses, finder)
     warnings += [] if unreal else mass_warnings(tree, named.values())

@@ -11,7 +11,7 @@ from gaitopt.robots.files.mjcf.reader import read_mjcf
 from gaitopt.robots.files.notes import Notes, first_of
 from gaitopt.robots.files.options import ReadOptions
 from gaitopt.robots.files.prepare import prepared_urdf
-from gaitopt.robots.files.xacro import expanded, is_xacro
+from gaitopt.robots.files.xacro.expansion import expanded, is_xacro
 from gaitopt.robots.xml_text import LIMIT, outermost_tag, parsed_xml, refuse_entities
 
 _ENCODING = re.compile(rb"\s*<\?xml[^>]*encoding\s*=\s*[\"']([A-Za-z][\w.-]{0,30})[\"']")

@@ -10,7 +10,7 @@ from robot_texts import MASS, leg, link, mjcf, robot
 
 from gaitopt.errors import InputError, MissingPackageError, RobotError, RobotWarning
 from gaitopt.robots.catalog import load_robot
-from gaitopt.robots.files import xacro
+from gaitopt.robots.files.xacro import expansion
 
 SPACE = 'xmlns:xacro="http://www.ros.org/wiki/xacro"'
 
@@ -86,7 +86,7 @@ def test_expression_without_any_element_is_xacro() -> None:
 
 
 def test_without_the_extra_it_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(xacro.importlib.util, "find_spec", lambda name: None)
+    monkeypatch.setattr(expansion.importlib.util, "find_spec", lambda name: None)
     with pytest.raises(MissingPackageError, match=r"is xacro and no URDF; .*'gaitopt\[xacro\]'"):
         load_robot(with_macros())
 

@@ -16,7 +16,7 @@ from gaitopt.errors import MissingPackageError, RobotError
 from gaitopt.files import read_bounded
 from gaitopt.robots.files.meshes import LEVELS, with_ros_packages
 from gaitopt.robots.files.options import ReadOptions
-from gaitopt.robots.files.xacro_process import MOST_SECONDS
+from gaitopt.robots.files.xacro.process import MOST_SECONDS
 
 _ELEMENT = re.compile(r"\{[^}]*\bxacro\b[^}]*\}")
 """Begins an element's name that is in the namespace of xacro."""
@@ -103,7 +103,7 @@ def _with_arguments(
 
 def _run(job: Mapping[str, object], path: Path, label: str) -> subprocess.CompletedProcess[str]:
     """Expand a file in another process."""
-    script = str(Path(__file__).with_name("xacro_process.py"))
+    script = str(Path(__file__).with_name("process.py"))
     try:
         return subprocess.run(
             [sys.executable, script], input=json.dumps(job), capture_output=True, text=True,

@@ -1,0 +1,1 @@
+"""xacro, expanded without ROS in a process of its own."""
