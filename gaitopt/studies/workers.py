@@ -53,6 +53,8 @@ def on_all_cores(
         InputError: ``jobs`` is no number of processes.
         StudyError: a worker process was ended from outside.
     """
+    from multiprocessing import resource_tracker
+
     from joblib import Parallel, delayed
     from joblib.externals.loky.backend.resource_tracker import ensure_running
     from joblib.externals.loky.process_executor import BrokenProcessPool
@@ -62,8 +64,10 @@ def on_all_cores(
     warnings.filterwarnings("ignore", ".*tasks which were still being processed", UserWarning)
     with no_workers_left():
         with _deaf_children():
-            # When it starts, it lets this thread, and so its children, hear Ctrl-C again.
+            # When they start, they let this thread, and so its children, hear Ctrl-C again.
             ensure_running()
+            if os.name == "posix":
+                resource_tracker.ensure_running()
         with _deaf_children():
             # Starts the processes; it does not wait for a result.
             results = parallel(delayed(_in_worker)(os.getpid(), work, each) for each in arguments)

@@ -128,6 +128,21 @@ def test_a_worker_that_is_ended_is_one_line() -> None:
         list(on_all_cores(exec, [("import os; os.kill(os.getpid(), 9)",)] * 2, 2))
 
 
+@pytest.mark.skipif(os.name != "posix", reason="signals are blocked as on POSIX")
+def test_workers_are_deaf_to_ctrl_c_before_they_have_imported_anything() -> None:
+    """In a new process, which has not started Python's own process that clears up."""
+    code = (
+        "import signal\n"
+        "from gaitopt.studies.workers import on_all_cores\n"
+        "def deaf():\n"
+        "    return signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, [])\n"
+        "print(set(on_all_cores(deaf, [()] * 3, 2)))\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True,
+                          timeout=120, check=False)  # fmt: skip
+    assert done.stdout == "{True}\n", done.stderr
+
+
 def test_the_exit_code_tells_when_every_walk_is_an_error(tmp_path: Path) -> None:
     done = subprocess.run([*COMMAND, "--seeds", "1", "--robot", "nope"], cwd=tmp_path,
                           capture_output=True, text=True, timeout=100, check=False)  # fmt: skip
