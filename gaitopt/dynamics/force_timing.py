@@ -11,21 +11,22 @@ Where the robot can rest at all places of a chain, the pairs ``(u, x)`` that hav
 are a polygon around (0, 0). The sweeps then use the sides of polygons that are known, and cost
 little; programs look for forces at what they found, and where there are none a side was not known.
 So the last sweeps are those of the polygons themselves. On other chains every interval is a linear
-program (:mod:`gaitopt.dynamics.chain_programs`).
+program (:mod:`gaitopt.dynamics.chains.sweeps`).
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from gaitopt.conventions import BoolArray, FloatArray
-from gaitopt.dynamics.chain_programs import SLOWER, ProgramSweeps
+from gaitopt.dynamics.chains.interval_programs import interval_programs, path_units
+from gaitopt.dynamics.chains.sweeps import SLOWER, ProgramSweeps
 from gaitopt.dynamics.contacts import ForceLimits
 from gaitopt.dynamics.motion_polygons import MotionPolygons
 from gaitopt.dynamics.path_intervals import PathIntervals, TimingLimits
-from gaitopt.dynamics.path_programs import interval_programs, path_units
 from gaitopt.dynamics.place_tables import used
 from gaitopt.dynamics.small_programs import NO_BOUND
 from gaitopt.dynamics.speed_sweeps import SweptIntervals, swept
@@ -49,6 +50,8 @@ class ForceTiming:
         polygons: what was learnt of the polygons. It does not depend on velocity limits; limits of
             torques that fall with the speed stay those of the first timing.
         squares: largest squared path speeds for which it was found, at all samples ``(S,)``.
+        sweeps: those by programs, of some of the chains: the last ones whose programs were made at
+            once.
     """
 
     begin: FloatArray
@@ -57,6 +60,7 @@ class ForceTiming:
     places: np.ndarray
     polygons: MotionPolygons
     squares: FloatArray
+    sweeps: Mapping[int, ProgramSweeps] = field(default_factory=dict)
 
 
 def fastest_with_forces(
@@ -95,17 +99,24 @@ def fastest_with_forces(
     )
     stuck[asked], places[asked] = False, -1
     slow, polygons = _by_polygons(intervals, timing, before.polygons, asked, begin, end)
+    sweeps = before.sweeps
     for group in _groups(slow, intervals.first):
         part, owner = _part(intervals, group)
-        rows = interval_programs(robot, dynamics, part, limits, timing)
+        if not all(chain in sweeps for chain in group.tolist()):
+            rows = interval_programs(robot, dynamics, part, limits, timing)
+            sweeps = {
+                chain: ProgramSweeps(rows, part, timing, np.arange(*part.first[i : i + 2]))
+                for i, chain in enumerate(group.tolist())
+            }
         for i, chain in enumerate(group.tolist()):
-            own = np.arange(part.first[i], part.first[i + 1])
-            found = ProgramSweeps(rows, part, timing, own).fastest()
+            own = owner[part.first[i] : part.first[i + 1]]
+            sweeps[chain].limit(timing)
+            found = sweeps[chain].fastest()
             if isinstance(found, int):
-                stuck[chain], places[chain] = True, owner[own[found]]
+                stuck[chain], places[chain] = True, own[found]
             else:
-                begin[owner[own]], end[owner[own]] = found
-    return ForceTiming(begin, end, stuck, places, polygons, timing.squares)
+                begin[own], end[own] = found
+    return ForceTiming(begin, end, stuck, places, polygons, timing.squares, sweeps)
 
 
 def _by_polygons(

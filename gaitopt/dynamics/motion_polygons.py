@@ -104,14 +104,18 @@ class MotionPolygons:
     @classmethod
     def at_rest(
         cls, robot: Quadruped, dynamics: PathDynamics, intervals: PathIntervals,
-        limits: ForceLimits, timing: TimingLimits, units: FloatArray,
+        limits: ForceLimits, timing: TimingLimits, units: FloatArray, sides: bool = True,
     ) -> MotionPolygons:  # fmt: skip
         """Of both ends of all intervals, with the sides that bound accelerations at rest.
+
+        Chains along which the robot cannot rest everywhere need no sides, and get none where forces
+        of least norm show that it can.
 
         Args:
             robot, dynamics, intervals, limits, timing: as for
                 :func:`gaitopt.dynamics.force_timing.fastest_with_forces`.
             units: of accelerations and squared speeds on each interval ``(K,)`` [1/s^2].
+            sides: whether sides are asked for, and not only where the robot can rest.
         """
         places = Places.of(intervals, units)
         groups = []
@@ -131,22 +135,42 @@ class MotionPolygons:
         empty = cls(places, tuple(groups), joints, np.zeros(count, dtype=np.bool_), none,
                     np.zeros((count, 0, MOST_HOLDING), dtype=np.int16), none,
                     np.zeros((count, MOST_HOLDING - 1)), known)  # fmt: skip
-        return empty._with_rest(_accelerations(intervals, places, timing))
+        fastest, by_least = _accelerations(intervals, places, timing), empty._by_least_forces()
+        out = empty._with_rest(fastest, ~by_least)
+        out = replace(out, resting=out.resting | by_least)
+        if not sides:
+            return out
+        both = out.resting[places.begin] & out.resting[places.end]
+        chains = np.logical_and.reduceat(both, intervals.first[:-1])
+        whole = np.repeat(chains, np.diff(intervals.first))
+        asked = np.zeros(count, dtype=np.bool_)
+        asked[places.begin[whole]] = asked[places.end[whole]] = True
+        return out._with_rest(fastest, asked & by_least)._with_quickest()
 
-    def _with_rest(self, fastest: FloatArray) -> MotionPolygons:
-        """With what accelerations up to ``fastest (N,)`` meet at rest."""
+    def _by_least_forces(self) -> BoolArray:
+        """Where contact forces of least norm hold the robot, with some room ``(N,)``."""
+        out = np.zeros(len(self.resting), dtype=np.bool_)
+        for group in self.groups:
+            if self.places.standing[group.places[0]].sum() >= LEAST_FEET:
+                room = np.minimum(group.high, -group.low).min(axis=1)
+                out[group.places] = room > STRICTLY
+        return out
+
+    def _with_rest(self, fastest: FloatArray, asked: BoolArray) -> MotionPolygons:
+        """With what accelerations up to ``fastest (N,)`` meet at rest, where it is ``asked``."""
         out, resting, still = self, self.resting.copy(), self.still.copy()
         for group in self.groups:
-            own = group.places
-            if self.places.standing[own[0]].sum() < LEAST_FEET:
+            mine = np.flatnonzero(asked[group.places])
+            own = group.places[mine]
+            if not len(own) or self.places.standing[own[0]].sum() < LEAST_FEET:
                 continue
-            sizes = np.abs(group.by_motion[..., 0]).max(axis=1)
+            sizes = np.abs(group.by_motion[mine, :, 0]).max(axis=1)
             ray = np.minimum(1.0 / np.maximum(sizes, LEAST_POINT), fastest[own])
             far = fastest[own] / ray
             met = []
             for sign in (1.0, -1.0):
                 rays = np.stack([sign * ray, np.zeros(len(own))], axis=1)
-                found = group.sides(np.arange(len(own)), rays, far)
+                found = group.sides(mine, rays, far)
                 most = found.multiples
                 room = (most * ray * sizes > STRICTLY) | (most >= (1.0 - WITHIN) * far)
                 met.append((most, found.forces, found.proven & room))
@@ -157,12 +181,17 @@ class MotionPolygons:
             share = np.where(resting[own], down / np.where(resting[own], up + down, 1.0), 0.0)
             mixed = share[:, None] * upper + (1.0 - share[:, None]) * lower
             still[own, : mixed.shape[1]] = mixed
-        if self.joints is not None:
-            every = np.arange(len(resting))
-            quickest = np.abs(self.joints[..., 0]).argmax(axis=1)
-            for end in (True, False):
-                out = out._with_joints(every, quickest, np.full(len(every), end))
         return replace(out, resting=resting, still=still)
+
+    def _with_quickest(self) -> MotionPolygons:
+        """With the limits of the joint that accelerates most, at all places."""
+        if self.joints is None:
+            return self
+        out, every = self, np.arange(len(self.resting))
+        quickest = np.abs(self.joints[..., 0]).argmax(axis=1)
+        for end in (True, False):
+            out = out._with_joints(every, quickest, np.full(len(every), end))
+        return out
 
     @cached_property
     def _groups_of_places(self) -> tuple[np.ndarray, np.ndarray]:

@@ -23,12 +23,12 @@ ROW_TOLERANCE: Final = 1e-8
 """Violation of a row that counts as rounding: ten times :data:`SOLVER_TOLERANCE`."""
 
 PROGRAM_TOLERANCE: Final = 1e-6
-"""The same for programs along paths (:class:`LinearProgram`), whose limits a planner tightens by
-far more. DAQP leaves up to 2e-7 there; HiGHS, which would leave less, takes 20 times as long. Where
-torques fall with the speed, and joints turn as fast as they can, the rows that bound the path
-acceleration hardly contain it. Multipliers of 100 and more then make an error of 1e-7 one of 1e-5,
-and the next interval makes up for it: squared speeds of wang2020 differ by up to 6 % from those of
-exact programs, durations by 4e-5. There sweeps over polygons
+"""The same for programs along paths (:mod:`gaitopt.dynamics.chains.program_sequence`), whose limits
+a planner tightens by far more. DAQP leaves up to 2e-7 there; HiGHS, which would leave less, takes
+20 times as long. Where torques fall with the speed, and joints turn as fast as they can, the rows
+that bound the path acceleration hardly contain it. Multipliers of 100 and more then make an error
+of 1e-7 one of 1e-5, and the next interval makes up for it: squared speeds of wang2020 differ by up
+to 6 % from those of exact programs, durations by 4e-5. There sweeps over polygons
 (:mod:`gaitopt.dynamics.speed_sweeps`) agree with exact programs to 1e-9."""
 
 PROOF_TOLERANCE: Final = 1e-6
@@ -54,45 +54,13 @@ class LinearSolution(NamedTuple):
     multipliers: FloatArray
 
 
-class LinearProgram(NamedTuple):
-    """The rows of a linear program that is solved for several objectives and last limits.
-
-    Attributes:
-        weight: :data:`LINEAR_WEIGHT` on the diagonal ``(n, n)``.
-        rows: ``A (m, n)``, of order one.
-        low, high: of all rows but the last two ``(m - 2,)``, within ``-NO_BOUND`` and
-            ``NO_BOUND``.
-    """
-
-    weight: FloatArray
-    rows: FloatArray
-    low: FloatArray
-    high: FloatArray
-
-    def solve(
-        self, costs: FloatArray, last_low: tuple[float, float], last_high: tuple[float, float]
-    ) -> FloatArray | None:
-        """A minimiser ``(n,)``; ``None`` when there is none, or none was proven.
-
-        Args:
-            costs: what is minimised is ``costs @ x``.
-            last_low, last_high: limits of the last two rows.
-        """
-        low, high = np.append(self.low, last_low), np.append(self.high, last_high)
-        point, multipliers = _daqp(self.weight, costs, self.rows, low, high)
-        gradient = costs + LINEAR_WEIGHT * point
-        if _proven(gradient, self.rows, low, high, point, multipliers, PROGRAM_TOLERANCE):
-            return point
-        found = _highs(costs, self.rows, low, high)
-        return None if found is None else found.point
-
-
 def solve_linear(
     costs: FloatArray,
     rows: FloatArray,
     low: FloatArray,
     high: FloatArray,
     *,
+    tolerance: float = ROW_TOLERANCE,
     by_highs: bool = False,
 ) -> LinearSolution | None:
     """Minimise ``c x`` over ``low <= A x <= high``.
@@ -102,6 +70,7 @@ def solve_linear(
         rows: ``A (m, n)``, of order one.
         low: ``(m,)``, at least ``-NO_BOUND``.
         high: ``(m,)``, at most ``NO_BOUND``.
+        tolerance: violation of a row that counts as rounding.
         by_highs: solve by HiGHS instead of DAQP: 50 times as slow, and more robust.
 
     Returns:
@@ -112,7 +81,7 @@ def solve_linear(
     weight = LINEAR_WEIGHT * np.eye(len(costs))
     point, multipliers = _daqp(weight, costs, rows, low, high)
     gradient = costs + LINEAR_WEIGHT * point
-    if not _proven(gradient, rows, low, high, point, multipliers):
+    if not _proven(gradient, rows, low, high, point, multipliers, tolerance):
         return None
     return LinearSolution(point, multipliers)
 
@@ -160,7 +129,7 @@ def _proven(
     high: FloatArray,
     point: FloatArray,
     multipliers: FloatArray,
-    tolerance: float = ROW_TOLERANCE,
+    tolerance: float,
 ) -> bool:
     """Whether the multipliers prove that ``point``, which is to keep all rows, is a minimiser."""
     # Where rows contradict each other the last point need not even be finite.

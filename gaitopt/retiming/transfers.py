@@ -22,8 +22,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gaitopt.conventions import LEGS, BoolArray, FloatArray
+from gaitopt.dynamics.chains.interval_programs import path_units
 from gaitopt.dynamics.motion_polygons import MotionPolygons
-from gaitopt.dynamics.path_programs import path_units
 from gaitopt.errors import InfeasibleStepError
 from gaitopt.motion.path import MotionPath
 from gaitopt.plan.load_transfer import most_normal_shares, stances
@@ -125,7 +125,9 @@ def _at_rest(pacing: Pacing) -> MotionPolygons:
     robot, limits = pacing.course.robot, tightened(pacing.promised, PLANNED_SHARE)
     intervals, timing = pacing.intervals, pacing.timing
     units = path_units(robot, pacing.dynamics, intervals, timing)
-    return MotionPolygons.at_rest(robot, pacing.dynamics, intervals, limits, timing, units)
+    return MotionPolygons.at_rest(
+        robot, pacing.dynamics, intervals, limits, timing, units, sides=False
+    )
 
 
 def _resting(polygons: MotionPolygons, count: int) -> BoolArray:

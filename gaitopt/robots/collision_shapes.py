@@ -9,6 +9,7 @@ foot, and such a body as a flat box between its hips. Against one another
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, NamedTuple
 from weakref import WeakKeyDictionary
 from xml.etree import ElementTree
@@ -211,6 +212,65 @@ class CollisionPairs:
             row[:] = [result.min_distance for result in found]
         return out
 
+    def near(self, joints: FloatArray, distance: float) -> list[int]:
+        """Indices of the pairs whose bounding balls come nearer than a distance at any pose.
+
+        No other pair does, as a shape lies within its ball. It takes a tenth to a third of
+        the time of :meth:`distances`.
+
+        Args:
+            joints: angles of the legs' joints ``(N, 12)`` [rad].
+            distance: [m].
+        """
+        import pinocchio as pin
+
+        data, balls, pairs = self.model.createData(), self._balls, self._numbers
+        moved = np.unique(balls.joint).tolist()
+        places = np.empty((len(joints), len(moved), 4, 4))
+        q = self.neutral.copy()
+        for row, angles in zip(places, joints, strict=True):
+            q[7:][self.columns] = angles
+            pin.forwardKinematics(self.model, data, q)
+            for place, joint in zip(row, moved, strict=True):
+                place[:] = data.oMi[joint].homogeneous
+        own = places[:, np.searchsorted(moved, balls.joint)]
+        centres = (own[..., :3, :3] @ balls.centre[..., None])[..., 0] + own[..., :3, 3]
+        between = np.linalg.norm(centres[:, pairs[:, 0]] - centres[:, pairs[:, 1]], axis=2)
+        least = between.min(axis=0, initial=np.inf) - balls.radius[pairs].sum(axis=1)
+        # So written, a ball counts whose place is not a number.
+        return [int(k) for k in np.flatnonzero(~(least >= distance))]
+
+    @cached_property
+    def _numbers(self) -> np.ndarray:
+        """Numbers of the shapes of all pairs ``(k, 2)``."""
+        pairs = self.geometry.collisionPairs
+        return np.array([(pair.first, pair.second) for pair in pairs], dtype=int).reshape(-1, 2)
+
+    @cached_property
+    def _balls(self) -> _Balls:
+        """Balls around all shapes."""
+        centres, radii, joints = [], [], []
+        for shape in self.geometry.geometryObjects:
+            shape.geometry.computeLocalAABB()
+            centres.append(shape.placement.act(shape.geometry.aabb_center))
+            radii.append(float(shape.geometry.aabb_radius))
+            joints.append(int(shape.parentJoint))
+        return _Balls(np.array(centres).reshape(-1, 3), np.array(radii), np.array(joints))
+
+
+class _Balls(NamedTuple):
+    """Balls around shapes.
+
+    Attributes:
+        centre: in the frames of the joints that move the shapes ``(n, 3)`` [m].
+        radius: ``(n,)`` [m].
+        joint: numbers of these joints ``(n,)``.
+    """
+
+    centre: FloatArray
+    radius: FloatArray
+    joint: np.ndarray
+
 
 _KNOWN: WeakKeyDictionary[Quadruped, CollisionPairs | None] = WeakKeyDictionary()
 """The pairs of robots, which take longer to read than a walk of eight steps to plan."""
@@ -256,8 +316,10 @@ def close_pairs(shapes: CollisionPairs, joints: FloatArray) -> list[int]:
         shapes: the pairs.
         joints: angles of the legs' joints at all knots ``(N, 12)`` [rad].
     """
-    sampled = shapes.distances(joints[::EVERY])
-    return [int(k) for k in np.flatnonzero(sampled.min(axis=0) < CLOSE)]
+    sampled = joints[::EVERY]
+    near = shapes.near(sampled, CLOSE)
+    least = shapes.distances(sampled, near).min(axis=0)
+    return [pair for pair, gap in zip(near, least.tolist(), strict=True) if gap < CLOSE]
 
 
 def path_touches(robot: Quadruped, joints: FloatArray) -> bool:
@@ -274,8 +336,10 @@ def path_touches(robot: Quadruped, joints: FloatArray) -> bool:
     if shapes is None or not len(joints):
         return False
     legs = joints[:, shapes.columns]
-    pairs = list(range(len(shapes.geometry.collisionPairs)))
     few = max(len(legs) // FIRST_POSES, 1)
+    pairs = shapes.near(legs[::few], CLOSE)
+    if not pairs:
+        return False
     for every, near in ((few, CLOSE), *NEARER, (1, 0.0)):
         least = shapes.distances(legs[:: min(every, few)], pairs).min(axis=0)
         if least.min() < BETWEEN * TOUCHING:

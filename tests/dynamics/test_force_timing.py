@@ -10,11 +10,11 @@ import pytest
 from body_moves import COUNT, GRID, INTERVALS, Array, Move, has_forces, move
 
 from gaitopt import ForceLimits
-from gaitopt.dynamics import small_programs
-from gaitopt.dynamics.chain_programs import ProgramSweeps
+from gaitopt.dynamics.chains import program_sequence
+from gaitopt.dynamics.chains.interval_programs import interval_programs
+from gaitopt.dynamics.chains.sweeps import ProgramSweeps
 from gaitopt.dynamics.contacts import TorqueLine
 from gaitopt.dynamics.force_timing import fastest_with_forces
-from gaitopt.dynamics.path_programs import interval_programs
 
 
 class Found(NamedTuple):
@@ -174,7 +174,7 @@ def test_polygons_give_what_exact_programs_give_where_rounding_counts(
 
     With violations of 1e-7, which count as rounding otherwise, squared speeds differ by 2.5e-3.
     """
-    monkeypatch.setattr(small_programs, "PROGRAM_TOLERANCE", 1e-9)
+    monkeypatch.setattr(program_sequence, "PROGRAM_TOLERANCE", 1e-9)
     given, limits = move("wang2020", 0.12), ForceLimits(torque_line=TorqueLine(0.1, 0.6))
     expected = found(given, replace(limits, torque_line=None)).squares
     timing = replace(given.timing, expected=expected)

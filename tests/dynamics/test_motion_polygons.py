@@ -8,8 +8,8 @@ from body_moves import COUNT, INTERVALS, Array, Move, has_forces, move
 from numpy.typing import NDArray
 
 from gaitopt import ForceLimits
+from gaitopt.dynamics.chains.interval_programs import path_units
 from gaitopt.dynamics.motion_polygons import MotionPolygons
-from gaitopt.dynamics.path_programs import path_units
 from gaitopt.dynamics.place_tables import used
 
 LIMITS = ForceLimits()

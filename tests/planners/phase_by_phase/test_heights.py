@@ -69,6 +69,11 @@ def test_planners_and_certificate_look_at_the_same_shapes(name: str) -> None:
     joints = plan.path.coefficients[-1][:, 6:][:, shapes.columns]
     found = float(shapes.distances(joints).min())
     assert found == pytest.approx(self_collision(plan).worst, abs=2e-4)
+    # Balls around the shapes tell which pairs need a look: no pair that comes near is left out.
+    some = joints[::20]
+    gaps, near = shapes.distances(some).min(axis=0), shapes.near(some, 0.05)
+    assert set(np.flatnonzero(gaps < 0.05).tolist()) <= set(near)
+    assert len(near) < len(gaps) and shapes.distances(some, near).shape[1] == len(near)
 
 
 def test_robots_whose_hulls_are_not_known_count_as_free_of_touching() -> None:

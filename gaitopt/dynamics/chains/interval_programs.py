@@ -12,10 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from gaitopt.conventions import GRAVITY, BoolArray, FloatArray
+from gaitopt.dynamics.chains.program_sequence import LinearProgram
 from gaitopt.dynamics.contacts import ForceLimits
 from gaitopt.dynamics.path_intervals import PathIntervals, TimingLimits
 from gaitopt.dynamics.path_rows import place_rows
-from gaitopt.dynamics.small_programs import LINEAR_WEIGHT, NO_BOUND, LinearProgram
+from gaitopt.dynamics.small_programs import NO_BOUND
 from gaitopt.dynamics.whole_body import PathDynamics
 from gaitopt.robots.quadruped import Quadruped
 
@@ -68,9 +69,8 @@ def interval_programs(
             robot, dynamics, intervals, limits, timing, pattern, own, units[own]
         )
         edges[own] = sizes
-        weight = LINEAR_WEIGHT * np.eye(matrix.shape[2])
         for place, k in enumerate(own.tolist()):
-            programs[k] = LinearProgram(weight, matrix[place], low[place, :-2], high[place, :-2])
+            programs[k] = LinearProgram(matrix[place], low[place], high[place])
     return IntervalPrograms([p for p in programs if p is not None], units, edges)
 
 

@@ -1,0 +1,1 @@
+"""Timings of chains along which the robot cannot rest: a linear program for each interval."""
