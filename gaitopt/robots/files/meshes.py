@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
@@ -19,6 +20,7 @@ MESH_LIMIT = 30_000_000
 """Most bytes of a mesh that is read to find a foot. Chosen: lower legs at hand have up to 15 MB."""
 LFS_POINTER = b"version https://git-lfs"
 """How a file begins that Git LFS has put in the place of a mesh, which was not fetched with it."""
+_LEFT_BY_XACRO = re.compile(r"^(?:file://)?\$\(find(?:-pkg-share)?\s+([^)\s]+)\)")
 LEVELS = 6
 """So many folders above the robot file are looked into. Chosen: packages of ROS keep a robot file
 one or two folders below their own."""
@@ -41,7 +43,8 @@ class MeshFinder:
 
         Args:
             filename: ``package://name/path``, ``model://name/path``, ``file:///path``, or a path,
-                absolute or relative to the robot file.
+                absolute or relative to the robot file. ``$(find name)``, which xacro would have
+                replaced, is a package, too.
         """
         try:
             for path in self._candidates(filename):
@@ -53,6 +56,7 @@ class MeshFinder:
 
     def _candidates(self, filename: str) -> list[Path]:
         """Where a file may be, the likeliest place first."""
+        filename = _LEFT_BY_XACRO.sub(r"package://\1", filename)
         scheme, mark, rest = filename.partition("://")
         name = rest if mark else filename
         if scheme == "file" and mark:

@@ -117,7 +117,9 @@ def ball_on_a_stick(path: Path, centre: float, radius: float) -> None:
 
 
 @pytest.mark.parametrize("name", ["package://tester/meshes/shank.stl", "../meshes/shank.stl",
-                                  "package://meshes/shank.stl", "shank.stl"])  # fmt: skip
+                                  "package://meshes/shank.stl", "shank.stl",
+                                  "file://$(find tester)/meshes/shank.stl",
+                                  "$(find-pkg-share tester)/meshes/shank.stl"])  # fmt: skip
 def test_mesh_of_a_leg_without_a_foot_link_is_found_and_measured(tmp_path: Path, name: str) -> None:
     """Beside the file, above it, and with or without the name of its package."""
     folder = tmp_path / "tester"
