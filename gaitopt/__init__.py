@@ -24,7 +24,10 @@ if TYPE_CHECKING:
     from gaitopt.dynamics.contact_forces import ContactForces as ContactForces
     from gaitopt.dynamics.contacts import ForceLimits as ForceLimits
     from gaitopt.dynamics.feasible_region import feasible_region as feasible_region
+    from gaitopt.entering.nearest import NearestState as NearestState
+    from gaitopt.entering.nearest import nearest_state as nearest_state
     from gaitopt.entering.standing_up import plan_stand_up as plan_stand_up
+    from gaitopt.entering.standing_up import square_stance as square_stance
     from gaitopt.errors import CertificateError as CertificateError
     from gaitopt.errors import FootholdsError as FootholdsError
     from gaitopt.errors import GaitoptError as GaitoptError
@@ -178,7 +181,8 @@ _HOMES = {
     "dynamics.contact_forces": "ContactForces",
     "dynamics.contacts": "ForceLimits",
     "dynamics.feasible_region": "feasible_region",
-    "entering.standing_up": "plan_stand_up",
+    "entering.nearest": "NearestState nearest_state",
+    "entering.standing_up": "plan_stand_up square_stance",
     "errors": (
         "CertificateError FootholdsError GaitoptError GroundError InfeasibleSpeedError "
         "InfeasibleStateError InfeasibleStepError "

@@ -11,6 +11,7 @@ from gaitopt.errors import InfeasibleStateError, InputError
 from gaitopt.inputs import check_kind
 from gaitopt.motion.path import BASE_COLUMNS
 from gaitopt.plan.state import State
+from gaitopt.robots.collision_shapes import TOUCHING, CollisionPairs
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.rotations import rpy_to_matrix
 from gaitopt.robots.whole_body import feet_from_joints, joints_from_feet
@@ -25,6 +26,10 @@ SLIDING = 0.02
 """Fastest speed of a standing foot [m/s]. Estimated velocities are known to about a centimetre a
 second; the plan begins with the base's velocity, and the joint rates of standing legs that go with
 it."""
+FEWEST = 2
+"""Fewest feet on which a plan begins."""
+SAME_GAP = 1e-6
+"""Distances of links are known to that [m]."""
 OTHER_SIDE = 1e-5
 """Largest difference of joint angles from those that a leg's inverse gives for its foot [rad]."""
 
@@ -36,6 +41,7 @@ class Begin:
     Attributes:
         robot: the robot.
         base: x, y, z, roll, pitch, yaw of the base, and their rates ``(2, 6)``.
+        joints: their angles ``(nj,)`` [rad].
         feet: foot frames in the world, and their velocities, zero for those that stand
             ``(2, 4, 3)`` [m], [m/s].
         standing: which feet stand ``(4,)``.
@@ -44,6 +50,7 @@ class Begin:
 
     robot: Quadruped
     base: FloatArray
+    joints: FloatArray
     feet: FloatArray
     standing: BoolArray
     footholds: Footholds
@@ -72,7 +79,7 @@ class Begin:
         _check_joints(robot, state)
         base, joints = values[:BASE_COLUMNS], values[BASE_COLUMNS:]
         feet = feet_from_joints(robot, base[:3], base[3:], joints)
-        speeds = _foot_velocities(robot, state, feet)
+        speeds = foot_velocities(robot, state)
         standing = np.array([leg in state.support for leg in LEGS])
         _check_feet(feet, speeds, standing, footholds)
         _check_sides(robot, base, joints, feet)
@@ -80,8 +87,8 @@ class Begin:
         points = {leg: np.array(footholds[leg]) for leg in LEGS}
         for i in np.flatnonzero(standing).tolist():
             points[LEGS[i]][0] = feet[i]
-        return cls(robot, np.stack([base, rates[:BASE_COLUMNS]]), np.stack([feet, speeds]),
-                   standing, footholds.with_(points=points))  # fmt: skip
+        return cls(robot, np.stack([base, rates[:BASE_COLUMNS]]), joints,
+                   np.stack([feet, speeds]), standing, footholds.with_(points=points))  # fmt: skip
 
     @property
     def flying(self) -> tuple[str, ...]:
@@ -103,9 +110,23 @@ def _check_joints(robot: Quadruped, state: State) -> None:
         name, end = robot.joint_names[worst], high if angles[worst] > high[worst] else low
         raise InfeasibleStateError(
             f"start: joint {name} is at {angles[worst]:.4f} rad, {over[worst]:.3g} rad beyond its "
-            f"limit of {end[worst]:.4f} rad; move it back first",
+            f"limit of {end[worst]:.4f} rad; move it back first, as far as "
+            "gaitopt.nearest_state(robot, state) says",
             f"joint position {name}", float(angles[worst]), float(end[worst]), "rad",
         )  # fmt: skip
+    check_joint_rates(robot, rates)
+
+
+def check_joint_rates(robot: Quadruped, rates: FloatArray) -> None:
+    """Refuse joints that turn faster than they can.
+
+    Args:
+        robot: the robot.
+        rates: of its joints ``(nj,)`` [rad/s].
+
+    Raises:
+        InfeasibleStateError: names the joint, and by how much.
+    """
     use = np.abs(rates) / robot.velocity_limits
     worst = int(np.nan_to_num(use).argmax())
     if use[worst] > 1.0 + ROUNDING:
@@ -117,9 +138,10 @@ def _check_joints(robot: Quadruped, state: State) -> None:
         )  # fmt: skip
 
 
-def _foot_velocities(robot: Quadruped, state: State, feet: FloatArray) -> FloatArray:
+def foot_velocities(robot: Quadruped, state: State) -> FloatArray:
     """Velocities of the feet in the world ``(4, 3)`` [m/s]."""
     position, rpy = state.columns[:3], state.columns[3:6]
+    feet = feet_from_joints(robot, position, rpy, state.q[7:])
     turned = rpy_to_matrix(rpy)
     linear, angular = turned @ state.v[:3], turned @ state.v[3:6]
     out = linear + np.cross(angular, feet - position)
@@ -176,4 +198,40 @@ def _check_sides(robot: Quadruped, base: FloatArray, joints: FloatArray, feet: F
             "planners have it for this place of the foot: the leg is bent to the other side, or "
             "a joint that no leg owns is not at its neutral angle; move it there first",
             f"joint side {name}", float(off[worst]), OTHER_SIDE, "rad",
+        )  # fmt: skip
+
+
+def check_few_feet(standing: int) -> None:
+    """Refuse fewer than two standing feet.
+
+    Raises:
+        InfeasibleStateError: tells how many stand.
+    """
+    if standing < FEWEST:
+        raise InfeasibleStateError(
+            f"start: the robot stands on {standing} feet, and a plan begins on {FEWEST} or more; "
+            "begin when they have landed, or, where it lies, when they are put down",
+            "contact", float(standing), float(FEWEST), "feet",
+        )  # fmt: skip
+
+
+def check_apart(robot: Quadruped, joints: FloatArray) -> None:
+    """Refuse a posture in which links of the robot touch, where their shapes are known.
+
+    Raises:
+        InfeasibleStateError: names the links, and by how much.
+    """
+    pairs = CollisionPairs.of(robot)
+    if pairs is None:
+        return
+    gaps = pairs.distances(joints[None, pairs.columns])[0]
+    worst = int(gaps.argmin())
+    if gaps[worst] < TOUCHING - SAME_GAP:
+        pair = pairs.geometry.collisionPairs[worst]
+        names = [str(pairs.geometry.geometryObjects[i].name) for i in (pair.first, pair.second)]
+        raise InfeasibleStateError(
+            f"start: {' and '.join(names)} are {1e3 * gaps[worst]:.2f} mm apart, and what is "
+            f"nearer than {1e3 * TOUCHING:g} mm touches; move the legs apart first, as far "
+            "as gaitopt.nearest_state(robot, state) says",
+            f"self-collision {' and '.join(names)}", float(gaps[worst]), TOUCHING, "m",
         )  # fmt: skip

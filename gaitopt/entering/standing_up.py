@@ -1,4 +1,4 @@
-"""``plan_stand_up``: from any state to rest on four feet, with the body level."""
+"""``plan_stand_up``: from any state to rest on four feet, and where feet then stand or step to."""
 
 from __future__ import annotations
 
@@ -19,6 +19,8 @@ from gaitopt.robots.standing import foot_below_hip
 from gaitopt.robots.whole_body import base_of_body, feet_from_joints, joints_from_feet
 from gaitopt.terrain.footholds import Footholds
 
+STEPS = ("RH", "RF", "LH", "LF")
+"""Order in which feet step into a stance: that of a crawl."""
 RECORD = "contact forces; the robot rests in the end"
 """What such a plan says of its balance."""
 
@@ -115,3 +117,34 @@ def footholds_of(robot: Quadruped, state: State) -> Footholds:
         below = turned @ foot_below_hip(robot.legs[LEGS[i]], height)
         feet[i] = np.append(place[:2] + below[:2] + ahead, level)
     return Footholds({leg: feet[i][None] for i, leg in enumerate(LEGS)})
+
+
+def square_stance(robot: Quadruped, state: State) -> Footholds:
+    """Footholds on which a robot steps into its usual stance, for ``plan_crawl(..., start=state)``.
+
+    Feet that are too near to one another, or too far apart, step below the hips; those that are
+    there already stay. The stance is around the middle of the feet, at their mean height, and faces
+    where the body does.
+
+    Args:
+        robot: from :func:`gaitopt.load_robot`.
+        state: where it is; feet in the air first land as for :func:`plan_stand_up`.
+
+    Returns:
+        For each leg where its foot stands, and where it steps to if it does. They name the order of
+        the steps; there are none where the robot stands as usual.
+
+    Raises:
+        InputError: this is no robot or no state.
+    """
+    check_kind("robot", robot, Quadruped)
+    check_kind("state", state, State)
+    now = footholds_of(robot, state)
+    feet = np.array([now[leg][0] for leg in LEGS])
+    usual = np.array([foot_below_hip(robot.legs[leg], robot.standing_height) for leg in LEGS])
+    turned = rpy_to_matrix([0.0, 0.0, body_yaw(robot, state)])
+    places = feet.mean(axis=0) + (usual - usual.mean(axis=0)) * [1.0, 1.0, 0.0] @ turned.T
+    far = np.linalg.norm((places - feet)[:, :2], axis=1) > now.landing_radius
+    steps = {leg: [feet[i], places[i]][: 1 + far[i]] for i, leg in enumerate(LEGS)}
+    order = [leg for leg in STEPS if far[LEGS.index(leg)]]
+    return Footholds({leg: np.array(at) for leg, at in steps.items()}, order=order)

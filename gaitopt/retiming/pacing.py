@@ -38,6 +38,9 @@ ENOUGH = 1.002
 """A motion whose joint velocities exceed their limits by less is not timed anew."""
 
 
+HEIGHT = 2
+"""Column of the base's height."""
+
 BEYOND = 1e6
 """Limit of accelerations of joints that have none, as a multiple of the largest of the others."""
 
@@ -53,12 +56,14 @@ class OtherLimits:
         faster: how many times as fast as the plan a smooth motion becomes at most; a straight line
             takes at least this part of a second. Only waiting, where nothing moves, has no other
             limit.
+        lift: vertical acceleration of the base [m/s^2], where forces are promised.
     """
 
     acceleration: float = np.inf
     scales: FloatArray | float = 1.0
     speed: float = np.inf
     faster: float = 100.0
+    lift: float = np.inf
 
     @classmethod
     def of_joints(cls, accelerations: FloatArray) -> OtherLimits:
@@ -69,6 +74,27 @@ class OtherLimits:
         most = float(accelerations[bounded].max())
         # Joints without a limit get one that none of them ever needs.
         return cls(acceleration=most, scales=most / np.minimum(accelerations, BEYOND * most))
+
+    def bounding(
+        self, first: FloatArray, second: FloatArray
+    ) -> tuple[FloatArray, FloatArray, float, FloatArray]:
+        """Whose accelerations are limited: the joints, and the base's height if :attr:`lift` is.
+
+        Args:
+            first, second: derivatives of the columns of a path by its parameter ``(S, 6 + nj)``.
+
+        Returns:
+            The derivatives ``(S, n)``, the limit of them all, and it over the limit of each.
+        """
+        columns = np.arange(BASE_COLUMNS, first.shape[1])
+        most = self.acceleration
+        scales = np.broadcast_to(np.asarray(self.scales, dtype=np.float64), len(columns))
+        if np.isfinite(self.lift):
+            columns = np.append(columns, HEIGHT)
+            # Joints without a limit get one that none of them ever needs.
+            most, own = (most, 1.0) if np.isfinite(most) else (self.lift, 1.0 / BEYOND)
+            scales = np.append(own * scales, most / self.lift)
+        return first[:, columns] * scales, second[:, columns] * scales, most, scales
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,7 +150,7 @@ class Pacing:
         places = GridPlaces.of(grid, course.continuous)
         begin, end = places.begin, places.end
         values, first, second = states = course.states(places.s, places.piece)
-        joints, bend = first[:, BASE_COLUMNS:], second[:, BASE_COLUMNS:]
+        joints = first[:, BASE_COLUMNS:]
         with np.errstate(divide="ignore"):
             squares = ((robot.velocity_limits / np.abs(joints)) ** 2).min(axis=1)
             # A line on which nothing moves is no line, so no 0 is divided by 0.
@@ -139,10 +165,8 @@ class Pacing:
         squares[ends[~rests]] = 0.0
         even = np.zeros(len(grid.piece), dtype=np.bool_)
         even[grid.first[:-1][rests[0]]] = even[grid.first[1:][rests[1]] - 1] = True
-        timing = TimingLimits(
-            squares, joints * others.scales, bend * others.scales, others.acceleration,
-            FRICTION_SLACK, scales=others.scales,
-        )  # fmt: skip
+        slopes, bends, most, scales = others.bounding(first, second)
+        timing = TimingLimits(squares, slopes, bends, most, FRICTION_SLACK, scales=scales)
         ground, dynamics = LEVEL_GROUND, None
         if promised is not None:
             ground = ground_below(plan, course.moments, promised.friction)
@@ -204,9 +228,12 @@ class Pacing:
         at = np.concatenate([places.begin.reshape(chains, -1),
                              places.end.reshape(chains, -1)[:, -1:]], axis=1).T  # fmt: skip
         edges = np.append(grid.begin[: grid.first[1]], grid.end[grid.first[1] - 1])
+        # The base's height comes after the joints, if its acceleration is limited.
+        speeds = np.full(self.timing.first.shape[1], np.inf)
+        speeds[: len(self.course.robot.joint_names)] = self.course.robot.velocity_limits
         squares = time_optimal_parametrisation(
             self.timing.first[at], self.timing.second[at], edges,
-            self.course.robot.velocity_limits * self.timing.scales, self.timing.acceleration,
+            speeds * self.timing.scales, self.timing.acceleration,
         )  # fmt: skip
         return squares[:-1].T.ravel(), squares[1:].T.ravel()
 

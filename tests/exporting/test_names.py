@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 
 import gaitopt
 from gaitopt import InputError, Plan, RobotError
+from gaitopt.exporting.export import FORMATS
 from gaitopt.exporting.names import check_names
 from gaitopt.robots.xml_text import shown
 
@@ -62,14 +63,21 @@ def test_a_robots_bad_name_does_no_harm(short_plan: Plan, tmp_path: Path, suffix
     assert not any(line.startswith("evil") for line in head.splitlines())
 
 
+@pytest.mark.parametrize("format", list(FORMATS))
+def test_no_format_takes_a_joints_bad_name(short_plan: Plan, tmp_path: Path, format: str) -> None:
+    names = short_plan.robot.joint_names
+    for bad in ("a\nb: 1", "a\x85b", "a\u2028b", "a,b", "=a", "\x1b[2Ja", "<b>a", 'a"b', "a&b"):
+        with pytest.raises(InputError, match="no file can hold it safely") as error:
+            gaitopt.export(short_plan, tmp_path / "a", format, joints={names[0]: bad})
+        assert str(error.value).isprintable()
+    assert not list(tmp_path.iterdir())
+
+
 @pytest.mark.parametrize("suffix", [".yaml", ".json", ".csv"])
 def test_a_joints_bad_name_is_refused_until_it_has_a_new_one(
     short_plan: Plan, tmp_path: Path, suffix: str
 ) -> None:
     names = short_plan.robot.joint_names
-    for bad in ("a\nb: 1", "a\x85b", "a\u2028b", "a,b", "=a", "\x1b[2Ja"):
-        with pytest.raises(InputError, match="no file can hold it safely"):
-            gaitopt.export(short_plan, tmp_path / f"a{suffix}", joints={names[0]: bad})
     with pytest.raises(InputError, match="no file can hold it safely"):
         gaitopt.export(short_plan, tmp_path / f"a{suffix}", prefix="a\nb: ")
     assert not list(tmp_path.iterdir())

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
+from gaitopt.certificate.contacts import SINKING
 from gaitopt.certificate.enclosure import Pieces
 from gaitopt.certificate.ground.solids import Solid
 from gaitopt.certificate.ground.unknown import Footprints
@@ -26,6 +27,8 @@ stops at (1e-6 m)."""
 NEAR = 5e-3
 """Room between a part's box and the ground from which its distance is not computed [m]. Chosen: the
 room is a lower bound, and below this one wants to know the distance itself."""
+RESTS = 2.0 * CLEAR
+"""A part that is nearer to the ground than this where a plan enters from a state lies on it [m]."""
 SHORTEST = 2.0**-14
 """Shortest part of a piece that is looked at, as a share of it. Chosen: a part that moves by 10 mm
 on a piece has moved by less than a micrometre on one."""
@@ -86,6 +89,7 @@ class LimbGaps:
 
     Attributes:
         found: what has been found so far.
+        resting: names of the parts that rest on the ground where the plan begins.
     """
 
     def __init__(
@@ -101,9 +105,13 @@ class LimbGaps:
         ):
             self._times[ends] = times
         self.found = Found(left=max(MOST_DISTANCES, MOST_EACH * len(pieces.starts)))
+        self.resting: list[str] = []
+        self._entered = plan.phases[plan.entry - 1].end if plan.entry else 0.0
+        self._lift = 0.0
 
     def follow(self, solid: Solid) -> None:
         """Hold one part against the ground, over the whole path."""
+        self._lift = self._rests(solid)
         room = self._room(solid)
         off = np.flatnonzero(np.isneginf(room))
         off = off[self._above_unknown(solid, off)] if off.size else off
@@ -119,6 +127,22 @@ class LimbGaps:
         edges = np.flatnonzero(np.diff(np.concatenate([[0], near.astype(np.int8), [0]])))
         for first, end in edges.reshape(-1, 2).tolist():
             self._run(solid, first, end)
+
+    def _rests(self, solid: Solid) -> float:
+        """By how much the gaps of a part count as larger until the plan has entered [m].
+
+        A robot that lies begins with parts on the ground, which may be a little in it as feet may.
+        They are never to be deeper than at the begin, and clear once the plan has entered.
+        """
+        if not self._entered > 0.0:
+            return 0.0
+        turn = self._placed.rotations[solid.joint][0]
+        origin = self._placed.origins[solid.joint][0]
+        gap = self._ground.gap(solid, turn, origin)
+        if not -SINKING <= gap < RESTS:
+            return 0.0
+        self.resting.append(solid.name)
+        return RESTS - gap
 
     def _room(self, solid: Solid) -> FloatArray:
         """How far the box around a part is above the highest ground under it ``(P,)`` [m]."""
@@ -230,6 +254,11 @@ class LimbGaps:
     def _gap(self, solid: Solid, turn: FloatArray, origin: FloatArray, time: float) -> float:
         gap = self._ground.gap(solid, turn, origin)
         self.found.left -= 1
+        if time < self._entered and gap + self._lift >= CLEAR:
+            gap += self._lift
+            if self._lift > 0.0:
+                # It rests on the ground, or has just left it, which is no gap to tell of.
+                return gap
         self.found.see(gap, time, solid.name)
         return gap
 

@@ -23,8 +23,9 @@ MOST_CUTS = 16
 def legs_and_trunk_clear(plan: Plan, ground: Ground) -> Check:
     """No part of the robot but its feet comes into the ground.
 
-    Every shape of :class:`Solids` counts. Ground that is unknown or off the map, under the box
-    around a part, is a violation.
+    Every shape of :class:`Solids` counts. Parts on which a robot lies where a plan enters from a
+    state may touch the ground until it has entered, and are then clear of it. Ground that is
+    unknown or off the map, under the box around a part, is a violation.
     """
     if not plan.robot.foot_radius > 0.0:
         words = "feet are points, so nobody knows where legs end; load the robot with foot_radius="
@@ -42,6 +43,9 @@ def legs_and_trunk_clear(plan: Plan, ground: Ground) -> Check:
     ends = {solid.name for solid in solids.parts if solid.joint in feet}
     if found.gap < CLEAR and found.where in ends:
         notes.append("if it is the end of the leg, the foot is larger than its ball: foot_radius=")
+    if motion.resting:
+        lies = ", ".join(dict.fromkeys(motion.resting))
+        notes.append(f"on the ground at the begin, and never deeper: {lies}")
     where = "; ".join([found.where, *notes])
     check = judged(NAME, found.gap, CLEAR, "m", ">=", when=found.when, where=where)
     if check.status is Verdict.OK and found.unproven:

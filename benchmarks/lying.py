@@ -1,0 +1,174 @@
+"""Robots that lie on the ground or sit, and stand up.
+
+``python -m benchmarks.lying [ROBOT ...]`` lets robots sink from standing to the ground in MuJoCo,
+with dampers in place of servos, as robots do that are switched off; those that sit keep the servos
+of their front legs. From the state in which they
+then lie the nearest feasible one is taken, and a plan to stand up from there. It must be certified.
+Then it is played as a robot would: by position servos with planned torques, from where the robot
+really lies, with a second to get to the plan's first posture. Exit code 1 where a plan is not
+certified, or the robot does not stand in the end.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import product
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+import gaitopt
+from gaitopt import LEGS, Footholds, Plan, State
+from gaitopt.control.gains import ControlGains
+from gaitopt.entering.standing_up import footholds_of
+from gaitopt.exporting.sampled import forces_at
+from gaitopt.exporting.servo_gains import servo_gains
+from gaitopt.robots.quadruped import Quadruped
+from gaitopt.robots.rotations import quaternion_to_matrix, quaternion_to_rpy
+from gaitopt.robots.whole_body import feet_from_joints
+from gaitopt.simulation.model import SimModel, build_sim_model, import_mujoco, to_mujoco
+from gaitopt.simulation.settings import SimulationSettings
+
+ROBOTS = ("go2", "a1", "anymal_c", "wang2020", "hyq")
+POSTURES = {"lies": (), "sits": ("LF", "RF")}
+"""Legs whose servos stay on while the robot sinks."""
+SINKING_TIME = 4.0
+"""How long robots sink [s]."""
+GATHERING_TIME = 1.0
+"""Time from where the robot lies to the plan's first posture [s], as an exported file has it."""
+WATCH_TIME = 0.5
+"""How long the robot is watched after the plan [s]."""
+NEAR_GROUND = 0.01
+"""Feet that are less far above the ground count as standing [m]."""
+LOW, TILTED = 0.03, 0.1
+"""Farthest that the body may then be from the plan's end [m], [rad]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Stood:
+    """What became of a robot that stood up.
+
+    Attributes:
+        off: how far its body is from where the plan ends [m].
+        tilt: how far it is turned from there [rad].
+        rate_use: peak joint velocity as a share of the limit, from the plan's begin.
+    """
+
+    off: float
+    tilt: float
+    rate_use: float
+
+    @property
+    def stands(self) -> bool:
+        """Whether it stands."""
+        return self.off < LOW and self.tilt < TILTED
+
+
+def world_of(robot: Quadruped) -> tuple[Any, SimModel]:
+    """A robot on a plane in MuJoCo, with torques as they are asked for."""
+    standing = State.standing(robot)
+    low = State.standing(robot, height=0.9 * robot.standing_height)
+    gains = ControlGains.for_plan(gaitopt.plan_stand_up(robot, low))
+    sim = build_sim_model(robot, footholds_of(robot, standing), gains, SimulationSettings())
+    data = import_mujoco().MjData(sim.model)
+    data.qpos[:] = to_mujoco(sim, standing.q)
+    return data, sim
+
+
+def sunk(
+    robot: Quadruped, data: Any, sim: SimModel, kept: Sequence[str] = ()
+) -> tuple[State, Footholds]:
+    """The state in which a robot lies that was switched off, and the ground below its feet.
+
+    ``data`` is in this state afterwards.
+
+    Args:
+        robot, data, sim: the robot, and its model.
+        kept: legs whose servos stay on.
+    """
+    mujoco, begin = import_mujoco(), np.array(data.qpos[sim.qpos])
+    stiffness = np.zeros(len(begin))
+    for leg in kept:
+        stiffness[list(robot.leg_columns[leg])] = servo_gains(robot)[0]
+    for _ in range(round(SINKING_TIME / sim.model.opt.timestep)):
+        data.ctrl[sim.ctrl] = stiffness * (begin - data.qpos[sim.qpos])
+        mujoco.mj_step(sim.model, data)
+    q = np.concatenate([data.qpos[:3], data.qpos[4:7], data.qpos[3:4], data.qpos[sim.qpos]])
+    feet = feet_from_joints(robot, q[:3], quaternion_to_rpy(q[3:7]), q[7:])
+    # Feet stand at height 0. One that is a little above is put down before the robot rises.
+    support = tuple(leg for leg, foot in zip(LEGS, feet, strict=True) if foot[2] < NEAR_GROUND)
+    state = State(q, np.zeros(6 + len(sim.qvel)), support, robot.joint_names)
+    return state, Footholds({leg: [[x, y, 0.0]] for leg, (x, y, _) in zip(LEGS, feet, strict=True)})
+
+
+def played(plan: Plan, data: Any, sim: SimModel) -> Stood:
+    """The plan, played by position servos from where the robot is."""
+    mujoco, robot, step = import_mujoco(), plan.robot, sim.model.opt.timestep
+    stiffness, damping = servo_gains(robot)
+    damper = -float(sim.model.actuator_biasprm[0, 2])
+    here, most = np.array(data.qpos[sim.qpos]), robot.effort_limits
+    count = round((GATHERING_TIME + plan.duration + WATCH_TIME) / step)
+    times = np.clip(np.arange(count) * step - GATHERING_TIME, 0.0, plan.duration)
+    motion, torques = plan.at(times), forces_at(plan, times).torques
+    share = np.clip(np.arange(count) * step / GATHERING_TIME, 0.0, 1.0)[:, None]
+    angles = here + share * (motion.q[:, 7:] - here)
+    rates = np.where(share < 1.0, 0.0, motion.v[:, 6:])
+    peak = np.zeros(len(most))
+    for k in range(count):
+        error = angles[k] - data.qpos[sim.qpos]
+        late = rates[k] - data.qvel[sim.qvel]
+        wanted = np.clip(share[k] * torques[k] + stiffness * error + damping * late, -most, most)
+        # The model's own dampers, by which it sank, are made up for.
+        data.ctrl[sim.ctrl] = wanted + damper * data.qvel[sim.qvel]
+        mujoco.mj_step(sim.model, data)
+        if share[k] >= 1.0:
+            peak = np.maximum(peak, np.abs(data.qvel[sim.qvel]))
+    last = plan.at([plan.duration]).q[0]
+    turned = quaternion_to_matrix(np.append(data.qpos[4:7], data.qpos[3]))
+    upright = float((turned * quaternion_to_matrix(last[3:7])).sum() - 1.0) / 2.0
+    return Stood(
+        float(np.linalg.norm(data.qpos[:3] - last[:3])),
+        float(np.arccos(np.clip(upright, -1.0, 1.0))),
+        float((peak / robot.velocity_limits).max()),
+    )
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Print a table; 1 where a plan is not certified or a robot does not stand."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.lying")
+    parser.add_argument("robots", nargs="*", default=ROBOTS)
+    table = Table(
+        "robot", "base at [m]", "pitch [rad]", "beyond limits [rad]", "then moved [mm]",
+        "rises in [s]", "certificate", "simulate", "servos: off [mm]", "joint velocity [%]",
+    )  # fmt: skip
+    faults = 0
+    for name, kept in product(parser.parse_args(arguments).robots, POSTURES):
+        robot = gaitopt.load_robot(name)
+        data, sim = world_of(robot)
+        lying, ground = sunk(robot, data, sim, POSTURES[kept])
+        low, high = robot.position_limits
+        beyond = np.maximum(low - lying.q[7:], lying.q[7:] - high).max()
+        near = gaitopt.nearest_state(robot, lying, ground)
+        plan = gaitopt.plan_stand_up(robot, near.state)
+        found, result = gaitopt.verify(plan), gaitopt.simulate(plan)
+        stood = played(plan, data, sim)
+        good = found.outcome == "certified" and result.passed and stood.stands
+        faults += not good
+        table.add_row(
+            f"{name} {kept}", f"{lying.q[2]:.3f}", f"{lying.columns[4]:.2f}",
+            f"{max(float(beyond), 0.0):.3f}", f"{1e3 * np.linalg.norm(near.body):.1f}",
+            f"{plan.duration:.2f}", str(found.outcome),
+            "passed" if result.passed else "failed", f"{1e3 * stood.off:.1f}",
+            f"{100.0 * stood.rate_use:.0f}",
+        )  # fmt: skip
+    Console(width=140).print(table)
+    return 1 if faults else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
