@@ -12,10 +12,10 @@ from gaitopt.control.clock import AT_REST, SAME_INSTANT, WalkClock
 from gaitopt.control.gains import ControlGains
 from gaitopt.control.planned_forces import planned_forces
 from gaitopt.control.reference import Reference, legs_in_base, ramped, standing_feet
-from gaitopt.control.rolling import rolled_away
 from gaitopt.conventions import LEGS, BoolArray, FloatArray
 from gaitopt.dynamics.contacts import ForceLimits
 from gaitopt.dynamics.whole_body import Motion
+from gaitopt.motion.rolling import rolled_away
 from gaitopt.plan.contact_ground import ground_below
 from gaitopt.plan.load_transfer import most_normal_shares
 from gaitopt.plan.plan import Plan

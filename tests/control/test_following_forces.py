@@ -15,9 +15,9 @@ from gaitopt.control.gains import ControlGains
 from gaitopt.control.nearest_forces import NearestForces
 from gaitopt.control.planned_forces import planned_forces
 from gaitopt.control.reference import Reference
-from gaitopt.control.rolling import rolled_away
 from gaitopt.control.tracking import RobotState, TrackingController
 from gaitopt.dynamics.whole_body import equations_of_motion, motion_of_path
+from gaitopt.motion.rolling import rolled_away
 
 DT = 0.006
 

@@ -13,9 +13,9 @@ from gaitopt.control.build import build_reference
 from gaitopt.control.forces import ForceDistribution
 from gaitopt.control.gains import ControlGains
 from gaitopt.control.nearest_forces import NearestForces
-from gaitopt.control.rolling import rolled_away
 from gaitopt.control.tracking import TrackingController
 from gaitopt.dynamics.whole_body import contact_geometry
+from gaitopt.motion.rolling import rolled_away
 from gaitopt.plan.contact_ground import ground_below
 
 DT = 0.006

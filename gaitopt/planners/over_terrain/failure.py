@@ -15,6 +15,7 @@ _CURES = {
     Cause.MARGIN: "a smaller stability_margin",
     Cause.REACH: "shorter steps (step_length), a larger reach_fraction, or another body_height",
     Cause.SWING: "a smaller clearance or swing_height, or another body_height",
+    Cause.ROLL: "shorter steps (step_length), or another body_height",
     Cause.LIMB: "a smaller limb_clearance, or a larger body_height",
     Cause.TRUNK: "a smaller limb_clearance, or a larger body_height",
     Cause.GROUND: "a larger freedom, a smaller edge_margin, or another way round (waypoints)",

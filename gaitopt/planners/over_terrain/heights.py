@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gaitopt.conventions import LEGS, FloatArray
-from gaitopt.planners.over_terrain.limbs import Limbs
+from gaitopt.planners.over_terrain.links.limbs import Limbs
 from gaitopt.planners.over_terrain.pairs import Pairs
 from gaitopt.planners.over_terrain.settings import TerrainSettings
 from gaitopt.robots.quadruped import Quadruped

@@ -20,7 +20,7 @@ from gaitopt.planners.over_terrain.heights import (
     Heights,
     feet_and_poses,
 )
-from gaitopt.planners.over_terrain.limbs import Limbs
+from gaitopt.planners.over_terrain.links.limbs import Limbs
 from gaitopt.planners.over_terrain.pairs import Cause, Judged, Pairs
 from gaitopt.planners.over_terrain.places import BodyPlaces
 from gaitopt.planners.over_terrain.settings import TerrainSettings

@@ -20,6 +20,7 @@ class Cause(TextEnum):
     MARGIN = "no place with the stability margin"
     REACH = "a leg does not reach its foot, or a joint its angle"
     SWING = "the flying foot does not get high enough"
+    ROLL = "a foot would roll too far on its foothold"
     LIMB = "a limb would touch the ground, or be above unknown ground"
     TRUNK = "the trunk would touch the ground, or be above unknown ground"
     GROUND = "no ground to step on"

@@ -8,7 +8,7 @@ import numpy as np
 
 from gaitopt.conventions import LEGS, OTHER_LEGS, BoolArray, FloatArray
 from gaitopt.optimize.route.centre_of_mass import MassDistribution
-from gaitopt.planners.over_terrain.limbs import Limbs
+from gaitopt.planners.over_terrain.links.limbs import Limbs
 from gaitopt.planners.over_terrain.pairs import Pairs
 from gaitopt.planners.over_terrain.settings import TerrainSettings
 from gaitopt.planners.over_terrain.triangles import into_triangles, shrunken_triangles

@@ -20,7 +20,8 @@ from gaitopt.conventions import LEGS, FloatArray, Progress
 from gaitopt.gait.crawl import WANG_SEQUENCE
 from gaitopt.planners.over_terrain.course import Course
 from gaitopt.planners.over_terrain.judge import Judge
-from gaitopt.planners.over_terrain.limbs import Limbs
+from gaitopt.planners.over_terrain.links.limbs import Limbs
+from gaitopt.planners.over_terrain.links.rolling import MOST_ROLLED, half_ways, rolled_on
 from gaitopt.planners.over_terrain.outlook import Outlook
 from gaitopt.planners.over_terrain.pairs import Cause, Pairs
 from gaitopt.planners.over_terrain.result import TerrainSearch
@@ -48,6 +49,9 @@ FROM_USUAL = 0.5
 from the usual foothold."""
 FOOT_WAY, BODY_WAY = 0.15, 1.0
 """Costs of the ways of a foot and of the body, for each body height of them."""
+ROLLED = 0.2
+"""Cost of a foot that rolls as far on its foothold as it may; it grows with the square
+of the way."""
 NO_USE_AHEAD = 0.5
 """Cost of a foothold that is of no use when the body has moved on, for each place looked at."""
 NO_USE = 2.0
@@ -276,6 +280,18 @@ class Search:
         way = np.linalg.norm(judged.body[:, :3] - layer.body[state, :3], axis=1)
         cost = cost + BODY_WAY * way / self.judge.settings.body_height
         cost = cost + NO_USE_AHEAD * judged.prospects
-        for i in np.flatnonzero(judged.possible):
-            kept.add(int(state[i]), int(stand[i]), leg, float(cost[i]), pairs.target[i],
-                     judged.body[i], float(judged.rise[i]))  # fmt: skip
+        possible = np.flatnonzero(judged.possible)
+        if not len(possible):
+            return
+        there, before = pairs.chosen(possible), layer.rolled[state[possible]]
+        rolled = rolled_on(self.limbs, there.feet, there.body, judged.body[possible], before)
+        shares = half_ways(rolled) / MOST_ROLLED
+        refused[Cause.ROLL] += int((shares.max(axis=1) > 1.0).sum())
+        # What a foot had rolled before has been counted.
+        more = ROLLED * (shares**2 - (half_ways(before) / MOST_ROLLED) ** 2).sum(axis=1)
+        # The foot that steps begins anew.
+        rolled[:, leg] = 0.0
+        for n in np.flatnonzero(shares.max(axis=1) <= 1.0):
+            i = possible[n]
+            kept.add(int(state[i]), int(stand[i]), leg, float(cost[i] + more[n]), pairs.target[i],
+                     judged.body[i], float(judged.rise[i]), rolled[n])  # fmt: skip

@@ -15,8 +15,9 @@ from gaitopt.planners.over_terrain.course import Course, course_through
 from gaitopt.planners.over_terrain.detour import Passage
 from gaitopt.planners.over_terrain.footing import layers_for, stands_of, start_stands
 from gaitopt.planners.over_terrain.judge import Judge
-from gaitopt.planners.over_terrain.limbs import Limbs
-from gaitopt.planners.over_terrain.link_spheres import link_spheres
+from gaitopt.planners.over_terrain.links.limbs import Limbs
+from gaitopt.planners.over_terrain.links.link_spheres import link_spheres
+from gaitopt.planners.over_terrain.links.rolling import at_rest
 from gaitopt.planners.over_terrain.result import TerrainSearch
 from gaitopt.planners.over_terrain.search import Search
 from gaitopt.planners.over_terrain.settings import TerrainSettings
@@ -137,7 +138,7 @@ def first_layer(search: Search) -> Layer:
     none = np.array([-1])
     return Layer(
         feet, np.array([stands]), np.concatenate([middle, posture[0]])[None],
-        np.zeros((1, 4), dtype=int), np.zeros(1), none, none, np.zeros(1),
+        np.zeros((1, 4), dtype=int), np.zeros(1), none, none, np.zeros(1), at_rest(1),
     )  # fmt: skip
 
 

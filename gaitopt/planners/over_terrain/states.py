@@ -27,6 +27,8 @@ class Layer(NamedTuple):
         parent: the state of the layer before ``(N,)``.
         leg: index of the leg that stepped last ``(N,)``.
         rise: height of its swing above its higher end ``(N,)`` [m].
+        rolled: how far the feet have rolled on their footholds ``(N, 4, 3, 2)`` [m]
+            (:func:`gaitopt.planners.over_terrain.links.rolling.rolled_on`).
     """
 
     feet: FloatArray
@@ -37,6 +39,7 @@ class Layer(NamedTuple):
     parent: np.ndarray
     leg: np.ndarray
     rise: FloatArray
+    rolled: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,7 +84,8 @@ class Kept:
 
     def __init__(self, width: int) -> None:
         self.width, self.each = width, max(-(-width // CHILDREN), 1)
-        self.rows: list[tuple[float, int, int, int, FloatArray, FloatArray, float]] = []
+        self.rows: list[tuple[float, int, int, int, FloatArray, FloatArray, float, FloatArray]]
+        self.rows = []
         self.of_state: Counter[int] = Counter()
 
     @property
@@ -91,9 +95,9 @@ class Kept:
 
     def add(
         self, state: int, stand: int, leg: int, cost: float, target: FloatArray, body: FloatArray,
-        rise: float,
+        rise: float, rolled: FloatArray,
     ) -> None:  # fmt: skip
-        self.rows.append((cost, state, stand, leg, target, body, rise))
+        self.rows.append((cost, state, stand, leg, target, body, rise, rolled))
 
     def layer(self, before: Layer, legs: np.ndarray) -> Layer | None:
         """The cheapest of them, few of each state."""
@@ -118,5 +122,5 @@ class Kept:
         return Layer(
             feet, stands, np.array([row[5] for row in chosen]), made,
             np.array([row[0] for row in chosen]), state, leg,
-            np.array([row[6] for row in chosen]),
+            np.array([row[6] for row in chosen]), np.array([row[7] for row in chosen]),
         )  # fmt: skip

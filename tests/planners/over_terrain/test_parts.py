@@ -10,9 +10,16 @@ import pytest
 
 import gaitopt
 from gaitopt import LEGS, HeightMap, InputError
+from gaitopt.motion.rolling import rolled_away
 from gaitopt.planners.over_terrain.course import course_through
 from gaitopt.planners.over_terrain.detour import Passage
-from gaitopt.planners.over_terrain.link_spheres import Placements, covering_balls, link_spheres
+from gaitopt.planners.over_terrain.footing import turns_beside
+from gaitopt.planners.over_terrain.links.link_spheres import (
+    Placements,
+    covering_balls,
+    link_spheres,
+)
+from gaitopt.planners.over_terrain.links.rolling import at_rest, half_ways, rolled_on
 from gaitopt.planners.over_terrain.settings import TerrainSettings
 from gaitopt.planners.over_terrain.setup import search_for
 from gaitopt.planners.over_terrain.surfaces import RADIUS_STEP, Surfaces
@@ -159,6 +166,47 @@ def test_a_foothold_right_below_a_stair_is_of_less_use_than_one_farther_on() -> 
     level = search_for(robot, HeightMap(0.0 * z, 0.02, (-0.6, -0.6)), (1.2, 0.0),
                        (0.0, 0.0, 0.0), settings)  # fmt: skip
     assert level.outlook.of(0, 7, level.stands.near(ground, level.usual(0, 2), 0.02)).max() == 0.0
+
+
+def test_beside_a_crest_the_ground_is_turned_and_elsewhere_it_is_not() -> None:
+    x = 0.02 * np.arange(40) - 0.4
+    slope = 0.4
+    ground = HeightMap(np.tile(-slope * np.abs(x)[:, None], (1, 20)), 0.02, (-0.4, 0.0))
+    turned = turns_beside(ground, 0.02, np.ones(ground.shape, dtype=bool))[2:-2, 10]
+    away = np.abs(x[2:-2])
+    # A ball touches beside its lowest point by the sine of the slope times its radius.
+    assert (turned[away > 0.019] < 1e-6).all()
+    # On the crest the contact 1 cm beside is where the ball, 1 cm beside, touches the crest.
+    crest = float(turned[away < 1e-9][0])
+    assert crest == pytest.approx(min(np.arcsin(0.01 / 0.02), np.arctan(slope)), abs=1e-9)
+
+
+@pytest.mark.parametrize("name", ["go2", "anymal_c"])
+def test_feet_roll_in_the_search_as_pinocchio_lets_them_roll(name: str) -> None:
+    robot = gaitopt.load_robot(name)
+    limbs = search_for(robot, gaitopt.make_ground("flat", robot=robot, length=2.0), (2.0, 0.0),
+                       (0.0, 0.0, 0.0), TerrainSettings.for_robot(robot)).limbs  # fmt: skip
+    height = robot.standing_height
+    feet = np.array([robot.legs[leg].forward(robot.standing_joints()[list(columns)])
+                     for leg, columns in robot.leg_columns.items()]) - robot.centre  # fmt: skip
+    before = np.zeros((1, 6))
+    after = np.array([[0.2, 0.05, -0.15, 0.3, 0.2, 0.5]]) * [*[height] * 3, *[0.3] * 3]
+    rolled = rolled_on(limbs, feet[None], before, after, at_rest(1))
+    # The same move in small steps, with Pinocchio's Jacobians of the contacts.
+    poses = before + np.linspace(0.0, 1.0, 201)[:, None] * (after - before)
+    local = limbs.local(np.broadcast_to(feet, (201, 4, 3)), poses)
+    q = np.zeros((201, robot.model.nq))
+    for k, leg in enumerate(LEGS):
+        q[:, 7:][:, list(robot.leg_columns[leg])] = robot.legs[leg].inverse(local[:, k])
+    turns = rpy_to_matrix(poses[:, 3:]) @ robot.body_axes.T
+    for i, turn in enumerate(turns):
+        q[i, :3] = poses[i, :3] - turn @ robot.body_axes @ robot.centre
+        q[i, 3:7] = pin.Quaternion(turn).coeffs()
+    v = np.array([pin.difference(robot.model, a, b) for a, b in itertools.pairwise(q)])
+    way = rolled_away(robot, (q[:-1]), v, np.ones((200, 4), dtype=bool), 1.0)[-1]
+    assert np.abs(rolled[0, :, 0] - way[:, :2]).max() < 0.07 * np.abs(way).max()
+    assert np.abs(way).max() > 0.1 * robot.foot_radius
+    assert half_ways(rolled) == pytest.approx(0.5 * np.linalg.norm(rolled[:, :, 0], axis=2))
 
 
 def test_finer_tables_are_not_below_the_exact_height_beside_a_step() -> None:

@@ -12,7 +12,11 @@ from matplotlib import cbook
 
 import gaitopt
 from gaitopt import LEGS, HeightMap, InputError, TerrainError
+from gaitopt.control.build import build_reference
+from gaitopt.control.gains import ControlGains
+from gaitopt.planners.over_terrain.links.rolling import PLANNED, first_rolling_step
 from gaitopt.planners.over_terrain.pairs import Cause
+from gaitopt.planners.over_terrain.planner import FRICTION_SHARE
 from gaitopt.planners.over_terrain.settings import TerrainSettings
 from gaitopt.planners.over_terrain.setup import first_layer, result_of, search_for
 
@@ -50,6 +54,26 @@ def test_feet_stand_on_the_ground_where_the_layers_allow_it(rubble: gaitopt.Plan
         assert np.allclose(contact.centres, footholds[leg], atol=1e-9)
         assert np.allclose(contact.normals, footholds.normals[leg], atol=1e-9)
         assert all(layers.footing(p[:2]) == "steppable" for p in footholds[leg])
+
+
+def test_something_is_left_of_the_friction_and_of_the_landing_radius(rubble: gaitopt.Plan) -> None:
+    limits, settings = rubble.settings.promised_forces, TerrainSettings.for_robot(rubble.robot)
+    assert limits is not None and 0.0 < limits.transfer_time < 0.1
+    assert limits.friction == pytest.approx(FRICTION_SHARE * settings.friction)
+    assert first_rolling_step(rubble, PLANNED) is None
+    # The controller's reference is off the footholds by as much as the plan was judged to be.
+    reference = build_reference(rubble, ControlGains.for_plan(rubble), 0.006)
+    times = 0.006 * (np.arange(len(reference)) - reference.lead) + reference.ahead
+    clock, largest = reference.clock.plan_time(times), 0.0
+    for swing in rubble.swings:
+        leg = LEGS.index(swing.leg)
+        later = [s.start for s in rubble.swings if s.leg == swing.leg and s.start > swing.start]
+        until = min([*later, rubble.duration]) - 1e-6
+        own = reference.feet[(clock > swing.end + 1e-6) & (clock < until), leg]
+        away = np.linalg.norm((own - swing.foot_end)[:, :2], axis=1)
+        largest = max(largest, float(away.max(initial=0.0)))
+    assert first_rolling_step(rubble, largest + 3e-4) is None
+    assert first_rolling_step(rubble, largest - 3e-4) is not None
 
 
 def test_the_same_ground_gives_the_same_walk() -> None:

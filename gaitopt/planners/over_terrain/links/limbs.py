@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gaitopt.conventions import LEGS, BoolArray, FloatArray
-from gaitopt.planners.over_terrain.link_spheres import LinkSpheres, Placements, link_spheres
+from gaitopt.planners.over_terrain.links.link_spheres import LinkSpheres, Placements, link_spheres
 from gaitopt.planners.over_terrain.pairs import Pairs
 from gaitopt.planners.over_terrain.surfaces import Surfaces
 from gaitopt.robots.quadruped import Quadruped
@@ -49,7 +49,7 @@ class Limbs:
     def trunk_clear(self, pairs: Pairs, poses: FloatArray) -> BoolArray:
         """Whether the trunk is clear of the ground, at its place and halfway to it ``(K,)``."""
         halfway = (poses + pairs.body) / 2.0
-        return self._trunk(self._body(poses)) & self._trunk(self._body(halfway))
+        return self._trunk(self.body(poses)) & self._trunk(self.body(halfway))
 
     def limbs_clear(self, pairs: Pairs, poses: FloatArray, paths: FloatArray) -> BoolArray:
         """Whether all legs are clear of the ground, as they stand and along the swing ``(K,)``."""
@@ -70,7 +70,7 @@ class Limbs:
         """Whether a leg is clear of the ground with its foot at all of ``feet (K, n, 3)``."""
         count, places = feet.shape[:2]
         angles = self.robot.legs[LEGS[leg]].inverse(self.local(feet, poses).reshape(-1, 3))
-        body = self._body(poses)
+        body = self.body(poses)
         repeated = Placements(*(np.repeat(part, places, axis=0) for part in body))
         kept = self._leg(leg, angles, repeated)
         return np.asarray(kept.reshape(count, places).all(axis=1), dtype=np.bool_)
@@ -82,13 +82,13 @@ class Limbs:
             poses: x, y, z, roll, pitch, yaw of the body centre ``(K, 6)``.
             joints: angles of the legs ``(K, 4, 3)`` [rad].
         """
-        body = self._body(poses)
+        body = self.body(poses)
         kept = self._trunk(body)
         for leg in range(4):
             kept &= self._leg(leg, joints[:, leg], body)
         return kept
 
-    def _body(self, poses: FloatArray) -> Placements:
+    def body(self, poses: FloatArray) -> Placements:
         """Where the body frame is."""
         turn = rpy_to_matrix(poses[:, 3:])
         return Placements(turn, poses[:, :3] - turn @ self.robot.centre)

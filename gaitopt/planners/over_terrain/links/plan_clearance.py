@@ -8,7 +8,7 @@ import numpy as np
 
 from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.plan.plan import Plan
-from gaitopt.planners.over_terrain.limbs import Limbs
+from gaitopt.planners.over_terrain.links.limbs import Limbs
 from gaitopt.robots.collision_shapes import path_touches
 from gaitopt.robots.rotations import matrix_to_rpy, rpy_to_matrix
 

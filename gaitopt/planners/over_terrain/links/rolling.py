@@ -1,0 +1,103 @@
+"""How far the balls of standing feet roll, from one place of the body to the next.
+
+The foot of a plan keeps its place while it stands, and its leg turns. The ball of a real foot rolls
+as its leg turns: its centre moves by the radius times the angle. The controller lets it land before
+its foothold by half of the way. What is left must be well below the landing radius of the
+footholds, for feet that slide a little need a part of it, too.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gaitopt.conventions import LEGS, FloatArray
+from gaitopt.motion.rolling import rolled_away
+from gaitopt.plan.contact_ground import ground_below
+from gaitopt.plan.plan import Plan
+from gaitopt.planners.over_terrain.links.limbs import Limbs
+from gaitopt.terrain.footholds import OPEN_GROUND_RADIUS
+
+MOST_ROLLED = 0.65 * OPEN_GROUND_RADIUS
+"""Half of the way that a foot may roll on one foothold [m]. Chosen: in physics feet slide by up to
+9 mm beside that, and 20 mm are allowed."""
+PLANNED = MOST_ROLLED + 1e-3
+"""The same for a plan, whose body may be some millimetres from where the search has it [m]."""
+EVERY = 0.02
+"""Time between the samples of a plan [s]."""
+MOST_SAMPLES = 20_000
+"""Most samples; longer walks are looked at less often."""
+
+
+def at_rest(count: int) -> FloatArray:
+    """What :func:`rolled_on` begins with, for a number of states ``(N, 4, 3, 2)``."""
+    return np.zeros((count, len(LEGS), 3, 2))
+
+
+def rolled_on(
+    limbs: Limbs, feet: FloatArray, before: FloatArray, after: FloatArray, rolled: FloatArray
+) -> FloatArray:
+    """Where the balls of feet have rolled to when the body has moved on.
+
+    Args:
+        limbs: the robot's links.
+        feet: where the four feet stand ``(K, 4, 3)`` [m].
+        before, after: x, y, z, roll, pitch, yaw of the body centre ``(K, 6)``.
+        rolled: how far each foot has rolled along x and y since it landed, and the least and the
+            largest of it so far ``(K, 4, 3, 2)`` [m].
+
+    Returns:
+        The same after the body's move.
+    """
+    count, out = len(feet), rolled.copy()
+    poses = np.concatenate([before, after])
+    local, body = limbs.local(np.concatenate([feet, feet]), poses), limbs.body(poses)
+    for k, leg in enumerate(LEGS):
+        angles = limbs.robot.legs[leg].inverse(local[:, k])
+        turns = limbs.spheres.placements(k, angles, body)[-1].turns
+        turn = _rotation_vectors(turns[count:] @ np.swapaxes(turns[:count], -1, -2))
+        # A ball that turns about y by an angle rolls along x by the radius times the angle.
+        out[:, k, 0] += limbs.robot.foot_radius * np.stack([turn[:, 1], -turn[:, 0]], axis=1)
+    out[:, :, 1] = np.minimum(out[:, :, 1], out[:, :, 0])
+    out[:, :, 2] = np.maximum(out[:, :, 2], out[:, :, 0])
+    return np.asarray(out)
+
+
+def half_ways(rolled: FloatArray) -> FloatArray:
+    """Half of the way that each foot has rolled on its foothold ``(K, 4)`` [m]."""
+    return np.asarray(0.5 * np.linalg.norm(rolled[:, :, 2] - rolled[:, :, 1], axis=-1))
+
+
+def first_rolling_step(plan: Plan, most: float) -> tuple[int, str, float] | None:
+    """The first step whose foot rolls too far on its foothold: step, leg, half of the way [m].
+
+    Args:
+        plan: over a height map.
+        most: half of the way that feet may roll [m].
+    """
+    count = min(int(np.ceil(plan.duration / EVERY)) + 1, MOST_SAMPLES)
+    times = np.linspace(0.0, plan.duration, count)
+    at = plan.at(times)
+    limits = plan.settings.promised_forces
+    below = ground_below(plan, times, 1.0 if limits is None else limits.friction)
+    standing = np.array(at.contacts)
+    normals = np.broadcast_to(below.normals, (*standing.shape, 3))
+    ways = rolled_away(plan.robot, at.q, at.v, standing, float(times[1] - times[0]), normals)
+    away = np.linalg.norm(ways, axis=-1)
+    for swing in plan.swings:
+        leg = LEGS.index(swing.leg)
+        later = (s.start for s in plan.swings if s.leg == swing.leg and s.start > swing.start)
+        first, last = np.searchsorted(times, [swing.end, next(later, plan.duration)])
+        way = float(away[first:last, leg].max(initial=0.0))
+        if way > most:
+            return swing.step, swing.leg, way
+    return None
+
+
+def _rotation_vectors(turns: FloatArray) -> FloatArray:
+    """Rotation vectors ``(K, 3)`` [rad] of rotations ``(K, 3, 3)`` by less than half a turn."""
+    sine = 0.5 * np.stack(
+        [turns[:, j, i] - turns[:, i, j] for i, j in ((1, 2), (2, 0), (0, 1))], axis=1
+    )
+    size = np.linalg.norm(sine, axis=1)
+    angle = np.arctan2(size, 0.5 * (np.trace(turns, axis1=1, axis2=2) - 1.0))
+    return np.asarray(sine * (angle / np.maximum(size, 1e-12))[:, None])
