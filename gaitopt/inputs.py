@@ -139,6 +139,18 @@ def check_shape(name: str, values: ArrayLike, *tail: int) -> FloatArray:
     return array
 
 
+def check_choice(name: str, value: object, known: Iterable[str]) -> None:
+    """Refuse what is none of some texts.
+
+    Raises:
+        InputError: the message gives ``name`` and the texts.
+    """
+    # An array compares with each of the texts as many times as it has items.
+    texts = tuple(known)
+    if not isinstance(value, str) or value not in texts:
+        raise InputError(f"{name} must be one of {', '.join(texts)}, got {str(value)[:100]!r}")
+
+
 def check_tuple(name: str, values: object) -> tuple[Any, ...]:
     """``values`` as a tuple.
 

@@ -5,12 +5,15 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable
 from enum import Enum
+from functools import cache, partial
 from typing import Any
 
+import numpy as np
 import pytest
 
 import gaitopt
 from gaitopt.errors import GaitoptError
+from gaitopt.exporting.joint_order import joint_order
 
 
 def takers() -> list[str]:
@@ -45,3 +48,49 @@ def test_a_text_or_nothing_in_place_of_every_argument(name: str, value: object) 
         function(*[value for _ in alone], **dict.fromkeys(named, value))
     except GaitoptError as error:
         assert str(error)
+
+
+ROWS = np.full((4, 3), np.nan)
+
+
+@cache
+def calls() -> dict[str, Callable[[], object]]:
+    """Calls with an array, or another thing that cannot be compared, where a text belongs."""
+    robot = gaitopt.load_robot("wang2020")
+    footholds = gaitopt.s_columns(0, columns=2, robot=robot)
+    points = {leg: footholds[leg] for leg in gaitopt.LEGS}
+    first = {leg: footholds[leg][0] for leg in gaitopt.LEGS}
+    curve = gaitopt.swing_curve("cycloid", np.zeros(3), np.ones(3), 0.1, 1.0)
+    ground = gaitopt.HeightMap(np.zeros((4, 5)), 0.1)
+    plan, route, stride = gaitopt.plan_crawl, gaitopt.plan_route, gaitopt.plan_stride
+    state = partial(gaitopt.GaitStateMachine, gaitopt.trot(0.5), 2)
+    cog = partial(gaitopt.build_cog_problem, robot, first, 0.4)
+    return {
+        "a text that is an array": lambda: plan(robot, footholds, timing=ROWS),
+        "and of a route": lambda: route(robot, footholds, timing=ROWS),
+        "and of a stride": lambda: stride(
+            robot, gaitopt.rectangular_obstacle(0.03, 0.03), timing=ROWS
+        ),
+        "an objective that is an array": lambda: plan(robot, footholds, objective=ROWS),
+        "legs that are numbers": lambda: plan(robot, footholds, sequence=ROWS),
+        "freedoms in one number": lambda: route(robot, footholds, free=np.array(1.0)),
+        "freedoms in a mapping": lambda: gaitopt.Freedoms.of({}),
+        "a leg that is an array": lambda: state(first=ROWS),
+        "a leg without a name": lambda: cog(np.zeros(2), swing="", foothold=first["LF"]),
+        "a place that is a table": lambda: cog(ROWS),
+        "a method that is an array": lambda: ground.filled(ROWS),
+        "an order that is none": lambda: gaitopt.Footholds(points, order=True),
+        "a delay beyond all floats": lambda: gaitopt.SimulationSettings(sensing_delay=2**2000),
+        "a push that is none": lambda: gaitopt.SimulationSettings(pushes=(np.nan,)),
+        "an error of columns that is none": lambda: gaitopt.SimulationSettings(
+            column_errors=(np.nan,)
+        ),
+        "a time that is none": lambda: curve.velocity(np.nan),
+        "joints that are none": lambda: joint_order(("a",), joints=1e300),
+    }
+
+
+@pytest.mark.parametrize("name", calls())
+def test_what_is_no_text_or_no_list_is_refused(name: str) -> None:
+    with pytest.raises(GaitoptError):
+        calls()[name]()

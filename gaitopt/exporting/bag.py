@@ -11,7 +11,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from gaitopt.conventions import LEGS
-from gaitopt.errors import InputError, MissingPackageError
+from gaitopt.errors import MissingPackageError
 from gaitopt.exporting import bag_messages as told
 from gaitopt.exporting import ros
 from gaitopt.exporting.format import Format
@@ -20,6 +20,7 @@ from gaitopt.exporting.links import LinkMotion, link_motion, moving_links
 from gaitopt.exporting.names import check_names
 from gaitopt.exporting.sampled import Exported, Samples, Source
 from gaitopt.files import written_whole
+from gaitopt.inputs import check_choice
 from gaitopt.plan.com_margin import true_com
 
 STEP: Final = 0.02
@@ -61,10 +62,7 @@ def write_bag(
     Raises:
         MissingPackageError: rosbags is not installed.
     """
-    if interpolation not in INTERPOLATIONS:
-        raise InputError(
-            f"interpolation must be one of {', '.join(INTERPOLATIONS)}, got {interpolation!r}"
-        )
+    check_choice("interpolation", interpolation, INTERPOLATIONS)
     samples = source.samples(STEP if dt is None else dt)
     points = choose_points(source, interpolation, error, LONGEST_GAP, 0.0, source.plan.duration)
     # Without efforts: most controllers refuse them. The joint states have them.

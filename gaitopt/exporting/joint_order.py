@@ -13,6 +13,7 @@ from gaitopt.errors import InputError
 from gaitopt.exporting.controller_file import controller_joints
 from gaitopt.exporting.names import check_names
 from gaitopt.files import StrPath
+from gaitopt.inputs import check_tuple
 
 Joints = StrPath | Iterable[str] | Mapping[str, str] | None
 """What ``joints`` may be: see :func:`joint_order`."""
@@ -81,7 +82,7 @@ def _renamed(
     listed: Iterable[str] = (
         controller_joints(joints, controller)
         if isinstance(joints, (str, os.PathLike))
-        else tuple(joints)
+        else check_tuple("joints", joints)
     )
     out: dict[str, str] = {}
     for name in check_names(listed):

@@ -30,7 +30,7 @@ from gaitopt.exporting.interpolation import (
 )
 from gaitopt.exporting.sampled import Exported, Source, forces_at
 from gaitopt.files import written_whole
-from gaitopt.inputs import check_number
+from gaitopt.inputs import check_choice, check_number
 from gaitopt.plan.contact_forces import contact_forces
 from gaitopt.plan.plan import Plan
 from gaitopt.robots.xml_text import shown
@@ -67,10 +67,7 @@ def write_trajectory(
         offset: ``time_from_start`` of the first point [s].
         part_time: longest duration of a part [s]; each begins and ends at rest.
     """
-    if interpolation not in INTERPOLATIONS:
-        raise InputError(
-            f"interpolation must be one of {', '.join(INTERPOLATIONS)}, got {interpolation!r}"
-        )
+    check_choice("interpolation", interpolation, INTERPOLATIONS)
     check_number("error", error, 1e-6, 1.0, "rad")
     check_number("offset", offset, 0.0, 3600.0, "s")
     gap = LONGEST_GAP if dt is None else check_number("dt", dt, 1e-3, 1e3, "s")

@@ -66,7 +66,7 @@ def check_order(sequence: Iterable[str]) -> tuple[str, ...]:
         InputError: it names no leg, or one that is unknown.
     """
     order = legs_in(sequence)
-    known = order and all(leg in LEGS for leg in order)
+    known = order and all(isinstance(leg, str) and leg in LEGS for leg in order)
     return order if known else check_sequence(order)
 
 

@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.errors import InputError
 from gaitopt.gait.schedule import CYCLE_TIMES, SNAP, GaitSchedule, wrapped
-from gaitopt.inputs import check_count, check_number
+from gaitopt.inputs import check_choice, check_count, check_number
 from gaitopt.robots.leg_names import as_leg
 
 MOST_CYCLES: Final = 100_000
@@ -129,8 +129,7 @@ def first_swings(
         InputError: there is no such leg.
     """
     first = schedule.order[0][0] if first is None else as_leg(first)
-    if first not in LEGS:
-        raise InputError(f"first must be one of {', '.join(LEGS)}, got {first!r}")
+    check_choice("first", first, LEGS)
     start = schedule.liftoffs[first]
     swings = {}
     for leg in LEGS:

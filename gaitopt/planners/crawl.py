@@ -146,7 +146,7 @@ def _asks_for_least_time(options: dict[str, Any]) -> bool:
     """
     objective = options.get("objective", "distance")
     special = [name for name in _ONLY_LEAST_TIME if options.get(name) is not None]
-    if objective != LEAST_TIME:
+    if not (isinstance(objective, str) and objective == LEAST_TIME):
         for name in set(_ONLY_LEAST_TIME) & set(options) - set(special):
             del options[name]
         if special:

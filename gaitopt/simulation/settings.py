@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from gaitopt.errors import InputError
-from gaitopt.inputs import check_array, check_shape, check_tuple
+from gaitopt.inputs import check_array, check_kind, check_shape, check_tuple
 
 TIMESTEPS = (1e-4, 0.02)
 """Smallest and largest timestep of the physics [s]: shorter ones are slower than real time, with
@@ -20,6 +20,9 @@ MAP_TIMESTEP = 0.001
 """Longest timestep of the physics on a height map [s]. Feet that land on slopes and edges jump
 aside in steps of 2 ms: over rubble and stairs the largest landing errors of go2 and anymal_c were
 10 to 12 mm, and in steps of 1 ms 5 to 9 mm."""
+
+LARGEST = float(np.finfo(np.float64).max)
+"""Largest number that is finite; whole numbers may be larger."""
 
 
 @dataclass(frozen=True)
@@ -129,10 +132,17 @@ class SimulationSettings:
             value = getattr(self, item.name)
             if item.name in ("pushes", "column_errors"):
                 object.__setattr__(self, item.name, check_tuple(item.name, value))
-            elif not (isinstance(value, (bool, int, float)) and np.isfinite(value) and value >= 0):
+            elif not (isinstance(value, (bool, int, float)) and 0 <= value <= LARGEST):
                 raise InputError(f"{item.name} must be a number of at least 0, got {value!r}")
             elif item.name in positive and not value > 0:
                 raise InputError(f"{item.name} must be positive, got {value!r}")
+        for push in self.pushes:
+            check_kind("pushes: each", push, Push)
+        for error in self.column_errors:
+            if len(check_tuple("column_errors: each", error)) != 3:
+                raise InputError(
+                    f"column_errors: each is (leg, foothold, error in metres), got {error!r}"
+                )
         if not TIMESTEPS[0] <= self.timestep <= TIMESTEPS[1]:
             raise InputError(
                 f"timestep must be from {TIMESTEPS[0]:g} to {TIMESTEPS[1]:g} s, got "

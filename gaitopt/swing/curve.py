@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from gaitopt.conventions import FloatArray, frozen
 from gaitopt.errors import InputError
-from gaitopt.inputs import check_array, check_numbers
+from gaitopt.inputs import check_known, check_numbers
 
 FARTHEST = 1e6
 """Coordinates of an end of a swing beyond this are taken for a mistake [m]."""
@@ -91,10 +91,10 @@ class SwingCurve(ABC):
         Args:
             t: time since lift-off [s], broadcast against the swings: times ``(N, 1)`` and swings
                 ``(M,)`` give ``(N, M, 3)``. Times outside the swing count as its ends, also for
-                derivatives; NaN gives NaN. Where a derivative jumps it is that of one side.
+                derivatives. Where a derivative jumps it is that of one side.
 
         Raises:
-            InputError: ``t`` cannot be broadcast against the swings.
+            InputError: ``t`` cannot be broadcast against the swings, or is NaN.
         """
         return self._derivative(t, 0)
 
@@ -138,7 +138,7 @@ class SwingCurve(ABC):
         """Derivative of the position by the share of the duration ``(..., 3)`` [m]."""
 
     def _derivative(self, t: ArrayLike, order: int) -> FloatArray:
-        times = check_array("t", t)
+        times = check_known("t", t)
         try:
             np.broadcast_shapes(times.shape, self.duration.shape)
         except ValueError:

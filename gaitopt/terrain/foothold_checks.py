@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from gaitopt.conventions import LEGS, FloatArray, frozen
 from gaitopt.errors import FootholdsError
+from gaitopt.inputs import check_tuple
 from gaitopt.robots.leg_names import leg_named
 from gaitopt.terrain.foothold_csv import FARTHEST
 
@@ -106,7 +107,7 @@ def checked_order(order: Iterable[str] | None, counts: Mapping[str, int]) -> tup
                 + "; or give the order of all steps"
             )
         return None
-    names = [order] if isinstance(order, str) else list(order)
+    names = [order] if isinstance(order, str) else list(check_tuple("order", order))
     legs = [leg_named(name) if isinstance(name, str) else None for name in names]
     if None in legs:
         raise FootholdsError(f"order names an unknown leg: {names[legs.index(None)]!r}")

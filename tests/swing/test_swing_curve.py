@@ -390,7 +390,8 @@ def test_times_outside_the_swing_are_moved_to_its_ends(name: str) -> None:
     for order in ORDERS:
         function = getattr(curve, order)
         np.testing.assert_array_equal(function([-1.0, 99.0]), function([0.0, 0.6]))
-    assert np.isnan(curve.position([np.nan])).all()
+    with pytest.raises(InputError, match="t must be numbers, and one is NaN"):
+        curve.position([np.nan])
 
 
 def test_times_of_another_count_than_the_swings_are_refused() -> None:

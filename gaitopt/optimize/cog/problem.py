@@ -24,7 +24,7 @@ from numpy.typing import ArrayLike
 
 from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.errors import InputError
-from gaitopt.inputs import check_kind
+from gaitopt.inputs import check_choice, check_kind, check_shape
 from gaitopt.optimize.cog.formulation import (
     CogFormulation,
     Objective,
@@ -131,6 +131,9 @@ def build_cog_problem(
     if (swing is None) != (foothold is None):
         raise InputError("swing and foothold go together: give both, or neither")
     named, swing = by_leg("feet", feet), as_leg(swing)
+    if swing is not None:
+        check_choice("swing", swing, LEGS)
+    place = check_shape("start", start, 2)
     missing = [leg for leg in LEGS if leg not in named]
     if missing:
         raise InputError(f"feet: there is no place of {', '.join(missing)}; give all four legs'")
@@ -143,7 +146,7 @@ def build_cog_problem(
         further=None if further is None else [further],
         turns=None if turn is None else turn[None],
     )  # fmt: skip
-    return problem.starting_at(np.asarray(start, dtype=np.float64))
+    return problem.starting_at(place)
 
 
 def build_cog_problems(

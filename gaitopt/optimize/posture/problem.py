@@ -207,7 +207,7 @@ def build_posture_problem(
         InputError: a name is unknown, a number out of range, or the feet support no area.
     """
     stands, swing = _feet(feet), as_leg(swing)
-    if swing is not None and swing not in LEGS:
+    if swing is not None and not (isinstance(swing, str) and swing in LEGS):
         raise InputError(f"swing must be one of {', '.join(LEGS)} or None, got {swing!r}")
     if swing is None and len(places):
         raise InputError("places are for the leg that swings; name it, or leave them out")

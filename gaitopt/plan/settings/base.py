@@ -207,10 +207,15 @@ def check_names(kind: type[Any], options: Mapping[str, Any], *others: str) -> No
         others: names that are known beside the fields.
 
     Raises:
-        InputError: names the option, and the one that may have been meant.
+        InputError: names the option, and the one that may have been meant; or it is an array
+            where the field is a text.
     """
     known = [f.name for f in fields(kind)] + list(others)
+    texts = [f.name for f in fields(kind) if f.type in ("str", "str | None")]
     for name in options:
+        # An array compares with a text as many times as it has items.
+        if name in texts and isinstance(options[name], np.ndarray):
+            raise InputError(f"{name} must be a text, got {str(options[name])[:100]!r}")
         if name not in known:
             of_forces = [f.name for f in fields(ForceLimits)] if "forces" in known else []
             near = get_close_matches(name, [*known, *of_forces], n=1)

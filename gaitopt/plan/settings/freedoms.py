@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields
 from typing import Final
 
 from gaitopt.errors import InputError
+from gaitopt.inputs import check_choice
 
 
 @dataclass(frozen=True)
@@ -42,8 +43,7 @@ class Freedoms:
         Raises:
             InputError: no variant has this name.
         """
-        if name not in VARIANTS:
-            raise InputError(f"free must be one of {', '.join(VARIANTS)}, got {name!r}")
+        check_choice("free", name, VARIANTS)
         return VARIANTS[name]
 
     @classmethod
@@ -57,7 +57,9 @@ class Freedoms:
             return given
         if isinstance(given, str):
             return cls.from_name(given)
-        named = {str(name) for name in given} if isinstance(given, Iterable) else {repr(given)}
+        single = not isinstance(given, Iterable) or getattr(given, "ndim", 1) == 0
+        single |= isinstance(given, Mapping)
+        named = {str(given)} if single else {str(name) for name in given}
         known = [f.name for f in fields(cls)]
         unknown = sorted(named - {*known, "route"})
         if unknown:

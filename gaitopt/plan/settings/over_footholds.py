@@ -7,7 +7,14 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal, TypeVar
 
 from gaitopt.gait.crawl import FREE_ORDER, WANG_SEQUENCE, check_order, swing_order
-from gaitopt.plan.settings.base import FORCES, PlanSettings, check_place, one_of, set_flag
+from gaitopt.plan.settings.base import (
+    FORCES,
+    PlanSettings,
+    check_names,
+    check_place,
+    one_of,
+    set_flag,
+)
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.footholds import Footholds
 
@@ -74,6 +81,7 @@ class FootholdSettings(PlanSettings):
         Raises:
             InputError: a field is unknown, or a value is out of range.
         """
+        check_names(cls, options)
         kept = {k: v for k, v in options.items() if not (k == "timing" and v is None)}
         by_forces = kept.get("timing", FORCES) == FORCES
         if by_forces and kept.get("stability_margin") is None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from gaitopt.conventions import FloatArray
-from gaitopt.errors import InputError
+from gaitopt.inputs import check_choice
 
 FILL_METHODS = ("nearest", "highest", "lowest")
 """Heights that unknown ground gets: that of the nearest known point of the grid, or the highest or
@@ -24,8 +24,7 @@ def filled_heights(z: FloatArray, method: str) -> FloatArray:
     """
     from scipy.ndimage import distance_transform_edt, label
 
-    if method not in FILL_METHODS:
-        raise InputError(f"method must be one of {', '.join(FILL_METHODS)}, got {method!r}")
+    check_choice("method", method, FILL_METHODS)
     unknown = np.isnan(z)
     if not unknown.any():
         return z

@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gaitopt.conventions import FloatArray
-from gaitopt.errors import GroundError, InputError
+from gaitopt.errors import GroundError
+from gaitopt.inputs import check_choice
 from gaitopt.terrain.gridding.grid import Grid, covering_grid
 
 POINT_METHODS = ("highest", "median")
@@ -25,8 +26,7 @@ def heights_of_points(points: ArrayLike, resolution: float, method: str) -> Grid
         GroundError: there are no points, or the grid has too few or too many.
         InputError: the method is unknown.
     """
-    if method not in POINT_METHODS:
-        raise InputError(f"method must be one of {', '.join(POINT_METHODS)}, got {method!r}")
+    check_choice("method", method, POINT_METHODS)
     cloud = _cloud(points)
     shape, origin = covering_grid(
         cloud[:, :2].min(axis=0), cloud[:, :2].max(axis=0), resolution, inside=False
