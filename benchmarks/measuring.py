@@ -109,6 +109,34 @@ def timed(
     return Timing(tuple(wall), tuple(cpu))
 
 
+def least_time(call: Callable[[], object], rounds: int = 5) -> float:
+    """Least processor time of some calls [s], after one that does not count."""
+    return min(timed(call, rounds).cpu)
+
+
+def workload() -> float:
+    """Least processor time of a fixed workload [s], which shows how fast the machine is just now.
+
+    It has the mixture of most of our code: NumPy on small and on larger arrays, linear algebra, and
+    plain Python. It uses nothing of gaitopt, so that it stays the same while gaitopt changes.
+    """
+    return least_time(_work, rounds=15)
+
+
+def _work() -> float:
+    matrix = np.cos(np.arange(90_000.0)).reshape(300, 300) + 300.0 * np.eye(300)
+    total = float(np.linalg.solve(matrix, matrix).trace())
+    small = np.arange(30.0).reshape(10, 3)
+    for _ in range(1000):
+        total += float((small @ small.T).max() + np.linalg.norm(small, axis=1).sum())
+    large = np.arange(300_000.0).reshape(100_000, 3)
+    for _ in range(3):
+        total += float(np.sqrt((large * large).sum(axis=1)).max())
+    for number in range(50_000):
+        total += number % 7
+    return total
+
+
 def use_one_core() -> bool:
     """Keep this process and its children on one CPU; whether the system can."""
     if not hasattr(os, "sched_setaffinity"):

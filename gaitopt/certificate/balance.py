@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial import ConvexHull, QhullError
 
 from gaitopt.certificate.check import SHORT, Check, judged, phase_name, unchecked
+from gaitopt.certificate.polygons import Polygons
 from gaitopt.certificate.trace import Motion
 from gaitopt.certificate.zero_moment import zmp_of_centre
 from gaitopt.conventions import BoolArray, FloatArray
@@ -123,56 +123,15 @@ def _margins(
         deviations: how far it leaves its chord ``(P,)`` [m].
         in_flight: the margin where no foot stands [m].
     """
+    _, first, owner = np.unique(motion.phase, return_index=True, return_inverse=True)
+    feet, standing = motion.feet[0, first][..., :2], motion.standing[first]
+    stands = standing.any(axis=1)
+    moved = np.linalg.norm(motion.feet[..., :2] - feet[owner], axis=-1).max(axis=0)
+    most = np.zeros(len(first))
+    np.maximum.at(most, owner, np.where(motion.standing, moved, 0.0).max(axis=1))
+    shift = most[owner] + np.where(motion.standing, motion.feet_deviation, 0.0).max(axis=1)
+    on_ground = np.flatnonzero(stands[owner])
+    outside = Polygons.of(feet, standing).outside(points[:, on_ground, :2], owner[on_ground])
     out = np.full(len(deviations), in_flight)
-    for index in np.unique(motion.phase):
-        mine = np.flatnonzero(motion.phase == index)
-        standing = np.flatnonzero(motion.standing[mine[0]])
-        if not standing.size:
-            continue
-        feet = motion.feet[0, mine[0], standing, :2]
-        moved = np.linalg.norm(motion.feet[:, mine][:, :, standing, :2] - feet, axis=-1)
-        shift = moved.max() + motion.feet_deviation[mine][:, standing].max(axis=1)
-        outside = _outside(feet, points[:, mine, :2]).max(axis=0)
-        out[mine] = -outside - deviations[mine] - shift
+    out[on_ground] = -outside.max(axis=0) - deviations[on_ground] - shift[on_ground]
     return out
-
-
-def _outside(feet: FloatArray, points: FloatArray) -> FloatArray:
-    """Distance ``(...)`` of ``points (..., 2)`` from the hull of ``feet``; negative inside it."""
-    hull = _hull(feet)
-    if hull is None:
-        return _distance_from_line(feet, points)
-    sides = hull.equations
-    inside = (points @ sides[:, :2].T + sides[:, 2]).max(axis=-1)
-    if not (inside > 0).any():
-        return np.asarray(inside)
-    corners = feet[hull.vertices]
-    ends = np.roll(corners, -1, axis=0)
-    along = ends - corners
-    share = np.clip(
-        np.einsum("...cj,cj->...c", points[..., None, :] - corners, along)
-        / (along**2).sum(axis=1), 0.0, 1.0,
-    )  # fmt: skip
-    gap = points[..., None, :] - corners - share[..., None] * along
-    return np.asarray(np.where(inside > 0, np.linalg.norm(gap, axis=-1).min(axis=-1), inside))
-
-
-def _hull(feet: FloatArray) -> ConvexHull | None:
-    """The convex hull of ``feet (n, 2)``; ``None`` where they stand in one line, or are but two."""
-    if len(feet) < 3:
-        return None
-    try:
-        return ConvexHull(feet)
-    except QhullError:
-        return None
-
-
-def _distance_from_line(feet: FloatArray, points: FloatArray) -> FloatArray:
-    """Distance ``(...)`` of ``points (..., 2)`` from the line between the two farthest ``feet``."""
-    gaps = feet[:, None] - feet[None]
-    i, j = np.unravel_index(int((gaps**2).sum(axis=2).argmax()), (len(feet),) * 2)
-    along = feet[j] - feet[i]
-    # A single foot is a line without length: the largest of zeros is then divided by.
-    square = max(float(along @ along), np.finfo(float).tiny)
-    share = np.clip((points - feet[i]) @ along / square, 0.0, 1.0)
-    return np.asarray(np.linalg.norm(points - feet[i] - share[..., None] * along, axis=-1))

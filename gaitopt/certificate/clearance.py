@@ -27,17 +27,20 @@ def swing_clearance(plan: Plan, motion: Motion) -> Check | None:
         return None
     asked = settings.clearance
     heights = np.full((len(motion.phase), len(LEGS)), np.inf)
+    ends = np.zeros((*heights.shape, 2, 3))
+    flying = np.zeros(heights.shape, dtype=np.bool_)
     for swing in plan.swings:
         if swing.index < 0:
             # It begins in the air: how high it is there is none of the planner's choice.
             continue
         first, last = np.searchsorted(motion.phase, [swing.phases[0], swing.phases[1] + 1])
         leg, flight = LEGS.index(swing.leg), slice(int(first), int(last))
-        ends = np.stack([swing.foot_start, swing.foot_end])
-        heights[flight, leg] = lowest_outside(
-            motion.feet[:, flight, leg], motion.feet_deviation[flight, leg], ends[:, :2],
-            plan.footholds.landing_radius,
-        ) - ends[:, 2].max()  # fmt: skip
+        ends[flight, leg] = swing.foot_start, swing.foot_end
+        flying[flight, leg] = True
+    heights[flying] = lowest_outside(
+        motion.feet[:, flying], motion.feet_deviation[flying], ends[flying][..., :2],
+        plan.footholds.landing_radius,
+    ) - ends[flying][..., 2].max(axis=1)  # fmt: skip
     piece, leg = (int(i) for i in np.unravel_index(int(heights.argmin()), heights.shape))
     worst = float(heights[piece, leg])
     if not np.isfinite(worst):
@@ -66,7 +69,7 @@ def lowest_outside(
     Args:
         foot: its places at the start and the end of every piece ``(2, P, 3)`` [m].
         deviation: how far it leaves its chords ``(P,)`` [m].
-        centres: axes of the columns ``(c, 2)`` [m].
+        centres: axes of the columns ``(c, 2)``, or of those of each piece ``(P, c, 2)`` [m].
         radius: of the columns [m].
     """
     start, chord = foot[0], foot[1] - foot[0]
@@ -82,6 +85,6 @@ def lowest_outside(
     share = np.concatenate([np.zeros_like(a), np.ones_like(a), crossings], axis=1)
     on_chord = (share >= 0.0) & (share <= 1.0)
     place = start[:, None] + chord[:, None] * np.where(on_chord, share, 0.0)[..., None]
-    nearest = np.linalg.norm(place[:, :, None, :2] - centres, axis=3).min(axis=2)
+    nearest = np.linalg.norm(place[:, :, None, :2] - centres[..., None, :, :], axis=3).min(axis=2)
     outside = on_chord & (nearest >= edge - ON_EDGE)
     return np.asarray(np.where(outside, place[..., 2], np.inf).min(axis=1) - deviation)

@@ -11,6 +11,7 @@ second copy on purpose: an error in one of them is seen by the other.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from math import comb, perm
 from typing import Any, NamedTuple
@@ -166,23 +167,32 @@ def chain_to(model: Any, joint: int, lever: FloatArray, extra: float = 0.0) -> C
     return Chain(tuple(columns[::-1]), tuple(distances[::-1]), distance)
 
 
-def acceleration_bound(chain: Chain, rates: FloatArray, accelerations: FloatArray) -> FloatArray:
-    """Bound on the second time derivative of a point's place in the world ``(P,)`` [m/s^2].
+def acceleration_bounds(
+    chains: Sequence[Chain], rates: FloatArray, accelerations: FloatArray
+) -> FloatArray:
+    """Bounds on the second time derivatives of points' places in the world ``(P, n)`` [m/s^2].
 
     With hinges i = 1..n from the base outward, the second derivative is the sum of J_i q''_i and
     of q'_i q'_j a_i x (a_j x r_j), whose factors are no longer than the distance from the outer of
-    the two hinges. Roll, pitch and yaw count as three hinges at the base.
+    the two hinges. Roll, pitch and yaw count as three hinges at the base. So each hinge adds its
+    distance times a number of its own, ``q''_j`` and ``q'_j (q'_j + 2 sum of q'_i before it)``.
 
     Args:
-        chain: the point's chain.
+        chains: of ``n`` points, all of one robot.
         rates, accelerations: largest first and second derivatives of all columns ``(P, n)``.
     """
-    columns = [5, 4, 3, *chain.columns]
-    distances = np.array([chain.base] * 3 + list(chain.distances))
-    w, a = rates[:, columns], accelerations[:, columns]
-    before = np.cumsum(w, axis=1) - w
-    turning = (w * (w + 2.0 * before)) @ distances
-    return np.asarray(np.linalg.norm(accelerations[:, :3], axis=1) + a @ distances + turning)
+    turning, seen = np.zeros_like(rates), set()
+    distances = np.zeros((rates.shape[1], len(chains)))
+    for n, chain in enumerate(chains):
+        columns = (5, 4, 3, *chain.columns)
+        distances[columns, n] = [chain.base] * 3 + list(chain.distances)
+        if chain.columns in seen:
+            continue
+        seen.add(chain.columns)
+        w = rates[:, columns]
+        turning[:, columns] = w * (2.0 * np.cumsum(w, axis=1) - w)
+    straight = np.linalg.norm(accelerations[:, :3], axis=1)
+    return np.asarray(straight[:, None] + (accelerations + turning) @ distances)
 
 
 def speed_bound(chain: Chain, rates: FloatArray) -> FloatArray:

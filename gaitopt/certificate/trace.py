@@ -10,7 +10,7 @@ import numpy as np
 from gaitopt.certificate.enclosure import (
     Chain,
     Pieces,
-    acceleration_bound,
+    acceleration_bounds,
     chain_to,
     chord_deviation,
 )
@@ -89,8 +89,8 @@ def trace(plan: Plan) -> Motion:
 def deviations(chains: Sequence[Chain], pieces: Pieces) -> FloatArray:
     """How far the points of ``n`` chains leave their chords at most ``(P, n)`` [m]."""
     rates, accelerations = pieces.largest(1), pieces.largest(2)
-    bounds = [acceleration_bound(chain, rates, accelerations) for chain in chains]
-    return np.stack([chord_deviation(bound, pieces.lengths) for bound in bounds], axis=1)
+    return chord_deviation(acceleration_bounds(chains, rates, accelerations),
+                           pieces.lengths[:, None])  # fmt: skip
 
 
 def foot_chain(plan: Plan, leg: str) -> Chain:
@@ -129,12 +129,9 @@ def _sample(plan: Plan, values: FloatArray) -> tuple[FloatArray, FloatArray, Flo
 def _com_deviation(plan: Plan, pieces: Pieces) -> FloatArray:
     """How far the COM leaves its chords at most ``(P,)`` [m]: the mean over all masses."""
     model = plan.robot.model
-    rates, accelerations = pieces.largest(1), pieces.largest(2)
-    total, mass = np.zeros(len(rates)), 0.0
-    for joint in range(1, model.njoints):
-        inertia = model.inertias[joint]
-        chain = chain_to(model, joint, inertia.lever)
-        total += inertia.mass * acceleration_bound(chain, rates, accelerations)
-        mass += inertia.mass
+    joints = range(1, model.njoints)
+    masses = np.array([model.inertias[joint].mass for joint in joints])
+    chains = [chain_to(model, joint, model.inertias[joint].lever) for joint in joints]
     # A robot without masses has no centre of mass.
-    return chord_deviation(total / mass if mass > 0.0 else total, pieces.lengths)
+    shares = masses / masses.sum() if masses.sum() > 0.0 else masses
+    return np.asarray(deviations(chains, pieces) @ shares)

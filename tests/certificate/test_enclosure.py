@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 import gaitopt
 from gaitopt import MotionPath
-from gaitopt.certificate.enclosure import Pieces, acceleration_bound, chain_to, chord_deviation
+from gaitopt.certificate.enclosure import Pieces, acceleration_bounds, chain_to, chord_deviation
 from gaitopt.certificate.placements import configurations
 
 Array = NDArray[np.float64]
@@ -67,7 +67,7 @@ def test_second_derivatives_of_feet_are_bounded(name: str, degree: int) -> None:
     rates, accelerations = pieces.largest(1), pieces.largest(2)
     frame = model.frames[model.getFrameId(robot.legs["LF"].foot)]
     chain = chain_to(model, frame.parentJoint, frame.placement.translation)
-    bounds = acceleration_bound(chain, rates, accelerations)
+    bounds = acceleration_bounds([chain], rates, accelerations)[:, 0]
     tightest = 0.0
     for i, (start, length) in enumerate(zip(pieces.starts, pieces.lengths, strict=True)):
         h = 1e-4

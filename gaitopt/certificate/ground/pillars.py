@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from pinocchio import coal
@@ -12,8 +14,8 @@ from gaitopt.certificate.ground.unknown import Footprints
 from gaitopt.conventions import BoolArray, FloatArray
 from gaitopt.terrain.footholds import Footholds
 
-AT_ONCE = 4_000_000
-"""Most pairs of a rectangle and a pillar that are looked at in one call of NumPy: 32 MB a table."""
+ROUNDING = 1e-6
+"""How much farther pillars are looked for than they count [m]: far more than rounding."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,14 +53,36 @@ class Pillars:
             low, high: corners of the rectangles ``(N, 2)`` [m].
         """
         out = np.full(len(low), -np.inf)
-        many = max(AT_ONCE // len(self.tops), 1)
-        for k in range(0, len(low), many):
-            part = slice(k, k + many)
-            middle = self.tops[:, None, :2]
-            away = middle - np.clip(middle, low[part], high[part])
-            over = (away**2).sum(axis=2) <= self.radius**2
-            out[part] = np.where(over, self.tops[:, None, 2], -np.inf).max(axis=0)
+        for some, tops in self._beside(low, high, self.radius):
+            away = tops[:, :2] - np.clip(tops[:, :2], low[some], high[some])
+            over = (away**2).sum(axis=1) <= self.radius**2
+            out[some] = np.maximum(out[some], np.where(over, tops[:, 2], -np.inf))
         return out
+
+    def _beside(
+        self, low: FloatArray, high: FloatArray, reach: float
+    ) -> Iterator[tuple[np.ndarray, FloatArray]]:
+        """Numbers of rectangles ``(n,)``, and tops ``(n, 3)`` [m] of a pillar of each.
+
+        Every pillar whose axis is within ``reach`` of a rectangle comes once, and some others.
+
+        Args:
+            low, high: corners of the rectangles ``(N, 2)`` [m].
+            reach: in metres.
+        """
+        axis, sorted_tops = self._line
+        line, reach = sorted_tops[:, axis], reach + ROUNDING
+        first = np.searchsorted(line, low[:, axis] - reach, side="left")
+        last = np.searchsorted(line, high[:, axis] + reach, side="right")
+        for k in range(int((last - first).max(initial=0))):
+            some = np.flatnonzero(first + k < last)
+            yield some, sorted_tops[first[some] + k]
+
+    @cached_property
+    def _line(self) -> tuple[int, FloatArray]:
+        """The axis along which the pillars are spread farthest, and their tops sorted along it."""
+        axis = int(np.ptp(self.tops[:, :2], axis=0).argmax())
+        return axis, self.tops[np.argsort(self.tops[:, axis], kind="stable")]
 
     def unknown_under(self, boxes: Footprints) -> BoolArray:
         """Whether ground under boxes is unknown ``(N,)``: that of pillars never is."""
@@ -71,7 +95,10 @@ class Pillars:
             points: from which.
             reach: farthest distance that is of interest [m]; larger ones are told as this.
         """
-        return np.asarray(np.minimum(self._each(points).min(axis=1), reach))
+        out = np.full(len(points), reach)
+        for some, tops in self._beside(points[:, :2], points[:, :2], self.radius + reach):
+            out[some] = np.minimum(out[some], self._from(points[some], tops))
+        return out
 
     def off(self, middles: FloatArray, radius: float) -> FloatArray:
         """How far balls are from touching a pillar, or reach into one ``(N,)`` [m]."""
@@ -79,8 +106,12 @@ class Pillars:
 
     def _each(self, points: FloatArray) -> FloatArray:
         """Distance of points ``(N, 3)`` to each pillar, negative within it ``(N, n)`` [m]."""
-        aside = np.linalg.norm(points[:, None, :2] - self.tops[:, :2], axis=2) - self.radius
-        above = points[:, None, 2] - self.tops[:, 2]
+        return self._from(points[:, None], self.tops)
+
+    def _from(self, points: FloatArray, tops: FloatArray) -> FloatArray:
+        """Distance of points ``(..., 3)`` to pillars with these ``tops (..., 3)`` [m]."""
+        aside = np.linalg.norm(points[..., :2] - tops[..., :2], axis=-1) - self.radius
+        above = points[..., 2] - tops[..., 2]
         outside = np.hypot(np.maximum(aside, 0.0), np.maximum(above, 0.0))
         return np.asarray(outside + np.minimum(np.maximum(aside, above), 0.0))
 
