@@ -130,7 +130,7 @@ def _margins(
     most = np.zeros(len(first))
     np.maximum.at(most, owner, np.where(motion.standing, moved, 0.0).max(axis=1))
     shift = most[owner] + np.where(motion.standing, motion.feet_deviation, 0.0).max(axis=1)
-    on_ground = np.flatnonzero(stands[owner])
+    on_ground = np.flatnonzero(np.asarray(stands)[owner])
     outside = Polygons.of(feet, standing).outside(points[:, on_ground, :2], owner[on_ground])
     out = np.full(len(deviations), in_flight)
     out[on_ground] = -outside.max(axis=0) - deviations[on_ground] - shift[on_ground]

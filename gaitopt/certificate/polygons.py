@@ -14,6 +14,8 @@ import numpy as np
 
 from gaitopt.conventions import BoolArray, FloatArray
 
+ON_BORDER = 1e-9
+"""Distance inside of a border that still counts as on it [m]."""
 ON_LINE = 1e-12
 """How far beyond a side another foot may lie, times the side's length, that still counts as on it
 [m^2]. A line that is taken for a side on top of others makes margins smaller, by some 1e-12 m."""
@@ -66,9 +68,9 @@ class Polygons:
             beyond = points[..., 0] * outward[owner, 0] + points[..., 1] * outward[owner, 1]
             beyond -= np.where(is_side, offset, np.inf)[owner]
             np.maximum(out, beyond, out=out)
-        beyond_some = ~(out <= 0.0) | np.isneginf(out)
-        if beyond_some.any():
-            place = np.nonzero(beyond_some)
+        # On the border, too: it is all there is of hulls without inside, and of longer lines.
+        place = np.nonzero(~(out < -ON_BORDER) | np.isneginf(out))
+        if place[0].size:
             out[place] = self._nearest(points[place], owner[place[-1]])
         return out
 
@@ -85,4 +87,4 @@ class Polygons:
             gap = np.linalg.norm(away - share[:, None] * side, axis=1)
             # NaN stays NaN.
             nearest = np.where(is_side, np.minimum(nearest, gap), nearest)
-        return nearest
+        return np.asarray(nearest)
