@@ -5,9 +5,10 @@ World and body frames: x forward, y left, z up. SI units and radians everywhere.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import fields, is_dataclass
 from enum import Enum
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,6 +39,40 @@ class TextEnum(str, Enum):
 
     def __format__(self, spec: str) -> str:
         return format(self.value, spec)
+
+
+class ByValue:
+    """A dataclass, declared with ``eq=False``, whose fields may be arrays: equal where all are."""
+
+    def __eq__(self, other: object) -> bool:
+        """Whether all fields are the same, save for how long computing took.
+
+        Arrays are compared number by number, and NaN is the same as NaN.
+        """
+        if type(self) is not type(other):
+            return NotImplemented
+        return self is other or same_values(self, other)
+
+    def __hash__(self) -> int:
+        # Equal values print the same.
+        return hash(repr(self))
+
+
+def same_values(one: Any, other: Any) -> bool:
+    """Whether two values are the same: arrays number by number, NaN as NaN, fields one by one."""
+    if isinstance(one, np.ndarray) and isinstance(other, np.ndarray):
+        return bool(np.array_equal(one, other, equal_nan=one.dtype.kind == "f"))
+    if isinstance(one, Mapping) and isinstance(other, Mapping):
+        return one.keys() == other.keys() and all(same_values(one[k], other[k]) for k in one)
+    if type(one) is not type(other):
+        return False
+    if isinstance(one, tuple | list):
+        return len(one) == len(other) and all(map(same_values, one, other))
+    kind: Any = type(one)
+    if is_dataclass(one) and (isinstance(one, ByValue) or kind.__dataclass_params__.eq):
+        names = [field.name for field in fields(one) if field.compare]
+        return all(same_values(getattr(one, name), getattr(other, name)) for name in names)
+    return bool(one == other) or bool(one != one and other != other)
 
 
 def leg_index(leg: str) -> int:

@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from gaitopt.conventions import LEGS, BoolArray, FloatArray
+from gaitopt.conventions import LEGS, BoolArray, ByValue, FloatArray
 from gaitopt.dynamics.contacts import ForceLimits
 from gaitopt.dynamics.force_status import (
     FORCE_TOLERANCE,
@@ -29,7 +29,7 @@ _KINDS: Final = (
 
 
 @dataclass(frozen=True, eq=False)
-class ContactForces:
+class ContactForces(ByValue):
     """Contact forces and joint torques of a motion at ``N`` instants; arrays are read-only.
 
     Where no forces keep all limits they are those that violate the limits least, and

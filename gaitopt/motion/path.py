@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.interpolate import PPoly
 
-from gaitopt.conventions import FloatArray, frozen
+from gaitopt.conventions import ByValue, FloatArray, frozen
 from gaitopt.errors import InputError
 from gaitopt.inputs import check_array, check_count, check_known, check_number
 
@@ -30,7 +30,7 @@ FARTHEST = 1e9
 
 
 @dataclass(frozen=True, eq=False)
-class MotionPath:
+class MotionPath(ByValue):
     """Body and joints over time.
 
     Attributes:

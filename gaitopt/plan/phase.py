@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields, replace
 from types import MappingProxyType
 from typing import Any, Literal
 
-from gaitopt.conventions import LEGS, FloatArray, frozen
+from gaitopt.conventions import LEGS, ByValue, FloatArray, frozen
 from gaitopt.errors import InputError
 from gaitopt.inputs import check_array
 from gaitopt.terrain.footholds import Footholds
@@ -68,7 +68,7 @@ class CogEvidence:
 
 
 @dataclass(frozen=True, eq=False)
-class Phase:
+class Phase(ByValue):
     """A stretch of the plan with one set of supporting feet.
 
     Attributes:
@@ -148,7 +148,7 @@ class Phase:
 
 
 @dataclass(frozen=True, eq=False)
-class Swing:
+class Swing(ByValue):
     """One foot's flight, which may span several phases.
 
     Attributes:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gaitopt.conventions import LEGS, BoolArray, FloatArray, frozen
+from gaitopt.conventions import LEGS, BoolArray, ByValue, FloatArray, frozen
 from gaitopt.errors import InputError
 from gaitopt.files import StrPath, written_whole
 from gaitopt.inputs import check_array, check_count, check_kind, check_number
@@ -38,7 +38,7 @@ SLOWEST = 1000.0
 
 
 @dataclass(frozen=True, eq=False)
-class Plan:
+class Plan(ByValue):
     """A planned motion with all that is needed to check it.
 
     Attributes:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, field, fields
 from typing import Any, ClassVar
 
 from gaitopt.errors import InputError
@@ -75,14 +75,14 @@ class RouteRecord(PlanRecord):
     planner: ClassVar[str] = "route"
 
     knot_time: float | None = None
-    solver_seconds: float | None = None
+    solver_seconds: float | None = field(default=None, compare=False)
     solver_iterations: int | None = None
     stationarity: float | None = None
     violation: float | None = None
     complementarity: float | None = None
     clearance: float | None = None
     windows: int | None = None
-    window_share: float | None = None
+    window_share: float | None = field(default=None, compare=False)
     orders_feasible: int | None = None
     instead: str | None = None
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gaitopt.conventions import LEGS, FloatArray, frozen
+from gaitopt.conventions import LEGS, ByValue, FloatArray, frozen
 from gaitopt.errors import InputError
 from gaitopt.inputs import check_array, check_kind, check_number
 from gaitopt.robots.leg_names import by_leg
@@ -31,7 +31,7 @@ LARGEST = 1e6
 
 
 @dataclass(frozen=True, eq=False)
-class State:
+class State(ByValue):
     """What a robot does at one instant; arrays are read-only.
 
     :meth:`gaitopt.Plan.state` gives that of a plan, :meth:`standing` one at rest.

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from gaitopt.conventions import BoolArray, FloatArray
+from gaitopt.conventions import BoolArray, ByValue, FloatArray
 from gaitopt.errors import InputError, MissingPackageError
 from gaitopt.inputs import check_kind
 
@@ -19,7 +19,7 @@ _TWIST = ("base_vx", "base_vy", "base_vz", "base_wx", "base_wy", "base_wz")
 
 
 @dataclass(frozen=True, eq=False)
-class Trajectory:
+class Trajectory(ByValue):
     """A plan sampled in time; all arrays are read-only.
 
     Attributes:

@@ -25,7 +25,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gaitopt.conventions import FloatArray, frozen
+from gaitopt.conventions import ByValue, FloatArray, frozen
 from gaitopt.inputs import check_array, check_shape
 from gaitopt.robots.leg_angles import PitchDerivatives, pitch_angles, roll_and_height, wrap_angle
 
@@ -38,7 +38,7 @@ FULL_TURN = 2.0 * np.pi - 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class Leg:
+class Leg(ByValue):
     """One leg, as constants read off the robot's model once.
 
     Attributes:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from html import escape
 
 import numpy as np
 
 from gaitopt.control.gains import ControlGains
-from gaitopt.conventions import FloatArray, TextEnum
+from gaitopt.conventions import ByValue, FloatArray, TextEnum
 from gaitopt.plan.trajectory import Trajectory
 from gaitopt.simulation.settings import SimulationSettings
 
@@ -73,7 +73,7 @@ class MissedFoothold:
 
 
 @dataclass(frozen=True, eq=False)
-class SimulationResult:
+class SimulationResult(ByValue):
     """A plan's walk in physics.
 
     Attributes:
@@ -138,8 +138,8 @@ class SimulationResult:
     energy: float
     own_shapes: bool
     bumps: tuple[str, ...]
-    wall_time: float
-    cpu_time: float
+    wall_time: float = field(compare=False)
+    cpu_time: float = field(compare=False)
     simulated_time: float
     motion: Trajectory
     plan_times: FloatArray

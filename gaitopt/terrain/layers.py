@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from gaitopt.conventions import BoolArray, FloatArray, TextEnum, frozen
+from gaitopt.conventions import BoolArray, ByValue, FloatArray, TextEnum, frozen
 from gaitopt.inputs import check_kind, check_number, check_shape
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.height_map import HeightMap
@@ -49,7 +49,7 @@ FOOTINGS: tuple[Footing, ...] = tuple(Footing)
 
 
 @dataclass(frozen=True, eq=False)
-class GroundLayers:
+class GroundLayers(ByValue):
     """What a height map is like, at each point of its grid.
 
     Attributes:
