@@ -56,6 +56,7 @@ def _short(warning: str) -> str:
         "the radius of the feet": "no foot radius",
         "the feet have radii": "feet differ",
         "inertias that no body": "odd inertias",
+        "axes of the legs": "axes made square",
         "inertias are those": "inertias of shapes",
         "masses are estimated": "masses of shapes",
         "torque limits are too small": "torque limits too small to stand",

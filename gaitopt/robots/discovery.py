@@ -20,6 +20,8 @@ from gaitopt.robots.leg_names import parts_of
 LEAST_SHARE = 0.74
 """Least share of the squared pitch axes along the base's x or y, with which the robot faces along
 the other. With three of four legs along an axis it is at least 0.75, less rounding."""
+UPRIGHT = 0.7
+"""Least vertical part of a knee's axis that counts as upright. Chosen: half of a right angle."""
 FOOT_WORDS = ("foot", "toe", "contact", "sole")
 """Words in the names of links that are feet."""
 
@@ -127,6 +129,15 @@ def heading_axes(
     """
     pitch = np.array([chain.axes[-1] for chain in chains])
     share = (pitch**2).mean(axis=0)
+    upright = np.abs(pitch[:, 2]) > UPRIGHT
+    if upright.any() and share.max() < LEAST_SHARE:
+        first, last = ([c.names[k] for c, up in zip(chains, upright, strict=True) if up]
+                       for k in (0, -1))  # fmt: skip
+        raise RobotError(
+            f"{label}: at zero angles {', '.join(last)} turn about the vertical axis of the base, "
+            "and the knees of the other legs about horizontal ones; legs are alike: correct the "
+            f"<origin> (rpy) of {', '.join(first)}, so that these legs lie as the others do"
+        )
     if share.argmax() == 2:
         joint = chains[int(abs(pitch[:, 2]).argmax())].names[-1]
         raise RobotError(

@@ -53,7 +53,9 @@ def read_leg(model: Any, name: str, chain: Chain, body: FloatArray, knee: float 
     if len(axes) == 3:
         return general_leg(parts)
     raise RobotError(
-        f"{parts.listing} is not pitch-pitch: both axes must point sideways and be parallel"
+        f"{parts.listing} is not pitch-pitch: both axes must point sideways and be parallel. With "
+        "two joints that turn otherwise no foot stands still while the body moves ahead; give each "
+        "leg a third joint, as a roll axis before two pitch axes"
     )
 
 

@@ -61,6 +61,27 @@ def parsed_xml(text: str, label: str, kind: str) -> ElementTree.Element:
     return root
 
 
+def without_namespace(text: str, label: str) -> str:
+    """The text of a robot file without the namespace of its outermost element.
+
+    Files of some programs name the schema of their elements so; what robots are made of has the
+    same names in all of them.
+
+    Args:
+        text: of the file.
+        label: what to call it in messages.
+
+    Raises:
+        RobotError: as for :func:`parsed_xml`.
+    """
+    root = parsed_xml(text, label, "file")
+    space = root.tag[: root.tag.rfind("}") + 1]
+    for element in root.iter():
+        if isinstance(element.tag, str):
+            element.tag = element.tag.removeprefix(space)
+    return ElementTree.tostring(root, encoding="unicode")
+
+
 def refuse_entities(text: str, label: str, kind: str) -> None:
     """Refuse document types and entities: a robot needs none, and attacks by XML use them.
 

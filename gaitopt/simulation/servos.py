@@ -5,8 +5,9 @@ of the set-point plus a term in proportion to the error of the angle. The torque
 the error of the speed, plus the torque that is fed forward. Both the wanted speed and the torque
 are clipped to the joint's limits, and where the torque of a motor falls with its speed to what is
 left of it. The ground may still turn a joint faster, for instance when its
-foot lands. Friction of the joints is fed forward, as drives do that know their gears: without that
-a joint whose speed is limited to little would stand still where it rubs.
+foot lands. Friction and damping of the joints are fed forward, as drives do that know their gears:
+without that a joint whose speed is limited to little would stand still where it rubs, and one whose
+damping is larger than the servo's would come late.
 """
 
 from __future__ import annotations
@@ -52,6 +53,7 @@ class Servos:
         self._stiffness, self._damping = gains.joint_stiffness, gains.joint_damping
         self._speed_torques = speed_torques(robot.velocity_limits, gains, settings)
         self._friction = np.array(sim.model.dof_frictionloss[sim.qvel])
+        self._viscous = np.array(sim.model.dof_damping[sim.qvel])
         creep = CREEP * gains.joint_damping
         self._per_torque = 1.0 / creep if creep > 0.0 else 0.0
         unlimited = np.full(len(sim.ctrl), np.inf)
@@ -70,13 +72,14 @@ class Servos:
         """Step the physics ``steps`` times under a command."""
         sim, qpos, qvel = self._sim, data.qpos, data.qvel
         wanted = self._stiffness * command.angles + self._damping * command.rates
+        known = command.torque + self._viscous * command.rates
         largest = self._speed_torques
         for _ in range(steps):
             torque = np.minimum(
                 np.maximum(wanted - self._stiffness * qpos[sim.qpos], -largest), largest
             )
             rubbing = self._friction * np.minimum(np.maximum(torque * self._per_torque, -1.0), 1.0)
-            applied, rate = self._advance(data, torque + command.torque + rubbing), qvel[sim.qvel]
+            applied, rate = self._advance(data, torque + known + rubbing), qvel[sim.qvel]
             self.applied = applied
             np.fmax(self.peak_torques, np.abs(applied), out=self.peak_torques)
             np.fmax(self.peak_rates, np.abs(rate), out=self.peak_rates)

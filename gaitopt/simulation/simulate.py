@@ -73,7 +73,9 @@ def simulate(
         # Feet are points, so nobody knows where the legs end, and shins would stand in the ground.
         settings = replace(settings, limbs=False)
     mujoco = import_mujoco()
-    physics = settings if plan.footholds.ground is None else settings.on_height_map()
+    physics = settings.for_reach(max(leg.reach for leg in plan.robot.legs.values()))
+    if plan.footholds.ground is not None:
+        physics = physics.on_height_map()
     asked = plan.settings
     obstacles = asked.obstacles if isinstance(asked, StrideSettings) else ()
     sim = build_sim_model(plan.robot, plan.footholds, gains, physics, obstacles)

@@ -28,6 +28,16 @@ def test_legs_with_roll_joints_have_no_planes() -> None:
     assert foot_planes(gaitopt.load_robot("wang2020")) is None
 
 
+def test_axes_that_miss_the_sideways_direction_by_rounding_are_put_along_it() -> None:
+    """Those of Bittle are off by five millionths."""
+    text = gaitopt.load_robot("frog1").urdf.replace('"0 1 0"', '"0.00001 1 0"')
+    robot = gaitopt.load_robot(text)
+    planes = foot_planes(robot)
+    assert planes is not None
+    feet = feet_by_pinocchio(robot, np.full(len(robot.joint_names), 0.4))
+    assert feet[:, 1] - robot.centre[1] == pytest.approx(planes, abs=1e-9)
+
+
 def test_planes_that_are_not_straight_ahead_are_refused() -> None:
     robot = gaitopt.load_robot("frog1")
     c, s = np.cos(0.1), np.sin(0.1)

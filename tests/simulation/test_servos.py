@@ -15,7 +15,7 @@ from gaitopt.simulation.model import build_sim_model
 from gaitopt.simulation.servos import Servos, speed_torques
 from gaitopt.simulation.settings import SimulationSettings
 
-pytest.importorskip("mujoco")
+mujoco = pytest.importorskip("mujoco")
 
 NOTHING = ForceShare(np.zeros((4, 3)), 0.0, 0.0, ForceStatus.FREE)
 
@@ -65,6 +65,39 @@ def test_friction_of_a_joint_does_not_hold_a_slow_servo(wang: Quadruped) -> None
     fastest, servos = hung_up(rubbing, SimulationSettings(), 0.5)
     assert 0.9 < fastest < 1.05
     assert (servos.peak_rates > 0.5 * rubbing.velocity_limits).all()
+
+
+def test_damping_of_a_joint_does_not_hold_a_servo_back(wang: Quadruped) -> None:
+    """Joints of Bittle's file are damped five times as much as its servos damp."""
+    settings = SimulationSettings(rate_limits=False, torque_limits=False)
+    text = wang.urdf.replace("</joint>", '<dynamics damping="20"/></joint>')
+    damped = gaitopt.load_robot(text)
+
+    def error(robot: Quadruped) -> float:
+        """How far joints that are to turn at 0.2 rad/s are behind after 0.5 s [rad]."""
+        gains = ControlGains.for_robot(robot)
+        plan = gaitopt.plan_crawl(robot, gaitopt.s_columns(0, columns=1), timing="velocity")
+        sim = build_sim_model(robot, plan.footholds, gains, settings)
+        sim.model.opt.gravity[:] = 0.0
+        data = mujoco.MjData(sim.model)
+        data.qpos[2], data.qpos[3] = 3.0, 1.0
+        servos = Servos(sim, robot, gains, settings)
+        rates = np.full(12, 0.2)
+        for tick in range(250):
+            servos.drive(data, Command(np.zeros(12), rates * tick * 2e-3, rates, NOTHING), 1)
+        return float(np.abs(data.qpos[sim.qpos] - 0.1).max())
+
+    assert error(damped) < 1.2 * error(wang) + 1e-3
+
+
+def test_small_robots_are_simulated_in_finer_steps() -> None:
+    usual = SimulationSettings()
+    assert usual.for_reach(0.2) is usual
+    small = usual.for_reach(0.1)
+    assert (small.timestep, small.contact_time) == (0.001, 0.005)
+    assert small.control_interval == pytest.approx(0.003)
+    fine = SimulationSettings(timestep=0.0005, control_every=2).for_reach(0.1)
+    assert fine.timestep == 0.0005 and fine.control_interval == pytest.approx(0.001)
 
 
 def test_without_limits_it_is_much_faster(wang: Quadruped) -> None:

@@ -36,7 +36,7 @@ def straighten(tree: UrdfTree, limbs: Iterable[Limb]) -> list[str]:
     for limb in limbs:
         frames = [poses[joint.child][:3, :3] for joint in limb.joints]
         given = [f @ j.axis for f, j in zip(frames, limb.joints, strict=True)]
-        wanted = _square(given)
+        wanted = _square(given) if len(given) > 2 else _sideways(given)
         turned = [float(np.linalg.norm(a - b)) for a, b in zip(given, wanted, strict=True)]
         if not EXACT < max(turned) < ROUNDED:
             continue
@@ -49,6 +49,18 @@ def straighten(tree: UrdfTree, limbs: Iterable[Limb]) -> list[str]:
         f"axes of the legs were turned by up to {np.degrees(largest):.3g} degrees, so that they "
         "are parallel and square; correct them in the file if that is wrong"
     ]
+
+
+def _sideways(axes: list[FloatArray]) -> list[FloatArray]:
+    """The same for two axes, along an axis of the base where they miss it by rounding alone.
+
+    Without a roll joint a foot leaves its plane where the axes are not quite square to the way.
+    """
+    pitch, other = _square(axes)
+    near = np.round(pitch)
+    if np.linalg.norm(near) == 1.0 and np.linalg.norm(pitch - near) < ROUNDED:
+        return [near, near * np.sign(pitch @ other)]
+    return [pitch, other]
 
 
 def _square(axes: list[FloatArray]) -> list[FloatArray]:

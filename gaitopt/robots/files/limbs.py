@@ -19,6 +19,9 @@ from gaitopt.robots.files.notes import first_of
 from gaitopt.robots.files.tree import HINGES, Joint, UrdfTree
 from gaitopt.robots.leg_names import leg_of_names
 
+PLAY = 0.05
+"""Hinges that turn by no more than this are no joints [rad]. Chosen: three degrees; models of gears
+with backlash have hinges of one degree beside those of the motors."""
 MOST_TIPS = 24
 """Most chains among which legs are looked for: sets of four of them are tried one by one."""
 ALIKE = 0.25
@@ -49,6 +52,27 @@ class Limb:
     def end(self) -> str:
         """The link on the last hinge."""
         return self.joints[-1].child
+
+
+def lock_play(tree: UrdfTree, done: list[str]) -> dict[str, float]:
+    """Lock hinges that hardly turn in the middle of their limits; gives where each is locked.
+
+    Args:
+        tree: the robot, whose joints change.
+        done: what was done to the file, in sentences.
+    """
+    locked = {}
+    for joint in list(tree.walk()):
+        low, high = joint.limits()
+        if joint.kind in HINGES and high - low <= PLAY:
+            locked[joint.name] = float(low + high) / 2.0
+            joint.lock(locked[joint.name])
+    if locked:
+        done.append(
+            f"hinges that turn by no more than {PLAY:g} rad, as those of backlash, count as "
+            f"fixed: {first_of(list(locked))}"
+        )
+    return locked
 
 
 def find_limbs(tree: UrdfTree) -> list[Limb]:
@@ -89,6 +113,12 @@ def find_limbs(tree: UrdfTree) -> list[Limb]:
 
 def _other_kinds(paths: list[list[Joint]]) -> str:
     """What would do where chains of two hinges or more go on with joints of other kinds."""
+    longest = max((len(path) for path in _own_joints(paths)), default=0)
+    if sum(len(path) > max(LEG_JOINTS) + 1 for path in _own_joints(paths)) >= len(LEGS):
+        return (
+            f"legs have up to {longest} hinges here, and gaitopt plans for 2 or 3, and locks a "
+            "fourth: make the others 'fixed' in the file, and then "
+        )
     wrong = [
         f"{joint.name} ({joint.kind})"
         for path in paths

@@ -22,7 +22,7 @@ from gaitopt.robots.files.elements import unknown_elements
 from gaitopt.robots.files.ends import set_feet
 from gaitopt.robots.files.hulls import find_hulls
 from gaitopt.robots.files.joint_limits import set_limits
-from gaitopt.robots.files.limbs import Limb, find_limbs, named_limbs
+from gaitopt.robots.files.limbs import Limb, find_limbs, lock_play, named_limbs
 from gaitopt.robots.files.masses import set_masses
 from gaitopt.robots.files.meshes import MeshFinder
 from gaitopt.robots.files.motors import acceleration_limits, motor_inertias, torque_lines
@@ -48,8 +48,9 @@ GROUND = "world"
 
 
 def prepared_urdf(
-    urdf: str, known: Notes | None, label: str, folder: Path | None, options: ReadOptions
-) -> tuple[str, Notes]:
+    urdf: str, known: Notes | None, label: str, folder: Path | None, options: ReadOptions,
+    *, square: bool = True,
+) -> tuple[str, Notes]:  # fmt: skip
     """The URDF's text, made ready, and what was read and guessed.
 
     Args:
@@ -58,6 +59,7 @@ def prepared_urdf(
         label: what to call the robot in messages.
         folder: where the file lies, for its meshes; ``None`` for a robot that comes as text.
         options: what the user says of it.
+        square: whether axes that are meant to be square are made so.
 
     Raises:
         RobotError: it has no four legs, or another fault that cannot be passed over.
@@ -77,7 +79,7 @@ def prepared_urdf(
     done += remove_empty_shapes(root)
     tree, finder = UrdfTree(root, label), MeshFinder(folder, options.package_folders)
     done += write_known_shapes(tree)
-    named, locked = _set_legs(tree, options, done, warnings)
+    named, locked = _set_legs(tree, options, done, warnings, square=square)
     unreal = size_warnings(tree, named.values())
     warnings += unreal
     # Feet of an earlier reading stay, unless the user says that the legs are others.
@@ -144,16 +146,18 @@ def _own(notes: Notes, options: ReadOptions) -> OwnShapes:
 
 
 def _set_legs(
-    tree: UrdfTree, options: ReadOptions, done: list[str], warnings: list[str]
+    tree: UrdfTree, options: ReadOptions, done: list[str], warnings: list[str], *, square: bool
 ) -> tuple[dict[str, Limb], dict[str, float]]:
     """Leave a robot whose legs alone move; gives them by name, and what was locked where."""
     _set_base(tree, done)
     _part_names(tree)
+    still = lock_play(tree, done)
     asked = named_limbs(tree, options.legs) if options.legs else None
     limbs = list(asked.values()) if asked else find_limbs(tree)
     stand_upright(tree, limbs, done)
-    locked = _lock_others(tree, limbs, options, done)
-    warnings += straighten(tree, limbs)
+    locked = still | _lock_others(tree, limbs, options, done)
+    if square:
+        warnings += straighten(tree, limbs)
     named = asked or _named(tree, limbs)
     _refuse_linkages(tree, named)
     return named, locked

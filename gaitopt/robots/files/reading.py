@@ -12,7 +12,13 @@ from gaitopt.robots.files.notes import Notes, first_of
 from gaitopt.robots.files.options import ReadOptions
 from gaitopt.robots.files.prepare import prepared_urdf
 from gaitopt.robots.files.xacro.expansion import expanded, is_xacro
-from gaitopt.robots.xml_text import LIMIT, outermost_tag, parsed_xml, refuse_entities
+from gaitopt.robots.xml_text import (
+    LIMIT,
+    outermost_tag,
+    parsed_xml,
+    refuse_entities,
+    without_namespace,
+)
 
 _ENCODING = re.compile(rb"\s*<\?xml[^>]*encoding\s*=\s*[\"']([A-Za-z][\w.-]{0,30})[\"']")
 
@@ -78,6 +84,9 @@ def read_text(
     folder, text = None if path is None else path.parent, _FIRST.sub("", text)
     refuse_entities(text, label, "file")
     kind = outermost_tag(text)
+    if kind.startswith("{"):
+        text = without_namespace(text, label)
+        kind = outermost_tag(text)
     if kind == "sdf":
         raise RobotError(
             f"{label}: this is SDF, which gaitopt does not read; convert it to a URDF, as the "

@@ -203,6 +203,28 @@ def test_toes_on_joints_that_float_are_fixed() -> None:
     assert [leg.foot for leg in made.legs.values()] == [f"{name}_foot" for name in CORNERS]
 
 
+def test_legs_of_more_hinges_than_four_name_the_cure() -> None:
+    """As those of Centauro: a yaw, three pitches, a yaw and a wheel."""
+    more = "".join(
+        link(f"{name}_x{k}", 0.1)
+        + joint(f"{name}_xj{k}", f"{name}_x{k - 1}" if k else f"{name}_foot", f"{name}_x{k}",
+                "0 0 -0.02", "revolute", "0 1 0")
+        for name in CORNERS for k in range(3)
+    )  # fmt: skip
+    told = refusal(robot(more))
+    assert "legs have up to 6 hinges here, and gaitopt plans for 2 or 3, and locks a fourth" in told
+    assert "make the others 'fixed' in the file" in told
+
+
+def test_legs_that_lie_beside_the_others_name_the_origin_to_correct() -> None:
+    """As in a file of the Pupper, whose left legs are turned by a right angle at zero angles."""
+    lying = {name: leg(name).replace('rpy="0 0 0"', 'rpy="1.5707963 0 0"', 1)
+             for name in ("LF", "LH")}  # fmt: skip
+    told = refusal(robot(changed=lying))
+    assert "LF_j2, LH_j2 turn about the vertical" in told or "LH_j2, LF_j2 turn" in told
+    assert "correct the <origin> (rpy) of L" in told
+
+
 def test_legs_that_end_with_sliders_name_the_cure() -> None:
     sliding = robot().replace('_end" type="fixed"', '_end" type="prismatic"')
     told = refusal(sliding)

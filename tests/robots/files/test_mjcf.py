@@ -20,7 +20,7 @@ from gaitopt.conventions import LEGS
 from gaitopt.errors import MissingPackageError, RobotError, RobotWarning
 from gaitopt.robots.catalog import load_robot
 from gaitopt.robots.files.mjcf import reader
-from gaitopt.robots.files.mjcf.check import check_agreement
+from gaitopt.robots.files.mjcf.check import AGREEMENT, disagreement, refuse_disagreement
 
 
 def plain(text: str) -> str:
@@ -293,11 +293,34 @@ def test_a_urdf_of_another_robot_does_not_agree() -> None:
     made = quiet(mjcf())
     theirs = mujoco.MjModel.from_xml_string(plain(mjcf()))
     base = theirs.body("trunk").id
-    check_agreement(mujoco, theirs, base, made.urdf, {}, "same")
+    assert disagreement(mujoco, theirs, base, made.urdf, locked={}, masses=True) < AGREEMENT
     other = made.urdf.replace(f"0.0 0.0 {-UPPER}", f"0.0 0.0 {-UPPER - 1e-3}", 1)
     assert other != made.urdf
+    far = disagreement(mujoco, theirs, base, other, locked={}, masses=True)
     with pytest.raises(RobotError, match=r"differs from MuJoCo's model by 0.001 m"):
-        check_agreement(mujoco, theirs, base, other, {}, "other")
+        refuse_disagreement(far, "other")
+
+
+def test_axes_with_rounded_digits_are_made_square_and_the_rest_is_still_compared() -> None:
+    """Honey Badger's thighs are turned by quaternions of three digits: by 0.8 mrad."""
+    text = mjcf().replace('<joint name="LF_j1" axis="0 1 0"/>',
+                          '<joint name="LF_j1" axis="0.0008 1 0"/>')  # fmt: skip
+    assert text != mjcf()
+    made = quiet(text)
+    assert any("axes of the legs were turned by" in w for w in made.notes.warnings)
+    assert abs(made.legs["LF"].axes[:, 0] @ made.legs["LF"].axes[:, 1]) < 1e-12
+
+
+def test_hinges_of_backlash_beside_those_of_motors_are_locked() -> None:
+    text = re.sub(r'<joint name="(\w+)_j1" axis="0 1 0"/>',
+                  r'<joint name="\1_j1" axis="0 1 0"/>'
+                  r'<joint name="\1_play" axis="0 1 0" range="-0.3 0.5"/>', mjcf())  # fmt: skip
+    made = quiet(text)
+    assert {f"{name}_play": pytest.approx(np.radians(0.1)) for name in CORNERS} == dict(
+        made.notes.locked
+    )
+    assert [leg.joints[1] for leg in made.legs.values()] == [f"{leg}_j1" for leg in LEGS]
+    assert any("as those of backlash" in text for text in made.notes.done)
 
 
 def test_without_mujoco_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:

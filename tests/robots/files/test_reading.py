@@ -45,6 +45,13 @@ def test_texts_made_to_do_harm_are_refused_at_once(text: str, words: str) -> Non
     assert time.process_time() - start < 2.0
 
 
+def test_a_namespace_of_the_outermost_element_does_not_matter() -> None:
+    """Drake's LittleDog names the schema of its elements."""
+    spaced = robot().replace("<robot ", '<robot xmlns="http://drake.mit.edu" ', 1)
+    assert quiet(spaced).mass == pytest.approx(MASS)
+    assert 'xmlns="http://drake' not in quiet(spaced).urdf
+
+
 def test_what_stands_before_the_declaration_does_not_matter() -> None:
     """Some files begin with an empty line or a comment, where XML wants its declaration."""
     plain = '<?xml version="1.0"?>\n' + robot()

@@ -17,28 +17,25 @@ POSTURES = 4
 """Random postures that are compared."""
 
 
-def check_agreement(
+def disagreement(
     mujoco: Any,
     model: Any,
     base: int,
     urdf: str,
-    locked: Mapping[str, float],
-    label: str,
     *,
-    masses: bool = True,
-) -> None:
-    """Compare masses, centres of mass and the places of all joints.
+    locked: Mapping[str, float],
+    masses: bool,
+) -> float:
+    """How far masses, centres of mass and the places of all joints are from MuJoCo's.
+
+    It is the largest distance [m], or share of the mass.
 
     Args:
         mujoco, model: the package, and the MJCF's model.
         base: number of the body that is the URDF's base.
         urdf: the URDF's text.
         locked: joints of the MJCF that do not move in the URDF, and where they are [rad, m].
-        label: what to call the robot in messages.
         masses: whether masses are compared, too; the user may have given others.
-
-    Raises:
-        RobotError: they differ.
     """
     import pinocchio as pin
 
@@ -68,6 +65,15 @@ def check_agreement(
             anchor = inside.act((theirs.xanchor[numbers[name]] - place) @ turn)
             errors.append(np.linalg.norm(anchor - data.oMi[ours.getJointId(name)].translation))
         worst = float(np.max([worst, *errors]))
+    return worst
+
+
+def refuse_disagreement(worst: float, label: str) -> None:
+    """Refuse a URDF that is as far as this from MuJoCo's model, whose ``label`` is named.
+
+    Raises:
+        RobotError: it is more than rounding.
+    """
     if not worst <= AGREEMENT:
         raise RobotError(
             f"{label}: the URDF that was made of this MJCF differs from MuJoCo's model by "

@@ -19,7 +19,7 @@ from gaitopt.errors import MissingPackageError, RobotError
 from gaitopt.robots.files.masses import add_inertial
 from gaitopt.robots.files.meshes import MeshFinder
 from gaitopt.robots.files.mjcf.actuators import motor_of
-from gaitopt.robots.files.mjcf.check import check_agreement
+from gaitopt.robots.files.mjcf.check import AGREEMENT, disagreement, refuse_disagreement
 from gaitopt.robots.files.mjcf.compiled import compiled
 from gaitopt.robots.files.mjcf.links import (
     BALL,
@@ -72,8 +72,11 @@ def read_mjcf(
         writer.refuse_loops({})  # which may be why there are no four legs
         raise
     writer.refuse_loops(notes.locked)
-    same = options.masses is None
-    check_agreement(mujoco, model, writer.base, urdf, notes.locked, label, masses=same)
+    how: Any = {"locked": notes.locked, "masses": options.masses is None}
+    if disagreement(mujoco, model, writer.base, urdf, **how) > AGREEMENT:
+        # Axes that were made square differ from MuJoCo's: those of the file may not.
+        exact, _ = prepared_urdf(*written, label, folder, options, square=False)
+        refuse_disagreement(disagreement(mujoco, model, writer.base, exact, **how), label)
     return urdf, notes
 
 
