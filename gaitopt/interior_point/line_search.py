@@ -55,12 +55,14 @@ class _Trial(NamedTuple):
     Attributes:
         x: unknowns.
         slack: slacks, none of them below its inequality's value.
+        seen: values of the inequalities before any of them was restored.
         barrier_function: there.
         violation: there.
     """
 
     x: FloatArray
     slack: FloatArray
+    seen: FloatArray
     barrier_function: float
     violation: float
 
@@ -124,7 +126,8 @@ def advance(problem: Problem, iterate: Iterate, newton: NewtonSystem, residual: 
         trial = _trial(problem, iterate, step, length)
         accepted = reference.accepts(iterate, trial, length)
         if trial is not None and not accepted and attempt == 0:
-            corrected = _second_order_correction(problem, iterate, newton, residual, step, length)
+            seen = trial.seen - (iterate.slack + length * step.slack)
+            corrected = _second_order_correction(problem, iterate, newton, residual, length, seen)
             if corrected is not None and reference.accepts(iterate, corrected[1], length):
                 step, trial, accepted = *corrected, True
         if trial is not None and accepted:
@@ -156,11 +159,12 @@ def _trial(problem: Problem, iterate: Iterate, step: Step, length: float) -> _Tr
     values = problem.values(x)
     if not np.isfinite(values).all():
         return None
+    seen = values
     x, values = problem.restore(x, values, slack)
     # A slack below its inequality's value makes both numbers worse: raise it.
     slack = np.maximum(slack, values)
     barrier_function = _barrier_function(problem, iterate.barrier, x, slack)
-    return _Trial(x, slack, barrier_function, float((slack - values).sum()))
+    return _Trial(x, slack, seen, barrier_function, float((slack - values).sum()))
 
 
 def _second_order_correction(
@@ -168,15 +172,19 @@ def _second_order_correction(
     iterate: Iterate,
     newton: NewtonSystem,
     residual: FloatArray,
-    step: Step,
     length: float,
+    seen: FloatArray,
 ) -> tuple[Step, _Trial] | None:
     """A step that makes up for the curvature seen at the end of the first one, and its end.
 
     The residual there is added to that at the iterate ([Waechter2006], section 2.4). Only one
     correction is tried, where IPOPT tries up to four (``max_soc``).
+
+    Args:
+        problem, iterate, newton, residual: as for :func:`advance`.
+        length: of the first step.
+        seen: ``values - slack`` at its end ``(m,)``; is changed.
     """
-    seen = problem.values(iterate.x + length * step.x) - (iterate.slack + length * step.slack)
     seen[: problem.restorable] = 0.0
     corrected = newton.step(length * residual + seen)
     if corrected is None:
@@ -210,10 +218,8 @@ def _take(
 
 def _fraction_to_boundary(values: FloatArray, steps: FloatArray) -> float:
     """The share of ``steps``, at most 1, that leaves positive ``values`` positive."""
-    shrinks = steps < 0
-    if not shrinks.any():
-        return 1.0
-    return min(1.0, _TO_BOUNDARY * float((-values[shrinks] / steps[shrinks]).min()))
+    fastest = float((steps / values).min(initial=0.0))
+    return 1.0 if fastest >= 0.0 else min(1.0, -_TO_BOUNDARY / fastest)
 
 
 def _barrier_function(problem: Problem, barrier: float, x: FloatArray, slack: FloatArray) -> float:

@@ -7,6 +7,8 @@ over knots and intervals.
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 
 from gaitopt.conventions import FloatArray
@@ -48,12 +50,22 @@ class RouteLinearisation:
         """Transposed Jacobian times ``v (m,)``: the gradient of ``v . values`` ``(n,)``."""
         p, parts = self._problem, self._problem.split(v)
         by_pose = np.einsum("kj,kjc->kc", self._joint_weights(v), self._joints_by_pose)
-        by_pose += p.rows_by_knot.padded(parts.single[:, None] * self._rows_by_pose).sum(axis=1)
+        by_pose += self._single_transpose_times(parts.single)
         at = p.numbering
         free = at.poses >= 0
         out = np.bincount(at.poses[free], by_pose[free], minlength=at.size)
         out[at.times] += (parts.velocity_up + parts.velocity_down) @ p.scaled_velocity_limits
         return np.asarray(out)
+
+    @cached_property
+    def _padded_rows(self) -> FloatArray:
+        """Rows on single poses by unknown entries of the poses, knot by knot ``(K, rows, c)``."""
+        return self._problem.rows_by_knot.padded(self._rows_by_pose)
+
+    def _single_transpose_times(self, weights: FloatArray) -> FloatArray:
+        """Gradient of weighted rows on single poses ``(M,)`` by the poses ``(K, c)``."""
+        padded = self._problem.rows_by_knot.padded(weights)
+        return np.asarray((padded[:, None] @ self._padded_rows)[:, 0])
 
     def jacobian_times(self, dx: FloatArray) -> FloatArray:
         """Jacobian times ``dx (n,)``: the change of all rows ``(m,)``, to first order."""
@@ -132,7 +144,7 @@ class RouteLinearisation:
         if p.used_limits.any():
             by_pose = self._joints_by_pose
             out += np.swapaxes(by_pose, 1, 2) @ (on_positions[:, :, None] * by_pose)
-        rows = p.rows_by_knot.padded(self._rows_by_pose)
+        rows = self._padded_rows
         weights = p.rows_by_knot.padded(scales.single)
         out += np.swapaxes(rows, 1, 2) @ (weights[:, :, None] * rows)
         return np.asarray(out)

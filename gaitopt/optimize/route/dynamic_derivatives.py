@@ -57,7 +57,7 @@ class DynamicRouteLinearisation(RouteLinearisation):
         by_pose = (on_places[:, None, :JOINTS] @ self._joints_by_pose)[:, 0]
         by_pose[:, : len(p.body_axes)] += on_places[:, JOINTS + p.body_axes]
         single = p.split(parts.static).single
-        by_pose += p.rows_by_knot.padded(single[:, None] * self._rows_by_pose).sum(axis=1)
+        by_pose += self._single_transpose_times(single)
         at = p.numbering
         free = at.poses >= 0
         out = np.bincount(at.poses[free], by_pose[free], minlength=at.size)
@@ -114,7 +114,7 @@ class DynamicRouteLinearisation(RouteLinearisation):
         rows = p.zmp_by_knot.padded(self._zmp_by_local)
         weights = p.zmp_by_knot.padded(scales.zmp)
         blocks.add_local(np.swapaxes(rows, 1, 2) @ (weights[:, :, None] * rows))
-        rows = p.rows_by_knot.padded(self._rows_by_pose)
+        rows = self._padded_rows
         weights = p.rows_by_knot.padded(single.single)
         own = np.swapaxes(rows, 1, 2) @ (weights[:, :, None] * rows)
         out = p.place_band.matrix(blocks.by_poses(self._joints_by_pose, p.body_axes, own))

@@ -213,8 +213,8 @@ class DynamicLayout(RouteLayout):
         """A vector over all rows ``(m,)``, part by part."""
         accelerations, spans = 2 * self.knots * JOINTS, self.knots - 1
         static = len(v) - accelerations - len(self.zmp.knot) - spans
-        parts = np.split(v, np.cumsum([static, accelerations, len(self.zmp.knot)]))
-        quiet, least = parts[0].copy(), parts[3].copy()
+        zmp = static + accelerations
+        quiet, least = v[:static].copy(), v[len(v) - spans :].copy()
         count = 2 * (self.knots - 1) * JOINTS
         velocities = np.zeros((2, self.knots, JOINTS))
         velocities[:, :-1] = quiet[:count].reshape(2, -1, JOINTS)
@@ -222,7 +222,7 @@ class DynamicLayout(RouteLayout):
         if self.entry is not None:
             least[0] = 0.0
         return DynamicParts(
-            quiet, parts[1].reshape(2, -1, JOINTS), velocities, parts[2], least,
+            quiet, v[static:zmp].reshape(2, -1, JOINTS), velocities, v[zmp : len(v) - spans], least,
         )  # fmt: skip
 
     @cached_property
