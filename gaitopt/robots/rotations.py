@@ -192,7 +192,9 @@ def _matrices(rows: list[list[Any]]) -> FloatArray:
 
 
 def _columns(values: ArrayLike) -> FloatArray:
-    return np.moveaxis(np.asarray(values, np.float64), -1, 0)
+    array = np.asarray(values, np.float64)
+    # As np.moveaxis(array, -1, 0), which takes ten times as long.
+    return array.transpose(array.ndim - 1, *range(array.ndim - 1))
 
 
 def _cosines(angles: ArrayLike) -> FloatArray:

@@ -160,7 +160,7 @@ class MassDistribution:
         by_pose[:, range(3), range(3)] += 1.0
         if rotations.first is not None:
             turned = (rotations.first @ in_body[:, :, None])[..., 0]
-            by_pose[:, :, ORIENTATION] += np.moveaxis(turned, 0, 2)
+            by_pose[:, :, ORIENTATION] += turned.transpose(1, 2, 0)
         com = poses[:, BODY] + (rotations.matrix @ in_body[:, :, None])[..., 0]
         return ComDerivatives(com, by_pose, moments, in_body, by_joints, in_body_by_pose)
 
@@ -211,7 +211,7 @@ class MassDistribution:
         if rotations.first is None or rotations.second is None:
             return
         # By an angle of the body and anything that moves the COM in the body.
-        turned = np.moveaxis((weights[:, None] @ rotations.first)[:, :, 0], 0, 1)
+        turned = (weights[:, None] @ rotations.first)[:, :, 0].swapaxes(0, 1)
         mixed = turned @ com.in_body_by_pose
         hessian[:, ORIENTATION] += mixed
         hessian[:, :, ORIENTATION] += np.swapaxes(mixed, 1, 2)
@@ -221,7 +221,7 @@ class MassDistribution:
 
     def _moments(self, joints: FloatArray) -> LegMoments:
         """The legs' moments at ``joints (K, 4, 3)`` [rad]."""
-        roll, thigh, knee = np.moveaxis(joints * self.signs, -1, 0)
+        roll, thigh, knee = (joints * self.signs).transpose(2, 0, 1)
         angles = np.stack([thigh, thigh + knee])
         s, c = np.sin(angles), np.cos(angles)
         x, z = self.parts[1:, None, :, 0], self.parts[1:, None, :, 2]
@@ -236,7 +236,7 @@ class MassDistribution:
     def _in_body(self, moments: LegMoments) -> FloatArray:
         """The COM from the body centre, in the body frame ``(K, 3)`` [m]."""
         rolled = moments.rolled
-        flat = np.moveaxis(self.axes, 1, 2).reshape(JOINTS, 3)
+        flat = self.axes.swapaxes(1, 2).reshape(JOINTS, 3)
         return np.asarray(rolled.reshape(len(rolled), JOINTS) @ flat + self.body)
 
     def _by_joints(self, moments: LegMoments) -> FloatArray:
@@ -249,12 +249,12 @@ class MassDistribution:
             by_angle[..., 0, column] = u
             by_angle[..., 1, column], by_angle[..., 2, column] = s * f, -c * f
         out = self.axes @ (by_angle * self.signs[:, None])
-        return np.asarray(np.moveaxis(out, 1, 2).reshape(len(s), 3, JOINTS))
+        return np.asarray(out.swapaxes(1, 2).reshape(len(s), 3, JOINTS))
 
     def _in_leg_frames(self, vectors: FloatArray) -> FloatArray:
         """x, y and z of vectors ``(K, 3)`` of the body frame in the leg frames ``(3, K, 4)``."""
-        flat = np.moveaxis(self.axes, 1, 2).reshape(JOINTS, 3)
-        return np.moveaxis((vectors @ flat.T).reshape(-1, len(LEGS), 3), -1, 0)
+        flat = self.axes.swapaxes(1, 2).reshape(JOINTS, 3)
+        return (vectors @ flat.T).reshape(-1, len(LEGS), 3).transpose(2, 0, 1)
 
 
 def _in_body(kinematics: LegKinematics, vectors: FloatArray) -> FloatArray:

@@ -203,7 +203,7 @@ class StackedLegs:
         foot_by_pose[..., BODY] = -to_body[:, None]
         if rotations.first is not None:
             # The foot in the body frame is R' (foot - body centre): by an angle, R gets derived.
-            foot_by_pose[..., ORIENTATION] = np.moveaxis(body_to_feet @ rotations.first, 0, 3)
+            foot_by_pose[..., ORIENTATION] = (body_to_feet @ rotations.first).transpose(1, 2, 3, 0)
         foot_by_pose[..., FOOT] = to_body[:, None] * swing[..., None, None]
         return LegKinematics(
             joints, self.joints_by_foot(joints), foot_by_pose, rotations, body_to_feet, swing
@@ -216,7 +216,7 @@ class StackedLegs:
             feet: ``(K, 4, 3)`` [m].
         """
         in_leg_frames = np.einsum("lji,Klj->Kli", self.axes, feet - self.hips)
-        x, y, z = np.moveaxis(in_leg_frames, -1, 0)
+        x, y, z = in_leg_frames.transpose(2, 0, 1)
         with np.errstate(invalid="ignore"):
             roll, height = roll_and_height(y, z, self.lateral, clamp=False)
             thigh, knee = pitch_angles(
@@ -265,7 +265,7 @@ class StackedLegs:
         Each is an array ``(K, 4)``. Derivatives and height are in the leg's own plane, which is the
         leg frame's plane of x and z turned by the roll angle.
         """
-        roll, thigh, knee = np.moveaxis(joints * self.signs, -1, 0)
+        roll, thigh, knee = (joints * self.signs).transpose(2, 0, 1)
         pitch = PitchDerivatives.at(
             thigh + self.zeros[:, 0], knee + self.zeros[:, 1], self.upper, self.lower
         )
@@ -306,7 +306,7 @@ class StackedLegs:
         body = -(turn @ mixed.sum(axis=1))
         foot = turn @ (mixed * swing[..., None, None]).sum(axis=1)
         # The feet's places in the body depend on products of angles and places.
-        turned = np.moveaxis(on_feet @ np.swapaxes(rotations.first, 2, 3), 0, 3)
+        turned = (on_feet @ np.swapaxes(rotations.first, 2, 3)).transpose(1, 2, 3, 0)
         body -= turned.sum(axis=1)
         foot += (turned * swing[..., None, None]).sum(axis=1)
         for where, block in ((BODY, body), (FOOT, foot)):
@@ -326,7 +326,7 @@ class StackedLegs:
         """
         roll, pitch, height = self._foot_derivatives(joints)
         s, c = np.sin(roll), np.cos(roll)
-        x, y, z = np.moveaxis(np.einsum("lji,Klj->Kli", self.axes, weights), -1, 0)
+        x, y, z = np.einsum("lji,Klj->Kli", self.axes, weights).transpose(2, 0, 1)
         # Weights on the height, and on its product with the roll angle.
         upward, sideways = c * z - s * y, -(c * y + s * z)
         out = np.empty((*joints.shape, 3))
