@@ -61,8 +61,9 @@ WaypointOption = Annotated[
 StartOption = Annotated[
     str | None,
     typer.Option(help="Where the body is at the start, and the direction that it faces. Without it "
-                 "the middle of the side of the map that is farthest from the goal; 0,0,0 on "
-                 "ground that is made.", metavar="X,Y,YAW", rich_help_panel=WAY),
+                 "0,0 where the map has room for the robot there, else the middle of the side of "
+                 "the map that is farthest from the goal; facing the goal.", metavar="X,Y,YAW",
+                 rich_help_panel=WAY),
 ]  # fmt: skip
 PAGE, MAP, FOOTHOLDS = "replay.html", "map.png", "footholds.csv"
 """Names of the files that are written, beside the plan."""
@@ -120,12 +121,10 @@ def _way(
         InputError: an option is no place, some have a direction and others none, or one is off the
             map.
     """
-    from gaitopt.planners.over_terrain.setup import default_start
+    from gaitopt.planners.over_terrain.setup import default_start, side_pose
 
     places = [numbers("--waypoint", text, 2, 3) for text in waypoints or []]
     begin = None if start is None else numbers("--start", start, 3)
-    if begin is None and made:
-        begin = (0.0, 0.0, 0.0)
     if goal is not None:
         places.append(numbers("--goal", goal, 2, 3))
     elif made:
@@ -133,8 +132,8 @@ def _way(
     else:
         # The far side as seen from the start; without one, that at the highest x.
         (_, x1), (y0, y1) = ground.extent
-        first = begin or tuple(default_start(robot, ground, (x1, (y0 + y1) / 2.0)).tolist())
-        places.append(tuple(default_start(robot, ground, first[:2])[:2].tolist()))
+        begin = begin or tuple(side_pose(robot, ground, (x1, (y0 + y1) / 2.0)).tolist())
+        places.append(tuple(side_pose(robot, ground, begin[:2])[:2].tolist()))
     if len({len(place) for place in places}) > 1:
         raise InputError("give --goal and all --waypoint with YAW, or all without it")
     if begin is None:

@@ -7,7 +7,7 @@ import numpy as np
 from gaitopt.dynamics.contacts import ContactGround, ForceLimits
 from gaitopt.dynamics.forces import build_force_problem, solve_forces
 from gaitopt.dynamics.whole_body import motion_of_path
-from gaitopt.errors import InfeasibleStepError, SolverError
+from gaitopt.errors import InfeasibleStepError, InputError, SolverError
 from gaitopt.plan.phase import Phase
 from gaitopt.retiming.course import Course, Grid
 
@@ -52,6 +52,21 @@ def no_motion(
     return InfeasibleStepError(
         f"{_named(phase)}: no contact forces hold the robot here, {how}; {way_out}",
         step=phase.step, leg=phase.leg, conflicts=conflicts,
+    )  # fmt: skip
+
+
+def not_reached(phase: Phase, error: InputError) -> InfeasibleStepError:
+    """The error of a course on which a leg does not reach its foot, or has no finite velocities.
+
+    What a planner made is no argument of its user.
+
+    Args:
+        phase: where that is.
+        error: which leg, and why.
+    """
+    return InfeasibleStepError(
+        f"{_named(phase)}: {error}; take another body_height, or a smaller reach_fraction",
+        step=phase.step, leg=phase.leg,
     )  # fmt: skip
 
 

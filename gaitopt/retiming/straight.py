@@ -11,13 +11,16 @@ from typing import NamedTuple
 import numpy as np
 
 from gaitopt.conventions import LEGS, BoolArray, FloatArray
+from gaitopt.errors import InputError
 from gaitopt.motion.body_and_feet import path_states
 from gaitopt.motion.path import BASE_COLUMNS
 from gaitopt.motion.pieces import States, piece_values
+from gaitopt.plan.phase import Phase
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.settings.crawl import CrawlSettings
 from gaitopt.retiming.corners import LEAST_MOTION, Piece, rounded
 from gaitopt.retiming.course import Course, Grid
+from gaitopt.retiming.refusal import not_reached
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.whole_body import feet_from_joints
 from gaitopt.swing.catalogue import SWING_CURVES
@@ -44,6 +47,7 @@ class StraightCourse(Course):
         chains: first piece of each chain, and ``P`` ``(C + 1,)``.
         old: times at the begin and the end of each chain in the plan ``(C, 2)`` [s].
         moments: an instant of the plan at which it is on each piece ``(P,)`` [s].
+        phases: the phase of the plan that each chain is part of, ``C`` of them.
     """
 
     robot: Quadruped
@@ -54,14 +58,28 @@ class StraightCourse(Course):
     chains: np.ndarray
     old: FloatArray
     moments: FloatArray
+    phases: tuple[Phase, ...]
     # Lines and corners meet without curvature, and a spline's curvature does not jump.
     continuous = True
 
     def states(self, s: FloatArray, piece: np.ndarray) -> States:
+        """Columns of the path ``(N, 6 + nj)`` and two derivatives by ``s``.
+
+        Raises:
+            InfeasibleStepError: a leg is straight or folded, or does not reach; names the step.
+        """
         value, first, second = (self._at(s, piece, order) for order in range(3))
         base = (value[:, :BASE_COLUMNS], first[:, :BASE_COLUMNS], second[:, :BASE_COLUMNS])
         feet = tuple(x[:, BASE_COLUMNS:].reshape(-1, len(LEGS), 3) for x in (value, first, second))
-        return path_states(self.robot, base, (feet[0], feet[1], feet[2]))
+        try:
+            return path_states(self.robot, base, (feet[0], feet[1], feet[2]))
+        except InputError as error:
+            if len(s) > 1:
+                # Which of the places it is: the error of that place has its step.
+                for k in range(len(s)):
+                    self.states(s[k : k + 1], piece[k : k + 1])
+            chain = int(np.searchsorted(self.chains, piece[0], side="right")) - 1
+            raise not_reached(self.phases[chain], error) from error
 
     def feet(self, s: FloatArray, piece: np.ndarray) -> FloatArray:
         return self._at(s, piece, 0)[:, BASE_COLUMNS:].reshape(-1, len(LEGS), 3)
@@ -116,6 +134,7 @@ def straight_course(plan: Plan, rounding: float) -> StraightCourse:
         np.array([piece.standing for piece in pieces]),
         np.array([piece.intervals for piece in pieces]), np.array(chains), np.array(old),
         np.repeat(np.mean(old, axis=1), np.diff(chains)),
+        tuple(plan.phase_at(float(time)) for time in np.mean(old, axis=1)),
     )  # fmt: skip
 
 

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 import gaitopt
 from gaitopt import Plan, retimed
-from gaitopt.errors import SolverError
+from gaitopt.errors import InfeasibleStepError, SolverError
 from gaitopt.plan.com_margin import margins_over
 from gaitopt.retiming import rounds
 from gaitopt.retiming.straight import StraightCourse, straight_course
@@ -144,3 +146,18 @@ def test_phases_of_a_dynamic_walk_tell_the_margin_of_the_whole_robot() -> None:
         pull = found.forces[..., :2] * (points[..., 2] - ground[:, None])[..., None]
         zmp = middle[:, :2] - pull.sum(axis=1) / load.sum(axis=1)[:, None]
         assert margins_over(motion, zmp).min() == pytest.approx(phase.margin, abs=2e-3)
+
+
+def test_a_leg_that_becomes_straight_is_an_error_of_its_step(boxes: Plan) -> None:
+    course = straight_course(boxes, 0.0)
+    chain = len(course.chains) // 2
+    pieces = np.arange(course.chains[chain], course.chains[chain + 1])
+    lifted = course.coefficients.copy()
+    # The body is so high there that no leg reaches its foot.
+    lifted[-1, pieces, 2] += 1.0
+    course = replace(course, coefficients=lifted)
+    at = np.arange(course.chains[-1])
+    with pytest.raises(InfeasibleStepError, match="step") as caught:
+        course.states(course.edges[:-1], at)
+    phase = boxes.phase_at(float(course.moments[pieces[0]]))
+    assert (caught.value.step, caught.value.leg) == (phase.step, phase.leg)

@@ -76,8 +76,9 @@ def search_terrain(
         ground: the map.
         goal: a place ``(x, y)``, to which the robot faces as it goes; a pose ``(x, y, yaw)``; or
             several of either to go through [m, rad].
-        start: pose of the body at the start ``(x, y, yaw)``; by default in the middle of the side
-            of the map that is farthest from the goal, facing it.
+        start: pose of the body at the start ``(x, y, yaw)``; by default at x = y = 0 where the map
+            has room for the robot there, else in the middle of the side of the map that is farthest
+            from the goal; facing it.
         progress: called with (steps done, steps in all).
         options: fields of :class:`TerrainSettings` by name.
 

@@ -99,6 +99,24 @@ def far_side(robot: Quadruped, ground: HeightMap) -> tuple[float, float]:
 
 
 def default_start(robot: Quadruped, ground: HeightMap, goal: ArrayLike) -> FloatArray:
+    """The pose that a walk to a goal begins in if none is given ``(3,)``, facing the goal.
+
+    It is at x = y = 0, as on ground that is made, where the map has room for the robot around it
+    and the goal is elsewhere; and otherwise on the side that is farthest from the goal.
+    """
+    side = side_pose(robot, ground, goal)
+    x, y = np.atleast_2d(np.asarray(goal, dtype=np.float64))[0, :2]
+    (x0, x1), (y0, y1) = ground.extent
+    length, width = robot.stance_size
+    # Made ground ends at a whole number of cells.
+    room = length / 2.0 + ROOM * robot.standing_height - ground.resolution
+    there = x0 <= -room and x1 >= room and y0 <= -width and y1 >= width
+    if there and np.hypot(x, y) > length:
+        return np.array([0.0, 0.0, np.arctan2(y, x)])
+    return side
+
+
+def side_pose(robot: Quadruped, ground: HeightMap, goal: ArrayLike) -> FloatArray:
     """The pose in the middle of the side of the map that is farthest from the goal ``(3,)``."""
     try:
         places = np.atleast_2d(np.asarray(goal, dtype=np.float64))

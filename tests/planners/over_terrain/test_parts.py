@@ -21,7 +21,7 @@ from gaitopt.planners.over_terrain.links.link_spheres import (
 )
 from gaitopt.planners.over_terrain.links.rolling import at_rest, half_ways, rolled_on
 from gaitopt.planners.over_terrain.settings import TerrainSettings
-from gaitopt.planners.over_terrain.setup import search_for
+from gaitopt.planners.over_terrain.setup import default_start, search_for
 from gaitopt.planners.over_terrain.surfaces import RADIUS_STEP, Surfaces
 from gaitopt.planners.over_terrain.triangles import into_triangles, shrunken_triangles
 from gaitopt.robots.rotations import rpy_to_matrix
@@ -252,3 +252,14 @@ def test_where_no_way_round_is_found_the_course_is_straight() -> None:
     closed[58:62] = 0.6
     end = np.array([1.2, 0.0])
     assert np.allclose(_passage(closed).around(np.zeros(2), end), [end])
+
+
+def test_walks_begin_at_the_origin_where_there_is_room_and_else_at_the_far_side() -> None:
+    robot = gaitopt.load_robot("go2")
+    made = gaitopt.make_ground("flat", robot=robot, length=1.5)
+    assert default_start(robot, made, (0.5, 0.5)) == pytest.approx([0.0, 0.0, np.pi / 4.0])
+    # The goal is there itself: it is walked to from a side.
+    assert abs(default_start(robot, made, (0.1, 0.0))[0]) > 1.0
+    corner = HeightMap(np.zeros((100, 80)), 0.02)
+    x, y, yaw = default_start(robot, corner, (1.9, 0.8))
+    assert 0.3 < x < 0.5 and y == pytest.approx(0.79) and abs(yaw) < 0.01
