@@ -55,6 +55,7 @@ def _short(warning: str) -> str:
         "no effort limit": "no torque limits",
         "the radius of the feet": "no foot radius",
         "the feet have radii": "feet differ",
+        "the feet of L": "legs not alike",
         "inertias that no body": "odd inertias",
         "axes of the legs": "axes made square",
         "inertias are those": "inertias of shapes",

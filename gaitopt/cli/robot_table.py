@@ -111,8 +111,10 @@ def robot_notes(robot: Quadruped, source: Path, folders: Sequence[Path]) -> Iter
 
 
 def _general_legs(robot: Quadruped) -> Iterator[str]:
-    """How the inverse kinematics of legs are computed that are not roll-pitch-pitch."""
+    """What is different of legs that are not roll-pitch-pitch."""
     general = [leg for leg in robot.legs.values() if leg.is_general]
+    if not all(leg.has_roll for leg in robot.legs.values()):
+        yield "legs without a roll joint: it walks straight ahead; not for plan_route and terrain"
     for closed, how in (
         (True, "closed form, as the first two axes meet or are parallel"),
         (False, "numerical inverse kinematics, slower"),

@@ -309,9 +309,9 @@ class Leg(ByValue):
         side = np.clip(angles if self.knee > 0 else -angles, 0.0, np.pi)
         if np.ptp(angles) > FULL_TURN:  # wherever its zero is
             side = np.array([0.0, np.pi])
-        lengths = np.sqrt(
-            self.upper**2 + self.lower**2 + 2.0 * self.upper * self.lower * np.cos(side)
-        )
+        square = self.upper**2 + self.lower**2 + 2.0 * self.upper * self.lower * np.cos(side)
+        # Links of one length fold to nothing, and rounding may make that negative.
+        lengths = np.sqrt(np.maximum(square, 0.0))
         return float(lengths.min()), float(lengths.max())
 
     @cached_property

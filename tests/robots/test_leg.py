@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -446,3 +447,12 @@ def test_a_knee_that_turns_all_around_folds_and_stretches_wherever_its_zero_is(l
         assert leg.least_reach == pytest.approx(robot_texts.UPPER - robot_texts.LOWER)
         foot = leg.hip + leg.axes[:, 1] * leg.lateral - [0.0, 0.0, 0.3]
         np.testing.assert_allclose(leg.forward(leg.inverse(foot)), foot, rtol=0, atol=1e-12)
+
+
+def test_links_of_one_length_fold_to_nothing_whatever_their_digits() -> None:
+    """The sum under the root was -3e-17 for links that differ in their last digit."""
+    leg = load_robot("wang2020").legs["LF"]
+    full = np.array([[-3.0, -3.0, -4.0], [3.0, 3.0, 4.0]])
+    for ends in ((0.20000000000000004, 0.2000000000000001), (0.2, 0.2), (0.3, 0.1)):
+        folding = replace(leg, upper=ends[0], lower=ends[1], position_limits=full)
+        assert folding.least_reach == pytest.approx(abs(ends[0] - ends[1]), abs=1e-8)

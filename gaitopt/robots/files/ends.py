@@ -25,6 +25,9 @@ LARGEST_FOOT = 0.3
 MARKER = 0.02
 """Radius below which a ball only marks a place, as a share of the lower leg. Chosen: balls that are
 feet have 0.06 of it or more."""
+ASYMMETRY = 0.1
+"""Difference of the lower legs of both sides from which on it is told, as a share of them. Chosen:
+digits of files differ by less than a hundredth."""
 BEYOND = 1.3
 """A leg whose shape is so many times longer than its farthest link has no foot link. Chosen."""
 
@@ -56,15 +59,18 @@ def set_feet(
     warnings: list[str],
 ) -> tuple[dict[str, str], float]:
     """Find or make the links of the feet; gives them, and their radius [m], the ``given`` one."""
-    feet, radii, told = {}, [], []
+    feet, radii, told, lengths = {}, [], [], {}
     for leg, limb in limbs.items():
         place = _foot(tree, leg, limb, asked.get(leg), finder)
         radii.append(place.radius)
         told.append(place.how.replace(place.link, "its link"))
         feet[leg] = place.link
+        pose = tree.rigid_with(limb.end)[place.link] if limb.wheel is None else np.eye(4)
+        lengths[leg] = float(np.linalg.norm(pose[:3, :3] @ place.at + pose[:3, 3]))
         if place.at.any() or place.link in tree.joints:
             feet[leg] = tree.new_name(f"{leg} ball")
             tree.add_frame(feet[leg], place.link, place.at)
+    warnings += _unlike(lengths)
     if given is not None:
         done.append(f"feet: radius {1e3 * given:.4g} mm, as given")
         return feet, float(given)
@@ -80,6 +86,23 @@ def set_feet(
             "least counts; give foot_radius="
         )
     return feet, float(min(radii))
+
+
+def _unlike(lengths: Mapping[str, float]) -> list[str]:
+    """A warning where a left leg's foot is elsewhere than that of the right one.
+
+    Args:
+        lengths: from the last joint to the foot, by leg [m].
+    """
+    for left, right in (("LF", "RF"), ("LH", "RH")):
+        one, other = lengths[left], lengths[right]
+        if abs(one - other) > ASYMMETRY * max(one, other):
+            return [
+                f"the feet of {left} and {right} are {1e3 * one:.4g} and {1e3 * other:.4g} mm from "
+                "their last joints, and robots are alike on both sides; if shapes of the file are "
+                "not where the legs are, give feet={'LF': ('link', (x, y, z)), ...}"
+            ]
+    return []
 
 
 def _foot(tree: UrdfTree, leg: str, limb: Limb, asked: Any, finder: MeshFinder) -> FootPlace:

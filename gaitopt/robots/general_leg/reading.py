@@ -47,8 +47,8 @@ _NOT_STANDING = (
 _SPRAWLING = (
     "{} turns first about the vertical, and no posture within its limits has the foot below the "
     "hip, free to move in all directions; gaitopt plans for legs that lean sideways at their first "
-    "joint (roll), and for sprawling ones that reach out from a vertical axis: correct the axes or "
-    "limits"
+    "joint (roll), and for sprawling ones that reach out from a vertical axis: correct the "
+    "axes, or allow more than these limits [rad]: {}"
 )
 VERTICAL = 0.9
 """Least cosine of the angle between an axis and the vertical with which it counts as vertical."""
@@ -117,7 +117,11 @@ def _standing(parts: LegParts, leg: GeneralLeg, solver: HingeInverse) -> General
 def _refusal(parts: LegParts) -> RobotError:
     """The error of a leg that cannot stand."""
     words = _SPRAWLING if abs(parts.axes[0, 2]) > VERTICAL else _NOT_STANDING
-    return RobotError(words.format(parts.listing))
+    limits = ", ".join(
+        f"{joint} {low:.3g} to {high:.3g}"
+        for joint, (low, high) in zip(parts.chain.names, parts.limits.T.tolist(), strict=True)
+    )
+    return RobotError(words.format(parts.listing, limits))
 
 
 def _standing_angles(leg: GeneralLeg, solver: HingeInverse, foot: FloatArray) -> FloatArray | None:
@@ -161,7 +165,8 @@ def _slack(leg: GeneralLeg) -> float:
     way = leg.forward(q) - leg.hip
     distance = np.sqrt(np.maximum((way**2).sum(axis=1) - leg.lateral**2, 0.0))
     bend = leg.signs[2] * q[:, 2] + leg.zeros[1]
-    length = np.sqrt(leg.upper**2 + leg.lower**2 + 2.0 * leg.upper * leg.lower * np.cos(bend))
+    square = leg.upper**2 + leg.lower**2 + 2.0 * leg.upper * leg.lower * np.cos(bend)
+    length = np.sqrt(np.maximum(square, 0.0))
     below = -way[:, 2] > STEEPEST * np.linalg.norm(way, axis=1)
     excess = float(np.max(length - distance, where=below, initial=0.0))
     return SLACK_RESERVE * excess if excess > AGREED else 0.0

@@ -227,3 +227,12 @@ def test_point_feet_are_warned_about() -> None:
         == "tester: the radius of the feet is not known, so they are points; give foot_radius="
     )
     assert not warnings_of(robot(foot=""), foot_radius=0.01)
+
+
+def test_a_foot_elsewhere_than_on_the_other_side_is_told_with_the_option() -> None:
+    """Shapes of Aibo's file lie beside its legs, on each side in other places."""
+    short = {"LF": leg("LF").replace(f"0 0 {-LOWER}", f"0 0 {-0.7 * LOWER}")}
+    (told,) = [w for w in quiet(robot(changed=short)).notes.warnings if "both sides" in w]
+    assert told.startswith("the feet of LF and RF are 154 and 220 mm from their last joints")
+    assert "give feet={'LF': ('link', (x, y, z)), ...}" in told
+    assert not any("both sides" in w for w in quiet(robot()).notes.warnings)
