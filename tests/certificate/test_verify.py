@@ -295,7 +295,7 @@ def test_other_robots_plans_keep_their_promises(name: str) -> None:
     assert certificate.ok, certificate.report()
 
 
-@pytest.mark.parametrize("objective", ["distance", "margin"])
+@pytest.mark.parametrize("objective", [pytest.param("distance", marks=pytest.mark.slow), "margin"])
 def test_random_terrains_are_walked_as_promised(wang: Quadruped, objective: Any) -> None:
     for seed in range(10):
         plan = gaitopt.plan_crawl(

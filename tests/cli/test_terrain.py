@@ -105,7 +105,7 @@ def test_where_the_planner_refuses_all_footholds_it_says_so(
 
 def test_a_start_at_the_edge_of_the_map_is_told(shell: Any, sketch: Path, tmp_path: Path) -> None:
     done = shell("terrain", str(sketch), *SCALE, "--start", "0.3,0,0", "--goal", "1.2,0",
-                 "--width-limit", "6", "--out", str(tmp_path))  # fmt: skip
+                 "--time-limit", "0.5", "--out", str(tmp_path))  # fmt: skip
     # Half the stance of wang2020, 0.2 m, and 0.8 of its standing height, 0.4 m.
     assert done.code == 2 and "The start is 0.30 m from the edge of the map" in done.stdout
     assert "choose a place 0.52 m from the edge" in done.stdout

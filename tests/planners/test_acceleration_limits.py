@@ -51,9 +51,19 @@ def test_limits_are_one_number_or_by_joint() -> None:
     [
         (crawl, True, True),
         (lambda robot: crawl(robot, timing="velocity"), True, True),
-        (lambda robot: crawl(robot, timing="velocity", swing="cycloid"), False, True),
+        pytest.param(
+            lambda robot: crawl(robot, timing="velocity", swing="cycloid"),
+            False,
+            True,
+            marks=pytest.mark.slow,
+        ),
         (lambda robot: crawl(robot, objective="time"), False, True),
-        (lambda robot: crawl(robot, objective="time", timing="velocity"), False, True),
+        pytest.param(
+            lambda robot: crawl(robot, objective="time", timing="velocity"),
+            False,
+            True,
+            marks=pytest.mark.slow,
+        ),
         (trot, False, False),
     ],
     ids=["crawl", "by velocity", "cycloid", "least time", "least time by velocity", "trot"],

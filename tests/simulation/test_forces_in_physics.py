@@ -64,7 +64,7 @@ def test_a_foot_that_lands_and_lifts_off_again_at_once_stands_between() -> None:
     assert result.waited >= 0.05 * len(again)
 
 
-@pytest.mark.parametrize("name", ["anymal_c", "hyq"])
+@pytest.mark.parametrize("name", ["anymal_c", pytest.param("hyq", marks=pytest.mark.slow)])
 def test_a_walk_of_the_largest_margin_is_followed(name: str) -> None:
     """Its body moves far while four feet stand."""
     robot = gaitopt.load_robot(name)

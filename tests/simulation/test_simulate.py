@@ -224,7 +224,9 @@ def test_without_mujoco_the_error_says_what_to_install(
         simulate(short_plan)
 
 
-@pytest.mark.parametrize(("row", "margin"), [("swing", 0.02), ("height", 0.03)])
+@pytest.mark.parametrize(
+    ("row", "margin"), [("swing", 0.02), pytest.param("height", 0.03, marks=pytest.mark.slow)]
+)
 def test_time_optimal_walks_cross_within_the_servos_limits(
     wang: Quadruped, row: str, margin: float
 ) -> None:
@@ -299,7 +301,7 @@ def test_other_robots_walk_on_flat_ground(name: str, margin: float) -> None:
     assert result.passed, str(result)
 
 
-@pytest.mark.parametrize("name", ["wang2020-fast", "a1"])
+@pytest.mark.parametrize("name", ["wang2020-fast", pytest.param("a1", marks=pytest.mark.slow)])
 def test_the_trot_of_the_second_paper_is_walked(name: str) -> None:
     """0.3 m/s over 1.5 m on two feet at a time, from standing to standing."""
     plan = gaitopt.plan_gait(

@@ -40,7 +40,9 @@ def certified_durations(wang: Quadruped, terrain: Footholds) -> dict[tuple[str, 
     return found
 
 
-@pytest.mark.parametrize(("seed", "forward"), [(0, 0.15), (2, 0.3)])
+@pytest.mark.parametrize(
+    ("seed", "forward"), [(0, 0.15), pytest.param(2, 0.3, marks=pytest.mark.slow)]
+)
 def test_no_order_of_all_that_there_are_is_faster(
     wang: Quadruped, seed: int, forward: float
 ) -> None:

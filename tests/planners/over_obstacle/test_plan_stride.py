@@ -135,9 +135,11 @@ def test_the_plan_starts_before_and_ends_behind_the_board(board_walk: Plan) -> N
 @pytest.mark.parametrize(
     ("robot", "obstacle"),
     [
-        (WANG, rectangular_obstacle(0.06, 0.03)),
+        pytest.param(WANG, rectangular_obstacle(0.06, 0.03), marks=pytest.mark.slow),
         (ANYMAL, rectangular_obstacle(0.10, 0.04)),
-        (ANYMAL, round_obstacle(0.08, position=(1.0, -2.0, 0.3), yaw=0.7)),
+        pytest.param(
+            ANYMAL, round_obstacle(0.08, position=(1.0, -2.0, 0.3), yaw=0.7), marks=pytest.mark.slow
+        ),
         (FROG, triangular_obstacle(0.08, 0.06, position=(0.0, 0.0, -0.2), yaw=-2.0)),
     ],
     ids=["wang2020 board", "anymal_c board", "anymal_c log", "frog1 ridge"],
@@ -160,7 +162,9 @@ def test_other_robots_and_obstacles_are_certified(robot: Quadruped, obstacle: Ob
 # --- contact forces ---------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("robot", [FROG, ANYMAL], ids=["frog1", "anymal_c"])
+@pytest.mark.parametrize(
+    "robot", [pytest.param(FROG, marks=pytest.mark.slow), ANYMAL], ids=["frog1", "anymal_c"]
+)
 def test_by_default_contact_forces_exist(robot: Quadruped) -> None:
     """The true centre of mass of anymal_c is 9 mm behind its body centre, nearer to the sides."""
     obstacle = rectangular_obstacle(0.05, 0.03)
@@ -208,6 +212,7 @@ def test_too_high_a_board_is_refused_with_the_height_that_would_do() -> None:
     assert plan.record.clearance >= 0.01  # type: ignore[operator]
 
 
+@pytest.mark.slow
 def test_too_wide_a_block_is_refused_with_the_width_that_would_do() -> None:
     """wang2020 is 0.4 m long: it cannot stand over a block of 0.4 m."""
     with pytest.raises(InfeasibleStepError, match=r"stance of .* is 0\.4 m long") as caught:

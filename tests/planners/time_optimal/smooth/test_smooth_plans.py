@@ -147,7 +147,10 @@ def test_terrains_that_once_failed_are_certified(wang: Quadruped, seed: int) -> 
     assert float(plan.record.violation) <= 1e-6
 
 
-@pytest.mark.parametrize(("name", "columns"), [("anymal_c", 3), ("wang2020-fast", 2)])
+@pytest.mark.parametrize(
+    ("name", "columns"),
+    [pytest.param("anymal_c", 3, marks=pytest.mark.slow), ("wang2020-fast", 2)],
+)
 def test_robots_with_fast_joints_walk_dynamically(name: str, columns: int) -> None:
     """Tens of times as fast as wang2020, and quick enough to fall: the ground always bears load."""
     robot = gaitopt.load_robot(name)
