@@ -176,6 +176,17 @@ def _is_function(value: Any) -> bool:
     return callable(value) and not isinstance(value, type)
 
 
+def _takes_two(value: Any) -> bool:
+    """Whether a value can be called with two arguments; not all functions tell what they take."""
+    try:
+        inspect.signature(value).bind(1, 2)
+    except TypeError:
+        return False
+    except ValueError:
+        pass
+    return _is_function(value)
+
+
 def _is_path(value: Any) -> bool:
     return isinstance(value, (str, os.PathLike)) and "\0" not in str(value) and str(value) != ""
 
@@ -197,7 +208,7 @@ _SIMPLE: Final[Mapping[str, Test]] = {
     "GroundSearch": lambda value: hasattr(value, "footholds"),
     "SimulatedWalk": lambda value: hasattr(value, "motion"),
     "Callable": _is_function,
-    "Progress": _is_function,
+    "Progress": _takes_two,
 }
 _CALLED: Final = {
     "float": "a number", "int": "a whole number", "bool": "True or False", "str": "a text",
@@ -205,8 +216,8 @@ _CALLED: Final = {
     "SimulatedWalk": "a SimulationResult", "StrPath": "a path", "Path": "a path",
     "ArrayLike": "finite numbers",
     "FloatArray": "finite numbers", "BoolArray": "numbers", "Callable": "a function",
-    "Progress": "a function", "Mapping": "a mapping", "dict": "a mapping", "Sequence": "a sequence",
-    "Iterable": "a sequence", "tuple": "a tuple", "list": "a list",
+    "Progress": "a function of two numbers", "Mapping": "a mapping", "dict": "a mapping",
+    "Sequence": "a sequence", "Iterable": "a sequence", "tuple": "a tuple", "list": "a list",
 }  # fmt: skip
 
 

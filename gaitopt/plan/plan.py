@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -14,7 +13,7 @@ from numpy.typing import ArrayLike
 from gaitopt.conventions import LEGS, BoolArray, ByValue, FloatArray, frozen
 from gaitopt.errors import InputError
 from gaitopt.files import StrPath, written_whole
-from gaitopt.inputs import check_array, check_count, check_kind, check_number
+from gaitopt.inputs import check_array, check_count, check_kind, check_number, check_tuple
 from gaitopt.motion.path import MotionPath
 from gaitopt.plan.archive import FORMAT, version_of
 from gaitopt.plan.foothold_archive import packed_footholds
@@ -66,9 +65,7 @@ class Plan(ByValue):
                            ("settings", PlanSettings), ("path", MotionPath),
                            ("record", PlanRecord)):  # fmt: skip
             check_kind(name, getattr(self, name), kind)
-        if isinstance(self.phases, str) or not isinstance(self.phases, Iterable):
-            raise InputError(f"phases must be a list of phases, got {self.phases!r}")
-        object.__setattr__(self, "phases", tuple(self.phases))
+        object.__setattr__(self, "phases", check_tuple("phases", self.phases))
         for phase in self.phases:
             check_kind("each of phases", phase, Phase)
         check_count("entry", self.entry, 0, len(self.phases))

@@ -44,7 +44,8 @@ def support_margin(feet: ArrayLike, contacts: ArrayLike, point: ArrayLike) -> Fl
     share = (away[..., first, :] * along).sum(axis=-1) / np.where(square > 0, square, 1.0)
     gap = away[..., first, :] - np.clip(share, 0.0, 1.0)[..., None] * along
     outside = np.hypot(gap[..., 0], gap[..., 1]).min(axis=-1)
-    return np.asarray(np.where(inside > 0, inside, 0.0 - outside))
+    margins = np.where(inside > 0, inside, 0.0 - outside)
+    return np.asarray(np.where(np.isinf(place).any(axis=-1), -np.inf, margins))
 
 
 def in_flight(contacts: ArrayLike) -> BoolArray:

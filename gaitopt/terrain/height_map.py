@@ -178,7 +178,10 @@ class HeightMap:
         return out
 
     def height(self, places: ArrayLike) -> FloatArray:
-        """Height of the ground at places ``(..., 2)`` [m]; NaN off the map and where unknown."""
+        """Height of the ground at places ``(..., 2)`` [m]; NaN off the map and where unknown.
+
+        A place that is NaN is off the map.
+        """
         return self._surface(places)[0]
 
     def gradient(self, places: ArrayLike) -> FloatArray:

@@ -24,7 +24,7 @@ from numpy.typing import ArrayLike
 
 from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.errors import InputError
-from gaitopt.inputs import check_choice, check_kind, check_shape
+from gaitopt.inputs import check_choice, check_kind, check_number, check_numbers, check_shape
 from gaitopt.optimize.cog.formulation import (
     CogFormulation,
     Objective,
@@ -35,6 +35,8 @@ from gaitopt.robots.leg_names import as_leg, by_leg
 from gaitopt.robots.leg_planes import foot_planes
 from gaitopt.robots.quadruped import Quadruped
 
+FARTHEST = 1e6
+"""Coordinates beyond this are taken for a mistake [m]."""
 FURTHER = 2 + 3 * SIDES
 """Where half-planes beside those of the triangle stand among the parameters."""
 
@@ -134,11 +136,17 @@ def build_cog_problem(
     if swing is not None:
         check_choice("swing", swing, LEGS)
     place = check_shape("start", start, 2)
+    check_number("height", height, -FARTHEST, FARTHEST, "m")
     missing = [leg for leg in LEGS if leg not in named]
     if missing:
         raise InputError(f"feet: there is no place of {', '.join(missing)}; give all four legs'")
-    stance = np.array([[named[leg] for leg in LEGS]], dtype=np.float64)
-    target = None if foothold is None else np.array([foothold], dtype=np.float64)
+    stance = check_numbers("feet", [[named[leg] for leg in LEGS]], -FARTHEST, FARTHEST, "m")
+    target = None
+    if foothold is not None:
+        target = check_numbers("foothold", [foothold], -FARTHEST, FARTHEST, "m")
+    for name, rows, shape in (("feet", stance, (1, 4, 3)), ("foothold", target, (1, 3))):
+        if rows is not None and rows.shape != shape:
+            raise InputError(f"{name} must be {shape[-1]} numbers a leg, got {rows.shape[1:]}")
     (problem,) = build_cog_problems(
         robot, stance, np.array([height]), [swing], target,
         stability_margin=stability_margin, reach_fraction=reach_fraction, objective=objective,
