@@ -62,11 +62,9 @@ def flying_feet(motion: Motion) -> list[Finding]:
                 clear.append(_clearance(motion, feet, swing.foot_start, swing.foot_end))
         depths.append(min(swing.foot_start[2], swing.foot_end[2]) - feet[:, 2].min())
         where.append(f"step {swing.step} ({swing.leg}), {swing.start:.3f} to {swing.end:.3f} s")
-    out = []
-    if not free:
-        lack = np.array(asked) - np.array(rises)
-        out.append(at_most("swing height", lack, ROUNDING, where[-len(lack) :]))
-    else:
+    lack = np.array(asked) - np.array(rises)
+    out = [at_most("swing height", lack, ROUNDING, where[-len(lack) :])]
+    if free:
         limit = settings.clearance - ROUNDING
         out.append(at_least("swing clearance", clear, limit, where[-len(clear) :]))
     if plan.footholds.ground is None:

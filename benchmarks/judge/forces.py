@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -17,6 +17,9 @@ NOTHING = 1e-6
 """What the linear program's own tolerance may take from a limit, as a share of the weight."""
 WORST, LOOKS = 3, 2
 """Around so many of the tightest instants others are looked at, so many times."""
+NO_ANSWER = 4
+"""HiGHS's presolve sometimes ends without a verdict (seen once, in a trot of go2), where the
+program without it is solved."""
 PLACEHOLDER = 3.0
 """Effort limits of more than so many times the weight times the reach of a leg are none."""
 
@@ -134,12 +137,15 @@ def _tightest(motion: Motion, k: int, rises: FloatArray, limits: ForceLimits) ->
             return float(loose / half), f"{on}: moment of {left:.4g} N m about their line"
         frame = np.linalg.svd(about[None] / scale)[2][1:]
         equal, right = frame @ equal, frame @ right
-    done = linprog(
-        np.append(np.zeros(3 * len(contacts)), -1.0),
-        A_ub=np.column_stack([above, np.ones(len(above))]), b_ub=beyond,
-        A_eq=np.column_stack([equal, np.zeros(len(equal))]), b_eq=right,
-        bounds=[(None, None)] * (3 * len(contacts)) + [(None, 1.0)], method="highs",
-    )  # fmt: skip
+    program: dict[str, Any] = {
+        "c": np.append(np.zeros(3 * len(contacts)), -1.0),
+        "A_ub": np.column_stack([above, np.ones(len(above))]), "b_ub": beyond,
+        "A_eq": np.column_stack([equal, np.zeros(len(equal))]), "b_eq": right,
+        "bounds": [(None, None)] * (3 * len(contacts)) + [(None, 1.0)], "method": "highs",
+    }  # fmt: skip
+    done = linprog(**program)
+    if done.status == NO_ANSWER:
+        done = linprog(**program, options={"presolve": False})
     return (-np.inf if done.x is None else float(done.x[-1]) * weight), on
 
 

@@ -83,6 +83,8 @@ def _another_robot(motion: Motion) -> str:
         return f"{robot.name} has another mass"
     wider = (robot.velocity_limits > own.velocity_limits * (1 + 1e-12)).any()
     wider |= (robot.effort_limits > own.effort_limits * (1 + 1e-12)).any()
+    given, known = robot.position_limits, own.position_limits
+    wider |= bool((given[0] < known[0] - 1e-9).any() or (given[1] > known[1] + 1e-9).any())
     return f"{robot.name} has wider limits" if wider else ""
 
 

@@ -78,6 +78,23 @@ class StrideSettings(PlanSettings):
         set_count(self, "waypoints", 3, MOST_CYCLES)
         for name in ("accelerations", "jerks"):
             object.__setattr__(self, name, _limits(name, getattr(self, name)))
+        self._check_agreement()
+
+    def _check_agreement(self) -> None:
+        """Refuse a limit for all joints that is not the largest of those of the joints.
+
+        Only those of the joints are kept: another number would promise what nobody keeps.
+
+        Raises:
+            InputError: the message names both.
+        """
+        for limit, joints in (("acceleration_limit", "accelerations"), ("jerk_limit", "jerks")):
+            values = getattr(self, joints)
+            if values and getattr(self, limit) not in (None, max(values)):
+                raise InputError(
+                    f"{limit} is {getattr(self, limit):g}, and the largest of {joints} is "
+                    f"{max(values):g}: change {joints}, of which it is the largest"
+                )
 
     @classmethod
     def for_robot(cls, robot: Quadruped, **options: Any) -> StrideSettings:

@@ -163,3 +163,11 @@ def test_limits_on_forces_are_told_from_settings(name: str, hint: str) -> None:
     for planner in (gaitopt.plan_crawl, gaitopt.plan_route):
         with pytest.raises(InputError, match=hint):
             planner(robot, gaitopt.s_columns(0, columns=1), **{name: 0.4})
+
+
+def test_a_limit_of_a_stride_for_all_joints_is_the_largest_of_theirs() -> None:
+    """Nobody keeps the other number, so it is no promise."""
+    settings = StrideSettings.for_robot(gaitopt.load_robot("frog1"), acceleration_limit=2.0)
+    assert settings.acceleration_limit == max(settings.accelerations) == 2.0
+    with pytest.raises(InputError, match=r"acceleration_limit is 1, and the largest of acceler"):
+        dataclasses.replace(settings, acceleration_limit=1.0)
