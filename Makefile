@@ -6,11 +6,14 @@ VENV   ?= .venv
 BIN    := $(VENV)/bin
 
 .DEFAULT_GOAL := help
-.PHONY: help walk test pytest test-slow lint bench lowest docs browser clean
+.PHONY: help walk test pytest test-slow lint bench fuzz faults interrupts lowest docs browser clean
 
 help:
 	@sed -n '2,3p' $(MAKEFILE_LIST) | sed 's/^#  //'
 	@echo "  make bench      measure speed and memory, beside the obvious way"
+	@echo "  make fuzz       wrong inputs for all readers and public functions (some 20 minutes)"
+	@echo "  make faults     faults planted into plans, which the certificate must find"
+	@echo "  make interrupts studies that are stopped, killed, or lose their cluster"
 	@echo "  make lowest     the oldest versions that pyproject.toml allows, and quick tests with them"
 	@echo "  make docs       build the documentation into docs/_build"
 	@echo "  make test-slow  the tests that take long"
@@ -59,6 +62,16 @@ bench: $(VENV)/.test
 	$(BIN)/python -m benchmarks
 
 # The oldest versions that pyproject.toml allows, and the quick part of the suite with them.
+fuzz: $(VENV)/.test
+	$(BIN)/python -m benchmarks.fuzz --cases 2000
+
+faults: $(VENV)/.test
+	$(BIN)/python -m pytest tests/certificate tests/test_second_judge.py
+
+interrupts: $(VENV)/.test
+	$(BIN)/python -m pytest tests/studies/test_interrupted.py tests/studies/test_cluster.py \
+	  tests/cli/test_interrupts.py
+
 lowest: $(VENV)/.walk
 	$(BIN)/python -m venv --clear $(VENV)-lowest
 	$(BIN)/python -m pip install --quiet --target $(VENV)-lowest/uv uv

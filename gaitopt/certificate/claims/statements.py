@@ -24,7 +24,8 @@ ROBOT: Final = "the robot's own file"
 NOT_JUDGED: Final = "not judged"
 STATEMENTS: Final = (
     "margins of single phases, what the planner tells of its solver, and settings that promise "
-    "nothing: body height, heading, speed, objective, the velocity and times of a gait"
+    "nothing: body height, heading, speed, objective, the curve of the swings, numbers of knots "
+    "and rounds, the velocity and times of a gait"
 )
 """What a plan file holds beside its path and its promises; see docs/trust.md."""
 
