@@ -82,11 +82,13 @@ def turns_beside(ground: HeightMap, radius: float, where: BoolArray) -> FloatArr
     return out
 
 
-def start_stands(stands: Stands, ground: HeightMap, usual: FloatArray, freedom: float) -> list[int]:
-    """The stand nearest to each usual place ``(4, 2)`` [m]; -1 where none is near enough."""
+def start_stands(
+    stands: Stands, ground: HeightMap, usual: FloatArray, freedom: float
+) -> list[np.ndarray]:
+    """The stands near each usual place ``(4, 2)`` [m], the nearest first."""
     out = []
     for place in usual:
         near = stands.near(ground, place, freedom)
         away = np.linalg.norm(stands.centres[near, :2] - place, axis=1)
-        out.append(int(near[away.argmin()]) if near.size else -1)
+        out.append(near[np.argsort(away, kind="stable")])
     return out

@@ -275,8 +275,9 @@ def _planned(
         return None, _refused_step(error), f"the planner of the walk said: {error}"
     touching = first_touching_step(plan, limbs)
     if touching is not None:
-        words = f"in step {touching} of the walk that was planned a limb touches the ground or "
-        return None, touching, f"{words}another link"
+        when = f"in step {touching} of" if touching >= 0 else "where it stands at the start of"
+        words = f"{when} the walk that was planned a limb touches the ground or another link"
+        return None, touching, words
     rolling = first_rolling_step(plan, PLANNED)
     if rolling is None:
         return plan, -1, ""

@@ -134,23 +134,29 @@ def side_pose(robot: Quadruped, ground: HeightMap, goal: ArrayLike) -> FloatArra
 
 
 def first_layer(search: Search) -> Layer:
-    """The state at the start: every foot as near to its usual place as there is ground for it.
+    """The state at the start: every foot as near to its usual place as it may stand.
+
+    Where its leg would touch the ground at the nearest place, it stands at the next one.
 
     Raises:
         InputError: for a foot there is none.
     """
     ground, judge = search.judge.surfaces.ground, search.judge
     usual = np.array([search.usual(leg, 0) for leg in range(4)])
-    stands = start_stands(search.stands, ground, usual, judge.settings.freedom)
-    for leg, stand, place in zip(LEGS, stands, usual, strict=True):
-        if stand < 0:
+    near = start_stands(search.stands, ground, usual, judge.settings.freedom)
+    for leg, some, place in zip(LEGS, near, usual, strict=True):
+        if not some.size:
             raise InputError(
                 f"at the start there is no ground to stand on for {leg} within "
                 f"{judge.settings.freedom:g} m of {np.round(place, 3).tolist()}; choose another "
                 "start, or a larger freedom"
             )
+    stands, pose = [int(some[0]) for some in near], search.course.at(0.0)
     feet = search.stands.centres[stands][None]
-    pose = search.course.at(0.0)
+    posture = judge.posture_over(feet, pose[2:])
+    over = np.concatenate([feet[0, :, :2].mean(axis=0), posture[0]])
+    stands = [_clear_stand(search, leg, some, over) for leg, some in enumerate(near)]
+    feet = search.stands.centres[stands][None]
     posture = judge.posture_over(feet, pose[2:])
     middle = feet[0, :, :2].mean(axis=0)
     none = np.array([-1])
@@ -158,6 +164,15 @@ def first_layer(search: Search) -> Layer:
         feet, np.array([stands]), np.concatenate([middle, posture[0]])[None],
         np.zeros((1, 4), dtype=int), np.zeros(1), none, none, np.zeros(1), at_rest(1),
     )  # fmt: skip
+
+
+def _clear_stand(search: Search, leg: int, near: np.ndarray, pose: FloatArray) -> int:
+    """The first of some stands at which a leg is clear of the ground; the first one for none."""
+    feet = search.stands.centres[near]
+    poses = np.broadcast_to(pose, (len(near), len(pose)))
+    clear = search.limbs.leg_stands_clear(leg, feet, poses)
+    clear &= search.judge.within(leg, search.limbs.local(feet[:, None], poses)[:, 0])[1]
+    return int(near[int(clear.argmax())])
 
 
 def footholds_of(search: Search, found: Found) -> Footholds:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from gaitopt.conventions import LEGS, BoolArray, FloatArray
 from gaitopt.planners.over_terrain.links.link_spheres import LinkSpheres, Placements, link_spheres
+from gaitopt.planners.over_terrain.links.near_foot import CLEAR
 from gaitopt.planners.over_terrain.pairs import Pairs
 from gaitopt.planners.over_terrain.surfaces import Surfaces
 from gaitopt.robots.quadruped import Quadruped
@@ -62,8 +64,10 @@ class Limbs:
         for leg, feet, at in asked:
             if len(left):
                 left = left[self.leg_clear(leg, feet[left], at[left])]
+        after = pairs.feet[left]
+        after[:, pairs.leg] = pairs.target[left]
         kept = np.zeros(len(poses), dtype=np.bool_)
-        kept[left] = True
+        kept[left] = self.stands_clear(after, poses[left])
         return kept
 
     def leg_clear(self, leg: int, feet: FloatArray, poses: FloatArray) -> BoolArray:
@@ -74,6 +78,36 @@ class Limbs:
         repeated = Placements(*(np.repeat(part, places, axis=0) for part in body))
         kept = self._leg(leg, angles, repeated)
         return np.asarray(kept.reshape(count, places).all(axis=1), dtype=np.bool_)
+
+    def leg_stands_clear(self, leg: int, feet: FloatArray, poses: FloatArray) -> BoolArray:
+        """Whether a whole leg is clear of the ground with its foot at ``feet (K, 3)``: ``(K,)``."""
+        angles = self.robot.legs[LEGS[leg]].inverse(self.local(feet[:, None], poses)[:, 0])
+        body = self.body(poses)
+        near = self._near_foot_clear(leg, self.spheres.near_feet, angles, body)
+        return np.asarray(near & self._leg(leg, angles, body))
+
+    def near_feet_clear(self, poses: FloatArray, joints: FloatArray) -> BoolArray:
+        """Whether the shanks are clear of the ground next to their feet ``(K, 4)``.
+
+        Args:
+            poses, joints: as for :meth:`clear`.
+        """
+        body = self.body(poses)
+        each = [self._near_foot_clear(leg, self.spheres.near_feet, joints[:, leg], body)
+                for leg in range(len(LEGS))]  # fmt: skip
+        return np.stack(each, axis=1)
+
+    def stands_clear(self, feet: FloatArray, poses: FloatArray) -> BoolArray:
+        """Whether shanks are clear next to feet that stand at ``feet (K, 4, 3)`` [m]: ``(K,)``.
+
+        Few points are looked at: the plan is looked at once more.
+        """
+        local, body = self.local(feet, poses), self.body(poses)
+        out = np.ones(len(feet), dtype=np.bool_)
+        for k, leg in enumerate(LEGS):
+            angles = self.robot.legs[leg].inverse(local[:, k])
+            out &= self._near_foot_clear(k, self.spheres.few_near_feet, angles, body)
+        return out
 
     def clear(self, poses: FloatArray, joints: FloatArray) -> BoolArray:
         """Whether limbs and trunk are clear of the ground ``(K,)``.
@@ -104,6 +138,16 @@ class Limbs:
             for place, balls in zip(links, self.spheres.legs[leg], strict=True)
         ]
         return self._are_clear(np.concatenate(centres, axis=1), self.leg_sizes[leg])
+
+    def _near_foot_clear(
+        self, leg: int, points: Sequence[FloatArray], angles: FloatArray, body: Placements
+    ) -> BoolArray:
+        """Whether a shank, with points for each leg, is clear next to its foot ``(N,)``."""
+        shank = self.spheres.placements(leg, angles, body)[-1]
+        there = shank.moved(points[leg])
+        above = there[..., 2] - self.surfaces.ground.height(there[..., :2])
+        # A comparison with NaN, which is unknown ground, is false.
+        return np.asarray((above >= CLEAR).all(axis=1))
 
     def _are_clear(self, centres: FloatArray, sizes: np.ndarray) -> BoolArray:
         """Whether all balls at ``centres (N, n, 3)`` [m] are clear of the ground ``(N,)``."""

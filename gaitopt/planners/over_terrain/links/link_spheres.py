@@ -14,6 +14,7 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from gaitopt.conventions import LEGS, BoolArray, FloatArray
+from gaitopt.planners.over_terrain.links.near_foot import COARSE, SPACING, points_near_foot, thinned
 from gaitopt.robots.collision_shapes import robot_shapes
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.whole_body import zero_configuration
@@ -78,12 +79,17 @@ class LinkSpheres:
         trunk: balls that move with the body.
         legs: for each leg the balls of its links, from the body to the foot; those at the foot are
             left out, since it stands on the ground.
+        near_feet: for each leg points of the shank next to the foot, where no balls are
+            ``(n, 3)`` [m].
+        few_near_feet: fewer of them.
         points: a point on each hinge's axis at the zero configuration ``(4, 3, 3)`` [m].
         axes: the hinges' unit axes ``(4, 3, 3)``. Points and axes are in the body frame.
     """
 
     trunk: LinkBalls
     legs: tuple[tuple[LinkBalls, ...], ...]
+    near_feet: tuple[FloatArray, ...]
+    few_near_feet: tuple[FloatArray, ...]
     points: FloatArray
     axes: FloatArray
 
@@ -125,16 +131,22 @@ def link_spheres(robot: Quadruped) -> LinkSpheres:
     ])  # fmt: skip
     points = np.array([[to_body @ data.oMi[j].translation for j in row] for row in joints])
     found: dict[int, list[LinkBalls]] = {}
+    hulls: dict[int, list[FloatArray]] = {}
     largest = LARGEST_CELL * robot.legs[LEGS[0]].reach
     for joint, corners in _solids(robot):
         placed = (data.oMi[joint].rotation @ corners.T).T + data.oMi[joint].translation
+        hulls.setdefault(joint, []).append(placed @ to_body.T)
         found.setdefault(joint, []).append(covering_balls(placed @ to_body.T, largest))
     owned = {j for row in joints for j in row}
     trunk = _joined([b for j, each in found.items() if j not in owned for b in each])
     legs = tuple(tuple(_joined(found.get(j, [])) for j in row) for row in joints)
+    near_feet = tuple(_near_foot(robot, leg, hulls.get(row[-1], []), own[-1])
+                      for leg, row, own in zip(LEGS, joints, legs, strict=True))  # fmt: skip
+    side = max(COARSE * robot.foot_radius, 1e-6)
     return LinkSpheres(
         trunk=_lower(trunk),
         legs=tuple(_without_foot(robot, leg, own) for leg, own in zip(LEGS, legs, strict=True)),
+        near_feet=near_feet, few_near_feet=tuple(thinned(points, side) for points in near_feet),
         points=points, axes=axes,
     )  # fmt: skip
 
@@ -147,6 +159,17 @@ def _without_foot(
     foot = robot.legs[leg].forward(np.zeros(3))
     away = np.linalg.norm(balls.centres - foot, axis=1)
     return (*links[:-1], balls.chosen(away >= NEAR_FOOT * robot.foot_radius + balls.radii))
+
+
+def _near_foot(robot: Quadruped, leg: str, hulls: list[FloatArray], balls: LinkBalls) -> FloatArray:
+    """Points of a shank where its balls are left out ``(n, 3)`` [m]."""
+    radius = robot.foot_radius
+    if not radius > 0.0:
+        return np.empty((0, 3))
+    foot = robot.legs[leg].forward(np.zeros(3))
+    most = NEAR_FOOT * radius + 2.0 * float(balls.radii.max(initial=0.0))
+    outlines = [(corners, _surface(corners, SPACING * radius)[0]) for corners in hulls]
+    return points_near_foot(outlines, foot, radius, most)
 
 
 def _lower(balls: LinkBalls) -> LinkBalls:

@@ -22,7 +22,9 @@ MOST_SAMPLES = 20_000
 def first_touching_step(plan: Plan, limbs: Limbs) -> int | None:
     """The first step in which limbs or trunk touch the ground, or one another; ``None`` for none.
 
-    The path is sampled, so this is no proof; the certificate has one.
+    Where a shank touches the ground next to its foot it is the step that put the foot there, and -1
+    where it stood there at the start. The path is sampled, so this is no proof; the certificate has
+    one.
 
     Args:
         plan: over a height map.
@@ -34,15 +36,25 @@ def first_touching_step(plan: Plan, limbs: Limbs) -> int | None:
     robot = plan.robot
     axes = rpy_to_matrix(values[:, 3:6]) @ robot.body_axes
     poses = np.concatenate([values[:, :3] + axes @ robot.centre, matrix_to_rpy(axes)], axis=1)
-    touching = ~replace(limbs, clearance=0.0).clear(poses, _leg_joints(plan, values[:, 6:]))
+    joints = _leg_joints(plan, values[:, 6:])
+    touching = ~replace(limbs, clearance=0.0).clear(poses, joints)
     if touching.any():
         return plan.phase_at(float(times[int(touching.argmax())])).step
+    near = ~limbs.near_feet_clear(poses, joints)
+    if near.any():
+        first = int(near.any(axis=1).argmax())
+        return _put_down(plan, LEGS[int(near[first].argmax())], float(times[first]))
     if not path_touches(robot, values[:, 6:]):
         return None
     phases = np.searchsorted(plan.phase_starts, times, side="right") - 1
     steps = np.array([phase.step for phase in plan.phases])[phases]
     return next((s for s in range(steps.max() + 1)
                  if path_touches(robot, values[steps == s, 6:])), None)  # fmt: skip
+
+
+def _put_down(plan: Plan, leg: str, time: float) -> int:
+    """The step in which a foot flies at a time, or that put it where it stands; -1 for none."""
+    return max((s.step for s in plan.swings if s.leg == leg and s.start <= time), default=-1)
 
 
 def _leg_joints(plan: Plan, joints: FloatArray) -> FloatArray:
