@@ -11,7 +11,6 @@ from gaitopt.dynamics.contacts import ForceLimits
 from gaitopt.entering.begin import Begin
 from gaitopt.entering.landing import Landed
 from gaitopt.entering.moving import moved
-from gaitopt.errors import InputError
 from gaitopt.motion.path import BASE_COLUMNS, MotionPath
 from gaitopt.motion.pieces import joined
 from gaitopt.plan.com_margin import margins_over, times_of_margins, true_com
@@ -20,6 +19,8 @@ from gaitopt.plan.plan import Plan
 
 FULL_TURN = 2.0 * np.pi
 """[rad]."""
+LEAST_PAUSE = 0.01
+"""Shortest rest on the way to a walk [s]."""
 
 
 def entered(walk: Plan, begin: Begin, landing: Landed | None, limits: ForceLimits) -> Plan:
@@ -32,7 +33,6 @@ def entered(walk: Plan, begin: Begin, landing: Landed | None, limits: ForceLimit
         limits: on forces and torques.
 
     Raises:
-        InputError: loads are to be handed over slowly; on the way to the walk they are not.
         InfeasibleStateError: the body cannot move to where the walk begins.
     """
     first = walk.path.evaluate([0.0])[0, :BASE_COLUMNS]
@@ -46,11 +46,7 @@ def entered(walk: Plan, begin: Begin, landing: Landed | None, limits: ForceLimit
     if not parts:
         return walk
     if limits.transfer_time > 0.0:
-        raise InputError(
-            f"a plan from a state in motion, with feet in the air or with its body elsewhere does "
-            f"not keep a transfer_time, got {limits.transfer_time:g} s: begin at rest where the "
-            "walk begins, or leave transfer_time out"
-        )
+        parts = _with_pauses(parts, walk, landing, limits.transfer_time)
     path = joined([*parts, walk.path] if walk.path.duration > 0.0 else parts)
     ends = np.cumsum([part.duration for part in parts]).tolist()
     landings = {} if landing is None else landing.landings
@@ -58,6 +54,36 @@ def entered(walk: Plan, begin: Begin, landing: Landed | None, limits: ForceLimit
     later = [_later(phase, ends[-1], len(landings)) for phase in walk.phases]
     plan = replace(walk, phases=(*phases, *later), path=path, entry=len(phases))
     return _with_margins(plan)
+
+
+def _with_pauses(
+    parts: list[MotionPath], walk: Plan, landing: Landed | None, transfer_time: float
+) -> list[MotionPath]:
+    """The way to a walk with rests on four feet, for loads that go over slowly.
+
+    Feet stand for the transfer time before the robot moves on from where it came to rest, and
+    before the first foot of the walk lifts off. So no load of the move is limited by it, nor one of
+    the walk by a landing.
+
+    Args:
+        parts: from the state to rest, and from there to where the walk begins; one of them, or
+            both.
+        walk: that follows.
+        landing: the first of them, if there is one.
+        transfer_time: [s].
+    """
+    last = max(landing.landings.values(), default=-np.inf) if landing is not None else -np.inf
+    lift_off = walk.swings[0].start if walk.swings else np.inf
+    missing = [0.0] * len(parts)
+    missing[0] = transfer_time - (parts[0].duration - last)
+    missing[-1] = max(missing[-1], transfer_time - lift_off)
+    out = []
+    for part, pause in zip(parts, missing, strict=True):
+        out.append(part)
+        if pause > 0.0:
+            there = part.evaluate(part.times[-1:])[None]
+            out.append(MotionPath(np.array([0.0, max(pause, LEAST_PAUSE)]), there))
+    return out
 
 
 def shifted(plan: Plan, by: FloatArray) -> Plan:

@@ -19,7 +19,8 @@ from gaitopt.motion.body_and_feet import path_states
 from gaitopt.motion.path import BASE_COLUMNS, MotionPath
 from gaitopt.plan.com_margin import true_com
 from gaitopt.plan.contact_ground import ground_on
-from gaitopt.retiming.reserves import MIDDLE_SHARE, PLANNED_SHARE, tightened
+from gaitopt.plan.load_transfer import most_normal_shares
+from gaitopt.retiming.reserves import MIDDLE_SHARE, PLANNED_SHARE, SHARE_OF_WEIGHT, tightened
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.stability.margins import static_stability_margin
 from gaitopt.terrain.footholds import Footholds
@@ -135,8 +136,10 @@ class Judge:
             values: of their paths there, and two derivatives ``(C N, 6 + nj)`` each.
         """
         landings = np.array([[entry.landings.get(leg, -1.0) for leg in LEGS] for entry in entries])
-        standing = (times[..., None] > landings[:, None]).reshape(-1, len(LEGS))
-        forces = self._forces(values, standing, times.ravel())
+        since = (times[..., None] - landings[:, None]).reshape(-1, len(LEGS))
+        standing = since > 0.0
+        since[np.repeat(landings < 0.0, times.shape[1], axis=0)] = np.inf
+        forces = self._forces(values, standing, times.ravel(), since)
         beyond = np.where(forces.feasible, 0.0, forces.excess.max(axis=1)).reshape(times.shape)
         lacks = beyond.max(axis=1)
         kept = [entry for entry, lack in zip(entries, lacks, strict=True) if lack <= 0.0]
@@ -145,7 +148,9 @@ class Judge:
         best = int(lacks.argmin())
         row = best * times.shape[1] + int(beyond[best].argmax())
         one = slice(row, row + 1)
-        again = self._forces([v[one] for v in values], standing[one], times.ravel()[one])
+        again = self._forces(
+            [v[one] for v in values], standing[one], times.ravel()[one], since[one]
+        )
         return [], _worst(again)
 
     def path(self, path: MotionPath, landings: dict[str, float]) -> Fault | None:
@@ -159,18 +164,18 @@ class Judge:
         if fault is not None:
             return fault
         times = _samples(path)
-        standing = np.ones((len(times), len(LEGS)), dtype=np.bool_)
+        since = np.full((len(times), len(LEGS)), np.inf)
         for leg, landing in landings.items():
-            standing[:, LEGS.index(leg)] = times > landing
+            since[:, LEGS.index(leg)] = times - landing
         values = [path.evaluate(times, order) for order in range(3)]
-        fault = _worst(self._forces(values, standing, times))
+        fault = _worst(self._forces(values, since > 0.0, times, since))
         if fault is not None:
             return fault
         # The robot goes on from where it rests, with the reserve of a move that is timed by forces.
         end = path.evaluate(path.times[-1:])
         rest = [end, 0.0 * end, 0.0 * end]
         return _worst(self._forces(rest, np.ones((1, 4), dtype=np.bool_), path.times[-1:],
-                                   PLANNED_SHARE))  # fmt: skip
+                                   share=PLANNED_SHARE))  # fmt: skip
 
     def check_rest(self, begin: Begin) -> None:
         """Refuse a robot at rest that no contact forces hold.
@@ -214,14 +219,24 @@ class Judge:
 
     def _forces(
         self, values: list[FloatArray], standing: BoolArray, times: FloatArray,
-        share: float = MIDDLE_SHARE,
+        since: FloatArray | float = np.inf, share: float = MIDDLE_SHARE,
     ) -> ContactForces:  # fmt: skip
-        """Forces of a motion at instants ``(N,)``, with a share of the limits left."""
+        """Forces of a motion at instants ``(N,)``, with a share of the limits left.
+
+        Args:
+            values: of the path and two derivatives ``(N, 6 + nj)`` each.
+            standing: which feet stand ``(N, 4)``.
+            times: of the instants [s].
+            since: how long feet stand that have landed on the way ``(N, 4)`` [s]; infinite for
+                others.
+            share: of the limits that is left.
+        """
         limits = tightened(self.limits, share)
+        most = most_normal_shares(self.limits, since, np.inf) - SHARE_OF_WEIGHT * share
         ground = ground_on(self.footholds, np.zeros((len(times), 4), dtype=int), limits.friction)
         problem = build_force_problem(
             self.robot, motion_of_path(self.robot, *values), standing, limits,
-            normals=ground.normals, grip=ground.grip, times=times,
+            normals=ground.normals, grip=ground.grip, times=times, most=most,
         )  # fmt: skip
         return solve_forces(problem)
 

@@ -192,9 +192,9 @@ def _matrices(rows: list[list[Any]]) -> FloatArray:
 
 
 def _columns(values: ArrayLike) -> FloatArray:
-    array = np.asarray(values, np.float64)
+    array: FloatArray = np.asarray(values, np.float64)
     # As np.moveaxis(array, -1, 0), which takes ten times as long.
-    return array.transpose(array.ndim - 1, *range(array.ndim - 1))
+    return np.asarray(array.transpose(array.ndim - 1, *range(array.ndim - 1)))
 
 
 def _cosines(angles: ArrayLike) -> FloatArray:

@@ -12,6 +12,7 @@ from continuing import assert_certified, assert_continues
 
 import gaitopt
 from gaitopt import LEGS, InputError, Plan, State, load_plan, plan_crawl, plan_route, verify
+from gaitopt.conventions import GRAVITY
 
 
 @pytest.mark.parametrize("share", [0.05, 0.31, 0.62, 0.93])
@@ -159,13 +160,27 @@ def test_the_certificate_sees_faults_of_an_entry(a1_walk: Plan) -> None:
     assert violated(replace(plan, phases=phases)) & {"slip of standing feet", "contact forces"}
 
 
-def test_loads_are_not_handed_over_slowly_on_the_way_to_a_walk(a1_walk: Plan) -> None:
-    """So that is refused; a robot that rests where the walk begins has no such way."""
+@pytest.mark.parametrize("share", [0.1, 0.5, 0.97])
+def test_loads_are_handed_over_slowly_on_the_way_to_a_walk(a1_walk: Plan, share: float) -> None:
+    """The foot that lands takes over its load, and four feet stand before the next lifts off."""
     limits = gaitopt.ForceLimits(transfer_time=0.05)
-    time = a1_walk.swings[1].start + 0.5 * a1_walk.swings[1].duration
+    swing = a1_walk.swings[1]
+    time = swing.start + share * swing.duration
     ahead = a1_walk.footholds_ahead(time)
-    with pytest.raises(InputError, match="transfer_time"):
-        plan_crawl(a1_walk.robot, ahead, start=a1_walk.state(time), forces=limits)
+    plan = plan_crawl(a1_walk.robot, ahead, start=a1_walk.state(time), forces=limits)
+    certificate = gaitopt.verify(plan)
+    assert certificate.outcome == "certified", str(certificate)
+    assert "50 ms" in str(certificate["contact forces"])
+    landing, lift_off = plan.swings[0].end, plan.swings[1].start
+    assert plan.swings[0].leg == swing.leg and lift_off - landing >= 0.05
+    forces = gaitopt.contact_forces(plan, times=landing + np.array([0.005, 0.01]))
+    weight = plan.robot.mass * GRAVITY
+    loads = forces.forces[:, gaitopt.LEGS.index(swing.leg), 2] / weight
+    assert (loads <= limits.reserve + 0.05 + np.array([0.1, 0.2]) + 1e-6).all()
+
+
+def test_a_robot_that_rests_where_its_walk_begins_has_no_way_to_it(a1_walk: Plan) -> None:
+    limits = gaitopt.ForceLimits(transfer_time=0.05)
     slow = plan_crawl(a1_walk.robot, a1_walk.footholds, start=a1_walk.state(0.0), forces=limits)
     assert slow.entry == 0 and slow.settings.promised_forces == limits
 

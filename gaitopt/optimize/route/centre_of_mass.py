@@ -254,7 +254,7 @@ class MassDistribution:
     def _in_leg_frames(self, vectors: FloatArray) -> FloatArray:
         """x, y and z of vectors ``(K, 3)`` of the body frame in the leg frames ``(3, K, 4)``."""
         flat = self.axes.swapaxes(1, 2).reshape(JOINTS, 3)
-        return (vectors @ flat.T).reshape(-1, len(LEGS), 3).transpose(2, 0, 1)
+        return np.asarray((vectors @ flat.T).reshape(-1, len(LEGS), 3).transpose(2, 0, 1))
 
 
 def _in_body(kinematics: LegKinematics, vectors: FloatArray) -> FloatArray:

@@ -254,7 +254,7 @@ def _from_state(way: Plan, start: State, forces: ForceLimits | None) -> Plan:
     settings = way.settings
     assert isinstance(settings, (CrawlSettings, RouteSettings))
     if forces is None and settings.forces is not None:
-        # The way from the state to the walk keeps none.
+        # With two feet in the air the way from the state to the walk can hardly keep one.
         settings = replace(settings, forces=replace(settings.forces, transfer_time=0.0))
     over = reached_from(way.robot, start, way.footholds, settings.swing_height)
     # The order is that of the footholds.
