@@ -86,7 +86,7 @@ def walked(robot: gaitopt.Quadruped) -> list[str]:
     kept = gaitopt.verify(again).ok
     try:
         result = gaitopt.simulate(again)
-        physics = "; ".join(text.split(", and")[0] for text in result.failures) or "passed"
+        physics = "; ".join(re.split(", and|; ", text)[0] for text in result.failures) or "passed"
     except gaitopt.GaitoptError as error:
         physics = f"refused: {str(error)[:80]}"
     return [f"{plan.duration:.2f}", "kept" if kept else "violated", physics]

@@ -73,7 +73,9 @@ def robot_shapes(robot: Quadruped) -> RobotShapes:
     text, meshed = _without_meshes(robot.urdf)
     geometry = pin.buildGeomFromUrdfString(model, text, pin.GeometryType.COLLISION)
     shaped = {int(shape.parentJoint) for shape in geometry.geometryObjects}
-    shaped -= {int(model.frames[model.getFrameId(link)].parentJoint) for link in meshed}
+    shaped -= {
+        int(model.frames[model.getFrameId(link, pin.FrameType.BODY)].parentJoint) for link in meshed
+    }
     stand_ins = []
     for joint, name, solid, place in _lines(robot):
         if joint not in shaped:

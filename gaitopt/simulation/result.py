@@ -29,7 +29,8 @@ LIGHT = (
     "; no inertia of its motors is known, which slows light joints: load the robot with "
     "motor_inertia= in kg m^2 (--motor-inertia)"
 )
-"""What may help where a joint is too fast."""
+"""What may help where a joint is too fast, or a foot that stood lost its foothold: feet of light
+legs jump where the ground gives way."""
 
 
 class MissReason(TextEnum):
@@ -186,7 +187,9 @@ class SimulationResult(ByValue):
             found.append(f"the robot {self.status}")
         never = len(self.never_reached)
         if len(self.missed) > never:
-            found.append(f"footholds missed: {len(self.missed) - never}")
+            left = any(m.reason is MissReason.LEFT for m in self.missed)
+            light = LIGHT if left and not self.known_motors else ""
+            found.append(f"footholds missed: {len(self.missed) - never}{light}")
         if never:
             found.append(f"footholds never reached: {never}")
         if not self.rates_within:

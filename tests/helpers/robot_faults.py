@@ -31,6 +31,7 @@ import gaitopt
 from gaitopt.certificate.certificate import Outcome
 from gaitopt.conventions import LEGS
 from gaitopt.errors import GaitoptError, RobotWarning
+from gaitopt.planners.phase_by_phase.planner import plan_touches
 
 PATIENCE = 60.0
 """Longest time for one file [s]. Chosen: a hundred times what the slowest file here takes."""
@@ -139,7 +140,8 @@ def _wrong_feet(made: gaitopt.Quadruped) -> str:
 def outcome(path: Path, walk: bool) -> tuple[str, str]:
     """What comes of a file: ``read``, ``refused``, ``walked``, ``no walk``; or a fault, told.
 
-    ``warned``: the certificate refuses the walk of a robot whose feet a warning says to be unequal.
+    ``warned``: the certificate refuses the walk of a robot whose feet a warning says to be unequal,
+    or whose legs touch at every height, as the planner and ``gaitopt walk`` tell, too.
     """
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RobotWarning)
@@ -156,6 +158,7 @@ def outcome(path: Path, walk: bool) -> tuple[str, str]:
         plan = gaitopt.plan_crawl(made, gaitopt.s_columns(0, columns=2, robot=made))
         if gaitopt.verify(plan).outcome is Outcome.VIOLATED:
             warned = any(text.startswith(UNEQUAL_FEET) for text in made.notes.warnings)
+            warned |= plan_touches(plan)
             told = "its walk does not keep what it promises"
             return ("warned" if warned else "FAULT"), told
     except GaitoptError as error:

@@ -180,6 +180,9 @@ def test_the_report_begins_with_the_verdict_and_all_its_reasons(walk: Simulation
     both = replace(fast, missed=(beside,))
     assert both.verdict.startswith("failed: footholds missed: 1; a joint velocity reached")
     assert len(both.failures) == 2 and walk.failures == ()
+    left = replace(walk, missed=(MissedFoothold(1, "RF", 0.03, MissReason.LEFT),))
+    assert "footholds missed: 1; no inertia of its motors is known" in left.verdict
+    assert replace(left, known_motors=True).verdict == "failed: footholds missed: 1"
     assert "missed footholds: RF in step 2 stood beside its foothold\n" in str(both)
     assert all(reason.words for reason in MissReason)
 

@@ -350,6 +350,11 @@ def test_a_damping_without_an_end_is_refused_with_its_joint() -> None:
         load_robot(endless)
 
 
+def test_a_body_may_be_called_as_a_joint() -> None:
+    named = mjcf().replace('name="trunk"', 'name="RF_j1"')
+    assert quiet(named).mass == pytest.approx(MJCF_MASS)
+
+
 def test_a_body_may_have_several_joints() -> None:
     """The links that a URDF needs between them weigh next to nothing, and physics takes them."""
     text = mjcf()

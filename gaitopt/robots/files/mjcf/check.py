@@ -44,7 +44,8 @@ def disagreement(
     names = [str(name) for name in ours.names[2:]]
     numbers = {joint_name(model, j): j for j in range(model.njnt)}
     # The MJCF's body is the URDF's, or is fixed to one that stands upright.
-    inside = ours.frames[ours.getFrameId(body_name(model, base))].placement
+    link = ours.getFrameId(body_name(model, base), pin.FrameType.BODY)
+    inside = ours.frames[link].placement
     mass = float(model.body_subtreemass[base])
     worst = abs(pin.computeTotalMass(ours) / mass - 1.0) if masses else 0.0
     for _ in range(POSTURES):
