@@ -13,6 +13,7 @@ from gaitopt.certificate.ground.feet import feet_on_the_ground, normals_of_footh
 from gaitopt.certificate.ground.flights import Flights
 from gaitopt.certificate.ground.limbs import legs_and_trunk_clear
 from gaitopt.certificate.ground.pillars import Pillars
+from gaitopt.certificate.ground.rolling import rolling_feet
 from gaitopt.certificate.ground.solids import farthest
 from gaitopt.certificate.ground.surface import Surface
 from gaitopt.certificate.trace import Motion
@@ -26,7 +27,11 @@ def ground_checks(plan: Plan, motion: Motion) -> list[Check | None]:
     footholds = plan.footholds
     if footholds.ground is not None:
         surface = _surface(plan, footholds.ground)
-        return [*_on(plan, motion, surface), normals_of_footholds(plan, surface)]
+        return [
+            *_on(plan, motion, surface),
+            normals_of_footholds(plan, surface),
+            rolling_feet(plan, motion),
+        ]
     if footholds.radius is not None:
         return _on(plan, motion, Pillars.of(footholds, plan.robot.foot_radius))
     return []
