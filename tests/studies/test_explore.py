@@ -17,6 +17,7 @@ from gaitopt import (
     Plan,
     Quadruped,
 )
+from gaitopt.planners.over_terrain.planner import FRICTION_SHARE
 from gaitopt.planners.over_terrain.setup import far_side
 from gaitopt.studies.explore import ROWS
 
@@ -77,7 +78,7 @@ def test_over_ground_the_goal_can_be_moved_and_what_is_in_the_way_is_told(
     assert box.plan.distance == pytest.approx(0.2, abs=0.05)
     sliders["friction"].value = 0.5
     forces = box.plan.settings.promised_forces
-    assert forces is not None and forces.friction == pytest.approx(0.5)
+    assert forces is not None and forces.friction == pytest.approx(0.5 * FRICTION_SHARE)
     sliders["goal x [m]"].value = 0.85  # beyond it the map ends, and with it the footholds
     assert box.plan is None and "no walk:" in shown.value and "<svg" in shown.value
 
