@@ -11,6 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from gaitopt.conventions import FloatArray
+from gaitopt.viewing.figures.common import plain
 from gaitopt.viewing.figures.panels import Panels, panels
 
 if TYPE_CHECKING:
@@ -64,7 +65,7 @@ def plot_study(rows: Rows, axes: Sequence[Axes] | Panels | None = None) -> Panel
     drawn = panels(None, (1, 3), 9.0, 3.2)[0] if axes is None else panels(axes, (3,), 0, 0)
     left, middle, right = drawn
     for group, members in _groups(rows).items():
-        label = f"{group[0]}, {group[1]}, $S_0$ {group[3]} m"
+        label = f"{plain(group[0])}, {plain(group[1])}, $S_0$ {plain(group[3])} m"
         for ax, name, scale in ((left, "duration", 1.0), (middle, "com_margin", 1e3)):
             values = np.sort(_numbers(members, name)) * scale
             if values.size:

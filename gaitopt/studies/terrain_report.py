@@ -12,6 +12,7 @@ from rich.text import Text
 
 from gaitopt.conventions import FloatArray
 from gaitopt.studies.study_report import LONGEST_REASON, MOST_REASONS, Rows
+from gaitopt.viewing.figures.common import plain
 from gaitopt.viewing.figures.panels import Panels, panels
 
 if TYPE_CHECKING:
@@ -120,7 +121,7 @@ def plot_terrain_study(rows: Rows, axes: Sequence[Axes] | Panels | None = None) 
     wide = 0.8 / max(len(lines), 1)
     for k, line in enumerate(lines):
         shares = [100.0 * (line.counts[stage] or 0) / line.walks for stage in STAGES]
-        label = f"{line.group[0]}, {line.ground}"
+        label = f"{plain(line.group[0])}, {plain(line.ground)}"
         left.bar(np.arange(len(STAGES)) + wide * (k + 0.5) - 0.4, shares, wide, label=label)
         rates = np.sort(line.rates)
         if rates.size:

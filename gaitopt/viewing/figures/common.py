@@ -12,6 +12,7 @@ from gaitopt.errors import InputError
 from gaitopt.inputs import check_count
 from gaitopt.plan.phase import Phase
 from gaitopt.plan.plan import Plan
+from gaitopt.robots.xml_text import shown
 from gaitopt.viewing.colours import LEG_COLOURS
 
 if TYPE_CHECKING:
@@ -33,6 +34,14 @@ PIXELS = 1200
 LONGEST = 12.0
 """Largest ratio of width to height of a panel in true proportions. Chosen here: a flatter one is
 hard to read."""
+
+
+def plain(name: str) -> str:
+    """A name from a file or a user as a figure shows it: in one line, and never as a formula.
+
+    Two dollar signs would begin one, which may not even be well formed.
+    """
+    return shown(name).replace("$", r"\$")
 
 
 def style_axes(ax: Axes, title: str, x: str, y: str, *, grid: bool = True) -> None:

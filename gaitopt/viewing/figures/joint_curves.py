@@ -21,6 +21,7 @@ from gaitopt.viewing.figures.common import (
     NORMAL,
     SMALL,
     line_key,
+    plain,
     style_axes,
     thinned_to_pixels,
     time_limits,
@@ -103,7 +104,7 @@ def plot_joint_curves(
                        f"{symbol if stacked else quantity} [{unit}]" if first else "")  # fmt: skip
             ax.set_xlim(window)
     if stacked:
-        title = f"{plan.robot.name}: joint {QUANTITIES[orders[0]][0]}s"
+        title = f"{plain(plan.robot.name)}: joint {QUANTITIES[orders[0]][0]}s"
         drawn[0, 0].set_title(title, fontsize=NORMAL, color=INK, loc="left")
     _add_keys(drawn, plan, shown, own=axes is None)
     return drawn
@@ -251,7 +252,7 @@ def _add_keys(drawn: Panels, plan: Plan, legs: tuple[str, ...], *, own: bool) ->
 def _checked_legs(legs: Iterable[str] | None) -> tuple[str, ...]:
     """The legs in the order of ``LEGS``; raises InputError for unknown ones."""
     chosen = [as_leg(leg) for leg in (LEGS if legs is None else legs)]
-    unknown = [leg for leg in chosen if leg not in LEGS]
+    unknown = [leg for leg in chosen if not (isinstance(leg, str) and leg in LEGS)]
     if unknown or not chosen:
         raise InputError(
             f"legs must be some of {', '.join(LEGS)}, got {unknown[0]!r}"

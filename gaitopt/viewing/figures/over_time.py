@@ -21,6 +21,7 @@ from gaitopt.viewing.figures.common import (
     cycle_phases,
     cycle_title,
     forward_axis,
+    plain,
     shade_swings,
     span_of,
     style_axes,
@@ -77,7 +78,7 @@ def plot_cog_over_time(plans: Mapping[str, Plan], ax: Axes | None = None) -> Axe
         t = times_to_draw(plan)
         cog = plan.at(t).cog
         forward = (cog - cog[0])[:, :2] @ forward_axis(plan)
-        label = f"{name} ({time_label(plan.duration)}, {1e3 * plan.mean_speed:.4g} mm/s)"
+        label = f"{plain(name)} ({time_label(plan.duration)}, {1e3 * plan.mean_speed:.4g} mm/s)"
         ax.plot(t, forward, color=colour, linestyle=style, linewidth=1.5, label=label)
         ax.plot(t[-1], forward[-1], "o", color=colour, markersize=4)
         ends.append((plan.duration, float(forward[-1]), colour))
@@ -161,7 +162,7 @@ def _draw_velocities(ax: Axes, plan: Plan, leg: str, span: tuple[float, float]) 
     for joint, rate, colour in zip(joints, rates.T, JOINT_COLOURS[-len(joints) :], strict=True):
         t, y = thinned_to_pixels(times, np.degrees(rate))
         marker = "o" if t[-1] <= t[0] else ""
-        ax.plot(t, y, marker, color=colour, linewidth=0.9, label=joint, gid=joint)
+        ax.plot(t, y, marker, color=colour, linewidth=0.9, label=plain(joint), gid=joint)
     limits = np.unique(np.degrees(plan.robot.velocity_limits[list(columns)]).round(9))
     for i, limit in enumerate(limits[np.isfinite(limits)]):
         for sign in (-1.0, 1.0):

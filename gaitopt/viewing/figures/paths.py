@@ -23,6 +23,7 @@ from gaitopt.viewing.figures.common import (
     leg_keys,
     line_key,
     panel_height,
+    plain,
     style_axes,
     style_space_axis,
     times_to_draw,
@@ -125,7 +126,7 @@ def plot_paths(plan: Plan, ax: Axes | None = None) -> Axes | Panels:
     high = figure.add_axes((0.0, 1.0 - space / height, 1.0, space / height), projection="3d")
     _draw_top(low, plan, walk, points)
     _draw_space(high, plan.footholds, walk, points)
-    title = f"{plan.robot.name}: paths of the feet and the COG"
+    title = f"{plain(plan.robot.name)}: paths of the feet and the COG"
     figure.text(0.01, 1.0 - 0.1 / height, title, fontsize=NORMAL, color=INK, va="top")
     figure.legend(handles=keys, loc="lower center", ncols=7, fontsize=SMALL, frameon=False)
     return np.array([low, high], dtype=object)

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from gaitopt.conventions import FloatArray
 from gaitopt.errors import InputError
 from gaitopt.inputs import check_kind
-from gaitopt.viewing.figures.common import INK, MUTED, SMALL, style_axes
+from gaitopt.viewing.figures.common import INK, MUTED, SMALL, plain, style_axes
 from gaitopt.viewing.figures.panels import panel
 from gaitopt.viewing.replay.runners import BASELINE, lane_colour, short_time
 
@@ -52,7 +52,7 @@ def plot_race(
     several = f" (median and range over {counts.pop()} terrains)" if max(counts) > 1 else ""
     style_axes(ax, f"Time over the same footholds{several}", "time [s]", "")
     ax.grid(False, axis="y")
-    ax.set_yticks(range(len(values)), list(values))
+    ax.set_yticks(range(len(values)), [plain(name) for name in values])
     ax.invert_yaxis()
     ax.set_xlim(0.0, 1.2 * max(np.nanmax(v, initial=0.0) for v in values.values()) or 1.0)
     return ax

@@ -19,6 +19,7 @@ from gaitopt.viewing.figures.common import (
     SMALL,
     add_legend,
     line_key,
+    plain,
     shared_dashes,
     style_axes,
     text_colour_on,
@@ -64,7 +65,7 @@ def plot_gait_diagram(schedule: GaitSchedule, cycles: int = 2, ax: Axes | None =
     _draw_feet(ax, schedule, cycles)
     for whole in range(cycles + 1):
         ax.axvline(whole, color=INK, linewidth=0.6, linestyle=(0, (4, 3)), zorder=3)
-    name = schedule.name.replace("_", "-")
+    name = plain(schedule.name.replace("_", "-"))
     title = f"{name}: β = {schedule.duty_factor:g}, cycle {schedule.cycle_time:g} s"
     flight = sum(i.duration for i in schedule.intervals(schedule.cycle_time) if not i.support)
     if schedule.has_flight:

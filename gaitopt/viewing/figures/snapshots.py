@@ -22,6 +22,7 @@ from gaitopt.viewing.figures.common import (
     dot_key,
     forward_axis,
     line_key,
+    plain,
     span_of,
     style_axes,
     times_to_draw,
@@ -87,7 +88,7 @@ def plot_snapshots(
     _draw_poses(upper, plan, times, axis)
     _draw_poses(lower, plan, poses, axis, spacing)
     lower.set_xticks(np.arange(POSES) * spacing, [f"{t:.3f}" for t in poses])
-    title = f"{plan.robot.name}: {len(times)} poses, {_interval(times)}"
+    title = f"{plain(plan.robot.name)}: {len(times)} poses, {_interval(times)}"
     style_axes(upper, title, "along the way [m]", "height [m]", grid=False)
     title = (
         f"One cycle in the middle of the walk: poses {_interval(poses)}, drawn beside each other"

@@ -21,6 +21,7 @@ from gaitopt.viewing.figures.common import (
     dot_key,
     leg_keys,
     line_key,
+    plain,
     style_axes,
     times_to_draw,
 )
@@ -259,7 +260,7 @@ def _draw_paths(ax: Axes, plan: Plan) -> list[Any]:
 def _title(ground: HeightMap, plan: Plan | None, search: GroundSearch | None) -> str:
     """What is shown, and how far a search got."""
     if plan is not None:
-        return f"{plan.robot.name}: {plan.footholds.steps} steps in {plan.duration:.1f} s"
+        return f"{plain(plan.robot.name)}: {plan.footholds.steps} steps in {plan.duration:.1f} s"
     if search is None:
         nx, ny = ground.shape
         return f"{nx} x {ny} points every {1e3 * ground.resolution:.3g} mm"

@@ -18,6 +18,7 @@ from gaitopt.viewing.figures.common import (
     INK,
     dot_key,
     line_key,
+    plain,
     style_axes,
     times_to_draw,
 )
@@ -66,7 +67,7 @@ def plot_terrain_profile(plan: Plan, axes: Sequence[Axes] | Panels | None = None
     for i, (leg, ax) in enumerate(zip(LEG_COLOURS, drawn, strict=True)):
         _draw_leg(ax, plan, ground, leg, walk)
         last = i == count - 1
-        title = f"{plan.robot.name}: feet over the ground" if i == 0 else ""
+        title = f"{plain(plan.robot.name)}: feet over the ground" if i == 0 else ""
         style_axes(ax, title, "way of the foot [m]" if last else "", f"{leg}\nheight [m]")
     _fit(drawn)
     keys = [line_key("lowest point of the foot", INK), patch_key("ground below it", SOIL),

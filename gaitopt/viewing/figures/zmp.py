@@ -28,6 +28,7 @@ from gaitopt.viewing.figures.common import (
     leg_keys,
     line_key,
     panel_height,
+    plain,
     style_axes,
     support_table,
     time_limits,
@@ -87,7 +88,7 @@ def plot_zmp(plan: Plan, axes: Sequence[Axes] | Panels | None = None) -> Panels:
     above.plot(*centre[:, :2].T, color=CENTRE_COLOUR, linewidth=2.6, alpha=0.5, gid="centre",
                zorder=4)  # fmt: skip
     above.plot(*zmp.T, color=ZMP_COLOUR, linewidth=1.0, gid="ZMP", zorder=5)
-    style_axes(above, f"{plan.robot.name}: from above", "x [m]", "y [m]", grid=False)
+    style_axes(above, f"{plain(plan.robot.name)}: from above", "x [m]", "y [m]", grid=False)
     fit_limits(above, points, 0.06)
     true_proportions(above)
     add_legend(above, keys, **BESIDE)
