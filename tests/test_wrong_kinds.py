@@ -85,6 +85,11 @@ def calls() -> dict[str, Callable[[], object]]:
         "an error of columns that is none": lambda: gaitopt.SimulationSettings(
             column_errors=(np.nan,)
         ),
+        "an angle beyond all floats": lambda: gaitopt.round_obstacle(0.03, yaw=2**2000),
+        "an unknown objective": lambda: cog(np.zeros(2), objective="x" * 50),
+        "freedoms that are no texts": lambda: gaitopt.Freedoms.of(np.zeros(0)),
+        "terrains in one number": lambda: gaitopt.compare(robot, np.array(1.0)),
+        "legs of a figure": lambda: gaitopt.plot_joint_curves(plan(robot, footholds), legs=ROWS),
         "a time that is none": lambda: curve.velocity(np.nan),
         "joints that are none": lambda: joint_order(("a",), joints=1e300),
     }

@@ -14,8 +14,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gaitopt.conventions import GRAVITY, FloatArray
-from gaitopt.inputs import check_kind
+from gaitopt.inputs import check_kind, check_numbers
 from gaitopt.stability.contacts import of_width
+
+FARTHEST: Final = 1e6
+"""Heights beyond this are taken for a mistake [m]."""
 
 LEAST_LOAD: Final = 1e-9
 """Share of the weight below which the ground counts as carrying nothing: a billionth is rounding,
@@ -150,7 +153,7 @@ def whole_body_zmp(
     base = np.asarray(q, np.float64)[..., :3]
     weight = sum(inertia.mass for inertia in model.inertias) * np.linalg.norm(model.gravity.linear)
     load = np.where(force[..., 2] > LEAST_LOAD * weight, force[..., 2], np.nan)
-    depth = np.asarray(ground_height, np.float64) - base[..., 2]
+    depth = check_numbers("ground_height", ground_height, -FARTHEST, FARTHEST, "m") - base[..., 2]
     x = (depth * force[..., 0] - moment[..., 1]) / load
     y = (depth * force[..., 1] + moment[..., 0]) / load
     return np.asarray(base[..., :2] + np.stack([x, y], axis=-1))

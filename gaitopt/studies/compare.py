@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, cast
 
 import numpy as np
 from rich.table import Table
@@ -140,7 +140,8 @@ def _pairs(terrains: object) -> list[tuple[int, Footholds]]:
     Raises:
         InputError: something is no such pair.
     """
-    pairs: list[Any] = list(terrains) if isinstance(terrains, Iterable) else [terrains]
+    many = isinstance(terrains, Iterable) and getattr(terrains, "ndim", 1) > 0
+    pairs: list[Any] = list(cast("Iterable[Any]", terrains)) if many else [terrains]
     for pair in pairs:
         if not (isinstance(pair, tuple) and len(pair) == 2 and isinstance(pair[1], Footholds)):
             raise InputError(

@@ -29,6 +29,8 @@ SMALLEST = 1e-6
 """Lengths below this are taken for a mistake [m]."""
 
 Corners = tuple[tuple[float, float], ...]
+MOST_TURNS = 1e6
+"""Largest angle that is taken for one [rad]."""
 
 
 @dataclass(frozen=True)
@@ -66,7 +68,8 @@ class Obstacle:
         _check("rounding", self.rounding, zero=True)
         _check("length", self.length)
         place = _triple(self.position)
-        if not (isinstance(self.yaw, Real) and np.isfinite(self.yaw)):
+        # Whole numbers may be larger than any float.
+        if not (isinstance(self.yaw, Real) and abs(self.yaw) <= MOST_TURNS):
             raise InputError(f"yaw must be a finite angle in radians, got {self.yaw!r}")
         object.__setattr__(self, "core", _corners(self.shape, self.core))
         object.__setattr__(self, "position", place)

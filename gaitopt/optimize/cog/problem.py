@@ -18,6 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -135,6 +136,7 @@ def build_cog_problem(
     named, swing = by_leg("feet", feet), as_leg(swing)
     if swing is not None:
         check_choice("swing", swing, LEGS)
+    check_choice("objective", objective, get_args(Objective))
     place = check_shape("start", start, 2)
     check_number("height", height, -FARTHEST, FARTHEST, "m")
     missing = [leg for leg in LEGS if leg not in named]
@@ -143,7 +145,7 @@ def build_cog_problem(
     stance = check_numbers("feet", [[named[leg] for leg in LEGS]], -FARTHEST, FARTHEST, "m")
     target = None
     if foothold is not None:
-        target = check_numbers("foothold", [foothold], -FARTHEST, FARTHEST, "m")
+        target = check_numbers("foothold", foothold, -FARTHEST, FARTHEST, "m")[None]
     for name, rows, shape in (("feet", stance, (1, 4, 3)), ("foothold", target, (1, 3))):
         if rows is not None and rows.shape != shape:
             raise InputError(f"{name} must be {shape[-1]} numbers a leg, got {rows.shape[1:]}")

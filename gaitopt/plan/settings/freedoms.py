@@ -59,6 +59,7 @@ class Freedoms:
             return cls.from_name(given)
         single = not isinstance(given, Iterable) or getattr(given, "ndim", 1) == 0
         single |= isinstance(given, Mapping)
+        single |= getattr(getattr(given, "dtype", None), "kind", "U") != "U"
         named = {str(given)} if single else {str(name) for name in given}
         known = [f.name for f in fields(cls)]
         unknown = sorted(named - {*known, "route"})
