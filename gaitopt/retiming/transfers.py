@@ -218,29 +218,30 @@ def rested(plan: Plan, motion: PacedCourse, rests: FloatArray) -> Plan:
         motion: the motion.
         rests: how long to rest before each interval ``(K,)`` [s].
     """
-    for interval in np.flatnonzero(rests)[::-1].tolist():
-        plan = _with_rest(plan, float(motion.times[interval]), float(rests[interval]))
-    return plan
-
-
-def _with_rest(plan: Plan, time: float, rest: float) -> Plan:
-    """A plan that rests on four feet at the knot next to an instant."""
-    path = plan.path
-    knot = int(np.abs(path.times - time).argmin())
-    when = float(path.times[knot])
-    still = np.zeros_like(path.coefficients[:, :1])
-    still[-1, 0] = path.knots()[knot]
-    coefficients = np.concatenate(
-        [path.coefficients[:, :knot], still, path.coefficients[:, knot:]], axis=1
+    before, path = np.flatnonzero(rests), plan.path
+    if not len(before):
+        return plan
+    nearest = [int(np.abs(path.times - time).argmin()) for time in motion.times[before].tolist()]
+    knots, which = np.unique(nearest, return_inverse=True)
+    lengths = np.bincount(which, rests[before])
+    still = np.zeros((len(path.coefficients), len(knots), path.coefficients.shape[2]))
+    still[-1] = path.knots()[knots]
+    so_far = np.concatenate([[0.0], np.cumsum(lengths)])
+    times = path.times + so_far[np.searchsorted(knots, np.arange(len(path.times)))]
+    longer = MotionPath(
+        np.insert(times, knots + 1, times[knots] + lengths),
+        np.insert(path.coefficients, knots, still, axis=1),
     )
-    times = np.concatenate([path.times[: knot + 1], path.times[knot:] + rest])
-    # The phase on four feet that begins or ends here lasts longer.
-    owner = next(
-        i
-        for i, p in enumerate(plan.phases)
-        if p.kind == "stance" and p.start - AT_ONCE <= when <= p.end + AT_ONCE
+    # The phase on four feet that begins or ends at a rest lasts longer.
+    stances = [(i, p) for i, p in enumerate(plan.phases) if p.kind == "stance"]
+    owners = np.array([
+        next(i for i, p in stances if p.start - AT_ONCE <= when <= p.end + AT_ONCE)
+        for when in path.times[knots].tolist()
+    ])  # fmt: skip
+    own = np.bincount(owners, lengths, minlength=len(plan.phases)).tolist()
+    shifts = so_far[np.searchsorted(owners, np.arange(len(plan.phases)))].tolist()
+    phases = tuple(
+        replace(phase, start=phase.start + shift, duration=phase.duration + rest)
+        for phase, shift, rest in zip(plan.phases, shifts, own, strict=True)
     )
-    phases = list(plan.phases)
-    phases[owner] = replace(phases[owner], duration=phases[owner].duration + rest)
-    phases[owner + 1 :] = [replace(p, start=p.start + rest) for p in phases[owner + 1 :]]
-    return replace(plan, path=MotionPath(times, coefficients), phases=tuple(phases))
+    return replace(plan, path=longer, phases=phases)
