@@ -183,8 +183,10 @@ def _counting(table: Path, walks: int) -> Iterator[Callable[[int, int], None]]:
 
 def _exit_where_all_failed(rows: Sequence[Mapping[str, str]]) -> None:
     """End with an error where no walk has a result."""
+    from gaitopt.studies.tables import as_cell
+
     if rows and all(row["status"] == "error" for row in rows):
-        print(f"gaitopt: every walk ended in an error; the first: {rows[0]['message']}",
+        print(f"gaitopt: every walk ended in an error; the first: {as_cell(rows[0]['message'])}",
               file=sys.stderr)  # fmt: skip
         raise typer.Exit(2)
 

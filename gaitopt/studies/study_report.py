@@ -11,6 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from gaitopt.conventions import FloatArray
+from gaitopt.studies.tables import as_cell
 from gaitopt.viewing.figures.common import plain
 from gaitopt.viewing.figures.panels import Panels, panels
 
@@ -40,7 +41,7 @@ def study_table(rows: Rows) -> Table:
         count = Counter(row["status"] for row in members)
         times, margins = _numbers(members, "duration"), 1e3 * _numbers(members, "com_margin")
         table.add_row(
-            *(part or "default" for part in group),
+            *(Text(part or "default") for part in group),
             str(len(members)),
             *(str(count[s]) for s in STATES),
             _range(times),
@@ -90,7 +91,7 @@ def _groups(rows: Rows) -> dict[tuple[str, ...], list[dict[str, str]]]:
     """The rows by their settings."""
     groups: dict[tuple[str, ...], list[dict[str, str]]] = {}
     for row in rows:
-        groups.setdefault(tuple(row[name] for name in _GROUP), []).append(row)
+        groups.setdefault(tuple(as_cell(row[name]) for name in _GROUP), []).append(row)
     return groups
 
 
@@ -110,7 +111,7 @@ def _reasons(rows: Rows) -> str:
     """The first reasons of walks that are not ok."""
     bad = [row for row in rows if row["status"] != "ok"]
     lines = [
-        f"seed {r['seed']}: {r['status']}: {r['message'][:LONGEST_REASON]}"
+        f"seed {r['seed']}: {r['status']}: {as_cell(r['message'])[:LONGEST_REASON]}"
         for r in bad[:MOST_REASONS]
     ]
     if len(bad) > MOST_REASONS:

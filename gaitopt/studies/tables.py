@@ -15,7 +15,10 @@ from rich.table import Table
 
 from gaitopt.errors import InputError
 from gaitopt.files import what_no_file_is
+from gaitopt.robots.xml_text import shown
 
+FORMULAS = ("=", "+", "-", "@")
+"""What a formula of a spreadsheet begins with."""
 LONGEST_TEXT = 500
 """Most letters of a cell. Chosen here: most messages of errors are shorter."""
 
@@ -67,9 +70,29 @@ def csv_line(cells: Sequence[Any]) -> bytes:
     """A line of a CSV file; cells hold no line breaks, so that a line is a row."""
     line = io.StringIO()
     csv.writer(line, lineterminator="\n").writerow(
-        " ".join(cell.split()) if isinstance(cell, str) else cell for cell in cells
+        as_cell(cell) if isinstance(cell, str) else cell for cell in cells
     )
     return line.getvalue().encode("utf-8", "replace")
+
+
+def as_cell(text: str) -> str:
+    """A text as a cell of a table: in one line, without what terminals and spreadsheets obey.
+
+    Names of robots and files come from others. What a spreadsheet would take for a formula begins
+    with an apostrophe; numbers do not change.
+    """
+    cell = shown(" ".join(text.split()))
+    if cell[:1] in FORMULAS and not _is_number(cell):
+        cell = f"'{cell}"
+    return cell
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
 
 
 def _append(stream: IO[bytes], path: Path, line: bytes) -> None:

@@ -12,6 +12,7 @@ from rich.text import Text
 
 from gaitopt.conventions import FloatArray
 from gaitopt.studies.study_report import LONGEST_REASON, MOST_REASONS, Rows
+from gaitopt.studies.tables import as_cell
 from gaitopt.viewing.figures.common import plain
 from gaitopt.viewing.figures.panels import Panels, panels
 
@@ -55,7 +56,7 @@ def standings(rows: Rows) -> list[Standing]:
     """The lines of the table, in the order of the walks."""
     groups: dict[tuple[str, ...], list[dict[str, str]]] = {}
     for row in rows:
-        groups.setdefault(tuple(row[name] for name in GROUP), []).append(row)
+        groups.setdefault(tuple(as_cell(row[name]) for name in GROUP), []).append(row)
     found = []
     for group, members in groups.items():
         counts: dict[str, int | None] = {}

@@ -12,7 +12,7 @@ from gaitopt import InputError
 from gaitopt.studies.resumable import key_of
 from gaitopt.studies.study import HEADER, Walk, grid, run_study, run_walk
 from gaitopt.studies.study_report import plot_study, study_table
-from gaitopt.studies.tables import as_text
+from gaitopt.studies.tables import as_cell, as_text, csv_line
 from gaitopt.terrain.columns import s_columns
 from gaitopt.viewing.figures.panels import figure_of
 
@@ -125,3 +125,18 @@ def test_a_cluster_that_does_not_answer(tmp_path: Path, monkeypatch: pytest.Monk
     monkeypatch.setattr(distributed, "Client", absent)
     with pytest.raises(InputError, match="no Dask scheduler answers"):
         run_study(grid(range(1)), tmp_path / "t.csv", scheduler="tcp://127.0.0.1:1")
+
+
+@pytest.mark.parametrize(
+    ("text", "cell"),
+    [
+        ("a\x1b[31m\n b\u202ec", r"a\x1b[31m b\u202ec"),
+        ("=cmd()", "'=cmd()"),
+        ("@x", "'@x"),
+        ("-1.5", "-1.5"),
+        ("", ""),
+    ],
+)
+def test_cells_hold_nothing_that_terminals_and_spreadsheets_obey(text: str, cell: str) -> None:
+    assert as_cell(text) == as_cell(as_cell(text)) == cell
+    assert csv_line([text]).decode().strip().strip('"') == cell
