@@ -52,6 +52,7 @@ def _short(warning: str) -> str:
     known = {
         "no velocity limit": "no velocity limits",
         "velocity limits that look": "velocity placeholders",
+        "effort limits that look": "torque placeholders",
         "no effort limit": "no torque limits",
         "the radius of the feet": "no foot radius",
         "the feet have radii": "feet differ",

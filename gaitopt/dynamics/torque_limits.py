@@ -7,24 +7,15 @@ a line, and at the speed without load it is zero. A torque that brakes the joint
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gaitopt.conventions import GRAVITY, FloatArray, frozen
+from gaitopt.conventions import FloatArray, frozen
 from gaitopt.dynamics.contacts import ForceLimits
 from gaitopt.inputs import check_shape
+from gaitopt.robots.abilities import placeholder_torque
 from gaitopt.robots.quadruped import Quadruped
-
-PLACEHOLDER_TORQUE: Final = 1000.0
-"""Effort limits from here on may be placeholders [N m]: solo12, solo8 and quadruped of
-example-robot-data state exactly this number, and 80 to 160 are the largest of its other robots."""
-
-PLACEHOLDER_FACTOR: Final = 10.0
-"""An effort limit is a placeholder only if it is also this many times the weight times the length
-of a leg, a torque that no leg needs: the factor is 127 for solo12, and at most 0.75 for the robots
-with real limits."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,13 +36,10 @@ def effort_limits(robot: Quadruped) -> EffortLimits:
     """Torque limits of the joints of ``robot``, without placeholders.
 
     A joint has no known limit when its URDF states none or zero, or a number that no leg of this
-    robot can need: at least :data:`PLACEHOLDER_TORQUE`, and at least :data:`PLACEHOLDER_FACTOR`
-    times the robot's weight times the reach of its longest leg.
+    robot can need (:func:`gaitopt.robots.abilities.placeholder_torque`).
     """
     stated = robot.effort_limits
-    reach = max(leg.reach for leg in robot.legs.values())
-    implausible = max(PLACEHOLDER_TORQUE, PLACEHOLDER_FACTOR * robot.mass * GRAVITY * reach)
-    limits = frozen(np.where(stated >= implausible, np.inf, stated))
+    limits = frozen(np.where(stated >= placeholder_torque(robot), np.inf, stated))
     names = zip(robot.joint_names, limits, strict=True)
     return EffortLimits(limits, tuple(name for name, limit in names if not np.isfinite(limit)))
 

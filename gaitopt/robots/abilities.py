@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 import numpy as np
 
 from gaitopt.conventions import GRAVITY
+from gaitopt.robots.files.notes import first_of
 from gaitopt.robots.quadruped import Quadruped
 
 TURN = np.radians(17.0)
@@ -13,6 +16,15 @@ Table I)."""
 FORCE_TIME_SHARE = 0.5
 """Share of the time in which a pendulum as long as a leg turns by one radian: in less than this
 time forces hardly let a body change its velocity."""
+
+PLACEHOLDER_TORQUE: Final = 1000.0
+"""Effort limits from here on may be placeholders [N m]: solo12, solo8 and quadruped of
+example-robot-data state exactly this number, and 80 to 160 are the largest of its other robots."""
+
+PLACEHOLDER_FACTOR: Final = 10.0
+"""An effort limit is a placeholder only if it is also this many times the weight times the length
+of a leg, a torque that no leg needs: the factor is 127 for solo12, and at most 0.75 for the robots
+with real limits."""
 
 
 def has_quick_joints(robot: Quadruped) -> bool:
@@ -25,6 +37,33 @@ def has_quick_joints(robot: Quadruped) -> bool:
     slowest = min(float(leg.velocity_limits.min()) for leg in legs)
     reach = max(leg.upper + leg.lower for leg in legs)
     return bool(TURN / slowest < FORCE_TIME_SHARE * float(np.sqrt(reach / GRAVITY)))
+
+
+def placeholder_torque(robot: Quadruped) -> float:
+    """Effort limit from which on it is taken for a placeholder, as no leg can need it [N m].
+
+    It is :data:`PLACEHOLDER_TORQUE`, or more: :data:`PLACEHOLDER_FACTOR` times the robot's weight
+    times the reach of its longest leg.
+    """
+    reach = max(leg.reach for leg in robot.legs.values())
+    return max(PLACEHOLDER_TORQUE, PLACEHOLDER_FACTOR * robot.mass * GRAVITY * reach)
+
+
+def torque_warnings(robot: Quadruped) -> list[str]:
+    """Warnings of torque limits that are placeholders, or too small to stand."""
+    columns = robot.leg_joint_columns
+    high = [
+        f"{robot.joint_names[k]} {robot.effort_limits[k]:g}"
+        for k in columns
+        if placeholder_torque(robot) <= robot.effort_limits[k] < np.inf
+    ]
+    if not high:
+        return strength_warnings(robot)
+    return [
+        f"effort limits that look like placeholders [N m]: {first_of(high)}; these torques are not "
+        "limited: give effort_limits= in N m",
+        *strength_warnings(robot),
+    ]
 
 
 def strength_warnings(robot: Quadruped) -> list[str]:

@@ -17,7 +17,7 @@ from xml.etree import ElementTree
 
 from gaitopt.errors import InputError, MissingPackageError, RobotError, RobotWarning
 from gaitopt.files import StrPath
-from gaitopt.robots.abilities import strength_warnings
+from gaitopt.robots.abilities import torque_warnings
 from gaitopt.robots.files.notes import Notes
 from gaitopt.robots.files.options import ReadOptions, folder_paths
 from gaitopt.robots.files.packages import packaged_robot
@@ -131,7 +131,7 @@ def load_robot(
     name, urdf, notes = _read(source, options)
     robot = Quadruped.from_urdf(urdf, name or None, knees)
     if not any(UNREAL in warning for warning in notes.warnings):
-        notes = replace(notes, warnings=(*notes.warnings, *strength_warnings(robot)))
+        notes = replace(notes, warnings=(*notes.warnings, *torque_warnings(robot)))
     for warning in notes.warnings:
         warnings.warn(f"{robot.name}: {warning}", RobotWarning, stacklevel=2)
     return replace(robot, notes=notes)

@@ -268,3 +268,11 @@ def test_one_scale_of_a_mesh_is_that_along_all_axes(tmp_path: Path) -> None:
         file.write_text(robot(shank=shank, foot=None))
         sizes.append(quiet(file).legs["LF"].lower)
     assert sizes[0] == sizes[1] > 0.2
+
+
+def test_torque_limits_that_no_leg_can_need_are_told_with_the_option() -> None:
+    text = robot(limits=(LIMIT.replace('effort="30"', 'effort="1000"'), LIMIT, KNEE))
+    (told,) = [w for w in warnings_of(text) if "effort limits that look" in w]
+    assert "placeholders [N m]: LF_j0 1000, LH_j0 1000" in told
+    assert told.endswith("these torques are not limited: give effort_limits= in N m")
+    assert not any("effort" in w for w in warnings_of(text, effort_limits=30.0))
