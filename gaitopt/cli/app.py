@@ -18,7 +18,7 @@ from gaitopt.cli.crawl import compare, walk
 from gaitopt.cli.demo import demo
 from gaitopt.cli.export import export
 from gaitopt.cli.gait import gait, trot
-from gaitopt.cli.interrupts import STOPPED, end_stopped
+from gaitopt.cli.interrupts import STOPPED, end_stopped, was_stopped
 from gaitopt.cli.plans import figures, replay, simulate, verify
 from gaitopt.cli.race import race
 from gaitopt.cli.robot import robot
@@ -66,6 +66,9 @@ def main() -> None:
     except (KeyboardInterrupt, typer.Abort):
         sys.exit(end_stopped())
     except Exception as error:
+        if was_stopped():
+            # A library made it of Ctrl-C, in the middle of an import for instance.
+            sys.exit(end_stopped())
         # Errors of Typer's own copy of click have no public class. They have this method.
         click_message = getattr(error, "format_message", None)
         if click_message is None and not isinstance(error, GaitoptError):

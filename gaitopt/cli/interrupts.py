@@ -57,6 +57,9 @@ def end_stopped() -> int:
     if not _told.is_set():
         _told.set()
         print(_farewell(), file=sys.stderr)
+    # An exception out of exec(text), as dataclasses run it, lets Python end by the signal itself,
+    # unless another text is run after it.
+    exec("")
     return STOPPED
 
 

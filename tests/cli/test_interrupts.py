@@ -91,6 +91,39 @@ def test_ctrl_c_while_the_command_line_is_imported_is_told_in_one_line() -> None
     assert done.stderr == "gaitopt: stopped\n"
 
 
+def test_ctrl_c_in_a_text_that_is_run_has_the_same_exit_code(tmp_path: Path) -> None:
+    """Dataclasses and named tuples run texts while they are imported."""
+    (tmp_path / "interrupted.py").write_text(
+        "import os, signal, time\n"
+        "from gaitopt.cli import app, start\n"
+        "text = 'os.kill(os.getpid(), signal.SIGINT); time.sleep(60)'\n"
+        "app.main = lambda: exec(text)\n"
+        "start.main()\n"
+    )
+    done = subprocess.run([sys.executable, "-m", "interrupted"], cwd=tmp_path, capture_output=True,
+                          text=True, timeout=60, check=False)  # fmt: skip
+    assert (done.returncode, done.stderr) == (130, "gaitopt: stopped\n")
+
+
+def test_an_error_that_a_library_made_of_ctrl_c_is_not_told() -> None:
+    """A module that is interrupted while it is imported looks as if it were missing."""
+    code = (
+        "import os, signal, time\n"
+        "from gaitopt.cli import app, start\n"
+        "from gaitopt.errors import MissingPackageError\n"
+        "def command(**_):\n"
+        "    try:\n"
+        "        os.kill(os.getpid(), signal.SIGINT)\n"
+        "        time.sleep(60)\n"
+        "    except KeyboardInterrupt:\n"
+        "        raise MissingPackageError('needs the package mujoco') from None\n"
+        "app.app = command\n"
+        "start.main()\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert (done.returncode, done.stderr) == (130, "gaitopt: stopped\n")
+
+
 def test_workers_end_with_the_study_that_used_them() -> None:
     code = (
         "import joblib, time\n"
