@@ -9,9 +9,10 @@ from __future__ import annotations
 
 import inspect
 import os
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence, Set
 from functools import partial, wraps
 from numbers import Real
+from pathlib import Path
 from typing import Any, Final
 
 from gaitopt.errors import InputError
@@ -19,6 +20,10 @@ from gaitopt.inputs import SOURCES
 
 Test = Callable[[Any], bool]
 
+WIDEST: Final = 2**63
+"""Whole numbers from this on are no numbers for arrays, which have 64 bits for each."""
+LONGEST_PART: Final = 255
+"""Most bytes of a name in a path: what file systems allow."""
 LONGEST_SHOWN: Final = 100
 """Most letters of a value in a message."""
 KINDS: Final = frozenset({
@@ -112,10 +117,11 @@ def _is_one(option: str, value: Any) -> bool:
     if base in ("Sequence", "Iterable", "list"):
         if not isinstance(value, Iterable) or isinstance(value, (str, bytes, Mapping, type)):
             return False
-        if getattr(value, "ndim", 1) == 0:
+        array = hasattr(value, "ndim")
+        if (array and value.ndim == 0) or (base != "Iterable" and isinstance(value, Set)):
             return False
         # What can be gone through only once is left alone.
-        kinds = _parts(inner) if isinstance(value, Sequence) else []
+        kinds = _parts(inner) if array or isinstance(value, Sequence) else []
         return not kinds or all(_fits(_options(kinds[0]), item) for item in value)
     return True
 
@@ -141,6 +147,8 @@ def _is_number(value: Any) -> bool:
 
     if isinstance(value, np.ndarray):
         return value.ndim == 0 and value.dtype.kind in "iuf" and bool(value == value)
+    if isinstance(value, int) and abs(value) >= WIDEST:
+        return False
     return isinstance(value, Real) and not isinstance(value, bool) and value == value
 
 
@@ -188,7 +196,10 @@ def _takes_two(value: Any) -> bool:
 
 
 def _is_path(value: Any) -> bool:
-    return isinstance(value, (str, os.PathLike)) and "\0" not in str(value) and str(value) != ""
+    if not isinstance(value, (str, os.PathLike)) or "\0" in str(value) or str(value) == "":
+        return False
+    parts = Path(value).parts
+    return all(len(part.encode("utf-8", "replace")) <= LONGEST_PART for part in parts)
 
 
 _SIMPLE: Final[Mapping[str, Test]] = {

@@ -90,6 +90,15 @@ def calls() -> dict[str, Callable[[], object]]:
         "freedoms that are no texts": lambda: gaitopt.Freedoms.of(np.zeros(0)),
         "terrains in one number": lambda: gaitopt.compare(robot, np.array(1.0)),
         "legs of a figure": lambda: gaitopt.plot_joint_curves(plan(robot, footholds), legs=ROWS),
+        "legs that stand are an array": lambda: gaitopt.feasible_region(
+            robot, np.array([first[leg] for leg in gaitopt.LEGS]), support=ROWS
+        ),
+        "times in a set": lambda: gaitopt.swing_events(gaitopt.trot(0.5), 2, {0.5, 0.6}),
+        "a length beyond all numbers": lambda: gaitopt.s_columns(0, forward=2**70),
+        "a name that no file has": lambda: gaitopt.load_ground("x" * 5000),
+        "a foot at infinity": lambda: gaitopt.support_margin(
+            np.full((4, 2), np.inf), [True] * 4, np.zeros(2)
+        ),
         "a time that is none": lambda: curve.velocity(np.nan),
         "joints that are none": lambda: joint_order(("a",), joints=1e300),
     }

@@ -209,6 +209,7 @@ def _texts(name: str, values: Any) -> tuple[str, ...]:
         InputError: these are no texts.
     """
     listed = isinstance(values, (Sequence, Iterable)) and not isinstance(values, str)
+    listed &= getattr(values, "ndim", 1) > 0
     found = tuple(values) if listed else ()
     if not listed or not all(isinstance(value, str) for value in found):
         raise InputError(f"{name} must be a list of names, got {values!r}")

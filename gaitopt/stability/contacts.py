@@ -33,6 +33,8 @@ def support_margin(feet: ArrayLike, contacts: ArrayLike, point: ArrayLike) -> Fl
         InputError: shapes that do not fit, or contacts that are not truth values.
     """
     corners = standing_feet(feet, contacts)[..., :2]
+    if np.isinf(corners).any():
+        raise InputError("feet: those that stand must be at finite places")
     place = of_width("point", point, 2, 3)[..., :2]
     inside = static_stability_margin(corners[..., _at_least_three(corners.shape[-2]), :], place)
     away = place[..., None, :] - corners
