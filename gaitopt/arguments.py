@@ -117,11 +117,12 @@ def _is_one(option: str, value: Any) -> bool:
     if base in ("Sequence", "Iterable", "list"):
         if not isinstance(value, Iterable) or isinstance(value, (str, bytes, Mapping, type)):
             return False
-        array = hasattr(value, "ndim")
-        if (array and value.ndim == 0) or (base != "Iterable" and isinstance(value, Set)):
+        axes = getattr(value, "ndim", None)
+        if axes == 0 or (base != "Iterable" and isinstance(value, Set)):
             return False
         # What can be gone through only once is left alone.
-        kinds = _parts(inner) if array or isinstance(value, Sequence) else []
+        known = axes is not None or isinstance(value, Sequence)
+        kinds = _parts(inner) if known else []
         return not kinds or all(_fits(_options(kinds[0]), item) for item in value)
     return True
 
