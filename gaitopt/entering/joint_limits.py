@@ -17,6 +17,8 @@ from gaitopt.robots.whole_body_rates import base_twist, joint_rates
 ROUNDING = 5e-7
 """Share by which a velocity or an acceleration may exceed its limit by rounding: half of what a
 certificate allows."""
+ACCELERATION = "joint acceleration"
+"""Begin of the names of limits of accelerations."""
 AT_BEGIN = 1e-6
 """The same of a state, whose rates are known to that."""
 
@@ -114,7 +116,7 @@ class JointLimits:
         if use[row, joint] <= 1.0 + ROUNDING:
             return None
         name, needed = self.robot.joint_names[joint], float(sizes[row, joint])
-        return Fault(float(use[row, joint]) - 1.0, f"joint acceleration {name}", needed,
+        return Fault(float(use[row, joint]) - 1.0, f"{ACCELERATION} {name}", needed,
                      float(self.most[joint]), "rad/s^2", float(times[row]))  # fmt: skip
 
     def _positions(self, least: FloatArray, most: FloatArray, times: FloatArray) -> Fault | None:

@@ -13,7 +13,7 @@ from gaitopt.dynamics.forces import build_force_problem, solve_forces
 from gaitopt.dynamics.whole_body import motion_of_path
 from gaitopt.entering.begin import Begin
 from gaitopt.entering.braking import Entry
-from gaitopt.entering.joint_limits import AT_BEGIN, Fault, JointLimits
+from gaitopt.entering.joint_limits import ACCELERATION, AT_BEGIN, Fault, JointLimits
 from gaitopt.errors import InfeasibleStateError
 from gaitopt.motion.body_and_feet import path_states
 from gaitopt.motion.path import BASE_COLUMNS, MotionPath
@@ -33,6 +33,10 @@ WAY_OUT = (
     "begin when the robot is slower, give other first footholds, or allow more friction or torque"
 )
 """What the user can do."""
+MORE_ACCELERATION = (
+    "raise acceleration_limit, or stop with gaitopt.plan_stand_up(robot, state), and begin there"
+)
+"""The same where joints are to be accelerated less than the way to rest needs."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -211,9 +215,10 @@ class Judge:
         needs = f"needs {fault.value:.4g} {fault.unit}, {fault.allowed:.4g} {fault.unit} are there"
         if fault.of_forces:
             needs = f"is exceeded by {fault.value:.4g} {fault.unit}"
+        way_out = MORE_ACCELERATION if fault.limit.startswith(ACCELERATION) else WAY_OUT
         return InfeasibleStateError(
             f"start: no way to rest on four feet keeps all limits. In the best one {fault.limit} "
-            f"{needs}, at {fault.time:.3f} s; {WAY_OUT}",
+            f"{needs}, at {fault.time:.3f} s; {way_out}",
             fault.limit, fault.value, fault.allowed, fault.unit, fault.time,
         )  # fmt: skip
 

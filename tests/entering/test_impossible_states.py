@@ -135,7 +135,13 @@ def test_joints_that_may_not_turn_faster_so_soon(wang_walk: Plan, a1_walk: Plan)
     assert gaitopt.verify(goes_on, collisions=False).ok
     time = 0.45 * a1_walk.duration
     ahead, state = a1_walk.footholds_ahead(time), a1_walk.state(time)
-    with pytest.raises(InfeasibleStateError, match="joint acceleration") as caught:
+    advice = r"joint acceleration .* raise acceleration_limit, or stop with gaitopt\.plan_stand_up"
+    with pytest.raises(InfeasibleStateError, match=advice) as caught:
         gaitopt.plan_route(a1_walk.robot, ahead, start=state, acceleration_limit=5.0)
     assert caught.value.allowed == 5.0
     assert caught.value.value > 5.0
+    # The advice, followed: stop without that limit, and begin there.
+    stop = gaitopt.plan_stand_up(a1_walk.robot, state, ahead)
+    rests = stop.state(stop.duration)
+    begun = gaitopt.plan_route(a1_walk.robot, ahead, start=rests, acceleration_limit=5.0)
+    assert not begun.begins_moving

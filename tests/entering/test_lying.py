@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import gaitopt
-from benchmarks.lying import played, sunk, world_of
+from benchmarks.physics.lying import played, sunk, world_of
 from gaitopt import LEGS, Footholds, HeightMap, Plan, State
 from gaitopt.conventions import GRAVITY
 from gaitopt.entering.standing_up import footholds_of

@@ -1,12 +1,12 @@
 """Robots that lie on the ground or sit, and stand up.
 
-``python -m benchmarks.lying [ROBOT ...]`` lets robots sink from standing to the ground in MuJoCo,
-with dampers in place of servos, as robots do that are switched off; those that sit keep the servos
-of their front legs. From the state in which they
-then lie the nearest feasible one is taken, and a plan to stand up from there. It must be certified.
-Then it is played as a robot would: by position servos with planned torques, from where the robot
-really lies, with a second to get to the plan's first posture. Exit code 1 where a plan is not
-certified, or the robot does not stand in the end.
+``python -m benchmarks.physics.lying [ROBOT ...]`` lets robots sink from standing to the ground in
+MuJoCo, with dampers in place of servos, as robots do that are switched off; those that sit keep the
+servos of their front legs. From the state in which they then lie the nearest feasible one is taken,
+and a plan to stand up from there. It must be certified. Then it is played as a robot would: by
+position servos with planned torques, from where the robot really lies, with a second to get to the
+plan's first posture. Exit code 1 where a plan is not certified, or the robot does not stand in the
+end.
 """
 
 from __future__ import annotations
@@ -140,7 +140,7 @@ def played(plan: Plan, data: Any, sim: SimModel) -> Stood:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Print a table; 1 where a plan is not certified or a robot does not stand."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.lying")
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.physics.lying")
     parser.add_argument("robots", nargs="*", default=ROBOTS)
     table = Table(
         "robot", "base at [m]", "pitch [rad]", "beyond limits [rad]", "then moved [mm]",
