@@ -178,6 +178,8 @@ def _lines(plan: Plan) -> _Lines:
     ends = np.where(stands, feet[first], feet[last + 1])
     begin = np.concatenate([base[first], feet[first].reshape(len(first), -1)], axis=1)
     end = np.concatenate([base[last + 1], ends.reshape(len(first), -1)], axis=1)
+    # Motions that are left out must not become jumps: the next one begins where the last one ended.
+    begin[1:, :BASE_COLUMNS] = end[:-1, :BASE_COLUMNS]
     old = np.stack([path.times[first], path.times[last + 1]], axis=1)
     return _Lines(begin, end, standing[first], phase[first], old)
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 import gaitopt
 from gaitopt import Plan, retimed
 from gaitopt.errors import InfeasibleStepError, SolverError
+from gaitopt.motion.path import MotionPath
 from gaitopt.plan.com_margin import margins_over
 from gaitopt.retiming import rounds
 from gaitopt.retiming.straight import StraightCourse, straight_course
@@ -50,6 +51,22 @@ def test_without_rounding_every_line_is_a_chain(boxes: Plan) -> None:
     moves = sum(p.kind == "stance" and p.duration > 0.0 for p in boxes.phases)
     assert len(course.chains) - 1 == moves + 3 * len(boxes.swings)
     assert (np.diff(course.chains) == 1).all()
+
+
+def test_a_motion_too_small_to_count_is_no_jump(boxes: Plan) -> None:
+    """The body's move ends half a nanometre early, and does the rest in a line of its own."""
+    move = next(phase for phase in boxes.phases if phase.kind == "stance" and phase.duration > 0.0)
+    values, times = boxes.path.knots(), boxes.path.times
+    end = int(np.searchsorted(times, move.start + move.duration - 1e-9))
+    early = np.array(values[end])
+    early[0] -= 5e-10
+    time = times[end] - 0.1 * (times[end] - times[end - 1])
+    path = MotionPath.polyline(np.insert(times, end, time), np.insert(values, end, early, 0))
+    course = straight_course(replace(boxes, path=path), 0.4)
+    assert len(course.chains) == len(straight_course(boxes, 0.4).chains)
+    piece = np.arange(len(course.edges) - 2)
+    ends, begins = (course.states(course.edges[1:-1], piece + k)[0] for k in (0, 1))
+    assert np.abs(ends - begins).max() < 1e-13
 
 
 def test_with_rounding_every_swing_is_one_chain(boxes: Plan) -> None:
