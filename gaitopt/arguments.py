@@ -196,8 +196,12 @@ def _takes_two(value: Any) -> bool:
     return _is_function(value)
 
 
+def _is_text_or_path(value: Any) -> bool:
+    return isinstance(value, (str, os.PathLike)) and "\0" not in str(value) and str(value) != ""
+
+
 def _is_path(value: Any) -> bool:
-    if not isinstance(value, (str, os.PathLike)) or "\0" in str(value) or str(value) == "":
+    if not _is_text_or_path(value):
         return False
     parts = Path(value).parts
     return all(len(part.encode("utf-8", "replace")) <= LONGEST_PART for part in parts)
@@ -211,6 +215,7 @@ _SIMPLE: Final[Mapping[str, Test]] = {
     "str": lambda value: isinstance(value, str),
     "Literal": lambda value: isinstance(value, str),
     "StrPath": _is_path,
+    "RobotSource": _is_text_or_path,
     "Path": _is_path,
     "ArrayLike": _is_array,
     "FloatArray": _is_array,
@@ -226,6 +231,7 @@ _CALLED: Final = {
     "float": "a number", "int": "a whole number", "bool": "True or False", "str": "a text",
     "Literal": "a text", "Objective": "a text", "GroundSearch": "a search for footholds",
     "SimulatedWalk": "a SimulationResult", "StrPath": "a path", "Path": "a path",
+    "RobotSource": "a name, a path or the text of a file",
     "ArrayLike": "finite numbers",
     "FloatArray": "finite numbers", "BoolArray": "numbers", "Callable": "a function",
     "Progress": "a function of two numbers", "Mapping": "a mapping", "dict": "a mapping",

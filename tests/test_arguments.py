@@ -76,6 +76,13 @@ def test_what_cannot_be_right_is_refused(name: str, values: list[Any], wanted: s
             public(**{**GOOD, name: value})
 
 
+def test_a_robot_may_be_the_text_of_a_file() -> None:
+    text = gaitopt.load_robot("wang2020").urdf
+    assert gaitopt.load_robot(text).urdf == text
+    with pytest.raises(InputError, match="source must be a name, a path or the text of a file"):
+        gaitopt.load_robot(3)  # type: ignore[arg-type]
+
+
 def test_a_public_function_is_still_that_function() -> None:
     assert pickle.loads(pickle.dumps(gaitopt.trot)) is gaitopt.trot
     assert gaitopt.trot.__doc__ and gaitopt.trot(0.5).cycle_time == 0.5

@@ -26,6 +26,9 @@ from gaitopt.robots.files.sizes import UNREAL
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.urdf_text import with_velocity_limit
 
+RobotSource = StrPath
+"""A robot's name, the path of its file, or the text of one, which is longer than any path."""
+
 OWN_ROBOTS: Final[tuple[str, ...]] = ("wang2020", "frog1")
 """Robots whose URDF is shipped with gaitopt."""
 
@@ -60,7 +63,7 @@ def robot_names() -> tuple[str, ...]:
 
 
 def load_robot(
-    source: StrPath,
+    source: RobotSource,
     knees: Mapping[str, str] | None = None,
     *,
     legs: Mapping[str, str] | None = None,
