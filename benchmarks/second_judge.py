@@ -1,20 +1,23 @@
 """Two judges of the same plans: the certificate, and one that looks at samples only.
 
-``python -m benchmarks.second_judge [--plans 100] [--seed 0] [--seconds 480] [--instants 40]``
-makes small plans of all planners, plants a random fault into every second one, and lets
-``gaitopt.verify`` and :func:`benchmarks.judge.judging.judge` judge them. It prints how often they
-agree, and every disagreement. Exit code 1 when the second judge finds a violation that the
-certificate does not find: one of the two is then wrong. Where only the certificate finds one, the
-second judge looks once more, and more closely.
+``python -m benchmarks.second_judge [--plans 100] [--seed 0] [--seconds 480] [--instants 40]
+[--rows FILE]`` makes small plans of all planners, plants a random fault into every second one, and
+lets ``gaitopt.verify`` and :func:`benchmarks.judge.judging.judge` judge them. It prints how often
+they agree, and every disagreement. With ``--rows`` every plan is a line of a file as soon as it is
+judged, and a run that was stopped goes on where it stopped. Exit code 1 when the second
+judge finds a violation that the certificate does not find: one of the two is then wrong. Where only
+the certificate finds one, the second judge looks once more, and more closely.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
 import sys
 import time
 from collections import Counter
 from collections.abc import Sequence
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -106,6 +109,44 @@ def made(number: int, seed: int, families: Sequence[str] | None = None) -> tuple
     return plan, name
 
 
+class Row(NamedTuple):
+    """What both judges said of one plan, as a file keeps it.
+
+    Attributes:
+        seed: that of the run.
+        number: that of the plan.
+        faulty: whether a fault was planted.
+        certificate: what the certificate says, or ``""`` where the planner refused.
+        second: what the second judge says.
+        agreement: :attr:`Case.agreement`.
+        unseen: :attr:`Case.unseen`.
+        text: both verdicts in full, of plans on which they disagree.
+    """
+
+    seed: int
+    number: int
+    faulty: bool
+    certificate: str = ""
+    second: str = ""
+    agreement: str = ""
+    unseen: tuple[str, ...] = ()
+    text: str = ""
+
+
+def judged(number: int, seed: int, instants: int = INSTANTS) -> Row:
+    """One plan made and judged; where only the certificate finds a fault, more closely."""
+    found, faulty = made(number, seed), bool(number % 2)
+    if found is None:
+        return Row(seed, number, faulty)
+    case = both(*found, faulty=faulty, seed=number, instants=instants)
+    if case.agreement == STRICTER:
+        again = judge(found[0], number, CLOSER_INSTANTS, CLOSER)
+        case = case._replace(second=again, closer=True)
+    plain = case.agreement.startswith("agree") and not case.unseen
+    return Row(seed, number, faulty, case.certificate, case.second.verdict, case.agreement,
+               tuple(case.unseen), "" if plain else str(case))  # fmt: skip
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Judge plans and print a table."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.second_judge", description=__doc__)
@@ -116,35 +157,50 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     parser.add_argument("--seconds", type=float, default=480.0, help="stop after this time")
     parser.add_argument("--instants", type=int, default=INSTANTS, help="for contact forces")
+    parser.add_argument("--rows", type=Path, metavar="FILE", help="keep a line for every plan")
     options = parser.parse_args(arguments)
-    begin, cases, refused = time.monotonic(), [], 0
+    begin, rows = time.monotonic(), _kept(options.rows)
+    known = {(row.seed, row.number) for row in rows}
     for number in range(options.first, options.first + options.plans):
         if time.monotonic() - begin > options.seconds:
             break
-        found = made(number, options.seed)
-        if found is None:
-            refused += 1
+        if (options.seed, number) in known:
             continue
-        case = both(*found, faulty=bool(number % 2), seed=number, instants=options.instants)
-        if case.agreement == STRICTER:
-            again = judge(found[0], number, CLOSER_INSTANTS, CLOSER)
-            case = case._replace(second=again, closer=True)
-        if not case.agreement.startswith("agree"):
-            print(f"{case.agreement}: {case}", flush=True)
-        elif case.unseen:
-            print(f"the certificate finds {case.unseen} kept: {case}", flush=True)
-        cases.append(case)
+        row = judged(number, options.seed, options.instants)
+        _keep(options.rows, row)
+        rows.append(row)
+    for row in rows:
+        if row.text:
+            seen = f"the certificate finds {list(row.unseen)} kept"
+            print(f"{seen if row.unseen else row.agreement}: {row.text}")
+    cases = [row for row in rows if row.certificate]
     Console().print(_table(cases))
-    print(f"{len(cases)} plans, {refused} refused by their planners")
-    return int(any(case.agreement == "MISSED" for case in cases))
+    print(f"{len(cases)} plans, {len(rows) - len(cases)} refused by their planners")
+    return int(any(row.agreement == "MISSED" for row in cases))
 
 
-def _table(cases: Sequence[Case]) -> Table:
+def _kept(file: Path | None) -> list[Row]:
+    """The rows of a file; a last line that is not whole is taken away."""
+    if file is None or not file.exists():
+        return []
+    *lines, rest = file.read_text().split("\n")
+    if rest:
+        file.write_text("".join(f"{line}\n" for line in lines))
+    return [Row(**{**row, "unseen": tuple(row["unseen"])}) for row in map(json.loads, lines)]
+
+
+def _keep(file: Path | None, row: Row) -> None:
+    if file is not None:
+        with file.open("a") as lines:
+            lines.write(json.dumps(row._asdict()) + "\n")
+
+
+def _table(rows: Sequence[Row]) -> Table:
     """How often both judges say what."""
     table = Table(title="two judges")
     for title in ("fault", "certificate", "second judge", "plans", ""):
         table.add_column(title)
-    counts = Counter((c.faulty, c.certificate, c.second.verdict, c.agreement) for c in cases)
+    counts = Counter((r.faulty, r.certificate, r.second, r.agreement) for r in rows)
     for (faulty, theirs, mine, agreement), count in sorted(counts.items()):
         table.add_row("yes" if faulty else "no", theirs, mine, str(count), agreement)
     return table

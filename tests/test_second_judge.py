@@ -5,7 +5,9 @@ Its numbers are held against facts that are known without either of the two.
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -51,6 +53,26 @@ def test_a_fault_that_one_judge_does_not_see_is_told(
     )
     assert second_judge.main(["--plans", "1"]) == 1
     assert "MISSED: a1" in capsys.readouterr().out
+
+
+def test_a_run_that_was_stopped_goes_on(
+    a1_walk: Plan, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """Each plan is a line; one that was cut off in writing is judged again, the others are not."""
+    asked: list[int] = []
+
+    def made(number: int, seed: int) -> tuple[Plan, str] | None:
+        asked.append(number)
+        return None if number == 1 else (a1_walk, "a1")
+
+    monkeypatch.setattr(second_judge, "made", made)
+    rows = tmp_path / "rows.jsonl"
+    first = ["--plans", "2", "--instants", "2", "--rows", str(rows)]
+    assert second_judge.main(first) == 0 and asked == [0, 1]
+    whole = rows.read_text()
+    rows.write_text(whole + whole[:20])
+    assert second_judge.main([*first[:1], "3", *first[2:]]) == 0 and asked == [0, 1, 2]
+    assert [json.loads(line)["number"] for line in rows.read_text().splitlines()] == [0, 1, 2]
 
 
 def test_the_same_seed_plants_the_same_fault(a1_walk: Plan) -> None:
