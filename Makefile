@@ -61,7 +61,6 @@ test-slow: $(VENV)/.test browser
 bench: $(VENV)/.test
 	$(BIN)/python -m benchmarks
 
-# The oldest versions that pyproject.toml allows, and the quick part of the suite with them.
 fuzz: $(VENV)/.test
 	$(BIN)/python -m benchmarks.fuzz --cases 2000
 
@@ -72,6 +71,7 @@ interrupts: $(VENV)/.test
 	$(BIN)/python -m pytest tests/studies/test_interrupted.py tests/studies/test_cluster.py \
 	  tests/cli/test_interrupts.py
 
+# The oldest versions that pyproject.toml allows, and the quick part of the suite with them.
 lowest: $(VENV)/.walk
 	$(BIN)/python -m venv --clear $(VENV)-lowest
 	$(BIN)/python -m pip install --quiet --target $(VENV)-lowest/uv uv

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import cache
-from importlib import import_module, metadata
+from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Final
@@ -47,6 +47,8 @@ def refuse_shadows() -> None:
             continue
         if Path(place).is_relative_to(_packages()):
             continue  # as nearly always
+        from importlib import metadata  # late: it takes longer to import than all checks here
+
         try:
             home = Path(str(metadata.distribution(package).locate_file("")))
         except metadata.PackageNotFoundError:

@@ -49,6 +49,17 @@ def test_terrain_and_margins_need_no_robot_library() -> None:
     assert loaded.strip() == "[]"
 
 
+def test_a_first_plan_loads_only_what_it_uses() -> None:
+    """A new process has its first plan by velocity as soon as that is loaded (see benchmarks)."""
+    loaded = in_a_fresh_interpreter(
+        "import sys, gaitopt as g; robot = g.load_robot('wang2020'); "
+        "g.plan_crawl(robot, g.s_columns(0), timing='velocity'); "
+        "print([m for m in sys.modules if m in ('scipy', 'numpy.ma', 'importlib.metadata')"
+        " or m.startswith(('gaitopt.entering.', 'gaitopt.planners.time_optimal.'))])"
+    )
+    assert loaded.strip() == "[]"
+
+
 @pytest.mark.parametrize("name", NAMES)
 def test_every_public_name_resolves(name: str) -> None:
     assert getattr(gaitopt, name) is not None

@@ -12,7 +12,6 @@ planners must not share their code.
 from __future__ import annotations
 
 import numpy as np
-from scipy.interpolate import BPoly
 
 from gaitopt.conventions import FloatArray
 from gaitopt.motion.path import MotionPath
@@ -25,6 +24,8 @@ def derivative_range(path: MotionPath, derivative: int = 0) -> tuple[FloatArray,
         path: the path; the polynomial of a single knot gives one row.
         derivative: which one; 0 for the values.
     """
+    from scipy.interpolate import BPoly
+
     coefficients = BPoly.from_power_basis(path.polynomial.derivative(derivative)).c
     return coefficients.min(axis=0), coefficients.max(axis=0)
 

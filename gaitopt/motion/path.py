@@ -12,14 +12,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.interpolate import PPoly
 
 from gaitopt.conventions import ByValue, FloatArray, frozen
 from gaitopt.errors import InputError
 from gaitopt.inputs import check_array, check_count, check_known, check_number
+
+if TYPE_CHECKING:
+    from scipy.interpolate import PPoly
 
 BASE_COLUMNS = 6
 """Columns of a path that belong to the base; the joints' columns follow."""
@@ -106,6 +109,8 @@ class MotionPath(ByValue):
     @cached_property
     def polynomial(self) -> PPoly:
         """The path as scipy's piecewise polynomial; that of a single knot lasts for 1 s."""
+        from scipy.interpolate import PPoly  # late: it takes as long to import as a plan
+
         return PPoly(self.coefficients, self.times if len(self.times) > 1 else np.array([0.0, 1.0]))
 
     def segment(self, times: ArrayLike) -> np.ndarray:

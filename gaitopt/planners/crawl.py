@@ -1,4 +1,8 @@
-"""``plan_crawl``: the walk over given footholds, by whichever planner its settings ask for."""
+"""``plan_crawl``: the walk over given footholds, by whichever planner its settings ask for.
+
+What some walks need only is imported where it is used: a first plan in a new process takes about
+as long as its imports.
+"""
 
 from __future__ import annotations
 
@@ -7,8 +11,6 @@ from typing import Any
 import numpy as np
 
 from gaitopt.conventions import Progress
-from gaitopt.entering.ending import ended
-from gaitopt.entering.walking import plan_from_state, walk_from_near
 from gaitopt.errors import InputError
 from gaitopt.gait.crawl import FREE_ORDER
 from gaitopt.plan.plan import Plan
@@ -16,7 +18,6 @@ from gaitopt.plan.settings.crawl import CrawlSettings
 from gaitopt.plan.settings.keywords import chosen_settings, takes_settings
 from gaitopt.plan.settings.time_optimal import RouteSettings
 from gaitopt.plan.state import State
-from gaitopt.planners.free_order.planner import plan_free_at_fitting_height, plan_free_crawl
 from gaitopt.planners.phase_by_phase.planner import (
     plan_at_fitting_height,
     plan_in_order,
@@ -24,7 +25,6 @@ from gaitopt.planners.phase_by_phase.planner import (
 )
 from gaitopt.planners.phase_by_phase.steps import check_walk
 from gaitopt.planners.phase_by_phase.straight_ahead import in_foot_planes
-from gaitopt.retiming.retimed import stopped
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.footholds import Footholds
 
@@ -93,7 +93,6 @@ def plan_crawl(
     if isinstance(settings, RouteSettings) or _asks_for_least_time(options):
         if isinstance(settings, CrawlSettings):
             raise InputError("objective='time' takes RouteSettings, got CrawlSettings")
-        # Imported late: the time-optimal planner is the larger part of the package.
         from gaitopt.planners.time_optimal.planner import plan_route
 
         options.pop("objective", None)
@@ -114,8 +113,14 @@ def plan_crawl(
     if start is None:
         plan = walk(footholds, chosen)
     else:
+        from gaitopt.entering.walking import plan_from_state, walk_from_near
+
         plan = plan_from_state(robot, footholds, start, chosen, walk_from_near(walk, chosen))
-    return plan if end is None else ended(plan, end)
+    if end is None:
+        return plan
+    from gaitopt.entering.ending import ended
+
+    return ended(plan, end)
 
 
 def _walk(
@@ -130,12 +135,17 @@ def _walk(
         open_height: whether other body heights may be tried.
     """
     if chosen.sequence == FREE_ORDER:
+        from gaitopt.planners.free_order.planner import plan_free_at_fitting_height, plan_free_crawl
+
         planner = plan_free_at_fitting_height if open_height else plan_free_crawl
     else:
         planner = plan_at_fitting_height if open_height else plan_in_order
     plan = planner(robot, footholds, chosen, progress=progress)
-    limited = chosen.forces is None and np.isfinite(robot.acceleration_limits).any()
-    return stopped(plan) if limited else plan
+    if chosen.forces is not None or not np.isfinite(robot.acceleration_limits).any():
+        return plan
+    from gaitopt.retiming.retimed import stopped
+
+    return stopped(plan)
 
 
 def _asks_for_least_time(options: dict[str, Any]) -> bool:

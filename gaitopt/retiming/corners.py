@@ -11,7 +11,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from gaitopt.conventions import BoolArray, FloatArray
 from gaitopt.motion.pieces import QUINTIC, quintic_hermite
@@ -87,6 +86,8 @@ def rounded(corners: FloatArray, standing: BoolArray, rounding: float, curved: b
 
 def _curve(corners: FloatArray, lengths: FloatArray, standing: BoolArray) -> list[Piece]:
     """The cubic spline through ``corners (m + 1, 18)``, with pieces of the ``lengths (m,)``."""
+    from scipy.interpolate import CubicSpline
+
     spline = CubicSpline(np.concatenate([[0.0], np.cumsum(lengths)]), corners)
     coefficients = np.pad(spline.c, ((QUINTIC + 1 - len(spline.c), 0), (0, 0), (0, 0)))
     directions = np.diff(corners, axis=0) / lengths[:, None]

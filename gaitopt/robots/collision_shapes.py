@@ -227,7 +227,7 @@ class CollisionPairs:
         import pinocchio as pin
 
         data, balls, pairs = self.model.createData(), self._balls, self._numbers
-        moved = np.unique(balls.joint).tolist()
+        moved = sorted({int(joint) for joint in balls.joint})
         places = np.empty((len(joints), len(moved), 4, 4))
         q = self.neutral.copy()
         for row, angles in zip(places, joints, strict=True):

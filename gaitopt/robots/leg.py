@@ -27,7 +27,13 @@ from numpy.typing import ArrayLike
 
 from gaitopt.conventions import ByValue, FloatArray, frozen
 from gaitopt.inputs import check_array, check_shape
-from gaitopt.robots.leg_angles import PitchDerivatives, pitch_angles, roll_and_height, wrap_angle
+from gaitopt.robots.leg_angles import (
+    PitchDerivatives,
+    height_in_plane,
+    pitch_angles,
+    roll_and_height,
+    wrap_angle,
+)
 
 REACH_TOLERANCE: Final = 1e-9
 """A foot that is out of reach by no more than this counts as reached [m], for rounding."""
@@ -243,7 +249,7 @@ class Leg(ByValue):
         [Wang2020]. Convex in ``x, y`` for a foot below the hip.
         """
         px, py, pz = self._in_leg_frame(x, y, z)
-        height = roll_and_height(py, pz, self.lateral)[1] if self.has_roll else pz
+        height = height_in_plane(py, pz, self.lateral) if self.has_roll else pz
         down = height + self.drop
         return px * px + down * down
 
@@ -333,9 +339,9 @@ class Leg(ByValue):
         dx, dy, dz = x - self.hip[0], y - self.hip[1], z - self.hip[2]
         a = self.axes
         return (
-            a[0, 0] * dx + a[1, 0] * dy + a[2, 0] * dz,
-            a[0, 1] * dx + a[1, 1] * dy + a[2, 1] * dz,
-            a[0, 2] * dx + a[1, 2] * dy + a[2, 2] * dz,
+            dx * a[0, 0] + dy * a[1, 0] + dz * a[2, 0],
+            dx * a[0, 1] + dy * a[1, 1] + dz * a[2, 1],
+            dx * a[0, 2] + dy * a[1, 2] + dz * a[2, 2],
         )
 
     def _row(self, i: int, px: Any, py: Any, pz: Any) -> Any:

@@ -1,9 +1,9 @@
 """The trigonometry of a roll-pitch-pitch leg, in its leg frame (:mod:`gaitopt.robots.leg`).
 
-:func:`roll_and_height` and :func:`pitch_angles` lead from the foot to the angles,
-:class:`PitchDerivatives` from the angles to the foot and its derivatives. They are written with
-NumPy's universal functions and take numbers, arrays of any shape (constants of many legs included)
-and CasADi symbols.
+:func:`roll_and_height`, :func:`height_in_plane` and :func:`pitch_angles` lead from the foot to the
+angles, :class:`PitchDerivatives` from the angles to the foot and its derivatives. They are written
+with NumPy's universal functions and take numbers, arrays of any shape (constants of many legs
+included) and CasADi symbols.
 """
 
 from __future__ import annotations
@@ -30,8 +30,13 @@ def roll_and_height(y: Any, z: Any, lateral: Any, *, clamp: bool = True) -> tupl
     Returns:
         Roll angle [rad] and height [m], not above 0.
     """
-    height = -np.sqrt(_not_negative(y * y + z * z - lateral**2, clamp))
+    height = height_in_plane(y, z, lateral, clamp=clamp)
     return np.arctan2(z, y) - np.arctan2(height, lateral), height
+
+
+def height_in_plane(y: Any, z: Any, lateral: Any, *, clamp: bool = True) -> Any:
+    """The height [m] of :func:`roll_and_height` alone; its arguments are the same."""
+    return -np.sqrt(_not_negative(y * y + z * z - lateral**2, clamp))
 
 
 def pitch_angles(

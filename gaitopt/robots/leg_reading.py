@@ -10,7 +10,6 @@ import numpy as np
 from gaitopt.conventions import FloatArray
 from gaitopt.errors import RobotError
 from gaitopt.robots.discovery import Chain
-from gaitopt.robots.general_leg.reading import general_leg
 from gaitopt.robots.leg import Leg
 from gaitopt.robots.leg_parts import LegParts
 from gaitopt.robots.standing import can_stand
@@ -51,6 +50,8 @@ def read_leg(model: Any, name: str, chain: Chain, body: FloatArray, knee: float 
     if square is not None:
         return _square_leg(parts, *square)
     if len(axes) == 3:
+        from gaitopt.robots.general_leg.reading import general_leg
+
         return general_leg(parts)
     raise RobotError(
         f"{parts.listing} is not pitch-pitch: both axes must point sideways and be parallel. With "

@@ -168,7 +168,7 @@ class ArchCurve(SwingCurve):
     @property
     def breaks(self) -> FloatArray:
         halves = self._half_breaks()
-        shares = np.unique([*halves, 0.5, *(1.0 - np.array(halves))])
+        shares = np.array(sorted({*halves, 0.5, *(1.0 - half for half in halves)}))
         return np.broadcast_to(shares, (*self.duration.shape, len(shares)))
 
     @property

@@ -126,16 +126,26 @@ def _scatter(
     Both columns of a pair that overlaps are drawn again, because the second alone may have no place
     that is free.
     """
-    from scipy.spatial import cKDTree
-
     places = spots + rng.uniform(-jitter, jitter, spots.shape)
     for _ in range(_TRIES):
-        nearest = cKDTree(places).query(places, k=2, distance_upper_bound=diameter)[0][:, 1]
-        crowded = np.flatnonzero(np.isfinite(nearest))
+        crowded = _nearer_than(places, diameter)
         if not crowded.size:
             break
         places[crowded] = spots[crowded] + rng.uniform(-jitter, jitter, (crowded.size, 2))
     return places
+
+
+def _nearer_than(places: FloatArray, distance: float) -> np.ndarray:
+    """Numbers of ``places (n, 2)`` that another one is nearer to than a distance [m]."""
+    order = np.argsort(places[:, 0], kind="stable")
+    ahead, crowded = places[order], np.zeros(len(places), dtype=np.bool_)
+    for k in range(1, len(places)):
+        along = ahead[k:, 0] - ahead[:-k, 0]
+        if not (along < distance).any():
+            break
+        near = along**2 + (ahead[k:, 1] - ahead[:-k, 1]) ** 2 < distance**2
+        crowded[order[k:][near]] = crowded[order[:-k][near]] = True
+    return np.flatnonzero(crowded)
 
 
 def _check(seed: int, **lengths: float) -> None:

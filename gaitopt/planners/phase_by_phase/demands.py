@@ -19,7 +19,6 @@ from gaitopt.planners.phase_by_phase.centre_of_mass import (
     shifts_at_rest,
     shifts_in_swings,
 )
-from gaitopt.planners.phase_by_phase.standing_places import half_planes_by_forces
 from gaitopt.planners.phase_by_phase.steps import CrawlSteps
 from gaitopt.retiming.reserves import PLANNED_SHARE, tightened
 from gaitopt.robots.quadruped import Quadruped
@@ -155,6 +154,8 @@ class Demands:
         """Half-planes of the steps in which forces do not hold the robot."""
         if settings.forces is None:
             return {}
+        from gaitopt.planners.phase_by_phase.standing_places import half_planes_by_forces
+
         limits = tightened(settings.forces, PLANNED_SHARE)
         return half_planes_by_forces(
             robot, steps, settings.heading, limits, cogs, offsets, self.room

@@ -116,7 +116,7 @@ def speed_limits(
         For each phase its limits; the one that holds for the longest time comes first.
     """
     changes = np.flatnonzero(np.diff(slowest)) + 1
-    cuts = np.union1d(changes, ends)
+    cuts = np.array(sorted({*changes.tolist(), *ends.tolist()}))
     found: list[dict[int, list[tuple[float, float]]]] = [{} for _ in ends[1:]]
     owners = np.searchsorted(ends, cuts[:-1], side="right") - 1
     joints, instants = slowest[cuts[:-1]].tolist(), times[cuts].tolist()

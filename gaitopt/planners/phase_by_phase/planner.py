@@ -22,7 +22,6 @@ from gaitopt.planners.phase_by_phase.diagnosis import check_heights
 from gaitopt.planners.phase_by_phase.steps import check_stance, crawl_steps
 from gaitopt.planners.phase_by_phase.targets import optimise_cogs, start_place
 from gaitopt.planners.phase_by_phase.timing import assemble_plan
-from gaitopt.retiming.retimed import retimed
 from gaitopt.robots.collision_shapes import path_touches
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.swing.catalogue import PATTERNS
@@ -78,6 +77,8 @@ def plan_in_order(
     solutions = optimise_cogs(robot, steps, settings, start, progress)
     plan = assemble_plan(robot, footholds, settings, steps, start, solutions)
     if settings.forces is not None:
+        from gaitopt.retiming.retimed import retimed  # late: walks by velocity do without
+
         # Ways over an obstacle keep their corners, and with them their distance from it.
         plan = retimed(plan, rounding=0.0 if settings.swing in PATTERNS else rounding)
     return with_com_margins(plan) if settings.true_com else plan

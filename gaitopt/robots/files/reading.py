@@ -7,7 +7,6 @@ from pathlib import Path
 
 from gaitopt.errors import InputError, RobotError
 from gaitopt.files import read_bounded
-from gaitopt.robots.files.mjcf.reader import read_mjcf
 from gaitopt.robots.files.notes import Notes, first_of
 from gaitopt.robots.files.options import ReadOptions
 from gaitopt.robots.files.prepare import prepared_urdf
@@ -101,6 +100,8 @@ def read_text(
     if kind in ("mujoco", "mujocoinclude"):
         if options.scale is not None:
             raise InputError(f"{label}: scale is for URDF and xacro; an MJCF is in metres")
+        from gaitopt.robots.files.mjcf.reader import read_mjcf
+
         return read_mjcf(text, label, folder, options)
     if xacro:
         plain, told = expanded(text, label, path, options)
