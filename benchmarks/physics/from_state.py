@@ -1,11 +1,12 @@
 """Random instants of plans, handed back to their planner as a state.
 
-``python -m benchmarks.physics.from_state [--instants 100] [--physics]`` takes ten plans, and random
-instants of each. The plan from each instant's state must continue position, velocity and contacts,
-and the certificate must hold. What is refused is counted, with its reason. With ``--physics`` all
-plans that are certified are simulated, too. Of walks over footholds the table also says by how much
-plans from their instants take longer than what was left of the walk. Exit code 1 when a plan jumps,
-is not certified, or fails in physics.
+``python -m benchmarks.physics.from_state [--instants 100] [--seed 0] [--physics]`` takes plans, ten
+of them by default and twenty with ``--cases all``, and random instants of each. The plan from each
+instant's state must continue position, velocity and contacts, and the certificate must hold. What
+is refused is counted, with its reason. With ``--physics`` all plans that are certified are
+simulated, too. Of walks over footholds the table also says by how much plans from their instants
+take longer than what was left of the walk. Exit code 1 when a plan jumps, is not certified, or
+fails in physics.
 """
 
 from __future__ import annotations
@@ -68,7 +69,28 @@ def _gait(schedule: Callable[[float], gaitopt.GaitSchedule], cycle: float,
     return first, again
 
 
-CASES: dict[str, tuple[str, tuple[Callable[[str], Plan], Again]]] = {
+def _stride() -> tuple[Callable[[str], Plan], Again]:
+    """A walk over an obstacle, and the same from an instant of it before the first foot crosses."""
+
+    def first(name: str) -> Plan:
+        robot = gaitopt.load_robot(name)
+        return gaitopt.plan_stride(robot, gaitopt.rectangular_obstacle(0.02, 0.02), leave=0)
+
+    def again(plan: Plan, instant: float, state: State) -> Plan:
+        return gaitopt.plan_stride(plan.robot, plan.settings.obstacles[0], leave=0, start=state)
+
+    return first, again
+
+
+def _before_crossing(plan: Plan) -> float:
+    """When the first foot of a stride lifts off that is to cross the obstacle [s]."""
+    crosses = [s.start for s in plan.swings if s.foot_start[0] * s.foot_end[0] < 0.0]
+    return min(crosses, default=plan.duration)
+
+
+Case = tuple[str, tuple[Callable[[str], Plan], Again]]
+
+CASES: dict[str, Case] = {
     "crawl of a1": ("a1", _walk(gaitopt.plan_crawl)),
     "crawl of anymal_c": ("anymal_c", _walk(gaitopt.plan_crawl)),
     "crawl of wang2020": ("wang2020", _walk(gaitopt.plan_crawl)),
@@ -81,6 +103,20 @@ CASES: dict[str, tuple[str, tuple[Callable[[str], Plan], Again]]] = {
     "trot of go1": ("go1", _gait(gaitopt.trot, 0.4, 0.3)),
 }
 """Ten plans: walks over footholds, at once and phase by phase, and gaits on two feet and three."""
+MORE: dict[str, Case] = {
+    "crawl of go2": ("go2", _walk(gaitopt.plan_crawl)),
+    "crawl of hyq": ("hyq", _walk(gaitopt.plan_crawl)),
+    "crawl of laikago": ("laikago", _walk(gaitopt.plan_crawl)),
+    "route of anymal_c": ("anymal_c", _walk(gaitopt.plan_route)),
+    "route of go2": ("go2", _walk(gaitopt.plan_route)),
+    "trot of go2": ("go2", _gait(gaitopt.trot, 0.5, 0.4)),
+    "trot of hyq": ("hyq", _gait(gaitopt.trot, 0.5, 0.4)),
+    "walk of anymal_c": ("anymal_c", _gait(gaitopt.walk, 1.0, 0.15)),
+    "stride of a1": ("a1", _stride()),
+    "stride of go2": ("go2", _stride()),
+}
+"""Ten others, of more robots and planners. Instants of strides are those before a foot crosses."""
+ALL = "all"
 
 
 def judged(plan: Plan, state: State) -> str:
@@ -141,17 +177,22 @@ class Outcomes(NamedTuple):
     left: list[float]
 
 
-def outcomes(name: str, instants: int, seed: int = 0, *, physics: bool = False) -> Outcomes:
-    """What became of random instants of one of the plans."""
-    robot, (first, again) = CASES[name]
+def outcomes(
+    name: str, instants: int, seed: int = 0, *, physics: bool = False, tell: bool = False
+) -> Outcomes:
+    """What became of random instants of one of the plans; ``tell`` prints what is refused."""
+    robot, (first, again) = (CASES | MORE)[name]
     plan, found, spent = first(robot), Counter[str](), 0.0
     later, left = [], []
-    for instant in np.random.default_rng(seed).uniform(0.0, plan.duration, instants).tolist():
+    latest = _before_crossing(plan) if name.startswith("stride") else plan.duration
+    for instant in np.random.default_rng(seed).uniform(0.0, latest, instants).tolist():
         state, begin = plan.state(instant), time.process_time()
         try:
             other = again(plan, instant, state)
         except InfeasibleStateError as error:
             found[f"refused: {error.limit}"] += 1
+            if tell:
+                print(f"{name}, {instant:.6f} s: {error}", file=sys.stderr)
             spent += time.process_time() - begin
         else:
             spent += time.process_time() - begin
@@ -168,13 +209,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Print a table; 1 when a plan jumps or is not certified."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.physics.from_state")
     parser.add_argument("--instants", type=int, default=100)
+    parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--physics", action="store_true")
-    parser.add_argument("--cases", nargs="*", choices=list(CASES), default=list(CASES))
+    parser.add_argument("--tell", action="store_true", help="print what is refused")
+    known = [*CASES, *MORE]
+    parser.add_argument("--cases", nargs="*", choices=[*known, ALL], default=list(CASES))
     asked = parser.parse_args(arguments)
     table = Table("plan", "certified", "other outcomes", "planned in [s]", "later by [s]", "of [s]")
     faults = 0
-    for name in asked.cases:
-        found, seconds, later, left = outcomes(name, asked.instants, physics=asked.physics)
+    for name in known if ALL in asked.cases else asked.cases:
+        found, seconds, later, left = outcomes(
+            name, asked.instants, asked.seed, physics=asked.physics, tell=asked.tell
+        )
         good = found.pop(CERTIFIED, 0)
         faults += sum(n for what, n in found.items() if not what.startswith("refused"))
         others = "; ".join(f"{n} {what}" for what, n in found.most_common())

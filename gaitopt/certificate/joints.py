@@ -142,15 +142,22 @@ def _place(pieces: Pieces, values: FloatArray) -> tuple[float, float, int]:
 
 
 def reach(plan: Plan, motion: Motion) -> Check:
-    """Legs are not straighter than the plan's reach fraction allows."""
+    """Legs are not straighter than the plan's reach fraction allows.
+
+    On the way from a given state a leg may be as straight as it is there.
+    """
     low, high = motion.pieces.enclosure()
+    entry = plan.phases[plan.entry - 1].end if plan.entry else 0.0
     worst, place = -np.inf, (0, 0)
     for i, name in enumerate(LEGS):
         column = 6 + plan.robot.leg_columns[name][-1]
         a, b, c = _leg_length_law(plan, name)
         greatest = _largest_of_cosine(low[:, column], high[:, column], b, c)
         allowed = plan.settings.reach_fraction * _longest(plan, name, a, b, c)
-        over = np.sqrt(np.maximum(a + greatest, 0.0)) - allowed
+        knee = plan.path.evaluate([0.0])[0, column]
+        begin = np.sqrt(max(a + b * np.cos(knee) + c * np.sin(knee), 0.0))
+        most = np.where(motion.pieces.starts < entry, max(allowed, begin), allowed)
+        over = np.sqrt(np.maximum(a + greatest, 0.0)) - most
         if over.max() > worst:
             worst, place = float(over.max()), (int(over.argmax()), i)
     return judged("reach", worst, SHORT, "m beyond", when=motion.pieces.starts[place[0]],

@@ -7,7 +7,7 @@ on its feet that moves towards the border of its support is stopped best in this
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -25,6 +25,9 @@ STILL = 1e-9
 """A base that moves less fast is at rest [m/s, rad/s]."""
 INTERVALS = 16
 """Least number of intervals of an entry."""
+LOWERED = (0.05, 0.12)
+"""How far the body sinks while it brakes, in standing heights, where legs are too straight for any
+other way."""
 SAME_INSTANT = 1e-9
 """Times that differ by less are one [s]."""
 
@@ -38,12 +41,14 @@ class Braking:
         time: how long it takes from when it begins [s]; 0 for a body at rest.
         power: of the share of the time that is left, with which the velocity falls.
         coast: time in which the body goes on as it does, before [s].
+        sinks: how far it moves down meanwhile [m].
     """
 
     base: FloatArray
     time: float
     power: int
     coast: float = 0.0
+    sinks: float = 0.0
 
     @property
     def duration(self) -> float:
@@ -64,11 +69,18 @@ class Braking:
         left = np.clip(1.0 - (times - self.coast) / total, 0.0, 1.0)[:, None]
         brakes = ((times >= self.coast) & (times < self.duration))[:, None]
         gone = np.minimum(times, self.coast)[:, None]
-        return (
+        values = (
             place + rates * (gone + total / (n + 1) * (1.0 - left ** (n + 1))),
             rates * left**n,
             np.where(brakes, -n / total * rates * left ** (n - 1), 0.0),
         )
+        if self.sinks > 0.0:
+            # From the first instant to the last: 10 t^3 - 15 t^4 + 6 t^5.
+            end, t = self.duration, np.clip(times / self.duration, 0.0, 1.0)
+            values[0][:, 2] -= self.sinks * t**3 * (10.0 - 15.0 * t + 6.0 * t**2)
+            values[1][:, 2] -= self.sinks * 30.0 * t**2 * (1.0 - t) ** 2 / end
+            values[2][:, 2] -= self.sinks * 60.0 * t * (1.0 - t) * (1.0 - 2.0 * t) / end**2
+        return values
 
 
 class Body(Protocol):
@@ -136,18 +148,26 @@ def body_rests(begin: Begin) -> bool:
     return bool(np.abs(begin.base[1]).max() <= STILL)
 
 
-def entries(begin: Begin, swing_height: float, *, all_ways: bool) -> list[Entry]:
+def entries(
+    begin: Begin, swing_height: float, *, all_ways: bool, lowered: bool = False
+) -> list[Entry]:
     """Ways to brake and to land, the quickest ones first.
 
     Args:
         begin: the state.
         swing_height: how far feet may rise on their way down [m].
         all_ways: whether feet land in all ways, and the body brakes in fewer.
+        lowered: whether the body sinks while it brakes.
     """
+    sinks = np.array(LOWERED) * begin.robot.standing_height if lowered else np.zeros(1)
     found = []
     for down in landings(begin, swing_height, all_ways=all_ways):
         landing = max((flight.duration for flight in down), default=0.0)
-        found += [Entry(begin, way, down) for way in brakings(begin, landing, all_ways=all_ways)]
+        found += [
+            Entry(begin, replace(way, sinks=far), down)
+            for way in brakings(begin, landing, all_ways=all_ways)
+            for far in sinks.tolist()
+        ]
     return sorted(found, key=lambda entry: entry.duration)
 
 

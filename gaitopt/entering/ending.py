@@ -43,7 +43,7 @@ def ended(plan: Plan, end: State) -> Plan:
             exceeds a limit; names it.
     """
     check_kind("end", end, State)
-    limits = forces_of(plan.settings)
+    limits = forces_of(plan.settings, "end")
     if end.joint_names != plan.robot.joint_names:
         raise InputError(f"end is no state of {plan.robot.name}: its joints have other names")
     last = plan.footholds.after({leg: plan.footholds.counts[leg] - 1 for leg in LEGS}, ())
@@ -85,7 +85,7 @@ def _check_feet(plan: Plan, end: State) -> None:
             raise InfeasibleStateError(
                 f"end: foot {leg} is {1e3 * away:.1f} mm from its last foothold, at most "
                 f"{1e3 * plan.footholds.landing_radius:.1f} mm are allowed; make the state for the "
-                "last footholds",
+                "last footholds, which are those of the plan without end",
                 f"contact {leg}", away, plan.footholds.landing_radius, "m",
             )  # fmt: skip
 

@@ -49,12 +49,15 @@ class JointLimits:
     """Limits of the joints.
 
     Attributes:
-        robot: has those of angles and velocities.
+        robot: has those of velocities.
         most: the accelerations that are promised ``(nj,)`` [rad/s^2]; infinite for none.
+        angles: lower and upper limits of angles ``(2, nj)`` [rad]; knees may be narrower than the
+            robot's (:func:`bent_knees`).
     """
 
     robot: Quadruped
     most: FloatArray
+    angles: FloatArray
 
     def velocity_use(self, base: FloatArray, feet: FloatArray) -> FloatArray:
         """Joint velocities as shares of their limits ``(C, N, nj)``; infinite out of reach.
@@ -121,7 +124,7 @@ class JointLimits:
 
     def _positions(self, least: FloatArray, most: FloatArray, times: FloatArray) -> Fault | None:
         """The joint angle that is farthest beyond a limit, if one is."""
-        low, high = self.robot.position_limits
+        low, high = self.angles
         over = np.maximum(low - least, most - high)
         row, joint = (int(i) for i in np.unravel_index(int(over.argmax()), over.shape))
         if not over[row, joint] > 0.0:
@@ -131,3 +134,36 @@ class JointLimits:
         value = float((most if above else least)[row, joint])
         return Fault(float(over[row, joint]), f"joint position {self.robot.joint_names[joint]}",
                      value, end, "rad", float(times[row]))  # fmt: skip
+
+
+def bent_knees(robot: Quadruped, reach_fraction: float, joints: FloatArray) -> FloatArray:
+    """Limits of joint angles with which legs are no straighter than a plan promises.
+
+    The distance of a foot from its leg's pitch axis falls as the knee bends, so that a share of the
+    straight leg is a limit of the knee. A leg that is straighter at the begin may stay as it is.
+
+    Args:
+        robot: the robot; legs of other axes than roll-pitch-pitch keep their own limits.
+        reach_fraction: share of the legs' reach that is used.
+        joints: at the begin ``(nj,)`` [rad].
+
+    Returns:
+        Lower and upper limits ``(2, nj)`` [rad].
+    """
+    limits = np.array(robot.position_limits)
+    for name, leg in robot.legs.items():
+        column = robot.leg_columns[name][-1]
+        if leg.is_general or not reach_fraction < 1.0:
+            continue
+        # The knee's bending, from 0 (straight) to pi, is side * angle + shift.
+        side, shift = leg.knee * leg.signs[-1], leg.knee * leg.zeros[1]
+        now = side * joints[column] + shift
+        ends = np.clip(side * limits[:, column] + shift, 0.0, np.pi)
+        squares, product = leg.upper**2 + leg.lower**2, 2.0 * leg.upper * leg.lower
+        longest = reach_fraction**2 * (squares + product * np.cos(ends.min()))
+        least = min(np.arccos(np.clip((longest - squares) / product, -1.0, 1.0)), now)
+        if 0.0 <= least <= np.pi:
+            straightest = side * (least - shift)
+            row = 0 if side > 0.0 else 1
+            limits[row, column] = (max if side > 0.0 else min)(limits[row, column], straightest)
+    return limits

@@ -13,7 +13,7 @@ from gaitopt.dynamics.forces import build_force_problem, solve_forces
 from gaitopt.dynamics.whole_body import motion_of_path
 from gaitopt.entering.begin import Begin
 from gaitopt.entering.braking import Entry
-from gaitopt.entering.joint_limits import ACCELERATION, AT_BEGIN, Fault, JointLimits
+from gaitopt.entering.joint_limits import ACCELERATION, AT_BEGIN, Fault, JointLimits, bent_knees
 from gaitopt.errors import InfeasibleStateError
 from gaitopt.motion.body_and_feet import path_states
 from gaitopt.motion.path import BASE_COLUMNS, MotionPath
@@ -56,15 +56,19 @@ class Judge:
     footholds: Footholds
 
     @classmethod
-    def of(cls, begin: Begin, limits: ForceLimits, accelerations: FloatArray) -> Judge:
+    def of(
+        cls, begin: Begin, limits: ForceLimits, accelerations: FloatArray, reach_fraction: float
+    ) -> Judge:
         """The judge of entries from a state.
 
         Args:
             begin: the state.
             limits: on forces and torques.
             accelerations: that joints keep ``(nj,)`` [rad/s^2]; infinite for none.
+            reach_fraction: share of the legs' reach that is used.
         """
-        joints = JointLimits(begin.robot, accelerations)
+        angles = bent_knees(begin.robot, reach_fraction, begin.joints)
+        joints = JointLimits(begin.robot, accelerations, angles)
         return cls(begin.robot, limits, joints, begin.footholds)
 
     def quick(self, entries: list[Entry]) -> tuple[list[Entry], Fault | None]:

@@ -43,8 +43,9 @@ class Landed:
 
 
 def landed(
-    begin: Begin, limits: ForceLimits, accelerations: FloatArray, swing_height: float
-) -> Landed | None:
+    begin: Begin, limits: ForceLimits, accelerations: FloatArray, swing_height: float,
+    reach_fraction: float,
+) -> Landed | None:  # fmt: skip
     """The quickest entry to rest on four feet; ``None`` for a robot that rests on them already.
 
     Args:
@@ -52,13 +53,14 @@ def landed(
         limits: on forces and torques.
         accelerations: that joints keep ``(nj,)`` [rad/s^2]; infinite for none.
         swing_height: how far feet may rise on their way down [m].
+        reach_fraction: share of the legs' reach that is used.
 
     Raises:
         InfeasibleStateError: there is none; names the limit, by how much and when it is exceeded in
             the one that exceeds its limits least.
     """
     check_few_feet(int(begin.standing.sum()))
-    judge = Judge.of(begin, limits, accelerations)
+    judge = Judge.of(begin, limits, accelerations, reach_fraction)
     if not begin.flying and body_rests(begin):
         judge.check_rest(begin)
         check_apart(begin.robot, begin.joints)
@@ -71,7 +73,9 @@ def landed(
     if begin.standing.sum() <= 2:
         braked = []
     steered = _steered(begin, judge, swing_height, faults)
-    for found in chain(*(islice(tries, FEW) for tries in braked), steered, *braked):
+    lowered = _braked(begin, judge, swing_height, faults, all_ways=False, lowered=True)
+    last = [] if body_rests(begin) else [lowered]
+    for found in chain(*(islice(tries, FEW) for tries in braked), steered, *braked, *last):
         if found is not None:
             return found
     raise judge.refusal(
@@ -80,16 +84,18 @@ def landed(
 
 
 def _braked(
-    begin: Begin, judge: Judge, swing_height: float, faults: list[Fault], *, all_ways: bool
-) -> Iterator[Landed | None]:
+    begin: Begin, judge: Judge, swing_height: float, faults: list[Fault], *, all_ways: bool,
+    lowered: bool = False,
+) -> Iterator[Landed | None]:  # fmt: skip
     """Entries whose body brakes along its velocity: each that keeps all limits, or ``None``.
 
     Args:
         begin, judge, swing_height: as above.
         faults: what entries lack is added.
         all_ways: whether feet land in all ways.
+        lowered: whether the body sinks.
     """
-    found = entries(begin, swing_height, all_ways=all_ways)
+    found = entries(begin, swing_height, all_ways=all_ways, lowered=lowered)
     for first in range(0, len(found), AT_A_TIME):
         fast, fault = judge.quick(found[first : first + AT_A_TIME])
         faults += [fault] if fault else []

@@ -43,21 +43,27 @@ def plan_from_state(
     limits = forces_of(settings)
     begin = Begin.of(robot, start, footholds)
     accelerations = settings.joint_accelerations(robot)
-    landing = landed(begin, limits, accelerations, settings.swing_height)
+    landing = landed(begin, limits, accelerations, settings.swing_height, settings.reach_fraction)
     base = begin.base[0] if landing is None else landing.base
     centre = base[:3] + rpy_to_matrix(base[3:]) @ robot.body_axes @ robot.centre
     return entered(walk(begin.footholds, centre), begin, landing, limits)
 
 
-def forces_of(settings: PlanSettings) -> ForceLimits:
-    """The limits on forces that a plan from a state promises.
+def forces_of(settings: PlanSettings, what: str = "start") -> ForceLimits:
+    """The limits on forces that a plan from a state, or to one, promises.
+
+    Args:
+        settings: of the plan.
+        what: the argument that asks for the state.
 
     Raises:
         InputError: the settings promise none.
     """
     if settings.promised_forces is None:
+        side = {"start": "from", "end": "to"}[what]
         raise InputError(
-            'a plan from a state is timed by contact forces: leave out start, or timing="velocity"'
+            f"a plan {side} a state is timed by contact forces: leave out {what}, or "
+            'timing="velocity"'
         )
     return settings.promised_forces
 

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import cache
+
 import numpy as np
 import pytest
 from continuing import assert_certified
 
+import gaitopt
 from gaitopt import LEGS, InputError, Plan, State, plan_crawl, plan_route
 from gaitopt.errors import InfeasibleStateError
 
@@ -27,6 +31,61 @@ def test_the_body_ends_as_high_and_turned_as_asked(a1_walk: Plan, planner: type)
     assert plan.path.jumps(1).max() < 1e-5
     assert_certified(plan)
     assert plan.phases[-1].kind == "stance" and plan.phases[-1].margin > 0.0
+
+
+def gait_of(robot: gaitopt.Quadruped, **asked: object) -> Plan:
+    return gaitopt.plan_gait(robot, gaitopt.trot(0.5), velocity=0.3, duration=0.1, **asked)
+
+
+def stride_of(robot: gaitopt.Quadruped, **asked: object) -> Plan:
+    obstacle = gaitopt.rectangular_obstacle(0.02, 0.02)
+    return gaitopt.plan_stride(robot, obstacle, approach=0, leave=0, **asked)
+
+
+@cache
+def ground_and_way(name: str) -> tuple[gaitopt.HeightMap, gaitopt.TerrainSearch]:
+    robot = gaitopt.load_robot(name)
+    ground = gaitopt.make_ground("rubble", robot=robot, difficulty=0.2, length=1.0)
+    return ground, gaitopt.search_terrain(robot, ground, (0.1, 0.0))
+
+
+def terrain_of(robot: gaitopt.Quadruped, **asked: object) -> Plan:
+    ground, way = ground_and_way(robot.name)
+    return gaitopt.plan_terrain(robot, ground, (0.1, 0.0), search=way, **asked)
+
+
+@pytest.mark.parametrize(
+    "planned", [gait_of, stride_of, pytest.param(terrain_of, marks=pytest.mark.slow)]
+)
+def test_planners_that_choose_footholds_end_as_asked_on_them(
+    a1_walk: Plan, planned: Callable[..., Plan]
+) -> None:
+    a1 = a1_walk.robot
+    plan = planned(a1)
+    stops = plan.state(plan.duration)
+    place, turn = stops.columns[:3] - np.array([0.0, 0.0, 0.02]), stops.columns[3:6]
+    end = State.of(a1, place, turn, gaitopt.joints_from_feet(a1, place, turn, last_feet(plan)))
+    plan = planned(a1, end=end)
+    reached = plan.state(plan.duration)
+    assert np.abs(reached.columns - end.columns).max() < 1e-9
+    assert np.abs(reached.v).max() < 1e-6 and plan.path.jumps(1).max() < 1e-5
+    assert_certified(plan)
+
+
+def test_a_gait_does_not_end_on_other_footholds(a1_walk: Plan) -> None:
+    a1 = a1_walk.robot
+    elsewhere = State.standing(a1, last_feet(gait_of(a1)) + np.array([0.1, 0.0, 0.0]))
+    with pytest.raises(InfeasibleStateError, match="those of the plan without end"):
+        gait_of(a1, end=elsewhere)
+
+
+def test_a_stride_does_not_end_on_its_obstacle(a1_walk: Plan) -> None:
+    a1 = a1_walk.robot
+    low = State.standing(a1, last_feet(stride_of(a1)), height=0.4 * a1.standing_height)
+    with pytest.raises(InfeasibleStateError, match=r"end: .* is within .* m of the obstacle"):
+        stride_of(a1, end=low)
+    with pytest.raises(InputError, match=r"a plan to a state .* leave out end"):
+        stride_of(a1, end=low, timing="velocity")
 
 
 def test_an_end_elsewhere_is_refused(a1_walk: Plan) -> None:

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from gaitopt.conventions import LEGS, FloatArray, Progress
+from gaitopt.entering.ending import ended
 from gaitopt.entering.entered import shifted
 from gaitopt.entering.standing_up import body_yaw, footholds_of
 from gaitopt.entering.walking import plan_from_state
@@ -43,6 +44,7 @@ def plan_gait(
     *,
     progress: Progress | None = None,
     start: State | None = None,
+    end: State | None = None,
     **options: Any,
 ) -> Plan:
     """Plan a gait at a commanded velocity on level ground.
@@ -64,6 +66,9 @@ def plan_gait(
             first footholds are where its feet then stand, and it goes in the direction that the
             body faces where no ``heading`` is given. Feet need level ground. By default the robot
             stands at the origin, with its feet below its hips.
+        end: the state in which the plan ends: at rest on the last footholds, with the body where it
+            has it. The gait chooses its footholds, so the same call without ``end`` tells them. By
+            default the body stays where the gait stops.
         options: single settings by name: the fields of :class:`gaitopt.GaitSettings`, and
             ``distance`` [m] or ``duration`` [s] at full speed, and ``ramp`` [s]; see
             :meth:`gaitopt.GaitSettings.for_robot`. ``velocity`` is forward and sideways in the
@@ -88,7 +93,8 @@ def plan_gait(
             or with ``timing="forces"`` the body may not sway, or a leg has no roll joint.
         InfeasibleSpeedError: a joint, a leg's reach or contact forces do not allow the velocity;
             names the fastest one that is possible.
-        InfeasibleStateError: no plan begins in ``start``; tells which limit is in the way.
+        InfeasibleStateError: no plan begins in ``start``, or ends in ``end``; tells which limit is
+            in the way.
         SolverError: no sway of the body was found.
     """
     if not isinstance(robot, Quadruped) or not isinstance(schedule, GaitSchedule):
@@ -110,8 +116,10 @@ def plan_gait(
     if chosen.forces is not None:
         _check_forces(robot, chosen)
     if start is None:
-        return _planned(robot, chosen, progress)
-    return _from_state(robot, start, chosen, progress)
+        plan = _planned(robot, chosen, progress)
+    else:
+        plan = _from_state(robot, start, chosen, progress)
+    return plan if end is None else ended(plan, end)
 
 
 def _from_state(

@@ -15,6 +15,7 @@ import numpy as np
 
 from gaitopt.conventions import FloatArray, Progress
 from gaitopt.entering.begin import HIGH
+from gaitopt.entering.ending import ended
 from gaitopt.entering.standing_up import body_yaw, footholds_of
 from gaitopt.entering.walking import forces_of, plan_from_state
 from gaitopt.errors import InfeasibleStateError, InputError, StrideFault
@@ -46,6 +47,7 @@ def plan_stride(
     *,
     progress: Progress | None = None,
     start: State | None = None,
+    end: State | None = None,
     **options: Any,
 ) -> Plan:
     """Plan a statically stable walk over an obstacle.
@@ -68,6 +70,8 @@ def plan_stride(
             comes to rest on four feet, as in :func:`gaitopt.plan_crawl`, and then walks to where
             its feet stride over the obstacle; ``approach`` does not count. By default it rests in
             front of the obstacle.
+        end: the state in which the plan ends: at rest on the last footholds, with the body where it
+            has it. The planner chooses the footholds, so the same call without ``end`` tells them.
         options: single settings by name: the fields of :class:`gaitopt.StrideSettings`;
             ``acceleration_limit`` and ``jerk_limit`` may be one number, or one for each joint of
             a leg from body to foot.
@@ -86,7 +90,8 @@ def plan_stride(
         InputError: a setting is unknown or out of range, a joint has no velocity limit, or with
             ``timing="forces"`` the robot has no mass or a jerk limit is given.
         InfeasibleStepError: no such walk was found; names the largest obstacle that is possible.
-        InfeasibleStateError: no plan begins in ``start``; tells which limit is in the way.
+        InfeasibleStateError: no plan begins in ``start``, or ends in ``end``; tells which limit is
+            in the way.
     """
     _check_kinds(robot, obstacle)
     this = {"heading": obstacle.yaw, "obstacles": (obstacle,)}
@@ -106,7 +111,10 @@ def plan_stride(
     def walk(stand: Stand | None) -> Plan:
         return _first_plan(robot, obstacle, candidates, margins, progress, stand)
 
-    return walk(None) if start is None else _from_state(robot, obstacle, start, chosen, walk)
+    plan = walk(None) if start is None else _from_state(robot, obstacle, start, chosen, walk)
+    if end is None:
+        return plan
+    return _with_clearance(ended(plan, end), Surroundings.of(robot, obstacle), "end")
 
 
 def _from_state(
@@ -132,11 +140,26 @@ def _from_state(
     check_stand(robot, obstacle, Stand(places.array[:, 0], 0.0), HIGH)
     around = Surroundings.of(robot, obstacle)
     here = around.nearest(np.array(start.columns)[None])
-    _check_clearance(settings, here.shape, here.distance, 0.0)
+    _check_clearance(settings, here.shape, here.distance, 0.0, "start")
     plan = plan_from_state(robot, places, start, settings, from_rest)
-    assert isinstance(plan.record, StrideRecord)
+    return _with_clearance(plan, around, "start")
+
+
+def _with_clearance(plan: Plan, around: Surroundings, what: str) -> Plan:
+    """The plan with the clearance of all of its path.
+
+    Args:
+        plan: over the obstacle.
+        around: the robot and the obstacle.
+        what: the argument that asks for the parts that are new.
+
+    Raises:
+        InfeasibleStateError: the robot comes too near to the obstacle.
+    """
+    settings = plan.settings
+    assert isinstance(plan.record, StrideRecord) and isinstance(settings, StrideSettings)
     closest = around.along(plan.path, settings.clearance)
-    _check_clearance(settings, closest.seen.shape, closest.proven, closest.time)
+    _check_clearance(settings, closest.seen.shape, closest.proven, closest.time, what)
     nearest = f"{closest.seen.shape} at {closest.time:.2f} s"
     return replace(plan, record=replace(plan.record, clearance=closest.proven, nearest=nearest))
 
@@ -155,22 +178,25 @@ def _check_forces(robot: Quadruped, settings: StrideSettings) -> None:
         )
 
 
-def _check_clearance(settings: StrideSettings, shape: str, distance: float, time: float) -> None:
-    """Refuse a begin that is too near to the obstacle.
+def _check_clearance(
+    settings: StrideSettings, shape: str, distance: float, time: float, what: str
+) -> None:
+    """Refuse a state, or the way from or to one, that is too near to the obstacle.
 
     Args:
         settings: of the walk.
         shape: the nearest part of the robot.
         distance: of it from the obstacle [m].
         time: when [s].
+        what: the argument that asks for the state.
 
     Raises:
         InfeasibleStateError: it is too near.
     """
     if distance < settings.clearance:
         raise InfeasibleStateError(
-            f"start: {shape} is within {distance:.4g} m of the obstacle at {time:.3f} s, and "
-            f"{settings.clearance:.4g} m are asked for; begin farther away from it, or reduce "
+            f"{what}: {shape} is within {distance:.4g} m of the obstacle at {time:.3f} s, and "
+            f"{settings.clearance:.4g} m are asked for; stand farther away from it, or reduce "
             "clearance",
             "clearance", distance, settings.clearance, "m", time,
         )  # fmt: skip

@@ -11,7 +11,8 @@ from numpy.typing import ArrayLike
 
 from gaitopt.conventions import Progress
 from gaitopt.dynamics.contacts import ForceLimits
-from gaitopt.errors import InfeasibleStepError, RouteError, SolverError
+from gaitopt.entering.ending import ended
+from gaitopt.errors import InfeasibleStateError, InfeasibleStepError, RouteError, SolverError
 from gaitopt.gait.crawl import WANG_SEQUENCE
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.settings.base import check_names
@@ -167,6 +168,7 @@ def plan_terrain(
     goal: ArrayLike,
     *,
     start: ArrayLike | State | None = None,
+    end: State | None = None,
     progress: Progress | None = None,
     search: TerrainSearch | None = None,
     **options: Any,
@@ -183,6 +185,8 @@ def plan_terrain(
         start: as there; or the state in which the plan begins (:class:`gaitopt.State`). The way is
             then planned from where its body is, and feet that stand elsewhere than at the begin of
             the way first step there.
+        end: the state in which the plan ends: at rest on the last footholds, with the body where it
+            has it. The search chooses the footholds, so the same call without ``end`` tells them.
         progress: called with (steps found, steps in all) while the search goes on.
         search: a result of :func:`search_terrain` for the same arguments, to begin with.
         options: fields of :class:`TerrainSettings`, and others of :func:`gaitopt.plan_crawl`, by
@@ -196,23 +200,30 @@ def plan_terrain(
     Raises:
         InputError: start, goal or a setting is wrong.
         TerrainError: no way was found; tells how far the search got and what was in the way.
-        InfeasibleStateError: no plan begins in ``start``; tells which limit is in the way.
+        InfeasibleStateError: no plan begins in ``start``, or ends in ``end``; tells which limit is
+            in the way.
         SolverError: a solution failed the check of its residuals.
     """
+    if end is not None:
+        way = plan_terrain(
+            robot, ground, goal, start=start, progress=progress, search=search, **options
+        )
+        pose = pose_of(robot, start) if isinstance(start, State) else start
+        settings = TerrainSettings.for_robot(robot, **_of_search(options))
+        return _ended(way, end, search_for(robot, ground, goal, pose, settings).limbs)
     if isinstance(start, State):
         pose = pose_of(robot, start)
         way = plan_terrain(
             robot, ground, goal, start=pose, progress=progress, search=search, **options
         )
         return _from_state(way, start, options.get("forces"))
-    own = {f.name for f in fields(TerrainSettings)}
     check_names(
         TerrainSettings,
         options,
         *(f.name for k in (CrawlSettings, RouteSettings) for f in fields(k)),
     )
-    asked = {name: value for name, value in options.items() if name in own}
-    further = {name: value for name, value in options.items() if name not in own}
+    asked = _of_search(options)
+    further = {name: value for name, value in options.items() if name not in asked}
     begin = time.perf_counter()
     if search is None:
         search = search_terrain(robot, ground, goal, start=start, progress=progress, **asked)
@@ -227,19 +238,19 @@ def plan_terrain(
         raise no_way(search)
     searching = search_for(robot, ground, goal, start, search.settings)
     detail, layers, plans, again = "", [first_layer(searching)], 0, Counter[int]()
-    end = time.thread_time() + search.settings.longest(search.course.length)
+    latest = time.thread_time() + search.settings.longest(search.course.length)
     while True:
         plan, refused, detail = _planned(robot, search, searching.limbs, further)
         if plan is not None:
             return plan
         plans += 1
-        late = time.thread_time() > end
+        late = time.thread_time() > latest
         if refused < 0 or plans == MOST_PLANS or late:
             raise no_plan(search, refused, detail, plans, late)
         again[refused] += 1
         searching = searching.without(search, refused)
         kept = layers[: max(refused + 1 - BEFORE * again[refused], 1)]
-        found = searching.run(kept, progress, until=end)
+        found = searching.run(kept, progress, until=latest)
         other, layers = result_of(searching, found, begin), list(found.layers)
         if other.late:
             # How far another search got in the time that was left says nothing about the ground.
@@ -247,6 +258,33 @@ def plan_terrain(
         search = other
         if not search.complete:
             raise no_way(search, detail)
+
+
+def _of_search(options: dict[str, Any]) -> dict[str, Any]:
+    """The options that are fields of :class:`TerrainSettings`."""
+    own = {f.name for f in fields(TerrainSettings)}
+    return {name: value for name, value in options.items() if name in own}
+
+
+def _ended(way: Plan, end: State, limbs: Limbs) -> Plan:
+    """The walk of a plan over a map that ends in a state.
+
+    Args:
+        way: the walk.
+        end: the state.
+        limbs: of the robot over the map.
+
+    Raises:
+        InfeasibleStateError: the state is not possible, or limbs touch something on the way there.
+    """
+    plan = ended(way, end)
+    if first_touching_step(plan, limbs) is not None:
+        raise InfeasibleStateError(
+            "end: on the way there a limb touches the ground or another link; end higher, or "
+            "nearer to where the walk ends",
+            "clearance", 0.0, 0.0, "m", way.duration,
+        )  # fmt: skip
+    return plan
 
 
 def _from_state(way: Plan, start: State, forces: ForceLimits | None) -> Plan:
