@@ -126,8 +126,8 @@ def _tightest(motion: Motion, k: int, rises: FloatArray, limits: ForceLimits) ->
     above, beyond = -np.array(rows), -np.array(least) / weight
     if len(contacts) == 2:
         line = contacts[1].point - contacts[0].point
-        half = 0.5 * np.linalg.norm(line)
-        line /= 2.0 * half
+        line /= np.linalg.norm(line)
+        half = 0.5 * motion.robot.stance_size[0]
         middle = 0.5 * (contacts[0].point + contacts[1].point) - motion.values[k][:3]
         # The moment about the line through two feet cannot be made: it must be small.
         about = np.concatenate([-np.cross(line, middle), line])  # on force and moment at the base

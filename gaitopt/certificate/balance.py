@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from gaitopt.certificate.check import SHORT, Check, judged, phase_name, unchecked
-from gaitopt.certificate.polygons import Polygons
+from gaitopt.certificate.supports.margins import margins
+from gaitopt.certificate.supports.zero_moment import ground_below, traced_zmp
 from gaitopt.certificate.trace import Motion
-from gaitopt.certificate.zero_moment import zmp_of_centre
 from gaitopt.conventions import BoolArray, FloatArray
 from gaitopt.plan.plan import Plan
 
@@ -28,15 +28,14 @@ def margin_of_cog(plan: Plan, motion: Motion) -> Check:
         return unchecked("margin of the body centre", "m", DYNAMIC, needed=False)
     if plan.settings.true_com:
         return unchecked("margin of the body centre", "m", TRUE_COM, needed=False)
-    margins = _margins(motion, motion.cog, motion.cog_deviation, -np.inf)
     flying = np.asarray(~motion.standing.all(axis=1))
-    short = np.where(flying, margins - plan.settings.stability_margin, margins)
+    asked = np.where(flying, plan.settings.stability_margin, 0.0) - SHORT
     walks = _after_entry(plan, motion)
     if not walks.any():
         return unchecked("margin of the body centre", "m", ENTRY, needed=False)
-    piece = int(np.where(walks, short, np.inf).argmin())
-    asked = plan.settings.stability_margin if flying[piece] else 0.0
-    return judged("margin of the body centre", float(margins[piece]), asked - SHORT, "m", ">=",
+    found = margins(plan, motion, _cog, np.where(walks, asked, -np.inf), -np.inf)
+    piece = int(np.where(walks, found - asked, np.inf).argmin())
+    return judged("margin of the body centre", float(found[piece]), float(asked[piece]), "m", ">=",
                    bound=motion.cog_deviation[piece], when=motion.pieces.starts[piece],
                    where=phase_name(plan, int(motion.phase[piece])))  # fmt: skip
 
@@ -52,14 +51,14 @@ def margin_of_com(plan: Plan, motion: Motion) -> Check:
         return unchecked("margin of the true COM", "m", DYNAMIC, needed=False)
     if not plan.robot.mass > 0.0:
         return unchecked("margin of the true COM", "m", f"{plan.robot.name} has no mass")
-    margins = _margins(motion, motion.com, motion.com_deviation, -np.inf)
     promised = plan.settings.stability_margin - SHORT if plan.settings.true_com else 0.0
     asked = np.where(motion.phase > plan.entry, promised, 0.0)
     walks = _after_entry(plan, motion)
     if not walks.any():
         return unchecked("margin of the true COM", "m", ENTRY, needed=False)
-    piece = int(np.where(walks, margins - asked, np.inf).argmin())
-    return judged("margin of the true COM", float(margins[piece]), float(asked[piece]), "m", ">=",
+    found = margins(plan, motion, _com, np.where(walks, asked, -np.inf), -np.inf)
+    piece = int(np.where(walks, found - asked, np.inf).argmin())
+    return judged("margin of the true COM", float(found[piece]), float(asked[piece]), "m", ">=",
                    bound=motion.com_deviation[piece], when=motion.pieces.starts[piece],
                    where=phase_name(plan, int(motion.phase[piece])))  # fmt: skip
 
@@ -72,7 +71,7 @@ def zmp(plan: Plan, motion: Motion) -> Check | None:
     stance phase, which begins wherever the robot stands. Where the base's velocity jumps, or the
     load on the ground may vanish, the margin counts as minus infinity. ``None`` where there is no
     margin to check, or where contact forces are promised instead. See
-    :mod:`gaitopt.certificate.zero_moment`.
+    :mod:`gaitopt.certificate.supports.zero_moment`.
     """
     name = "ZMP of the body centre"
     promised = plan.settings.zmp_margin
@@ -84,17 +83,18 @@ def zmp(plan: Plan, motion: Motion) -> Check | None:
         if plan.settings.static:
             return None
         return unchecked(name, "m", "the plan's record holds no zmp_margin")
-    points, deviations = zmp_of_centre(plan, motion)
-    margins = _margins(motion, points, deviations, np.inf)
+    slack = ZMP_SLACK if promised is None else SHORT
+    asked = np.where((motion.phase > plan.entry) | (promised is None), claimed - slack, 0.0)
+    arm, ground = plan.robot.body_axes @ plan.robot.centre, ground_below(plan, motion)
+    found = margins(plan, motion, lambda m, owner: traced_zmp(m.pieces, arm, ground[owner]),
+                    asked, np.inf)  # fmt: skip
     jumps = plan.path.jumps(1)[:, :6].max(axis=1, initial=0.0)
     # A velocity that jumps asks for an infinite acceleration, and so for a ZMP infinitely far away.
     jumping = plan.path.times[1:-1][jumps > VELOCITY_JUMP]
-    margins[np.isin(motion.pieces.starts, jumping)] = -np.inf
-    slack = ZMP_SLACK if promised is None else SHORT
-    asked = np.where((motion.phase > plan.entry) | (promised is None), claimed - slack, 0.0)
-    piece = int((margins - asked).argmin())
-    return judged(name, float(margins[piece]), float(asked[piece]), "m", ">=",
-                  bound=deviations[piece], when=motion.pieces.starts[piece],
+    found[np.isin(motion.pieces.starts, jumping)] = -np.inf
+    piece = int((found - asked).argmin())
+    return judged(name, float(found[piece]), float(asked[piece]), "m", ">=",
+                  when=motion.pieces.starts[piece],
                   where=phase_name(plan, int(motion.phase[piece])))  # fmt: skip
 
 
@@ -108,30 +108,11 @@ def _after_entry(plan: Plan, motion: Motion) -> BoolArray:
     return np.asarray(motion.phase >= plan.entry)
 
 
-def _margins(
-    motion: Motion, points: FloatArray, deviations: FloatArray, in_flight: float
-) -> FloatArray:
-    """Lower bound ``(P,)`` of the margin of a moving point on every piece [m].
+def _cog(motion: Motion, _owner: np.ndarray) -> tuple[FloatArray, FloatArray]:
+    """The body centre, and how far it leaves its chords."""
+    return motion.cog, motion.cog_deviation
 
-    The support polygon of a phase is that of the feet at its start, and what feet move afterwards
-    is taken off the margin. The signed distance from a convex polygon is a convex function along
-    a chord, so it is largest at one of the chord's ends.
 
-    Args:
-        motion: the motion.
-        points: the point at both ends of every piece ``(2, P, 2)`` or ``(2, P, 3)`` [m].
-        deviations: how far it leaves its chord ``(P,)`` [m].
-        in_flight: the margin where no foot stands [m].
-    """
-    _, first, owner = np.unique(motion.phase, return_index=True, return_inverse=True)
-    feet, standing = motion.feet[0, first][..., :2], motion.standing[first]
-    stands = standing.any(axis=1)
-    moved = np.linalg.norm(motion.feet[..., :2] - feet[owner], axis=-1).max(axis=0)
-    most = np.zeros(len(first))
-    np.maximum.at(most, owner, np.where(motion.standing, moved, 0.0).max(axis=1))
-    shift = most[owner] + np.where(motion.standing, motion.feet_deviation, 0.0).max(axis=1)
-    on_ground = np.flatnonzero(np.asarray(stands)[owner])
-    outside = Polygons.of(feet, standing).outside(points[:, on_ground, :2], owner[on_ground])
-    out = np.full(len(deviations), in_flight)
-    out[on_ground] = -outside.max(axis=0) - deviations[on_ground] - shift[on_ground]
-    return out
+def _com(motion: Motion, _owner: np.ndarray) -> tuple[FloatArray, FloatArray]:
+    """The true centre of mass, and how far it leaves its chords."""
+    return motion.com, motion.com_deviation

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from gaitopt.certificate.check import SHORT, Check, Verdict, judged
+from gaitopt.certificate.closer import SETTLED, looked_at_closely
 from gaitopt.certificate.trace import Motion
-from gaitopt.conventions import LEGS, FloatArray
+from gaitopt.conventions import LEGS, BoolArray, FloatArray
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.settings.time_optimal import RouteSettings
 
@@ -26,6 +27,32 @@ def swing_clearance(plan: Plan, motion: Motion) -> Check | None:
     if not (isinstance(settings, RouteSettings) and has_free_swing(plan)):
         return None
     asked = settings.clearance
+    heights = _heights(plan, motion)
+    for leg in range(len(LEGS)):
+
+        def look(part: Motion, owner: np.ndarray, leg: int = leg) -> tuple[FloatArray, BoolArray]:
+            found, leaves = _heights(plan, part)[:, leg], part.feet_deviation[:, leg]
+            short = (found < asked - SHORT) & (found + 2.0 * leaves >= asked - SHORT)
+            return found, np.asarray(short & (leaves > SETTLED))
+
+        short = np.flatnonzero(look(motion, np.arange(len(heights)))[1])
+        if len(short):
+            better = looked_at_closely(plan, motion, short, look)
+            heights[short, leg] = np.maximum(heights[short, leg], better)
+    piece, leg = (int(i) for i in np.unravel_index(int(heights.argmin()), heights.shape))
+    worst = float(heights[piece, leg])
+    if not np.isfinite(worst):
+        return Check(NAME, Verdict.OK, asked, asked - SHORT, "m", ">=",
+                     note="no foot leaves its columns")  # fmt: skip
+    return judged(NAME, worst, asked - SHORT, "m", ">=", bound=motion.feet_deviation[piece, leg],
+                  when=motion.pieces.starts[piece], where=LEGS[leg])  # fmt: skip
+
+
+def _heights(plan: Plan, motion: Motion) -> FloatArray:
+    """Lower bounds on feet's heights above the higher one of their footholds ``(P, 4)`` [m].
+
+    Infinite for feet that stand or are within the footholds' radius.
+    """
     heights = np.full((len(motion.phase), len(LEGS)), np.inf)
     ends = np.zeros((*heights.shape, 2, 3))
     flying = np.zeros(heights.shape, dtype=np.bool_)
@@ -41,13 +68,7 @@ def swing_clearance(plan: Plan, motion: Motion) -> Check | None:
         motion.feet[:, flying], motion.feet_deviation[flying], ends[flying][..., :2],
         plan.footholds.landing_radius,
     ) - ends[flying][..., 2].max(axis=1)  # fmt: skip
-    piece, leg = (int(i) for i in np.unravel_index(int(heights.argmin()), heights.shape))
-    worst = float(heights[piece, leg])
-    if not np.isfinite(worst):
-        return Check(NAME, Verdict.OK, asked, asked - SHORT, "m", ">=",
-                     note="no foot leaves its columns")  # fmt: skip
-    return judged(NAME, worst, asked - SHORT, "m", ">=", bound=motion.feet_deviation[piece, leg],
-                  when=motion.pieces.starts[piece], where=LEGS[leg])  # fmt: skip
+    return heights
 
 
 def has_free_swing(plan: Plan) -> bool:

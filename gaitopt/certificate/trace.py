@@ -63,20 +63,39 @@ class Motion:
 def trace(plan: Plan) -> Motion:
     """Evaluate a plan's stored path with Pinocchio."""
     feet = [foot_chain(plan, leg) for leg in LEGS]
-    centre = Chain((), (), float(np.linalg.norm(plan.robot.centre)))
     pieces = Pieces.of(plan.path)
     phase, standing = owners(plan, pieces)
     aim = np.where(standing, STANDING_DEVIATION, FLYING_DEVIATION)
     counts = np.ceil(np.sqrt((deviations(feet, pieces) / aim).max(axis=1))).astype(int)
     counts = np.clip(counts, 1, min(MOST_CUTS, max(MOST_PIECES // len(counts), 1)))
     owner = np.repeat(np.arange(len(counts)), counts)
-    pieces = pieces.cut(counts)
+    return _evaluated(plan, pieces.cut(counts), phase[owner], standing[owner])
+
+
+def cut_finer(plan: Plan, motion: Motion, which: np.ndarray, parts: int) -> Motion:
+    """Some pieces of a motion, each cut into equal parts and evaluated anew.
+
+    Args:
+        plan: the motion's plan.
+        motion: pieces and bounds.
+        which: numbers of pieces ``(N,)``.
+        parts: how many each is cut into; those of one piece follow one another.
+    """
+    pieces = motion.pieces.chosen(which).cut(np.full(len(which), parts))
+    owner = np.repeat(which, parts)
+    return _evaluated(plan, pieces, motion.phase[owner], motion.standing[owner])
+
+
+def _evaluated(plan: Plan, pieces: Pieces, phase: np.ndarray, standing: BoolArray) -> Motion:
+    """Where points are at the ends of pieces, and how far they leave their chords."""
+    feet = [foot_chain(plan, leg) for leg in LEGS]
+    centre = Chain((), (), float(np.linalg.norm(plan.robot.centre)))
     places = pieces.places()
     feet_at, com_at, cog_at = (each[places.ends] for each in _sample(plan, places.values))
     return Motion(
         pieces=pieces,
-        phase=phase[owner],
-        standing=standing[owner],
+        phase=phase,
+        standing=standing,
         feet=feet_at,
         com=com_at,
         cog=cog_at,

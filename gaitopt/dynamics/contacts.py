@@ -97,10 +97,10 @@ class ForceLimits:
             robot's own motors (:attr:`gaitopt.Quadruped.torque_lines`).
         speed_share: share that counts of the speeds at which torques fall and end.
         balance_tolerance: what may be left of the six equations of the base, as a share of the
-            weight and of the weight times half the stance. On three feet or more only rounding
-            is. Two point feet make no moment about the line that joins them: with 1e-3 the ZMP
-            may be 1/1000 of half the stance beside that line, 0.2 mm for a stance of 0.4 m. A foot
-            that rolls on its ball moves its contact by more.
+            weight and of the weight times half the stance's length. On three feet or more only
+            rounding is. Two point feet make no moment about the line that joins them: with 1e-3
+            the ZMP may be 1/1000 of half the stance beside that line, 0.2 mm for a stance of
+            0.4 m. A foot that rolls on its ball moves its contact by more.
         transfer_time: time within which a foot takes over the robot's whole weight at the most
             [s]: its normal force rises from nearly nothing after it has landed, and falls to nearly
             nothing before it lifts off (:func:`gaitopt.plan.load_transfer.most_normal_shares`).

@@ -10,7 +10,7 @@ from gaitopt.certificate.clearance import ON_EDGE, has_free_swing
 from gaitopt.certificate.contacts import SINKING
 from gaitopt.certificate.enclosure import Pieces
 from gaitopt.certificate.ground.feet import feet_on_the_ground, normals_of_footholds
-from gaitopt.certificate.ground.flights import Flights
+from gaitopt.certificate.ground.flights import Flights, Ground, looked_at_again
 from gaitopt.certificate.ground.limbs import legs_and_trunk_clear
 from gaitopt.certificate.ground.pillars import Pillars
 from gaitopt.certificate.ground.rolling import rolling_feet
@@ -43,7 +43,7 @@ def _on(plan: Plan, motion: Motion, ground: Surface | Pillars) -> list[Check | N
     return [
         feet_on_the_ground(plan, motion, ground),
         flying_feet_clear(flights, motion),
-        swing_room(plan, flights, motion),
+        swing_room(plan, flights, motion, ground),
         legs_and_trunk_clear(plan, ground),
     ]
 
@@ -64,7 +64,7 @@ def flying_feet_clear(flights: Flights, motion: Motion) -> Check:
                   when=motion.pieces.starts[piece], where=where)  # fmt: skip
 
 
-def swing_room(plan: Plan, flights: Flights, motion: Motion) -> Check | None:
+def swing_room(plan: Plan, flights: Flights, motion: Motion, ground: Ground) -> Check | None:
     """How high feet are above the ground wherever they are outside the radius of both footholds.
 
     ``None`` for swings on a free curve, whose clearance is a promise of its own
@@ -73,6 +73,7 @@ def swing_room(plan: Plan, flights: Flights, motion: Motion) -> Check | None:
     if has_free_swing(plan):
         return None
     heights = np.where(motion.standing | ~_outside(plan, motion), np.inf, flights.gaps)
+    heights = looked_at_again(plan, motion, heights, np.zeros(heights.shape), ground, _outside)
     piece, leg = (int(i) for i in np.unravel_index(int(heights.argmin()), heights.shape))
     worst = float(heights[piece, leg])
     if worst == np.inf:

@@ -7,11 +7,13 @@ in halves.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 
+from gaitopt.certificate.closer import SETTLED, looked_at_closely
 from gaitopt.certificate.contacts import SINKING
 from gaitopt.certificate.trace import Motion
 from gaitopt.conventions import LEGS, BoolArray, FloatArray
@@ -71,11 +73,53 @@ class Flights:
             away = np.linalg.norm(motion.feet[:, flight, leg, None] - ends, axis=-1)
             near[flight, leg] = (away <= max(radius, POINT)).all(axis=0).any(axis=-1)
         flying = np.nonzero(~motion.standing)
-        limits = np.where(near[flying], -SINKING, 0.0)
+        limits = np.where(near, -SINKING, 0.0)
         start, end = motion.feet[0][flying], motion.feet[1][flying]
         leaves = motion.feet_deviation[flying]
-        gaps[flying] = _gaps(start, end, leaves, radius, limits, ground)
-        return cls(gaps, near)
+        gaps[flying] = _gaps(start, end, leaves, radius, limits[flying], ground)
+        return cls(looked_at_again(plan, motion, gaps, limits, ground), near)
+
+
+def looked_at_again(
+    plan: Plan,
+    motion: Motion,
+    gaps: FloatArray,
+    limits: FloatArray,
+    ground: Ground,
+    counts: Callable[[Plan, Motion], BoolArray] | None = None,
+) -> FloatArray:
+    """Gaps ``(P, 4)`` that may be short only because feet may leave their chords, made better.
+
+    Args:
+        plan, motion: the plan and its motion.
+        gaps: lower bounds on each foot's gap on each piece ``(P, 4)`` [m].
+        limits: gaps that are to be shown ``(P, 4)`` [m].
+        ground: below the feet.
+        counts: where a gap counts, by plan and motion; everywhere by default.
+    """
+    out = np.array(gaps)
+    for leg in range(len(LEGS)):
+
+        def unsettled(
+            gaps: FloatArray, part: Motion, owner: np.ndarray, leg: int = leg
+        ) -> BoolArray:
+            leaves, limit = part.feet_deviation[:, leg], limits[owner, leg]
+            # The middle of a chord is up to one bound away from the foot, and counts with another.
+            return np.asarray((gaps < limit) & (gaps + 2.0 * leaves >= limit) & (leaves > SETTLED))
+
+        def look(part: Motion, owner: np.ndarray, leg: int = leg) -> tuple[FloatArray, BoolArray]:
+            start, end = part.feet[:, :, leg]
+            found = _gaps(start, end, part.feet_deviation[:, leg], plan.robot.foot_radius,
+                          limits[owner, leg], ground)  # fmt: skip
+            if counts is not None:
+                found = np.asarray(np.where(counts(plan, part)[:, leg], found, np.inf))
+            return found, unsettled(found, part, owner)
+
+        short = np.flatnonzero(unsettled(gaps[:, leg], motion, np.arange(len(gaps))))
+        if len(short):
+            better = looked_at_closely(plan, motion, short, look)
+            out[short, leg] = np.maximum(out[short, leg], better)
+    return out
 
 
 def _gaps(

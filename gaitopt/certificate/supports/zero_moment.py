@@ -22,15 +22,6 @@ HIGHEST = 4
 """Order of the highest derivative of the path in the second derivative of its ZMP."""
 
 
-def zmp_of_centre(plan: Plan, motion: Motion) -> tuple[FloatArray, FloatArray]:
-    """ZMP at both ends of every piece ``(2, P, 2)``, and how far it leaves its chord ``(P,)`` [m].
-
-    See :func:`traced_zmp`; the ground is that of :func:`ground_below`.
-    """
-    arm = plan.robot.body_axes @ plan.robot.centre
-    return traced_zmp(motion.pieces, arm, ground_below(plan, motion))
-
-
 def ground_below(plan: Plan, motion: Motion) -> FloatArray:
     """Height of the ground ``(P,)`` [m]: the mean under the feet that stand.
 

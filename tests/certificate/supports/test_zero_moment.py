@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 import gaitopt
 from gaitopt import LEGS, MotionPath, Plan, Quadruped, plan_gait
 from gaitopt.certificate.enclosure import Pieces, chord_deviation
+from gaitopt.certificate.supports.zero_moment import ground_below, traced_zmp
 from gaitopt.certificate.trace import trace
-from gaitopt.certificate.zero_moment import ground_below, traced_zmp
 from gaitopt.conventions import GRAVITY
 from gaitopt.plan.record import GaitRecord, RouteRecord
 from gaitopt.robots.rotations import rpy_to_matrix

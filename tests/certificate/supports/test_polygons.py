@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
 
-from gaitopt.certificate.polygons import Polygons
+from gaitopt.certificate.supports.polygons import Polygons
 from gaitopt.conventions import FloatArray
 
 RNG = np.random.default_rng(17)
