@@ -216,9 +216,9 @@ def _balance(plan: Plan) -> str:
     """What holds the robot up, at its worst."""
     zmp = plan.record.zmp_margin
     if plan.settings.static or zmp is None:
-        return f"stability margin {1e3 * plan.margin:.1f} mm"
+        return f"stability margin at least {1e3 * plan.margin:.1f} mm"
     if zmp >= -1e-4:
-        return f"ZMP margin {1e3 * max(zmp, 0.0):.1f} mm"
+        return f"ZMP margin at least {1e3 * max(zmp, 0.0):.1f} mm"
     return f"ZMP at most {-1e3 * zmp:.1f} mm off its support"
 
 
@@ -252,7 +252,4 @@ def _label(phase: Phase, steps: int) -> str:
         doing = f"swing {' '.join(phase.flying)}"
     else:
         doing = f"shift body for {phase.leg}" if phase.leg else "stand"
-    # Two feet span a line: there is no margin to speak of.
-    known = np.isfinite(phase.margin) and len(phase.support) > 2
-    margin = f", margin {1e3 * phase.margin:.1f} mm" if known else ""
-    return f"{doing}, step {phase.step + 1} of {steps}{margin}"
+    return f"{doing}, step {phase.step + 1} of {steps}"

@@ -26,6 +26,7 @@ from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.columns import s_columns
 from gaitopt.terrain.footholds import Footholds
 from gaitopt.viewing.colours import LEG_COLOURS
+from gaitopt.viewing.replay.curves.of_plan import plan_curves
 from gaitopt.viewing.replay.encoding import commands, track_data
 from gaitopt.viewing.replay.keyframes import kept_samples, sample_times, slerp
 from gaitopt.viewing.replay.mesh_files import read_mesh
@@ -541,9 +542,11 @@ def test_a_browser_plays_the_plan(robot, walk, tmp_path):
     assert report["resources"] == []
     assert report["start"] == start
     assert not report["playing"]
-    assert report["label"] == (
-        f"swing {phase.leg}, step {phase.step + 1} of 8, margin {1e3 * phase.margin:.1f} mm"
-    )
+    curves = plan_curves(walk)
+    margin = 1e3 * np.interp(start, curves.times, curves.margin)
+    doing, told = report["label"].rsplit(" ", 2)[0], report["label"].split()[-2]
+    assert doing == f"swing {phase.leg}, step {phase.step + 1} of 8, margin"
+    assert float(told) == pytest.approx(margin, abs=0.11)
     assert report["scrubbed"] == pytest.approx(walk.duration / 2)
     assert report["forward"] == pytest.approx(comfortable_speed(walk.duration))
     assert report["back"] == pytest.approx(0)

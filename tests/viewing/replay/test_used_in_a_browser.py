@@ -79,6 +79,9 @@ def test_the_curves_are_those_of_the_plan(plan: Plan, desk: Driven) -> None:
         assert use[curves.joints.names.index(joint)] > use.max() - 5e-3
         told = float(margin.removesuffix(" mm"))
         assert told == pytest.approx(1e3 * np.interp(moment, curves.times, curves.margin), abs=0.15)
+        # The caption tells the same, of this instant.
+        caption = desk.value("document.getElementById('phase').textContent")
+        assert caption.endswith(f" of 4, margin {margin}")
         pressed = dict(zip(forces.split()[::2], map(float, forces.split()[1::2]), strict=True))
         assert sum(pressed.values()) == pytest.approx(curves.weight, rel=0.15)
         assert all(pressed[leg] < 1.0 for leg, on in zip(LEGS, contacts, strict=True) if not on)
@@ -188,10 +191,9 @@ def test_feet_carry_their_names(desk: Driven) -> None:
     desk.press("n")
 
 
-def robot_width(page: Driven) -> float:
-    """Width of the robot's hips, feet and body on the screen [pixels]."""
-    return float(
-        page.value("""(() => {
+def robot_sides(page: Driven) -> tuple[float, float]:
+    """Where the robot's hips, feet and body begin and end on the screen [pixels]."""
+    left, right = page.value("""(() => {
       const { viewer, draw } = window.gaitopt, xs = [];
       draw();
       viewer.scene_tree.find(["robot"]).object.traverse((o) => {
@@ -199,13 +201,14 @@ def robot_width(page: Driven) -> float:
         const p = new MeshCat.THREE.Vector3().setFromMatrixPosition(o.matrixWorld);
         xs.push((p.project(viewer.camera).x + 1) / 2 * innerWidth);
       });
-      return Math.min(Math.max(...xs), innerWidth) - Math.max(Math.min(...xs), 0);
+      return [Math.min(...xs), Math.max(...xs)];
     })()""")
-    )
+    return float(left), float(right)
 
 
 def test_on_a_telephone_all_is_there_and_the_robot_is_large(phone: Driven) -> None:
-    assert robot_width(phone) > 200.0
+    left, right = robot_sides(phone)
+    assert left > 0.0 and right < PHONE[0] and right - left > 200.0
     assert phone.value("window.gaitopt.state.follow")
     for name in ("#play", "#speed", "#view", "#more", "#follow", "#home", "#ask", "#scrub"):
         box = phone.box(name)
@@ -218,6 +221,22 @@ def test_on_a_telephone_all_is_there_and_the_robot_is_large(phone: Driven) -> No
     assert min(sizes) >= 13.0
     assert phone.value("document.documentElement.scrollWidth") <= PHONE[0]
     assert phone.problems == []
+
+
+def test_a_robot_that_would_be_tiny_is_followed(desk: Driven) -> None:
+    """Of a short route all is shown; from six times as far away the robot could not be seen."""
+    tiny = "window.gaitopt.view.tiny()"
+    assert not desk.value(tiny) and not desk.value("window.gaitopt.state.follow")
+    left, right = robot_sides(desk)
+    assert right - left > 90.0
+    away = desk.value(f"""(() => {{
+      const {{ camera, controls }} = window.gaitopt.viewer;
+      camera.position.sub(controls.target).multiplyScalar(6).add(controls.target);
+      const found = {tiny};
+      window.gaitopt.view.reset();
+      return found;
+    }})()""")
+    assert away
 
 
 def test_fingers_turn_the_view_and_draw_the_time(plan: Plan, phone: Driven) -> None:

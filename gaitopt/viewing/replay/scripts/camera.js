@@ -43,10 +43,17 @@ function makeCamera(THREE, viewer, data) {
   function distanceOf(radius) {
     const tall = Math.tan(camera.fov * Math.PI / 360);
     const wide = tall * viewer.dom_element.clientWidth / viewer.dom_element.clientHeight;
-    const across = view.follow ? 0.62 : 0.8, upward = view.follow ? 0.95 : 0.8;
+    const across = view.follow ? 0.84 : 0.8, upward = view.follow ? 0.95 : 0.8;
     return Math.max(upward * radius / Math.sin(camera.fov * Math.PI / 360),
       across * radius / Math.sin(Math.atan(wide)));
   }
+
+  // Whether the robot is drawn less than some hundred pixels wide.
+  view.tiny = () => {
+    if (!follower) return false;
+    const high = 2 * camera.position.distanceTo(controls.target) * Math.tan(camera.fov * Math.PI / 360);
+    return 1.4 * data.followRadius / high * viewer.dom_element.clientHeight < 100;
+  };
 
   view.reset = () => {
     const radius = view.follow ? data.followRadius : data.radius;

@@ -84,8 +84,8 @@ function makeCurves(THREE, viewer, world, data, legColours, duration, seek) {
     const { joint, share } = fullest(columns, time);
     return `${data.joints[joint]} ${percent(share)}`;
   };
-  const charts = [{ name: "feet on the ground", stances: true,
-    now: (t) => LEG_ROWS.filter((leg) => data.standing[leg].some(([a, b]) => a <= t && t < b)).join(" ") }];
+  const standing = (t) => LEG_ROWS.filter((leg) => data.standing[leg].some(([a, b]) => a <= t && t < b));
+  const charts = [{ name: "feet on the ground", stances: true, now: (t) => standing(t).join(" ") }];
   charts.push({ name: "joint velocity, share of limit", lines: ofLegs(velocity), marks: [1],
     now: told(velocity), percent: true });
   if (torque) {
@@ -96,8 +96,9 @@ function makeCurves(THREE, viewer, world, data, legColours, duration, seek) {
     const values = nan(columnsOf(table)[0]);
     charts.push({ name, lines: [{ values, colour: INK_LINE }], marks,
       now: (t) => { const v = at(values, t); return Number.isNaN(v) ? "none" : mm(v); } });
+    return values;
   };
-  if (data.margin) single(`stability margin of the ${data.marginName}`, data.margin, [0, data.promised]);
+  const margins = data.margin && single(`stability margin of the ${data.marginName}`, data.margin, [0, data.promised]);
   if (data.forces) {
     // The page has the legs in the order of gaitopt.LEGS.
     const forces = columnsOf(data.forces), lines = LEG_ROWS.map((leg) => (
@@ -153,6 +154,11 @@ function makeCurves(THREE, viewer, world, data, legColours, duration, seek) {
     stick.scale.set(0.004, 0.004, gap);
   }
   const curves = { open: false, zoomed: false, limiting: null, charts };
+  // The margin of this instant. Two feet span a line: there is no margin to speak of.
+  curves.margin = (time) => {
+    const now = margins ? at(margins, time) : NaN;
+    return Number.isNaN(now) || standing(time).length < 3 ? "" : mm(now);
+  };
   function highlight(time) {
     const most = [velocity, ...torque ? [torque] : []].map((columns) => fullest(columns, time))
       .reduce((a, b) => b.share > a.share ? b : a);

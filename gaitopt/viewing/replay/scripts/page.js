@@ -51,7 +51,8 @@
     pass(state.time);
     shine(view.track());
     const [, label, , mark] = data.captions[captionAt(state.time)] || [0, "", "", ""];
-    el("phase").replaceChildren(...(mark ? [dot(mark)] : []), label);
+    const margin = curves ? curves.margin(state.time) : "";
+    el("phase").replaceChildren(...(mark ? [dot(mark)] : []), label + (margin && `, margin ${margin}`));
     el("clock").textContent = `${clock(state.time)} / ${clock(data.duration)}`;
     el("scrub").value = data.duration > 0 ? Math.round(1e6 * state.time / data.duration) : 0;
     if (curves) curves.update(state.time);
@@ -227,10 +228,12 @@
   setSpeed([...el("speed").options].some((o) => Number(o.value) === wanted) ? wanted : data.speed);
   seek(Number(hash.get("t")) || 0);
   if (hash.has("view")) view.from = PRESETS[hash.get("view")] || view.from;
-  // On a telephone the whole route would leave the robot a few millimetres.
-  setFollow(hash.has("follow") || narrow && !hash.has("no-follow") && !data.inView.length);
   setCurves(!!curves && (hash.has("curves")
     || !hash.has("no-curves") && window.innerHeight >= 760 && window.innerWidth >= 900));
+  // On a telephone, and of long routes, the whole would leave the robot a few millimetres.
+  setFollow(false);
+  setFollow(hash.has("follow")
+    || !hash.has("no-follow") && !hash.has("film") && !data.inView.length && (narrow || view.tiny()));
   if (hash.has("axes")) toggleAxes();
   paintStrip();
   setPlaying(!hash.has("paused"));
