@@ -28,6 +28,9 @@ feet have 0.06 of it or more."""
 ASYMMETRY = 0.1
 """Difference of the lower legs of both sides from which on it is told, as a share of them. Chosen:
 digits of files differ by less than a hundredth."""
+ACROSS = 0.5
+"""Sine of the angle to the knee's axis below which a shape lies across its leg. Chosen: lower legs
+are at right angles to the axis, and feet are set off along it by less than the leg's length."""
 BEYOND = 1.3
 """A leg whose shape is so many times longer than its farthest link has no foot link. Chosen."""
 
@@ -137,7 +140,7 @@ def find_foot(tree: UrdfTree, leg: str, limb: Limb, finder: MeshFinder) -> FootP
     tip = farthest(shapes) if shapes else np.zeros(3)
     longer = float(np.linalg.norm(tip)) > BEYOND * distance
     if distance < BESIDE or (longer and not _footlike(link)):
-        return _end_of_shape(tree, leg, limb, shapes, tip)
+        return _end_of_shape(tree, leg, limb, _lengthwise(solids, shapes, limb.joints[-1].axis))
     return _foot_of_link(link, body, solids, shapes, limb.joints[-1].axis)
 
 
@@ -166,6 +169,21 @@ def _solids(
         if shapes:
             return solids, shapes
     return solids, []
+
+
+def _lengthwise(
+    solids: dict[str, dict[str, list[Solid]]], shapes: list[Solid], axis: FloatArray
+) -> list[Solid]:
+    """Shapes that lie along the lower leg: the visual ones where those of collision do not.
+
+    Boxes of collision that somebody typed may lie along the knee's axis ``(3,)``, across the leg.
+    """
+    for of_links in solids.values():
+        found = [solid for of_link in of_links.values() for solid in of_link]
+        tip = farthest(found) if found else np.zeros(3)
+        if np.linalg.norm(np.cross(tip, axis)) > ACROSS * np.linalg.norm(tip):
+            return found
+    return shapes
 
 
 def _footlike(link: str) -> bool:
@@ -239,10 +257,9 @@ def _placed(link: str, body: dict[str, FloatArray], ball: Ball, how: str) -> Foo
     return FootPlace(link, np.asarray(at), ball.radius, how)
 
 
-def _end_of_shape(
-    tree: UrdfTree, leg: str, limb: Limb, shapes: list[Solid], tip: FloatArray
-) -> FootPlace:
+def _end_of_shape(tree: UrdfTree, leg: str, limb: Limb, shapes: list[Solid]) -> FootPlace:
     """The foot at the end of the lower leg's shapes."""
+    tip = farthest(shapes) if shapes else np.zeros(3)
     length = float(np.linalg.norm(tip))
     if length < BESIDE:
         raise RobotError(

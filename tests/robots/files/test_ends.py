@@ -84,6 +84,15 @@ def test_leg_without_a_foot_link_ends_with_its_shape(
     assert quiet(robot(foot=None, shank=visual)).legs["LF"].lower == pytest.approx(length)
 
 
+def test_a_collision_box_across_the_leg_is_no_lower_leg() -> None:
+    """A box that somebody typed along the knee's axis; the visual shape says where the leg ends."""
+    across = collision(f'<box size="0.03 {LOWER} 0.03"/>', f"0 {LOWER / 2} 0")
+    along = collision(f'<capsule radius="0.015" length="{LOWER}"/>', ALONG)
+    made = quiet(robot(foot=None, shank=across + along.replace("collision", "visual")))
+    assert all(one.lower == pytest.approx(LOWER, abs=1e-12) for one in made.legs.values())
+    assert made.foot_radius == pytest.approx(0.015)
+
+
 def test_shapes_that_urdf_does_not_know_are_written_in_those_it_does(
     capfd: pytest.CaptureFixture[str],
 ) -> None:
