@@ -74,7 +74,7 @@ def _stride() -> tuple[Callable[[str], Plan], Again]:
 
     def first(name: str) -> Plan:
         robot = gaitopt.load_robot(name)
-        return gaitopt.plan_stride(robot, gaitopt.rectangular_obstacle(0.02, 0.02), leave=0)
+        return gaitopt.plan_stride(robot, gaitopt.rectangular_obstacle(0.015, 0.02), leave=0)
 
     def again(plan: Plan, instant: float, state: State) -> Plan:
         return gaitopt.plan_stride(plan.robot, plan.settings.obstacles[0], leave=0, start=state)

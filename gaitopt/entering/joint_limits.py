@@ -132,7 +132,9 @@ class JointLimits:
         above = most[row, joint] > high[joint]
         end = float((high if above else low)[joint])
         value = float((most if above else least)[row, joint])
-        return Fault(float(over[row, joint]), f"joint position {self.robot.joint_names[joint]}",
+        own = float(self.robot.position_limits[int(above), joint])
+        what = "joint position" if end == own else "reach_fraction, a limit of the knee"
+        return Fault(float(over[row, joint]), f"{what} {self.robot.joint_names[joint]}",
                      value, end, "rad", float(times[row]))  # fmt: skip
 
 

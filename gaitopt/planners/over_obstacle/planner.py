@@ -39,6 +39,16 @@ MARGINS = (1.0, 1.5, 2.0)
 is given: the true centre of mass may be nearer to a side of the support than the body centre."""
 
 
+QUICKER = (1.0, 3.0, 10.0)
+"""Accelerations of the joints that are tried on the way from a given state, as multiples of the
+usual ones, where none are given: these are chosen for walks that begin at rest, and a robot that
+trots or puts down a foot often comes to rest with larger ones only."""
+
+HELPED = ("rad", "rad/s^2", "N", "N m")
+"""Units of the limits for which larger accelerations help, as the body then brakes sooner: of
+joints, contact forces and torques."""
+
+
 @takes_settings(StrideSettings)
 def plan_stride(
     robot: Quadruped,
@@ -69,7 +79,8 @@ def plan_stride(
             obstacle: moving, with feet in the air, lying low, turned, or far away. The robot first
             comes to rest on four feet, as in :func:`gaitopt.plan_crawl`, and then walks to where
             its feet stride over the obstacle; ``approach`` does not count. By default it rests in
-            front of the obstacle.
+            front of the obstacle. Where no acceleration is given, and the robot does not come to
+            rest with the usual ones, three and ten times these are tried; the settings say which.
         end: the state in which the plan ends: at rest on the last footholds, with the body where it
             has it. The planner chooses the footholds, so the same call without ``end`` tells them.
         options: single settings by name: the fields of :class:`gaitopt.StrideSettings`;
@@ -101,20 +112,53 @@ def plan_stride(
     chosen = chosen_settings(StrideSettings, robot, settings, {**options, **this})
     if chosen.forces is not None:
         _check_forces(robot, chosen)
-    candidates = [chosen]
-    if settings is None and options.get("body_height") is None:
-        reach = float(np.mean([leg.reach for leg in robot.legs.values()]))
-        candidates = [replace(chosen, body_height=share * reach) for share in BODY_HEIGHTS]
     margin_is_open = settings is None and options.get("stability_margin") is None
     margins = MARGINS if margin_is_open and chosen.forces is not None else MARGINS[:1]
+    open_height = settings is None and options.get("body_height") is None
+    reach = float(np.mean([leg.reach for leg in robot.legs.values()]))
+    heights = [share * reach for share in BODY_HEIGHTS] if open_height else [chosen.body_height]
 
-    def walk(stand: Stand | None) -> Plan:
-        return _first_plan(robot, obstacle, candidates, margins, progress, stand)
+    def plan_with(asked: StrideSettings) -> Plan:
+        candidates = [replace(asked, body_height=height) for height in heights]
 
-    plan = walk(None) if start is None else _from_state(robot, obstacle, start, chosen, walk)
+        def walk(stand: Stand | None) -> Plan:
+            return _first_plan(robot, obstacle, candidates, margins, progress, stand)
+
+        if start is None:
+            return walk(None)
+        return _from_state(robot, obstacle, start, candidates[0], walk)
+
+    given = any(options.get(name) is not None for name in ("accelerations", "acceleration_limit"))
+    usual = start is not None and settings is None and not given
+    plan = _with_quick_entry(plan_with, chosen) if usual else plan_with(chosen)
     if end is None:
         return plan
     return _with_clearance(ended(plan, end), Surroundings.of(robot, obstacle), "end")
+
+
+def _with_quick_entry(
+    plan_with: Callable[[StrideSettings], Plan], settings: StrideSettings
+) -> Plan:
+    """The plan from a state, with the least accelerations with which it comes to rest.
+
+    Args:
+        plan_with: plans it with settings.
+        settings: with the usual accelerations.
+
+    Raises:
+        InfeasibleStateError: none of them will do; the error is that of the usual ones.
+    """
+    first: InfeasibleStateError | None = None
+    for share in QUICKER:
+        most = tuple(share * each for each in settings.accelerations)
+        try:
+            return plan_with(replace(settings, accelerations=most, acceleration_limit=max(most)))
+        except InfeasibleStateError as error:
+            first = first or error
+            if error.unit not in HELPED:
+                break
+    assert first is not None
+    raise first
 
 
 def _from_state(

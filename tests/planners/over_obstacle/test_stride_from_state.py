@@ -11,7 +11,9 @@ from gaitopt import (
     LEGS,
     InputError,
     State,
+    StrideSettings,
     load_plan,
+    load_robot,
     plan_crawl,
     plan_stride,
     s_columns,
@@ -125,3 +127,23 @@ def test_rotated_square_stances(wang: Quadruped) -> None:
     turned = square_stances(wang, np.array([0.2, -0.1, 0.7]))
     expected = here @ rpy_to_matrix([0.0, 0.0, 0.7]).T + [0.2, -0.1, 0.0]
     assert np.allclose(turned, expected, atol=1e-12)
+
+
+@pytest.mark.slow
+def test_a_stride_from_a_foot_in_the_air_takes_the_accelerations_that_it_needs() -> None:
+    """At this instant a hind foot of go2 comes down: its joints need six times the usual ones."""
+    robot = load_robot("go2")
+    crawl = plan_crawl(robot, s_columns(0, columns=3, robot=robot))
+    state = crawl.state(0.37 * crawl.duration)
+    q = np.array(state.q)
+    q[2] -= crawl.at([0.0]).feet[0, :, 2].mean() - robot.foot_radius
+    q[0] = -0.8
+    there = State(q, state.v, state.support, state.joint_names)
+    board = rectangular_obstacle(0.03, 0.03)
+    plan = plan_stride(robot, board, start=there)
+    assert verify(plan).outcome == "certified"
+    assert isinstance(plan.settings, StrideSettings)
+    usual = StrideSettings.for_robot(robot).acceleration_limit
+    assert plan.settings.acceleration_limit == pytest.approx(10.0 * usual)
+    with pytest.raises(InfeasibleStateError, match="joint acceleration"):
+        plan_stride(robot, board, start=there, acceleration_limit=usual)
