@@ -35,7 +35,7 @@ ERRORS = ("refused", "violated")
 STRICTER = "the certificate is stricter"
 CLOSER, CLOSER_INSTANTS = 5, 1000
 """Where only the certificate finds a fault, the second judge looks again: at so many times as many
-samples, and at so many instants for forces."""
+samples, at so many instants for forces, and around those that the certificate names."""
 
 
 class Case(NamedTuple):
@@ -49,6 +49,7 @@ class Case(NamedTuple):
         second: what the second judge says.
         checks: names of the checks that the certificate finds violated.
         closer: whether the second judge had to look more closely.
+        times: when what the certificate finds happens [s].
     """
 
     name: str
@@ -58,6 +59,7 @@ class Case(NamedTuple):
     second: Judgement
     checks: tuple[str, ...] = ()
     closer: bool = False
+    times: tuple[float, ...] = ()
 
     @property
     def unseen(self) -> list[str]:
@@ -88,9 +90,10 @@ def both(plan: Plan, name: str, faulty: bool, seed: int = 0, instants: int = INS
         found = certificate.violations
         outcome, said = certificate.outcome, "; ".join(map(str, found))
         checks = tuple(check.name for check in found)
+        times = tuple(check.when for check in found if np.isfinite(check.when))
     except GaitoptError as error:
-        outcome, said, checks = "refused", str(error), ()
-    return Case(name, faulty, outcome, said, judge(plan, seed, instants), checks)
+        outcome, said, checks, times = "refused", str(error), (), ()
+    return Case(name, faulty, outcome, said, judge(plan, seed, instants), checks, times=times)
 
 
 def made(number: int, seed: int, families: Sequence[str] | None = None) -> tuple[Plan, str] | None:
@@ -140,7 +143,7 @@ def judged(number: int, seed: int, instants: int = INSTANTS) -> Row:
         return Row(seed, number, faulty)
     case = both(*found, faulty=faulty, seed=number, instants=instants)
     if case.agreement == STRICTER:
-        again = judge(found[0], number, CLOSER_INSTANTS, CLOSER)
+        again = judge(found[0], number, CLOSER_INSTANTS, CLOSER, case.times)
         case = case._replace(second=again, closer=True)
     plain = case.agreement.startswith("agree") and not case.unseen
     return Row(seed, number, faulty, case.certificate, case.second.verdict, case.agreement,

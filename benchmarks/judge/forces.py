@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,6 +18,8 @@ NOTHING = 1e-6
 """What the linear program's own tolerance may take from a limit, as a share of the weight."""
 WORST, LOOKS = 3, 2
 """Around so many of the tightest instants others are looked at, so many times."""
+NEAREST = 60
+"""So many samples are looked at around an instant that somebody names."""
 NO_ANSWER = 4
 """HiGHS's presolve sometimes ends without a verdict (seen once, in a trot of go2), where the
 program without it is solved."""
@@ -33,8 +36,17 @@ class Contact(NamedTuple):
     jacobian: FloatArray
 
 
-def contact_forces(motion: Motion, instants: int, rng: np.random.Generator) -> list[Finding]:
-    """Jumps of velocities, and the tightest limit at random instants and around phases' ends."""
+def contact_forces(
+    motion: Motion, instants: int, rng: np.random.Generator, around: Sequence[float] = ()
+) -> list[Finding]:
+    """Jumps of velocities, and the tightest limit at random instants and around phases' ends.
+
+    Args:
+        motion: the samples.
+        instants: how many random ones there are.
+        rng: chooses them.
+        around: times whose :data:`NEAREST` samples are looked at as well [s].
+    """
     limits = motion.plan.settings.promised_forces
     if limits is None:
         return []
@@ -44,6 +56,8 @@ def contact_forces(motion: Motion, instants: int, rng: np.random.Generator) -> l
     starts = np.array([p.start for p in motion.plan.phases] + [motion.plan.duration])
     near = np.flatnonzero(np.abs(motion.times[:, None] - starts).min(axis=1) < 1e-9)
     chosen = np.union1d(chosen, rng.choice(near, min(instants // 2, len(near)), replace=False))
+    for time in around:
+        chosen = np.union1d(chosen, np.argsort(np.abs(motion.times - time))[:NEAREST])
     accelerations = motion.derivative(2)
     left: dict[int, tuple[float, str]] = {}
     for look in range(1 + LOOKS):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -46,7 +47,13 @@ class Judgement(NamedTuple):
         return "violated" if self.broken else "weak" if self.weak else "holds"
 
 
-def judge(plan: Plan, seed: int = 0, instants: int = INSTANTS, closer: int = 1) -> Judgement:
+def judge(
+    plan: Plan,
+    seed: int = 0,
+    instants: int = INSTANTS,
+    closer: int = 1,
+    around: Sequence[float] = (),
+) -> Judgement:
     """Judge a plan at samples.
 
     Args:
@@ -54,6 +61,7 @@ def judge(plan: Plan, seed: int = 0, instants: int = INSTANTS, closer: int = 1) 
         seed: of the instants at which contact forces are looked for.
         instants: how many there are.
         closer: how many times as many samples are taken as usual.
+        around: instants around which contact forces are looked for as well [s].
     """
     try:
         motion = Motion(plan, closer)
@@ -67,7 +75,7 @@ def judge(plan: Plan, seed: int = 0, instants: int = INSTANTS, closer: int = 1) 
         feet.flying_feet, ground.feet_and_ground, ground.limbs, body.joints, body.reach,
         body.margins, body.zmp, body.accelerations,
     ) for finding in check(motion)]  # fmt: skip
-    found += forces.contact_forces(motion, instants, np.random.default_rng(seed))
+    found += forces.contact_forces(motion, instants, np.random.default_rng(seed), around)
     return Judgement(tuple(found), tuple(_weak(motion)))
 
 
