@@ -83,6 +83,8 @@ def stronger_in_memory(plan: Plan) -> Plan:
 FOUND: dict[str, Fault] = {
     "raised limits, its own name": robot("wang2020", "velocity", 10.0),
     "light limbs, its own name": robot("Wang2020", '<mass value', 0.01),
+    "light limbs, nearly its own name": robot("wang-2020 ", '<mass value', 0.01),
+    "raised limits, nearly its own name": robot("WANG_2020", "velocity", 10.0),
     "light limbs, another name": robot("another", '<mass value', 0.01),
     "weaker joints, another name": robot("another", "velocity", 0.9),
     "the body 15 cm lower": moved(2, -0.15),
@@ -149,6 +151,14 @@ def test_a_robot_of_no_known_name_is_listed(plan: Plan) -> None:
     # With the robot that it was made for it is refused.
     with pytest.raises(GaitoptError, match=r"wider|fingerprint"):
         gaitopt.verify(robot("another", "velocity", 10.0)(plan), plan.robot)
+
+
+def test_a_name_that_only_looks_like_a_known_one_is_spelled_out(plan: Plan) -> None:
+    """The third letter of this one is Cyrillic."""
+    note = str(
+        gaitopt.verify(robot("wa\u043fg2020", "velocity", 1.0)(plan))["the robot's own file"]
+    )
+    assert r"'wa\u043fg2020'" in note
 
 
 def test_a_model_that_was_changed_in_memory_does_not_count(plan: Plan) -> None:

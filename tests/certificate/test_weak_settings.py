@@ -31,6 +31,7 @@ def test_standing_still_is_certified(still: Plan) -> None:
     [
         ({"stability_margin": 0.0}, "a stability margin of 0 m"),
         ({"forces": ForceLimits(friction=1.6)}, "a friction of 1.6"),
+        ({"forces": ForceLimits(balance_tolerance=0.05)}, "a balance tolerance of 0.05"),
         ({"forces": ForceLimits(reserve=0.0)}, "a reserve of 0 of the weight"),
         ({"forces": ForceLimits(reserve_on_four=1e-6)}, "a reserve on four feet of 1e-06"),
     ],

@@ -7,6 +7,7 @@ file of that name: its lengths, masses, collision shapes, and limits, none of wh
 
 from __future__ import annotations
 
+import unicodedata
 import warnings
 from typing import Any
 from xml.etree import ElementTree
@@ -35,8 +36,8 @@ def refuse_other_robot(robot: Quadruped) -> bool:
     Raises:
         RobotError: it differs; the message says in what.
     """
-    name = robot.name.strip().lower()
-    if name not in robot_names():
+    name = _known_name(robot.name)
+    if name is None:
         return False
     try:
         if known_urdf(name) == robot.urdf:
@@ -50,6 +51,18 @@ def refuse_other_robot(robot: Quadruped) -> bool:
         refuse_other_text(robot, known)
     refuse_stronger(robot, known)
     return True
+
+
+def _known_name(name: str) -> str | None:
+    """The known name that a name is, or that it can be taken for: ``"Go-2 "`` for ``"go2"``."""
+    names = {_letters(known): known for known in robot_names()}
+    return names.get(_letters(name))
+
+
+def _letters(name: str) -> str:
+    """Letters and digits of a name, as small ones, without what only looks different."""
+    plain = unicodedata.normalize("NFKC", name).casefold()
+    return "".join(letter for letter in plain if letter.isalnum())
 
 
 def refuse_other_text(robot: Quadruped, known: Quadruped) -> None:

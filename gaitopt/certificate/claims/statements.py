@@ -98,6 +98,6 @@ def not_compared(robot: Quadruped) -> Check:
     """A line that says that the robot inside the plan was compared with no other file."""
     note = (
         f"lengths, masses and limits are those of the URDF inside the plan, which was compared "
-        f"with no other: no robot named {robot.name!r} is known here; give the robot or its file"
+        f"with no other: no robot named {robot.name!a} is known here; give the robot or its file"
     )
     return unchecked(ROBOT, "", note, needed=False)

@@ -23,6 +23,10 @@ MOST_FRICTION: Final = 1.5
 """Largest coefficient of friction that is believed. Chosen: rubber on dry concrete has about 1."""
 LEAST_RESERVE: Final = 0.005
 """Least reserve that counts as one, as a share of the weight. Chosen: a quarter of the default."""
+MOST_UNBALANCED: Final = 0.01
+"""Largest moment about the line between two feet that counts as none, as a share of the weight
+times half the stance's length. Chosen: ten times the default, 2 mm beside the line for a stance of
+0.4 m, which is less than the radius of a foot."""
 LEAST_LENGTH: Final = 1e-3
 """Least stability margin and swing height that count [m]. Chosen: what the ground is known to."""
 MOST_LANDING: Final = 0.25
@@ -105,6 +109,9 @@ def _least_swing_height(plan: Plan) -> float:
 def _of_forces(limits: ForceLimits) -> Iterator[str]:
     if not limits.friction <= MOST_FRICTION:
         yield f"a friction of {limits.friction:g} is more than {MOST_FRICTION:g}"
+    tolerance = limits.balance_tolerance
+    if not tolerance <= MOST_UNBALANCED:
+        yield f"a balance tolerance of {tolerance:g} is more than {MOST_UNBALANCED:g}"
     on_four = float(limits.least_normal_shares(np.ones(len(LEGS), dtype=np.bool_))[0])
     for name, reserve, least in (
         ("reserve", limits.reserve, LEAST_RESERVE),
