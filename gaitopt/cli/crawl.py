@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -32,6 +33,7 @@ from gaitopt.cli.options import (
     TimingOption,
     TransferOption,
 )
+from gaitopt.cli.results.beside import beside
 from gaitopt.cli.results.deliver import FIGURES, PLAN, Delivery, deliver
 from gaitopt.cli.results.options import Results, result_options
 from gaitopt.cli.results.report import Report
@@ -94,19 +96,20 @@ def walk(
         stability_margin, body_height, swing_height, sequence, reach_fraction, heading,
         follow_terrain,
     )  # fmt: skip
-    with progress_bar("planning") as tick:
-        plan = plan_crawl(
-            model, places, objective=objective.value, speed=parse_speed(speed), free=free,
-            com=None if com is None else com.value, acceleration_limit=acceleration_limit,
-            horizon=horizon, timing=timing.value, progress=tick,
-            forces=force_limits(friction, transfer_time, objective.value), **options,
+    with beside(wanted=not results.fast) as helper:
+        with progress_bar("planning") as tick:
+            plan = plan_crawl(
+                model, places, objective=objective.value, speed=parse_speed(speed), free=free,
+                com=None if com is None else com.value, acceleration_limit=acceleration_limit,
+                horizon=horizon, timing=timing.value, progress=tick,
+                forces=force_limits(friction, transfer_time, objective.value), **options,
+            )  # fmt: skip
+        comparison = None if results.fast else _baselines(plan, places, options)
+        walked = Delivery(
+            plan, summarise(plan), "walk.html", partial(_figures, comparison),
+            told=_told(plan, comparison, objective, report),
         )  # fmt: skip
-    comparison = None if results.fast else _baselines(plan, places, options)
-    told = _told(plan, comparison, objective, report)
-    walked = Delivery(
-        plan, summarise(plan), "walk.html", lambda to: _figures(plan, comparison, to), told=told
-    )
-    raise typer.Exit(deliver(walked, folder, results, report))
+        raise typer.Exit(deliver(walked, folder, results, report, helper))
 
 
 def _baselines(plan: Plan, places: Footholds, options: dict[str, Any]) -> Comparison:
@@ -138,7 +141,7 @@ def _told(
     return tuple(told)
 
 
-def _figures(plan: Plan, comparison: Comparison | None, folder: Path) -> list[Path]:
+def _figures(comparison: Comparison | None, plan: Plan, folder: Path) -> list[Path]:
     """Draw the figures of a walk, beside the baselines."""
     from gaitopt.plan.com_margin import com_margin
     from gaitopt.viewing.figures.crawl_figures import save_figures

@@ -200,7 +200,7 @@ def _gait(
             body_height=body_height, swing_height=swing_height, timing=timing.value,
             forces=force_limits(friction), progress=tick,
         )  # fmt: skip
-    walked = Delivery(plan, describe(plan), page, lambda to: save_gait_figures(plan, to))
+    walked = Delivery(plan, describe(plan), page, save_gait_figures)
     report = Report(results.as_json, {"command": "gait"})
     raise typer.Exit(deliver(walked, folder, results, report))
 

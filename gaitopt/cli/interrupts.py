@@ -88,6 +88,9 @@ def _end_soon() -> None:
     workers = sys.modules.get("gaitopt.studies.workers")
     if workers is not None:
         workers.end_workers()
+    beside = sys.modules.get("gaitopt.cli.results.beside")
+    if beside is not None:
+        beside.end_beside()
     processes = sys.modules.get("multiprocessing.process")
     for child in [] if processes is None else processes.active_children():
         child.terminate()

@@ -132,7 +132,7 @@ def stride(
             pattern=pattern.value, timing=chosen.value, progress=tick,
             **(limits_of(model) if chosen is Timing.velocity else {}),
         )  # fmt: skip
-    crossed = Delivery(plan, describe(plan), PAGE, lambda to: stride_figures(plan, to))
+    crossed = Delivery(plan, describe(plan), PAGE, stride_figures)
     report = Report(results.as_json, {"command": "stride"})
     raise typer.Exit(deliver(crossed, folder, results, report))
 

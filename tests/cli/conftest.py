@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
@@ -12,6 +12,7 @@ from typer.testing import CliRunner, Result
 
 from gaitopt import GaitoptError, Plan
 from gaitopt.cli.app import app, main
+from gaitopt.cli.results import beside
 from gaitopt.viewing.figures import crawl_figures, gait_figures
 
 
@@ -24,8 +25,11 @@ class Finished(NamedTuple):
 
 
 @pytest.fixture(scope="module", autouse=True)
-def figures_without_pixels(no_pixels: None) -> None:
-    """All commands write their figures without pixels."""
+def figures_without_pixels(no_pixels: None) -> Iterator[None]:
+    """All commands write their figures without pixels, and in this process, where that is so."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(beside, "_cores", lambda: 1)
+        yield
 
 
 @pytest.fixture(scope="session")

@@ -5,11 +5,13 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rich.markup import escape
 
+from gaitopt.cli.results.beside import Beside
 from gaitopt.cli.results.documents import (
     certificate_document,
     plan_document,
@@ -38,7 +40,8 @@ class Delivery:
         plan: the plan.
         summary: the plan in one sentence.
         page: name of the replay's file.
-        figures: draws the figures into a folder, and returns their files; ``None`` for none.
+        figures: draws the figures of the plan into a folder, and returns their files; ``None`` for
+            none.
         others: more files by name: what each is, and a function that writes it.
         told: more lines for people, before the verdict.
         replay_options: more keywords of :func:`gaitopt.replay`.
@@ -49,7 +52,7 @@ class Delivery:
     plan: Plan
     summary: str
     page: str
-    figures: Callable[[Path], list[Path]] | None = None
+    figures: Callable[[Plan, Path], list[Path]] | None = None
     others: Mapping[str, tuple[str, Callable[[Path], Any]]] = field(default_factory=dict)
     told: tuple[str, ...] = ()
     replay_options: Mapping[str, Any] = field(default_factory=dict)
@@ -57,15 +60,28 @@ class Delivery:
     strict: bool = False
 
 
-def deliver(given: Delivery, folder: RunFolder, results: Results, report: Report) -> int:
-    """Judge a plan, write its files, and report; the value is the exit code."""
-    certificate, physics = judged(given.plan, given.collisions, results.simulate)
-    report.add(
-        plan=plan_document(given.plan), certificate=certificate_document(certificate),
-        physics=None if physics is None else simulation_document(physics),
-    )  # fmt: skip
+def deliver(
+    given: Delivery,
+    folder: RunFolder,
+    results: Results,
+    report: Report,
+    beside: Beside | None = None,
+) -> int:
+    """Judge a plan, write its files, and report; the value is the exit code.
+
+    Args:
+        given: what there is to deliver.
+        folder, results, report: of the run.
+        beside: a process that draws the figures meanwhile; this one does without.
+    """
     with folder.writing() as (made, place):
-        files = _write(given, made, results, physics)
+        drawn = _drawn(given, made / FIGURES, results, beside)
+        certificate, physics = judged(given.plan, given.collisions, results.simulate)
+        report.add(
+            plan=plan_document(given.plan), certificate=certificate_document(certificate),
+            physics=None if physics is None else simulation_document(physics),
+        )  # fmt: skip
+        files = _write(given, made, results, physics, drawn)
         listed = {place / name: what for name, what in files.items()}
         record_run(made, _record(report, certificate, list(files)))
     report.say(escape(given.summary))
@@ -105,8 +121,23 @@ def show_page(page: Path, report: Report) -> None:
         report.say("no browser could be started: open the file by hand")
 
 
+def _drawn(
+    given: Delivery, folder: Path, results: Results, beside: Beside | None
+) -> Callable[[], list[Path]] | None:
+    """Begin to draw figures; the value waits for them, and returns their files."""
+    if given.figures is None or results.fast:
+        return None
+    if beside is None:
+        return partial(given.figures, given.plan, folder)
+    return beside.begin(given.figures, given.plan, folder)
+
+
 def _write(
-    given: Delivery, made: Path, results: Results, physics: SimulationResult | None
+    given: Delivery,
+    made: Path,
+    results: Results,
+    physics: SimulationResult | None,
+    drawn: Callable[[], list[Path]] | None,
 ) -> dict[str, str]:
     """Write all files into a folder; what each is, by name."""
     from gaitopt.viewing.replay.replay import replay
@@ -125,9 +156,8 @@ def _write(
             write(made / name)
             files[name] = what
             tick(done, total)
-        if given.figures is not None and not results.fast:
-            count = len(given.figures(made / FIGURES))
-            files[FIGURES] = f"{count} figures"
+        if drawn is not None:
+            files[FIGURES] = f"{len(drawn())} figures"
         tick(total, total)
     return files
 

@@ -1,0 +1,82 @@
+"""How the time of time-optimal walks grows with their steps, and how far they are from the best.
+
+``python -m benchmarks.speed.routes [--steps 16,32,64,128,256,512] [--row swing]`` prints a table:
+steps, processor time, its multiple of a fixed workload in the same run
+(:func:`benchmarks.measuring.workload`), the solver's Newton steps, the time of one of them for each
+step of the walk, and the powers of the steps with which time and Newton steps grow.
+``--windows 8,16,32`` also prints the lower bounds of windows of so many steps
+(:func:`gaitopt.planners.time_optimal.bound.route_bound`) on the walk over 64 steps.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections.abc import Sequence
+
+import numpy as np
+
+import gaitopt
+from benchmarks import walks
+from benchmarks.measuring import use_one_core, workload
+from gaitopt.planners.time_optimal.bound import route_bound
+
+STEPS = "16,32,64,128,256,512"
+TIMED_BY_FORCES = ("dynamic",)
+"""Rows that have no timing by joint velocities."""
+
+
+def planned(row: str, steps: int) -> gaitopt.Plan:
+    """The walk of a row."""
+    timing = {} if row in TIMED_BY_FORCES else {"timing": "velocity"}
+    return gaitopt.plan_route(walks.robot(), walks.terrain(steps), free=row, **timing)
+
+
+def growth(row: str, sizes: Sequence[int]) -> None:
+    """Print the table of a row."""
+    print(
+        "| row | steps | CPU [s] | workloads | Newton steps | CPU of one, a step [us] | walk [s] |"
+    )
+    print("|---|---|---|---|---|---|---|")
+    times, counts = [], []
+    for steps in sizes:
+        unit, start = workload(), time.process_time()
+        plan = planned(row, steps)
+        times.append((time.process_time() - start) / unit)
+        counts.append(plan.record.solver_iterations)
+        each = 1e6 * times[-1] * unit / counts[-1] / steps
+        print(f"| {row} | {steps} | {times[-1] * unit:.2f} | {times[-1]:.1f} | {counts[-1]} | "
+              f"{each:.0f} | {plan.duration:.2f} |", flush=True)  # fmt: skip
+    if len(sizes) > 1:
+        powers = [np.polyfit(np.log(sizes), np.log(values), 1)[0] for values in (times, counts)]
+        print(f"time ~ steps^{powers[0]:.2f}, Newton steps ~ steps^{powers[1]:.2f}", flush=True)
+
+
+def bounds(row: str, windows: Sequence[int]) -> None:
+    """Print the lower bounds of windows on the walk over 64 steps."""
+    plan = planned(row, walks.MAIN_STEPS)
+    for window in windows:
+        share = float(route_bound(plan, window).sum()) / plan.duration
+        print(f"{row}, {walks.MAIN_STEPS} steps: at least {100.0 * share:.1f} % of the plan's time "
+              f"by windows of {window} steps", flush=True)  # fmt: skip
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Print what was asked for."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.speed.routes", description=__doc__)
+    parser.add_argument("--steps", default=STEPS, help="joined by commas")
+    parser.add_argument("--row", default="swing", help="a variant of plan_route")
+    parser.add_argument("--windows", default="", help="steps of windows, joined by commas")
+    asked = parser.parse_args(arguments)
+    use_one_core()
+    planned("swing", 4)
+    if asked.steps:
+        growth(asked.row, [int(n) for n in asked.steps.split(",")])
+    if asked.windows:
+        bounds(asked.row, [int(n) for n in asked.windows.split(",")])
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
