@@ -95,8 +95,8 @@ def test_where_the_planner_refuses_all_footholds_it_says_so(
     def refuse(*arguments: Any, **options: Any) -> None:
         raise gaitopt.InfeasibleStepError("step 3 is too long", 3, "LF", 0.0)
 
-    monkeypatch.setattr("gaitopt.planners.over_terrain.planner.plan_crawl", refuse)
-    monkeypatch.setattr("gaitopt.planners.over_terrain.planner.MOST_PLANS", 1)
+    monkeypatch.setattr("gaitopt.planners.over_terrain.walks.plan_crawl", refuse)
+    monkeypatch.setattr("gaitopt.planners.over_terrain.walks.MOST_PLANS", 1)
     done = shell("terrain", str(sketch), *SCALE, "--start", "0.6,0,0", "--goal", "0.9,0", "--out",
                  str(tmp_path))  # fmt: skip
     assert done.code == 2 and "Footholds to the goal were found, but no walk" in done.stdout

@@ -17,7 +17,7 @@ from gaitopt import (
     Plan,
     Quadruped,
 )
-from gaitopt.planners.over_terrain.planner import FRICTION_SHARE
+from gaitopt.planners.over_terrain.planned_forces import FRICTION_SHARE
 from gaitopt.planners.over_terrain.setup import far_side
 from gaitopt.studies.explore import ROWS
 

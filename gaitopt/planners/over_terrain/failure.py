@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -18,6 +18,9 @@ _CURES = {
     Cause.ROLL: "shorter steps (step_length), or another body_height",
     Cause.LIMB: "a smaller limb_clearance, or a larger body_height",
     Cause.TRUNK: "a smaller limb_clearance, or a larger body_height",
+    Cause.TOUCH: "shorter steps (step_length), a smaller freedom, or another body_height",
+    Cause.FORCE: "lower reserves of forces, more friction, shorter steps (step_length), or a "
+    "smaller follow",
     Cause.GROUND: "a larger freedom, a smaller edge_margin, or another way round (waypoints)",
     Cause.PLAN: "a smaller stability_margin, or lower reserves of forces",
 }
@@ -71,6 +74,13 @@ def no_plan(
         "body_height, or shorter steps (step_length)"
     )
     return TerrainError(message, step, leg, {Cause.PLAN: plans}, search)
+
+
+def also_tried(error: TerrainError, lengths: Sequence[float]) -> TerrainError:
+    """The error of a walk with the usual steps, where shorter ones [m] do not help either."""
+    steps = " and ".join(f"{length:g}" for length in lengths)
+    message = f"{error}; steps of {steps} m were tried, too"
+    return TerrainError(message, error.step, error.leg, dict(error.refused), error.search)
 
 
 def _time_over(search: TerrainSearch) -> str:

@@ -20,6 +20,7 @@ from gaitopt.planners.over_terrain.heights import (
     Heights,
     feet_and_poses,
 )
+from gaitopt.planners.over_terrain.links.beside_trunk import BesideTrunk
 from gaitopt.planners.over_terrain.links.limbs import Limbs
 from gaitopt.planners.over_terrain.pairs import Cause, Judged, Pairs
 from gaitopt.planners.over_terrain.places import BodyPlaces
@@ -74,6 +75,11 @@ class Judge:
     def heights(self) -> Heights:
         """Heights of the body from which legs reach their feet."""
         return Heights.of(self.robot, self.limbs, self.settings)
+
+    @cached_property
+    def beside_trunk(self) -> BesideTrunk:
+        """Angles at which thighs would touch the trunk."""
+        return BesideTrunk.of(self.robot)
 
     @classmethod
     def of(cls, robot: Quadruped, settings: TerrainSettings, surfaces: Surfaces) -> Judge:
@@ -242,6 +248,7 @@ class Judge:
         angles = own.inverse(points)
         low, high = own.position_limits
         kept = ((angles >= low + ANGLE_RESERVE) & (angles <= high - ANGLE_RESERVE)).all(axis=-1)
+        kept &= self.beside_trunk.clear(leg, angles)
         share = own.straightness(*np.moveaxis(points, -1, 0))
         kept &= own.shortfall(points) <= 0.0
         kept &= share <= (self.settings.reach_fraction * own.reach) ** 2

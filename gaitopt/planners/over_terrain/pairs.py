@@ -23,6 +23,8 @@ class Cause(TextEnum):
     ROLL = "a foot would roll too far on its foothold"
     LIMB = "a limb would touch the ground, or be above unknown ground"
     TRUNK = "the trunk would touch the ground, or be above unknown ground"
+    TOUCH = "a link would touch another one"
+    FORCE = "no contact forces hold the robot, with its friction and torques"
     GROUND = "no ground to step on"
     PLAN = "the planner of the walk refused it"
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections import Counter
+from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import fields, replace
 from typing import Any
 
@@ -12,8 +13,9 @@ from numpy.typing import ArrayLike
 from gaitopt.conventions import Progress
 from gaitopt.dynamics.contacts import ForceLimits
 from gaitopt.entering.ending import ended
-from gaitopt.errors import InfeasibleStateError, InfeasibleStepError, RouteError, SolverError
+from gaitopt.errors import InfeasibleStateError, TerrainError
 from gaitopt.gait.crawl import WANG_SEQUENCE
+from gaitopt.inputs import check_kind
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.settings.base import check_names
 from gaitopt.plan.settings.crawl import CrawlSettings
@@ -21,15 +23,16 @@ from gaitopt.plan.settings.over_footholds import force_margin
 from gaitopt.plan.settings.time_optimal import RouteSettings
 from gaitopt.plan.state import State
 from gaitopt.planners.crawl import plan_crawl
-from gaitopt.planners.over_terrain.failure import no_plan, no_way
+from gaitopt.planners.over_terrain.failure import also_tried, no_way
 from gaitopt.planners.over_terrain.from_state import pose_of, reached_from
 from gaitopt.planners.over_terrain.links.limbs import Limbs
 from gaitopt.planners.over_terrain.links.plan_clearance import first_touching_step
-from gaitopt.planners.over_terrain.links.rolling import PLANNED, first_rolling_step
+from gaitopt.planners.over_terrain.planned_forces import usual_forces
 from gaitopt.planners.over_terrain.result import TerrainSearch
 from gaitopt.planners.over_terrain.search import Search
 from gaitopt.planners.over_terrain.settings import TerrainSettings
 from gaitopt.planners.over_terrain.setup import first_layer, result_of, search_for, with_settings
+from gaitopt.planners.over_terrain.walks import until, walk_over
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.footholds import Footholds
 from gaitopt.terrain.height_map import HeightMap
@@ -39,26 +42,6 @@ STEP_SHARES = (1.0, 0.7, 0.5)
 one. Shorter steps go up and down higher stairs, and take more time."""
 NARROW = 4
 """Widest beam with which all of them are tried before a wider one, in widths of the first."""
-SIDES = 8
-"""Sides of the friction pyramids where no limits of forces are given: with four a slope of 25
-degrees leaves little of a friction of 0.7, and eight steps up it take 13.2 s in place of 2.4 s."""
-FRICTION_SHARE = 0.85
-"""Share of the ground's friction that forces are planned with where no limits of forces are given.
-Chosen: errors of the body, and feet that roll, need forces beside the planned ones. With all of it
-feet of go2 and anymal_c slid by up to 34 mm on ground that is just as slippery."""
-TRANSFER_TIME = 0.05
-"""Time in which a foot takes over the robot's weight where no limits of forces are given [s].
-Chosen: walks over rubble, stairs and ramps take 1 % longer by that, and their bodies are off their
-plans by 3 to 8 mm in place of 7 to 10 mm in physics."""
-RESERVE, RESERVE_ON_FOUR = 0.03, 0.02
-"""Least normal forces where no limits of forces are given, as shares of the weight. Chosen: with 2
-and 1 % a hind foot of anymal_c lost its contact for 50 ms down stairs; walks take 3 % longer."""
-BEFORE = 4
-"""Steps before one that was refused from which the search goes on: a foot is where the last cycle
-put it. Where the same step is refused again it goes on from as many steps before that."""
-MOST_PLANS = 12
-"""Most walks that are planned over the ways of one search. Chosen: three were needed at most on the
-maps that were tried."""
 
 
 def search_terrain(
@@ -91,8 +74,17 @@ def search_terrain(
         InputError: start, goal or a setting is wrong, or there is no place for the feet at the
             start.
     """
+    return _searched(robot, ground, goal, start, progress, options, None)
+
+
+def _searched(
+    robot: Quadruped, ground: HeightMap, goal: ArrayLike, start: ArrayLike | None,
+    progress: Progress | None, options: Mapping[str, Any], forces: ForceLimits | None,
+) -> TerrainSearch:  # fmt: skip
+    """What :func:`search_terrain` finds, for steps that these limits of contact forces allow."""
     begin, clock = time.perf_counter(), time.thread_time()
-    search = search_for(robot, ground, goal, start, TerrainSettings.for_robot(robot, **options))
+    settings = TerrainSettings.for_robot(robot, **options)
+    search = search_for(robot, ground, goal, start, settings, forces)
     first, usual = first_layer(search), search.judge.settings
     left, end = search.effort, clock + usual.longest(search.course.length)
 
@@ -178,7 +170,8 @@ def plan_terrain(
     Footholds are searched for (:func:`search_terrain`), and the walk over them is planned
     (:func:`gaitopt.plan_crawl`). Limbs and trunk of the plan are looked at once more, all along its
     path. Where the planner refuses a step, or something touches the ground or another link, the
-    search goes on without this step.
+    search goes on without this step. Where no such walk is found, shorter steps are tried, each
+    length for as long as the first one.
 
     Args:
         robot, ground, goal: as for :func:`search_terrain`.
@@ -224,40 +217,41 @@ def plan_terrain(
     )
     asked = _of_search(options)
     further = {name: value for name, value in options.items() if name not in asked}
-    begin = time.perf_counter()
+    if further.get("forces") is not None:
+        check_kind("forces", further["forces"], ForceLimits)
     if search is None:
-        search = search_terrain(robot, ground, goal, start=start, progress=progress, **asked)
+        search = _searched(robot, ground, goal, start, progress, asked, further.get("forces"))
     if search.settings.stability_margin != force_margin(robot):
         further["stability_margin"] = search.settings.stability_margin
     if further.get("forces") is None and not {"timing", "objective"} & further.keys():
-        further["forces"] = ForceLimits(
-            friction=FRICTION_SHARE * search.settings.friction, sides=SIDES,
-            transfer_time=TRANSFER_TIME, reserve=RESERVE, reserve_on_four=RESERVE_ON_FOUR,
-        )  # fmt: skip
+        further["forces"] = usual_forces(search.settings.friction)
     if not search.complete:
         raise no_way(search)
-    searching = search_for(robot, ground, goal, start, search.settings)
-    detail, layers, plans, again = "", [first_layer(searching)], 0, Counter[int]()
-    latest = time.thread_time() + search.settings.longest(search.course.length)
-    while True:
-        plan, refused, detail = _planned(robot, search, searching.limbs, further)
-        if plan is not None:
-            return plan
-        plans += 1
-        late = time.thread_time() > latest
-        if refused < 0 or plans == MOST_PLANS or late:
-            raise no_plan(search, refused, detail, plans, late)
-        again[refused] += 1
-        searching = searching.without(search, refused)
-        kept = layers[: max(refused + 1 - BEFORE * again[refused], 1)]
-        found = searching.run(kept, progress, until=latest)
-        other, layers = result_of(searching, found, begin), list(found.layers)
-        if other.late:
-            # How far another search got in the time that was left says nothing about the ground.
-            raise no_plan(search, refused, detail, plans, late=True)
-        search = other
-        if not search.complete:
-            raise no_way(search, detail)
+    searching = search_for(robot, ground, goal, start, search.settings, further.get("forces"))
+    try:
+        return walk_over(searching, search, further, progress)
+    except TerrainError as error:
+        lengths = _shorter(robot, search.settings, asked)
+        if error.step < 0 or not lengths:
+            raise
+        first = error
+    for length in lengths:
+        other = with_settings(searching, replace(search.settings, step_length=length))
+        begin, latest = time.perf_counter(), until(other)
+        found = result_of(other, other.run([first_layer(other)], progress, until=latest), begin)
+        if found.complete:
+            with suppress(TerrainError):
+                return walk_over(other, found, further, progress)
+    raise also_tried(first, lengths)
+
+
+def _shorter(robot: Quadruped, settings: TerrainSettings, asked: Mapping[str, Any]) -> list[float]:
+    """Shorter lengths of steps to try, where the usual ones are not asked for otherwise [m]."""
+    usual = TerrainSettings.for_robot(robot).step_length
+    lengths = [round(share * usual, 4) for share in STEP_SHARES]
+    if asked.get("step_length") is not None or settings.step_length not in lengths:
+        return []
+    return [length for length in lengths if length < settings.step_length]
 
 
 def _of_search(options: dict[str, Any]) -> dict[str, Any]:
@@ -298,41 +292,3 @@ def _from_state(way: Plan, start: State, forces: ForceLimits | None) -> Plan:
     # The order is that of the footholds.
     open_order = replace(settings, sequence=WANG_SEQUENCE)
     return plan_crawl(way.robot, over, open_order, start=start)
-
-
-def _planned(
-    robot: Quadruped, search: TerrainSearch, limbs: Limbs, options: dict[str, Any]
-) -> tuple[Plan | None, int, str]:
-    """The walk over the footholds of a search; or ``None``, the step that is refused, and why.
-
-    The step is -1 where the planner does not say which it is.
-    """
-    try:
-        plan = plan_crawl(robot, search.footholds, **options)
-    except (InfeasibleStepError, SolverError) as error:
-        return None, _refused_step(error), f"the planner of the walk said: {error}"
-    touching = first_touching_step(plan, limbs)
-    if touching is not None:
-        when = f"in step {touching} of" if touching >= 0 else "where it stands at the start of"
-        words = f"{when} the walk that was planned a limb touches the ground or another link"
-        return None, touching, words
-    rolling = first_rolling_step(plan, PLANNED)
-    if rolling is None:
-        return plan, -1, ""
-    step, leg, way = rolling
-    words = (
-        f"after step {step} of the walk that was planned the foot of {leg} rolls by "
-        f"{1e3 * way:.1f} mm to either side of its place, and "
-        f"{1e3 * PLANNED:.1f} mm are allowed"
-    )
-    return None, step, words
-
-
-def _refused_step(error: InfeasibleStepError | SolverError) -> int:
-    """The step that an error of the planner is about; -1 where it does not say."""
-    if isinstance(error, RouteError):
-        return error.steps[0] if error.steps else -1
-    if isinstance(error, InfeasibleStepError):
-        # What is wrong with the first stance is not there over another first step.
-        return max(error.step, 0)
-    return -1 if error.step is None else max(error.step, 0)

@@ -20,12 +20,13 @@ from gaitopt.conventions import LEGS, FloatArray, Progress
 from gaitopt.gait.crawl import WANG_SEQUENCE
 from gaitopt.planners.over_terrain.course import Course
 from gaitopt.planners.over_terrain.judge import Judge
+from gaitopt.planners.over_terrain.last_look import LastLook
 from gaitopt.planners.over_terrain.links.limbs import Limbs
 from gaitopt.planners.over_terrain.links.rolling import MOST_ROLLED, half_ways, rolled_on
 from gaitopt.planners.over_terrain.outlook import Outlook
 from gaitopt.planners.over_terrain.pairs import Cause, Pairs
 from gaitopt.planners.over_terrain.result import TerrainSearch
-from gaitopt.planners.over_terrain.states import Found, Kept, Layer
+from gaitopt.planners.over_terrain.states import Candidate, Found, Kept, Layer
 from gaitopt.planners.over_terrain.surfaces import Stands
 from gaitopt.terrain.layers import GroundLayers
 
@@ -82,6 +83,7 @@ class Search:
         cycles: how often each leg steps.
         banned: steps that the planner refused, as (number of the step, leg, number of the stand).
         limbs: the robot's links over the ground as it is.
+        last: the look at what the beam would keep.
     """
 
     judge: Judge
@@ -91,6 +93,7 @@ class Search:
     cycles: int
     banned: frozenset[tuple[int, int, int]]
     limbs: Limbs
+    last: LastLook
 
     @property
     def effort(self) -> int:
@@ -198,7 +201,7 @@ class Search:
         if not len(state):
             refused[Cause.GROUND] += int((legs >= 0).sum())
             return None
-        kept = Kept(width)
+        kept = Kept(width, lambda steps: self.last.kept(layer, steps, refused))
         order = np.argsort(cost, kind="stable")
         most = MOST_CHUNKS * max(width // self.judge.settings.width, 1)
         for number, chunk in enumerate(np.array_split(order, max(len(order) // CHUNK, 1))[:most]):
@@ -208,9 +211,11 @@ class Search:
                 rare = number < RARE_CHUNKS
                 self._judge(layer, leg, state[own], stand[own], cost[own], kept, refused, rare)
             tried.update(stand[chunk].tolist())
+            if kept.full:
+                kept.settled()
             if kept.full or thread_time() > until:
                 break
-        return kept.layer(layer, legs)
+        return kept.layer(layer)
 
     def _candidates(
         self, layer: Layer, legs: np.ndarray, refused: Counter[Cause]
@@ -293,5 +298,6 @@ class Search:
         rolled[:, leg] = 0.0
         for n in np.flatnonzero(shares.max(axis=1) <= 1.0):
             i = possible[n]
-            kept.add(int(state[i]), int(stand[i]), leg, float(cost[i] + more[n]), pairs.target[i],
-                     judged.body[i], float(judged.rise[i]), rolled[n])  # fmt: skip
+            kept.add(Candidate(float(cost[i] + more[n]), int(state[i]), int(stand[i]), leg,
+                               pairs.target[i], judged.body[i], float(judged.rise[i]),
+                               rolled[n]))  # fmt: skip

@@ -9,15 +9,18 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gaitopt.conventions import LEGS, FloatArray
+from gaitopt.dynamics.contacts import ForceLimits
 from gaitopt.errors import InputError
 from gaitopt.inputs import check_kind
 from gaitopt.planners.over_terrain.course import Course, course_through
 from gaitopt.planners.over_terrain.detour import Passage
 from gaitopt.planners.over_terrain.footing import layers_for, stands_of, start_stands
 from gaitopt.planners.over_terrain.judge import Judge
+from gaitopt.planners.over_terrain.last_look import LastLook
 from gaitopt.planners.over_terrain.links.limbs import Limbs
 from gaitopt.planners.over_terrain.links.link_spheres import link_spheres
 from gaitopt.planners.over_terrain.links.rolling import at_rest
+from gaitopt.planners.over_terrain.planned_forces import usual_forces
 from gaitopt.planners.over_terrain.result import TerrainSearch
 from gaitopt.planners.over_terrain.search import Search
 from gaitopt.planners.over_terrain.settings import TerrainSettings
@@ -34,9 +37,9 @@ are above it."""
 
 def search_for(
     robot: Quadruped, ground: HeightMap, goal: ArrayLike, start: ArrayLike | None,
-    settings: TerrainSettings,
+    settings: TerrainSettings, forces: ForceLimits | None = None,
 ) -> Search:  # fmt: skip
-    """The search that a robot, a map and a goal ask for.
+    """The search that a robot, a map and a goal ask for, with limits of contact forces.
 
     Raises:
         InputError: an argument is something else, or the robot has other than three joints a leg.
@@ -57,7 +60,11 @@ def search_for(
     stands = stands_of(robot, layers)
     course = course_of(robot, ground, start, goal, judge, stands)
     limbs = Limbs.of(robot, surfaces, settings.limb_clearance)
-    return Search(judge, stands, layers, course, cycles_of(course, settings), frozenset(), limbs)
+    if forces is None:
+        forces = usual_forces(settings.friction)
+    last = LastLook.of(robot, limbs, stands.normals, forces)
+    cycles = cycles_of(course, settings)
+    return Search(judge, stands, layers, course, cycles, frozenset(), limbs, last)
 
 
 def with_settings(search: Search, settings: TerrainSettings) -> Search:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
-from gaitopt.conventions import FloatArray
+from gaitopt.conventions import BoolArray, FloatArray
 from gaitopt.planners.over_terrain.pairs import Cause
 
 CHILDREN = 3
@@ -79,48 +80,96 @@ class Found:
         return out[::-1]
 
 
-class Kept:
-    """States of the next layer, while pairs are judged."""
+class Candidate(NamedTuple):
+    """A step that was found possible.
 
-    def __init__(self, width: int) -> None:
+    Attributes:
+        cost: of the way with it.
+        state: number of the state in the layer before.
+        stand: number of the stand that the foot goes to.
+        leg: index of the leg that steps.
+        target: where the foot goes ``(3,)`` [m].
+        body: x, y, z, roll, pitch, yaw of the body centre during the swing ``(6,)``.
+        rise: height of the swing above its higher end [m].
+        rolled: how far the feet have rolled ``(4, 3, 2)`` [m].
+    """
+
+    cost: float
+    state: int
+    stand: int
+    leg: int
+    target: FloatArray
+    body: FloatArray
+    rise: float
+    rolled: FloatArray
+
+
+class Kept:
+    """States of the next layer, while pairs are judged.
+
+    Args:
+        width: states that are kept at most.
+        look: a last look at steps, which tells the possible ones; it costs much, so only those
+            that would be kept are looked at.
+    """
+
+    def __init__(self, width: int, look: Callable[[Sequence[Candidate]], BoolArray]) -> None:
         self.width, self.each = width, max(-(-width // CHILDREN), 1)
-        self.rows: list[tuple[float, int, int, int, FloatArray, FloatArray, float, FloatArray]]
-        self.rows = []
-        self.of_state: Counter[int] = Counter()
+        self.look = look
+        self.new: list[Candidate] = []
+        self.good: list[Candidate] = []
 
     @property
     def full(self) -> bool:
         """Whether there are enough."""
-        return len(self.rows) >= 2 * self.width
+        return len(self.new) + len(self.good) >= 2 * self.width
 
-    def add(
-        self, state: int, stand: int, leg: int, cost: float, target: FloatArray, body: FloatArray,
-        rise: float, rolled: FloatArray,
-    ) -> None:  # fmt: skip
-        self.rows.append((cost, state, stand, leg, target, body, rise, rolled))
+    def add(self, step: Candidate) -> None:
+        """Put in a possible step."""
+        self.new.append(step)
 
-    def layer(self, before: Layer, legs: np.ndarray) -> Layer | None:
-        """The cheapest of them, few of each state."""
-        if not self.rows:
+    def settled(self) -> list[Candidate]:
+        """The cheapest, few of each state, after a last look; others are dropped."""
+        while True:
+            chosen = self._cheapest()
+            known = {id(step) for step in self.good}
+            asked = [step for step in chosen if id(step) not in known]
+            if not asked:
+                return chosen
+            possible = self.look(asked)
+            self.good += [step for step, good in zip(asked, possible, strict=True) if good]
+            numbers = {id(step) for step in asked}
+            self.new = [step for step in self.new if id(step) not in numbers]
+
+    def layer(self, before: Layer) -> Layer | None:
+        """The states of the next layer; ``None`` for none."""
+        chosen = self.settled()
+        if not chosen:
             return None
-        several = len({row[1] for row in self.rows}) > 1
-        chosen = []
-        for row in sorted(self.rows, key=lambda r: (r[0], r[1], r[2])):
-            if several and self.of_state[row[1]] >= self.each:
-                continue
-            self.of_state[row[1]] += 1
-            chosen.append(row)
-            if len(chosen) == self.width:
-                break
-        state = np.array([row[1] for row in chosen])
-        leg = np.array([row[3] for row in chosen])
+        state = np.array([step.state for step in chosen])
+        leg = np.array([step.leg for step in chosen])
         own = np.arange(len(chosen))
         feet, stands, made = before.feet[state], before.stands[state], before.made[state]
-        feet[own, leg] = [row[4] for row in chosen]
-        stands[own, leg] = [row[2] for row in chosen]
+        feet[own, leg] = [step.target for step in chosen]
+        stands[own, leg] = [step.stand for step in chosen]
         made[own, leg] += 1
         return Layer(
-            feet, stands, np.array([row[5] for row in chosen]), made,
-            np.array([row[0] for row in chosen]), state, leg,
-            np.array([row[6] for row in chosen]), np.array([row[7] for row in chosen]),
+            feet, stands, np.array([step.body for step in chosen]), made,
+            np.array([step.cost for step in chosen]), state, leg,
+            np.array([step.rise for step in chosen]), np.array([step.rolled for step in chosen]),
         )  # fmt: skip
+
+    def _cheapest(self) -> list[Candidate]:
+        """The cheapest of them, few of each state."""
+        both = self.new + self.good
+        several = len({step.state for step in both}) > 1
+        chosen: list[Candidate] = []
+        of_state: Counter[int] = Counter()
+        for step in sorted(both, key=lambda s: s[:3]):
+            if several and of_state[step.state] >= self.each:
+                continue
+            of_state[step.state] += 1
+            chosen.append(step)
+            if len(chosen) == self.width:
+                break
+        return chosen

@@ -16,7 +16,7 @@ from gaitopt.control.build import build_reference
 from gaitopt.control.gains import ControlGains
 from gaitopt.planners.over_terrain.links.rolling import PLANNED, first_rolling_step
 from gaitopt.planners.over_terrain.pairs import Cause
-from gaitopt.planners.over_terrain.planner import FRICTION_SHARE
+from gaitopt.planners.over_terrain.planned_forces import FRICTION_SHARE
 from gaitopt.planners.over_terrain.settings import TerrainSettings
 from gaitopt.planners.over_terrain.setup import first_layer, result_of, search_for
 
@@ -219,7 +219,7 @@ def test_steps_that_a_solver_did_not_solve_are_not_made_again(
         gaitopt.SolverError("after the last step", step=-1),
     ]
     usual = gaitopt.choose_footholds(*FEW_STEPS, start=(0.0, 0.0, 0.0))
-    monkeypatch.setattr("gaitopt.planners.over_terrain.planner.plan_crawl", refusing(errors))
+    monkeypatch.setattr("gaitopt.planners.over_terrain.walks.plan_crawl", refusing(errors))
     plan = gaitopt.plan_terrain(*FEW_STEPS, start=(0.0, 0.0, 0.0))
     assert not errors and plan.footholds != usual
     order = plan.footholds.order
@@ -232,7 +232,7 @@ def test_steps_that_a_solver_did_not_solve_are_not_made_again(
 def test_an_error_of_the_planner_that_names_no_step_becomes_one_clear_error(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("gaitopt.planners.over_terrain.planner.plan_crawl",
+    monkeypatch.setattr("gaitopt.planners.over_terrain.walks.plan_crawl",
                         refusing([gaitopt.SolverError("no solution")] * 2))  # fmt: skip
     with pytest.raises(TerrainError, match=r"the whole of it.*no solution") as told:
         gaitopt.plan_terrain(*FEW_STEPS, start=(0.0, 0.0, 0.0))
@@ -290,17 +290,31 @@ def test_causes_have_words() -> None:
     assert all(len(str(cause)) > 10 for cause in Cause)
 
 
-def test_footholds_over_which_no_walk_is_possible() -> None:
-    """The search knows no torques: it is the planner of the walk that refuses its steps."""
+def test_joints_that_are_too_weak_are_told_by_the_search() -> None:
     with pytest.warns(gaitopt.RobotWarning):
         weak = gaitopt.load_robot("go2", effort_limits=4.0)
     flat = HeightMap(np.zeros((80, 80)), 0.02, (-0.7, -0.8))
-    with pytest.raises(TerrainError, match="no walk over them: step") as caught:
-        gaitopt.plan_terrain(weak, flat, (0.15, 0.0), start=(0.0, 0.0, 0.0), time_limit=600.0)
-    assert caught.value.search.complete and caught.value.leg in LEGS
-    assert list(caught.value.refused) == [Cause.PLAN]
-    assert "12 in all" in str(caught.value) and "time_limit" not in str(caught.value)
-    found = caught.value.search
-    hurried = replace(found, settings=replace(found.settings, time_limit=1e-9))
-    with pytest.raises(TerrainError, match=r"no walk over them: step .* its time was over"):
-        gaitopt.plan_terrain(weak, flat, (0.15, 0.0), start=(0.0, 0.0, 0.0), search=hurried)
+    found = gaitopt.search_terrain(weak, flat, (0.15, 0.0), start=(0.0, 0.0, 0.0), width_limit=6)
+    assert not found.complete and found.footholds.steps == 0
+    assert max(found.refused, key=found.refused.__getitem__) is Cause.FORCE
+
+
+def test_shorter_steps_are_tried_where_all_walks_are_refused(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """No walk of eight steps is allowed: the one that comes out has shorter ones."""
+
+    def planned(robot: gaitopt.Quadruped, over: gaitopt.Footholds, **options: Any) -> gaitopt.Plan:
+        if over.steps == 8:
+            raise gaitopt.SolverError("step 0 (LF): not to its tolerance", step=0)
+        return gaitopt.plan_crawl(robot, over, **options)
+
+    monkeypatch.setattr("gaitopt.planners.over_terrain.walks.plan_crawl", planned)
+    monkeypatch.setattr("gaitopt.planners.over_terrain.walks.MOST_PLANS", 1)
+    assert gaitopt.plan_terrain(*FEW_STEPS, start=(0.0, 0.0, 0.0)).footholds.steps == 12
+    with pytest.raises(TerrainError, match="step 0 of 8"):
+        gaitopt.plan_terrain(*FEW_STEPS, start=(0.0, 0.0, 0.0), step_length=0.1485)
+    monkeypatch.setattr("gaitopt.planners.over_terrain.walks.plan_crawl", refusing(
+        [gaitopt.SolverError("step 0 (LF): not to its tolerance", step=0)] * 3))  # fmt: skip
+    with pytest.raises(TerrainError, match=r"steps of 0.1039 and 0.0742 m were tried, too"):
+        gaitopt.plan_terrain(*FEW_STEPS, start=(0.0, 0.0, 0.0))
