@@ -93,7 +93,7 @@ def verify(
         *_checks_of_forces(plan, forces),
         *weak_settings(plan, [each for each in (plan.settings.promised_forces, forces) if each]),
         None if compared else not_compared(plan.robot),
-        not_judged(),
+        not_judged(plan),
     ]
     judged = tuple(check for check in found if check is not None)
     return Certificate(plan.robot.name, plan.robot.sha256, judged, len(motion.phase) + 1)

@@ -80,7 +80,15 @@ def stronger_in_memory(plan: Plan) -> Plan:
     return replace(plan, robot=other)
 
 
+def tilted(plan: Plan) -> Plan:
+    """Normals lean by 0.06 rad, and the columns' tops are level."""
+    lean = np.array([np.sin(0.06), 0.0, np.cos(0.06)])
+    normals = {leg: np.tile(lean, (n, 1)) for leg, n in plan.footholds.counts.items()}
+    return replace(plan, footholds=plan.footholds.with_(normals=normals))
+
+
 FOUND: dict[str, Fault] = {
+    "normals that lean on columns": tilted,
     "raised limits, its own name": robot("wang2020", "velocity", 10.0),
     "light limbs, its own name": robot("Wang2020", '<mass value', 0.01),
     "light limbs, nearly its own name": robot("wang-2020 ", '<mass value', 0.01),
@@ -138,6 +146,12 @@ def test_what_promises_nothing_is_listed(changed: dict[str, object], word: str, 
     certificate = gaitopt.verify(setting(**changed)(plan))
     assert certificate.outcome is Outcome.CERTIFIED
     assert word in str(certificate["not judged"])
+
+
+def test_a_ground_that_was_taken_away_is_listed(plan: Plan) -> None:
+    bare = replace(plan, footholds=plan.footholds.with_(radius=None))
+    assert "no columns and no map" in str(gaitopt.verify(bare)["not judged"])
+    assert "no columns and no map" not in str(gaitopt.verify(plan)["not judged"])
 
 
 def test_margins_of_phases_are_listed(plan: Plan) -> None:

@@ -23,6 +23,9 @@ from gaitopt.robots.quadruped import Quadruped
 ROUNDING = 1e-9
 """Differences of lengths [m], and of masses and limits as shares of them, that are rounding."""
 
+LOOK_ALIKE = str.maketrans("oil", "011")
+"""Letters that can be taken for digits."""
+
 
 def refuse_other_robot(robot: Quadruped) -> bool:
     """Refuse a robot with a known name that differs from the one of that name.
@@ -60,8 +63,8 @@ def _known_name(name: str) -> str | None:
 
 
 def _letters(name: str) -> str:
-    """Letters and digits of a name, as small ones, without what only looks different."""
-    plain = unicodedata.normalize("NFKC", name).casefold()
+    """Letters and digits of a name, as small ones; O counts as zero, I and L as one."""
+    plain = unicodedata.normalize("NFKC", name).casefold().translate(LOOK_ALIKE)
     return "".join(letter for letter in plain if letter.isalnum())
 
 

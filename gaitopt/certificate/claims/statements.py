@@ -28,6 +28,8 @@ STATEMENTS: Final = (
     "and rounds, the velocity and times of a gait"
 )
 """What a plan file holds beside its path and its promises; see docs/trust.md."""
+OPEN: Final = "the ground beside the footholds, of which the plan knows no columns and no map"
+"""Where nothing says what legs and trunk could touch."""
 
 
 def phases_agree(plan: Plan, motion: Motion) -> Check:
@@ -89,9 +91,10 @@ def _ends(motion: Motion, begin: int, end: int) -> tuple[tuple[int, int], tuple[
     return instant, instant
 
 
-def not_judged() -> Check:
+def not_judged(plan: Plan) -> Check:
     """A line that says what the certificate does not look at."""
-    return unchecked(NOT_JUDGED, "", STATEMENTS, needed=False)
+    known = plan.footholds.ground is not None or plan.footholds.radius is not None
+    return unchecked(NOT_JUDGED, "", STATEMENTS if known else f"{STATEMENTS}; {OPEN}", needed=False)
 
 
 def not_compared(robot: Quadruped) -> Check:

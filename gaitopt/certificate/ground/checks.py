@@ -9,7 +9,11 @@ from gaitopt.certificate.clearance import NAME as CLEARANCE
 from gaitopt.certificate.clearance import ON_EDGE, has_free_swing
 from gaitopt.certificate.contacts import SINKING
 from gaitopt.certificate.enclosure import Pieces
-from gaitopt.certificate.ground.feet import feet_on_the_ground, normals_of_footholds
+from gaitopt.certificate.ground.feet import (
+    feet_on_the_ground,
+    normals_of_footholds,
+    normals_on_columns,
+)
 from gaitopt.certificate.ground.flights import Flights, Ground, looked_at_again
 from gaitopt.certificate.ground.limbs import legs_and_trunk_clear
 from gaitopt.certificate.ground.pillars import Pillars
@@ -33,7 +37,8 @@ def ground_checks(plan: Plan, motion: Motion) -> list[Check | None]:
             rolling_feet(plan, motion),
         ]
     if footholds.radius is not None:
-        return _on(plan, motion, Pillars.of(footholds, plan.robot.foot_radius))
+        pillars = Pillars.of(footholds, plan.robot.foot_radius)
+        return [*_on(plan, motion, pillars), normals_on_columns(plan)]
     return []
 
 

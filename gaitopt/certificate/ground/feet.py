@@ -95,6 +95,25 @@ def normals_of_footholds(plan: Plan, surface: Surface) -> Check:
     return judged("normals of footholds", worst, NORMAL, "rad", where=where)
 
 
+def normals_on_columns(plan: Plan) -> Check | None:
+    """The tops of columns are level, and so normals of footholds on them are vertical.
+
+    ``None`` where they are, or where the footholds have none, which then count as vertical.
+    """
+    if plan.footholds.normals is None:
+        return None
+    worst, where = 0.0, ""
+    for leg, normals in plan.footholds.normals.items():
+        for index, normal in enumerate(normals):
+            angle = float(np.arctan2(np.hypot(normal[0], normal[1]), normal[2]))
+            # What is no number is no normal.
+            if not angle <= worst:
+                worst, where = angle, f"{leg}, foothold {index}"
+    if worst == 0.0:
+        return None
+    return judged("normals of footholds", worst, NORMAL, "rad", where=where)
+
+
 def _angle(touched: FloatArray, normal: FloatArray) -> float:
     """Angle between a normal and those of the ground at a ball [rad].
 
