@@ -1,4 +1,4 @@
-"""Every error that gaitopt raises on purpose.
+"""Every error that gaitopt raises on purpose, and its warnings.
 
 All derive from :class:`GaitoptError`, and most also from the built-in error that fits. A message
 names the leg, step, field or line, gives the numbers, and ends with what to do.
@@ -6,7 +6,10 @@ names the leg, step, field or line, gives the numbers, and ends with what to do.
 
 from __future__ import annotations
 
+import sys
+import warnings
 from dataclasses import dataclass, field, fields
+from types import FrameType
 from typing import Any
 
 
@@ -32,6 +35,15 @@ class StudyError(GaitoptError, RuntimeError):
 
 class StudyWarning(UserWarning):
     """A study goes on, but lines of its table are damaged, or it waits for workers."""
+
+
+def warn(message: str, category: type[Warning]) -> None:
+    """Warn, and name the line outside of gaitopt that made the call."""
+    level = 2
+    frame: FrameType | None = sys._getframe(1)
+    while frame is not None and frame.f_globals.get("__name__", "").split(".")[0] == "gaitopt":
+        level, frame = level + 1, frame.f_back
+    warnings.warn(message, category, stacklevel=level)
 
 
 class FootholdsError(GaitoptError, ValueError):

@@ -223,3 +223,13 @@ def test_something_else_in_place_of_footholds_is_named(wang: gaitopt.Quadruped) 
     for wrong in ("ground.csv", 3, [gaitopt.s_columns(columns=2)]):
         with pytest.raises(InputError, match=r"terrains must be Footholds, or pairs"):
             gaitopt.compare(wang, wrong)  # type: ignore[arg-type]
+
+
+def test_a_warning_names_the_line_of_whoever_called() -> None:
+    """Not a line within gaitopt; so notebooks show the user's own cell."""
+    with pytest.warns(errors.RobotWarning, match="placeholders") as told:
+        gaitopt.load_robot("solo12")
+    assert {Path(one.filename) for one in told} == {Path(__file__)}
+    for name, tree in TREES.items():
+        direct = [n for n in ast.walk(tree) if ast.unparse(n) == "warnings.warn"]
+        assert not direct or name == "errors.py", f"{name}: use gaitopt.errors.warn"

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import os
-import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from difflib import get_close_matches
@@ -15,7 +14,7 @@ from pathlib import Path
 from typing import Any, Final
 from xml.etree import ElementTree
 
-from gaitopt.errors import InputError, MissingPackageError, RobotError, RobotWarning
+from gaitopt.errors import InputError, MissingPackageError, RobotError, RobotWarning, warn
 from gaitopt.files import StrPath
 from gaitopt.robots.abilities import torque_warnings
 from gaitopt.robots.files.notes import Notes
@@ -136,7 +135,7 @@ def load_robot(
     if not any(UNREAL in warning for warning in notes.warnings):
         notes = replace(notes, warnings=(*notes.warnings, *torque_warnings(robot)))
     for warning in notes.warnings:
-        warnings.warn(f"{robot.name}: {warning}", RobotWarning, stacklevel=2)
+        warn(f"{robot.name}: {warning}", RobotWarning)
     return replace(robot, notes=notes)
 
 

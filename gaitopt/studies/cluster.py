@@ -5,13 +5,12 @@ from __future__ import annotations
 import logging
 import queue
 import time
-import warnings
 from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import CancelledError
 from contextlib import contextmanager, suppress
 from typing import Any, Final, TypeVar
 
-from gaitopt.errors import InputError, MissingPackageError, StudyError, StudyWarning
+from gaitopt.errors import InputError, MissingPackageError, StudyError, StudyWarning, warn
 
 ANSWER: Final = 10.0
 """Time in which a scheduler must answer [s]. Chosen here."""
@@ -110,11 +109,10 @@ class _Cluster:
             self.deserted = None
         elif self.deserted is None:
             self.deserted = begin
-            warnings.warn(
+            warn(
                 f"no worker at {self.address}: waiting {WAIT:.0f} s for one; start one with: dask "
                 f"worker {self.address}",
                 StudyWarning,
-                stacklevel=2,
             )
         elif begin - self.deserted > WAIT:
             raise StudyError(

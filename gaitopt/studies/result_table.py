@@ -6,13 +6,12 @@ import csv
 import re
 import types
 import typing
-import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
-from gaitopt.errors import InputError, StudyWarning
+from gaitopt.errors import InputError, StudyWarning, warn
 from gaitopt.files import read_bounded, written_whole
 
 LARGEST: Final = 1_000_000_000
@@ -91,11 +90,10 @@ def tell_wrong(path: Path, wrong: Sequence[int], why: str = "damaged") -> None:
         return
     more = f" and {len(wrong) - MOST_TOLD} more" if len(wrong) > MOST_TOLD else ""
     which = ", ".join(map(str, wrong[:MOST_TOLD])) + more
-    warnings.warn(
+    warn(
         f"{path}: line{'s' * (len(wrong) > 1)} {which}: {why}, and not counted; what belongs there "
         "is computed again",
         StudyWarning,
-        stacklevel=2,
     )
 
 
