@@ -19,7 +19,7 @@ from gaitopt.viewing.figures.panels import Panels, panels
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-GROUP = ("robot", "terrain", "difficulty", "sizes", "friction")
+GROUP = ("robot", "terrain", "difficulty", "sizes", "friction", "physics_friction")
 """What walks of a line of the table have in common."""
 STAGES = ("solvable", "found", "planned", "certified", "passed")
 """How far a walk may get, by column of the study's table."""
@@ -47,9 +47,10 @@ class Standing(NamedTuple):
     @property
     def ground(self) -> str:
         """The ground in words."""
-        _, terrain, difficulty, sizes, friction = self.group
+        _, terrain, difficulty, sizes, friction, in_physics = self.group
         words = f"{terrain} {sizes}" if sizes else f"{terrain} {float(difficulty):g}"
-        return f"{words}, friction {float(friction):g}" if friction else words
+        words += f", friction {float(friction):g}" if friction else ""
+        return f"{words}, {float(in_physics):g} in physics" if in_physics else words
 
 
 def standings(rows: Rows) -> list[Standing]:

@@ -51,6 +51,7 @@ class TerrainWalk:
             map is solvable; 0 to leave that open.
         certify, collisions: whether to certify the plan, and whether for self-collisions, too.
         simulate: whether to walk the plan in physics.
+        physics_friction: coefficient of friction in physics; ``None`` for the usual 1.0.
     """
 
     robot: str = "go2"
@@ -65,6 +66,7 @@ class TerrainWalk:
     certify: bool = True
     collisions: bool = True
     simulate: bool = False
+    physics_friction: float | None = None
 
     def ground(self, robot: Quadruped) -> HeightMap:
         """The ground, to the robot's size.
@@ -242,7 +244,7 @@ def _walk(walk: TerrainWalk, found: dict[str, Any]) -> None:
     if walk.certify:
         _certify(plan, walk, found)
     if walk.simulate:
-        _simulate(plan, found)
+        _simulate(plan, walk, found)
 
 
 def _no_way(search: TerrainSearch, found: dict[str, Any]) -> None:
@@ -274,12 +276,14 @@ def _certify(plan: Plan, walk: TerrainWalk, found: dict[str, Any]) -> None:
         found |= {"status": "not certified", "message": str(certificate.outcome)}
 
 
-def _simulate(plan: Plan, found: dict[str, Any]) -> None:
+def _simulate(plan: Plan, walk: TerrainWalk, found: dict[str, Any]) -> None:
     """Walk a plan in physics."""
+    from gaitopt.simulation.settings import SimulationSettings
     from gaitopt.simulation.simulate import simulate
 
     with _timed(found, "simulate_time"):
-        result = simulate(plan)
+        friction = walk.physics_friction
+        result = simulate(plan, None if friction is None else SimulationSettings(friction=friction))
     found |= {
         "passed": result.passed, "landing_error": result.landing_error, "tilt": result.tilt,
     }  # fmt: skip
