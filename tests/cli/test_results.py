@@ -19,6 +19,7 @@ from gaitopt import InputError, Plan
 from gaitopt.cli.results import report
 from gaitopt.cli.results.documents import plain
 from gaitopt.cli.results.run_folder import record_run, run_folder
+from gaitopt.cli.results.verdict import verdict_line
 
 Command = Callable[..., Result]
 HIPS = {"LF": (0.2, 0.15), "LH": (-0.2, 0.15), "RH": (-0.2, -0.15), "RF": (0.2, -0.15)}
@@ -137,6 +138,17 @@ def test_a_fast_walk_has_plan_and_replay_only_and_a_record(
         (("race", "--rows", "route", "--no-bound"), {"finishes", "files", "robot"}),
     ],
 )
+def test_the_verdict_sends_only_robots_with_masses_into_physics(table: Path) -> None:
+    robot = gaitopt.load_robot("wang2020")
+    plan = gaitopt.plan_crawl(robot, gaitopt.Footholds.from_csv(table), timing="velocity")
+    certificate = gaitopt.verify(plan, collisions=False)
+    file = Path("out/plan.npz")
+    assert verdict_line(certificate, None, file).endswith("next: gaitopt simulate out/plan.npz")
+    told = verdict_line(certificate, None, file, masses=False)
+    assert "next: gaitopt export out/plan.npz" in told and "--masses shapes" in told
+    assert "simulate" not in told
+
+
 def test_programs_get_one_document(
     command: Command, table: Path, tmp_path: Path, arguments: tuple[str, ...], names: set[str]
 ) -> None:

@@ -88,7 +88,8 @@ def deliver(
     for line in given.told:
         report.say(line)
     report.files(listed)
-    report.say(f"[bold]{escape(verdict_line(certificate, physics, place / PLAN))}[/]")
+    masses = given.plan.robot.mass > 0.0
+    report.say(f"[bold]{escape(verdict_line(certificate, physics, place / PLAN, masses))}[/]")
     report.end()
     if results.show:
         show_page(place / given.page, report)

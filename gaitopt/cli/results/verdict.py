@@ -10,15 +10,19 @@ if TYPE_CHECKING:
     from gaitopt.simulation.result import SimulationResult
 
 
-def verdict_line(certificate: Certificate, physics: SimulationResult | None, plan: Path) -> str:
+def verdict_line(
+    certificate: Certificate, physics: SimulationResult | None, plan: Path, masses: bool = True
+) -> str:
     """One line: what is certified, what physics says, and what to do next.
 
     Args:
         certificate: of the plan.
         physics: the walk in physics; ``None`` where it was not tried.
         plan: the plan's file.
+        masses: whether the robot has masses, without which there is no physics.
     """
-    return "; ".join([_certified(certificate), _tried(physics), _next(certificate, physics, plan)])
+    ahead = _next(certificate, physics, plan, masses)
+    return "; ".join([_certified(certificate), _tried(physics), ahead])
 
 
 def verdict_code(
@@ -55,8 +59,12 @@ def _tried(physics: SimulationResult | None) -> str:
     return "passed in physics" if physics.passed else f"failed in physics ({physics.failures[0]})"
 
 
-def _next(certificate: Certificate, physics: SimulationResult | None, plan: Path) -> str:
+def _next(
+    certificate: Certificate, physics: SimulationResult | None, plan: Path, masses: bool
+) -> str:
     doubtful = not certificate.ok or certificate.outcome == "not all checked"
     if doubtful or (physics is not None and not physics.passed):
         return f"next: gaitopt verify {plan}"
+    if physics is None and not masses:
+        return f"next: gaitopt export {plan}, or masses for physics (--masses shapes)"
     return f"next: gaitopt {'simulate' if physics is None else 'export'} {plan}"
