@@ -130,14 +130,6 @@ def test_a_fast_walk_has_plan_and_replay_only_and_a_record(
     assert command(*arguments, "--overwrite").exit_code == 0
 
 
-@pytest.mark.parametrize(
-    ("arguments", "names"),
-    [
-        (("walk", "--fast", "--simulate"), {"plan", "certificate", "physics", "files"}),
-        (("compare",), {"outcomes", "infeasible"}),
-        (("race", "--rows", "route", "--no-bound"), {"finishes", "files", "robot"}),
-    ],
-)
 def test_the_verdict_sends_only_robots_with_masses_into_physics(table: Path) -> None:
     robot = gaitopt.load_robot("wang2020")
     plan = gaitopt.plan_crawl(robot, gaitopt.Footholds.from_csv(table), timing="velocity")
@@ -149,6 +141,14 @@ def test_the_verdict_sends_only_robots_with_masses_into_physics(table: Path) -> 
     assert "simulate" not in told
 
 
+@pytest.mark.parametrize(
+    ("arguments", "names"),
+    [
+        (("walk", "--fast", "--simulate"), {"plan", "certificate", "physics", "files"}),
+        (("compare",), {"outcomes", "infeasible"}),
+        (("race", "--rows", "route", "--no-bound"), {"finishes", "files", "robot"}),
+    ],
+)
 def test_programs_get_one_document(
     command: Command, table: Path, tmp_path: Path, arguments: tuple[str, ...], names: set[str]
 ) -> None:
