@@ -150,7 +150,7 @@ def _read(source: StrPath, options: ReadOptions) -> tuple[str, str, Notes]:
         return (name, text, Notes()) if plain else (name, *read_text(text, name, options))
     if name in EXAMPLE_ROBOTS:
         return (name, *read_file(example_urdf(name), options))
-    if "<" in str(source):
+    if _is_text(source):
         urdf, notes = read_text(str(source), "robot", options)
         return _own_name("", urdf, "text"), urdf, notes
     found = _packaged(name, source)
@@ -202,7 +202,7 @@ def robot_file(source: StrPath) -> Path | None:
         RobotError, MissingPackageError: as for :func:`load_robot`.
     """
     name = str(source).strip().lower()
-    if name in OWN_NAMES or "<" in str(source):
+    if name in OWN_NAMES or _is_text(source):
         return None
     if name in EXAMPLE_ROBOTS:
         return example_urdf(name)
@@ -215,6 +215,16 @@ def _packaged(name: str, source: StrPath) -> tuple[Path, Mapping[str, str]] | No
     if is_file(Path(source)) or not name.isidentifier():
         return None
     return packaged_robot(name)
+
+
+def _is_text(source: StrPath) -> bool:
+    """Whether it is the text of a robot file: it has a tag, and is no path.
+
+    A path may hold a ``<``, too: that of a file which exists, or one that ends as robot files do.
+    """
+    if not isinstance(source, str) or "<" not in source:
+        return False
+    return not is_file(Path(source)) and Path(source).suffix.lower() not in ROBOT_FILES
 
 
 def _user_file(source: StrPath) -> Path:

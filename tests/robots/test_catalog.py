@@ -13,7 +13,14 @@ import pytest
 from gaitopt.certificate.claims.known_robot import refuse_other_robot
 from gaitopt.conventions import GRAVITY
 from gaitopt.errors import InputError, MissingPackageError, RobotError
-from gaitopt.robots.catalog import EXAMPLE_ROBOTS, OWN_ROBOTS, load_robot, own_urdf, robot_names
+from gaitopt.robots.catalog import (
+    EXAMPLE_ROBOTS,
+    OWN_ROBOTS,
+    load_robot,
+    own_urdf,
+    robot_file,
+    robot_names,
+)
 from gaitopt.robots.files import reading
 from gaitopt.robots.quadruped import Quadruped
 
@@ -73,6 +80,18 @@ def test_another_robot_with_a_known_name_is_told_apart(tmp_path: Path) -> None:
 def test_path_need_not_end_in_urdf(tmp_path: Path) -> None:
     shutil.copy(own_urdf("wang2020"), tmp_path / "robot")
     assert load_robot(tmp_path / "robot").name == "wang2020"
+
+
+def test_a_path_may_hold_what_a_tag_begins_with(tmp_path: Path) -> None:
+    folder = tmp_path / "<mine>"
+    folder.mkdir()
+    shutil.copy(own_urdf("wang2020"), folder / "dog<1>.urdf")
+    for source in (folder / "dog<1>.urdf", str(folder / "dog<1>.urdf")):
+        assert load_robot(source).name == "dog<1>"
+        assert robot_file(source) == folder / "dog<1>.urdf"
+    shutil.copy(own_urdf("wang2020"), folder / "dog<2>")
+    assert load_robot(str(folder / "dog<2>")).name == "dog<2>"
+    assert refusal(str(folder / "dog<3>.urdf")).startswith(f"no robot file at {folder}")
 
 
 def test_case_and_blanks_of_a_name_do_not_count() -> None:

@@ -81,8 +81,10 @@ def find_limbs(tree: UrdfTree) -> list[Limb]:
     Raises:
         RobotError: there are no four legs, or more sets of four than one.
     """
-    paths = [tree.moving_above(tip.child) for tip in _tips(tree)]
-    paths = [path for path in paths if len(path) >= min(LEG_JOINTS)]
+    chains = [tree.moving_above(tip.child) for tip in _tips(tree)]
+    paths = [path for path in chains if len(path) >= min(LEG_JOINTS)]
+    if not paths:
+        raise RobotError(f"{tree.label}: no four legs found: {_too_short(tree, chains)}")
     if len(paths) > MOST_TIPS:
         paths = [path for path in paths if leg_of_names(joint.name for joint in path)]
     poses = tree.poses()
@@ -109,6 +111,20 @@ def find_limbs(tree: UrdfTree) -> list[Limb]:
                 f"quadruped has four ({sorted(others)[0]} could be one, too): {CURE}"
             )
     return list(best.limbs)
+
+
+def _too_short(tree: UrdfTree, chains: list[list[Joint]]) -> str:
+    """Why there is no leg where no chain has as many joints as a leg."""
+    if not chains:
+        return (
+            f"nothing moves in this file ({len(tree.links)} links, {len(tree.joints)} joints, "
+            "which are all fixed); give a file with the joints of the legs"
+        )
+    return (
+        f"every joint that moves hangs on the body alone ({_listed(chains)}), and a leg has 2 or "
+        "3 hinges, one below the other: let thighs hang on hips and lower legs on thighs (in an "
+        "MJCF, put their <body> inside each other)"
+    )
 
 
 def _other_kinds(paths: list[list[Joint]]) -> str:

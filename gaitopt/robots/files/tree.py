@@ -151,8 +151,11 @@ class UrdfTree:
         roots = [name for name in self.links if name not in self._above]
         if len(roots) != 1:
             said = ", ".join(roots[:5]) or "none"
+            alone = [name for name in roots if not self._below[name]][: len(roots) - 1]
+            cure = f": remove {', '.join(alone[:5])}, or let a joint hold it" if alone else ""
             raise RobotError(
                 f"{self.label}: {len(roots)} links hang on no joint ({said}); a robot has one base"
+                f"{cure}"
             )
         self.base = roots[0]
         reached = len(list(self.walk()))

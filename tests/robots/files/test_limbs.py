@@ -37,6 +37,23 @@ def test_arm_of_any_number_of_joints_is_no_leg(count: int) -> None:
     assert len(made.notes.locked) == count
 
 
+def test_links_side_by_side_are_no_legs() -> None:
+    """As in an MJCF whose bodies are not inside each other."""
+    text = "".join(
+        link(f"{name}{part}") + joint(f"{name}{part}_j", "base", f"{name}{part}", axis="0 1 0",
+                                      kind="revolute")
+        for name in CORNERS for part in ("hip", "thigh")
+    )  # fmt: skip
+    told = refusal(f'<robot name="flat">{link("base", 5.0)}{text}</robot>')
+    assert "every joint that moves hangs on the body alone (" in told and "LFhip_j; " in told
+    assert "put their <body> inside each other" in told
+    told = refusal(f'<robot name="one">{link("base", 5.0)}</robot>')
+    assert told.endswith(
+        "nothing moves in this file (1 links, 0 joints, which are all fixed); give a file with the "
+        "joints of the legs"
+    )
+
+
 def test_names_decide_between_four_legs_and_two_arms_like_legs() -> None:
     arms = leg("LF").replace("LF_", "arm_a_") + leg("RF").replace("RF_", "arm_b_")
     made = quiet(robot(arms))
@@ -150,7 +167,11 @@ def test_link_on_two_joints_is_a_closed_chain() -> None:
 @pytest.mark.parametrize(
     ("extra", "words"),
     [
-        (link("loose"), "2 links hang on no joint (base, loose)"),
+        (
+            link("loose"),
+            "2 links hang on no joint (base, loose); a robot has one base: remove loose, or let a "
+            "joint hold it",
+        ),
         (joint("odd", "base", "nothing"), "names the link 'nothing', which is missing"),
         ('<joint name="odd" type="fixed"><parent link="base"/></joint>', "has no child link"),
         (link("a") + link("b") + joint("ab", "a", "b") + joint("ba", "b", "a"), "form a circle"),
