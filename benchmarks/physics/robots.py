@@ -64,6 +64,8 @@ def _short(warning: str) -> str:
         "torque limits are too small": "torque limits too small to stand",
         "lower limits above": "limits exchanged",
         "xacro arguments": "xacro arguments",
+        "elements that no URDF": "elements not read",
+        "motors that have about": "large motor inertias",
     }
     for begin, short in known.items():
         if warning.startswith(begin):

@@ -28,6 +28,12 @@ CONTINUOUS = 2
 accelerations jump."""
 UNIT = 0.01
 """Unit of the program's unknowns [m]: of the size of the body's displacements."""
+LEAST_ROW = 1e-9
+"""Largest factor below which a condition does not depend on the path: what is left is rounding of
+differences, and those that count have factors of 1e-4 and more."""
+FAR = 1e4
+"""Displacement that no path has, in units of :data:`UNIT`. Conditions that are kept up to there are
+left out: their large numbers spoil the solver's."""
 BESIDE = 1e-9
 """How long before the end of a phase its acceleration is taken [s]."""
 
@@ -187,6 +193,11 @@ def solve_balanced_path(
     begin = np.concatenate([start.T.ravel(), np.zeros(len(problem.wished))]) / units
     size = np.abs(matrix.tocsr()).max(axis=1).toarray().ravel()
     shift = matrix @ begin
+    room = np.minimum(shift - low, high - shift)
+    bind = (size > LEAST_ROW) & (room <= FAR * size)
+    matrix, low, high, shift, size = (
+        matrix.tocsr()[bind], low[bind], high[bind], shift[bind], size[bind]
+    )  # fmt: skip
     scale = 1.0 / float(np.abs(hessian.diagonal()).max())
     found, _ = solve_sparse(
         scale * hessian, scale * (gradient + hessian @ begin),

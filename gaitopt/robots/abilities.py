@@ -26,6 +26,11 @@ PLACEHOLDER_FACTOR: Final = 10.0
 of a leg, a torque that no leg needs: the factor is 127 for solo12, and at most 0.75 for the robots
 with real limits."""
 
+LARGEST_INERTIA_SHARE: Final = 0.2
+"""Inertia of a motor, seen at its joint, from which on it is warned about, as a share of the
+robot's mass times the square of its leg's reach. It is 1.5 for the Bittle of a public set, which
+falls in physics, and at most 0.017 for some 30 other robots whose files have armatures."""
+
 
 def has_quick_joints(robot: Quadruped) -> bool:
     """Whether forces, and not joints, set the pace of a robot's walks.
@@ -63,6 +68,30 @@ def torque_warnings(robot: Quadruped) -> list[str]:
         f"effort limits that look like placeholders [N m]: {first_of(high)}; these torques are not "
         "limited: give effort_limits= in N m",
         *strength_warnings(robot),
+    ]
+
+
+def inertia_warnings(robot: Quadruped) -> list[str]:
+    """A warning, if motors have more inertia than they can turn quickly.
+
+    They are compared with the whole robot's mass at the distance of a leg's reach. Models have such
+    numbers where they were written for a larger robot, or to keep a simulator stable.
+    """
+    high = []
+    for name, leg in robot.legs.items():
+        robots = robot.mass * leg.reach**2
+        inertias = robot.motor_inertia[list(robot.leg_columns[name])]
+        high += [
+            f"{joint} {inertia:.3g} of {robots:.3g}"
+            for joint, inertia in zip(leg.joints, inertias, strict=True)
+            if inertia > LARGEST_INERTIA_SHARE * robots > 0.0
+        ]
+    if not high:
+        return []
+    return [
+        "motors that have about as much inertia as the whole robot at a leg's length [kg m^2]: "
+        f"{first_of(high)}; such joints turn too slowly to walk by; if the file's armature is "
+        "wrong, give motor_inertia= in kg m^2"
     ]
 
 

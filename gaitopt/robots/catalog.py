@@ -16,7 +16,7 @@ from xml.etree import ElementTree
 
 from gaitopt.errors import InputError, MissingPackageError, RobotError, RobotWarning, warn
 from gaitopt.files import StrPath
-from gaitopt.robots.abilities import torque_warnings
+from gaitopt.robots.abilities import inertia_warnings, torque_warnings
 from gaitopt.robots.files.notes import Notes
 from gaitopt.robots.files.options import ReadOptions, folder_paths
 from gaitopt.robots.files.packages import packaged_robot
@@ -133,7 +133,8 @@ def load_robot(
     name, urdf, notes = _read(source, options)
     robot = Quadruped.from_urdf(urdf, name or None, knees)
     if not any(UNREAL in warning for warning in notes.warnings):
-        notes = replace(notes, warnings=(*notes.warnings, *torque_warnings(robot)))
+        told = (*notes.warnings, *torque_warnings(robot), *inertia_warnings(robot))
+        notes = replace(notes, warnings=told)
     for warning in notes.warnings:
         warn(f"{robot.name}: {warning}", RobotWarning)
     return replace(robot, notes=notes)

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from gaitopt.certificate.claims.known_robot import refuse_other_robot
-from gaitopt.conventions import GRAVITY
+from gaitopt.conventions import GRAVITY, LEGS
 from gaitopt.errors import InputError, MissingPackageError, RobotError
 from gaitopt.robots.catalog import (
     EXAMPLE_ROBOTS,
@@ -230,6 +230,19 @@ def test_torque_limits_too_small_to_stand_are_warned_about() -> None:
         text = f"LF_KFE {needed:.3g} of {share * needed:.3g}; if they are placeholders"
         assert [text in str(w.message) for w in caught] == [True] * told
         assert len(made.notes.warnings) == told
+
+
+def test_motors_heavier_to_turn_than_the_robot_are_warned_about() -> None:
+    robot = load_robot("wang2020")
+    whole = 25.0 * robot.legs["LF"].reach ** 2
+    for share, told in ((0.25, 4), (0.15, 0)):
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            load_robot("wang2020", motor_inertia={f"{leg}_KFE": share * whole for leg in LEGS})
+        texts = [str(w.message) for w in caught]
+        assert len(texts) == (told > 0)
+        assert all(f"LF_KFE {share * whole:.3g} of {whole:.3g}, " in text for text in texts)
+        assert all("give motor_inertia= in kg m^2" in text for text in texts)
 
 
 @pytest.mark.parametrize("kind", ["visual", "collision", "inertial"])

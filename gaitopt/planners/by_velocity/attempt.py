@@ -83,6 +83,8 @@ def attempt(robot: Quadruped, settings: GaitSettings, stands: FloatArray | None 
     limits = settings.forces
     if limits is None or not _lengths(motion, settings).reached.all():
         return _without_forces(motion, settings)
+    if not all(leg.has_roll for leg in robot.legs.values()):
+        return _with_forces(motion, settings, limits, Freedom.AHEAD)
     if settings.schedule.has_flight:
         return _free(motion, settings, limits)
     level = _with_forces(motion, settings, limits, Freedom.LEVEL)

@@ -59,7 +59,7 @@ def balanced_motion(
         motion: along its route.
         limits: on forces, with the reserves that planning needs.
         period: of the gait, which weighs accelerations against displacements [s].
-        largest_offset: how far from the route the body may go along x and y [m].
+        largest_offset: how far from the route the body may go along x and y, or along its way [m].
         target: margin above which a larger one has no value [m].
         pieces: of the body's spline in the time of a swing, at least.
         freedom: how the body may move.
@@ -93,7 +93,8 @@ def balanced_motion(
         off, short = rows.missed(reaction(motion, times, centre))
         when = float(times[rows.samples[int((off + short).argmax())]])
         if off.max() <= ON_LINE and short.max() <= INSIDE:
-            return replace(motion, sway=spline.path(points)), when
+            found = points * motion.ahead if freedom is Freedom.AHEAD else points
+            return replace(motion, sway=spline.path(found)), when
         missed = float(off.max() + short.max())
         if not missed < worst:
             break

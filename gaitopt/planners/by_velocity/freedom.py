@@ -1,4 +1,4 @@
-"""How the body of a gait may move: level at one height, or free to rise, fall and turn."""
+"""How a gait's body may move: straight ahead, level at one height, or free to rise and turn."""
 
 from __future__ import annotations
 
@@ -21,6 +21,9 @@ above: a bound of a1 pitches by 0.09 to either side."""
 class Freedom(Enum):
     """Which coordinates of the body are found."""
 
+    AHEAD = auto()
+    """The way of its centre along a straight route: legs without roll joints hold it there. The
+    body is level, at one height."""
     LEVEL = auto()
     """x and y of its centre; it is level, at one height, and turns as its route does."""
     FREE = auto()
@@ -29,12 +32,15 @@ class Freedom(Enum):
     def route(self, motion: GaitMotion, times: FloatArray) -> States:
         """The coordinates along the route ``(N, d)``, and two derivatives."""
         centre = motion.route.motion(times)
+        if self is Freedom.AHEAD:
+            place, velocity, acceleration = (row @ motion.ahead[:, None] for row in centre)
+            return place, velocity, acceleration
         return motion.base_of(times, centre) if self is Freedom.FREE else centre
 
     def sizes(self, motion: GaitMotion) -> FloatArray:
         """Lengths that count like a unit of each coordinate ``(d,)`` [m]."""
-        if self is Freedom.LEVEL:
-            return np.ones(2)
+        if self is not Freedom.FREE:
+            return np.ones(1 if self is Freedom.AHEAD else 2)
         return np.repeat([1.0, motion.robot.stance_size[0] / 2.0], 3)
 
     def largest_offsets(self, motion: GaitMotion, level: float) -> FloatArray:
@@ -42,8 +48,8 @@ class Freedom(Enum):
 
         Args:
             motion: along its route.
-            level: the same of x and y [m].
+            level: the same of x and y, or of the way [m].
         """
-        if self is Freedom.LEVEL:
-            return np.full(2, level)
+        if self is not Freedom.FREE:
+            return np.full(1 if self is Freedom.AHEAD else 2, level)
         return np.array([level, level, LARGEST_RISE * motion.height, *[LARGEST_TURN] * 3])

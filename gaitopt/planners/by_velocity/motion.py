@@ -61,6 +61,11 @@ class GaitMotion:
         lasting = [e.touch_down - e.lift_off for e in self.events]
         return swing_curve(self.swing, ends[:, 0], ends[:, 1], self.swing_height, lasting)
 
+    @property
+    def ahead(self) -> FloatArray:
+        """The direction in which a straight route begins ``(2,)``, a unit vector."""
+        return np.array([np.cos(self.route.heading), np.sin(self.route.heading)])
+
     def centre(self, times: FloatArray) -> States:
         """Positions, velocities and accelerations of the body's centre ``(N, 2)`` in the world."""
         if self.sway is None:

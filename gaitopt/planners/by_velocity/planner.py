@@ -23,6 +23,7 @@ from gaitopt.plan.plan import Plan
 from gaitopt.plan.settings.by_velocity import GaitSettings
 from gaitopt.plan.settings.keywords import chosen_settings, takes_settings
 from gaitopt.plan.state import State
+from gaitopt.planners.by_velocity.ahead import why_not_ahead
 from gaitopt.planners.by_velocity.attempt import attempt
 from gaitopt.planners.by_velocity.limits import explain
 from gaitopt.planners.by_velocity.motion import GaitMotion
@@ -140,17 +141,15 @@ def _check_forces(robot: Quadruped, settings: GaitSettings) -> None:
     """Refuse what no path of the body gives contact forces.
 
     Raises:
-        InputError: the body may not sway, legs have no roll joint, feet lift off and land at some
-            speed, or the robot has no mass.
+        InputError: the body may not sway, legs have no roll joint and the gait is none that
+            they can walk straight ahead, feet lift off and land at some speed, or the robot has no
+            mass.
     """
     robot.require_masses()
     if not settings.sway:
         why = "the body has to leave its straight way for them, and sway=False forbids it"
-    elif not all(leg.has_roll for leg in robot.legs.values()):
-        why = (
-            f"the body has to move sideways for them, and {robot.name} has legs without roll joint "
-            "(plan_crawl, gaitopt walk, walks straight ahead with contact forces)"
-        )
+    elif (ahead := why_not_ahead(robot, settings)) is not None:
+        why = ahead
     elif np.abs(_swing_ends(settings.swing)).max() > 0.0:
         gentle = ", ".join(repr(n) for n in SWING_CURVES if not _swing_ends(n).any())
         why = (

@@ -41,13 +41,15 @@ def reaction(motion: GaitMotion, times: FloatArray, centre: FloatArray) -> Float
     Args:
         motion: whose feet are taken, and for a level body its yaw.
         times: ``(N,)`` [s].
-        centre: place, velocity and acceleration of a level body's centre ``(N, 3, 2)``, or of the
-            base's six coordinates ``(N, 3, 6)``.
+        centre: place, velocity and acceleration of a level body's centre ``(N, 3, 2)``, of its way
+            along a straight route ``(N, 3, 1)``, or of the base's six coordinates ``(N, 3, 6)``.
 
     Raises:
         InputError: a foot is out of reach.
     """
     robot = motion.robot
+    if centre.shape[2] == 1:
+        centre = centre * motion.ahead
     base = centre[:, 0], centre[:, 1], centre[:, 2]
     if centre.shape[2] == 2:
         base = motion.base_of(times, base)

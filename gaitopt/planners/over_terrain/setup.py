@@ -30,6 +30,7 @@ from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.footholds import Footholds
 from gaitopt.terrain.height_map import HeightMap
 
+_IN_PLANES = ", straight ahead, in the planes of the legs (s_columns(robot=robot) makes such)"
 ROOM = 0.8
 """Ground behind the stance at the usual start, as a share of the standing height: trunk and knees
 are above it."""
@@ -47,11 +48,13 @@ def search_for(
     check_kind("robot", robot, Quadruped)
     check_kind("ground", ground, HeightMap)
     for leg in robot.legs.values():
-        if len(leg.joints) != 3 or leg.is_general:
+        flat = len(leg.joints) != 3
+        if flat or leg.is_general:
+            what = "has no roll joint" if flat else "is not roll-pitch-pitch"
             raise InputError(
-                f"{robot.name}: leg {leg.name} is not roll-pitch-pitch; footholds on a map are "
-                "searched for robots with such legs only; plan_crawl walks over footholds that "
-                "you give"
+                f"{robot.name}: leg {leg.name} {what}; footholds on a map are searched for robots "
+                "with roll-pitch-pitch legs only; plan_crawl (gaitopt walk) walks over footholds "
+                f"that you give{_IN_PLANES if flat else ''}"
             )
     layers = layers_for(robot, ground, settings)
     radii = np.append(link_spheres(robot).radii, robot.foot_radius)

@@ -12,6 +12,7 @@ import gaitopt
 from gaitopt import (
     LEGS,
     ForceLimits,
+    GaitSchedule,
     InfeasibleSpeedError,
     InputError,
     Plan,
@@ -204,8 +205,31 @@ def test_what_has_no_forces_is_refused_with_words() -> None:
         with pytest.raises(InputError, match=words) as refused:
             plan_gait(robot, schedule, **asked, **changes)
         assert 'timing="velocity"' in str(refused.value)
-    with pytest.raises(InputError, match="roll joint"):
-        plan_gait(gaitopt.load_robot("solo8"), trot(0.5), **asked)
+    solo = gaitopt.load_robot("solo8")
+    for schedule, changes, words in (
+        (trot(0.5), {}, "needs phases of four feet"),
+        (walk(2.0), {}, "needs phases of four feet"),
+        (pace(0.5, 0.7), {}, "fall to the side"),
+        (trot(0.5, 0.6), {"velocity": (0.1, 0.1)}, "straight ahead"),
+        (trot(0.5, 0.6), {"yaw_rate": 0.1}, "straight ahead"),
+    ):
+        with pytest.raises(InputError, match=f"solo8 has legs without roll joint.*{words}"):
+            plan_gait(solo, schedule, **{**asked, **changes})
+
+
+@pytest.mark.parametrize("schedule", [trot(0.5, 0.6), walk(2.0, 0.85)], ids=lambda s: s.name)
+def test_legs_without_roll_joints_walk_straight_ahead_with_forces(schedule: GaitSchedule) -> None:
+    """The body's centre stays on the line ahead, wherever that points to."""
+    robot, heading = gaitopt.load_robot("solo8"), 0.4
+    plan = plan_gait(robot, schedule, velocity=0.2, distance=0.05, heading=heading)
+    verdict = gaitopt.verify(plan, collisions=False)
+    assert not verdict.violations and verdict["contact forces"].status == "ok"
+    assert schedule.name == "walk" or gaitopt.simulate(plan).passed
+    ahead = np.array([np.cos(heading), np.sin(heading)])
+    base = plan.path.evaluate(np.linspace(0.0, plan.duration, 50), 0)[:, :2]
+    assert np.abs((base - base[0]) @ [-ahead[1], ahead[0]]).max() < 1e-9
+    feet = np.array(plan.footholds["LF"])
+    assert (base[-1] - base[0]) @ ahead == pytest.approx((feet[-1] - feet[0])[:2] @ ahead)
 
 
 def test_a_gait_without_forces_tells_where_and_what_would_do() -> None:
