@@ -1,11 +1,14 @@
 """Walks with forces on all robots: how fast, certified or not, and what physics makes of them.
 
-``python -m benchmarks.physics.forces --seeds 3 [--robots go2,a1] [--free dynamic] [--physics]
-[--sweep]`` prints a table. With ``--free`` it is of the walks of this variant of ``plan_route``, in
-place of the default ones. With ``--physics`` certificates are left out, which takes half of the
-time. ``found`` counts the walks that are not the walk phase by phase in its place. With ``--sweep``
-it also looks for the fastest walk of a fixed speed, planned phase by phase without forces, that
-passes in physics: what could be had before.
+``python -m benchmarks.physics.forces --seeds 3 [--robots go2,a1] [--walks default,swing]
+[--sweep] [--no-physics] [--no-certificate] [--rows rows.csv]`` prints a table. ``default`` is the
+default walk, the other walks are the variants of ``plan_route``. *Found* counts the walks that are
+not the walk phase by phase in its place. *Certified* is the certificate with its checks of forces
+and of self-collisions. With ``--sweep`` it also looks for the fastest walk of a fixed speed,
+planned phase by phase without forces, that passes in physics: what could be had before.
+
+Rows are written into the file of ``--rows`` as they come, and made only if they are not there. So
+a table can be stopped and continued, and ``--only-print`` prints what there is.
 """
 
 from __future__ import annotations
@@ -13,81 +16,48 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Sequence
-from time import process_time
-from typing import NamedTuple
 
 import numpy as np
 
 import gaitopt
+from benchmarks.physics.force_rows import ROBOTS, SWEEP, Row, RowFile, benchmark_robot, made, wanted
 
-ROBOTS = ("wang2020", "wang2020-fast", "a1", "go1", "go2", "b1", "laikago", "anymal", "anymal_c",
-          "hyq", "solo12")  # fmt: skip
-COLUMNS = 5
-"""Columns a leg: 16 steps."""
-SPEEDS = np.arange(0.1, 1.25, 0.1)
-"""Speeds of body and feet that the sweep tries [m/s]."""
-
-
-class Walked(NamedTuple):
-    """What became of a walk.
-
-    Attributes:
-        kept: whether the certificate finds nothing violated, self-collisions left out.
-        found: whether it is the kind of walk that was asked for.
-        passed: whether it passes in physics.
-        duration: of the plan [s].
-        planning: processor time of the planner for each step [ms].
-    """
-
-    kept: bool
-    found: bool
-    passed: bool
-    duration: float
-    planning: float
+HEAD = (
+    "| robot | walk | terrains | found | certified | passed in physics | 16 steps, median [s] | "
+    "in physics, median [s] | planning, median [ms a step] |\n|---|---|---|---|---|---|---|---|---|"
+)
 
 
-def walked(robot: gaitopt.Quadruped, seed: int, free: str | None, judged: bool) -> Walked:
-    """The default walk over a terrain, or that of a variant of ``plan_route``.
-
-    Its promises are looked at if it is to be ``judged``.
-    """
-    footholds = gaitopt.s_columns(seed, columns=COLUMNS, robot=robot)
-    began = process_time()
-    if free is None:
-        plan = gaitopt.plan_crawl(robot, footholds)
-    else:
-        plan = gaitopt.plan_route(robot, footholds, free=free)
-    planning = 1e3 * (process_time() - began) / footholds.steps
-    result = gaitopt.simulate(plan)
-    if not result.passed:
-        told = str(result).splitlines()
-        print(f"{robot.name}, seed {seed}: {told[0]}; {told[1]}; {told[-2]}", file=sys.stderr)
-    return Walked(
-        judged and gaitopt.verify(plan, collisions=False).ok,
-        getattr(plan.record, "instead", None) is None, result.passed, plan.duration, planning,
-    )  # fmt: skip
+def line(name: str, walk: str, rows: list[Row]) -> str:
+    """A line of the table: the terrains of one robot and one walk."""
+    certified = sum(row.outcome == "certified" for row in rows)
+    kept = sum(row.kept for row in rows) - certified
+    counts = [f"{len(rows)}", f"{sum(row.found for row in rows)}",
+              f"{certified}" + (f", {kept} not all checked" if kept else ""),
+              f"{sum(row.passed for row in rows)}"]  # fmt: skip
+    columns = [_median([row.duration for row in rows], 2), _median([row.walked for row in rows], 2),
+               _median([row.planning for row in rows], 0)]  # fmt: skip
+    return f"| {' | '.join([name, walk, *counts, *columns])} |"
 
 
-def fastest_by_speed(robot: gaitopt.Quadruped, seed: int) -> float:
-    """Duration of the fastest walk of a fixed speed that passes in physics [s]; NaN for none."""
-    footholds = gaitopt.s_columns(seed, columns=COLUMNS, robot=robot)
-    times = []
-    for speed in SPEEDS.tolist():
-        plan = gaitopt.plan_crawl(robot, footholds, speed=speed, timing="velocity")
-        if gaitopt.simulate(plan).passed:
-            times.append(plan.duration)
-    return min(times, default=float("nan"))
+def _median(numbers: list[float], digits: int) -> str:
+    """The median of the numbers that are there, as a cell."""
+    there = [number for number in numbers if np.isfinite(number)]
+    return f"{np.median(there):.{digits}f}" if there else ""
 
 
-def row(name: str, walks: list[Walked], before: list[float], terrains: int, judged: bool) -> str:
-    """A row of the table."""
-    counts = [f"{sum(getattr(walk, what) for walk in walks)} of {terrains}"
-              for what in ("found", "kept", "passed")]  # fmt: skip
-    counts[1] = counts[1] if judged else ""
-    times = f"{np.median([w.duration for w in walks]):.2f}" if walks else ""
-    planning = f"{np.median([w.planning for w in walks]):.0f}" if walks else ""
-    swept = f"{np.nanmedian(before):.2f}" if np.isfinite(before).any() else ""
-    return f"| {' | '.join([name, *counts, times, planning, swept])} |"
+def ratios(rows: dict[tuple[int, str, str], Row], name: str, walks: list[str]) -> list[str]:
+    """How much faster in physics than the fastest walk of a fixed speed that passes, by terrain."""
+    swept = {seed: row.walked for (seed, robot, walk), row in rows.items()
+             if robot == name and walk == SWEEP and row.planned}  # fmt: skip
+    lines = []
+    for walk in walks:
+        of = [swept[seed] / rows[seed, name, walk].walked for seed in swept
+              if (seed, name, walk) in rows and rows[seed, name, walk].passed]  # fmt: skip
+        if of and walk != SWEEP:
+            lines.append(f"{name}, {walk}: {np.median(of):.2f} times as fast as the fastest fixed "
+                         f"speed ({min(of):.2f} to {max(of):.2f}, {len(of)} terrains)")  # fmt: skip
+    return lines
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -97,26 +67,35 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     parser.add_argument("--seeds", type=int, default=3, help="terrains of each robot")
     parser.add_argument("--robots", default=",".join(ROBOTS), help="names, joined by commas")
-    parser.add_argument("--free", help="a variant of plan_route; by default plan_crawl")
+    parser.add_argument("--walks", default="default", help="default, and variants of plan_route")
     parser.add_argument("--sweep", action="store_true", help="also walks of a fixed speed")
-    parser.add_argument("--physics", action="store_true", help="without certificates")
+    parser.add_argument("--no-physics", action="store_true", help="without physics")
+    parser.add_argument("--no-certificate", action="store_true", help="without certificates")
+    parser.add_argument("--rows", help="CSV file of rows, continued if it is there")
+    parser.add_argument("--only-print", action="store_true", help="make no further rows")
     options = parser.parse_args(arguments)
-    judged = not options.physics
-    print("| robot | found | promises kept | passed in physics | 16 steps, median [s] | "
-          "planning, median [ms a step] | by speed alone [s] |")  # fmt: skip
-    print("|---|---|---|---|---|---|---|")
-    for name in options.robots.split(","):
-        robot = gaitopt.load_robot(name)
-        walks, before = [], []
-        for seed in range(options.seeds):
-            try:
-                walks.append(walked(robot, seed, options.free, judged))
-            except gaitopt.GaitoptError as error:
-                print(f"{name}, seed {seed}: {error}", file=sys.stderr)
-                continue
-            if options.sweep:
-                before.append(fastest_by_speed(robot, seed))
-        print(row(name, walks, before, options.seeds, judged), flush=True)
+    names, walks = options.robots.split(","), options.walks.split(",")
+    walks += [SWEEP] if options.sweep else []
+    kept = RowFile(options.rows)
+    robots: dict[str, gaitopt.Quadruped] = {}
+    for row in wanted(options.seeds, names, walks):
+        if row in kept or options.only_print:
+            continue
+        if row.robot not in robots:
+            robots[row.robot] = benchmark_robot(row.robot)
+        row = made(robots[row.robot], row, not options.no_certificate, not options.no_physics)
+        kept.add(row)
+        if (row.told and row.walk != SWEEP) or not row.planned:
+            print(f"{row.robot}, {row.walk}, seed {row.seed}: {row.outcome}; {row.told}",
+                  file=sys.stderr, flush=True)  # fmt: skip
+    print(HEAD)
+    for name in names:
+        for walk in walks:
+            rows = [r for (seed, robot, what), r in kept.rows.items()
+                    if robot == name and what == walk and seed < options.seeds]  # fmt: skip
+            if rows:
+                print(line(name, walk, rows))
+    print(*[text for name in names for text in ratios(kept.rows, name, walks)], sep="\n")
     return 0
 
 

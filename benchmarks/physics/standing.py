@@ -18,7 +18,7 @@ from unittest.mock import patch
 import numpy as np
 
 import gaitopt
-from benchmarks.physics.forces import COLUMNS, ROBOTS
+from benchmarks.physics.force_rows import COLUMNS, ROBOTS
 from gaitopt.dynamics.feasible_region import feasible_regions
 from gaitopt.planners.phase_by_phase import demands
 

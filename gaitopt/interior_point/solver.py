@@ -138,6 +138,7 @@ def minimise(
     multipliers: FloatArray | None = None,
     reduce_curvature: bool = False,
     least_barrier: float = LEAST_BARRIER,
+    stationary: float = 0.0,
 ) -> Solution[P]:
     """Minimise the objective of a problem under its inequalities.
 
@@ -156,6 +157,9 @@ def minimise(
             On wang2020 it saves 7 % of the iterations.
         least_barrier: the barrier parameter is not lowered below this one, for objectives whose
             linear part may vanish at the minimum.
+        stationary: a Lagrangian's gradient whose entries are not above this counts as zero. Where
+            the Newton matrix needs less than the whole curvature, steps come near to a minimum
+            slowly, and the last digits are most of the work.
 
     Returns:
         The solution; its status tells whether it is one.
@@ -172,7 +176,7 @@ def minimise(
         residual = here.values - iterate.slack
         linear = float(problem.linear_cost @ iterate.x)
         final = max(tolerance * abs(linear) / len(residual), least_barrier)
-        converged = _lower_barrier(iterate, gradient, residual, final)
+        converged = _lower_barrier(iterate, gradient, residual, final, stationary)
         history.append(Iteration(
             iterate.barrier, linear, float(np.abs(gradient).max()), float(np.abs(residual).max()),
             iterate.damping,
@@ -207,7 +211,7 @@ def _first_iterate(
 
 
 def _lower_barrier(
-    iterate: Iterate, gradient: FloatArray, residual: FloatArray, final: float
+    iterate: Iterate, gradient: FloatArray, residual: FloatArray, final: float, stationary: float
 ) -> bool:
     """Lower the barrier parameter as long as the barrier problem is solved well enough.
 
@@ -216,12 +220,13 @@ def _lower_barrier(
         gradient: of the Lagrangian ``(n,)``.
         residual: ``values - slack`` ``(m,)``.
         final: the parameter is not lowered below this one.
+        stationary: a gradient with no larger entry counts as zero.
 
     Returns:
         Whether the barrier problem of the final parameter is solved.
     """
     while True:
-        solved = _error(iterate, gradient, residual) <= _ERROR_SHARE * iterate.barrier
+        solved = _error(iterate, gradient, residual, stationary) <= _ERROR_SHARE * iterate.barrier
         if not solved or iterate.barrier <= final:
             return solved
         iterate.filter.clear()
@@ -229,7 +234,9 @@ def _lower_barrier(
         iterate.barrier = max(final, lower)
 
 
-def _error(iterate: Iterate, gradient: FloatArray, residual: FloatArray) -> float:
+def _error(
+    iterate: Iterate, gradient: FloatArray, residual: FloatArray, stationary: float
+) -> float:
     """How far the barrier problem's optimality conditions are from met.
 
     This is E_mu of [Waechter2006], eq. (5). Large multipliers scale it down from their mean of 1
@@ -237,4 +244,6 @@ def _error(iterate: Iterate, gradient: FloatArray, residual: FloatArray) -> floa
     """
     centrality = np.abs(iterate.multipliers * iterate.slack - iterate.barrier).max()
     scale = max(1.0, float(np.abs(iterate.multipliers).mean()))
-    return float(max(np.abs(gradient).max() / scale, np.abs(residual).max(), centrality / scale))
+    steepest = float(np.abs(gradient).max())
+    steepest = 0.0 if steepest <= stationary else steepest / scale
+    return float(max(steepest, np.abs(residual).max(), centrality / scale))

@@ -292,6 +292,16 @@ def test_multipliers_of_a_similar_problem_save_iterations() -> None:
     assert warm.iterations < cold.iterations / 2
 
 
+@pytest.mark.parametrize("stationary", [0.0, 1e-3, 1e-1])
+def test_a_rough_gradient_saves_steps_and_inequalities_are_kept(stationary: float) -> None:
+    toy = rosenbrock()
+    exact = minimise(toy, toy.start, tolerance=1e-7)
+    rough = minimise(toy, toy.start, tolerance=1e-7, stationary=stationary)
+    assert rough.solved and rough.violation() <= VIOLATION
+    assert rough.iterations <= exact.iterations
+    assert rough.stationarity() <= max(stationary, 1e-5)
+
+
 def test_a_matrix_that_is_not_positive_definite_is_damped() -> None:
     solution = minimise(downhill_both_ways(), np.array([0.5]))
     assert max(one.damping for one in solution.history) > 0.1

@@ -1,0 +1,93 @@
+"""What holds walks with forces back: their paths in other times, with one limit given up.
+
+``python -m benchmarks.physics.limits [--seeds 3] [--robots go2,a1] [--walks default,swing]
+[--columns 5] [--margin 0.02]`` prints a table. Its first time is that of the plan. *Joint
+velocities* is the least time in which joints can follow the path: the integral over the plan of
+the largest share of a joint's velocity limit, whatever its timing. No forces can make the walk
+along this path faster. *Held by joints* is the share of the plan's time in which a joint turns at
+its limit. The other times are those of :func:`gaitopt.retimed` along the same path: without a
+reserve on standing feet, with a friction of 1, with all of the torque, and with all three. *In
+swings* is the share of the time in which a foot flies. All are medians.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+import gaitopt
+from benchmarks.physics.force_rows import COLUMNS, benchmark_robot
+
+ASKED = gaitopt.ForceLimits()
+"""What walks are planned with."""
+GIVEN_UP = {
+    "reserve 0": replace(ASKED, reserve=0.0, reserve_on_four=0.0),
+    "friction 1": replace(ASKED, friction=1.0),
+    "all torque": replace(ASKED, torque_share=1.0),
+    "all three": replace(
+        ASKED, reserve=0.0, reserve_on_four=0.0, friction=1.0, torque_share=1.0
+    ),
+}  # fmt: skip
+"""The same with less asked, by name."""
+STEP = 1e-3
+"""Time between the instants at which joint velocities are looked at [s]."""
+AT_LIMIT = 0.99
+"""Share of a joint's velocity limit from which the joint counts as held."""
+
+
+def by_joints(plan: gaitopt.Plan) -> tuple[float, float]:
+    """Least time of the path by joint velocities alone [s], and the share of time at a limit."""
+    count = max(int(plan.duration / STEP), 1)
+    middles = (np.arange(count) + 0.5) * (plan.duration / count)
+    limits = plan.robot.model.velocityLimit[6:]
+    use = np.abs(plan.at(middles).v[:, 6:]) / limits
+    largest = use.max(axis=1)
+    return float(largest.mean()) * plan.duration, float((largest >= AT_LIMIT).mean())
+
+
+def numbers(plan: gaitopt.Plan) -> list[float]:
+    """The numbers of a line of the table."""
+    flying = sum(phase.end - phase.start for phase in plan.phases if phase.flying)
+    least, held = by_joints(plan)
+    others = [gaitopt.retimed(plan, limits).duration for limits in GIVEN_UP.values()]
+    return [plan.duration, least, 100.0 * held, *others, 100.0 * flying / plan.duration]
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Print the table."""
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks.physics.limits", description=__doc__
+    )
+    parser.add_argument("--seeds", type=int, default=3, help="terrains of each robot")
+    parser.add_argument("--robots", default="go2,a1,anymal_c,wang2020", help="joined by commas")
+    parser.add_argument("--walks", default="default", help="default, and variants of plan_route")
+    parser.add_argument("--columns", type=int, default=COLUMNS, help="columns a leg")
+    parser.add_argument("--margin", type=float, help="stability margin [m]")
+    options = parser.parse_args(arguments)
+    margin = {} if options.margin is None else {"stability_margin": options.margin}
+    head = ["robot", "walk", "plan [s]", "joint velocities [s]", "held by joints [%]",
+            *(f"{name} [s]" for name in GIVEN_UP), "in swings [%]"]  # fmt: skip
+    print(f"| {' | '.join(head)} |\n|{'---|' * len(head)}")
+    for name in options.robots.split(","):
+        robot = benchmark_robot(name)
+        for walk in options.walks.split(","):
+            lines = []
+            for seed in range(options.seeds):
+                footholds = gaitopt.s_columns(seed, columns=options.columns, robot=robot)
+                if walk == "default":
+                    plan = gaitopt.plan_crawl(robot, footholds, **margin)
+                else:
+                    plan = gaitopt.plan_route(robot, footholds, free=walk, **margin)
+                lines.append(numbers(plan))
+            cells = [f"{x:.0f}" if column in (2, 7) else f"{x:.2f}"
+                     for column, x in enumerate(np.median(lines, axis=0))]  # fmt: skip
+            print(f"| {' | '.join([name, walk, *cells])} |", flush=True)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
