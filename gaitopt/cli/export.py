@@ -9,7 +9,9 @@ import typer
 from rich.markup import escape
 
 from gaitopt.cli.options import JsonOption, PlanArgument
+from gaitopt.cli.results.options import ReplaceOption
 from gaitopt.cli.results.report import Report
+from gaitopt.cli.results.run_folder import refuse_existing
 from gaitopt.cli.support import open_plan
 from gaitopt.errors import InputError
 
@@ -55,6 +57,7 @@ def export(
         typer.Option("--set", help="An option of the format, as in interpolation=quintic.",
                      metavar="NAME=VALUE"),
     ] = None,
+    overwrite: ReplaceOption = False,
     as_json: JsonOption = False,
 ) -> None:  # fmt: skip
     """Write a plan's motion for robots, simulators and learning code."""
@@ -68,6 +71,7 @@ def export(
         raise InputError(f"nothing to write: give a FILE, and --format with one of {known}")
     if csv == ros and csv is not None:
         raise InputError(f"--csv and --ros both name {csv}; give two files")
+    refuse_existing(out, csv, ros, overwrite=overwrite)
     loaded = open_plan(plan)
     report = Report(as_json, {"command": "export"})
     numbers: dict[str, dict[str, float]] = {}

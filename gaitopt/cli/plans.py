@@ -17,9 +17,9 @@ from gaitopt.cli.options import (
     PlanArgument,
 )
 from gaitopt.cli.results.documents import certificate_document, simulation_document
-from gaitopt.cli.results.options import MeshesOption, MeshFolderOption, OverwriteOption
+from gaitopt.cli.results.options import MeshesOption, MeshFolderOption, ReplaceOption
 from gaitopt.cli.results.report import Report
-from gaitopt.cli.results.run_folder import record_run, refuse_pictures, run_folder
+from gaitopt.cli.results.run_folder import record_run, refuse_existing, refuse_pictures, run_folder
 from gaitopt.cli.robot_options import RobotChoice, takes_robot
 from gaitopt.cli.support import open_plan, progress_bar
 from gaitopt.errors import InputError
@@ -27,6 +27,11 @@ from gaitopt.errors import InputError
 if TYPE_CHECKING:
     from gaitopt.dynamics.contacts import ForceLimits
     from gaitopt.plan.plan import Plan
+
+
+NamedOption = Annotated[
+    Path | None, typer.Option("--out", help="The same as the second argument.", metavar="PATH")
+]
 
 
 def replay(
@@ -52,6 +57,8 @@ def replay(
         typer.Option(help="What the video shows, as in the address of a replay: follow, curves, "
                      "view=side, view=front, view=back, view=top; joined by &.", metavar="WORDS"),
     ] = "follow",
+    named: NamedOption = None,
+    overwrite: ReplaceOption = False,
     as_json: JsonOption = False,
 ) -> None:  # fmt: skip
     """Write a plan's replay as one HTML file that plays in any browser, or as a video."""
@@ -60,19 +67,28 @@ def replay(
 
     if video is None and (seconds is not None or look != "follow"):
         raise InputError("--seconds and --look are of a video: give --video FILE as well")
+    out = _one_name(out, named, "HTML")
+    target = out or plan.with_suffix(".html") if video is None or out is not None or show else None
+    refuse_existing(target, video, overwrite=overwrite)
     loaded = open_plan(plan)
     drawn = meshes if mesh_folder is None else mesh_folder
     report = Report(as_json, {"command": "replay"})
     if video is not None:
         _write_video(loaded, video, seconds, look, drawn)
         report.files({video: ""})
-    if video is None or out is not None or show:
-        target = out or plan.with_suffix(".html")
+    if target is not None:
         write_replay(loaded, target, meshes=drawn)
         report.files({target: ""})
         if show and not open_in_browser(target):
             report.say("no browser could be started: open the file by hand")
     report.end()
+
+
+def _one_name(place: Path | None, named: Path | None, word: str) -> Path | None:
+    """What is to be written, as the second argument or as ``--out`` says."""
+    if place is not None and named is not None:
+        raise InputError(f"{word} and --out exclude each other: give one of them")
+    return named if place is None else place
 
 
 def _write_video(
@@ -160,6 +176,7 @@ def simulate(
     ] = False,
     meshes: MeshesOption = False,
     mesh_folder: MeshFolderOption = None,
+    overwrite: ReplaceOption = False,
     as_json: JsonOption = False,
 ) -> None:  # fmt: skip
     """Simulate a plan with physics (MuJoCo).
@@ -171,6 +188,7 @@ def simulate(
     from gaitopt.simulation.simulate import simulate as run_simulation
     from gaitopt.viewing.replay.replay import replay as write_replay
 
+    refuse_existing(out, overwrite=overwrite)
     loaded = open_plan(plan)
     with progress_bar("simulating") as tick:
         tick(0, 1)
@@ -201,13 +219,15 @@ def figures(
             "which the body moves farthest."
         ),
     ] = None,
-    overwrite: OverwriteOption = False,
+    named: NamedOption = None,
+    overwrite: ReplaceOption = False,
     as_json: JsonOption = False,
 ) -> None:  # fmt: skip
     """Write a plan's figures as PNG files."""
     from gaitopt.plan.settings.by_velocity import GaitSettings
     from gaitopt.viewing.figures.crawl_figures import save_figures
 
+    out = _one_name(out, named, "DIR")
     loaded = open_plan(plan)
     if step is not None and isinstance(loaded.settings, GaitSettings):
         raise InputError("--step is for walks over footholds: the figures of a gait show no step")

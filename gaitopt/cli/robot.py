@@ -10,8 +10,9 @@ import typer
 from gaitopt.cli.completion import complete_robot
 from gaitopt.cli.options import JsonOption
 from gaitopt.cli.results.report import Report
+from gaitopt.cli.results.run_folder import RunFolder, record_run, run_folder
 from gaitopt.cli.robot_options import RobotChoice, takes_robot
-from gaitopt.cli.support import file_name, make_folder, random_terrain
+from gaitopt.cli.support import file_name, random_terrain
 
 if TYPE_CHECKING:
     from gaitopt.robots.quadruped import Quadruped
@@ -38,8 +39,13 @@ def robot(
     out: Annotated[
         Path | None,
         typer.Option(help="Folder for a drawing (HTML), the URDF as gaitopt reads it, and "
-                     "footholds of the robot's size to edit (CSV).", rich_help_panel=DRAWING),
+                     "footholds of the robot's size to edit (CSV). With --open alone they get a "
+                     "new one in out/.", rich_help_panel=DRAWING),
     ] = None,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace such files in --out.",
+                           rich_help_panel=DRAWING)
+    ] = False,
     show: Annotated[
         bool, typer.Option("--open", help="Open the drawing in the browser.",
                            rich_help_panel=DRAWING)
@@ -79,23 +85,30 @@ def robot(
         report.say(line)
     if out is not None or show:
         drawn = meshes if mesh_folder is None else mesh_folder
-        _write(found, out or Path(), show, drawn, report)
+        stem = file_name(found.name) or "robot"
+        written = [f"{stem}{end}" for end in (".html", ".urdf", "-footholds.csv")]
+        folder = run_folder(out, f"robot-{stem}", overwrite, written)
+        _write(found, folder, written, show, drawn, report)
     report.end()
 
 
-def _write(found: Quadruped, out: Path, show: bool, meshes: bool | Path, report: Report) -> None:
+def _write(
+    found: Quadruped, folder: RunFolder, names: list[str], show: bool, meshes: bool | Path,
+    report: Report,
+) -> None:  # fmt: skip
     """Write the drawing, the URDF and footholds."""
     from gaitopt.files import written_whole
     from gaitopt.viewing.replay.browser import open_in_browser
     from gaitopt.viewing.replay.robot_page import draw_robot
 
-    make_folder(out)
-    stem = file_name(found.name) or "robot"
-    drawing, urdf, table = (out / f"{stem}{end}" for end in (".html", ".urdf", "-footholds.csv"))
-    draw_robot(found, drawing, meshes=meshes)
-    with written_whole(urdf) as stream:
-        stream.write(found.urdf)
-    random_terrain(found, 0).to_csv(table)
+    with folder.writing() as (made, place):
+        drawing, urdf, table = (made / name for name in names)
+        draw_robot(found, drawing, meshes=meshes)
+        with written_whole(urdf) as stream:
+            stream.write(found.urdf)
+        random_terrain(found, 0).to_csv(table)
+        record_run(made, {"command": "robot", "files": names})
+    drawing, urdf, table = (place / name for name in names)
     report.files({
         drawing: "the robot with legs, axes, feet and limits",
         urdf: "the robot as gaitopt reads it; --robot takes it",

@@ -231,9 +231,10 @@ def test_robot_tells_what_was_guessed_and_writes_files(command: Command, tmp_pat
     result = command("robot", str(file), "--out", str(tmp_path / "out"))
     assert "read as urdf" in result.output and "LF: LF_foot" in result.output
     assert "warning: the radius of the feet is not known" in " ".join(result.output.split())
-    result = command("robot", str(file), "--out", str(tmp_path / "out"), "--foot-radius", "0.02",
-                     "--velocity-limit", "5", "--leg", "FL=LF_foot", "--leg", "RL=LH_foot",
-                     "--leg", "RR=RH_foot", "--leg", "FR=RF_foot")  # fmt: skip
+    result = command("robot", str(file), "--out", str(tmp_path / "out"), "--overwrite",
+                     "--foot-radius", "0.02", "--velocity-limit", "5", "--leg", "FL=LF_foot",
+                     "--leg", "RL=LH_foot", "--leg", "RR=RH_foot",
+                     "--leg", "FR=RF_foot")  # fmt: skip
     assert result.exit_code == 0 and "no warnings" in result.output
     made = gaitopt.load_robot(tmp_path / "out" / "dog.urdf")
     assert made.foot_radius == 0.02 and (made.velocity_limits == 5.0).all()

@@ -77,6 +77,41 @@ def test_nothing_is_overwritten_unasked(tmp_path: Path) -> None:
     assert (tmp_path / "mine.txt").read_text() == "mine"
 
 
+def test_files_that_are_there_are_not_overwritten(
+    command: Command, error_of: Callable[..., str], plan_file: Path, tmp_path: Path
+) -> None:
+    """Nor is a file of the user's own: no command has it written by itself."""
+    page, table, drawing = (tmp_path / name for name in ("a.html", "a.csv", "wang2020.html"))
+    for path, arguments in (
+        (page, ("replay", str(plan_file), str(page))),
+        (page, ("replay", str(plan_file), "--out", str(page))),
+        (page, ("simulate", str(plan_file), "--out", str(page))),
+        (table, ("export", str(plan_file), str(table))),
+        (table, ("export", str(plan_file), "--csv", str(table))),
+        (drawing, ("robot", "wang2020", "--out", str(tmp_path))),
+    ):
+        path.write_text("mine")
+        told = error_of(*arguments)
+        assert path.name in told and "--overwrite" in told
+        assert path.read_text() == "mine"
+    done = command("replay", str(plan_file), "--out", str(page), "--overwrite")
+    assert done.exit_code == 0 and page.stat().st_size > 1000
+    both = error_of("replay", str(plan_file), str(page), "--out", str(page))
+    assert "HTML and --out exclude each other" in both
+
+
+def test_a_drawing_without_a_name_gets_a_folder_of_its_own(
+    command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("webbrowser.open", lambda url: True)
+    for _ in range(2):
+        assert command("robot", "wang2020", "--open").exit_code == 0
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["out"]
+    folders = {"robot-wang2020", "robot-wang2020-2"}
+    assert {p.name for p in (tmp_path / "out").iterdir()} == folders
+
+
 def test_a_file_that_came_meanwhile_is_not_overwritten(tmp_path: Path) -> None:
     folder = run_folder(tmp_path, "walk", False, ("plan.npz",))
     with pytest.raises(InputError, match="of an earlier run"), folder.writing() as (made, _):

@@ -26,6 +26,8 @@ OverwriteOption = Annotated[
     bool, _written("Replace the files of an earlier run in --out.", "--overwrite")
 ]
 
+ReplaceOption = Annotated[bool, typer.Option("--overwrite", help="Replace files that are there.")]
+
 OpenOption = Annotated[bool, _written("Open the replay in the browser.", "--open")]
 MeshesOption = Annotated[
     bool, _written("Draw the robot with its meshes, where they are found.", "--meshes")

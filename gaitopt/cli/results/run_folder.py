@@ -142,6 +142,17 @@ def _refuse_earlier(path: Path, names: Sequence[str]) -> None:
             )
 
 
+def refuse_existing(*paths: Path | None, overwrite: bool) -> None:
+    """Refuse to write files that are there, unless the user said so; ``None`` is no file.
+
+    Raises:
+        InputError: a file is there.
+    """
+    for path in paths:
+        if path is not None and path.exists() and not overwrite:
+            raise InputError(f"{path} is there: give another name, or replace it with --overwrite")
+
+
 def refuse_pictures(path: Path) -> None:
     """Refuse a folder that holds pictures: figures of two plans are never mixed.
 
