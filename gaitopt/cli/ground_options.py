@@ -20,6 +20,10 @@ if TYPE_CHECKING:
 PLACED = (".png", ".tif", ".tiff", ".npy")
 """Files that tell no place: without --origin they lie with y = 0 in their middle."""
 
+PIXEL, WHITE = 0.02, 0.3
+"""Scale of a PNG where none is given: distance of the pixels [m], and height of white as a share
+of the robot's standing height. Chosen: about a foot, and what is stepped on."""
+
 
 class Filling(str, Enum):
     """What is put in place of unknown heights."""
@@ -60,7 +64,7 @@ class GroundChoice:
             InputError: an option is out of range, or does not fit the ground.
             MissingPackageError: as for :func:`gaitopt.load_ground`.
         """
-        ground = self.made(source, robot) if is_made(source) else self._read(Path(source))
+        ground = self.made(source, robot) if is_made(source) else self._read(Path(source), robot)
         if self.fill is not None:
             ground = ground.filled(self.fill)
         return ground if self.grid is None else ground.resampled(self.grid)
@@ -74,8 +78,8 @@ class GroundChoice:
             raise InputError(f"--{other[0]} says how a file is read, and {name} is made ground")
         return make_ground(name, robot=robot, **{**self.reading, **self.making})
 
-    def _read(self, path: Path) -> HeightMap:
-        """The ground in a file."""
+    def _read(self, path: Path, robot: Quadruped) -> HeightMap:
+        """The ground in a file; a PNG without a scale gets one to the robot's size."""
         from gaitopt.terrain.ground_files.load import load_ground
         from gaitopt.terrain.maps.catalogue import ground_names
 
@@ -87,8 +91,17 @@ class GroundChoice:
         if self.making:
             name = next(iter(self.making)).replace("_", "-")
             raise InputError(f"--{name} is for ground that is made, and {path} is a file")
+        reading = dict(self.reading)
+        if path.suffix.lower() == ".png" and not {"resolution", "heights"} <= reading.keys():
+            reading = {**_scale(robot), **reading}
+            low, high = reading["heights"]
+            typer.echo(
+                f"{path.name} tells no scale: {1e3 * reading['resolution']:g} mm a pixel, black "
+                f"{low:g} m and white {high:g} m high; --resolution and --heights change it",
+                err=True,
+            )
         try:
-            ground = load_ground(path, **self.reading)
+            ground = load_ground(path, **reading)
         except GroundError as error:
             raise GroundError(in_ground_options(str(error))) from error
         except InputError as error:
@@ -97,6 +110,11 @@ class GroundChoice:
             middle = ground.resolution * (ground.shape[1] - 1) / 2.0
             ground = replace(ground, origin=(0.0, -middle))
         return ground
+
+
+def _scale(robot: Quadruped) -> dict[str, Any]:
+    """The scale of a PNG that fits a robot."""
+    return {"resolution": PIXEL, "heights": (0.0, round(WHITE * robot.standing_height, 2))}
 
 
 def is_made(source: str) -> bool:
@@ -126,10 +144,13 @@ def _made(text: str, metavar: str | None = None, **limits: Any) -> Any:
 
 def ground_options(
     resolution: Annotated[
-        float | None, _file("Distance between neighbouring points, in metres.", "METRES")
+        float | None,
+        _file("Distance between neighbouring points, in metres; a PNG: 0.02.", "METRES")
     ] = None,
     heights: Annotated[
-        str | None, _file("Heights of black and of white in a PNG, in metres: 0,0.15.", "LOW,HIGH")
+        str | None,
+        _file("Heights of black and of white in a PNG, in metres: 0,0.15. Without it white is as "
+              "high as 0.3 of the standing height.", "LOW,HIGH")
     ] = None,
     origin: Annotated[
         str | None,

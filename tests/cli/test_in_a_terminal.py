@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from PIL import Image
 from terminal import COLUMNS, Run, Screen, in_terminal
 
 import gaitopt
@@ -54,11 +53,11 @@ def test_a_robot_s_tables_have_a_line_for_each_leg_and_joint(tmp_path: Path) -> 
 
 
 def test_a_mistake_is_told_in_whole_words(tmp_path: Path) -> None:
-    Image.fromarray(np.zeros((20, 20), np.uint8)).save(tmp_path / "map.png")
-    run = in_terminal(["terrain", "map.png", "--goal", "1,0"], tmp_path)
+    np.save(tmp_path / "map.npy", np.zeros((20, 20)))
+    run = in_terminal(["terrain", "map.npy", "--goal", "1,0"], tmp_path)
     text = looks_well(run)
     assert run.code == 2 and len(text.splitlines()) > 1
-    assert " ".join(text.split()).startswith("gaitopt: map.png: PNG files tell no scale: give the "
+    assert " ".join(text.split()).startswith("gaitopt: map.npy: .npy files tell no scale: give the "
                                              "distance between neighbouring points")  # fmt: skip
 
 

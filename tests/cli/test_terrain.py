@@ -89,6 +89,24 @@ def test_where_there_is_no_way_it_says_what_is_in_it_and_draws_how_far_it_got(
     assert {path.name for path in (tmp_path / "out").iterdir()} == {"map.png", "run.json"}
 
 
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        ((), "step.png tells no scale: 20 mm a pixel, black 0 m and white 0.12 m high;"),
+        (("--heights", "0,0.2"), "20 mm a pixel, black 0 m and white 0.2 m high; --resolution"),
+        (("--resolution", "0.01"), "10 mm a pixel, black 0 m and white 0.12 m high; --resol"),
+        (SCALE, ""),
+    ],
+)
+def test_a_png_without_a_scale_gets_one_that_is_told(
+    shell: Any, sketch: Path, given: tuple[str, ...], told: str
+) -> None:
+    """wang2020 stands at 0.4 m: white is as high as 0.3 of it."""
+    done = shell("terrain", str(sketch), *given, "--goal", "9,0")
+    assert "x = 9 m, y = 0 m is off the map" in done.stderr
+    assert told in done.stderr and ("tells no scale" in done.stderr) == bool(told)
+
+
 def test_where_the_planner_refuses_all_footholds_it_says_so(
     shell: Any, sketch: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -116,8 +134,6 @@ def test_a_start_at_the_edge_of_the_map_is_told(shell: Any, sketch: Path, tmp_pa
     ("arguments", "words"),
     [
         (["none.png"], "there is no file none.png, and no ground of this name is made"),
-        (["step.png"], "--resolution 0.02"),
-        (["step.png", "--resolution", "0.02"], "for instance --heights 0.0,0.15"),
         (["step.png", *SCALE, "--goal", "9,0"], "x = 9 m, y = 0 m is off the map, which reaches"),
         (["step.png", *SCALE, "--goal", "1"], "--goal takes 2 or 3 numbers joined by commas"),
         (["step.png", *SCALE, "--start", "0,0"], "--start takes 3 numbers joined by commas"),
