@@ -81,7 +81,7 @@ def robot(
     for table in robot_tables(found):
         report.table(table)
     folders = choice.options.get("package_folders", [])
-    for line in robot_notes(found, Path(choice.source), folders):
+    for line in robot_notes(found, choice.source, folders):
         report.say(line)
     if out is not None or show:
         drawn = meshes if mesh_folder is None else mesh_folder

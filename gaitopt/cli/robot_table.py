@@ -74,12 +74,12 @@ def robot_document(robot: Quadruped) -> dict[str, Any]:
     return {name: plain(value) for name, value in document.items()}
 
 
-def robot_notes(robot: Quadruped, source: Path, folders: Sequence[Path]) -> Iterator[str]:
+def robot_notes(robot: Quadruped, source: str, folders: Sequence[Path]) -> Iterator[str]:
     """Lines on what was read and guessed, where meshes are, and warnings with their cures.
 
     Args:
         robot: the robot.
-        source: its file, or a name.
+        source: its file, a name, or the text of a file.
         folders: of packages, in which meshes are looked for.
     """
     standing = f"standing with its hips {robot.standing_height:.2f} m high"
@@ -131,7 +131,7 @@ def _range(values: FloatArray) -> str:
     return least if least == most else f"{least} to {most}"
 
 
-def _mesh_lines(robot: Quadruped, source: Path, folders: Sequence[Path]) -> Iterator[str]:
+def _mesh_lines(robot: Quadruped, source: str, folders: Sequence[Path]) -> Iterator[str]:
     """Which mesh files were found where."""
     from gaitopt.certificate.collisions.self_collision import links_without_hulls
     from gaitopt.robots.catalog import robot_file
