@@ -53,7 +53,7 @@ class Beside:
             assert self._process.stdout is not None
             try:
                 told, value = _received(self._process.stdout)
-            except (EOFError, OSError):
+            except (EOFError, OSError, pickle.UnpicklingError):
                 return work(*arguments)
             if told:
                 return value
@@ -124,12 +124,11 @@ def _received(pipe: Any) -> Any:
     """The next pickle out of a pipe.
 
     Raises:
-        EOFError: the pipe was closed.
+        EOFError: the pipe was closed, so that there is nothing to unpickle.
+        pickle.UnpicklingError: it was closed in the middle.
     """
     head = pipe.read(_LENGTH)
     data = pipe.read(int.from_bytes(head, "little")) if len(head) == _LENGTH else b""
-    if not data:
-        raise EOFError
     return pickle.loads(data)
 
 
