@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from gaitopt.dynamics.contact_forces import ContactForces as ContactForces
     from gaitopt.dynamics.contacts import ForceLimits as ForceLimits
     from gaitopt.dynamics.feasible_region import feasible_region as feasible_region
+    from gaitopt.entering.feet_down import FeetDown as FeetDown
+    from gaitopt.entering.feet_down import feet_down as feet_down
     from gaitopt.entering.nearest import NearestState as NearestState
     from gaitopt.entering.nearest import nearest_state as nearest_state
     from gaitopt.entering.standing_up import plan_stand_up as plan_stand_up
@@ -181,6 +183,7 @@ _HOMES = {
     "dynamics.contact_forces": "ContactForces",
     "dynamics.contacts": "ForceLimits",
     "dynamics.feasible_region": "feasible_region",
+    "entering.feet_down": "FeetDown feet_down",
     "entering.nearest": "NearestState nearest_state",
     "entering.standing_up": "plan_stand_up square_stance",
     "errors": (

@@ -210,7 +210,8 @@ def check_few_feet(standing: int) -> None:
     if standing < FEWEST:
         raise InfeasibleStateError(
             f"start: the robot stands on {standing} feet, and a plan begins on {FEWEST} or more; "
-            "begin when they have landed, or, where it lies, when they are put down",
+            "begin when they have landed, or, where it lies, put them down first, as "
+            "gaitopt.feet_down(robot, state) says",
             "contact", float(standing), float(FEWEST), "feet",
         )  # fmt: skip
 

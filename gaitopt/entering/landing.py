@@ -79,7 +79,8 @@ def landed(
         if found is not None:
             return found
     raise judge.refusal(
-        min(faults, key=lambda fault: (not fault.of_forces, fault.share), default=None)
+        min(faults, key=lambda fault: (not fault.of_forces, fault.share), default=None),
+        lies=bool(begin.flying) and body_rests(begin),
     )
 
 

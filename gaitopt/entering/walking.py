@@ -10,6 +10,7 @@ from gaitopt.conventions import FloatArray
 from gaitopt.dynamics.contacts import ForceLimits
 from gaitopt.entering.begin import Begin
 from gaitopt.entering.entered import entered
+from gaitopt.entering.judging import at_rest
 from gaitopt.entering.landing import landed
 from gaitopt.errors import InfeasibleStepError, InputError
 from gaitopt.plan.plan import Plan
@@ -44,6 +45,8 @@ def plan_from_state(
     begin = Begin.of(robot, start, footholds)
     accelerations = settings.joint_accelerations(robot)
     landing = landed(begin, limits, accelerations, settings.swing_height, settings.reach_fraction)
+    if landing is None:
+        limits = at_rest(limits)
     base = begin.base[0] if landing is None else landing.base
     centre = base[:3] + rpy_to_matrix(base[3:]) @ robot.body_axes @ robot.centre
     return entered(walk(begin.footholds, centre), begin, landing, limits)
