@@ -66,5 +66,7 @@ def _next(
     if doubtful or (physics is not None and not physics.passed):
         return f"next: gaitopt verify {plan}"
     if physics is None and not masses:
-        return f"next: gaitopt export {plan}, or masses for physics (--masses shapes)"
-    return f"next: gaitopt {'simulate' if physics is None else 'export'} {plan}"
+        return f"next: gaitopt export {plan} walk.csv, or masses for physics (--masses shapes)"
+    if physics is None:
+        return f"next: gaitopt simulate {plan}"
+    return f"next: gaitopt export {plan} walk.csv"
