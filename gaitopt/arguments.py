@@ -128,8 +128,8 @@ def _is_one(option: str, value: Any) -> bool:
 
 
 def _is_tuple(kinds: list[str], value: Any) -> bool:
-    """Whether a value can be this tuple; lists and arrays count."""
-    if isinstance(value, (str, bytes, Mapping)):
+    """Whether a value can be this tuple. Lists and arrays count; sets have no order."""
+    if isinstance(value, (str, bytes, Mapping, Set)):
         return False
     try:
         items = list(value)

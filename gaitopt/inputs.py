@@ -139,6 +139,22 @@ def check_shape(name: str, values: ArrayLike, *tail: int) -> FloatArray:
     return array
 
 
+def check_leads(**leads: tuple[int, ...]) -> tuple[int, ...]:
+    """The shape that leading axes of several arrays are broadcast to.
+
+    Args:
+        leads: the leading shapes, by the arrays' names.
+
+    Raises:
+        InputError: they do not fit one another.
+    """
+    try:
+        return np.broadcast_shapes(*leads.values())
+    except ValueError:
+        told = ", ".join(f"{name} {lead}" for name, lead in leads.items())
+        raise InputError(f"leading axes do not fit one another: {told}") from None
+
+
 def check_choice(name: str, value: object, known: Iterable[str]) -> None:
     """Refuse what is none of some texts.
 

@@ -11,7 +11,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gaitopt.errors import InputError
-from gaitopt.inputs import check_array, check_count, check_known, check_number, check_numbers
+from gaitopt.inputs import (
+    check_array,
+    check_count,
+    check_known,
+    check_leads,
+    check_number,
+    check_numbers,
+)
 
 anything = st.floats(allow_nan=True, allow_infinity=True)
 
@@ -96,3 +103,9 @@ def test_numbers_that_nobody_knows_are_refused_where_they_mean_nothing() -> None
     with pytest.raises(InputError, match="x must be numbers, and one is NaN"):
         check_known("x", [0.0, float("nan")])
     np.testing.assert_array_equal(check_known("x", [np.inf, -np.inf]), [np.inf, -np.inf])
+
+
+def test_leading_axes_that_do_not_fit_are_named() -> None:
+    assert check_leads(feet=(3, 1), cog=(4,)) == (3, 4)
+    with pytest.raises(InputError, match=r"feet \(3,\), cog \(2,\)"):
+        check_leads(feet=(3,), cog=(2,))

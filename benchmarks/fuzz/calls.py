@@ -324,6 +324,15 @@ def _methods() -> dict[str, Call]:
         "State": (g.State, {"q": p.state(0.1).q, "v": p.state(0.1).v,
             "support": p.state(0.1).support, "joint_names": p.state(0.1).joint_names}),
     }  # fmt: skip
+    leg, angles = robot().legs["LF"], np.array([0.1, 0.8, -1.5])
+    found |= {
+        "Leg.forward": (leg.forward, {"q": angles}),
+        "Leg.inverse": (leg.inverse, {"point": leg.forward(angles)}),
+        "Leg.jacobian": (leg.jacobian, {"q": angles}),
+        "Leg.jacobian_rate": (leg.jacobian_rate, {"q": angles, "rates": angles}),
+        "Leg.length": (leg.length, {"point": leg.forward(angles)}),
+        "Leg.shortfall": (leg.shortfall, {"point": leg.forward(angles)}),
+    }
     times = {"GaitSchedule": schedule, "GaitStateMachine": machine, "SwingCurve": curve,
              "MotionPath": q.path}  # fmt: skip
     for name, value in times.items():

@@ -42,6 +42,8 @@ WRONG: Final[MappingProxyType[str, Callable[[], Any]]] = MappingProxyType({
     "nans (3)": lambda: np.full(3, NAN),
     "nans (4, 3)": lambda: np.full((4, 3), NAN),
     "infs (4, 3)": lambda: np.full((4, 3), np.inf),
+    "zeros (5, 3)": lambda: np.zeros((5, 3)),
+    "ones (2, 4, 2)": lambda: np.ones((2, 4, 2)),
     "zeros (7, 5)": lambda: np.zeros((7, 5)),
     "zeros (0,)": lambda: np.zeros(0),
     "zeros (0, 3)": lambda: np.zeros((0, 3)),

@@ -108,6 +108,9 @@ def base_rotations(values: FloatArray) -> FloatArray:
 
 def configurations(values: FloatArray) -> FloatArray:
     """Pinocchio's configurations ``(N, nq)`` for path values ``(N, 6 + nj)``."""
+    if not len(values):
+        # Older versions of scipy turn no empty arrays.
+        return np.empty((0, values.shape[1] + 1))
     turn = Rotation.from_euler("ZYX", values[:, 5:2:-1]).as_quat()
     return np.concatenate([values[:, :3], turn, values[:, 6:]], axis=1)
 

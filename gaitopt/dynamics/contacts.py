@@ -251,7 +251,11 @@ class Contacts:
         if not np.isfinite(places[flags]).all():
             raise InputError("feet must be finite where they stand")
         check_number("radius", radius, 0.0, 10.0, "m")
-        up = np.array(np.broadcast_to(unit_normals(normals), places.shape))
+        units = unit_normals(normals)
+        try:
+            up = np.array(np.broadcast_to(units, places.shape))
+        except ValueError as error:
+            raise InputError(f"normals must fit {places.shape}, got {units.shape}") from error
         return cls(places - radius * up, up, flags, grips(grip, places.shape[:-1]))
 
 

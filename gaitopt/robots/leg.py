@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gaitopt.conventions import ByValue, FloatArray, frozen
-from gaitopt.inputs import check_array, check_shape
+from gaitopt.inputs import check_array, check_leads, check_shape
 from gaitopt.robots.leg_angles import (
     PitchDerivatives,
     height_in_plane,
@@ -46,6 +46,8 @@ FULL_TURN = 2.0 * np.pi - 1e-9
 @dataclass(frozen=True, eq=False)
 class Leg(ByValue):
     """One leg, as constants read off the robot's model once.
+
+    Angles and places that are not finite give NaN.
 
     Attributes:
         name: one of ``"LF" "LH" "RH" "RF"``.
@@ -123,7 +125,7 @@ class Leg(ByValue):
         Returns:
             ``(..., 3)`` [m]. Source: [Wang2020], eq. (11), with offsets.
         """
-        q = np.asarray(q, dtype=np.float64)
+        q = check_shape("q", q, len(self.joints))
         columns = [q[..., i] for i in range(len(self.joints))]
         return np.stack(self.forward_columns(*columns), axis=-1)
 
@@ -150,7 +152,7 @@ class Leg(ByValue):
         Returns:
             ``(..., nj)`` [rad], each angle within half a turn of the middle of its limits.
         """
-        point = np.asarray(point, dtype=np.float64)
+        point = check_shape("point", point, 3)
         columns = self.inverse_columns(point[..., 0], point[..., 1], point[..., 2])
         return np.stack(columns, axis=-1)
 
@@ -175,7 +177,8 @@ class Leg(ByValue):
 
         Source: [Wang2020], eq. (12), with the joint rate of the knee (its errata).
         """
-        roll, thigh, knee = self._geometric(*np.moveaxis(np.asarray(q, dtype=np.float64), -1, 0))
+        angles = check_shape("q", q, len(self.joints))
+        roll, thigh, knee = self._geometric(*np.moveaxis(angles, -1, 0))
         pitch = PitchDerivatives.at(thigh, knee, self.upper, self.lower)
         sine, cosine, height = np.sin(roll), np.cos(roll), pitch.thigh_x - self.drop
         return self._matrix([
@@ -197,8 +200,10 @@ class Leg(ByValue):
             InputError: an array has another shape.
         """
         count = len(self.joints)
-        angles = np.moveaxis(check_shape("q", q, count), -1, 0)
-        speeds = np.moveaxis(check_shape("rates", rates, count) * np.array(self.signs), -1, 0)
+        given = check_shape("q", q, count), check_shape("rates", rates, count)
+        check_leads(q=given[0].shape[:-1], rates=given[1].shape[:-1])
+        angles = np.moveaxis(given[0], -1, 0)
+        speeds = np.moveaxis(given[1] * np.array(self.signs), -1, 0)
         roll, thigh, knee = self._geometric(*angles)
         turn = speeds[0] if self.has_roll else 0.0
         pitch = PitchDerivatives.at(thigh, knee, self.upper, self.lower)
@@ -255,7 +260,7 @@ class Leg(ByValue):
 
     def length(self, point: Any) -> FloatArray:
         """Distance from the first pitch axis to places of the foot ``(..., 3)``: ``(...)`` [m]."""
-        place = np.asarray(point, dtype=np.float64)
+        place = check_shape("point", point, 3)
         return np.asarray(np.sqrt(self.straightness(*np.moveaxis(place, -1, 0))))
 
     @property
@@ -280,7 +285,7 @@ class Leg(ByValue):
 
         Counts length (knee limits), and for a pitch-pitch leg the sideways distance to its plane.
         """
-        point = np.asarray(point, dtype=np.float64)
+        point = check_shape("point", point, 3)
         columns = point[..., 0], point[..., 1], point[..., 2]
         distance = np.sqrt(self.straightness(*columns))
         low, high = self._extent

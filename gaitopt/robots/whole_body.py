@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 
 from gaitopt.conventions import LEGS, BoolArray, FloatArray, frozen
 from gaitopt.errors import InputError
-from gaitopt.inputs import check_shape
+from gaitopt.inputs import check_leads, check_shape
 from gaitopt.robots.leg import REACH_TOLERANCE, Leg
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.rotations import (
@@ -110,7 +110,8 @@ def configuration(
         rpy_to_quaternion(check_shape("rpy", rpy, 3)),
         check_shape("joints", joints, len(robot.joint_names)),
     )
-    lead = np.broadcast_shapes(*(part.shape[:-1] for part in parts))
+    names = ("position", "rpy", "joints")
+    lead = check_leads(**{n: p.shape[:-1] for n, p in zip(names, parts, strict=True)})
     return np.concatenate(
         [np.broadcast_to(part, (*lead, part.shape[-1])) for part in parts], axis=-1
     )
@@ -305,7 +306,7 @@ def at_sample(sample: tuple[int, ...]) -> str:
 
 def _transform(rotation: FloatArray, position: FloatArray) -> FloatArray:
     """Homogeneous transforms ``(..., 4, 4)``."""
-    lead = np.broadcast_shapes(rotation.shape[:-2], position.shape[:-1])
+    lead = check_leads(rotation=rotation.shape[:-2], position=position.shape[:-1])
     out = np.zeros((*lead, 4, 4))
     out[..., :3, :3], out[..., :3, 3], out[..., 3, 3] = rotation, position, 1.0
     return out

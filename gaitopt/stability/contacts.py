@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from gaitopt.conventions import BoolArray, FloatArray
 from gaitopt.errors import InputError
-from gaitopt.inputs import check_array
+from gaitopt.inputs import check_array, check_leads
 from gaitopt.stability.margins import static_stability_margin
 
 
@@ -88,7 +88,7 @@ def standing_feet(feet: ArrayLike, contacts: ArrayLike | None) -> FloatArray:
         raise InputError(
             f"contacts must have one value a foot: {standing.shape} for feet of {places.shape}"
         )
-    lead = np.broadcast_shapes(standing.shape, places.shape[:-1])
+    lead = check_leads(contacts=standing.shape, feet=places.shape[:-1])
     places = np.broadcast_to(places, (*lead, places.shape[-1]))
     standing = np.broadcast_to(standing, lead)[..., None]
     stand_in = np.take_along_axis(places, standing.argmax(axis=-2)[..., None], axis=-2)

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from gaitopt.conventions import FloatArray
 from gaitopt.errors import InputError
-from gaitopt.inputs import check_array
+from gaitopt.inputs import check_array, check_leads
 from gaitopt.stability.support import pair_lines
 
 
@@ -31,6 +31,9 @@ def static_stability_margin(feet: ArrayLike, cog: ArrayLike) -> FloatArray:
     corners = corners[..., :2]
     if places.ndim < 1 or places.shape[-1] < 2:
         raise InputError(f"cog must be (..., 2) or (..., 3), got {places.shape}")
+    if np.isinf(places).any():
+        raise InputError("cog must be finite")
+    check_leads(feet=corners.shape[:-2], cog=places.shape[:-1])
     places = places[..., None, :2]
     origin = corners[..., :1, :]
     normals, offsets, is_side = pair_lines(corners - origin)

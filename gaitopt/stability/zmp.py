@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gaitopt.conventions import GRAVITY, FloatArray
-from gaitopt.inputs import check_kind, check_numbers
+from gaitopt.inputs import check_kind, check_leads, check_numbers
 from gaitopt.stability.contacts import of_width
 
 FARTHEST: Final = 1e6
@@ -118,7 +118,7 @@ def ground_wrench(model: Any, q: ArrayLike, v: ArrayLike, a: ArrayLike) -> Float
     motion = [
         of_width("q", q, model.nq), of_width("v", v, model.nv), of_width("a", a, model.nv)
     ]  # fmt: skip
-    lead = np.broadcast_shapes(*(x.shape[:-1] for x in motion))
+    lead = check_leads(**{n: x.shape[:-1] for n, x in zip("qva", motion, strict=True)})
     rows = [np.broadcast_to(x, (*lead, x.shape[-1])).reshape(-1, x.shape[-1]) for x in motion]
     data = model.createData()
     found = np.empty((len(rows[0]), 2, 3))

@@ -25,6 +25,10 @@ _TRIES = 1000
 there is too little space for all columns, some overlap in the end."""
 
 
+LONGEST = 1e6
+"""Largest length that is believed [m]: more is a mistake in the unit."""
+
+
 def s_columns(
     seed: int = 0,
     *,
@@ -158,7 +162,7 @@ def _check(seed: int, **lengths: float) -> None:
         raise InputError(f"seed must be a whole number of at least 0, got {seed!r}")
     for name, value in lengths.items():
         lowest = 0.0 if name in ("amplitude", "jitter", "height_jitter") else 1e-6
-        if not (isinstance(value, Real) and lowest <= value < np.inf):
+        if not (isinstance(value, Real) and lowest <= value <= LONGEST):
             raise InputError(
-                f"{name} must be a finite length of at least {lowest:g} m, got {value!r}"
+                f"{name} must be a finite length from {lowest:g} to {LONGEST:g} m, got {value!r}"
             )

@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 from robot_loading import quiet
 
 from gaitopt.conventions import LEGS, FloatArray
+from gaitopt.errors import InputError
 from gaitopt.robots.catalog import load_robot, robot_names
 from gaitopt.robots.leg import Leg
 from gaitopt.robots.leg_angles import wrap_angle
@@ -456,3 +457,17 @@ def test_links_of_one_length_fold_to_nothing_whatever_their_digits() -> None:
     for ends in ((0.20000000000000004, 0.2000000000000001), (0.2, 0.2), (0.3, 0.1)):
         folding = replace(leg, upper=ends[0], lower=ends[1], position_limits=full)
         assert folding.least_reach == pytest.approx(abs(ends[0] - ends[1]), abs=1e-8)
+
+
+@pytest.mark.parametrize("name", ["wang2020", "solo8"])
+def test_angles_and_places_of_another_shape_are_refused(name: str) -> None:
+    leg = quiet(name).legs["LF"]
+    count = len(leg.joints)
+    for method in (leg.forward, leg.jacobian):
+        with pytest.raises(InputError, match=rf"q must be \(\.\.\., {count}\), got \(2, 7\)"):
+            method(np.zeros((2, 7)))
+    for method in (leg.inverse, leg.length, leg.shortfall):
+        with pytest.raises(InputError, match=r"point must be \(\.\.\., 3\), got \(2,\)"):
+            method([0.0, 0.1])
+    with pytest.raises(InputError, match=r"q \(3,\), rates \(2,\)"):
+        leg.jacobian_rate(np.zeros((3, count)), np.zeros((2, count)))

@@ -160,7 +160,7 @@ def test_bad_length_is_named(name: str, bad: Any) -> None:
     with pytest.raises(InputError) as caught:
         s_columns(**{name: bad})
     assert str(caught.value) == (
-        f"{name} must be a finite length of at least {lowest} m, got {bad!r}"
+        f"{name} must be a finite length from {lowest} to 1e+06 m, got {bad!r}"
     )
 
 

@@ -138,6 +138,8 @@ def build_cog_problem(
         check_choice("swing", swing, LEGS)
     check_choice("objective", objective, get_args(Objective))
     place = check_shape("start", start, 2)
+    if place.shape != (2,):
+        raise InputError(f"start must be (2,), got {place.shape}")
     check_number("height", height, -FARTHEST, FARTHEST, "m")
     missing = [leg for leg in LEGS if leg not in named]
     if missing:

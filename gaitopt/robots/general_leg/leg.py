@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gaitopt.conventions import FloatArray, frozen
-from gaitopt.inputs import check_shape
+from gaitopt.inputs import check_leads, check_shape
 from gaitopt.robots.general_leg.hinges import ThreeHinges
 from gaitopt.robots.general_leg.inverse import HingeInverse
 from gaitopt.robots.leg import Leg
@@ -96,7 +96,7 @@ class GeneralLeg(Leg):
             ``(..., 3)`` [rad], each angle within half a turn of the middle of its limits; NaN for a
             place that is not finite.
         """
-        place = np.asarray(point, dtype=np.float64)
+        place = check_shape("point", point, 3)
         rows = place.reshape(-1, 3)
         finite = np.isfinite(rows).all(axis=-1)
         found = np.full(rows.shape, np.nan)
@@ -113,7 +113,7 @@ class GeneralLeg(Leg):
         Args:
             q: joint angles ``(..., 3)`` [rad].
         """
-        return self.hinges.placed(np.asarray(q, dtype=np.float64)).jacobian
+        return self.hinges.placed(check_shape("q", q, 3)).jacobian
 
     def jacobian_rate(self, q: ArrayLike, rates: ArrayLike) -> FloatArray:
         """Derivative of :meth:`jacobian` over time ``(..., 3, 3)``, in the body frame.
@@ -125,6 +125,7 @@ class GeneralLeg(Leg):
             InputError: an array has another shape.
         """
         angles, speeds = check_shape("q", q, 3), check_shape("rates", rates, 3)
+        check_leads(q=angles.shape, rates=speeds.shape)
         angles, speeds = np.broadcast_arrays(angles, speeds)
         return self.hinges.placed(angles).jacobian_rate(speeds)
 
@@ -183,7 +184,7 @@ class GeneralLeg(Leg):
 
         ``(...)`` each [m].
         """
-        place = np.asarray(point, dtype=np.float64)
+        place = check_shape("point", point, 3)
         q = self.inverse(place)
         bend = self.signs[2] * q[..., 2] + self.zeros[1]
         square = self.upper**2 + self.lower**2 + 2.0 * self.upper * self.lower * np.cos(bend)
