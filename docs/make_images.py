@@ -5,6 +5,7 @@ One function an image, named as the file in ``docs/images``. Without a name all 
 
 from __future__ import annotations
 
+import re
 import shutil
 import subprocess
 import sys
@@ -185,7 +186,32 @@ def photograph(address: str, target: Path, size: tuple[int, int]) -> None:
         small.save(target, optimize=True)
 
 
+def badges(target: Path) -> None:
+    """Version, Python and licence as pyproject.toml states them, beside each other."""
+    stated = (Path(__file__).parents[1] / "pyproject.toml").read_text("utf-8")
+    found = {key: re.findall(rf'^{key} = ">?=?([^"]+)"', stated, re.M)[0]
+             for key in ("version", "requires-python", "license")}  # fmt: skip
+    words = [("version", found["version"]), ("Python", f"{found['requires-python']} or later"),
+             ("licence", found["license"]), ("types", "checked by mypy, strict")]  # fmt: skip
+    parts, x = [], 0
+    for name, value in words:
+        left, right = 14 + round(6.3 * len(name)), 14 + round(6.3 * len(value))
+        for begin, wide, text, colour in ((x, left, name, "#3a4350"),
+                                          (x + left, right, value, "#1f6f54")):  # fmt: skip
+            parts.append(
+                f'<rect x="{begin}" width="{wide}" height="20" fill="{colour}"/>'
+                f'<text x="{begin + wide / 2:g}" y="14" textLength="{wide - 14}">{text}</text>'
+            )
+        x += left + right + 6
+    target.write_text(
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{x - 6}" height="20" fill="#fff" '
+        'text-anchor="middle" font-family="Verdana,DejaVu Sans,sans-serif" font-size="11">'
+        + "".join(parts) + "</svg>\n", "utf-8",
+    )  # fmt: skip
+
+
 ALL: dict[str, Callable[[Path], None]] = {
+    "badges.svg": badges,
     "replay": replay,
     "replay_curves": replay_curves,
     "terrain_replay": terrain_replay,
@@ -203,7 +229,7 @@ def main(names: list[str]) -> None:
         raise SystemExit(f"unknown picture {unknown[0]!r}; known are {', '.join(ALL)}")
     IMAGES.mkdir(exist_ok=True)
     for name in names or ALL:
-        target = IMAGES / f"{name}.png"
+        target = IMAGES / (name if "." in name else f"{name}.png")
         ALL[name](target)
         print(f"{target.name}: {target.stat().st_size / 1e3:.0f} kB")
 

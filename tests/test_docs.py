@@ -8,6 +8,7 @@ import importlib
 import importlib.util
 import io
 import re
+import runpy
 import shlex
 import subprocess
 import sys
@@ -329,6 +330,18 @@ def test_the_other_papers_have_rows_for_all_figures_and_equations(
         for first, last in re.findall(r"\((\d+)\)(?:-\((\d+)\))?", head):
             numbered |= set(range(int(first), int(last or first) + 1))
     assert numbered >= set(range(1, equations + 1))
+
+
+def test_the_badges_are_true(tmp_path: Path) -> None:
+    """Those that are committed are those that pyproject.toml makes, and mypy is strict."""
+    script = runpy.run_path(str(DOCS / "make_images.py"))
+    script["badges"](tmp_path / "badges.svg")
+    made = (tmp_path / "badges.svg").read_text("utf-8")
+    assert made == (DOCS / "images" / "badges.svg").read_text("utf-8")
+    assert "images/badges.svg" in (ROOT / "README.md").read_text("utf-8")
+    settings = (ROOT / "pyproject.toml").read_text("utf-8").split("[tool.mypy]")[1]
+    assert "strict = true" in settings.split("[tool.")[0]
+    assert f">{gaitopt.__version__}<" in made
 
 
 def test_every_public_name_has_its_place_in_the_api() -> None:
