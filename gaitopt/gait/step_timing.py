@@ -1,7 +1,7 @@
-"""Times of steps: the clock of a walk, its swings, and step times by the stability margin.
+"""Times of steps: the cycles of a walk, its swings, and step times by the stability margin.
 
-A walk starts and ends on four feet. It starts with a lift-off; a leg that would be in the air at
-that instant of the schedule stands until its own next lift-off. Cycles are counted from the start.
+A walk starts and ends on four feet. Its first event is a lift-off. A leg that the schedule has in
+the air at that instant stands until its own next lift-off. Cycles are counted from the start.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from gaitopt.inputs import check_choice, check_count, check_number
 from gaitopt.robots.leg_names import as_leg
 
 MOST_CYCLES: Final = 100_000
-"""Most swings of a leg in a walk: about a day of walking."""
+"""Largest number of swings of a leg in a walk. Chosen: it is about a day of walking."""
 SHORTEST_SHARE: Final = 0.5
 """Shortest step as a share of the nominal one, by default. Chosen."""
 LONGEST_SHARE: Final = 2.0

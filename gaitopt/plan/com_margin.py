@@ -26,8 +26,8 @@ def true_com(robot: Quadruped, q: FloatArray) -> FloatArray:
 def com_margin(plan: Plan, times: FloatArray | None = None) -> tuple[FloatArray, FloatArray]:
     """Static stability margin of the model's true COM over time.
 
-    The paper plans with the body's centre; legs have mass, so the true centre of mass wanders when
-    a foot swings (``docs/papers.md``, errata of [Wang2020], Section II.C (2)).
+    The paper plans with the body's centre. But legs have mass, so the true centre of mass moves
+    against the body when a leg swings (``docs/papers.md``, errata of [Wang2020], Section II.C (2)).
 
     Args:
         plan: the plan.
@@ -44,7 +44,8 @@ def com_margin(plan: Plan, times: FloatArray | None = None) -> tuple[FloatArray,
 def times_of_margins(plan: Plan) -> FloatArray:
     """Every knot of a plan's path, and the last instant of every phase ``(N,)`` [s].
 
-    A swing's last instant, with its foot still in the air, lies just before a knot.
+    At the knot that ends a swing the foot stands. So the instant just before this knot is added,
+    at which the foot is still in the air.
     """
     ends = np.nextafter([p.end for p in plan.phases if p.duration > 0], 0.0)
     return np.union1d(plan.path.times, ends)

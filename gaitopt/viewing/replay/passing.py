@@ -1,4 +1,7 @@
-"""What a scene shows for some time only, as data for the page's script ``passing.js``."""
+"""Parts of a scene that are visible during some time only, as data for the page's ``passing.js``.
+
+An example is the support polygon of a phase.
+"""
 
 from __future__ import annotations
 
@@ -14,15 +17,15 @@ TIME_DIGITS = 6
 
 
 def passing_paths(scene: Scene) -> set[FramePath]:
-    """The frames of a scene that are shown for some time only."""
+    """The frames of a scene that are visible during some time only."""
     return {track.path for track in scene.tracks if track.kind == "visible"}
 
 
 def passing_data(scene: Scene, maps: GroundData) -> list[dict[str, Any]]:
-    """These frames, by the frame above them, in the order of their times.
+    """These frames in groups: one for each parent frame, in the order of their times.
 
-    No two frames below the same one are shown at the same time, as the phases of a plan, whose
-    support polygons they are, follow one another.
+    Of a group at most one frame is visible at a time, for example the support polygon of the
+    present phase.
 
     Args:
         scene: the scene.
@@ -51,7 +54,10 @@ def _frame(node: Node, start: float, end: float, maps: GroundData) -> dict[str, 
 
 
 def _span(times: np.ndarray, shown: np.ndarray, duration: float) -> tuple[float, float]:
-    """From when to when a track shows its frame [s]; for good where it is not hidden again."""
+    """From when to when a track shows its frame [s].
+
+    The end lies after ``duration`` where the track does not hide the frame again.
+    """
     first = int(np.argmax(shown))
     later = np.flatnonzero(~shown[first:])
     end = float(times[first + later[0]]) if len(later) else duration + 1.0
