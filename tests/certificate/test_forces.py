@@ -127,7 +127,9 @@ def test_a_little_less_friction_than_is_needed_is_found(slow: Plan) -> None:
         good = contact_forces(slow, replace(LIMITS, friction=middle)).status is Verdict.OK
         low, high = (low, middle) if good else (middle, high)
     check = contact_forces(slow, replace(LIMITS, friction=low))
-    assert check.status is Verdict.VIOLATED and check.where.startswith("friction")
+    # Forces that spare the friction may be held back by the least normal force as much.
+    assert check.status is Verdict.VIOLATED
+    assert check.where.startswith(("friction", "normal force"))
 
 
 def test_one_per_cent_less_torque_than_is_needed_is_found(slow: Plan) -> None:

@@ -110,7 +110,9 @@ def test_the_objective_time_takes_the_settings_of_the_time_optimal_walk(wang: Qu
         RouteSettings(free=Freedoms.from_name("overlap"), swing_knots=12, timing="velocity"),
     )
     by_name = plan_crawl(wang, footholds, objective="time", free="overlap", timing="velocity")
-    assert by_object.settings == by_name.settings and by_object.duration == by_name.duration
+    assert by_object.settings == by_name.settings
+    # With numpy 2.0 the last digits depend on where arrays lie in memory.
+    assert by_object.duration == pytest.approx(by_name.duration, rel=1e-13)
     with pytest.raises(InputError, match="takes RouteSettings, got CrawlSettings"):
         plan_crawl(wang, footholds, CrawlSettings(timing="velocity"), objective="time")
 
