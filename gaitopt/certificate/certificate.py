@@ -42,7 +42,8 @@ class Certificate:
         robot: the robot's name.
         sha256: fingerprint of the URDF that was judged.
         checks: every check.
-        samples: how many configurations were evaluated.
+        samples: at how many configurations feet and balance were evaluated; checks look at more
+            where they need them.
     """
 
     robot: str
