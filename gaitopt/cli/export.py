@@ -39,7 +39,8 @@ def export(
     joints: Annotated[
         str | None,
         typer.Option(help="A controller's parameter file (YAML), or names of joints with commas "
-                     "between them: which joints the file has, in which order.", metavar="JOINTS"),
+                     "between them: which joints the file has, in which order. OLD=NEW gives a "
+                     "joint another name.", metavar="JOINTS"),
     ] = None,
     controller: Annotated[
         str | None, typer.Option(help="The controller in a parameter file with several.")
@@ -83,8 +84,7 @@ def export(
     for path, kind, options in asked:
         if path is None:
             continue
-        listed = joints.split(",") if joints is not None and "," in joints else joints
-        done = write(loaded, path, kind, dt=dt, joints=listed, prefix=prefix,
+        done = write(loaded, path, kind, dt=dt, joints=_joints(joints), prefix=prefix,
                      controller=controller, forces=forces, ramp=ramp, **options)  # fmt: skip
         told = ", ".join(f"{name} {value:.6g}" for name, value in done.numbers.items())
         report.files({file: "" for file in done.files[:-1]} | {done.files[-1]: escape(told)})
@@ -93,6 +93,16 @@ def export(
             report.say(escape(shown(note)))
     report.add(numbers=numbers, notes=notes)
     report.end()
+
+
+def _joints(given: str | None) -> str | list[str] | dict[str, str] | None:
+    """Joints of the file: the path of a parameter file, names, or new names by old ones."""
+    if given is None or given.endswith((".yaml", ".yml")) or not set(given) & set(",="):
+        return given
+    parts = [part.partition("=") for part in given.split(",")]
+    if any(equals for _, equals, _ in parts):
+        return {old.strip(): (new or old).strip() for old, _, new in parts}
+    return [name.strip() for name, _, _ in parts]
 
 
 def _options(given: list[str] | None) -> dict[str, float | str]:

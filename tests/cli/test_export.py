@@ -52,6 +52,19 @@ def test_a_list_of_names_and_parts(run: Callable[..., Any], tmp_path: Path) -> N
     assert "b-1.json" in done.output and "b-2.json" in done.output
 
 
+def test_joints_under_new_names_and_many_of_them(
+    run: Callable[..., Any], a1_walk: Plan, tmp_path: Path
+) -> None:
+    done = run(tmp_path / "a.json", "--joints", "FR_hip_joint=m0, FL_calf_joint")
+    assert done.exit_code == 0, done.output
+    assert json.loads((tmp_path / "a.json").read_text())["joint_names"] == ["m0", "FL_calf_joint"]
+    renamed = {name: f"a_long_name_of_the_motor_of_{name}" for name in a1_walk.robot.joint_names}
+    listed = ",".join(f"{old}={new}" for old, new in renamed.items())
+    done = run(tmp_path / "b.json", "--joints", listed)
+    assert done.exit_code == 0, done.output
+    assert json.loads((tmp_path / "b.json").read_text())["joint_names"] == list(renamed.values())
+
+
 def test_mistakes(run: Callable[..., Any], tmp_path: Path) -> None:
     for words, told in (
         ((), "give a FILE"),
