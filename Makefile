@@ -23,7 +23,7 @@ $(VENV)/.walk: pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10))' || \
 	  { echo "gaitopt needs Python 3.10 or later; try: make PYTHON=python3.12 walk"; exit 1; }
 	@# What an interrupted run left behind is made anew.
-	@$(BIN)/python -m pip --version >/dev/null 2>&1 || { \
+	@$(BIN)/python -m pip --version 2>/dev/null | grep -q '^pip ' || { \
 	  $(PYTHON) -c 'import venv, ensurepip' 2>/dev/null || \
 	    { echo "Python's venv is missing; on Debian and Ubuntu: sudo apt install python3-venv"; exit 1; }; \
 	  $(PYTHON) -m venv --clear $(VENV); }

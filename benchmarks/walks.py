@@ -19,9 +19,9 @@ def robot() -> Quadruped:
 
 
 @lru_cache(maxsize=8)
-def terrain(steps: int = MAIN_STEPS) -> Footholds:
+def terrain(steps: int = MAIN_STEPS, seed: int = 0) -> Footholds:
     """S-shaped columns for a walk of ``steps`` steps, each as long as the paper's."""
-    return gaitopt.s_columns(0, columns=steps // 4 + 1)
+    return gaitopt.s_columns(seed, columns=steps // 4 + 1)
 
 
 @lru_cache(maxsize=4)

@@ -5,7 +5,8 @@ steps, processor time, its multiple of a fixed workload in the same run
 (:func:`benchmarks.measuring.workload`), the solver's Newton steps, the time of one of them for each
 step of the walk, and the powers of the steps with which time and Newton steps grow.
 ``--windows 8,16,32`` also prints the lower bounds of windows of so many steps
-(:func:`gaitopt.planners.time_optimal.bound.route_bound`) on the walk over 64 steps.
+(:func:`gaitopt.planners.time_optimal.bound.route_bound`) on the walk over 64 steps. With
+``--horizon 16`` walks are planned in windows of so many steps.
 """
 
 from __future__ import annotations
@@ -27,29 +28,34 @@ TIMED_BY_FORCES = ("dynamic",)
 """Rows that have no timing by joint velocities."""
 
 
-def planned(row: str, steps: int) -> gaitopt.Plan:
-    """The walk of a row."""
+def planned(row: str, steps: int, horizon: int | None = None, seed: int = 0) -> gaitopt.Plan:
+    """The walk of a row over random columns."""
     timing = {} if row in TIMED_BY_FORCES else {"timing": "velocity"}
-    return gaitopt.plan_route(walks.robot(), walks.terrain(steps), free=row, **timing)
+    return gaitopt.plan_route(
+        walks.robot(), walks.terrain(steps, seed), free=row, horizon=horizon, **timing
+    )
 
 
-def growth(row: str, sizes: Sequence[int]) -> None:
-    """Print the table of a row."""
+def growth(row: str, sizes: Sequence[int], horizon: int | None, seeds: int) -> None:
+    """Print the table of a row: means over terrains, and the range of their Newton steps."""
     print(
         "| row | steps | CPU [s] | workloads | Newton steps | CPU of one, a step [us] | walk [s] |"
     )
     print("|---|---|---|---|---|---|---|")
-    times, counts = [], []
+    times, means = [], []
     for steps in sizes:
         unit, start = workload(), time.process_time()
-        plan = planned(row, steps)
-        times.append((time.process_time() - start) / unit)
-        counts.append(plan.record.solver_iterations)
-        each = 1e6 * times[-1] * unit / counts[-1] / steps
-        print(f"| {row} | {steps} | {times[-1] * unit:.2f} | {times[-1]:.1f} | {counts[-1]} | "
-              f"{each:.0f} | {plan.duration:.2f} |", flush=True)  # fmt: skip
+        plans = [planned(row, steps, horizon, seed) for seed in range(seeds)]
+        cpu = (time.process_time() - start) / seeds
+        counts = [plan.record.solver_iterations for plan in plans]
+        times.append(cpu / unit)
+        means.append(np.mean(counts))
+        among = f" ({min(counts)} .. {max(counts)})" if seeds > 1 else ""
+        each, walk = 1e6 * cpu / means[-1] / steps, np.mean([plan.duration for plan in plans])
+        print(f"| {row} | {steps} | {cpu:.2f} | {times[-1]:.1f} | {means[-1]:.0f}{among} | "
+              f"{each:.0f} | {walk:.2f} |", flush=True)  # fmt: skip
     if len(sizes) > 1:
-        powers = [np.polyfit(np.log(sizes), np.log(values), 1)[0] for values in (times, counts)]
+        powers = [np.polyfit(np.log(sizes), np.log(values), 1)[0] for values in (times, means)]
         print(f"time ~ steps^{powers[0]:.2f}, Newton steps ~ steps^{powers[1]:.2f}", flush=True)
 
 
@@ -68,11 +74,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--steps", default=STEPS, help="joined by commas")
     parser.add_argument("--row", default="swing", help="a variant of plan_route")
     parser.add_argument("--windows", default="", help="steps of windows, joined by commas")
+    parser.add_argument("--horizon", type=int, help="steps of a window; by default all at once")
+    parser.add_argument("--seeds", type=int, default=1, help="how many terrains, from seed 0 on")
     asked = parser.parse_args(arguments)
     use_one_core()
     planned("swing", 4)
     if asked.steps:
-        growth(asked.row, [int(n) for n in asked.steps.split(",")])
+        growth(asked.row, [int(n) for n in asked.steps.split(",")], asked.horizon,
+               asked.seeds)  # fmt: skip
     if asked.windows:
         bounds(asked.row, [int(n) for n in asked.windows.split(",")])
     return 0
