@@ -17,11 +17,11 @@ from numpy.typing import ArrayLike
 from gaitopt.conventions import LEGS, FloatArray, frozen
 from gaitopt.dynamics.whole_body import motion_of_path
 from gaitopt.entering.begin import check_apart
+from gaitopt.entering.outlines import Outline, lowest_points, outlines
 from gaitopt.errors import InfeasibleStateError, InputError
 from gaitopt.inputs import check_array, check_kind
 from gaitopt.plan.state import State
 from gaitopt.robots.collision_shapes import TOUCHING, CollisionPairs
-from gaitopt.robots.outlines import Outline, lowest_points, outlines
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.rotations import rpy_to_matrix
 from gaitopt.robots.standing import foot_below_hip
