@@ -21,6 +21,7 @@ from control_msgs.action import FollowJointTrajectory
 from control_msgs.msg import JointTolerance
 from rclpy.action import ActionClient
 from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import JointState
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
@@ -97,7 +98,9 @@ class PlanPlayer(Node):
         self.client = ActionClient(self, FollowJointTrajectory, action)
 
     def on_state(self, state: JointState) -> None:
-        self.present.update(zip(state.name, state.position, strict=True))
+        # Some publishers tell of velocities or efforts alone.
+        if len(state.name) == len(state.position):
+            self.present.update(zip(state.name, state.position, strict=True))
 
     def on_feedback(self, message) -> None:
         errors = [abs(x) for x in message.feedback.error.positions]
@@ -139,36 +142,53 @@ class PlanPlayer(Node):
             for joint in self.trajectory.joint_names
         ]
         sent = self.client.send_goal_async(goal, feedback_callback=self.on_feedback)
-        rclpy.spin_until_future_complete(self, sent)
-        handle = sent.result()
-        if not handle.accepted:
-            self.get_logger().error("the controller refused the plan; its log says why")
-            return 2
         try:
-            done = handle.get_result_async()
-            rclpy.spin_until_future_complete(self, done)
+            self.wait_for(sent)
+            if not sent.result().accepted:
+                self.get_logger().error("the controller refused the plan; its log says why")
+                return 2
+            done = sent.result().get_result_async()
+            self.wait_for(done)
         except KeyboardInterrupt:
-            rclpy.spin_until_future_complete(self, handle.cancel_goal_async())
-            self.get_logger().warning("cancelled: the controller holds the joints where they are")
-            return 1
+            return self.cancel(sent)
         result = done.result().result
         self.get_logger().info(
             f"result {result.error_code} {result.error_string}; joints strayed {self.worst:.3f} rad"
         )
         return 0 if result.error_code == FollowJointTrajectory.Result.SUCCESSFUL else 1
 
+    def wait_for(self, future, longest: float = float("inf")) -> bool:
+        """Whether it is done within so many seconds; looks for Ctrl-C ten times a second."""
+        while not future.done() and longest > 0.0:
+            rclpy.spin_until_future_complete(self, future, timeout_sec=0.1)
+            longest -= 0.1
+        return future.done()
+
+    def cancel(self, sent) -> int:
+        """Cancel the plan, also where the controller has not answered yet."""
+        answered = self.wait_for(sent, 5.0)
+        if answered and sent.result().accepted:
+            answered = self.wait_for(sent.result().cancel_goal_async(), 5.0)
+        if answered:
+            self.get_logger().warning("cancelled: the controller holds the joints")
+        else:
+            self.get_logger().error("the controller does not answer: press the emergency stop")
+        return 1
+
 
 def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("file")
     parser.add_argument("--controller", default="joint_trajectory_controller")
-    parser.add_argument("--slower", type=float, default=4.0, help="times as slow as the plan")
+    slower = "times as slow as the plan; 1 for trots and paces, which fall where they are slow"
+    parser.add_argument("--slower", type=float, default=4.0, help=slower)
     parser.add_argument("--near", type=float, default=0.1, help="first posture within so much, rad")
     parser.add_argument("--stray", type=float, default=0.3, help="stop beyond this error, rad")
     asked = parser.parse_args(arguments)
     if not asked.slower >= 1.0:
         parser.error("--slower must be at least 1")
-    rclpy.init()
+    # ROS's own handler of Ctrl-C ends all communication, and the plan could not be cancelled.
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     player = PlanPlayer(slowed(read(asked.file), asked.slower), asked)
     try:
         return player.play()

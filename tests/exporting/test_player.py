@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import types
 from pathlib import Path
 
 import numpy as np
@@ -86,11 +87,24 @@ def test_what_the_controller_refuses_and_what_is_missing_is_told(
     assert "does not tell of FL_hip_joint" in world.logged[-1]
 
 
+@pytest.mark.parametrize("meanwhile", ["sending", "playing"])
 def test_ctrl_c_cancels_the_motion(
+    a1_walk: Plan, files: Path, monkeypatch: pytest.MonkeyPatch, meanwhile: str
+) -> None:
+    """Also where ROS's own handler of Ctrl-C would end all communication at once."""
+    world = robot_at(a1_walk)
+    world.interrupt = meanwhile
+    player = with_ros(world, monkeypatch, SCRIPT)
+    assert player.main([str(files / "walk.yaml")]) == 1
+    assert world.cancelled and world.context
+
+
+def test_states_without_positions_are_read_over(
     a1_walk: Plan, files: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     world = robot_at(a1_walk)
-    world.interrupt = True
     player = with_ros(world, monkeypatch, SCRIPT)
-    assert player.main([str(files / "walk.yaml")]) == 1
-    assert world.cancelled
+    state = player.JointState(name=["wheel"], velocity=[0.0])
+    node = player.PlanPlayer(None, types.SimpleNamespace(controller="legs"))
+    node.on_state(state)
+    assert node.present == {}

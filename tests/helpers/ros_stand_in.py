@@ -100,13 +100,16 @@ class World:
         joints: of the controller.
         present: angles by joint.
         stray: how far a joint is from what it is told, by time [rad].
-        interrupt: whether the user presses Ctrl-C while the plan is played.
+        interrupt: while what the user presses Ctrl-C: ``"sending"`` or ``"playing"`` the plan.
+        context: whether ROS may be talked to. Its own handler of Ctrl-C ends that.
     """
 
     joints: list[str]
     present: dict[str, float]
     stray: Callable[[float], float] = lambda time: 0.0
-    interrupt: bool = False
+    interrupt: str = ""
+    context: bool = True
+    own_handlers: bool = True
     controller: str = "joint_trajectory_controller"
     logged: list[str] = field(default_factory=list)
     goals: list[Any] = field(default_factory=list)
@@ -151,7 +154,10 @@ class World:
 
 class Future:
     def __init__(self, work: Callable[[], Any]) -> None:
-        self.work, self.value = work, None
+        self.work, self.value, self.ready = work, None, False
+
+    def done(self) -> bool:
+        return self.ready
 
     def result(self) -> Any:
         return self.value
@@ -186,9 +192,7 @@ def modules(world: World) -> dict[str, Any]:
 
         def get_result_async(self) -> Future:
             def work() -> Any:
-                if world.interrupt:
-                    world.interrupt = False
-                    raise KeyboardInterrupt
+                pressed("playing")
                 result = world.run(
                     self.goal, lambda m: self.feedback(types.SimpleNamespace(feedback=m))
                 )
@@ -210,14 +214,28 @@ def modules(world: World) -> dict[str, Any]:
             return self.there
 
         def send_goal_async(self, goal: Any, feedback_callback: Any) -> Future:
-            return Future(lambda: Handle(goal, feedback_callback))
+            def work() -> Handle:
+                pressed("sending")
+                return Handle(goal, feedback_callback)
+
+            return Future(work)
 
     def spin_once(node: Node, timeout_sec: float) -> None:
         for kind, call in node.subscriptions:
             call(kind(name=list(world.present), position=list(world.present.values())))
 
-    def spin_until_future_complete(node: Node, future: Future) -> None:
+    def pressed(meanwhile: str) -> None:
+        if world.interrupt == meanwhile:
+            world.interrupt, world.context = "", not world.own_handlers
+            raise KeyboardInterrupt
+
+    def spin_until_future_complete(node: Node, future: Future, timeout_sec: float) -> None:
+        assert world.context, "context is invalid"
         future.value = future.work()
+        future.ready = True
+
+    def init(signal_handler_options: str = "ALL") -> None:
+        world.own_handlers = signal_handler_options != "NO"
 
     class SequentialReader:
         def open(self, storage: Any, converter: Any) -> None:
@@ -243,10 +261,11 @@ def modules(world: World) -> dict[str, Any]:
         return types.SimpleNamespace(**names)
 
     return {
-        "rclpy": module(init=lambda: None, shutdown=lambda: None, spin_once=spin_once,
+        "rclpy": module(init=init, shutdown=lambda: None, spin_once=spin_once,
                         spin_until_future_complete=spin_until_future_complete),
         "rclpy.node": module(Node=Node),
         "rclpy.action": module(ActionClient=ActionClient),
+        "rclpy.signals": module(SignalHandlerOptions=module(NO="NO", ALL="ALL")),
         "rclpy.serialization": module(
             deserialize_message=lambda data, kind: from_rosbags(
                 STORE.deserialize_cdr(data, kind.KIND))),
