@@ -453,12 +453,15 @@ def test_joint_without_limits_elsewhere_on_the_robot_is_named() -> None:
 
 
 def test_yaw_pitch_pitch_leg_is_named_with_its_axes() -> None:
-    """With its foot below the vertical axis it cannot move the foot sideways."""
-    text = refusal(with_hinge(limbs(), 2, 0, axis="0 0 1"))
+    """With its foot below the vertical axis it cannot move the foot sideways, nor reach out."""
+    parts = with_hinge(limbs(), 2, 0, axis="0 0 1")
+    for k in (1, 2):
+        parts = with_hinge(parts, 2, k, limits=(-0.05, 0.05))
+    text = refusal(parts)
     assert text.startswith(
         "test: leg RH (RH_j0 about [0. 0. 1.], RH_j1 about [0. 1. 0.], RH_j2 about [0. 1. 0.], in "
         "the body frame) turns first about the vertical, and no posture within its limits has "
-        "the foot below the hip, "
+        "the foot below the hip or beside it, "
     )
 
 

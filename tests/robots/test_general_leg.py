@@ -330,7 +330,7 @@ def test_a_foot_just_beyond_the_straight_leg_gets_the_straight_leg(kind: str) ->
             np.testing.assert_allclose(found, q, rtol=0, atol=near)
 
 
-def spider(yaw: float) -> str:
+def spider(yaw: float, coxa: float = 0.05) -> str:
     """A robot whose legs reach out from vertical axes at their corners, turned from x by `yaw`."""
     limit = '<limit lower="-1.6" upper="1.6" effort="30" velocity="12"/>'
     parts = [link("base", 5.0)]
@@ -340,7 +340,7 @@ def spider(yaw: float) -> str:
         parts += [link(name, 0.3) for name in names]
         parts.append(link(f"{leg}_foot", 0.05, collision('<sphere radius="0.01"/>')))
         for k, (parent, xyz, axis, rpy) in enumerate([
-            ("base", f"{x} {y} 0", "0 0 1", turn), (names[0], "0.05 0 0", "0 1 0", "0 0 0"),
+            ("base", f"{x} {y} 0", "0 0 1", turn), (names[0], f"{coxa} 0 0", "0 1 0", "0 0 0"),
             (names[1], "0.1 0 0", "0 1 0", "0 0 0"),
         ]):  # fmt: skip
             parts.append(joint(f"{leg}_j{k}", parent, names[k], xyz, "revolute", axis, limit, rpy))
@@ -353,6 +353,23 @@ def test_spiders_walk(yaw: float) -> None:
     """Legs to the sides; and to the corners, where the knees do not say where the front is."""
     made = quiet(spider(yaw))
     assert made.legs["LF"].hip[0] > 0.0 < made.legs["LF"].hip[1]
+    walks(made)
+
+
+def test_spiders_whose_feet_stand_beside_their_hips_walk() -> None:
+    """Yaw and pitch axes meet, and a foot below them could not move to the side."""
+    made = quiet(spider(np.pi / 4, coxa=0.0))
+    for name, leg in made.legs.items():
+        x, y = CORNERS[name]
+        out = leg.hip[:2] - [x, y]
+        assert out @ np.sign([x, y]) > 0.25 * leg.reach
+        np.testing.assert_allclose(out, np.linalg.norm(out) * np.sign([x, y]) / np.sqrt(2.0))
+        assert leg.inverse(leg.forward(leg.standing)) == pytest.approx(leg.standing)
+    walks(made)
+
+
+def walks(made: gaitopt.Quadruped) -> None:
+    """It walks over two columns a leg; certificate and physics agree."""
     plan = gaitopt.plan_crawl(made, s_columns(0, columns=2, robot=made))
     assert gaitopt.verify(plan).ok
     assert gaitopt.simulate(plan).passed

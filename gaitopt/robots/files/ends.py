@@ -15,8 +15,11 @@ from gaitopt.robots.files.limbs import Limb
 from gaitopt.robots.files.meshes import MeshFinder
 from gaitopt.robots.files.origins import placement_of
 from gaitopt.robots.files.shapes import Ball, Solid, end_ball, farthest, rolling_ball, solids_of
-from gaitopt.robots.files.tree import UrdfTree
+from gaitopt.robots.files.tree import Joint, UrdfTree
 
+ANKLE = 1.5
+"""How far a link may be from the axis of a wheel, in its radii. Chosen: what is farther away is the
+foot of a leg with an ankle."""
 BESIDE = 1e-3
 """How far a ball's centre may be from the foot link's origin, and the link stays the foot [m].
 Chosen: a tenth of the radius of small feet."""
@@ -68,7 +71,7 @@ def set_feet(
         radii.append(place.radius)
         told.append(place.how.replace(place.link, "its link"))
         feet[leg] = place.link
-        pose = tree.rigid_with(limb.end)[place.link] if limb.wheel is None else np.eye(4)
+        pose = tree.rigid_with(limb.end).get(place.link, np.eye(4))
         lengths[leg] = float(np.linalg.norm(pose[:3, :3] @ place.at + pose[:3, 3]))
         if place.at.any() or place.link in tree.joints:
             feet[leg] = tree.new_name(f"{leg} ball")
@@ -132,7 +135,9 @@ def find_foot(tree: UrdfTree, leg: str, limb: Limb, finder: MeshFinder) -> FootP
         RobotError: no link lies beyond the last joint, and no shape ends there.
     """
     if limb.wheel is not None:
-        return _wheel(tree, limb, finder)
+        wheel = _wheel(tree, limb, finder)
+        if not _goes_on(tree, limb.wheel, wheel):
+            return wheel
     body = tree.rigid_with(limb.end)
     solids, shapes = _solids(tree, body, finder)
     link = _farthest_link(body)
@@ -279,6 +284,15 @@ def _end_of_shape(tree: UrdfTree, leg: str, limb: Limb, shapes: list[Solid]) -> 
     radius = min(ball.radius, LARGEST_FOOT * length)
     centre = ball.centre + (ball.radius - radius) * along
     return FootPlace(limb.end, centre, radius, f"the end of the shape of {limb.end}")
+
+
+def _goes_on(tree: UrdfTree, joint: Joint, wheel: FootPlace) -> bool:
+    """Whether a leg goes on below its fourth joint, which is then an ankle and no wheel."""
+    far = max(
+        float(np.linalg.norm(np.cross(joint.axis, pose[:3, 3])))
+        for pose in tree.rigid_with(joint.child).values()
+    )
+    return far > max(ANKLE * wheel.radius, BESIDE)
 
 
 def _wheel(tree: UrdfTree, limb: Limb, finder: MeshFinder) -> FootPlace:

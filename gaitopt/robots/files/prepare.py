@@ -245,7 +245,7 @@ def _lock_others(
         at = float(options.pose.get(joint.name, np.clip(0.0, low, high)))
         joint.lock(at)
         locked[joint.name] = at
-    for what, names in (("wheels", [n for n in locked if n in wheels]),
+    for what, names in (("fourth joints", [n for n in locked if n in wheels]),
                         ("joints of no leg", [n for n in locked if n not in wheels])):  # fmt: skip
         if names:
             places = ", ".join(f"{name} at {locked[name]:.4g}" for name in names)

@@ -45,7 +45,8 @@ class GeneralLeg(Leg):
     place of the shoulder, where the second axis is nearest to the first one, in the standing
     posture; ``axes`` are the body's; ``lateral`` is the offset of the foot from the shoulder along
     the axis of the knee, and ``upper`` and ``lower`` are lengths square to that axis; ``drop`` is
-    0; of ``signs`` and ``zeros`` those of the knee count.
+    0; of a spider's leg whose foot stands beside its hip, ``hip`` is the place above the foot as
+    high as the shoulder, and ``lateral`` is 0; of ``signs`` and ``zeros`` those of the knee count.
 
     Attributes:
         hinges: the axes.
@@ -207,6 +208,11 @@ class GeneralLeg(Leg):
         """Sign of the Jacobian's determinant in the standing posture."""
         return float(np.sign(np.linalg.det(self.jacobian(self.standing))))
 
+    @cached_property
+    def _standing_axis(self) -> FloatArray:
+        """The knee's axis in the standing posture ``(3,)``."""
+        return np.asarray(self.hinges.placed(self.standing).axes[2])
+
     def _posture(self, points: FloatArray) -> FloatArray:
         """Joint angles ``(N, 3)`` [rad] for places of the foot ``(N, 3)`` [m] that are finite."""
         solver = self._solver
@@ -221,7 +227,7 @@ class GeneralLeg(Leg):
         wrong = turn < -(LEAST_TURN + TURN_BY_GAP * missing)
         away = (wrap_angle(found - self.standing) ** 2).sum(axis=-1)
         # With the hip turned by half a turn the leg is on the other side of the body.
-        upright = self.signs[2] * at.axes[..., 2, 1] > 0.0
+        upright = at.axes[..., 2, :] @ self._standing_axis > 0.0
         reached = (missing <= CLOSE_ENOUGH) & upright
         poor = np.where(reached.any(axis=-1, keepdims=True), 2.0 * ~reached, 2.0 * missing)
         rows, taken = np.arange(len(found)), (away + MOST_AWAY * (wrong + poor)).argmin(axis=-1)

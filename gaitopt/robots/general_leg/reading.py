@@ -21,6 +21,9 @@ STANDING_SHARES = (0.7, 0.8, 0.6, 0.9, 0.5)
 """Heights of the shoulder above the foot, as shares of the leg's reach, at which the posture of a
 standing leg is looked for. Chosen: the first is that of a standing robot
 (:mod:`gaitopt.robots.standing`)."""
+OUTWARD = (0.4, 0.3, 0.2, 0.0)
+"""How far out the feet of sprawling legs are, as shares of the leg's reach, that are tried. Chosen:
+farther out, straight legs reach no footholds; farther in, steps to the side turn the legs more."""
 ROUNDS = 50
 """Rounds in which the posture and the place of the shoulder are found by turns."""
 AGREED = 1e-9
@@ -46,9 +49,9 @@ _NOT_STANDING = (
 )
 _SPRAWLING = (
     "{} turns first about the vertical, and no posture within its limits has the foot below the "
-    "hip, free to move in all directions; gaitopt plans for legs that lean sideways at their first "
-    "joint (roll), and for sprawling ones that reach out from a vertical axis: correct the "
-    "axes, or allow more than these limits [rad]: {}"
+    "hip or beside it, free to move in all directions; gaitopt plans for legs that lean sideways "
+    "at their first joint (roll), and for sprawling ones that reach out from a vertical axis: "
+    "correct the axes, or allow more than these limits [rad]: {}"
 )
 VERTICAL = 0.9
 """Least cosine of the angle between an axis and the vertical with which it counts as vertical."""
@@ -96,22 +99,61 @@ def _standing(parts: LegParts, leg: GeneralLeg, solver: HingeInverse) -> General
     Raises:
         RobotError: there is none in which the foot can move in all directions.
     """
+    below = _standing_with(leg, solver, np.array([0.0, leg.lateral, 0.0]), np.zeros(3))
+    if below is not None:
+        return below
+    if abs(parts.axes[0, 2]) > VERTICAL:
+        # Feet stand beside the hips: the place above the foot counts as the hip.
+        plain = replace(leg, lateral=0.0)
+        for out in OUTWARD:
+            found = _standing_with(plain, solver, np.zeros(3), _outward(parts, leg, out))
+            if found is not None:
+                return found
+    raise _refusal(parts)
+
+
+def _outward(parts: LegParts, leg: GeneralLeg, out: float) -> FloatArray:
+    """From the shoulder to above the foot of a leg that reaches out ``(3,)`` [m], at zero angles.
+
+    Args:
+        parts, leg: the leg.
+        out: how far the foot is out, as a share of the leg's reach.
+    """
+    axis = np.append(parts.axes[2, :2], 0.0)
+    axis *= leg.signs[2] / np.linalg.norm(axis)
+    start, shoulder, _, tip = leg.joint_points(np.clip(0.0, *parts.limits))
+    away = tip - (start + shoulder) / 2.0
+    ahead = np.array([axis[1], -axis[0], 0.0])
+    ahead *= np.sign(away @ ahead) or 1.0
+    return np.asarray(leg.lateral * axis + out * leg.reach * ahead)
+
+
+def _standing_with(
+    leg: GeneralLeg, solver: HingeInverse, beside: FloatArray, out: FloatArray
+) -> GeneralLeg | None:
+    """The leg with its standing posture; ``None`` where it has none that can move its foot.
+
+    Args:
+        leg, solver: the leg.
+        beside: from the hip to above the foot ``(3,)`` [m].
+        out: from the shoulder to what counts as the hip ``(3,)`` [m].
+    """
     for share in STANDING_SHARES:
         found = leg
         for _ in range(ROUNDS):
-            hip = leg.joint_points(found.standing)[1]
-            foot = hip + np.array([0.0, leg.lateral, -share * leg.reach])
+            hip = leg.joint_points(found.standing)[1] + out
+            foot = hip + beside - np.array([0.0, 0.0, share * leg.reach])
             q = _standing_angles(leg, solver, foot)
             if q is None:
                 break
-            moved = float(np.linalg.norm(leg.joint_points(q)[1] - hip))
+            moved = float(np.linalg.norm(leg.joint_points(q)[1] + out - hip))
             found = replace(leg, hip=hip, standing=q)
             if moved < AGREED:
                 largest = leg.upper * leg.lower * (leg.upper + leg.lower)
                 if abs(np.linalg.det(leg.jacobian(q))) > LEAST_MOBILITY * largest:
                     return found
                 break
-    raise _refusal(parts)
+    return None
 
 
 def _refusal(parts: LegParts) -> RobotError:

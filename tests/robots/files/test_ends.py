@@ -56,6 +56,21 @@ def test_wheels_are_locked_and_stand_on_their_lowest_point() -> None:
     assert feet[0] == pytest.approx([0.2, 0.1 + 0.04 + 0.05, -UPPER - LOWER], abs=1e-12)
 
 
+def test_a_leg_that_goes_on_below_its_fourth_joint_has_an_ankle_and_no_wheel() -> None:
+    ankles = {
+        name: leg(name, foot=None)
+        + link(f"{name}_ankle", 0.1, collision('<sphere radius="0.02"/>'))
+        + joint(f"{name}_j3", f"{name}_l2", f"{name}_ankle", "0 0 -0.12", "revolute", "0 1 0")
+        + link(f"{name}_toe", 0.05, FOOT)
+        + joint(f"{name}_end", f"{name}_ankle", f"{name}_toe", "0 0 -0.1")
+        for name in CORNERS
+    }
+    made = quiet(robot(changed=ankles))
+    assert made.notes.locked.keys() == {f"{name}_j3" for name in CORNERS}
+    assert made.foot_radius == 0.03
+    assert made.legs["LF"].lower == pytest.approx(0.22)
+
+
 def test_wheel_whose_shape_is_missing_is_told() -> None:
     mesh = collision('<mesh filename="package://nowhere/wheel.dae"/>')
     text = robot(changed={name: wheeled(name, mesh) for name in CORNERS})
