@@ -8,7 +8,7 @@ import numpy as np
 
 from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.dynamics.contacts import ForceLimits
-from gaitopt.errors import InputError
+from gaitopt.errors import InputError, SolverError
 from gaitopt.gait.step_timing import SwingEvent, swing_events
 from gaitopt.motion.path import MotionPath
 from gaitopt.plan.settings.by_velocity import GaitSettings
@@ -23,6 +23,7 @@ from gaitopt.planners.by_velocity.limits import (
     Violation,
     find_violations,
     leg_lengths,
+    straightest,
 )
 from gaitopt.planners.by_velocity.motion import GaitMotion
 from gaitopt.planners.by_velocity.sway import sway_path
@@ -179,13 +180,17 @@ def _path(motion: GaitMotion, settings: GaitSettings) -> tuple[LegLengths, Motio
         return lengths, None
     try:
         return lengths, motion.path(lengths.times, FOOT_TOLERANCE)
-    except InputError:
+    except (InputError, SolverError) as error:
         # The path is computed between these knots, too, where a leg may be a little too short.
         longest = settings.schedule.swing_time / (INTERVALS_A_SWING * PARTS)
         lengths = leg_lengths(motion, motion.knots(longest))
-        if lengths.reached.all():
+        if not lengths.reached.all():
+            return lengths, None
+        # The knee of a leg that is just straight for an instant would turn without bound there.
+        straight = straightest(motion, lengths)
+        if isinstance(error, InputError) or straight is None:
             raise
-        return lengths, None
+        return straight, None
 
 
 def nominal_motion(

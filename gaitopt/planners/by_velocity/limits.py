@@ -17,6 +17,9 @@ from gaitopt.planners.by_velocity.motion import GaitMotion
 from gaitopt.robots.leg import REACH_TOLERANCE
 from gaitopt.robots.whole_body import into_body
 
+STRAIGHT = 1e-3
+"""A leg that lacks less to its full length counts as straight [m]. Chosen: between two samples, 7 ms
+apart, a leg's length changes by some 0.01 mm about its largest."""
 LEAST_SHARE = 1e-5
 """Least share of the velocity at which one that works is looked for; chosen here."""
 HALVINGS = 10
@@ -83,6 +86,22 @@ def leg_lengths(motion: GaitMotion, times: FloatArray) -> LegLengths:
         lengths[:, i] = leg.length(points)
         reached[:, i] = leg.shortfall(points) <= REACH_TOLERANCE
     return LegLengths(times, lengths, reached)
+
+
+def straightest(motion: GaitMotion, lengths: LegLengths) -> LegLengths | None:
+    """The same lengths; the leg that is nearest to straight or folded counts as one too short.
+
+    ``None`` where no leg is nearer to it than :data:`STRAIGHT`.
+    """
+    ends = np.array(
+        [[leg.least_reach, leg.reach] for leg in (motion.robot.legs[name] for name in LEGS)]
+    )
+    slack = np.minimum(lengths.lengths - ends[:, 0], ends[:, 1] - lengths.lengths)
+    if slack.min() > STRAIGHT:
+        return None
+    reached = lengths.reached.copy()
+    reached[np.unravel_index(int(slack.argmin()), slack.shape)] = False
+    return lengths._replace(reached=reached)
 
 
 def find_violations(

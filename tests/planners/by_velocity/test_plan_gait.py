@@ -375,3 +375,17 @@ def test_planted_faults_of_moving_gaits_are_found(straight: Plan) -> None:
     jumping = dataclasses.replace(straight, path=corner, settings=settings)
     check = gaitopt.verify(jumping, collisions=False)["joint accelerations"]
     assert check.status == "violated" and check.worst == np.inf
+
+
+@pytest.mark.parametrize("lower", [0.0, 1e-3])
+def test_a_leg_that_is_straight_for_an_instant_only_is_named(lower: float) -> None:
+    """RH lacks 0.08 um of its foot, for 3 ms: no look at knots sees it; 1 mm lower it reaches."""
+    robot = gaitopt.load_robot("anymal_c")
+    asked = {"velocity": (0.14503374803704724, 0.0), "yaw_rate": 0.2, "timing": "velocity",
+             "duration": 1.4350724237877683}  # fmt: skip
+    height, gait = 0.5843964977264403 - lower, trot(2.323741402459996)
+    if lower:
+        assert plan_gait(robot, gait, body_height=height, **asked).duration > 4.0
+    else:
+        with pytest.raises(InfeasibleSpeedError, match=r"foot of RH would be.*of it works"):
+            plan_gait(robot, gait, body_height=height, **asked)
