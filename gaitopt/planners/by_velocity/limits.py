@@ -18,8 +18,8 @@ from gaitopt.robots.leg import REACH_TOLERANCE
 from gaitopt.robots.whole_body import into_body
 
 STRAIGHT = 1e-3
-"""A leg that lacks less to its full length counts as straight [m]. Chosen: between two samples, 7 ms
-apart, a leg's length changes by some 0.01 mm about its largest."""
+"""A leg that lacks less to its full length counts as straight [m]. Chosen: between two samples,
+7 ms apart, a leg's length changes by some 0.01 mm about its largest."""
 LEAST_SHARE = 1e-5
 """Least share of the velocity at which one that works is looked for; chosen here."""
 HALVINGS = 10
