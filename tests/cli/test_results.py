@@ -66,6 +66,15 @@ def test_a_run_that_fails_leaves_nothing(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
+def test_errors_name_the_folder_that_was_asked_for(tmp_path: Path) -> None:
+    """And not the temporary one, which is gone when they are read."""
+    folder = run_folder(tmp_path / "walk", "walk", False)
+    with pytest.raises(InputError) as found, folder.writing() as (made, _):
+        raise InputError(f"cannot write {made / 'plan.npz'}: No space left on device")
+    assert str(found.value) == f"cannot write {tmp_path}/walk/plan.npz: No space left on device"
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_nothing_is_overwritten_unasked(tmp_path: Path) -> None:
     (tmp_path / "plan.npz").write_text("old")
     (tmp_path / "mine.txt").write_text("mine")

@@ -63,6 +63,10 @@ class RunFolder:
                 self._move(made, place)
         except OSError as error:
             raise _not_writable(self.path, error) from error
+        except InputError as error:
+            # The temporary folder is gone when the error is read.
+            error.args = tuple(str(a).replace(str(made), str(self.path)) for a in error.args)
+            raise
         finally:
             shutil.rmtree(made, ignore_errors=True)
 
