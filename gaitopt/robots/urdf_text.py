@@ -84,11 +84,19 @@ def _check_link(link: ElementTree.Element, where: str) -> None:
     for mass in link.iterfind("inertial/mass"):
         value = _number(mass, "value", where)
         if not 0.0 <= value < LARGEST_MASS:
-            raise RobotError(f"{where}: a mass of {value:g} kg; it must be positive")
+            raise RobotError(
+                f"{where}: a mass of {value:g} kg; it must be positive, and below "
+                f"{LARGEST_MASS:g} kg"
+            )
     for inertia in link.iterfind("inertial/inertia"):
         for name in inertia.keys():  # noqa: SIM118
             _number(inertia, name, where)
     for origin in link.iterfind("./*/origin"):
+        for name in ("xyz", "rpy"):
+            if len((origin.get(name) or "0 0 0").split()) not in (0, 3):
+                raise RobotError(
+                    f"{where}: an origin with {name}={origin.get(name)!r}; give 3 numbers"
+                )
         for part in (origin.get("xyz") or "").split():
             if not -LARGEST <= _finite(part) <= LARGEST:
                 raise RobotError(
@@ -102,11 +110,13 @@ def _check_link(link: ElementTree.Element, where: str) -> None:
                     f"{where}: a {shape.tag} with {name} {shape.get(name)}; it must be positive, "
                     f"and {LARGEST:g} m at most"
                 )
-        for part in (shape.get("size") or "").split():
-            if not 0.0 < _finite(part) <= LARGEST:
+        size = shape.get("size")
+        if size is not None or shape.tag == "box":
+            lengths = [_finite(part) for part in (size or "").split()]
+            if len(lengths) != 3 or not all(0.0 < length <= LARGEST for length in lengths):
                 raise RobotError(
-                    f"{where}: a box of size {shape.get('size')!r}; give 3 lengths, each of "
-                    f"{LARGEST:g} m at most"
+                    f"{where}: a box of size {size!r}; give 3 lengths, each of {LARGEST:g} m at "
+                    "most"
                 )
 
 
