@@ -200,6 +200,30 @@ def test_the_table_of_walks_is_written_between_the_marks_of_its_page(
     assert text.split(terrain_table.BEGIN)[1].split(terrain_table.END)[0].strip() in (
         capsys.readouterr().out
     )
+    # What is there is printed without a run, with a summary.
+    monkeypatch.setattr(terrain_study, "run_terrain_walk", None)
+    assert terrain_table.main([*arguments, "--so-far"]) == 0
+    assert page.read_text() == text and "Of 2 grounds 1 solvable, 1 found, 1 planned" in text
     page.write_text("no marks")
     with pytest.raises(InputError, match="needs a line"):
-        terrain_table.main(arguments)
+        terrain_table.main([*arguments, "--so-far"])
+
+
+def test_a_table_of_grounds_that_is_cut_is_balanced(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[terrain_study.TerrainWalk] = []
+
+    def noted(walk: terrain_study.TerrainWalk) -> terrain_study.TerrainRow:
+        asked.append(walk)
+        return terrain_study.TerrainRow(found=True, metres=1.0, search_time=0.5)
+
+    monkeypatch.setattr(terrain_study, "run_terrain_walk", noted)
+    terrain_table.main(["--robots", "go2,hyq:0.5", "--grounds", "ramp:0.7,hills", "--seeds", "2",
+                        "--slippery", "1", "--first", "7", "--jobs", "1",
+                        "--rows", str(tmp_path / "rows.csv")])  # fmt: skip
+    assert [walk.seed for walk in asked] == 4 * [7] + 4 * [8] + 4 * [9]
+    assert [(w.robot, w.terrain, w.difficulty) for w in asked[:4]] == [
+        ("go2", "ramp", 1.0), ("hyq", "ramp", 0.5), ("go2", "hills", 1.0), ("hyq", "hills", 0.5),
+    ]  # fmt: skip
+    assert [w.physics_friction for w in asked] == 8 * [None] + [0.7, 0.7, 0.6, 0.6]

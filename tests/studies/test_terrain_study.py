@@ -65,9 +65,16 @@ def test_a_walk_in_physics_passes_falls_or_is_too_fast(
         passed=succeeded and within, succeeded=succeeded, failures=("a reason",),
         landing_error=0.01, tilt=0.02,
     )  # fmt: skip
-    monkeypatch.setattr("gaitopt.simulation.simulate.simulate", lambda plan: result)
+    given: list[Any] = []
+
+    def simulated(plan: gaitopt.Plan, settings: Any) -> SimpleNamespace:
+        given.append(settings)
+        return result
+
+    monkeypatch.setattr("gaitopt.simulation.simulate.simulate", simulated)
     walk = TerrainWalk(terrain="flat", certify=False, simulate=True, **SHORT)
     row = run_terrain_walk(walk)
+    assert given == [None]
     assert (row.status, row.passed) == (status, status == "ok")
     assert row.message == ("" if status == "ok" else "a reason")
     assert (row.landing_error, row.tilt, row.certified) == (0.01, 0.02, None)
