@@ -62,9 +62,6 @@ html_show_sphinx = False
 html_static_path = ["_static"]
 # Set by make_site.py: the versions of the site, which lie in folders beside each other.
 versions = [name for name in os.environ.get("GAITOPT_VERSIONS", "").split(",") if name]
-if len(versions) > 1:
-    links = " · ".join(f'<a href="../{name}/index.html">{name}</a>' for name in versions)
-    html_theme_options = {"announcement": f"Versions: {links}"}
 html_css_files = ["site.css"]
 # Formulas as MathML, which browsers draw themselves: the site needs no network and no script.
 html_math_renderer = "mathml"
@@ -126,8 +123,24 @@ def escape_bars(
         lines[i] = "``".join(parts)
 
 
+def links_to_versions(page: str) -> str:
+    """What stands above a page: links to all versions, also from pages in folders."""
+    up = "../" * (1 + page.count("/"))
+    links = " · ".join(f'<a href="{up}{name}/index.html">{name}</a>' for name in versions)
+    return f"Versions: {links}"
+
+
+def list_versions(
+    app: object, page: str, template: str, context: dict[str, object], doctree: object
+) -> None:
+    """Put the versions above a page, once there are several."""
+    if len(versions) > 1:
+        context["theme_announcement"] = links_to_versions(page)
+
+
 def setup(app: Sphinx) -> None:
     """Called by Sphinx."""
     app.add_directive("replay", Replay)
     app.connect("autodoc-process-docstring", escape_bars)
+    app.connect("html-page-context", list_versions)
     app.add_html_math_renderer("mathml", (visit_inline, None), (visit_block, None))

@@ -7,6 +7,7 @@ import contextlib
 import importlib
 import importlib.util
 import io
+import os
 import re
 import runpy
 import shlex
@@ -149,14 +150,28 @@ def test_the_site_builds_without_a_warning(tmp_path: Path) -> None:
     pytest.importorskip("sphinx", reason="needs pip install 'gaitopt[docs]'")
     command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-b", "html",
                "-d", str(tmp_path / "doctrees"), str(DOCS), str(tmp_path / "html")]  # fmt: skip
-    done = subprocess.run(command, capture_output=True, text=True, timeout=300)
+    done = subprocess.run(command, capture_output=True, text=True, timeout=300,
+                          env={**os.environ, "GAITOPT_VERSIONS": "latest,v0.1.0"})  # fmt: skip
     assert done.returncode == 0, done.stderr
+    check_links_to_versions(tmp_path / "html")
     for page in DOCS.glob("*.md"):
         built = tmp_path / "html" / f"{page.stem}.html"
         loaded = r'<(?:script|link|img|iframe)[^>]*(?:src|href)="(?:https?:)?//'
         assert not re.search(loaded, built.read_text("utf-8")), f"{page.name} loads from elsewhere"
     if HAS_BROWSER:
         search_offline(tmp_path / "html")
+
+
+def check_links_to_versions(site: Path) -> None:
+    """Every page leads to both versions, whose folders lie beside that of the site."""
+    pages = [*site.glob("*.html"), *site.glob("notebooks/*.html")]
+    assert any(page.parent != site for page in pages)
+    for page in pages:
+        links = re.findall(
+            r'href="([./]+(?:latest|v0\.1\.0)/index\.html)"', page.read_text("utf-8")
+        )
+        found = {(page.parent / link).resolve() for link in links}
+        assert found == {site.parent / name / "index.html" for name in ("latest", "v0.1.0")}, page
 
 
 def search_offline(site: Path) -> None:
