@@ -20,6 +20,10 @@ robots of example-robot-data whose limits are real."""
 PLACEHOLDER_VELOCITY = 100.0
 """Velocity limits from here on are taken for placeholders [rad/s]. Chosen: twice the largest of
 those robots."""
+LEAST_LIMIT = 1e-6
+"""Limits on velocity and effort below this are taken for zero [rad/s], [N m]: no robot walks with
+them, and numbers near the smallest that a computer knows overflow where something is divided by
+them. Chosen."""
 
 
 def set_limits(
@@ -121,7 +125,7 @@ def _limit(joint: Joint) -> ElementTree.Element:
 
 
 def _value(label: str, joint: Joint, name: str) -> float:
-    """A joint's limit; 0 where it is missing.
+    """A joint's limit; 0 where it is missing, or where it means nothing.
 
     Raises:
         RobotError: it is no number, or negative where it may not be.
@@ -133,7 +137,7 @@ def _value(label: str, joint: Joint, name: str) -> float:
             f"{label}: joint {joint.name}: its {name} limit is {text[:30]!r}; it must be "
             f"a number{', and not negative' * positive}"
         )
-    return value
+    return 0.0 if positive and value < LEAST_LIMIT else value
 
 
 def _given(given: PerJoint | None, joint: str) -> float | None:

@@ -90,6 +90,8 @@ def test_limits_that_are_no_numbers_are_refused_by_name(name: str, text: str, wo
             "placeholders [rad/s]: LF_j0 1000",
         ),
         ('<limit lower="-1" upper="1" effort="0" velocity="9"/>', "no effort limit for LF_j0"),
+        ('<limit lower="-1" upper="1" effort="1e-320" velocity="9"/>', "no effort limit for LF_j0"),
+        ('<limit lower="-1" upper="1" effort="9" velocity="5e-324"/>', "no velocity limit for"),
         ('<limit lower="1" upper="-1" effort="9" velocity="9"/>', "exchanged"),
         ('<limit lower="-inf" upper="inf" effort="9" velocity="9"/>', "have no position limits"),
     ],
