@@ -13,6 +13,9 @@ from gaitopt.terrain.gridding.grid import Grid, covering_grid, window_points
 
 BORDER = 1e-9
 """How far outside of a triangle a point may come out by rounding, as a share of the triangle."""
+ON_A_LINE = 1e-4
+"""Corners of triangles that are as near to a line of the grid lie on it, in cells. Files hold
+32-bit coordinates, and the border of a mesh at 1.4 m is then at 1.39999998 m."""
 UPRIGHT = 1e-12
 """Triangles whose area seen from above is a smaller share of their sides' squares stand upright."""
 
@@ -38,9 +41,12 @@ def heights_of_triangles(triangles: ArrayLike, resolution: float) -> Grid:
         raise GroundError(f"triangles must have the shape (n, 3, 3), got {corners.shape}")
     if not np.isfinite(corners).all():
         raise GroundError("corners of triangles must be finite numbers")
-    flat = corners[..., :2].reshape(-1, 2)
+    cells = corners[..., :2] / resolution
+    lines = np.rint(cells)
+    cells = np.where(np.abs(cells - lines) <= ON_A_LINE, lines, cells)
+    flat = cells.reshape(-1, 2) * resolution
     shape, origin = covering_grid(flat.min(axis=0), flat.max(axis=0), resolution, inside=True)
-    plan = (corners[..., :2] - origin) / resolution
+    plan = cells - origin / resolution
     one, two = plan[:, 1] - plan[:, 0], plan[:, 2] - plan[:, 0]
     area = one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0]
     lying = np.abs(area) > UPRIGHT * ((one**2).sum(axis=1) + (two**2).sum(axis=1))

@@ -35,6 +35,23 @@ def test_the_top_of_a_mesh(tmp_path: Path, kind: str) -> None:
         load_ground(path, method="median")
 
 
+@pytest.mark.parametrize("kind", ["stl", "obj", "ply"])
+def test_a_map_as_a_mesh_comes_back_whole_with_its_border(tmp_path: Path, kind: str) -> None:
+    """Coordinates of 32 bits: the border at 1.4 m is at 1.39999998 m in the file."""
+    z = RNG.uniform(0.0, 0.1, (36, 39))
+    map_ = HeightMap(z, 0.02, (0.7, -0.76))
+    x, y = np.meshgrid(map_.x, map_.y, indexing="ij")
+    number = np.arange(z.size).reshape(z.shape)
+    low, right, high, left = number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]
+    faces = np.concatenate([np.stack(t, -1).reshape(-1, 3)
+                            for t in ((low, right, high), (low, high, left))])  # fmt: skip
+    path = tmp_path / f"map.{kind}"
+    trimesh.Trimesh(np.stack([x, y, z], -1).reshape(-1, 3), faces, process=False).export(path)
+    ground = load_ground(path)
+    assert ground.shape == map_.shape and ground.known.all()
+    assert np.allclose(ground.origin, map_.origin) and np.allclose(ground.z, z, atol=1e-6)
+
+
 @pytest.mark.parametrize("name", ["c.csv", "c.xyz", "c.txt", "c.pts", "c.ply"])
 @pytest.mark.parametrize("method", ["highest", "median"])
 def test_a_cloud_of_points(tmp_path: Path, name: str, method: str) -> None:
