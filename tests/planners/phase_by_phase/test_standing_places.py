@@ -32,7 +32,7 @@ def walk(name: str, forces: ForceLimits | None = None, **options: Any) -> Plan:
 
 def forget_regions(monkeypatch: pytest.MonkeyPatch) -> None:
     """Plan as if nothing but the margin said where the body goes."""
-    monkeypatch.setattr(demands, "half_planes_by_forces", lambda *_: {})
+    monkeypatch.setattr(standing_places, "half_planes_by_forces", lambda *_: {})
 
 
 def held_back(plan: Plan) -> list[int]:
