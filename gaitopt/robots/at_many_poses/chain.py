@@ -1,0 +1,90 @@
+"""Where the joints of a robot are at many poses at once.
+
+Pinocchio takes one pose a call. Some hundreds of poses take a fifth of the time here.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from gaitopt.conventions import FloatArray
+
+STRAIGHT = 1e-12
+"""Largest part of a hinge's velocity that is no rotation [m/rad]: rounding."""
+
+
+class _Hinge(NamedTuple):
+    """A hinge: its rotation in the frame of its parent is ``c * cosine + s * sine + constant``.
+
+    Attributes:
+        number, parent: of joints, in Pinocchio's order.
+        column: of its angle.
+        cosine, sine, constant: ``(3, 3)``, for Rodrigues' formula.
+        place: in the frame of its parent ``(3,)`` [m].
+    """
+
+    number: int
+    parent: int
+    column: int
+    cosine: FloatArray
+    sine: FloatArray
+    constant: FloatArray
+    place: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Chain:
+    """The joints of a robot whose base is at the origin.
+
+    Attributes:
+        count: of joints, with Pinocchio's first two, which are the world and the base.
+        hinges: in an order in which parents come first.
+    """
+
+    count: int
+    hinges: tuple[_Hinge, ...]
+
+    @classmethod
+    def of(cls, model: Any) -> Chain | None:
+        """The chain of a model with a free base; ``None`` where a joint is no hinge."""
+        import pinocchio as pin
+
+        data, hinges = model.createData(), []
+        pin.computeJointJacobians(model, data, pin.neutral(model))
+        for number in range(2, model.njoints):
+            joint, placement = model.joints[number], model.jointPlacements[number]
+            if joint.nq != 1 or joint.nv != 1:
+                return None
+            moved = pin.getJointJacobian(model, data, number, pin.LOCAL)[:, joint.idx_v]
+            if np.abs(moved[:3]).max() > STRAIGHT:
+                return None
+            axis, turn = moved[3:], placement.rotation
+            along = np.outer(axis, axis)
+            hinges.append(
+                _Hinge(
+                    number, int(model.parents[number]), joint.idx_q - 7,
+                    turn @ (np.eye(3) - along), turn @ pin.skew(axis), turn @ along,
+                    placement.translation.copy(),
+                )
+            )  # fmt: skip
+        return cls(model.njoints, tuple(hinges))
+
+    def places(self, joints: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Rotations ``(N, count, 3, 3)`` and places ``(N, count, 3)`` [m] of all joints.
+
+        Args:
+            joints: angles in Pinocchio's order ``(N, nj)`` [rad].
+        """
+        rotations = np.empty((len(joints), self.count, 3, 3))
+        places = np.zeros((len(joints), self.count, 3))
+        rotations[:, :2] = np.eye(3)
+        cosines, sines = np.cos(joints)[..., None, None], np.sin(joints)[..., None, None]
+        for number, parent, column, cosine, sine, constant, place in self.hinges:
+            own = cosines[:, column] * cosine + sines[:, column] * sine + constant
+            above = rotations[:, parent]
+            rotations[:, number] = own if parent == 1 else above @ own
+            places[:, number] = places[:, parent] + above @ place
+        return rotations, places

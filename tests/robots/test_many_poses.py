@@ -1,0 +1,78 @@
+"""Joints and shapes at many poses at once, against Pinocchio and its distances."""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import gaitopt
+from gaitopt.robots.at_many_poses.boxes import ShapeBoxes
+from gaitopt.robots.at_many_poses.chain import Chain
+from gaitopt.robots.collision_shapes import CollisionPairs, path_touches
+
+ROBOTS = ("wang2020", "a1", "anymal_c", "go2")
+
+
+def poses(robot: gaitopt.Quadruped, count: int, seed: int = 0) -> np.ndarray:
+    """Angles of all joints around those of standing ``(count, nj)`` [rad]."""
+    random = np.random.default_rng(seed)
+    standing = robot.standing_joints()
+    return standing + random.normal(scale=0.5, size=(count, len(standing)))
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_joints_are_where_pinocchio_says(name: str) -> None:
+    robot = gaitopt.load_robot(name)
+    chain, joints = Chain.of(robot.model), poses(robot, 5)
+    assert chain is not None
+    rotations, places = chain.places(joints)
+    data, q = robot.model.createData(), pin.neutral(robot.model)
+    for k, angles in enumerate(joints):
+        q[7:] = angles
+        pin.forwardKinematics(robot.model, data, q)
+        for i in range(1, robot.model.njoints):
+            np.testing.assert_allclose(rotations[k, i], data.oMi[i].rotation, atol=1e-12)
+            np.testing.assert_allclose(places[k, i], data.oMi[i].translation, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_no_pair_is_closer_than_its_boxes_or_balls(name: str) -> None:
+    robot = gaitopt.load_robot(name)
+    pairs, joints = CollisionPairs.of(robot), poses(robot, 12)
+    assert pairs is not None
+    boxes = ShapeBoxes.of(pairs.model, pairs.geometry)
+    assert boxes is not None
+    distances = pairs.distances(joints[:, pairs.columns]).min(axis=0)
+    for enough in (np.inf, 0.05):
+        least = boxes.least_gaps(joints, pairs._numbers, enough)
+        # Where shapes overlap, the distance is the negative depth, and the bound says nothing.
+        assert (least <= np.maximum(distances, 0.0) + 1e-6).all()
+        assert (least > 0.0).any()
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_a_path_touches_where_the_distance_of_any_pair_says_so(name: str) -> None:
+    robot = gaitopt.load_robot(name)
+    pairs = CollisionPairs.of(robot)
+    assert pairs is not None
+    found = []
+    for seed in range(12):
+        # At fewer than twice 50 poses all pairs are looked at at all of them.
+        joints = robot.standing_joints() + (seed / 6.0) * (
+            poses(robot, 1, seed) - robot.standing_joints()
+        ) * np.linspace(0.0, 1.0, 30)[:, None]  # fmt: skip
+        touches = bool((pairs.distances(joints[:, pairs.columns]) < 2e-4).any())
+        assert path_touches(robot, joints) == touches
+        found.append(touches)
+    assert True in found and False in found
+
+
+def test_a_sliding_joint_has_no_chain() -> None:
+    model = pin.buildModelFromXML(
+        '<robot name="slide"><link name="a"/><link name="b"/>'
+        '<joint name="j" type="prismatic"><parent link="a"/><child link="b"/><axis xyz="0 0 1"/>'
+        '<limit lower="0" upper="1" effort="1" velocity="1"/></joint></robot>',
+        pin.JointModelFreeFlyer(),
+    )
+    assert Chain.of(model) is None
