@@ -4,7 +4,8 @@ At both ends of an interval there are forces. Their mean keeps all limits, which
 makes the mean of what the motion asks for at both ends. What it asks for in the middle is another
 wrench, and other torques, by as much as they bend along the interval. Where that is less than the
 reserve with which forces are planned at places there are forces in between, too. Elsewhere
-programs look for them, in the middle and near both ends.
+programs look for them, in the middle and near both ends, and at a third and two thirds where the
+motion asks for other forces there than for the mean of those beside it.
 """
 
 from __future__ import annotations
@@ -13,14 +14,16 @@ import numpy as np
 
 from gaitopt.conventions import GRAVITY, BoolArray, FloatArray
 from gaitopt.dynamics.contacts import LEVEL_GROUND, ContactGround, ForceLimits
+from gaitopt.dynamics.force_space import ForceProblem
 from gaitopt.dynamics.forces import build_force_problem, solve_forces
 from gaitopt.dynamics.torque_limits import effort_limits
-from gaitopt.dynamics.whole_body import PathDynamics, motion_of_path
+from gaitopt.dynamics.whole_body import PathDynamics, equations_of_motion, motion_of_path
 from gaitopt.motion.path import MotionPath
 from gaitopt.plan.load_transfer import Stances, most_normal_shares
 from gaitopt.retiming.course import Course, GridPlaces
 from gaitopt.retiming.paced import PacedCourse
 from gaitopt.retiming.reserves import MIDDLE_SHARE, SHARE_OF_WEIGHT
+from gaitopt.robots.quadruped import Quadruped
 
 BENT_WRENCH = 1e-3
 """How far a wrench in the middle may be from the mean of both ends, as a share of the weight and of
@@ -33,6 +36,16 @@ BETWEEN = (0.5, 1.0 / 6.0, 5.0 / 6.0)
 """Where programs look for forces, as shares of an interval. A quintic has the motion's acceleration
 at both ends of it. In between its acceleration errs most in the middle and at 0.11 and 0.89: a walk
 of hyq with forces in every middle had none at 0.2 of an interval in which a knee brakes."""
+THIRDS = ((1.0 / 3.0, 0, 1), (2.0 / 3.0, 0, 2))
+"""Where they are looked for as well, and whose mean that is: the numbers of two shares in
+:data:`BETWEEN`. Mean forces do there, but where the motion turns round between them: a walk of
+spirit40 had forces at these shares of an interval, and lacked 0.2 thousandths of its weight in
+friction between two of them."""
+LEFT_WRENCH = 2e-4
+"""How far a wrench may be from that mean without a look, in the units of :data:`BENT_WRENCH`:
+middles keep 0.0005 of the weight."""
+LEFT_TORQUE = 2e-3
+"""The same of a joint's torque, as a share of its limit: middles keep 0.005 of it."""
 
 
 def without_forces(
@@ -43,7 +56,7 @@ def without_forces(
     spans: Stances | None = None,
     ground: ContactGround = LEVEL_GROUND,
 ) -> BoolArray:
-    """Intervals in which no forces keep the limits in one of the places :data:`BETWEEN` ``(n,)``.
+    """Intervals without forces that keep the limits at :data:`BETWEEN` or :data:`THIRDS` ``(n,)``.
 
     Args:
         motion: the course with its timing.
@@ -54,23 +67,55 @@ def without_forces(
             motion ``(K, 4)``; by default nothing is known of it.
         ground: below the feet on these intervals.
     """
-    course: Course = motion.course
     out = np.zeros(len(own), dtype=np.bool_)
-    for share in BETWEEN:
+    asked = np.empty((len(BETWEEN), len(own), path.coefficients.shape[2]))
+    for number, share in enumerate(BETWEEN):
         left = np.flatnonzero(~out)
-        mine, below = own[left], ground.at(left)
-        times = (1.0 - share) * motion.times[mine] + share * motion.times[mine + 1]
-        most = np.array(np.inf)
-        if spans is not None:
-            since, until = times[:, None] - spans.landed[mine], spans.lifted[mine] - times[:, None]
-            most = most_normal_shares(limits, since, until) - SHARE_OF_WEIGHT * MIDDLE_SHARE
-        moved = motion_of_path(course.robot, *(path.evaluate(times, k) for k in range(3)))
-        problem = build_force_problem(
-            course.robot, moved, course.standing[motion.grid.piece[mine]], limits,
-            normals=below.normals, grip=below.grip, most=most,
-        )  # fmt: skip
+        problem = _problem(motion, path, own, left, share, limits, spans, ground)
+        asked[number, left] = problem.equations.forces
         out[left] = ~solve_forces(problem).feasible
+    for share, before, after in THIRDS:
+        left = np.flatnonzero(~out)
+        moved = motion_of_path(motion.course.robot, *_rates(motion, path, own[left], share))
+        forces = equations_of_motion(motion.course.robot, moved).forces
+        off = np.abs(forces - (asked[before, left] + asked[after, left]) / 2.0)
+        left = left[_exceeds(motion.course.robot, off, LEFT_WRENCH, LEFT_TORQUE)]
+        if left.size:
+            problem = _problem(motion, path, own, left, share, limits, spans, ground)
+            out[left] = ~solve_forces(problem).feasible
     return out
+
+
+def _problem(
+    motion: PacedCourse, path: MotionPath, own: np.ndarray, left: np.ndarray, share: float,
+    limits: ForceLimits, spans: Stances | None, ground: ContactGround,
+) -> ForceProblem:  # fmt: skip
+    """The forces at a share of the intervals with the numbers ``left`` among ``own``."""
+    course: Course = motion.course
+    mine, below = own[left], ground.at(left)
+    most = np.array(np.inf)
+    if spans is not None:
+        times = _times(motion, mine, share)[:, None]
+        since, until = times - spans.landed[mine], spans.lifted[mine] - times
+        most = most_normal_shares(limits, since, until) - SHARE_OF_WEIGHT * MIDDLE_SHARE
+    return build_force_problem(
+        course.robot, motion_of_path(course.robot, *_rates(motion, path, mine, share)),
+        course.standing[motion.grid.piece[mine]], limits,
+        normals=below.normals, grip=below.grip, most=most,
+    )  # fmt: skip
+
+
+def _times(motion: PacedCourse, intervals: np.ndarray, share: float) -> FloatArray:
+    """Times at a share of intervals ``(n,)`` [s]."""
+    return np.asarray((1.0 - share) * motion.times[intervals] + share * motion.times[intervals + 1])
+
+
+def _rates(
+    motion: PacedCourse, path: MotionPath, intervals: np.ndarray, share: float
+) -> list[FloatArray]:
+    """Columns of the path at a share of intervals, and two derivatives of them ``(n, 6 + nj)``."""
+    times = _times(motion, intervals, share)
+    return [path.evaluate(times, k) for k in range(3)]
 
 
 def bent(motion: PacedCourse, places: GridPlaces, dynamics: PathDynamics) -> BoolArray:
@@ -94,10 +139,18 @@ def bent(motion: PacedCourse, places: GridPlaces, dynamics: PathDynamics) -> Boo
     inner[motion.grid.first[:-1]] = False
     for slope, factor in zip(slopes, factors, strict=True):
         found = found + _second(slope, lengths, inner) * factor * lengths**2 / 8.0
-    unit = robot.mass * GRAVITY
-    torques = np.abs(found[:, 6:]) / effort_limits(robot).limits
-    wrench = np.abs(found[:, :6]) / (unit * np.repeat([1.0, robot.stance_size[0] / 2.0], 3))
-    return np.asarray((wrench.max(axis=1) > BENT_WRENCH) | (torques.max(axis=1) > BENT_TORQUE))
+    return _exceeds(robot, np.abs(found), BENT_WRENCH, BENT_TORQUE)
+
+
+def _exceeds(robot: Quadruped, off: FloatArray, wrench: float, torque: float) -> BoolArray:
+    """Where generalised forces ``off (n, nv)`` are more than shares of weight or torques ``(n,)``.
+
+    Moments are compared with the weight times half the stance.
+    """
+    unit = robot.mass * GRAVITY * np.repeat([1.0, robot.stance_size[0] / 2.0], 3)
+    torques = off[:, 6:] / effort_limits(robot).limits
+    too_much = (off[:, :6] / unit).max(axis=1) > wrench
+    return np.asarray(too_much | (torques.max(axis=1) > torque))
 
 
 def _second(slopes: FloatArray, lengths: FloatArray, inner: BoolArray) -> FloatArray:

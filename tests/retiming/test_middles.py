@@ -83,4 +83,35 @@ def test_forces_that_are_missing_beside_the_middle_are_found(
     assert more == pytest.approx(9.81 * np.array([-1.0, 0.375 * 216.0 / 55.0]))
     assert without_forces(motion, moved, own, ForceLimits()).all()
     monkeypatch.setattr(between, "BETWEEN", (0.5,))
+    monkeypatch.setattr(between, "THIRDS", ())
     assert not without_forces(motion, moved, own, ForceLimits()).any()
+
+
+def test_forces_that_are_missing_at_a_third_are_found(
+    pairs: dict[str, Pair], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The body falls like a stone at a third of one interval, where nothing else is unusual.
+
+    ``d2/du2 u^3 (1 - u)^3 (1 - 2 u) = 6 w (1 - 2 u) (1 - 7 w)`` with ``w = u (1 - u)`` is 0 at both
+    ends and in the middle, -20/81 at a third, and only 5/324 at a sixth.
+    """
+    pacing = Pacing.of(pairs["go2"].old, ForceLimits(), OtherLimits(), 0.4)
+    motion, _ = pacing.fastest()
+    path = motion.path()
+    all_four = np.flatnonzero(pacing.course.standing[pacing.grid.piece].all(axis=1))
+    own = all_four[[len(all_four) // 2]]
+    segment = int(np.searchsorted(path.times, motion.times[own[0]] + 1e-9)) - 1
+    length = float(path.times[segment + 1] - path.times[segment])
+    coefficients = np.pad(path.coefficients, ((2, 0), (0, 0), (0, 0)))
+    # u^3 (1 - u)^3 (1 - 2 u) = 2 u^7 - 7 u^6 + 9 u^5 - 5 u^4 + u^3
+    bump = np.array([2.0, -7.0, 9.0, -5.0, 1.0]) / length ** np.array([7, 6, 5, 4, 3])
+    coefficients[:5, segment, 2] += 9.81 * 81.0 / 20.0 * length**2 * bump
+    moved = MotionPath(path.times, coefficients)
+    at = path.times[segment] + length * np.array([1.0 / 6.0, 1.0 / 3.0, 0.5])
+    more = (moved.evaluate(at, 2) - path.evaluate(at, 2))[:, 2]
+    assert more == pytest.approx(9.81 * np.array([1.0 / 16.0, -1.0, 0.0]), abs=1e-6)
+    # The motion uses all that its own limits allow, and at five sixths it falls by 1/16 of gravity.
+    wider = ForceLimits(friction=0.9, reserve=0.01, torque_share=1.0)
+    assert without_forces(motion, moved, own, wider).all()
+    monkeypatch.setattr(between, "THIRDS", ())
+    assert not without_forces(motion, moved, own, wider).any()
