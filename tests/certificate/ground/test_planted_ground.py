@@ -305,6 +305,23 @@ def test_a_shank_that_hits_a_column(wang: Quadruped) -> None:
     assert "LF" in found.where
 
 
+def test_a_column_in_the_way_of_a_shank_is_found_after_planning_only(wang: Quadruped) -> None:
+    """``plan_crawl`` takes footholds as they are; limbs over columns are the certificate's matter.
+
+    LH ends on a column where LF's shank stands before.
+    """
+    columns = gaitopt.s_columns(3, columns=3)
+    plan = gaitopt.plan_crawl(wang, columns, timing="velocity")
+    at, _ = shank_at(plan, plan.swings[3].start)
+    points = {leg: p.copy() for leg, p in columns.points.items()}
+    points["LH"][2] = at.translation
+    through = gaitopt.plan_crawl(wang, columns.with_(points=points), timing="velocity")
+    found = judged(through)
+    assert found[FEET].status == "ok"
+    assert found[LIMBS].status == "violated" and "LF_SHANK" in found[LIMBS].where
+    assert found[LIMBS].worst < -0.01
+
+
 def test_of_feet_without_a_radius_nobody_knows_where_legs_end(wang: Quadruped) -> None:
     """A point on a ramp: its normal is the ramp's, and the shank reaches to it or beyond."""
     ball = r'<collision>\s*<origin[^>]*>\s*<geometry><sphere radius="0.015"/>.*\s*</collision>'
