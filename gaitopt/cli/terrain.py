@@ -226,8 +226,8 @@ def _explain(error: TerrainError, folder: RunFolder, report: Report) -> None:
 
     if error.search.footholds.steps < error.search.steps:
         report.say(
-            f"No way was found. The search got as far as step {error.step} of "
-            f"{error.search.steps}; then {error.leg} found no foothold:"
+            f"No way was found. The search made {error.step} of {error.search.steps} steps; then "
+            f"{error.leg} found no foothold:"
         )
     else:
         report.say("Footholds to the goal were found, but no walk over them.")

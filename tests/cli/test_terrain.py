@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import re
 from collections.abc import Callable
 from dataclasses import fields
 from pathlib import Path
@@ -84,7 +85,11 @@ def test_where_there_is_no_way_it_says_what_is_in_it_and_draws_how_far_it_got(
                  str(tmp_path / "out"))  # fmt: skip
     assert done.code == 2
     assert "No way was found" in done.stdout and "would touch the ground" in done.stdout
-    assert "gaitopt: no way over the ground was found: step " in done.stderr
+    made = re.search(r"The search made (\d+) of (\d+) steps; then (\w\w)", done.stdout)
+    assert made is not None
+    # The same number in both, which is also that of the last step in the map.
+    words = f"after {made[1]} of {made[2]} steps the next one ({made[3]}) is not possible"
+    assert f"gaitopt: no way over the ground was found: {words}" in done.stderr
     assert "what may help: " in done.stderr and "--body-height" in done.stderr
     assert {path.name for path in (tmp_path / "out").iterdir()} == {"map.png", "run.json"}
 

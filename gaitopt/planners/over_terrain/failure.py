@@ -37,8 +37,8 @@ def no_way(search: TerrainSearch, detail: str = "") -> TerrainError:
     share = step / max(search.steps, 1)
     where = np.round(search.course.at(search.course.length * share)[:2], 2).tolist()
     words = [
-        f"no way over the ground was found: step {step} of {search.steps} ({search.next_leg}) is "
-        f"not possible, {share:.0%} of the way, with the body near {where}"
+        f"no way over the ground was found: after {step} of {search.steps} steps the next one "
+        f"({search.next_leg}) is not possible, {share:.0%} of the way, with the body near {where}"
     ]
     causes = _in_order(search.refused)
     if causes:
@@ -66,12 +66,13 @@ def no_plan(
         late: whether the time was over before another way was found.
     """
     leg = search.order[step] if step >= 0 else ""
-    where = f"step {step} of {search.steps} ({leg})" if step >= 0 else "the whole of it"
+    # Counted from 0, as the planner's own words do.
+    where = f"step {step} ({leg})" if step >= 0 else "the whole of it"
     ended = f"{_time_over(search)}; " if late else ""
     message = (
-        f"footholds to the goal were found, and no walk over them: {where} was refused last, of "
-        f"{plans} in all; {detail}; {ended}what may help: {_CURES[Cause.PLAN]}, another "
-        "body_height, or shorter steps (step_length)"
+        f"footholds to the goal were found ({search.steps} steps), and no walk over them: {where} "
+        f"was refused last, of {plans} in all; {detail}; {ended}what may help: "
+        f"{_CURES[Cause.PLAN]}, another body_height, or shorter steps (step_length)"
     )
     return TerrainError(message, step, leg, {Cause.PLAN: plans}, search)
 

@@ -129,6 +129,9 @@ def test_a_wall_is_no_way_and_the_error_says_why() -> None:
     error = caught.value
     assert error.search.footholds.steps == error.step < error.search.steps
     assert error.leg in LEGS and sum(error.refused.values()) > 0
+    assert f"after {error.step} of {error.search.steps} steps the next one ({error.leg})" in str(
+        error
+    )
     assert "what may help" in str(error)
 
 
@@ -312,7 +315,7 @@ def test_shorter_steps_are_tried_where_all_walks_are_refused(
     monkeypatch.setattr("gaitopt.planners.over_terrain.walks.plan_crawl", planned)
     monkeypatch.setattr("gaitopt.planners.over_terrain.walks.MOST_PLANS", 1)
     assert gaitopt.plan_terrain(*FEW_STEPS, start=(0.0, 0.0, 0.0)).footholds.steps == 12
-    with pytest.raises(TerrainError, match="step 0 of 8"):
+    with pytest.raises(TerrainError, match=r"\(8 steps\), and no walk over them: step 0 \("):
         gaitopt.plan_terrain(*FEW_STEPS, start=(0.0, 0.0, 0.0), step_length=0.1485)
     monkeypatch.setattr("gaitopt.planners.over_terrain.walks.plan_crawl", refusing(
         [gaitopt.SolverError("step 0 (LF): not to its tolerance", step=0)] * 3))  # fmt: skip
