@@ -51,7 +51,7 @@ def robot(
                            rich_help_panel=DRAWING)
     ] = False,
     meshes: Annotated[
-        bool, typer.Option("--meshes", help="Draw the robot with example-robot-data's meshes.",
+        bool, typer.Option("--meshes", help="Draw the robot with its meshes, where they are found.",
                            rich_help_panel=DRAWING)
     ] = False,
     mesh_folder: Annotated[

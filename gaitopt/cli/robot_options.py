@@ -61,9 +61,10 @@ class RobotChoice:
         return load_robot(self.source, **self.options)
 
     def mesh_folder(self) -> Path | None:
-        """The folder that holds all meshes of the robot's own file: its own, or one above it.
+        """The folder that holds most meshes of the robot's own file, or its own where none does.
 
-        ``None`` for robots that come with a package, and where no such folder holds them all.
+        It is looked for as :func:`gaitopt.viewing.replay.mesh_files.folder_of_meshes` tells.
+        ``None`` for robots that come with a package, and where the file cannot be read.
         """
         from gaitopt.errors import GaitoptError, RobotWarning
         from gaitopt.robots.catalog import EXAMPLE_ROBOTS, robot_file
@@ -75,7 +76,10 @@ class RobotChoice:
             file = robot_file(self.source)
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", RobotWarning)
-                return None if file is None else folder_of_meshes(self.load().urdf, file.parent)
+                if file is None:
+                    return None
+                packages = self.options.get("package_folders", ())
+                return folder_of_meshes(self.load().urdf, file.parent, packages) or file.parent
         except GaitoptError:
             return None  # the command itself says why
 

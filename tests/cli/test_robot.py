@@ -107,3 +107,29 @@ def test_meshes_of_a_user_s_file_are_found_beside_it(
         assert result.exit_code == 0, result.output
         sizes.append((out / "dog.html").read_text())
     assert sizes[0] != sizes[1]
+
+
+def test_a_mesh_that_is_missing_costs_the_drawing_of_its_link(
+    command: Callable[..., Result], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The others are in a folder of packages, given or named by ``ROS_PACKAGE_PATH``."""
+    package = tmp_path / "packages" / "dog_meshes"
+    package.mkdir(parents=True)
+    trimesh.creation.box((0.3, 0.1, 0.1)).export(package / "there.stl")
+    shape = '<visual><geometry><mesh filename="package://dog_meshes/{}.stl"/></geometry></visual>'
+    body = shape.format("there") + shape.format("gone")
+    file = tmp_path / "description" / "dog.urdf"
+    file.parent.mkdir()
+    file.write_text(robot_texts.robot().replace('<link name="base">', f'<link name="base">{body}'))
+
+    def drawn(name: str, *options: str) -> Result:
+        return command("robot", str(file), "--meshes", *options, "--out", str(tmp_path / name))
+
+    refused = drawn("none")
+    assert f"is not in {file.parent}" in str(refused.exception)
+    given = drawn("given", "--package-folder", str(tmp_path / "packages"))
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / "packages"))
+    named = drawn("named")
+    assert given.exit_code == named.exit_code == 0, given.output + named.output
+    pages = [(tmp_path / name / "dog.html").read_bytes() for name in ("given", "named")]
+    assert pages[0] == pages[1]

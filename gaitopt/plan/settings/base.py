@@ -25,6 +25,8 @@ from gaitopt.terrain.obstacles import Obstacle
 
 SWING_SHARE = 0.175
 """Swing height as a share of the standing height: the 7 cm at 0.40 m that wang2020 walks with."""
+FOLD_SHARE = 0.3
+"""Largest such height as a share of what the legs can fold by, for knees that bend little."""
 MARGIN_SHARE = 0.05
 """Stability margin and clearance as a share of the standing height: 2 cm at 0.40 m."""
 
@@ -108,10 +110,11 @@ class PlanSettings:
         For wang2020 they are the numbers of [Wang2020] and those chosen for it here.
         """
         height = robot.standing_height
+        fold = min(leg.reach - leg.least_reach for leg in robot.legs.values())
         return {
             "stability_margin": round(MARGIN_SHARE * height, 4),
             "body_height": height,
-            "swing_height": round(SWING_SHARE * height, 4),
+            "swing_height": round(min(SWING_SHARE * height, FOLD_SHARE * fold), 4),
         }
 
     def joint_accelerations(self, robot: Quadruped) -> FloatArray:

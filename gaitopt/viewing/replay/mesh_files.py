@@ -6,6 +6,7 @@ folder is opened, and nothing is downloaded.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -15,7 +16,7 @@ import numpy as np
 
 from gaitopt.errors import InputError
 from gaitopt.files import StrPath
-from gaitopt.robots.files.meshes import LEVELS
+from gaitopt.robots.files.meshes import LEVELS, with_ros_packages
 from gaitopt.viewing.replay.scene import Surface
 
 MESH_KINDS = (".stl", ".obj", ".dae")
@@ -42,18 +43,35 @@ def read_mesh(filename: str, scale: Any, meshes: bool | StrPath) -> Surface:
     return Surface(surface.vertices * factor, surface.faces, smooth=False)
 
 
-def folder_of_meshes(urdf: str, folder: Path) -> Path | None:
-    """The first of a folder and those above it that holds all visual meshes of a URDF's text."""
+def folder_of_meshes(
+    urdf: str, folder: Path, package_folders: Sequence[StrPath] = ()
+) -> Path | None:
+    """The folder that holds most visual meshes of a URDF's text; ``None`` where none holds any.
+
+    Looked into are the folder of the robot's file, those above it, those of packages, and those
+    that ``ROS_PACKAGE_PATH`` names. Of two with equally many the first one counts.
+
+    Args:
+        urdf: the text.
+        folder: of the robot's file.
+        package_folders: that hold packages, or are packages.
+    """
     shapes = ElementTree.fromstring(urdf).iterfind("link/visual/geometry/mesh")
     names = {mesh.get("filename", "") for mesh in shapes}
-    for root in [folder, *folder.resolve().parents][:LEVELS] if names else []:
-        try:
-            for name in names:
-                _found(name, root)
-        except InputError:
-            continue
-        return root
-    return None
+    roots = [folder, *folder.resolve().parents][:LEVELS]
+    roots += with_ros_packages([Path(str(f)) for f in package_folders])
+    counts = [sum(_is_in(name, root) for name in names) for root in roots]
+    most = max(counts)
+    return roots[counts.index(most)] if most else None
+
+
+def _is_in(filename: str, root: Path) -> bool:
+    """Whether a folder holds a mesh."""
+    try:
+        _found(filename, root)
+    except (InputError, OSError, ValueError):  # a name too long, a folder that is closed
+        return False
+    return True
 
 
 def _found(filename: str, root: Path) -> Path:

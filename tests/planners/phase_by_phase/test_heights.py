@@ -82,3 +82,16 @@ def test_robots_whose_hulls_are_not_known_count_as_free_of_touching() -> None:
     assert CollisionPairs.of(go2) is not None and CollisionPairs.of(raw) is None
     plan = gaitopt.plan_crawl(go2, gaitopt.s_columns(0, columns=1, robot=go2))
     assert np.isfinite(plan.duration) and not plan_touches(dataclasses.replace(plan, robot=raw))
+
+
+def test_feet_of_legs_that_fold_by_little_rise_by_less_than_that() -> None:
+    """Legs of 0.57 m whose knees bend by 1.1 rad at most, by the law of cosines 84 mm."""
+    text = own_urdf("wang2020").read_text("utf-8")
+    text = text.replace('lower="-2.8"', 'lower="-1.1"').replace('upper="2.8"', 'upper="1.1"')
+    robot = load_robot(text)
+    places = gaitopt.s_columns(0, columns=2, robot=robot)
+    plan = gaitopt.plan_crawl(robot, places)
+    fold = 0.57 - np.sqrt(0.3**2 + 0.27**2 + 2.0 * 0.3 * 0.27 * np.cos(1.1))
+    assert plan.settings.swing_height == pytest.approx(0.3 * fold, abs=1e-4)
+    with pytest.raises(gaitopt.InfeasibleStepError):
+        gaitopt.plan_crawl(robot, places, swing_height=0.175 * robot.standing_height)
