@@ -66,7 +66,7 @@ def search_options(
     ] = None,
     time_budget: Annotated[
         float | None,
-        _way("Time for which to go on for a better walk once there is one; 0.", "SECONDS"),
+        _way("Time from the search's begin on in which it looks for a better walk; 0.", "SECONDS"),
     ] = None,
     time_limit: Annotated[
         float | None,

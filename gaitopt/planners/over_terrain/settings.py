@@ -63,11 +63,12 @@ class TerrainSettings:
         edge_margin: least distance of a foothold from an edge [m].
         width: states that are kept after each step (the beam's width).
         width_limit: width up to which the search is repeated where it finds no way.
-        time_budget: time for which the search goes on for a better walk once it has one [s]. What
-            it then finds depends on how fast the machine is; with 0 it does not.
+        time_budget: time, from the search's begin on, until which it goes on for a better walk
+            once it has one [s]. What it then finds depends on how fast the machine is; with 0 it
+            does not.
         time_limit: time after which the search ends at a dead end, and after twice this time
-            anyway [s]. By default it is the time budget, or :meth:`longest` where there is none.
-            Both are processor time.
+            anyway [s]; by default :meth:`longest`, and at least the time budget. Both are processor
+            time.
         detours: whether the course goes round what the robot cannot cross; not for goals with yaw.
 
     Raises:
@@ -112,10 +113,10 @@ class TerrainSettings:
         """Processor time after which a search ends, for a course of some length [m], in seconds."""
         if self.time_limit is not None:
             return self.time_limit
-        if self.time_budget > 0.0:
-            return self.time_budget
         usual = TerrainSettings.width_limit
-        return (START_TIME + METRE_TIME * metres) * max(self.width_limit / usual, 1.0)
+        longest = (START_TIME + METRE_TIME * metres) * max(self.width_limit / usual, 1.0)
+        # A small budget for a better walk must not cost the first one.
+        return max(longest, self.time_budget)
 
     @classmethod
     def for_robot(cls, robot: Quadruped, **options: Any) -> TerrainSettings:

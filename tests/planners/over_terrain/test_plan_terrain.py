@@ -158,6 +158,13 @@ def test_more_time_gives_a_walk_that_costs_no_more() -> None:
     assert longer.settings.width > usual.settings.width
 
 
+def test_a_budget_that_is_too_small_for_a_better_walk_leaves_the_first_one() -> None:
+    walks = [gaitopt.search_terrain(*FEW_STEPS, start=(0.0, 0.0, 0.0), time_budget=budget)
+             for budget in (0.0, 1e-6)]  # fmt: skip
+    assert all(walk.complete for walk in walks)
+    assert walks[0].cost == walks[1].cost
+
+
 def test_a_search_makes_no_more_tries_than_it_may() -> None:
     search = search_for(GO2, ground("rubble", difficulty=0.5), (LENGTH, 0.0), (0.0, 0.0, 0.0),
                         TerrainSettings.for_robot(GO2))  # fmt: skip
@@ -191,6 +198,7 @@ def test_a_search_without_time_says_so() -> None:
 @pytest.mark.parametrize(
     ("options", "seconds"),
     [({}, 10.0), ({"width_limit": 192}, 20.0), ({"time_budget": 60.0}, 60.0),
+     ({"time_budget": 0.5}, 10.0),
      ({"time_budget": 60.0, "time_limit": 5.0}, 5.0)],
 )  # fmt: skip
 def test_how_long_a_search_over_three_metres_may_take(
