@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -141,10 +142,14 @@ def _mesh_lines(robot: Quadruped, source: str, folders: Sequence[Path]) -> Itera
     file = robot_file(source)
     found = found_meshes(robot.urdf, None if file is None else file.parent, folders)
     missing = sorted(name for name, path in found.items() if path is None)
-    places = sorted({str(path.parent) for path in found.values() if path is not None})
+    places: dict[str, list[str]] = {}
+    for path in found.values():
+        if path is not None:
+            places.setdefault(os.path.normpath(path.parent), []).append(path.name)
     if found:
-        where = f" in {first_of(places, 3)}" if places else ""
-        yield escape(f"meshes: {len(found) - len(missing)} of {len(found)} found{where}")
+        yield f"meshes: {len(found) - len(missing)} of {len(found)} found"
+    for folder, names in sorted(places.items()):
+        yield escape(f"  in {folder}: {first_of(sorted(names), 3)}")
     unknown = links_without_hulls(robot)
     if missing:
         only = "" if unknown else "; they cost the drawing only"

@@ -133,3 +133,18 @@ def test_a_mesh_that_is_missing_costs_the_drawing_of_its_link(
     assert given.exit_code == named.exit_code == 0, given.output + named.output
     pages = [(tmp_path / name / "dog.html").read_bytes() for name in ("given", "named")]
     assert pages[0] == pages[1]
+
+
+def test_it_is_told_which_meshes_are_in_which_folder(
+    command: Callable[..., Result], tmp_path: Path
+) -> None:
+    (tmp_path / "other").mkdir()
+    for name in ("a.stl", "other/b.stl"):
+        trimesh.creation.box((0.3, 0.1, 0.1)).export(tmp_path / name)
+    shape = '<visual><geometry><mesh filename="{}"/></geometry></visual>'
+    body = "".join(shape.format(name) for name in ("a.stl", "other/b.stl", "c.stl"))
+    file = tmp_path / "dog.urdf"
+    file.write_text(robot_texts.robot().replace('<link name="base">', f'<link name="base">{body}'))
+    told = command("robot", str(file)).output.replace("\n", "")
+    assert "meshes: 2 of 3 found" in told and "meshes that are missing: c.stl" in told
+    assert f"in {tmp_path}: a.stl" in told and f"in {tmp_path / 'other'}: b.stl" in told
