@@ -100,6 +100,7 @@ def serve() -> None:
     """The process: calls one function after the other, until its pipe is closed."""
     from matplotlib.backends import backend_agg  # noqa: F401
     from matplotlib.figure import Figure  # noqa: F401
+    from scipy import interpolate  # noqa: F401
 
     import gaitopt.viewing.figures.crawl_figures  # noqa: F401
 

@@ -53,8 +53,8 @@ def save_figure(drawn: Axes | Panels, path: Path) -> Path:
     from PIL import Image
 
     buffer = BytesIO()
-    # It is compressed below: here it only passes through memory.
-    figure_of(drawn).savefig(buffer, format="png", dpi=DPI, pil_kwargs={"compress_level": 1})
+    # It is compressed below: here it only passes through memory, as plain pixels.
+    figure_of(drawn).savefig(buffer, format="tiff", dpi=DPI)
     # A palette is enough for lines on white, and makes files three times smaller. The default way
     # to choose it, median cut, could give two legs the same colour where few pixels have it.
     # Rounds of k-means would take as long as all the rest; colours are off by 14 of 255 at most
