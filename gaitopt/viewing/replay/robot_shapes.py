@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from dataclasses import replace as changed
 from typing import Any
 
@@ -10,7 +11,6 @@ import numpy as np
 from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.errors import InputError, RobotError
 from gaitopt.files import StrPath
-from gaitopt.robots.files.drawn import Visual, drawn_shapes
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.viewing.colours import LEG_COLOURS
 from gaitopt.viewing.replay.scene import Appearance, Ball, Box, Cylinder, Part, Shape, pose
@@ -40,25 +40,28 @@ def robot_parts(robot: Quadruped, meshes: bool | StrPath = False) -> Parts:
         InputError: ``meshes`` were asked for, and no file is there.
         RobotError: a shape of the URDF cannot be read.
     """
-    visuals = _drawn(robot)
-    has_meshes = any(visual.shape.tag == "mesh" for visual in visuals)
+    description = _described(robot)
+    visuals = [(link.name, v) for link in description.links for v in link.visuals if v.geometry]
+    has_meshes = any(v.geometry.mesh is not None for _, v in visuals)
     if not visuals or (has_meshes and meshes is False):
         return _bars(robot)
+    colours = {m.name: m.color for m in description.materials if m.color is not None}
     parts: Parts = _feet(robot) if has_meshes else {}
     shanks = {int(robot.model.getJointId(robot.legs[leg].joints[-1])): leg for leg in LEGS}
     missing, drawn = [], 0
-    for visual in visuals:
-        joint, placement = _joint_of(robot.model, visual.link)
+    for link, visual in visuals:
+        joint, placement = _joint_of(robot.model, link)
         try:
-            shape = _shape(visual, meshes)
+            shape = _shape(visual.geometry, meshes)
         except InputError as error:
             missing.append(error)
             continue
-        drawn += visual.shape.tag == "mesh"
-        look = _appearance(visual.material, visual.rgba)
+        drawn += visual.geometry.mesh is not None
+        origin = np.eye(4) if visual.origin is None else np.asarray(visual.origin)
+        look = _appearance(visual.material, colours)
         if has_meshes and joint in shanks:
             look = changed(look, colour=LEG_COLOURS[shanks[joint]])
-        part = Part(shape, look, placement @ visual.origin)
+        part = Part(shape, look, placement @ origin)
         parts[joint] = (*parts.get(joint, ()), part)
     if missing and not drawn:
         raise missing[0]
@@ -76,6 +79,22 @@ def _feet(robot: Quadruped) -> Parts:
     return parts
 
 
+def _described(robot: Quadruped) -> Any:
+    """The URDF as yourdfpy describes it; raises RobotError where it cannot be read."""
+    import yourdfpy
+
+    try:
+        return yourdfpy.URDF.load(
+            io.BytesIO(robot.urdf.encode()),
+            build_scene_graph=False,
+            load_meshes=False,
+            load_collision_meshes=False,
+            mesh_dir="",
+        ).robot
+    except Exception as error:  # yourdfpy and lxml raise errors of many kinds
+        raise RobotError(f"{robot.name}: the URDF's shapes cannot be read: {error}") from error
+
+
 def _joint_of(model: Any, link: str) -> tuple[int, FloatArray]:
     """Number of the joint that moves a link, and the link's pose ``(4, 4)`` in its frame."""
     import pinocchio as pin
@@ -86,41 +105,35 @@ def _joint_of(model: Any, link: str) -> tuple[int, FloatArray]:
     return max(int(frame.parentJoint), 1), np.asarray(frame.placement.homogeneous).copy()
 
 
-def _drawn(robot: Quadruped) -> list[Visual]:
-    """The shapes that the URDF draws; raises RobotError where it cannot be read."""
-    try:
-        return drawn_shapes(robot.urdf)
-    except RobotError as error:
-        raise RobotError(f"{robot.name}: the URDF's shapes cannot be read: {error}") from error
-
-
-def _shape(visual: Visual, meshes: bool | StrPath) -> Shape:
+def _shape(geometry: Any, meshes: bool | StrPath) -> Shape:
     """A shape of the URDF; raises InputError where its mesh is missing."""
-    if visual.shape.tag == "box":
-        x, y, z = visual.numbers("size", 3)
+    if geometry.box is not None:
+        x, y, z = (float(s) for s in geometry.box.size)
         return Box((x, y, z))
-    if visual.shape.tag == "mesh":
-        from gaitopt.viewing.replay.mesh_files import read_mesh
+    if geometry.sphere is not None:
+        return Ball(float(geometry.sphere.radius))
+    if geometry.cylinder is not None:
+        return Cylinder(float(geometry.cylinder.radius), float(geometry.cylinder.length))
+    from gaitopt.viewing.replay.mesh_files import read_mesh
 
-        return read_mesh(visual.shape.get("filename", ""), visual.scale(), meshes)
-    (radius,) = visual.numbers("radius", 1)
-    if visual.shape.tag == "sphere":
-        return Ball(radius)
-    return Cylinder(radius, visual.numbers("length", 1)[0])
+    return read_mesh(geometry.mesh.filename, geometry.mesh.scale, meshes)
 
 
-def _appearance(material: str | None, colour: FloatArray | None) -> Appearance:
-    """Colour and opacity ``(3,)`` or ``(4,)`` of a material.
+def _appearance(material: Any, colours: dict[str, Any]) -> Appearance:
+    """Colour and opacity of a material; ``colours`` are those of materials that are only named.
 
     A material whose name begins with a leg's, as ``LF_red`` of the robots that ship with gaitopt,
     has the colour of the leg.
     """
-    leg = (material or "").split("_")[0]
+    leg = "" if material is None else str(material.name).split("_")[0]
     if leg in LEG_COLOURS:
         return Appearance(LEG_COLOURS[leg])
+    colour = None
+    if material is not None:
+        colour = material.color if material.color is not None else colours.get(material.name)
     if colour is None:
         return Appearance(PLAIN)
-    rgba = np.clip(np.nan_to_num(colour), 0.0, 1.0)
+    rgba = np.clip(np.nan_to_num(np.asarray(colour.rgba, dtype=np.float64)), 0.0, 1.0)
     red, green, blue = (round(255 * c) for c in rgba[:3])
     return Appearance(f"#{red:02x}{green:02x}{blue:02x}", float(rgba[3]) if len(rgba) > 3 else 1.0)
 
