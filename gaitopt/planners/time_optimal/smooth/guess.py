@@ -28,7 +28,7 @@ def rough_guess(
 
     Where the walk without acceleration limits cannot be solved, the poses are its own first guess.
     So they are where forces set the timing and the body tilts: six walks of wang2020 came out
-    equal, with a third less Newton steps. With a level body they came out up to 1 % slower.
+    equal, with a third fewer Newton steps. With a level body they came out up to 1 % slower.
 
     Args:
         route: the walk, or a window of it.
