@@ -83,7 +83,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             continue
         if row.robot not in robots:
             robots[row.robot] = benchmark_robot(row.robot)
-        row = made(robots[row.robot], row, not options.no_certificate, not options.no_physics)
+        row = made(robots[row.robot], row, not options.no_certificate, not options.no_physics,
+                   kept.rows.values())  # fmt: skip
         kept.add(row)
         if (row.told and row.walk != SWEEP) or not row.planned:
             print(f"{row.robot}, {row.walk}, seed {row.seed}: {row.outcome}; {row.told}",
