@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import pytest
 
 import gaitopt
-from benchmarks.physics import force_rows, forces, limits
+from benchmarks.physics import force_rows, forces, limits, standing
 from benchmarks.physics.force_rows import SWEEP, Row, RowFile
 
 DONE = Row(0, "go2", "default", "certified", True, True, 3.6, 4.0, 17.0, "")
@@ -19,7 +19,7 @@ def test_a_table_goes_on_where_it_was_stopped(
 ) -> None:
     made = []
 
-    def quick(robot: gaitopt.Quadruped, row: Row, certify: bool, physics: bool) -> Row:
+    def quick(robot: gaitopt.Quadruped, row: Row, *_: object) -> Row:
         made.append((row.seed, row.robot, row.walk))
         if row.walk == SWEEP:
             return replace(row, duration=5.0, walked=6.0, found=True, passed=True)
@@ -63,3 +63,49 @@ def test_no_timing_of_a_path_is_faster_than_its_joints() -> None:
     slower = by_velocity.slowed(2.0)
     least, held = limits.by_joints(slower)
     assert least == pytest.approx(by_velocity.duration, rel=1e-3) and held == 0.0
+
+
+def test_a_sweep_finds_the_fastest_speed_that_passes_wherever_it_begins(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Speeds up to 0.7 m/s pass. On the third terrain 1.2 m/s passes as well, and 1.0 does not."""
+    tried: list[float] = []
+    passing = [round(0.1 * k, 1) for k in range(1, 8)]
+
+    def plan(robot: gaitopt.Quadruped, footholds: object, *, speed: float, timing: str) -> Walk:
+        tried.append(speed)
+        return Walk(1.0 / speed, speed)
+
+    def walked(walk: Walk) -> Walk:
+        return replace(walk, passed=walk.speed in passing)
+
+    monkeypatch.setattr(gaitopt, "plan_crawl", plan)
+    monkeypatch.setattr(gaitopt, "simulate", walked)
+    robot, rows = gaitopt.load_robot("a1"), []
+    for seed, first in ((0, 2.0), (1, 2.0), (2, 1.0), (3, 1.0)):
+        tried.clear()
+        passing += [1.0, 1.2] if seed == 3 else []
+        rows.append(force_rows.made(robot, Row(seed, "a1", SWEEP), False, True, rows))
+        assert tried[0] == first
+    assert [row.told for row in rows] == ["0.7 m/s", "0.7 m/s", "0.7 m/s", "1.2 m/s"]
+
+
+@dataclass(frozen=True)
+class Walk:
+    """A walk of a speed, and what physics makes of it."""
+
+    duration: float
+    speed: float
+    passed: bool = False
+    end: float = 5.0
+
+
+def test_walks_with_a_large_reserve_are_found_by_regions_only(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(standing, "COLUMNS", 2)
+    robot, limits = gaitopt.load_robot("a1"), standing.LIMITS["reserve 10 %"]
+    times, steps = standing.walks(robot, limits, 1)
+    assert len(times) == 1 and steps > 0
+    with standing.without_regions():
+        assert standing.walks(robot, limits, 1) == ([], 0)

@@ -22,9 +22,9 @@ SPEEDS = tuple(round(0.1 * k, 1) for k in range(20, 0, -1))
 """Speeds of body and feet that the sweep tries, fast ones first [m/s]. On seed 0 no speed of 1.6 to
 3.0 m/s passes on any robot that is not held back by its joints."""
 WHOLE_SWEEPS, FASTER = 2, 0.3
-"""On the first terrains of each robot the sweep tries all speeds, and later those that are faster by
-up to this than what has passed on any terrain before [m/s]. Where the first one passes, it goes on
-with all faster ones."""
+"""On the first terrains of each robot the sweep tries all speeds, and later those that are faster
+by up to this than what has passed on any terrain before [m/s]. Where the first one passes, it tries
+all speeds there as well."""
 SWEEP = "fastest fixed speed"
 """The walk of the sweep: phase by phase, by joint velocities, as fast as physics lets it pass."""
 WATCHED = gaitopt.SimulationSettings().watch_time

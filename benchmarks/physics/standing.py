@@ -11,6 +11,7 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
 from time import process_time
 from typing import Any
 from unittest.mock import patch
@@ -20,7 +21,7 @@ import numpy as np
 import gaitopt
 from benchmarks.physics.force_rows import COLUMNS, ROBOTS
 from gaitopt.dynamics.feasible_region import feasible_regions
-from gaitopt.planners.phase_by_phase import demands
+from gaitopt.planners.phase_by_phase import demands, standing_places
 
 LIMITS = {
     "default": gaitopt.ForceLimits(),
@@ -50,6 +51,11 @@ def walks(
         times.append(plan.duration)
         steps += sum(any(x.kind == "forces" for x in p.limited_by) for p in plan.phases)
     return times, steps
+
+
+def without_regions() -> AbstractContextManager[object]:
+    """While it is entered, plans are made without regions."""
+    return patch.object(standing_places, LOOKED_UP, lambda *_: {})
 
 
 def told(times: list[float], seeds: int) -> str:
@@ -97,7 +103,7 @@ def least_time(work: Callable[[], object], repetitions: int) -> float:
 def of_planning(robot: gaitopt.Quadruped) -> tuple[float, float]:
     """Processor time of a default walk of 64 steps [s], and the part that regions take."""
     spent = [0.0]
-    look = getattr(demands, LOOKED_UP)
+    look = getattr(standing_places, LOOKED_UP)
 
     def timed(*given: Any) -> Any:
         began = process_time()
@@ -107,7 +113,7 @@ def of_planning(robot: gaitopt.Quadruped) -> tuple[float, float]:
             spent[0] += process_time() - began
 
     ground = gaitopt.s_columns(0, robot=robot)
-    with patch.object(demands, LOOKED_UP, timed):
+    with patch.object(standing_places, LOOKED_UP, timed):
         gaitopt.plan_crawl(robot, ground)
         spent[0], began = 0.0, process_time()
         gaitopt.plan_crawl(robot, ground)
@@ -146,7 +152,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for name in options.robots.split(","):
         robot = gaitopt.load_robot(name)
         for limit, limits in LIMITS.items():
-            with patch.object(demands, LOOKED_UP, lambda *_: {}):
+            with without_regions():
                 cells = [told(walks(robot, limits, options.seeds)[0], options.seeds)]
             for room in rooms:
                 with patch.object(demands, "ROOM", room):

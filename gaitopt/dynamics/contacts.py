@@ -10,12 +10,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gaitopt.conventions import BoolArray, FloatArray
+from gaitopt.conventions import BoolArray, FloatArray, frozen
 from gaitopt.errors import InputError
 from gaitopt.inputs import check_count, check_number, check_shape
 
@@ -303,11 +304,18 @@ def tangents(normals: ArrayLike) -> FloatArray:
     Raises:
         InputError: as in :func:`unit_normals`.
     """
-    x, y, z = np.moveaxis(unit_normals(normals), -1, 0)
+    return _tangents(unit_normals(normals))
+
+
+def _tangents(normals: FloatArray) -> FloatArray:
+    """:func:`tangents` of unit normals."""
+    x, y, z = np.moveaxis(normals, -1, 0)
     scale = 1.0 / (1.0 + z)
-    first = np.stack([1.0 - x * x * scale, -x * y * scale, -x], axis=-1)
-    second = np.stack([-x * y * scale, 1.0 - y * y * scale, -y], axis=-1)
-    return np.stack([first, second], axis=-2)
+    out = np.empty((*x.shape, 2, 3))
+    out[..., 0, 0], out[..., 1, 1] = 1.0 - x * x * scale, 1.0 - y * y * scale
+    out[..., 0, 1] = out[..., 1, 0] = -x * y * scale
+    out[..., 0, 2], out[..., 1, 2] = -x, -y
+    return out
 
 
 def pyramid_rows(
@@ -326,8 +334,18 @@ def pyramid_rows(
     Raises:
         InputError: as in :func:`unit_normals`.
     """
-    up = unit_normals(normals)
-    angles = 2.0 * np.pi * np.arange(limits.sides) / limits.sides
-    directions = np.stack([np.cos(angles), np.sin(angles)], axis=-1) @ tangents(up)
-    slope = limits.friction * limits.friction_share * np.asarray(grip, dtype=np.float64)
+    return unit_pyramid_rows(limits, unit_normals(normals), np.asarray(grip, dtype=np.float64))
+
+
+def unit_pyramid_rows(limits: ForceLimits, up: FloatArray, grip: FloatArray) -> FloatArray:
+    """:func:`pyramid_rows` for normals ``up (..., 3)`` that are known to be of length one."""
+    directions = _sides(limits.sides) @ _tangents(up)
+    slope = limits.friction * limits.friction_share * grip
     return np.asarray(slope[..., None, None] * up[..., None, :] - directions)
+
+
+@lru_cache(maxsize=16)
+def _sides(count: int) -> FloatArray:
+    """Unit vectors ``(count, 2)`` square to the sides of a pyramid, along its tangents."""
+    angles = 2.0 * np.pi * np.arange(count) / count
+    return frozen(np.stack([np.cos(angles), np.sin(angles)], axis=-1))

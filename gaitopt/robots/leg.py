@@ -166,7 +166,7 @@ class Leg(ByValue):
             angles = (roll, *angles)
         return tuple(
             wrap_angle(sign * angle, centre)
-            for sign, angle, centre in zip(self.signs, angles, self._centres, strict=True)
+            for sign, angle, centre in zip(self.signs, angles, self.centres, strict=True)
         )
 
     def jacobian(self, q: Any) -> FloatArray:
@@ -314,7 +314,7 @@ class Leg(ByValue):
     def _extent(self) -> tuple[float, float]:
         """Least and greatest distance from first pitch axis to foot that the knee allows [m]."""
         low, high = self.position_limits[:, -1]
-        centre = self._centres[-1]
+        centre = self.centres[-1]
         ends = self.signs[-1] * np.array([max(low, centre - np.pi), min(high, centre + np.pi)])
         angles = np.sort(ends + self.zeros[1])
         side = np.clip(angles if self.knee > 0 else -angles, 0.0, np.pi)
@@ -326,7 +326,7 @@ class Leg(ByValue):
         return float(lengths.min()), float(lengths.max())
 
     @cached_property
-    def _centres(self) -> tuple[float, ...]:
+    def centres(self) -> tuple[float, ...]:
         """Middle of each joint's limits [rad]; 0 for joints without."""
         low, high = self.position_limits
         bounded = np.isfinite(low) & np.isfinite(high)

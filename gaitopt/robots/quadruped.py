@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import re
+import threading
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -17,6 +18,7 @@ from gaitopt.errors import InputError, RobotError
 from gaitopt.files import silenced_stderr
 from gaitopt.hidden_packages import refuse_shadows
 from gaitopt.robots import limits
+from gaitopt.robots.at_many_poses.four_legs import FourLegs
 from gaitopt.robots.files.notes import Notes, read_notes
 from gaitopt.robots.leg import Leg
 from gaitopt.robots.leg_names import LegMapping, by_leg
@@ -182,6 +184,30 @@ class Quadruped:
         columns = np.concatenate([self.leg_columns[leg] for leg in LEGS])
         columns.setflags(write=False)
         return columns
+
+    @cached_property
+    def four_legs(self) -> FourLegs | None:
+        """The legs as arrays, in the order of :data:`gaitopt.LEGS`; ``None`` where they differ."""
+        return FourLegs.of([self.legs[leg] for leg in LEGS])
+
+    def own_data(self) -> Any:
+        """Pinocchio's data for :attr:`model`, one for each thread, made when it is first asked for.
+
+        Making it takes as long as ten of Pinocchio's algorithms. What is in it means nothing: read
+        what you have computed before you give the thread to anybody else.
+        """
+        data = getattr(self._data, "of_model", None)
+        # A model that was given joints or frames in memory needs other data.
+        if data is None or (len(data.oMi), len(data.oMf)) != (
+            self.model.njoints,
+            self.model.nframes,
+        ):
+            data = self._data.of_model = self.model.createData()
+        return data
+
+    @cached_property
+    def _data(self) -> threading.local:
+        return threading.local()
 
     @cached_property
     def position_limits(self) -> FloatArray:

@@ -38,6 +38,11 @@ the axes of HFE and KFE. So its R_{B,Li} is no identity, as it says, but this ma
 """
 
 
+TOGETHER: Final = 12 * 256
+"""Up to this many coordinates of feet, four legs at once are faster than one leg after the other:
+of one pose three times as fast. Of many poses, arrays of four legs leave the processor's cache."""
+
+
 class Configuration(NamedTuple):
     """A robot's configuration in angles.
 
@@ -273,6 +278,10 @@ def joints_from_feet_in_body(robot: Quadruped, feet: FloatArray) -> FloatArray:
     """
     joints = np.empty((*feet.shape[:-2], len(robot.joint_names)))
     joints[...] = robot.neutral_joints()
+    if robot.four_legs is not None and feet.size <= TOGETHER:
+        angles = robot.four_legs.inverse(feet)
+        joints[..., robot.leg_joint_columns] = angles.reshape(*angles.shape[:-2], -1)
+        return joints
     for i, name in enumerate(LEGS):
         joints[..., robot.leg_columns[name]] = robot.legs[name].inverse(feet[..., i, :])
     return joints

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -9,7 +11,9 @@ import pytest
 import gaitopt
 from gaitopt.robots.at_many_poses.boxes import ShapeBoxes
 from gaitopt.robots.at_many_poses.chain import Chain
+from gaitopt.robots.at_many_poses.four_legs import FourLegs
 from gaitopt.robots.collision_shapes import CollisionPairs, path_touches
+from gaitopt.robots.whole_body import feet_in_body, joints_from_feet_in_body
 
 ROBOTS = ("wang2020", "a1", "anymal_c", "go2")
 
@@ -34,6 +38,26 @@ def test_joints_are_where_pinocchio_says(name: str) -> None:
         for i in range(1, robot.model.njoints):
             np.testing.assert_allclose(rotations[k, i], data.oMi[i].rotation, atol=1e-12)
             np.testing.assert_allclose(places[k, i], data.oMi[i].translation, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", [*ROBOTS, "laikago"])
+@pytest.mark.parametrize("count", [1, 3, 400])
+def test_four_legs_at_once_bend_as_each_by_itself(name: str, count: int) -> None:
+    """To the last bit, also where a leg does not reach its foot, and for one pose alone."""
+    robot, random = gaitopt.load_robot(name), np.random.default_rng(count)
+    standing = feet_in_body(robot, robot.standing_joints())
+    feet = standing + random.normal(scale=0.2, size=(count, 4, 3))
+    for given in (feet, feet[0], standing):
+        found = joints_from_feet_in_body(robot, given)
+        for i, leg in enumerate(gaitopt.LEGS):
+            own = robot.legs[leg].inverse(given[..., i, :])
+            np.testing.assert_array_equal(found[..., list(robot.leg_columns[leg])], own)
+
+
+def test_legs_that_differ_in_kind_are_bent_one_after_the_other() -> None:
+    legs = [gaitopt.load_robot(name).legs["LF"] for name in ("a1", "wang2020")]
+    assert FourLegs.of([*legs, *legs]) is not None
+    assert FourLegs.of([legs[0], replace(legs[1], joints=legs[1].joints[1:])]) is None
 
 
 @pytest.mark.parametrize("name", ROBOTS)

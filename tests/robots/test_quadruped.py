@@ -7,6 +7,7 @@ import hashlib
 import io
 import pickle
 import re
+from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 
 import numpy as np
@@ -206,6 +207,18 @@ def test_robot_cannot_be_changed() -> None:
 
 
 # --- the check at load ------------------------------------------------------------------------
+
+
+def test_pinocchio_s_data_is_made_once_for_each_thread_and_size_of_the_model() -> None:
+    mine = load_robot("a1")
+    with ThreadPoolExecutor(1) as other:
+        theirs = other.submit(mine.own_data).result()
+        assert other.submit(mine.own_data).result() is theirs is not mine.own_data()
+    first = mine.own_data()
+    assert mine.own_data() is first
+    mine.model.addFrame(pin.Frame("tip", 1, 0, pin.SE3.Identity(), pin.FrameType.OP_FRAME))
+    assert len(mine.own_data().oMf) == mine.model.nframes == len(first.oMf) + 1
+    assert pickle.loads(pickle.dumps(mine)) == load_robot("a1")
 
 
 @each_robot

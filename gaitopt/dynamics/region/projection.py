@@ -163,9 +163,9 @@ def _projected(polytope: Polytope, solver: Daqp | Highs, tolerance: float) -> Pr
     supports = _supports(polytope, solver, tolerance - 2.0 * ACCEPTED_GAP)
     if supports is None:
         return None
-    directions = np.array([(s.x_direction, s.y_direction) for s in supports])
-    points = np.array([s.optimum.point for s in supports])
-    multipliers = np.array([s.optimum.multipliers for s in supports])
+    directions = np.array([support[:2] for support in supports])
+    points = np.array([support.optimum.point for support in supports])
+    multipliers = np.array([support.optimum.multipliers for support in supports])
     objectives = directions @ polytope.map
     heights = outer_heights(polytope, objectives, multipliers)
     error = (heights - (objectives * points).sum(axis=1)).max()
@@ -174,8 +174,8 @@ def _projected(polytope: Polytope, solver: Daqp | Highs, tolerance: float) -> Pr
     if not (error <= ACCEPTED_GAP and violation <= ACCEPTED_VIOLATION):
         return None
     proven = [
-        support._replace(height=max(support.height, height))
-        for support, height in zip(
+        Support(x, y, at_x, at_y, max(height, bound), optimum)
+        for (x, y, at_x, at_y, height, optimum), bound in zip(
             supports, (heights + directions @ polytope.place).tolist(), strict=True
         )
     ]
@@ -193,13 +193,15 @@ def _supports(polytope: Polytope, solver: Daqp | Highs, tolerance: float) -> lis
     """Supports once around the image, dense enough; ``None`` when a program was not solved."""
     across, up = polytope.map
     middle_x, middle_y = polytope.place.tolist()
+    maximise, image = solver.maximise, polytope.map.dot
 
     def support(x: float, y: float) -> Support | None:
-        optimum = solver.maximise(x * across + y * up)
+        optimum = maximise(x * across + y * up)
         if optimum is None:
             return None
-        place_x, place_y = (polytope.map @ optimum.point).tolist()
-        place_x, place_y = middle_x + place_x, middle_y + place_y
+        place_x, place_y = image(optimum.point).tolist()
+        place_x += middle_x
+        place_y += middle_y
         return Support(x, y, place_x, place_y, x * place_x + y * place_y, optimum)
 
     first = support(1.0, 0.0)

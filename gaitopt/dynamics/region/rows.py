@@ -15,13 +15,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gaitopt.conventions import GRAVITY, LEGS, BoolArray, FloatArray
-from gaitopt.dynamics.contacts import Contacts, ForceLimits, pyramid_rows
+from gaitopt.dynamics.contacts import Contacts, ForceLimits, unit_pyramid_rows
 from gaitopt.dynamics.torque_limits import torque_bounds
 from gaitopt.errors import InputError
 from gaitopt.inputs import check_shape
 from gaitopt.robots.quadruped import Quadruped
-from gaitopt.robots.rotations import rpy_to_matrix
-from gaitopt.robots.whole_body import base_of_body, configuration, joints_from_feet_in_body
+from gaitopt.robots.rotations import rpy_to_matrix, rpy_to_quaternion
+from gaitopt.robots.whole_body import base_of_body, joints_from_feet_in_body
 
 LARGEST_NORMAL_SHARE: Final = 10.0
 """Normal force of a foot, in units of the weight, above which a region counts as unbounded. Between
@@ -55,15 +55,14 @@ def friction_rows(contacts: Contacts, limits: ForceLimits) -> FootRows:
         contacts: of the four feet ``(B, 4)``.
         limits: what is asked.
     """
-    slide = -pyramid_rows(limits, contacts.normals, contacts.grip)
-    press = contacts.normals[..., None, :]
-    least = limits.least_normal_shares(contacts.standing)[..., None]
-    return FootRows(
-        matrix=np.concatenate([slide, -press, press], axis=-2),
-        bounds=np.concatenate(
-            [np.zeros(slide.shape[:-1]), -least, np.full_like(least, LARGEST_NORMAL_SHARE)], axis=-1
-        ),
-    )
+    normals, sides = contacts.normals, limits.sides
+    matrix = np.empty((*normals.shape[:-1], sides + 2, 3))
+    matrix[..., :sides, :] = -unit_pyramid_rows(limits, normals, contacts.grip)
+    matrix[..., sides, :], matrix[..., sides + 1, :] = -normals, normals
+    bounds = np.zeros(matrix.shape[:-1])
+    bounds[..., sides] = -limits.least_normal_shares(contacts.standing)
+    bounds[..., sides + 1] = LARGEST_NORMAL_SHARE
+    return FootRows(matrix, bounds)
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,7 +94,12 @@ def torque_rows(robot: Quadruped, contacts: Contacts, legs: StandingLegs) -> Foo
         legs: the robot on these contacts.
     """
     linear, angular = legs.columns[..., :3], legs.columns[..., 3:]
-    velocities = linear + np.cross(angular, contacts.points[:, :, None])
+    x, y, z = np.moveaxis(contacts.points, -1, 0)[..., None]
+    roll, pitch, yaw = np.moveaxis(angular, -1, 0)
+    velocities = linear.copy()
+    velocities[..., 0] += pitch * z - yaw * y
+    velocities[..., 1] += yaw * x - roll * z
+    velocities[..., 2] += roll * y - pitch * x
     # A joint without a known limit gets rows of zeros, which hold for all forces.
     by_force = velocities * (robot.mass * GRAVITY / legs.largest[..., None])
     own = legs.gravity / legs.largest
@@ -189,8 +193,10 @@ def _configurations(robot: Quadruped, feet: FloatArray, postures: FloatArray) ->
     position, rpy = postures[:, :3], postures[:, 3:]
     to_world = rpy_to_matrix(rpy) @ robot.body_axes
     joints = joints_from_feet_in_body(robot, (feet - position[:, None]) @ to_world)
-    joints = np.where(np.isfinite(joints), joints, robot.neutral_joints())
-    return configuration(robot, position, rpy, joints)
+    q = np.empty((len(joints), 7 + joints.shape[1]))
+    q[:, :3], q[:, 3:7] = position, rpy_to_quaternion(rpy)
+    q[:, 7:] = np.where(np.isfinite(joints), joints, robot.neutral_joints())
+    return q
 
 
 def _at_rest(robot: Quadruped, q: FloatArray) -> tuple[FloatArray, ...]:
@@ -198,7 +204,7 @@ def _at_rest(robot: Quadruped, q: FloatArray) -> tuple[FloatArray, ...]:
     :class:`StandingLegs`; and the foot frames ``(B, 4, 3)`` [m]."""
     import pinocchio as pin
 
-    model, data = robot.model, robot.model.createData()
+    model, data = robot.model, robot.own_data()
     frames = [model.getFrameId(robot.legs[leg].foot) for leg in LEGS]
     own = 6 + robot.leg_joint_columns
     com, places = np.empty((len(q), 2)), np.empty((len(q), 4, 3))

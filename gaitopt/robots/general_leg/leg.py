@@ -102,7 +102,7 @@ class GeneralLeg(Leg):
         finite = np.isfinite(rows).all(axis=-1)
         found = np.full(rows.shape, np.nan)
         found[finite] = self._posture(rows[finite])
-        return np.asarray(wrap_angle(found, np.array(self._centres)).reshape(place.shape))
+        return np.asarray(wrap_angle(found, np.array(self.centres)).reshape(place.shape))
 
     def inverse_columns(self, x: Any, y: Any, z: Any) -> tuple[Any, ...]:
         """:meth:`inverse` on separate columns; takes arrays only, and no CasADi symbols."""
