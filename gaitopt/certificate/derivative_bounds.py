@@ -10,6 +10,7 @@ the path's columns, by sums and products of positive numbers, whatever the confi
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from math import comb
 from typing import Any
 
@@ -26,9 +27,13 @@ of a curve from its chord two more."""
 def product(one: FloatArray, other: FloatArray) -> FloatArray:
     """Series of a product: ``(fg)^(k)`` is the sum of ``C(k, i) f^(i) g^(k - i)``."""
     count = min(len(one), len(other))
-    return np.array([
-        sum(comb(k, i) * one[i] * other[k - i] for i in range(k + 1)) for k in range(count)
-    ])  # fmt: skip
+    out = np.zeros((count, *np.broadcast_shapes(one.shape[1:], other.shape[1:])))
+    for k in range(count):
+        for i in range(k + 1):
+            term = one[i] * other[k - i]
+            # NumPy multiplies by one as slowly as by any number.
+            out[k] += term if i in (0, k) else comb(k, i) * term
+    return out
 
 
 def rotation_series(angle: FloatArray) -> FloatArray:
@@ -68,15 +73,16 @@ class LinkBounds:
     @classmethod
     def of(cls, model: Any, pieces: Pieces) -> LinkBounds:
         """Bounds for the motion of ``pieces``."""
-        columns = np.stack([pieces.largest(k) for k in range(1, ORDER + 1)])
-        yaw, pitch, roll = (rotation_series(columns[:, :, c]) for c in (5, 4, 3))
+        # Arrays with the pieces last are faster.
+        columns = np.stack([pieces.largest(k).T for k in range(1, ORDER + 1)])
+        yaw, pitch, roll = (rotation_series(columns[:, c]) for c in (5, 4, 3))
         rotations = np.zeros((model.njoints, ORDER + 1, len(pieces.starts)))
         rotations[0, 0] = 1.0
         rotations[1] = product(product(yaw, pitch), roll)
         for joint in range(2, model.njoints):
-            turn = rotation_series(columns[:, :, int(model.joints[joint].idx_v)])
+            turn = rotation_series(columns[:, int(model.joints[joint].idx_v)])
             rotations[joint] = product(rotations[model.parents[joint]], turn)
-        moves = np.linalg.norm(columns[:, :, :3], axis=2)
+        moves = np.sqrt((columns[:, :3] ** 2).sum(axis=1))
         base = np.concatenate([(moves[0] * pieces.lengths)[None], moves])
         return cls(model, rotations, base)
 
@@ -97,11 +103,28 @@ class LinkBounds:
 
     def inertial_force(self, joint: int) -> FloatArray:
         """Series of the force ``m (c'' - g)`` that moves and carries a link ``(3, P)`` [N]."""
-        inertia = self.model.inertias[joint]
-        place = self.base + self.lever(joint, 1, inertia.lever)
-        out = place[2:].copy()
-        out[0] += GRAVITY
-        return np.asarray(inertia.mass * out)
+        return self._forces[joint]
+
+    @cached_property
+    def _forces(self) -> list[FloatArray]:
+        """:meth:`inertial_force` of all links."""
+        out = []
+        for joint, inertia in enumerate(self.model.inertias):
+            place = self.base + self.lever(joint, 1, inertia.lever) if joint else self.base
+            force = inertia.mass * place[2:]
+            force[0] += inertia.mass * GRAVITY
+            out.append(force)
+        return out
+
+    @cached_property
+    def _turning(self) -> list[FloatArray]:
+        """Series of the changes of the links' own angular momenta ``(3, P)`` [N m]."""
+        out = []
+        for rotation, inertia in zip(self.rotations, self.model.inertias, strict=True):
+            largest = float(np.linalg.eigvalsh(inertia.inertia).max())
+            momentum = product(product(rotation, rotation), turning_series(rotation))
+            out.append(largest * momentum[1:])
+        return out
 
     def inertial_moment(self, joint: int, lever: FloatArray) -> FloatArray:
         """Series of the moment that moves and carries a link ``(3, P)`` [N m].
@@ -113,10 +136,7 @@ class LinkBounds:
             joint: the link.
             lever: series of ``r``, from the moment's reference to the link's centre of mass.
         """
-        rotation = self.rotations[joint]
-        largest = float(np.linalg.eigvalsh(self.model.inertias[joint].inertia).max())
-        momentum = largest * product(product(rotation, rotation), turning_series(rotation))
-        return product(lever, self.inertial_force(joint)) + momentum[1:]
+        return product(lever, self.inertial_force(joint)) + self._turning[joint]
 
     def carried(self, joint: int) -> list[int]:
         """The joints that a joint carries, itself among them."""

@@ -24,6 +24,8 @@ from gaitopt.motion.path import MotionPath
 SAME_PLACE = 1e-12
 """Difference of two places up to which one sample stands for both [m, rad]: pieces that meet in
 exact arithmetic differ by about 1e-16 times their terms."""
+AT_ONCE = 512
+"""Pieces whose coefficients are looked at in one call of NumPy: as many as a core's cache holds."""
 
 
 class Places(NamedTuple):
@@ -53,6 +55,7 @@ class Pieces:
     _enclosures: dict[int, tuple[FloatArray, FloatArray]] = field(
         default_factory=dict, init=False, repr=False
     )
+    _largest: dict[int, FloatArray] = field(default_factory=dict, init=False, repr=False)
 
     @classmethod
     def of(cls, path: MotionPath) -> Pieces:
@@ -108,28 +111,32 @@ class Pieces:
         The arrays are read-only, for they are kept for the next check.
         """
         if derivative not in self._enclosures:
-            found = self._bernstein(derivative)
-            low, high = found.min(axis=0), found.max(axis=0)
-            self._enclosures[derivative] = frozen(low), frozen(high)
+            self._enclosures[derivative] = self._bernstein(derivative)
         return self._enclosures[derivative]
 
-    def _bernstein(self, derivative: int) -> FloatArray:
-        """Bernstein coefficients of a derivative ``(d + 1, P, n)``."""
+    def _bernstein(self, derivative: int) -> tuple[FloatArray, FloatArray]:
+        """Least and largest Bernstein coefficient of a derivative on each piece ``(P, n)``."""
         powers = self.coefficients[::-1]
-        degree = len(powers) - 1 - derivative
-        if degree < 0:
-            return np.zeros_like(powers[:1])
-        factors = [perm(k, derivative) * self.lengths ** (k - derivative)
-                   for k in range(derivative, len(powers))]  # fmt: skip
-        scaled = np.stack(factors)[:, :, None] * powers[derivative:]
-        shares = [[comb(i, k) / comb(degree, k) for k in range(degree + 1)]
-                  for i in range(degree + 1)]  # fmt: skip
-        return np.asarray(np.tensordot(shares, scaled, axes=1))
+        degree, shape = len(powers) - 1 - derivative, powers.shape[1:]
+        low, high = np.zeros(shape), np.zeros(shape)
+        shares = np.array([[comb(i, k) / comb(degree, k) for k in range(degree + 1)]
+                           for i in range(degree + 1)])  # fmt: skip
+        factors = np.array([perm(k, derivative) * self.lengths ** (k - derivative)
+                            for k in range(derivative, len(powers))])  # fmt: skip
+        for begin in range(0, shape[0] if degree >= 0 else 0, AT_ONCE):
+            part = slice(begin, begin + AT_ONCE)
+            scaled = factors[:, part, None] * powers[derivative:, part]
+            found = shares @ scaled.reshape(degree + 1, -1)
+            found.min(axis=0, out=low[part].reshape(-1))
+            found.max(axis=0, out=high[part].reshape(-1))
+        return frozen(low), frozen(high)
 
     def largest(self, derivative: int) -> FloatArray:
-        """Largest size that a derivative can have on each piece ``(P, n)``."""
-        low, high = self.enclosure(derivative)
-        return np.asarray(np.maximum(np.abs(low), np.abs(high)))
+        """Largest size that a derivative can have on each piece ``(P, n)``; read-only."""
+        if derivative not in self._largest:
+            low, high = self.enclosure(derivative)
+            self._largest[derivative] = frozen(np.maximum(np.abs(low), np.abs(high)))
+        return self._largest[derivative]
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,11 +1,13 @@
-"""What friction, normal forces and torques leave over in one phase.
+"""What friction, normal forces and torques leave over, in many phases at once.
 
 In a phase the contact points stand still, so the equations of the base ``G f = w`` have a constant
-matrix ``G``. Forces that solve them are ``f = G^+ w + N z``, with any ``z``.
+matrix ``G``. Forces that solve them are ``f = G^+ w + N z``, with any ``z``. Phases are looked at
+together in which equally many feet stand and the matrices have one rank.
 """
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -40,15 +42,18 @@ RANK = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class Stance:
-    """The feet that stand in a phase, and what is asked of their forces.
+class Stances:
+    """The feet that stand in ``S`` phases, ``k`` in each, and what is asked of their forces.
+
+    Samples and pieces belong to one of the phases each; ``owner`` says to which one.
 
     Attributes:
         robot, limits: the robot, and what is asked.
-        feet: indices of the standing feet ``(k,)``.
-        points: their contact points ``(k, 3)`` [m].
-        normals: unit normals of the ground there ``(k, 3)``.
-        friction: coefficients of friction there ``(k,)``.
+        feet: indices of the standing feet ``(S, k)``.
+        points: their contact points ``(S, k, 3)`` [m].
+        normals: unit normals of the ground there ``(S, k, 3)``.
+        friction: coefficients of friction there ``(S, k)``.
+        centres: references of moments ``(S, 3)`` [m].
     """
 
     robot: Quadruped
@@ -57,11 +62,12 @@ class Stance:
     points: FloatArray
     normals: FloatArray
     friction: FloatArray
+    centres: FloatArray
 
-    @cached_property
-    def centre(self) -> FloatArray:
-        """Reference of moments: the middle of the contact points ``(3,)`` [m]."""
-        return self.points.mean(axis=0) if len(self.feet) else np.zeros(3)
+    def chosen(self, which: np.ndarray) -> Stances:
+        """Some of the phases, by a mask or their numbers."""
+        rows = (self.feet, self.points, self.normals, self.friction, self.centres)
+        return Stances(self.robot, self.limits, *(each[which] for each in rows))
 
     @property
     def weight(self) -> float:
@@ -85,66 +91,93 @@ class Stance:
 
     @cached_property
     def grasp(self) -> FloatArray:
-        """``G``: from contact forces to force and moment about the centre ``(6, 3 k)``."""
-        out = np.zeros((6, 3 * len(self.feet)))
-        for i, (x, y, z) in enumerate(self.points - self.centre):
-            out[:3, 3 * i : 3 * i + 3] = np.eye(3)
-            out[3:, 3 * i : 3 * i + 3] = [[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]]
-        return out
+        """``G``: from contact forces to force and moment about the centre ``(S, 6, 3 k)``."""
+        count, feet = self.feet.shape
+        out = np.zeros((count, 6, feet, 3))
+        out[:, :3] = np.eye(3)[:, None]
+        x, y, z = np.moveaxis(self.points - self.centres[:, None], -1, 0)
+        out[:, 3, :, 1], out[:, 3, :, 2] = -z, y
+        out[:, 4, :, 0], out[:, 4, :, 2] = z, -x
+        out[:, 5, :, 0], out[:, 5, :, 1] = -y, x
+        return out.reshape(count, 6, 3 * feet)
 
     @cached_property
-    def _split(self) -> tuple[FloatArray, FloatArray]:
-        """Pseudo-inverse ``(3 k, 6)`` and null space ``(3 k, d)`` of ``G``."""
-        scale = np.repeat([1.0, self.reach], 3)
-        left, values, right = np.linalg.svd(self.grasp / scale[:, None])
-        rank = int((values > RANK * values.max(initial=1.0)).sum())
-        inverse = right[:rank].T @ ((left[:, :rank] / values[:rank]).T / scale)
-        return inverse, right[rank:].T
+    def _parts(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Singular values and vectors of ``G``, whose moments are divided by the reach."""
+        left, values, right = np.linalg.svd(self.grasp / self._scale[:, None])
+        return left, values, right
+
+    @property
+    def _scale(self) -> FloatArray:
+        return np.repeat([1.0, self.reach], 3)
+
+    @cached_property
+    def ranks(self) -> np.ndarray:
+        """Rank of each ``G`` ``(S,)``."""
+        values = self._parts[1]
+        return np.asarray((values > RANK * values.max(axis=1, initial=1.0)[:, None]).sum(axis=1))
+
+    @cached_property
+    def _rank(self) -> int:
+        """The rank of all ``G``."""
+        return int(self.ranks[0])
 
     @property
     def makes_any_wrench(self) -> bool:
         """Whether the standing feet can make every wrench, were there no limits."""
-        return bool(3 * len(self.feet) - self.directions.shape[1] == 6)
+        return self._rank == 6
 
-    @property
+    @cached_property
     def inverse(self) -> FloatArray:
-        """Pseudo-inverse of ``G`` ``(3 k, 6)``."""
-        return np.asarray(self._split[0])
+        """Pseudo-inverses of ``G``, which have all one rank ``(S, 3 k, 6)``."""
+        left, values, right = (part[..., : self._rank] for part in
+                               (*self._parts[:2], np.swapaxes(self._parts[2], 1, 2)))  # fmt: skip
+        return np.asarray(right @ (np.swapaxes(left / values[:, None], 1, 2) / self._scale))
 
-    @property
+    @cached_property
     def directions(self) -> FloatArray:
-        """Forces without resultant ``(3 k, d)``."""
-        return self._split[1]
+        """Forces without resultant ``(S, 3 k, d)``."""
+        return np.asarray(np.swapaxes(self._parts[2][:, self._rank :], 1, 2))
 
-    def correction(self, force: FloatArray, moment: FloatArray) -> FloatArray:
+    def correction(self, force: FloatArray, moment: FloatArray, owner: np.ndarray) -> FloatArray:
         """How much forces change at most to make up for a wrench ``(P, k)`` [N].
 
         Args:
             force, moment: bounds on its parts ``(P,)`` [N], [N m].
+            owner: the phases ``(P,)``.
         """
-        blocks = self.inverse.reshape(len(self.feet), 3, 6)
-        by_force = np.linalg.norm(blocks[:, :, :3], ord=2, axis=(1, 2))
-        by_moment = np.linalg.norm(blocks[:, :, 3:], ord=2, axis=(1, 2))
-        return np.asarray(force[:, None] * by_force + moment[:, None] * by_moment)
+        blocks = self.inverse.reshape(*self.feet.shape, 3, 6)
+        by_force = np.linalg.norm(blocks[..., :3], ord=2, axis=(2, 3))
+        by_moment = np.linalg.norm(blocks[..., 3:], ord=2, axis=(2, 3))
+        return np.asarray(force[:, None] * by_force[owner] + moment[:, None] * by_moment[owner])
 
     @cached_property
     def friction_rows(self) -> FloatArray:
-        """Sides of the friction pyramids, of unit length ``(k, sides, 3)``."""
-        if not len(self.feet):
-            return np.zeros((0, self.limits.sides, 3))
+        """Sides of the friction pyramids, of unit length ``(S, k, sides, 3)``."""
+        if not self.feet.size:
+            return np.zeros((*self.feet.shape, self.limits.sides, 3))
         rows = pyramid_rows(self.limits, self.normals, self.friction / self.limits.friction)
-        return frozen(rows / np.linalg.norm(rows, axis=2, keepdims=True))
+        return frozen(rows / np.linalg.norm(rows, axis=3, keepdims=True))
 
-    def sides_of(self, forces: FloatArray) -> FloatArray:
-        """What the sides of the pyramids leave of forces ``(n, k, 3)`` [N]: ``(n, k, sides)``."""
-        by_foot = np.swapaxes(forces, 0, 1) @ np.swapaxes(self.friction_rows, 1, 2)
-        return np.swapaxes(by_foot, 0, 1)
+    def sides_of(self, forces: FloatArray, owner: np.ndarray) -> FloatArray:
+        """What the sides of the pyramids leave of forces [N].
+
+        Args:
+            forces: ``(n, k, 3)`` [N].
+            owner: the phases ``(n,)``.
+
+        Returns:
+            ``(n, k sides)``.
+        """
+        sides = (self.friction_rows[owner] @ forces[..., None])[..., 0]
+        return np.asarray(sides.reshape(len(forces), self.feet.shape[1] * self.limits.sides))
 
     @cached_property
     def least_normals(self) -> FloatArray:
-        """Least normal force of each standing foot ``(k,)`` [N]."""
-        standing = np.isin(np.arange(len(LEGS)), self.feet)
-        return np.asarray(self.weight * self.limits.least_normal_shares(standing)[self.feet])
+        """Least normal force of each standing foot ``(S, k)`` [N]."""
+        shares = [self.limits.least_normal_shares(np.isin(np.arange(len(LEGS)), feet))[feet]
+                  for feet in self.feet]  # fmt: skip
+        return np.asarray(self.weight * np.reshape(shares, self.feet.shape))
 
     def most_normals(self, left: FloatArray) -> FloatArray:
         """Largest normal forces [N], for the times since feet landed and until they lift off [s].
@@ -199,20 +232,10 @@ class Stance:
         within = np.maximum(-least, most) <= lines.no_load
         return np.asarray(np.where(within, np.minimum(bent, fall), fall))
 
-    @cached_property
-    def names(self) -> list[str]:
-        """What each column of :meth:`left` is about."""
-        legs = [LEGS[i] for i in self.feet]
-        return [
-            *(f"friction {leg}" for leg in legs for _ in range(self.limits.sides)),
-            *(f"normal force {leg}" for leg in legs),
-            *(f"load transfer {leg}" for leg in legs if self.limits.transfer_time > 0.0),
-            *(f"torque {name}" for name in self.robot.joint_names),
-        ]
-
     def left(
-        self, forces: FloatArray, torques: FloatArray, limits: TorqueLimits, most: FloatArray
-    ) -> FloatArray:
+        self, forces: FloatArray, torques: FloatArray, limits: TorqueLimits, most: FloatArray,
+        owner: np.ndarray,
+    ) -> FloatArray:  # fmt: skip
         """What each limit leaves ``(n, r)`` [N].
 
         Args:
@@ -220,10 +243,31 @@ class Stance:
             torques: of the joints ``(n, nj)`` [N m].
             limits: of the torques.
             most: largest normal forces ``(n, k)`` [N], or ``(n, 0)`` for none.
+            owner: the phases ``(n,)``.
         """
-        sides = self.sides_of(forces)
-        friction = sides.reshape(len(forces), sides.shape[1] * sides.shape[2])
-        pressing = np.einsum("nkd,kd->nk", forces, self.normals)
+        pressing = np.einsum("nkd,nkd->nk", forces, self.normals[owner])
         over = most - pressing[:, : most.shape[1]]
         torque = np.minimum(limits.high - torques, torques - limits.low) / self.reach
-        return np.concatenate([friction, pressing - self.least_normals, over, torque], axis=1)
+        friction, resting = self.sides_of(forces, owner), pressing - self.least_normals[owner]
+        return np.concatenate([friction, resting, over, torque], axis=1)
+
+
+def limit_name(
+    robot: Quadruped, limits: ForceLimits, standing: Collection[str], column: int
+) -> str:
+    """What a column of :meth:`Stances.left` is about; the one beyond the last is the balance.
+
+    Args:
+        robot, limits: the robot, and what is asked.
+        standing: the legs that stand.
+        column: number of the column.
+    """
+    legs = [leg for leg in LEGS if leg in standing]
+    names = [
+        *(f"friction {leg}" for leg in legs for _ in range(limits.sides)),
+        *(f"normal force {leg}" for leg in legs),
+        *(f"load transfer {leg}" for leg in legs if limits.transfer_time > 0.0),
+        *(f"torque {name}" for name in robot.joint_names),
+        "a wrench that the standing feet cannot make",
+    ]
+    return names[column]

@@ -1,7 +1,7 @@
 """Contact forces at samples by linear programs: those whose tightest limit leaves the most.
 
-Forces that solve the equations of the base are ``f = G^+ w + N z``, with the constant matrices of
-a :class:`gaitopt.certificate.force_margins.Stance`. The unknowns of a program are ``z`` and what
+Forces that solve the equations of the base are ``f = G^+ w + N z``, with the matrices of
+:class:`gaitopt.certificate.force_margins.Stances`. The unknowns of a program are ``z`` and what
 the tightest limit leaves. Its answer is not believed: what the forces leave is computed afresh.
 """
 
@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gaitopt.certificate.force_margins import Stance, TorqueLimits
+from gaitopt.certificate.force_margins import Stances, TorqueLimits
 from gaitopt.conventions import FloatArray
 from gaitopt.dynamics.small_programs import NO_BOUND, last_points, solve_linear
 
@@ -21,38 +21,41 @@ class ForcePrograms:
     """The programs of ``n`` samples; forces are in units of the weight.
 
     Attributes:
-        stance: the standing feet.
+        stances: the standing feet, and their limits.
+        owner: the phase of each sample ``(n,)``.
         plain: forces of least norm ``(n, 3 k)`` [N].
         rows, low: of ``rows @ (z, left) >= low``, ``(n, r, d + 1)`` and ``(n, r)``.
     """
 
-    stance: Stance
+    stances: Stances
+    owner: np.ndarray
     plain: FloatArray
     rows: FloatArray
     low: FloatArray
 
     @classmethod
     def of(
-        cls, stance: Stance, wrench: FloatArray, free: FloatArray, jacobians: FloatArray,
-        torques: TorqueLimits, most: FloatArray,
+        cls, stances: Stances, owner: np.ndarray, wrench: FloatArray, free: FloatArray,
+        jacobians: FloatArray, torques: TorqueLimits, most: FloatArray,
     ) -> ForcePrograms:  # fmt: skip
         """The programs of samples.
 
         Args:
-            stance: the standing feet.
+            stances: the standing feet.
+            owner: the phase of each sample ``(n,)``.
             wrench: force and moment about the centre ``(n, 6)``.
-            free: joint torques without contact forces ``(n, nj)`` [N m].
-            jacobians: of the standing feet ``(n, k, 3, nj)``.
-            torques: limits of the joint torques.
+            free: torques of the standing legs' joints without contact forces ``(n, k j)`` [N m].
+            jacobians: of the standing feet by their own joints ``(n, k, 3, j)``.
+            torques: limits of the torques of these joints.
             most: largest normal forces ``(n, k)`` [N], or ``(n, 0)`` for none.
         """
-        plain = wrench @ stance.inverse.T
-        if not stance.directions.shape[1]:
+        plain = (stances.inverse[owner] @ wrench[:, :, None])[..., 0]
+        if not stances.directions.shape[2]:
             # Nothing can be chosen, of one foot or none.
-            return cls(stance, plain, np.empty((len(plain), 0, 1)), np.empty((len(plain), 0)))
-        flat = jacobians.reshape(*plain.shape, free.shape[1])
-        rows, low = _rows(stance, plain, free, flat, torques, most)
-        return cls(stance, plain, rows, low / stance.weight)
+            nothing = np.empty((len(plain), 0, 1)), np.empty((len(plain), 0))
+            return cls(stances, owner, plain, *nothing)
+        rows, low = _rows(stances, owner, plain, free, jacobians, torques, most)
+        return cls(stances, owner, plain, rows, np.maximum(low / stances.weight, -NO_BOUND))
 
     def solve(self) -> FloatArray:
         """Coordinates ``z (n, d)`` of all samples, of which nothing is proven."""
@@ -74,13 +77,14 @@ class ForcePrograms:
 
     def forces(self, z: FloatArray) -> FloatArray:
         """Contact forces ``(n, k, 3)`` [N]."""
-        forces = self.plain + self.stance.weight * (z @ self.stance.directions.T)
-        return np.asarray(forces.reshape(len(forces), len(self.stance.feet), 3))
+        chosen = (self.stances.directions[self.owner] @ z[:, :, None])[..., 0]
+        forces = self.plain + self.stances.weight * chosen
+        return np.asarray(forces.reshape(len(forces), self.stances.feet.shape[1], 3))
 
     @property
     def _free(self) -> int:
         """How many coordinates forces have."""
-        return int(self.stance.directions.shape[1])
+        return int(self.stances.directions.shape[2])
 
     @property
     def _costs(self) -> FloatArray:
@@ -89,30 +93,30 @@ class ForcePrograms:
 
 
 def _rows(
-    stance: Stance, plain: FloatArray, free: FloatArray, jacobians: FloatArray,
-    torques: TorqueLimits, most: FloatArray,
+    stances: Stances, owner: np.ndarray, plain: FloatArray, free: FloatArray,
+    jacobians: FloatArray, torques: TorqueLimits, most: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:  # fmt: skip
     """Rows ``A (n, r, d + 1)`` and ``b (n, r)`` of ``A (z, s) >= b``, in units of forces."""
-    count, feet, basis = len(plain), len(stance.feet), stance.directions
-    by_foot = basis.reshape(feet, 3, basis.shape[1])
-    friction = np.einsum("ksd,kdf->ksf", stance.friction_rows, by_foot)
-    friction = friction.reshape(-1, basis.shape[1])
-    now = stance.sides_of(plain.reshape(count, feet, 3))
-    level = np.einsum("kd,kdf->kf", stance.normals, by_foot)
-    ground = np.einsum("nkd,kd->nk", plain.reshape(count, feet, 3), stance.normals)
-    known = np.isfinite(torques.high).all(axis=0) & (jacobians != 0.0).any(axis=(0, 1))
-    legs = np.swapaxes(jacobians[:, :, known], 1, 2)
-    moved = legs @ basis / stance.reach
-    torque = free[:, known] - (legs @ plain[:, :, None])[..., 0]
-    limited = most.shape[1]
-    fixed = np.concatenate([friction, level, -level[:limited]])
-    matrix = np.full((count, len(fixed) + 2 * moved.shape[1], basis.shape[1] + 1), -1.0)
-    matrix[:, : len(fixed), :-1] = fixed
-    matrix[:, len(fixed) :, :-1] = np.concatenate([moved, -moved], axis=1)
+    count, limited = len(plain), most.shape[1]
+    phases, feet = stances.feet.shape
+    by_foot = stances.directions.reshape(phases, feet, 3, -1)
+    friction = (stances.friction_rows @ by_foot).reshape(phases, -1, by_foot.shape[3])
+    level = (stances.normals[:, :, None] @ by_foot)[:, :, 0]
+    fixed = np.concatenate([friction, level, -level[:, :limited]], axis=1)
+    legs, at_feet = np.swapaxes(jacobians, 2, 3), plain.reshape(count, feet, 3)
+    joints = free.shape[1]
+    moved = (legs @ by_foot[owner] / stances.reach).reshape(count, joints, by_foot.shape[3])
+    torque = free - (legs @ at_feet[..., None]).reshape(free.shape)
+    matrix = np.full((count, fixed.shape[1] + 2 * joints, moved.shape[2] + 1), -1.0)
+    of_ground, of_torques = matrix[:, : fixed.shape[1]], matrix[:, fixed.shape[1] :]
+    of_ground[..., :-1] = fixed[owner]
+    of_torques[:, :joints, :-1] = moved
+    of_torques[:, joints:, :-1] = -moved
+    pressing = np.einsum("nkd,nkd->nk", at_feet, stances.normals[owner])
     low = np.concatenate([
-        -now.reshape(count, now.shape[1] * now.shape[2]), stance.least_normals - ground,
-        ground[:, :limited] - most,
-        (torque - torques.high[:, known]) / stance.reach,
-        (torques.low[:, known] - torque) / stance.reach,
+        -stances.sides_of(at_feet, owner), stances.least_normals[owner] - pressing,
+        pressing[:, :limited] - most,
+        (torque - torques.high) / stances.reach,
+        (torques.low - torque) / stances.reach,
     ], axis=1)  # fmt: skip
     return matrix, low

@@ -20,6 +20,9 @@ from gaitopt.robots.quadruped import Quadruped
 
 _ORDER = [0, 1, 2, 5, 4, 3]
 """Columns of the path in the order of the chain: roll, pitch, yaw are turned round."""
+SAME_MOTION = 1e-9
+"""Difference of rates and of accelerations up to which one sample stands for both [m/s, rad/s, and
+by the square of a second]. It moves a force by about 1e-10 of the weight."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +37,8 @@ class ForceSamples:
             motors and gears are among them.
         speeds: of the joints ``(N, nj)`` [rad/s].
         feet: foot frames ``(N, 4, 3)`` [m].
-        jacobians: of the feet's contact points by the joints ``(N, 4, 3, nj)`` [m].
+        jacobians: of the feet's contact points by their own legs' joints ``(N, 4, 3, j)`` [m]; see
+            :func:`joints_of_legs`.
     """
 
     force: FloatArray
@@ -44,11 +48,6 @@ class ForceSamples:
     speeds: FloatArray
     feet: FloatArray
     jacobians: FloatArray
-
-    @classmethod
-    def joined(cls, *parts: ForceSamples) -> ForceSamples:
-        """The samples of all parts, one after the other."""
-        return cls(*(np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(cls)))
 
     def chosen(self, which: np.ndarray) -> ForceSamples:
         """Some of the samples, by a mask or their numbers."""
@@ -71,24 +70,36 @@ def sample_forces(
 
 
 def sample_ends(
-    robot: Quadruped, pieces: Pieces, normals: FloatArray
-) -> tuple[ForceSamples, ForceSamples]:
+    robot: Quadruped, pieces: Pieces, normals: FloatArray, phase: np.ndarray
+) -> tuple[ForceSamples, np.ndarray]:
     """Samples at the starts and at the ends of pieces.
 
     Args:
         robot: the robot.
         pieces: of its path.
         normals: of the ground under the feet on each of them ``(P, 4, 3)``.
+        phase: that each belongs to ``(P,)``.
 
-    Where one piece goes on from another they share their place, and velocity and acceleration,
-    which may jump there, are each one's own.
+    Returns:
+        The samples, and which of them are at the starts and at the ends ``(2, P)``. Where one piece
+        goes on from another in the same phase, with the same velocity and acceleration, one sample
+        stands for both.
     """
     places = pieces.places()
-    rates, accelerations = (np.concatenate(pieces.at_ends(k)) for k in (1, 2))
-    under = np.concatenate([normals, normals])
-    both = _samples(robot, places.values, places.ends.ravel(), rates, accelerations, under)
-    starts = np.arange(len(pieces.starts))
-    return both.chosen(starts), both.chosen(starts + len(starts))
+    count = len(pieces.starts)
+    on = (places.ends[1, :-1] == places.ends[0, 1:]) & (phase[:-1] == phase[1:])
+    rates, accelerations = (pieces.at_ends(k) for k in (1, 2))
+    for start, end in (rates, accelerations):
+        # A comparison with NaN is false.
+        on &= (np.abs(end[:-1] - start[1:]) <= SAME_MOTION).all(axis=1)
+    own = np.flatnonzero(np.append(~on, True))
+    last = np.arange(1, count + 1)
+    last[own] = count + np.arange(len(own))
+    v, a = (np.concatenate([start, end[own]]) for start, end in (rates, accelerations))
+    under = np.concatenate([normals, normals[own]])
+    at = np.concatenate([places.ends[0], places.ends[1, own]])
+    samples = _samples(robot, places.values, at, v, a, under)
+    return samples, np.stack([np.arange(count), last])
 
 
 def _samples(
@@ -102,9 +113,11 @@ def _samples(
     model = chain_model(robot)
     q = _chain(places)
     feet, level, turning = _contact_geometry(robot, model, q)
+    jacobians = level[at]
     # From the point straight below the foot's frame to that one radius against the normal.
     beside = robot.foot_radius * (np.array([0.0, 0.0, 1.0]) - normals)
-    jacobians = level[at] + np.cross(turning[at], beside[..., None], axis=2)
+    if beside.any():
+        jacobians += across(turning[at], beside)
     forces = _inverse_dynamics(model, q[at], _chain(rates), _chain(accelerations))
     # The chain's model knows no motors.
     torques = forces[:, 6:] + robot.motor_inertia * accelerations[:, 6:]
@@ -133,41 +146,56 @@ def _contact_geometry(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Foot frames ``(N, 4, 3)`` [m], and Jacobians of the points one radius straight below them.
 
-    The latter of velocity and of angular velocity, by the joints ``(N, 4, 3, nj)`` each [m], [1].
+    The latter of velocity and of angular velocity, by the joints of the foot's own leg
+    ``(N, 4, 3, j)`` each [m], [1].
     """
     data = model.createData()
-    frames = [model.getFrameId(robot.legs[leg].foot) for leg in LEGS]
-    feet, spatial = np.empty((len(q), 4, 3)), np.empty((len(q), 6, model.nv))
+    frames = [model.frames[model.getFrameId(robot.legs[leg].foot)] for leg in LEGS]
+    # The last column is for joints that a leg does not have.
+    spatial = np.zeros((len(q), 6, model.nv + 1))
+    origins, turns = np.empty((len(q), 4, 3)), np.empty((len(q), 4, 3, 3))
     # Views of Pinocchio's memory, which every sample overwrites.
-    seen = [data.oMf[frame].translation for frame in frames]
+    joints = [data.oMi[frame.parentJoint] for frame in frames]
+    seen = [(k, joint.translation, joint.rotation) for k, joint in enumerate(joints)]
     for row, place in enumerate(q):
-        spatial[row] = pin.computeJointJacobians(model, data, place)
-        for k, frame in enumerate(frames):
-            pin.updateFramePlacement(model, data, frame)
-            feet[row, k] = seen[k]
+        spatial[row, :, :-1] = pin.computeJointJacobians(model, data, place)
+        for k, origin, turn in seen:
+            origins[row, k] = origin
+            turns[row, k] = turn
+    levers = np.stack([frame.placement.translation for frame in frames])
+    feet = origins + (turns @ levers[..., None])[..., 0]
     # The contact lies below the ball's centre, and turns with the foot. Pinocchio's Jacobians tell
     # the velocity of the body's point at the world's origin: v + w x p.
+    columns = 6 + joints_of_legs(robot)
+    linear, turning = (np.swapaxes(part[:, :, columns], 1, 2) for part in np.split(spatial, 2, 1))
     points = feet - np.array([0.0, 0.0, robot.foot_radius])
-    jacobians = np.zeros((len(q), 4, 3, len(robot.joint_names)))
-    turning = np.zeros_like(jacobians)
-    for k, leg in enumerate(LEGS):
-        columns = list(robot.leg_columns[leg])
-        linear, angular = np.split(spatial[:, :, 6:][:, :, columns], 2, axis=1)
-        x, y, z = points[:, k, :, None].swapaxes(0, 1)
-        turned = [angular[:, 1] * z - angular[:, 2] * y, angular[:, 2] * x - angular[:, 0] * z,
-                  angular[:, 0] * y - angular[:, 1] * x]  # fmt: skip
-        jacobians[:, k][:, :, columns] = linear + np.stack(turned, axis=1)
-        turning[:, k][:, :, columns] = angular
-    return feet, jacobians, turning
+    return feet, linear + across(turning, points), np.ascontiguousarray(turning)
+
+
+def joints_of_legs(robot: Quadruped) -> np.ndarray:
+    """Numbers of each leg's joints ``(4, j)``; one beyond the last where others have more joints.
+
+    A leg has two or three.
+    """
+    each = [robot.leg_columns[leg] for leg in LEGS]
+    most, none = max(map(len, each)), len(robot.joint_names)
+    return np.array([[*own, *[none] * (most - len(own))] for own in each])
+
+
+def across(columns: FloatArray, vectors: FloatArray) -> FloatArray:
+    """Cross products of columns ``(..., 3, n)`` with one vector for all of them ``(..., 3)``."""
+    a, b, c = (columns[..., i, :] for i in range(3))
+    x, y, z = (vectors[..., i, None] for i in range(3))
+    return np.stack([b * z - c * y, c * x - a * z, a * y - b * x], axis=-2)
 
 
 def _moments(values: FloatArray, generalised: FloatArray) -> FloatArray:
-    """Moments in the world's axes from those about the axes of yaw, pitch and roll ``(N, 3)``."""
+    """Moments in the world's axes from those about the axes of yaw, pitch and roll ``(N, 3)``.
+
+    The axis of yaw is vertical, that of pitch level, and that of roll points ahead and down.
+    """
     pitch, yaw = values[:, 4], values[:, 5]
-    zero, one, level = np.zeros_like(yaw), np.ones_like(yaw), np.cos(pitch)
-    axes = np.stack([
-        np.stack([zero, zero, one], axis=1),
-        np.stack([-np.sin(yaw), np.cos(yaw), zero], axis=1),
-        np.stack([np.cos(yaw) * level, np.sin(yaw) * level, -np.sin(pitch)], axis=1),
-    ], axis=1)  # fmt: skip
-    return np.asarray(np.linalg.solve(axes, generalised[..., None])[..., 0])
+    upright, aside, along = generalised.T
+    ahead = (along + np.sin(pitch) * upright) / np.cos(pitch)
+    x, y = np.cos(yaw), np.sin(yaw)
+    return np.stack([x * ahead - y * aside, y * ahead + x * aside, upright], axis=1)

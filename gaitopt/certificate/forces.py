@@ -18,14 +18,11 @@ import numpy as np
 from gaitopt.certificate.check import FORCES, Check, column_name, judged, phase_name, unchecked
 from gaitopt.certificate.derivative_bounds import LinkBounds
 from gaitopt.certificate.enclosure import Pieces, chord_deviation
+from gaitopt.certificate.force_judge import ForceJudge
+from gaitopt.certificate.force_margins import limit_name
 from gaitopt.certificate.force_samples import chain_model, sample_ends
 from gaitopt.certificate.inertial_deviations import InertialDeviations
-from gaitopt.certificate.phase_forces import (
-    PhaseGround,
-    PhaseJudge,
-    ground_in_phases,
-    times_of_stances,
-)
+from gaitopt.certificate.phase_forces import ground_in_phases, times_of_stances
 from gaitopt.certificate.trace import deviations, foot_chain, owners
 from gaitopt.conventions import GRAVITY, LEGS, FloatArray
 from gaitopt.dynamics.contacts import ForceLimits
@@ -47,7 +44,9 @@ REFINEMENT = 8
 MOST_REFINEMENTS = 4
 """Most times that this is done: the bound then is 8**8 times as small."""
 MOST_PIECES = 60_000
-"""Most pieces that are judged at a time, but for a path that has more. Each takes about 0.1 ms."""
+"""Most pieces that are judged at a time, but for a path that has more. Each takes about 0.05 ms."""
+AT_ONCE = 2000
+"""Pieces that are looked at in one call of NumPy, or a few more: some 20 MB."""
 
 
 def contact_forces(plan: Plan, limits: ForceLimits) -> Check:
@@ -64,11 +63,14 @@ def contact_forces(plan: Plan, limits: ForceLimits) -> Check:
         when, what = jump
         check = judged(FORCES, float("-inf"), 0.0, "N", ">=", when=when, where=what)
         return replace(check, note=_in_words(plan, limits))
-    left, bound, where, starts, phases = _least_left(plan, limits)
+    left, bound, columns, starts, phases = _least_left(plan, limits)
     worst = int(left.argmin())
+    phase = int(phases[worst])
+    standing = plan.phases[phase].support if plan.phases else LEGS
+    where = limit_name(plan.robot, limits, standing, int(columns[worst]))
     check = judged(
         FORCES, float(left[worst]), 0.0, "N", ">=", bound=float(bound[worst]), when=starts[worst],
-        where=f"{where[worst]}, {phase_name(plan, int(phases[worst]))}",
+        where=f"{where}, {phase_name(plan, phase)}",
     )  # fmt: skip
     return replace(check, note=_in_words(plan, limits))
 
@@ -114,16 +116,20 @@ class _Judged(NamedTuple):
     Attributes:
         left: the least that a limit leaves on each piece ``(P,)`` [N].
         bound: how much of it the time between samples took ``(P,)`` [N].
-        where: whose limit.
+        columns: which limit, see :func:`limit_name` ``(P,)``.
         starts: of the pieces ``(P,)`` [s].
         phases: of the pieces ``(P,)``.
     """
 
     left: FloatArray
     bound: FloatArray
-    where: list[str]
+    columns: np.ndarray
     starts: FloatArray
     phases: np.ndarray
+
+    def chosen(self, which: np.ndarray) -> _Judged:
+        """Some of the pieces, by a mask."""
+        return _Judged(*(part[which] for part in self))
 
 
 def _least_left(plan: Plan, limits: ForceLimits) -> _Judged:
@@ -145,52 +151,52 @@ def _least_left(plan: Plan, limits: ForceLimits) -> _Judged:
         if again == MOST_REFINEMENTS or counts.sum() > most:
             kept.append(judged_pieces)
             break
-        kept.append(_some(judged_pieces, np.flatnonzero(~weak)))
+        kept.append(judged_pieces.chosen(~weak))
         if not weak.any() or (left + bound < 0.0).any():
             break
         pieces = pieces.chosen(weak).cut(counts)
-    return _Judged(
-        np.concatenate([k.left for k in kept]), np.concatenate([k.bound for k in kept]),
-        [name for k in kept for name in k.where], np.concatenate([k.starts for k in kept]),
-        np.concatenate([k.phases for k in kept]),
-    )  # fmt: skip
-
-
-def _some(judged_pieces: _Judged, which: np.ndarray) -> _Judged:
-    """Some of the judged pieces."""
-    left, bound, where, starts, phases = judged_pieces
-    return _Judged(left[which], bound[which], [where[i] for i in which.tolist()], starts[which],
-                   phases[which])  # fmt: skip
+    return _Judged(*(np.concatenate(parts) for parts in zip(*kept, strict=True)))
 
 
 def _judge_pieces(plan: Plan, limits: ForceLimits, pieces: Pieces) -> _Judged:
     """Of every piece the least that a limit leaves, with samples at both of its ends."""
     phase, standing = owners(plan, pieces)
     ground, spans = ground_in_phases(plan, limits.friction), times_of_stances(plan)
-    ends = sample_ends(plan.robot, pieces, ground.normals[phase])
-    left, bound = np.empty(len(phase)), np.empty(len(phase))
-    where = [""] * len(phase)
-    groups = [np.flatnonzero(phase == p) for p in np.unique(phase)]
+    samples, at = sample_ends(plan.robot, pieces, ground.normals[phase], phase)
     bulge = deviations([foot_chain(plan, leg) for leg in LEGS], pieces)
-    judges = [
-        PhaseJudge.of(plan, limits, pieces.chosen(mine), standing[mine[0]],
-                      (ends[0].chosen(mine), ends[1].chosen(mine)), bulge[mine],
-                      PhaseGround(*(part[phase[mine[0]]] for part in ground)),
-                      spans[phase[mine[0]]])
-        for mine in groups
-    ]  # fmt: skip
+    judges = []
+    for mine in _together(phase, standing.sum(axis=1)):
+        judge = ForceJudge.of(plan, limits, pieces.chosen(mine), phase[mine], standing[mine],
+                              samples, at[:, mine], bulge[mine], ground, spans)  # fmt: skip
+        judges += [(mine[part], each) for part, each in judge.of_one_rank()]
     off = np.empty(len(phase))
-    for mine, judge in zip(groups, judges, strict=True):
+    for mine, judge in judges:
         off[mine] = judge.off_centre
     inertial = InertialDeviations.of(plan.robot, pieces, off)
-    for mine, judge in zip(groups, judges, strict=True):
-        each, taken, names = judge.left(inertial.chosen(mine))
-        tightest = each.argmin(axis=1)
-        rows = np.arange(len(mine))
-        left[mine], bound[mine] = each[rows, tightest], taken[rows, tightest]
-        for i, column in zip(mine.tolist(), tightest.tolist(), strict=True):
-            where[i] = names[column]
-    return _Judged(left, bound, where, pieces.starts, phase)
+    left, bound = np.empty(len(phase)), np.empty(len(phase))
+    columns = np.empty(len(phase), dtype=np.intp)
+    for mine, judge in judges:
+        left[mine], bound[mine], columns[mine] = judge.left(inertial.chosen(mine))
+    return _Judged(left, bound, columns, pieces.starts, phase)
+
+
+def _together(phase: np.ndarray, feet: np.ndarray) -> list[np.ndarray]:
+    """Numbers of the pieces that are judged at once.
+
+    Args:
+        phase: of each piece ``(P,)``, in order.
+        feet: how many stand on each piece ``(P,)``, the same all through a phase.
+
+    Whole phases in which equally many feet stand, some :data:`AT_ONCE` pieces in all.
+    """
+    out = []
+    for count in np.unique(feet).tolist():
+        mine = np.flatnonzero(feet == count)
+        begins = np.flatnonzero(np.diff(phase[mine], prepend=-1))
+        share = begins // AT_ONCE
+        cuts = begins[1:][share[1:] != share[:-1]]
+        out += np.split(mine, cuts.tolist())
+    return out
 
 
 def _cuts(plan: Plan, pieces: Pieces) -> np.ndarray:

@@ -15,8 +15,8 @@ from gaitopt import Plan, Quadruped
 from gaitopt.certificate.check import Verdict
 from gaitopt.certificate.derivative_bounds import LinkBounds
 from gaitopt.certificate.enclosure import Pieces
-from gaitopt.certificate.force_margins import Stance
-from gaitopt.certificate.force_samples import chain_model, sample_forces
+from gaitopt.certificate.force_margins import Stances
+from gaitopt.certificate.force_samples import chain_model, sample_ends, sample_forces
 from gaitopt.certificate.forces import contact_forces
 from gaitopt.dynamics.contacts import ForceLimits, TorqueLine
 from gaitopt.dynamics.whole_body import equations_of_motion, motion_of_path
@@ -86,7 +86,10 @@ def test_samples_are_the_robot_s_own_dynamics(name: str) -> None:
     found = sample_forces(robot, *rows)
     equations = equations_of_motion(robot, motion_of_path(robot, *rows))
     whole = equations.forces
-    assert equations.contacts.jacobians[..., 6:] == pytest.approx(found.jacobians, abs=1e-9)
+    theirs = equations.contacts.jacobians[..., 6:]
+    for k, leg in enumerate(gaitopt.LEGS):
+        own = theirs[:, k][:, :, list(robot.leg_columns[leg])]
+        assert own == pytest.approx(found.jacobians[:, k], abs=1e-9)
     turn = rpy_to_matrix(rows[0][:, 3:6])
     assert np.einsum("nij,nj->ni", turn, whole[:, :3]) == pytest.approx(found.force, abs=1e-9)
     assert np.einsum("nij,nj->ni", turn, whole[:, 3:6]) == pytest.approx(found.moment, abs=1e-9)
@@ -184,17 +187,18 @@ def test_a_limit_that_falls_with_the_speed_is_not_below_its_bound(
 ) -> None:
     """Dense samples of random motions, slow ones and some that are faster than without load."""
     piece = random_piece(wang, length=0.02)
-    level = np.tile([0.0, 0.0, 1.0], (4, 1))
-    stance = Stance(wang, falling(no_load), np.arange(4), np.eye(4)[:, :3], level, np.full(4, 0.6))
+    level = np.tile([0.0, 0.0, 1.0], (1, 4, 1))
+    stances = Stances(wang, falling(no_load), np.arange(4)[None], np.eye(4)[None, :, :3], level,
+                      np.full((1, 4), 0.6), np.zeros((1, 3)))  # fmt: skip
     largest = np.abs(along(piece, np.zeros(1), 1)[:, 6:]).max()
     for share in (0.2, 0.5, 0.9, 1.1):
         scale = share * no_load * wang.velocity_limits.max() / largest
         moved = Pieces(piece.starts, piece.lengths, scale * piece.coefficients)
         times = np.linspace(0.0, piece.lengths[0], 101)
-        limits = stance.torque_limits(along(moved, times, 1)[:, 6:])
+        limits = stances.torque_limits(along(moved, times, 1)[:, 6:])
         ends = tuple(each[:, 6:] for each in moved.at_ends(1))
-        loss = stance.torque_loss(ends, *(e[:, 6:] for e in moved.enclosure(1)),
-                                  moved.largest(3)[:, 6:], moved.lengths)  # fmt: skip
+        loss = stances.torque_loss(ends, *(e[:, 6:] for e in moved.enclosure(1)),
+                                   moved.largest(3)[:, 6:], moved.lengths)  # fmt: skip
         part = (times / piece.lengths[0])[:, None]
         for limit in (limits.high, -limits.low):
             chord = limit[0] + part * (limit[-1] - limit[0])
@@ -207,3 +211,28 @@ def test_a_robot_without_mass_is_not_judged(slow: Plan) -> None:
     )
     check = contact_forces(replace(slow, robot=weightless), LIMITS)
     assert check.status is Verdict.UNCHECKED and "no mass" in check.note
+
+
+def test_one_sample_stands_for_both_sides_where_nothing_jumps(slow: Plan) -> None:
+    """Where the acceleration jumps, or a phase ends, both sides have a sample of their own."""
+    robot, count = slow.robot, 6
+    whole = random_piece(robot)
+    pieces = whole.cut(np.array([count]))
+    level = np.tile([0.0, 0.0, 1.0], (count, 4, 1))
+    phase = np.array([0, 0, 0, 0, 1, 1])
+    bent = pieces.coefficients.copy()
+    # From the second piece to the third the acceleration changes by a millionth.
+    step = pieces.lengths[0]
+    bent[-3, 2] += 1e-6
+    bent[-2, 3:] += 2e-6 * step
+    bent[-1, 3:] += 1e-6 * step**2 * np.array([1.0, 3.0, 5.0])[:, None]
+    samples, at = sample_ends(robot, replace(pieces, coefficients=bent), level, phase)
+    assert (at[1, :-1] == at[0, 1:]).tolist() == [True, False, False, False, True]
+    assert len(samples.torques) == count + 4
+    plain, both = sample_ends(robot, pieces, level, np.zeros(count, dtype=int))
+    assert len(plain.torques) == count + 1
+    for number, ends in enumerate(both):
+        rows = [pieces.at_ends(k)[number] for k in (0, 1, 2)]
+        theirs = sample_forces(robot, *rows)
+        assert theirs.torques == pytest.approx(plain.torques[ends], abs=1e-9)
+        assert theirs.moment == pytest.approx(plain.moment[ends], abs=1e-9)
