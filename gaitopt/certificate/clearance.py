@@ -32,10 +32,10 @@ def swing_clearance(plan: Plan, motion: Motion) -> Check | None:
 
         def look(part: Motion, owner: np.ndarray, leg: int = leg) -> tuple[FloatArray, BoolArray]:
             found, leaves = _heights(plan, part)[:, leg], part.feet_deviation[:, leg]
-            short = (found < asked - SHORT) & (found + 2.0 * leaves >= asked - SHORT)
-            return found, np.asarray(short & (leaves > SETTLED))
+            return found, _is_short(found, leaves, asked)
 
-        short = np.flatnonzero(look(motion, np.arange(len(heights)))[1])
+        found, leaves = heights[:, leg], motion.feet_deviation[:, leg]
+        short = np.flatnonzero(_is_short(found, leaves, asked))
         if len(short):
             better = looked_at_closely(plan, motion, short, look)
             heights[short, leg] = np.maximum(heights[short, leg], better)
@@ -48,26 +48,38 @@ def swing_clearance(plan: Plan, motion: Motion) -> Check | None:
                   when=motion.pieces.starts[piece], where=LEGS[leg])  # fmt: skip
 
 
+def _is_short(heights: FloatArray, leaves: FloatArray, asked: float) -> BoolArray:
+    """Whether a bound is short of what is asked, and a closer look could tell more ``(P,)``.
+
+    Args:
+        heights: lower bounds on heights ``(P,)`` [m].
+        leaves: how far the foot leaves its chords ``(P,)`` [m].
+        asked: the clearance [m].
+    """
+    short = (heights < asked - SHORT) & (heights + 2.0 * leaves >= asked - SHORT)
+    return np.asarray(short & (leaves > SETTLED))
+
+
 def _heights(plan: Plan, motion: Motion) -> FloatArray:
     """Lower bounds on feet's heights above the higher one of their footholds ``(P, 4)`` [m].
 
     Infinite for feet that stand or are within the footholds' radius.
     """
     heights = np.full((len(motion.phase), len(LEGS)), np.inf)
-    ends = np.zeros((*heights.shape, 2, 3))
-    flying = np.zeros(heights.shape, dtype=np.bool_)
-    for swing in plan.swings:
-        if swing.index < 0:
-            # It begins in the air: how high it is there is none of the planner's choice.
-            continue
-        first, last = np.searchsorted(motion.phase, [swing.phases[0], swing.phases[1] + 1])
-        leg, flight = LEGS.index(swing.leg), slice(int(first), int(last))
-        ends[flight, leg] = swing.foot_start, swing.foot_end
-        flying[flight, leg] = True
-    heights[flying] = lowest_outside(
-        motion.feet[:, flying], motion.feet_deviation[flying], ends[flying][..., :2],
+    # A flight that begins in the air: how high the foot is there is none of the planner's choice.
+    swings = [swing for swing in plan.swings if swing.index >= 0]
+    if not swings:
+        return heights
+    phases = np.array([swing.phases for swing in swings])
+    first, end = np.searchsorted(motion.phase, [phases[:, 0], phases[:, 1] + 1])
+    number = np.repeat(np.arange(len(swings)), end - first)
+    piece = np.concatenate([np.arange(*flight) for flight in zip(first, end, strict=True)])
+    leg = np.array([LEGS.index(swing.leg) for swing in swings])[number]
+    ends = np.array([(swing.foot_start, swing.foot_end) for swing in swings])
+    heights[piece, leg] = lowest_outside(
+        motion.feet[:, piece, leg], motion.feet_deviation[piece, leg], ends[number][..., :2],
         plan.footholds.landing_radius,
-    ) - ends[flying][..., 2].max(axis=1)  # fmt: skip
+    ) - ends[..., 2].max(axis=1)[number]  # fmt: skip
     return heights
 
 
@@ -93,19 +105,25 @@ def lowest_outside(
         centres: axes of the columns ``(c, 2)``, or of those of each piece ``(P, c, 2)`` [m].
         radius: of the columns [m].
     """
-    start, chord = foot[0], foot[1] - foot[0]
-    edge = np.maximum(radius - deviation, 0.0)[:, None]
-    away = start[:, None, :2] - centres
+    # Arrays with the pieces last are faster: (3, P), (c, 2, P).
+    start, chord = foot[0].T, (foot[1] - foot[0]).T
+    axes = np.moveaxis(np.broadcast_to(centres, (len(deviation), *centres.shape[-2:])), 0, -1)
+    edge = np.maximum(radius - deviation, 0.0)
+    away = start[:2] - axes
     # |away + share * chord| = edge, a quadratic equation in the share of the chord.
-    a = (chord[:, :2] ** 2).sum(axis=1)[:, None]
-    b = np.einsum("pci,pi->pc", away, chord[:, :2])
-    c = (away**2).sum(axis=2) - edge**2
+    a = (chord[:2] ** 2).sum(axis=0)
+    b = (away * chord[:2]).sum(axis=1)
+    c = (away**2).sum(axis=1) - edge**2
     with np.errstate(divide="ignore", invalid="ignore"):
         root = np.sqrt(b**2 - a * c)
-        crossings = np.concatenate([(-b - root) / a, (-b + root) / a], axis=1)
-    share = np.concatenate([np.zeros_like(a), np.ones_like(a), crossings], axis=1)
-    on_chord = (share >= 0.0) & (share <= 1.0)
-    place = start[:, None] + chord[:, None] * np.where(on_chord, share, 0.0)[..., None]
-    nearest = np.linalg.norm(place[:, :, None, :2] - centres[..., None, :, :], axis=3).min(axis=2)
-    outside = on_chord & (nearest >= edge - ON_EDGE)
-    return np.asarray(np.where(outside, place[..., 2], np.inf).min(axis=1) - deviation)
+        crossings = np.concatenate([(-b - root) / a, (-b + root) / a])
+    share = np.concatenate([np.zeros((1, len(edge))), np.ones((1, len(edge))), crossings])
+    lowest = np.full(len(edge), np.inf)
+    for part in share:
+        on_chord = (part >= 0.0) & (part <= 1.0)
+        x, y, z = start + chord * np.where(on_chord, part, 0.0)
+        nearest = ((x - axes[:, 0]) ** 2 + (y - axes[:, 1]) ** 2).min(axis=0)
+        outside = on_chord & (np.sqrt(nearest) >= edge - ON_EDGE)
+        # What is no number stays no number.
+        lowest = np.minimum(lowest, np.where(outside, z, np.inf))
+    return np.asarray(lowest - deviation)

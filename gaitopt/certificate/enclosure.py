@@ -118,7 +118,8 @@ class Pieces:
         """Least and largest Bernstein coefficient of a derivative on each piece ``(P, n)``."""
         powers = self.coefficients[::-1]
         degree, shape = len(powers) - 1 - derivative, powers.shape[1:]
-        low, high = np.zeros(shape), np.zeros(shape)
+        # Checks look at single columns, which are contiguous here.
+        low, high = np.zeros(shape[::-1]), np.zeros(shape[::-1])
         shares = np.array([[comb(i, k) / comb(degree, k) for k in range(degree + 1)]
                            for i in range(degree + 1)])  # fmt: skip
         factors = np.array([perm(k, derivative) * self.lengths ** (k - derivative)
@@ -126,10 +127,9 @@ class Pieces:
         for begin in range(0, shape[0] if degree >= 0 else 0, AT_ONCE):
             part = slice(begin, begin + AT_ONCE)
             scaled = factors[:, part, None] * powers[derivative:, part]
-            found = shares @ scaled.reshape(degree + 1, -1)
-            found.min(axis=0, out=low[part].reshape(-1))
-            found.max(axis=0, out=high[part].reshape(-1))
-        return frozen(low), frozen(high)
+            found = (shares @ scaled.reshape(degree + 1, -1)).reshape(scaled.shape)
+            low[:, part], high[:, part] = found.min(axis=0).T, found.max(axis=0).T
+        return frozen(low.T), frozen(high.T)
 
     def largest(self, derivative: int) -> FloatArray:
         """Largest size that a derivative can have on each piece ``(P, n)``; read-only."""
@@ -188,18 +188,24 @@ def acceleration_bounds(
         chains: of ``n`` points, all of one robot.
         rates, accelerations: largest first and second derivatives of all columns ``(P, n)``.
     """
-    turning, seen = np.zeros_like(rates), set()
-    distances = np.zeros((rates.shape[1], len(chains)))
+    # Arrays with the pieces last are faster.
+    rates, bounds, seen = rates.T, np.array(accelerations.T), set()
+    straight = np.sqrt((bounds[:3] ** 2).sum(axis=0))
+    distances = np.zeros((len(chains), len(bounds)))
+    turned: dict[int, FloatArray] = {}
     for n, chain in enumerate(chains):
         columns = (5, 4, 3, *chain.columns)
-        distances[columns, n] = [chain.base] * 3 + list(chain.distances)
+        distances[n, columns] = [chain.base] * 3 + list(chain.distances)
         if chain.columns in seen:
             continue
         seen.add(chain.columns)
-        w = rates[:, columns]
-        turning[:, columns] = w * (2.0 * np.cumsum(w, axis=1) - w)
-    straight = np.linalg.norm(accelerations[:, :3], axis=1)
-    return np.asarray(straight[:, None] + (accelerations + turning) @ distances)
+        before = np.zeros_like(straight)
+        for column in columns:
+            turned[column] = rates[column] * (rates[column] + 2.0 * before)
+            before += rates[column]
+    for column, turning in turned.items():
+        bounds[column] += turning
+    return np.asarray((distances @ bounds + straight).T)
 
 
 def speed_bound(chain: Chain, rates: FloatArray) -> FloatArray:

@@ -90,6 +90,8 @@ def _evaluated(plan: Plan, pieces: Pieces, phase: np.ndarray, standing: BoolArra
     """Where points are at the ends of pieces, and how far they leave their chords."""
     feet = [foot_chain(plan, leg) for leg in LEGS]
     centre = Chain((), (), float(np.linalg.norm(plan.robot.centre)))
+    links, shares = _link_centres(plan)
+    leaving = deviations([*feet, *links, centre], pieces)
     places = pieces.places()
     feet_at, com_at, cog_at = (each[places.ends] for each in _sample(plan, places.values))
     return Motion(
@@ -99,9 +101,9 @@ def _evaluated(plan: Plan, pieces: Pieces, phase: np.ndarray, standing: BoolArra
         feet=feet_at,
         com=com_at,
         cog=cog_at,
-        feet_deviation=deviations(feet, pieces),
-        com_deviation=_com_deviation(plan, pieces),
-        cog_deviation=deviations([centre], pieces)[:, 0],
+        feet_deviation=leaving[:, : len(feet)],
+        com_deviation=leaving[:, len(feet) : -1] @ shares,
+        cog_deviation=leaving[:, -1],
     )
 
 
@@ -145,12 +147,11 @@ def _sample(plan: Plan, values: FloatArray) -> tuple[FloatArray, FloatArray, Flo
     return np.stack(feet, axis=1), weighted / mass if mass > 0.0 else placed.origins[1], centre
 
 
-def _com_deviation(plan: Plan, pieces: Pieces) -> FloatArray:
-    """How far the COM leaves its chords at most ``(P,)`` [m]: the mean over all masses."""
+def _link_centres(plan: Plan) -> tuple[list[Chain], FloatArray]:
+    """The chains of the links' centres of mass, and the links' shares of the mass ``(n,)``."""
     model = plan.robot.model
     joints = range(1, model.njoints)
     masses = np.array([model.inertias[joint].mass for joint in joints])
     chains = [chain_to(model, joint, model.inertias[joint].lever) for joint in joints]
     # A robot without masses has no centre of mass.
-    shares = masses / masses.sum() if masses.sum() > 0.0 else masses
-    return np.asarray(deviations(chains, pieces) @ shares)
+    return chains, masses / masses.sum() if masses.sum() > 0.0 else masses
