@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from functools import cache
 
 import pytest
-from drawing import save_without_pixels
+from drawing import without_pixels
 from hypothesis import settings
 
 import gaitopt
@@ -40,10 +40,8 @@ def no_pixels() -> Iterator[None]:
 
     For tests that look at the names of files. What figures show is tested in ``tests/viewing``.
     """
-    from matplotlib.figure import Figure
-
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(Figure, "savefig", save_without_pixels)
+        patch.setattr("gaitopt.viewing.figures.files.pixels_of", without_pixels)
         yield
 
 

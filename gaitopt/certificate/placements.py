@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import pinocchio as pin
-from scipy.spatial.transform import Rotation
 
 from gaitopt.conventions import FloatArray
 from gaitopt.errors import RobotError
@@ -97,7 +96,12 @@ def samples_last(rotations: FloatArray) -> FloatArray:
 
 def base_rotations(values: FloatArray) -> FloatArray:
     """Rotations of the base ``(U, 3, 3)``, by roll, then pitch, then yaw about the world's axes."""
-    (sx, sy, sz), (cx, cy, cz) = (f(values[:, 3:6].T) for f in (np.sin, np.cos))
+    return rotations_of(values[:, 3:6])
+
+
+def rotations_of(rpy: FloatArray) -> FloatArray:
+    """Rotations ``(U, 3, 3)`` by roll, then pitch, then yaw ``(U, 3)`` about the world's axes."""
+    (sx, sy, sz), (cx, cy, cz) = (f(rpy.T) for f in (np.sin, np.cos))
     rows = np.stack([
         [cz * cy, cz * sy * sx - sz * cx, cz * sy * cx + sz * sx],
         [sz * cy, sz * sy * sx + cz * cx, sz * sy * cx - cz * sx],
@@ -108,11 +112,12 @@ def base_rotations(values: FloatArray) -> FloatArray:
 
 def configurations(values: FloatArray) -> FloatArray:
     """Pinocchio's configurations ``(N, nq)`` for path values ``(N, 6 + nj)``."""
-    if not len(values):
-        # Older versions of scipy turn no empty arrays.
-        return np.empty((0, values.shape[1] + 1))
-    turn = Rotation.from_euler("ZYX", values[:, 5:2:-1]).as_quat()
-    return np.concatenate([values[:, :3], turn, values[:, 6:]], axis=1)
+    (sx, sy, sz), (cx, cy, cz) = (f(0.5 * values[:, 3:6].T) for f in (np.sin, np.cos))
+    turn = [
+        sx * cy * cz - cx * sy * sz, cx * sy * cz + sx * cy * sz,
+        cx * cy * sz - sx * sy * cz, cx * cy * cz + sx * sy * sz,
+    ]  # fmt: skip
+    return np.concatenate([values[:, :3], np.stack(turn, axis=1), values[:, 6:]], axis=1)
 
 
 def hinge_axis(model: Any, joint: int) -> FloatArray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -33,8 +34,8 @@ from gaitopt.cli.options import (
     TimingOption,
     TransferOption,
 )
-from gaitopt.cli.results.beside import beside
-from gaitopt.cli.results.deliver import FIGURES, PLAN, Delivery, deliver
+from gaitopt.cli.results.beside import beside, prepare_figures
+from gaitopt.cli.results.deliver import FIGURES, PLAN, Delivery, deliver, read_beside
 from gaitopt.cli.results.options import Results, result_options
 from gaitopt.cli.results.report import Report
 from gaitopt.cli.results.run_folder import run_folder
@@ -86,17 +87,20 @@ def walk(
 
     Exit code 1 where the certificate finds a promise violated, or physics fails (--simulate).
     """
-    from gaitopt.planners.crawl import plan_crawl
+    with beside(wanted=True) as helper:
+        if helper is not None and not results.fast:
+            helper.begin(prepare_figures)
+        model, places = load_inputs(robot, footholds, seed)
+        shapes = None if helper is None or results.meshes else read_beside(helper, model)
+        name = run_name("walk", model, footholds, seed)
+        folder = run_folder(results.out, name, results.overwrite, ("walk.html", PLAN, FIGURES))
+        report = Report(results.as_json, {"command": "walk"})
+        options = plan_options(
+            stability_margin, body_height, swing_height, sequence, reach_fraction, heading,
+            follow_terrain,
+        )  # fmt: skip
+        from gaitopt.planners.crawl import plan_crawl
 
-    model, places = load_inputs(robot, footholds, seed)
-    name = run_name("walk", model, footholds, seed)
-    folder = run_folder(results.out, name, results.overwrite, ("walk.html", PLAN, FIGURES))
-    report = Report(results.as_json, {"command": "walk"})
-    options = plan_options(
-        stability_margin, body_height, swing_height, sequence, reach_fraction, heading,
-        follow_terrain,
-    )  # fmt: skip
-    with beside(wanted=not results.fast) as helper:
         with progress_bar("planning") as tick:
             plan = plan_crawl(
                 model, places, objective=objective.value, speed=parse_speed(speed), free=free,
@@ -105,9 +109,10 @@ def walk(
                 forces=force_limits(friction, transfer_time, objective.value), **options,
             )  # fmt: skip
         comparison = None if results.fast else _baselines(plan, places, options)
+        others = {} if comparison is None else drawable(plan, comparison.plans)
         walked = Delivery(
-            plan, summarise(plan), "walk.html", partial(_figures, comparison),
-            told=_told(plan, comparison, objective, report),
+            plan, summarise(plan), "walk.html", partial(_figures, others),
+            told=_told(plan, comparison, objective, report), shapes=shapes,
         )  # fmt: skip
         raise typer.Exit(deliver(walked, folder, results, report, helper))
 
@@ -141,12 +146,11 @@ def _told(
     return tuple(told)
 
 
-def _figures(comparison: Comparison | None, plan: Plan, folder: Path) -> list[Path]:
-    """Draw the figures of a walk, beside the baselines."""
+def _figures(others: Mapping[str, Plan], plan: Plan, folder: Path) -> list[Path]:
+    """Draw the figures of a walk, beside other plans."""
     from gaitopt.plan.com_margin import com_margin
     from gaitopt.viewing.figures.crawl_figures import save_figures
 
-    others = {} if comparison is None else drawable(plan, comparison.plans)
     return save_figures(plan, folder, comparison=others, com_margin=com_margin(plan))
 
 

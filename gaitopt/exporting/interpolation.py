@@ -16,7 +16,6 @@ import numpy as np
 from gaitopt.conventions import FloatArray
 from gaitopt.errors import InputError
 from gaitopt.exporting.sampled import Source
-from gaitopt.motion.path import jumps
 
 INTERPOLATIONS: Final = ("linear", "cubic", "quintic")
 """What the controller does with points: the number of derivatives that they have."""
@@ -158,7 +157,7 @@ def _first_times(
     path = source.plan.path
     inside = (path.times > start) & (path.times < end)
     known = np.concatenate([[start], path.times[inside], [end]])
-    sizes = jumps(path.polynomial, 1)[:, 6 + source.order.columns].max(axis=1, initial=0.0)
+    sizes = path.jumps(1)[:, 6 + source.order.columns].max(axis=1, initial=0.0)
     jump = np.concatenate([[0.0], sizes, [0.0]])[: len(path.times)][inside]
     corners = np.concatenate([[False], jump > CORNER, [False]])
     if order == 0:

@@ -4,15 +4,15 @@ Each segment is a polynomial in the time since its start, for the base's positio
 and yaw (R = Rz Ry Rx), and every joint. Degree one is a polyline in joint space, whose joint
 velocities are constant between knots; planners of splines use higher degrees.
 
-Values and derivatives are computed by scipy's :class:`scipy.interpolate.PPoly`. It adds the powers
-from the lowest to the highest, so that the last bits differ from those of Horner's method.
+Values and derivatives are those of scipy's :class:`scipy.interpolate.PPoly`, bit by bit: the powers
+are added from the lowest to the highest. They are computed here, in as much time, because a program
+that walks would need nothing else of ``scipy.interpolate``, whose import takes longer than a plan.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
-from typing import TYPE_CHECKING
+from math import perm
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,13 +21,12 @@ from gaitopt.conventions import ByValue, FloatArray, frozen
 from gaitopt.errors import InputError
 from gaitopt.inputs import check_array, check_count, check_known, check_number
 
-if TYPE_CHECKING:
-    from scipy.interpolate import PPoly
-
 BASE_COLUMNS = 6
 """Columns of a path that belong to the base; the joints' columns follow."""
 MOST_DERIVATIVES = 10
 """Highest derivative of a path. Chosen: paths are of degree five at most."""
+IN_CACHE = 1024
+"""Instants at which a path is evaluated together. Measured: the processor's caches hold them."""
 FARTHEST = 1e9
 """Largest value that a path may reach [m, rad], by a coarse bound. Anything above is a mistake."""
 
@@ -106,12 +105,10 @@ class MotionPath(ByValue):
         """Degree of the polynomials."""
         return len(self.coefficients) - 1
 
-    @cached_property
-    def polynomial(self) -> PPoly:
-        """The path as scipy's piecewise polynomial; that of a single knot lasts for 1 s."""
-        from scipy.interpolate import PPoly  # late: it takes as long to import as a plan
-
-        return PPoly(self.coefficients, self.times if len(self.times) > 1 else np.array([0.0, 1.0]))
+    @property
+    def lengths(self) -> FloatArray:
+        """Durations of all segments ``(K - 1,)`` [s]; 1 s for that of a single knot."""
+        return np.asarray(np.diff(self.times)) if len(self.times) > 1 else np.ones(1)
 
     def segment(self, times: ArrayLike) -> np.ndarray:
         """Index of the segment that holds each time, the later one at a knot."""
@@ -127,7 +124,10 @@ class MotionPath(ByValue):
         if type(derivative) is not int or derivative:
             check_count("derivative", derivative, 0, MOST_DERIVATIVES)
         inside = np.clip(check_known("times", times), 0.0, self.duration)
-        return np.asarray(self.polynomial(inside, derivative))
+        segments = self.segment(inside)
+        since = inside - self.times[segments]
+        found = _values(self.coefficients, segments.ravel(), since.ravel(), int(derivative))
+        return found.reshape(*inside.shape, self.coefficients.shape[2])
 
     def slowed(self, factor: float) -> MotionPath:
         """The same values at ``factor`` times the times.
@@ -145,17 +145,48 @@ class MotionPath(ByValue):
 
     def jumps(self, derivative: int = 0) -> FloatArray:
         """Jumps of a derivative at the knots between segments ``(K - 2, 6 + nj)``."""
-        return jumps(self.polynomial, derivative)
+        check_count("derivative", derivative, 0, MOST_DERIVATIVES)
+        return jumps(derived(self.coefficients, derivative), self.lengths)
 
 
-def jumps(polynomial: PPoly, derivative: int = 0) -> FloatArray:
-    """Size of the jumps of a derivative at the inner breakpoints ``(K - 2, n)``.
+def jumps(coefficients: FloatArray, lengths: FloatArray) -> FloatArray:
+    """Size of the jumps of a piecewise polynomial between its segments ``(S - 1, n)``.
 
     Args:
-        polynomial: piecewise, with ``K`` breakpoints and ``n`` columns.
-        derivative: which one; 0 for the values.
+        coefficients: ``(degree + 1, S, n)``, highest power first, in the time since a segment's
+            start.
+        lengths: of the segments ``(S,)``.
     """
-    check_count("derivative", derivative, 0, MOST_DERIVATIVES)
-    coefficients = polynomial.derivative(derivative).c
-    ends = np.polyval(coefficients, np.diff(polynomial.x)[:, None])
+    ends = np.polyval(coefficients, lengths[:, None])
     return np.asarray(np.abs(coefficients[-1, 1:] - ends[:-1]))
+
+
+def derived(coefficients: FloatArray, derivative: int) -> FloatArray:
+    """Coefficients of a derivative of a piecewise polynomial, highest power first."""
+    degree = len(coefficients) - 1
+    if derivative > degree:
+        return np.zeros((1, *coefficients.shape[1:]))
+    factors = np.array([perm(power, derivative) for power in range(degree, derivative - 1, -1)])
+    return np.asarray(coefficients[: len(factors)] * factors[:, None, None].astype(float))
+
+
+def _values(
+    coefficients: FloatArray, segments: np.ndarray, since: FloatArray, derivative: int
+) -> FloatArray:
+    """A derivative at instants ``since (N,)`` the starts of their ``segments (N,)``: ``(N, n)``."""
+    degree = len(coefficients) - 1
+    out = np.zeros((len(since), coefficients.shape[2]))
+    for first in range(0, len(since), IN_CACHE):
+        part = slice(first, first + IN_CACHE)
+        time, total = since[part, None], out[part]
+        term, power_of_time = np.empty_like(total), None
+        for power in range(derivative, degree + 1):
+            row = coefficients[degree - power]
+            np.take(row, segments[part], axis=0, out=term, mode="clip")
+            if power_of_time is not None:
+                term *= power_of_time
+            if derivative:
+                term *= float(perm(power, derivative))
+            total += term
+            power_of_time = time if power_of_time is None else power_of_time * time
+    return out

@@ -128,8 +128,10 @@ class Plan(ByValue):
     @property
     def begins_moving(self) -> bool:
         """Whether the robot moves, or a foot is in the air, when the plan begins."""
+        if not self.entry:
+            return False
         moves = np.abs(self.path.evaluate([0.0], 1)).max() > AT_REST
-        return self.entry > 0 and bool(moves or self.phases[0].flying)
+        return bool(moves or self.phases[0].flying)
 
     @property
     def _in_the_air(self) -> dict[str, FloatArray]:

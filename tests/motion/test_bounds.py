@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.interpolate import BPoly, PPoly
 
 from gaitopt import MotionPath
 from gaitopt.motion.bounds import derivative_range, largest_sizes
@@ -22,6 +23,18 @@ def test_no_sample_is_beyond_its_bounds(seed: int, degree: int, derivative: int)
         sampled = path.evaluate(np.linspace(a, b, 101)[:-1], derivative)
         assert (sampled >= low[k] - 1e-9).all() and (sampled <= high[k] + 1e-9).all()
         assert (np.abs(sampled) <= largest_sizes(path, derivative)[k] + 1e-9).all()
+
+
+@pytest.mark.parametrize("degree", [0, 1, 3, 5])
+def test_bounds_are_the_range_of_scipys_bernstein_coefficients(degree: int) -> None:
+    rng = np.random.default_rng(degree)
+    times = np.concatenate([[0.0], np.cumsum(rng.uniform(0.1, 1.0, 6))])
+    path = MotionPath(times, rng.normal(size=(degree + 1, 6, 4)))
+    for derivative in range(degree + 2):
+        powers = PPoly(path.coefficients, times).derivative(derivative)
+        found = BPoly.from_power_basis(powers).c
+        low, high = derivative_range(path, derivative)
+        assert (low == found.min(axis=0)).all() and (high == found.max(axis=0)).all()
 
 
 def test_bounds_of_lines_are_their_ends() -> None:

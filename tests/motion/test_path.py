@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import PPoly
 
 from gaitopt import InputError, MotionPath
+from gaitopt.motion.path import IN_CACHE, derived
 from gaitopt.robots.rotations import rpy_rates_to_angular, rpy_to_matrix, rpy_to_quaternion
 
 Array = NDArray[np.float64]
@@ -24,7 +25,17 @@ def test_values_and_derivatives_are_scipys(degree: int) -> None:
     path, other = MotionPath(times, coefficients), PPoly(coefficients, times)
     t = rng.uniform(0, times[-1], 200)
     for derivative in range(degree + 2):
-        assert path.evaluate(t, derivative) == pytest.approx(other(t, derivative), abs=1e-9)
+        assert (path.evaluate(t, derivative) == other(t, derivative)).all()
+        assert (derived(coefficients, derivative) == other.derivative(derivative).c).all()
+
+
+def test_values_at_many_instants_are_those_at_one_after_the_other() -> None:
+    rng = np.random.default_rng(0)
+    path = MotionPath(np.array([0.0, 0.4, 1.0]), rng.normal(size=(4, 2, 3)))
+    t = rng.uniform(0.0, 1.0, 2 * IN_CACHE + 7)
+    each = np.concatenate([path.evaluate([time], 1) for time in t[::101]])
+    assert (path.evaluate(t, 1)[::101] == each).all()
+    assert (path.evaluate(t.reshape(5, -1), 1).reshape(len(t), 3) == path.evaluate(t, 1)).all()
 
 
 def test_a_polyline_passes_through_its_knots_and_is_straight_between() -> None:

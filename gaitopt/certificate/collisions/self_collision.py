@@ -13,7 +13,6 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 from pinocchio import coal
-from scipy.spatial import ConvexHull, QhullError
 
 from gaitopt.certificate.check import Check, judged, unchecked
 from gaitopt.certificate.collisions.pair_search import CONTACT, MOST_ROUNDS, Pair, PairSearch
@@ -105,6 +104,8 @@ def convex_solid(numbers: ArrayLike) -> Any:
 @lru_cache(maxsize=512)
 def _solid(data: bytes) -> Any:
     """The solid of these coordinates; a robot with meshes has some dozens, and is judged often."""
+    from scipy.spatial import ConvexHull, QhullError  # late: few robots have meshes
+
     corners = np.frombuffer(data).reshape(-1, 3)
     try:
         hull = ConvexHull(corners)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Protocol
 
 import numpy as np
-from scipy.optimize import nnls
 
 from gaitopt.certificate.check import Check, judged
 from gaitopt.certificate.contacts import LANDING_HEIGHT
@@ -121,6 +120,8 @@ def _angle(touched: FloatArray, normal: FloatArray) -> float:
         touched: from the ball's middle to where it touches the ground ``(k, 3)`` [m].
         normal: as a foothold has it ``(3,)``.
     """
+    from scipy.optimize import nnls  # late: it is only for walks over maps
+
     lengths = np.linalg.norm(touched, axis=1)
     _, rest = nnls(-(touched / lengths[:, None]).T, normal)
     return float(np.arcsin(min(float(rest), 1.0)))

@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 from pinocchio import coal
-from scipy.spatial import ConvexHull, QhullError
 
 from gaitopt.certificate.collisions.obstacles import stand_in_shapes
 from gaitopt.certificate.collisions.self_collision import convex_solid, without_meshes
@@ -244,6 +243,8 @@ def _shorter(shape: Any, axis: int, length: float) -> Any:
 
 def _slabs(corners: FloatArray, axis: int, count: int) -> list[FloatArray]:
     """Corners of the slabs into which a hull is cut across an axis; its own where it is flat."""
+    from scipy.spatial import ConvexHull, QhullError  # late: few robots have meshes
+
     try:
         faces = ConvexHull(corners).simplices
     except (QhullError, ValueError):

@@ -12,7 +12,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from pinocchio import coal
-from scipy.ndimage import distance_transform_edt
 
 from gaitopt.certificate.ground.block_maxima import BlockMaxima
 from gaitopt.certificate.ground.nearest_points import ON_EDGE, on_edges, on_faces
@@ -257,6 +256,8 @@ def _near(shape: tuple[int, ...], places: FloatArray, far: float) -> BoolArray:
     out = np.ones(shape, dtype=np.bool_)
     if out.size <= SMALL:
         return out
+    from scipy.ndimage import distance_transform_edt  # late: it is only for large maps
+
     cells = np.clip(np.round(places), 0, np.array(shape) - 1).astype(int)
     out[tuple(np.unique(cells, axis=0).T)] = False
     # Rounding moves a place by less than a cell; a triangle goes less than two cells beyond it.

@@ -11,9 +11,9 @@ the base's origin and the sum of the rates of roll, pitch and yaw.
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from gaitopt.certificate.enclosure import Pieces, chord_deviation
+from gaitopt.certificate.placements import base_rotations, rotations_of
 from gaitopt.certificate.trace import Motion
 from gaitopt.conventions import GRAVITY, FloatArray
 from gaitopt.plan.plan import Plan
@@ -87,7 +87,7 @@ def _height_over_load(
 def _centre(pieces: Pieces, arm: FloatArray, end: int) -> tuple[FloatArray, FloatArray]:
     """Place and acceleration ``(P, 3)`` of the mass at one end of every piece."""
     values = [pieces.at_ends(k)[end] for k in range(3)]
-    turn = Rotation.from_euler("ZYX", values[0][:, 5:2:-1]).as_matrix()
+    turn = base_rotations(values[0])
     place = values[0][:, :3] + turn @ arm
     return place, values[2][:, :3] + arm_acceleration(arm, [v[:, 3:6] for v in values])
 
@@ -132,7 +132,7 @@ def arm_acceleration(arm: FloatArray, turn: list[FloatArray]) -> FloatArray:
         turn: roll, pitch and yaw ``(P, 3)``, and their first and second derivatives.
     """
     rpy, rates, changes = turn
-    rotation = Rotation.from_euler("ZYX", rpy[:, ::-1]).as_matrix()
+    rotation = rotations_of(rpy)
     yaw, pitch = rpy[:, 2], rpy[:, 1]
     # World axes of the three hinges: z, then y turned by yaw, then x turned by yaw and pitch.
     zero, one = np.zeros_like(yaw), np.ones_like(yaw)

@@ -1,8 +1,9 @@
-"""A process that draws a run's figures while this one certifies the plan and writes its replay.
+"""A process that reads the robot's shapes and draws a run's figures while this one plans.
 
-It is started before the plan is made, and imports Matplotlib meanwhile. Functions and arguments go
-to it, and what they return comes back, as pickles through pipes of its own. It hears no Ctrl-C: it
-is ended with the command, and ends by itself when its pipe is closed.
+It is started before the plan is made, and imports meanwhile what takes long: yourdfpy, with trimesh
+and scipy, and Matplotlib. Functions and arguments go to it, and what they return comes back, as
+pickles through pipes of its own. It hears no Ctrl-C: it is ended with the command, and ends by
+itself when its pipe is closed.
 """
 
 from __future__ import annotations
@@ -11,11 +12,17 @@ import os
 import pickle
 import subprocess
 import sys
+import warnings
+from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from functools import partial
+from queue import SimpleQueue
+from threading import Thread
 from typing import Any, Final
 
-from gaitopt.errors import GaitoptError
+from gaitopt.errors import GaitoptError, RobotWarning
 
 _LENGTH: Final = 8
 """Bytes that tell how long the pickle after them is."""
@@ -26,8 +33,26 @@ _CODE: Final = (
 _running: list[subprocess.Popen[bytes]] = []
 
 
+@dataclass(eq=False)
+class _Answer:
+    """What the process says to one thing that it was asked for.
+
+    Attributes:
+        work, arguments: the function, and what it is called with.
+        known: whether the answer has come.
+        value: what the function returned, or the error that it raised.
+        good: whether it returned.
+    """
+
+    work: Callable[..., Any]
+    arguments: tuple[Any, ...]
+    known: bool = False
+    value: Any = None
+    good: bool = True
+
+
 class Beside:
-    """A process beside this one, which does one thing at a time."""
+    """A process beside this one, which does one thing after the other."""
 
     def __init__(self) -> None:
         self._process = subprocess.Popen(
@@ -35,35 +60,58 @@ class Beside:
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, start_new_session=True,
         )  # fmt: skip
         _running.append(self._process)
+        self._waiting: deque[_Answer] = deque()
+        # A pipe takes little before it is read: this process must not wait for that one's imports.
+        self._outbox: SimpleQueue[bytes] = SimpleQueue()
+        self._sender = Thread(target=self._send, daemon=True)
+        self._sender.start()
 
     def begin(self, work: Callable[..., Any], *arguments: Any) -> Callable[[], Any]:
         """Let the process call a function; the value returns what that one does, and waits for it.
 
         Where the process is lost, the function is called in this one.
         """
-        assert self._process.stdin is not None
-        data = pickle.dumps((work, arguments))
+        answer = _Answer(work, arguments)
+        self._waiting.append(answer)
+        self._outbox.put(pickle.dumps((work, arguments)))
+        return partial(self._value, answer)
+
+    def _value(self, answer: _Answer) -> Any:
+        """What a function returned, or the error that it raised."""
+        while self._waiting and not answer.known:
+            self._receive()
+        if not answer.known:
+            return answer.work(*answer.arguments)
+        if answer.good:
+            return answer.value
+        raise answer.value
+
+    def _receive(self) -> None:
+        """Wait for the next answer, which is that to the oldest question."""
+        assert self._process.stdout is not None
+        answer = self._waiting.popleft()
         try:
-            self._process.stdin.write(len(data).to_bytes(_LENGTH, "little") + data)
-            self._process.stdin.flush()
-        except OSError:
-            return lambda: work(*arguments)
+            answer.good, answer.value = _received(self._process.stdout)
+        except (EOFError, OSError, pickle.UnpicklingError):
+            self._waiting.clear()
+        else:
+            answer.known = True
 
-        def finished() -> Any:
-            assert self._process.stdout is not None
+    def _send(self) -> None:
+        """Send what is put into the outbox, until that is nothing, or the process is lost."""
+        assert self._process.stdin is not None
+        while data := self._outbox.get():
             try:
-                told, value = _received(self._process.stdout)
-            except (EOFError, OSError, pickle.UnpicklingError):
-                return work(*arguments)
-            if told:
-                return value
-            raise value
-
-        return finished
+                self._process.stdin.write(len(data).to_bytes(_LENGTH, "little") + data)
+                self._process.stdin.flush()
+            except OSError:
+                return
 
     def close(self) -> None:
         """End the process."""
         self._process.kill()
+        self._outbox.put(b"")
+        self._sender.join()
         for pipe in filter(None, (self._process.stdin, self._process.stdout)):
             # What was not sent goes with the process.
             with suppress(OSError):
@@ -90,6 +138,14 @@ def beside(wanted: bool) -> Iterator[Beside | None]:
         process.close()
 
 
+def prepare_figures() -> None:
+    """Import what figures need, before there is a plan to draw."""
+    from matplotlib.backends import backend_agg  # noqa: F401
+    from matplotlib.figure import Figure  # noqa: F401
+
+    import gaitopt.viewing.figures.crawl_figures  # noqa: F401
+
+
 def end_beside() -> None:
     """End all these processes; nothing is imported, as the program may be ending."""
     for process in _running:
@@ -98,12 +154,8 @@ def end_beside() -> None:
 
 def serve() -> None:
     """The process: calls one function after the other, until its pipe is closed."""
-    from matplotlib.backends import backend_agg  # noqa: F401
-    from matplotlib.figure import Figure  # noqa: F401
-    from scipy import interpolate  # noqa: F401
-
-    import gaitopt.viewing.figures.crawl_figures  # noqa: F401
-
+    # The command has told what is to be said of the robot.
+    warnings.simplefilter("ignore", RobotWarning)
     # What libraries print must not come between the pickles.
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)

@@ -26,7 +26,9 @@ from gaitopt.cli.support import progress_bar
 if TYPE_CHECKING:
     from gaitopt.certificate.certificate import Certificate
     from gaitopt.plan.plan import Plan
+    from gaitopt.robots.quadruped import Quadruped
     from gaitopt.simulation.result import SimulationResult
+    from gaitopt.viewing.replay.robot_shapes import Parts
 
 PLAN = "plan.npz"
 FIGURES = "figures"
@@ -47,6 +49,7 @@ class Delivery:
         replay_options: more keywords of :func:`gaitopt.replay`.
         collisions: whether the certificate looks for self-collisions.
         strict: whether the exit code is 3 where the plan is not certified.
+        shapes: gives the shapes of the robot without meshes, where another process reads them.
     """
 
     plan: Plan
@@ -58,6 +61,7 @@ class Delivery:
     replay_options: Mapping[str, Any] = field(default_factory=dict)
     collisions: bool = True
     strict: bool = False
+    shapes: Callable[[], Parts] | None = None
 
 
 def deliver(
@@ -94,6 +98,13 @@ def deliver(
     if results.show:
         show_page(place / given.page, report)
     return verdict_code(certificate, physics, given.strict)
+
+
+def read_beside(beside: Beside, robot: Quadruped) -> Callable[[], Parts]:
+    """Let a process read the shapes of a robot without meshes; the value waits for them."""
+    from gaitopt.viewing.replay.robot_shapes import read_parts
+
+    return beside.begin(read_parts, robot)
 
 
 def judged(
@@ -142,6 +153,7 @@ def _write(
 ) -> dict[str, str]:
     """Write all files into a folder; what each is, by name."""
     from gaitopt.viewing.replay.replay import replay
+    from gaitopt.viewing.replay.robot_shapes import remember_parts
 
     files = {given.page: "the replay: open it in a browser",
              PLAN: "the plan: gaitopt verify, simulate, export"}  # fmt: skip
@@ -149,6 +161,8 @@ def _write(
     with progress_bar("writing plan, replay and figures") as tick:
         given.plan.save(made / PLAN)
         tick(1, total)
+        if given.shapes is not None:
+            remember_parts(given.plan.robot, given.shapes())
         simulated = {} if physics is None else {"simulated": physics}
         options = {"meshes": results.meshes, **simulated, **given.replay_options}
         replay(given.plan, made / given.page, **options)

@@ -18,7 +18,7 @@ from scipy.interpolate import CubicSpline
 
 from gaitopt.conventions import FloatArray, TextEnum, frozen
 from gaitopt.errors import InputError
-from gaitopt.motion.path import jumps
+from gaitopt.motion.path import derived, jumps
 from gaitopt.optimize.spline.clamped import (
     ROUNDING_RESERVE,
     checked_angles,
@@ -165,7 +165,9 @@ class JointSpline:
 
         ``(4,)`` [rad, rad/s, rad/s^2, rad/s]; of the size of rounding errors.
         """
-        inner = [jumps(self.polynomial, k).max(initial=0.0) for k in range(3)]
+        inner = [
+            jumps(derived(self.coefficients, k), self.intervals).max(initial=0.0) for k in range(3)
+        ]
         final = np.abs(self.polynomial(self.duration, 1)).max()
         return np.array([*inner, final])
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from gaitopt.conventions import FloatArray
+from gaitopt.viewing.meshcat_parts import meshcat_module
 from gaitopt.viewing.replay.numbers import packed
 from gaitopt.viewing.replay.passing import passing_paths
 from gaitopt.viewing.replay.scene import (
@@ -51,11 +52,10 @@ def commands(scene: Scene) -> list[bytes]:
     some time only, and keyframes. The same scene always gives the same bytes.
     """
     import umsgpack
-    from meshcat.commands import SetProperty, SetTransform
-    from meshcat.path import Path
 
+    command, place = meshcat_module("commands"), meshcat_module("path").Path
     lowered: list[dict[str, Any]] = [
-        SetProperty("visible", False, Path((name,))).lower() for name in ("Grid", "Axes")
+        command.SetProperty("visible", False, place((name,))).lower() for name in ("Grid", "Axes")
     ]
     names = (f"id{i}" for i in count())
     hidden = passing_paths(scene)
@@ -64,10 +64,10 @@ def commands(scene: Scene) -> list[bytes]:
             continue
         parts = [p for p in node.parts if not isinstance(p.shape, MADE_THERE)]
         if parts:
-            path = Path(node.path).lower()
+            path = place(node.path).lower()
             lowered.append({"type": "set_object", "object": _group(parts, names), "path": path})
-        lowered.append(SetTransform(node.pose, Path(node.path)).lower())
-    return [umsgpack.packb(_plain(command)) for command in lowered]
+        lowered.append(command.SetTransform(node.pose, place(node.path)).lower())
+    return [umsgpack.packb(_plain(each)) for each in lowered]
 
 
 def track_data(track: Track) -> dict[str, Any]:
@@ -153,8 +153,7 @@ def _child(part: Part, geometry: str, material: str, name: str) -> dict[str, Any
 
 def _geometry(shape: Shape) -> Any:
     """A shape as a geometry of meshcat."""
-    from meshcat import geometry
-
+    geometry = meshcat_module("geometry")
     if isinstance(shape, Box):
         return geometry.Box(list(shape.size))
     if isinstance(shape, Ball):
@@ -171,8 +170,7 @@ def _geometry(shape: Shape) -> Any:
 
 def _material(appearance: Appearance, thin: bool, smooth: bool) -> Any:
     """A material of meshcat: of ``thin`` lines, or of surfaces that look ``smooth`` or flat."""
-    from meshcat import geometry
-
+    geometry = meshcat_module("geometry")
     kind = geometry.LineBasicMaterial if thin else geometry.MeshBasicMaterial
     extra: dict[str, Any] = {}
     if appearance.lit and not thin:
@@ -186,14 +184,12 @@ def _material(appearance: Appearance, thin: bool, smooth: bool) -> Any:
 
 def _normals(surface: Surface) -> dict[str, Any]:
     """Normals at the vertices of a smooth surface: means over their triangles, weighted by area."""
-    from meshcat.geometry import pack_numpy_array
-
     a, b, c = (surface.vertices[surface.faces[:, i]] for i in range(3))
     out = np.zeros_like(surface.vertices, dtype=np.float64)
     for corner in range(3):
         np.add.at(out, surface.faces[:, corner], np.cross(b - a, c - a))
     out /= np.maximum(np.linalg.norm(out, axis=1, keepdims=True), 1e-30)
-    return dict(pack_numpy_array(out.T))
+    return dict(meshcat_module("geometry").pack_numpy_array(out.T))
 
 
 def _plain(value: Any) -> Any:

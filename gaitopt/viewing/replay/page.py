@@ -11,6 +11,7 @@ from importlib import resources
 from typing import Any, Literal
 
 from gaitopt.viewing.colours import LEG_COLOURS
+from gaitopt.viewing.meshcat_parts import meshcat_folder
 from gaitopt.viewing.replay.curves.curves import Curves, curve_data
 from gaitopt.viewing.replay.ground.encoding import GroundData, ground_data
 from gaitopt.viewing.replay.passing import passing_data, passing_paths
@@ -245,14 +246,14 @@ def _text(name: str) -> str:
 @lru_cache(maxsize=1)
 def _viewer() -> str:
     """The script of meshcat's viewer."""
-    script = resources.files("meshcat") / "viewer" / "dist" / "main.min.js"
+    script = meshcat_folder() / "viewer" / "dist" / "main.min.js"
     return script.read_text("utf-8").replace("</script", "<\\/script")
 
 
 @lru_cache(maxsize=1)
 def _licences() -> str:
     """The licences of the viewer and its libraries, which each copy of them must contain."""
-    viewer = resources.files("meshcat") / "viewer"
+    viewer = meshcat_folder() / "viewer"
     found = [viewer / "LICENSE", viewer / "dist" / "main.min.js.THIRD_PARTY_LICENSES.json"]
     texts = [file.read_text("utf-8") for file in found if file.is_file()]
     return "\n".join(texts).replace("<", "(").replace(">", ")")

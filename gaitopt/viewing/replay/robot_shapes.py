@@ -27,9 +27,35 @@ chosen here, to look like the robots at hand."""
 FOOT_BALL, LEAST_FOOT = 1.05, 0.01
 """Size of the coloured balls, in radii of the feet; and that of point feet [m]. Chosen."""
 
+MOST_KNOWN = 8
+"""Robots whose parts are remembered. Chosen: a race has no more."""
+_known: dict[Quadruped, Parts] = {}
+
 
 def robot_parts(robot: Quadruped, meshes: bool | StrPath = False) -> Parts:
     """The parts of a robot by the number of the joint with which they move; the body has number 1.
+
+    Those without meshes are remembered for the next replay of the same robot.
+
+    Raises:
+        InputError, RobotError: as for :func:`read_parts`.
+    """
+    if meshes is not False:
+        return read_parts(robot, meshes)
+    if robot not in _known:
+        remember_parts(robot, read_parts(robot))
+    return _known[robot]
+
+
+def remember_parts(robot: Quadruped, parts: Parts) -> None:
+    """Take the parts of a robot without meshes from elsewhere: another process read them."""
+    while len(_known) >= MOST_KNOWN:
+        _known.pop(next(iter(_known)))
+    _known[robot] = parts
+
+
+def read_parts(robot: Quadruped, meshes: bool | StrPath = False) -> Parts:
+    """The parts of a robot, read from its URDF.
 
     Boxes, balls and cylinders of the URDF are taken as they are. If the URDF names mesh files, they
     are read where ``meshes`` asks for them (see :func:`gaitopt.replay`); otherwise the robot is

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
+from io import BytesIO
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
 from typing import Any
@@ -11,10 +12,11 @@ from typing import Any
 import pytest
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from PIL import Image, ImageChops
 
 import gaitopt
 from gaitopt import InputError, Plan
-from gaitopt.viewing.figures.files import write_figures
+from gaitopt.viewing.figures.files import DPI, pixels_of, write_figures
 from gaitopt.viewing.figures.panels import figure_of, new_figure
 
 SEVERAL: dict[str, tuple[tuple[int, ...], Callable[..., Any]]] = {
@@ -102,3 +104,13 @@ def test_pyplot_knows_figures_where_it_is_used_but_not_those_for_files(
     monkeypatch.setitem(sys.modules, "IPython", SimpleNamespace(  # type: ignore[misc]
         get_ipython=lambda: SimpleNamespace(kernel=object())))  # fmt: skip
     assert new_figure(1.0, 1.0) is pyplot[2]
+
+
+def test_a_file_shows_what_matplotlib_would_save_and_the_figure_stays_as_it_was() -> None:
+    figure = figure_of(gaitopt.plot_gait_diagram(gaitopt.trot(0.5)))
+    engine, dpi = figure.get_layout_engine(), figure.dpi
+    mine = pixels_of(figure)
+    assert figure.get_layout_engine() is engine and figure.dpi == dpi
+    file = BytesIO()
+    figure.savefig(file, format="png", dpi=DPI)
+    assert ImageChops.difference(mine, Image.open(file).convert("RGB")).getbbox() is None

@@ -474,6 +474,19 @@ def test_importing_is_light():
     assert run.stdout.strip() == "[]"
 
 
+def test_a_replay_needs_no_server_and_leaves_meshcat_as_it_is():
+    code = (
+        "import sys, gaitopt; from gaitopt.viewing.replay.replay import replay_html; "
+        "robot, places = gaitopt.load_robot('wang2020'), gaitopt.s_columns(0, columns=2); "
+        "plan = gaitopt.plan_crawl(robot, places); "
+        "replay_html(plan); print([m for m in ('meshcat', 'tornado', 'zmq', 'IPython') "
+        "if m in sys.modules]); import meshcat; meshcat.geometry.Box([1, 1, 1]); "
+        "print(meshcat.Visualizer.__name__, meshcat.commands.SetObject.__module__)"
+    )
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert run.stdout.split("\n") == ["[]", "Visualizer meshcat.commands", ""]
+
+
 # ---------------------------------------------------------------- a real browser
 
 DRIVE = """<script>
