@@ -10,6 +10,7 @@ import numpy as np
 from gaitopt.certificate.enclosure import (
     Chain,
     Pieces,
+    Places,
     acceleration_bounds,
     chain_to,
     chord_deviation,
@@ -53,6 +54,8 @@ class Motion:
     feet_deviation: FloatArray
     com_deviation: FloatArray
     cog_deviation: FloatArray
+    places: Places
+    foot_turns: tuple[FloatArray, ...]
 
     @property
     def times(self) -> FloatArray:
@@ -93,7 +96,8 @@ def _evaluated(plan: Plan, pieces: Pieces, phase: np.ndarray, standing: BoolArra
     links, shares = _link_centres(plan)
     leaving = deviations([*feet, *links, centre], pieces)
     places = pieces.places()
-    feet_at, com_at, cog_at = (each[places.ends] for each in _sample(plan, places.values))
+    points, turns = _sample(plan, places.values)
+    feet_at, com_at, cog_at = (each[places.ends] for each in points)
     return Motion(
         pieces=pieces,
         phase=phase,
@@ -104,6 +108,8 @@ def _evaluated(plan: Plan, pieces: Pieces, phase: np.ndarray, standing: BoolArra
         feet_deviation=leaving[:, : len(feet)],
         com_deviation=leaving[:, len(feet) : -1] @ shares,
         cog_deviation=leaving[:, -1],
+        places=places,
+        foot_turns=turns,
     )
 
 
@@ -132,8 +138,13 @@ def owners(plan: Plan, pieces: Pieces) -> tuple[np.ndarray, BoolArray]:
     return owner, table[owner]
 
 
-def _sample(plan: Plan, values: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Feet ``(N, 4, 3)``, COM and body centre ``(N, 3)`` at path values ``(N, 6 + nj)``."""
+def _sample(
+    plan: Plan, values: FloatArray
+) -> tuple[tuple[FloatArray, FloatArray, FloatArray], tuple[FloatArray, ...]]:
+    """Where points are at path values ``(N, 6 + nj)``, and rotations of the feet's links.
+
+    The points are the feet ``(N, 4, 3)``, and COM and body centre ``(N, 3)`` [m].
+    """
     robot, model = plan.robot, plan.robot.model
     placed = Placements.of(model, values)
     frames = [model.frames[model.getFrameId(robot.legs[leg].foot)] for leg in LEGS]
@@ -143,8 +154,10 @@ def _sample(plan: Plan, values: FloatArray) -> tuple[FloatArray, FloatArray, Flo
         inertia = model.inertias[joint]
         weighted += inertia.mass * placed.points(joint, inertia.lever)
         mass += inertia.mass
+    com = weighted / mass if mass > 0.0 else placed.origins[1]
     centre = placed.points(1, robot.body_axes @ robot.centre)
-    return np.stack(feet, axis=1), weighted / mass if mass > 0.0 else placed.origins[1], centre
+    turns = tuple(placed.rotations[int(f.parentJoint)] for f in frames)
+    return (np.stack(feet, axis=1), com, centre), turns
 
 
 def _link_centres(plan: Plan) -> tuple[list[Chain], FloatArray]:

@@ -46,16 +46,18 @@ class BlockMaxima:
                 not empty and within the table.
         """
         sizes = end - first
-        level = np.minimum(np.log2(sizes.min(axis=1)).astype(int), len(self.levels) - 1)
+        smaller = np.minimum(sizes[:, 0], sizes[:, 1])
+        level = np.minimum(np.log2(smaller).astype(int), len(self.levels) - 1)
         out = np.full(len(first), -np.inf)
-        for k in np.unique(level).tolist():
+        for k in np.flatnonzero(np.bincount(level)).tolist():
             of = np.flatnonzero(level == k)
             side, table = 2**k, self.levels[k]
-            counts = -(-sizes[of] // side)
-            rows, columns = counts.max(axis=0).tolist()
+            (i, j), (i_end, j_end) = first[of].T, end[of].T - side
+            rows, columns = (-(-int(part.max()) // side) for part in sizes[of].T)
+            found = np.full(len(of), -np.inf)
             for a in range(rows):
-                i = np.minimum(first[of, 0] + a * side, end[of, 0] - side)
+                row = np.minimum(i + a * side, i_end)
                 for b in range(columns):
-                    j = np.minimum(first[of, 1] + b * side, end[of, 1] - side)
-                    out[of] = np.maximum(out[of], table[i, j])
+                    np.maximum(found, table[row, np.minimum(j + b * side, j_end)], out=found)
+            out[of] = found
         return out

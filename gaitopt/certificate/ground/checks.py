@@ -18,7 +18,7 @@ from gaitopt.certificate.ground.flights import Flights, Ground, looked_at_again
 from gaitopt.certificate.ground.limbs import legs_and_trunk_clear
 from gaitopt.certificate.ground.pillars import Pillars
 from gaitopt.certificate.ground.rolling import rolling_feet
-from gaitopt.certificate.ground.solids import farthest
+from gaitopt.certificate.ground.solids import Solids, farthest
 from gaitopt.certificate.ground.surface import Surface
 from gaitopt.certificate.trace import Motion
 from gaitopt.conventions import LEGS, BoolArray
@@ -29,27 +29,30 @@ from gaitopt.terrain.height_map import HeightMap
 def ground_checks(plan: Plan, motion: Motion) -> list[Check | None]:
     """The checks of feet, legs and trunk with the ground; none on open ground without a map."""
     footholds = plan.footholds
+    if footholds.ground is None and footholds.radius is None:
+        return []
+    solids = Solids.of(plan.robot)
     if footholds.ground is not None:
-        surface = _surface(plan, footholds.ground)
+        surface = _surface(plan, footholds.ground, solids)
         return [
-            *_on(plan, motion, surface),
+            *_on(plan, motion, surface, solids),
             normals_of_footholds(plan, surface),
             rolling_feet(plan, motion),
         ]
-    if footholds.radius is not None:
-        pillars = Pillars.of(footholds, plan.robot.foot_radius)
-        return [*_on(plan, motion, pillars), normals_on_columns(plan)]
-    return []
+    pillars = Pillars.of(footholds, plan.robot.foot_radius)
+    return [*_on(plan, motion, pillars, solids), normals_on_columns(plan)]
 
 
-def _on(plan: Plan, motion: Motion, ground: Surface | Pillars) -> list[Check | None]:
+def _on(
+    plan: Plan, motion: Motion, ground: Surface | Pillars, solids: Solids
+) -> list[Check | None]:
     """The checks that feet are on the ground, and that feet, legs and trunk are clear of it."""
     flights = Flights.of(plan, motion, ground)
     return [
         feet_on_the_ground(plan, motion, ground),
         flying_feet_clear(flights, motion),
         swing_room(plan, flights, motion, ground),
-        legs_and_trunk_clear(plan, ground),
+        legs_and_trunk_clear(plan, ground, solids),
     ]
 
 
@@ -101,10 +104,10 @@ def _outside(plan: Plan, motion: Motion) -> BoolArray:
     return out
 
 
-def _surface(plan: Plan, ground: HeightMap) -> Surface:
+def _surface(plan: Plan, ground: HeightMap, solids: Solids) -> Surface:
     """The part of the map that the robot can be above."""
     pieces = Pieces.of(plan.path)
     low, high = (each[:, :2] for each in pieces.enclosure(0))
     # A base that stays within these corners is nowhere farther from their middle than this.
     wide = float(np.linalg.norm(high - low, axis=1).max()) / 2.0
-    return Surface.around(ground, (low + high) / 2.0, farthest(plan.robot) + wide)
+    return Surface.around(ground, (low + high) / 2.0, farthest(plan.robot.model, solids) + wide)

@@ -86,9 +86,10 @@ def normals_of_footholds(plan: Plan, surface: Surface) -> Check:
         own = normals[k, : len(plan.footholds[leg])]
         middles = plan.footholds[leg] + more * own
         distances = surface.distances(middles, radius + REACH)
-        for n, (middle, distance) in enumerate(zip(middles, distances, strict=True)):
-            known = 0.0 < distance < radius + REACH
-            angle = _angle(surface.contacts(middle, distance + SAME), own[n]) if known else np.inf
+        known = (distances > 0.0) & (distances < radius + REACH)
+        reaches = np.where(known, distances + SAME, 0.0)
+        for n, touched in enumerate(surface.contacts(middles, reaches)):
+            angle = _angle(touched, own[n]) if known[n] else np.inf
             if not angle <= worst:
                 worst, where = angle, f"{leg}, foothold {n}"
     return judged("normals of footholds", worst, NORMAL, "rad", where=where)

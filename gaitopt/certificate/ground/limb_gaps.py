@@ -17,7 +17,7 @@ from gaitopt.certificate.contacts import SINKING
 from gaitopt.certificate.enclosure import Pieces
 from gaitopt.certificate.ground.solids import Solid
 from gaitopt.certificate.ground.unknown import Footprints
-from gaitopt.certificate.placements import Placements, placement_of
+from gaitopt.certificate.placements import Placements, placement_of, samples_last
 from gaitopt.conventions import BoolArray, FloatArray
 from gaitopt.plan.plan import Plan
 
@@ -40,6 +40,8 @@ MOST_EACH = 4
 STRIDE = 16
 """Pieces that are looked at together; and from one distance to the next where a part is in the
 ground, for nothing is left to prove there, and the worst is looked for."""
+LONGEST_STRIDE = 1024
+"""Most pieces that are looked at together: twice as many each time that all were far enough."""
 
 
 class Ground(Protocol):
@@ -146,21 +148,26 @@ class LimbGaps:
 
     def _room(self, solid: Solid) -> FloatArray:
         """How far the box around a part is above the highest ground under it ``(P,)`` [m]."""
-        turn, origin = self._placed.rotations[solid.joint], self._placed.origins[solid.joint]
+        turn, origin = samples_last(self._placed.rotations[solid.joint]), self._placed.origins
+        origin = origin[solid.joint].T
         (a, b), leaves = self._places.ends, self._leaves[solid.joint]
-        bottom = origin[:, 2] + turn[:, 2] @ solid.centre
-        bottom = bottom - np.abs(turn[:, 2] @ solid.place[0]) @ solid.half
+        rotation = solid.place[0].T
+        bottom = origin[2] + solid.centre @ turn[2]
+        bottom = bottom - solid.half @ np.abs(rotation @ turn[2])
         bottom = np.minimum(bottom[a], bottom[b]) - leaves
         room = bottom - self._ground.top
         close = np.flatnonzero(~(room >= NEAR))
-        used = np.unique(self._places.ends[:, close])
-        middle, half = np.zeros((len(turn), 2)), np.zeros((len(turn), 2))
-        middle[used] = origin[used, :2] + turn[used, :2] @ solid.centre
-        half[used] = np.abs(turn[used, :2] @ solid.place[0]) @ solid.half
-        a, b, extra = a[close], b[close], leaves[close, None]
-        low = np.minimum((middle - half)[a], (middle - half)[b]) - extra
-        high = np.maximum((middle + half)[a], (middle + half)[b]) + extra
-        room[close] = bottom[close] - self._ground.highest(low, high)
+        if not close.size:
+            return np.asarray(room)
+        a, b, extra = a[close], b[close], leaves[close]
+        first, end = int(min(a.min(), b.min())), int(max(a.max(), b.max())) + 1
+        part, a, b = turn[:2, :, first:end], a - first, b - first
+        middle = origin[:2, first:end] + solid.centre @ part
+        half = solid.half @ np.abs(rotation @ part)
+        low, high = middle - half, middle + half
+        low = np.minimum(low[:, a], low[:, b]) - extra
+        high = np.maximum(high[:, a], high[:, b]) + extra
+        room[close] = bottom[close] - self._ground.highest(low.T, high.T)
         return np.asarray(room)
 
     def _above_unknown(self, solid: Solid, pieces: np.ndarray) -> BoolArray:
@@ -185,25 +192,26 @@ class LimbGaps:
         begins, finishes = self._places.ends[:, first:end]
         begin, finish = self._corners(solid, begins), self._corners(solid, finishes)
         leaves, count = self._leaves[solid.joint][first:end], end - first
-        k, seen, gap = 0, 0, self._gap_at(solid, begins[0])
+        k, seen, gap, stride = 0, 0, self._gap_at(solid, begins[0]), STRIDE
         while k < count and self.found.left > 0:
-            ahead = slice(k, min(k + STRIDE, count))
+            ahead, from_here = slice(k, min(k + stride, count)), begin[..., seen, None]
             moved = np.maximum(
-                _moved(begin[ahead], begin[seen]), _moved(finish[ahead], begin[seen])
+                _moved(begin[..., ahead], from_here), _moved(finish[..., ahead], from_here)
             )
             late = np.flatnonzero(moved + leaves[ahead] > gap - CLEAR / 2.0)
             if gap < CLEAR or not late.size:
                 # Nothing is left to prove, or nothing here needs another distance.
                 k = ahead.stop
                 if gap >= CLEAR:
+                    stride = min(2 * stride, LONGEST_STRIDE)
                     continue
             elif late[0] == 0 and seen == k:
-                self._between(solid, first + k, _Sample(gap, begin[k]), leaves[k])
+                self._between(solid, first + k, _Sample(gap, begin[..., k]), leaves[k])
                 k += 1
             else:
                 k += int(late[0])
             if k < count:
-                seen, gap = k, self._gap_at(solid, begins[k])
+                seen, gap, stride = k, self._gap_at(solid, begins[k]), STRIDE
         self.found.unproven |= k < count
 
     def _between(self, solid: Solid, piece: int, first: _Sample, leaves: float) -> None:
@@ -230,11 +238,10 @@ class LimbGaps:
         self.found.unproven = True
 
     def _corners(self, solid: Solid, samples: np.ndarray) -> FloatArray:
-        """Corners of the box around a part, at samples ``(N, 8, 3)`` [m]."""
-        turn = self._placed.rotations[solid.joint][samples]
-        return np.asarray(
-            self._placed.origins[solid.joint][samples, None] + solid.corners @ turn.mT
-        )
+        """Corners of the box around a part, at samples ``(3, 8, N)`` [m]."""
+        turn = samples_last(self._placed.rotations[solid.joint])[..., samples]
+        origin = self._placed.origins[solid.joint][samples].T
+        return np.asarray(origin[:, None] + solid.corners @ turn)
 
     def _gap_at(self, solid: Solid, sample: int) -> float:
         """The gap of a part at a sample [m]."""
@@ -249,7 +256,7 @@ class LimbGaps:
         values = self._plan.path.evaluate([time])[0]
         turn, origin = placement_of(self._plan.robot.model, self._data, values, solid.joint)
         gap = self._gap(solid, turn, origin, time)
-        return _Sample(gap, origin + solid.corners @ turn.T)
+        return _Sample(gap, origin[:, None] + turn @ solid.corners.T)
 
     def _gap(self, solid: Solid, turn: FloatArray, origin: FloatArray, time: float) -> float:
         gap = self._ground.gap(solid, turn, origin)
@@ -268,7 +275,7 @@ class _Sample(NamedTuple):
 
     Attributes:
         gap: its distance to the ground [m].
-        corners: of the box around it ``(8, 3)`` [m].
+        corners: of the box around it ``(3, 8)`` [m].
     """
 
     gap: float
@@ -276,8 +283,9 @@ class _Sample(NamedTuple):
 
 
 def _moved(corners: FloatArray, others: FloatArray) -> Any:
-    """Farthest distance between the same corners at two places ``(..., 8, 3)``: ``(...)`` [m].
+    """Farthest distance between the same corners at two places ``(3, 8, ...)``: ``(...)`` [m].
 
     No point of the box between them has moved farther.
     """
-    return np.linalg.norm(corners - others, axis=-1).max(axis=-1)
+    x, y, z = corners - others
+    return np.sqrt((x * x + y * y + z * z).max(axis=0))

@@ -20,7 +20,7 @@ MOST_CUTS = 16
 """Most parts that a piece of the path is cut into for this."""
 
 
-def legs_and_trunk_clear(plan: Plan, ground: Ground) -> Check:
+def legs_and_trunk_clear(plan: Plan, ground: Ground, solids: Solids) -> Check:
     """No part of the robot but its feet comes into the ground.
 
     Every shape of :class:`Solids` counts. Parts on which a robot lies where a plan enters from a
@@ -30,7 +30,6 @@ def legs_and_trunk_clear(plan: Plan, ground: Ground) -> Check:
     if not plan.robot.foot_radius > 0.0:
         words = "feet are points, so nobody knows where legs end; load the robot with foot_radius="
         return unchecked(NAME, "m", words, CLEAR)
-    solids = Solids.of(plan.robot)
     motion = LimbGaps(plan, ground, *_cut(plan, solids))
     for solid in solids.parts:
         motion.follow(solid)

@@ -10,7 +10,6 @@ from __future__ import annotations
 import numpy as np
 
 from gaitopt.certificate.check import Check, judged
-from gaitopt.certificate.placements import Placements
 from gaitopt.certificate.trace import Motion
 from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.plan.plan import Plan
@@ -24,13 +23,10 @@ def rolling_feet(plan: Plan, motion: Motion) -> Check:
     The rotations of the feet's links at the ends of all pieces are Pinocchio's. Between two of them
     a foot rolls farther than at both by less than on the longest piece.
     """
-    model, places = plan.robot.model, motion.pieces.places()
-    placed = Placements.of(model, places.values)
-    worst, when, where = 0.0, 0.0, ""
+    (start, end), worst, when, where = motion.places.ends, 0.0, 0.0, ""
     for k, leg in enumerate(LEGS):
-        frame = model.frames[model.getFrameId(plan.robot.legs[leg].foot)]
-        turns = placed.rotations[int(frame.parentJoint)][places.ends]
-        angles = _rotation_vectors(turns[1] @ np.swapaxes(turns[0], -1, -2))
+        turns = motion.foot_turns[k]
+        angles = _rotation_vectors(turns[start], turns[end])
         for swing in (s for s in plan.swings if s.leg == leg):
             normals = plan.footholds.normals
             up = np.array([0.0, 0.0, 1.0]) if normals is None else normals[leg][swing.index + 1]
@@ -50,10 +46,18 @@ def rolling_feet(plan: Plan, motion: Motion) -> Check:
     return judged(NAME, worst, plan.footholds.landing_radius, "m", when=when, where=where)
 
 
-def _rotation_vectors(turns: FloatArray) -> FloatArray:
-    """Rotation vectors ``(P, 3)`` [rad] of small rotations ``(P, 3, 3)``."""
-    across = np.stack([turns[:, 2, 1] - turns[:, 1, 2], turns[:, 0, 2] - turns[:, 2, 0],
-                       turns[:, 1, 0] - turns[:, 0, 1]], axis=1)  # fmt: skip
-    sine = 0.5 * np.linalg.norm(across, axis=1)
-    angle = np.arctan2(sine, 0.5 * (np.trace(turns, axis1=1, axis2=2) - 1.0))
-    return np.asarray(0.5 * across * (angle / np.maximum(sine, 1e-15))[:, None])
+def _rotation_vectors(before: FloatArray, after: FloatArray) -> FloatArray:
+    """Rotation vectors ``(P, 3)`` [rad] of the small rotations from some to others ``(P, 3, 3)``.
+
+    Those by ``after before^T``. Rows of it are dot products of rows.
+    """
+    a, b = np.moveaxis(after, 0, -1), np.moveaxis(before, 0, -1)
+
+    def entry(i: int, j: int) -> FloatArray:
+        return np.asarray(a[i, 0] * b[j, 0] + a[i, 1] * b[j, 1] + a[i, 2] * b[j, 2])
+
+    axis = np.stack([entry(2, 1) - entry(1, 2), entry(0, 2) - entry(2, 0),
+                     entry(1, 0) - entry(0, 1)], axis=1)  # fmt: skip
+    sine = 0.5 * np.linalg.norm(axis, axis=1)
+    angle = np.arctan2(sine, 0.5 * (entry(0, 0) + entry(1, 1) + entry(2, 2) - 1.0))
+    return np.asarray(0.5 * axis * (angle / np.maximum(sine, 1e-15))[:, None])

@@ -128,13 +128,10 @@ class Solids:
         return cls(tuple(parts), stand_ins, bool(robot.notes.hulls))
 
 
-def farthest(robot: Quadruped) -> float:
+def farthest(model: Any, solids: Solids) -> float:
     """How far any of a robot's solids can be from its base's origin [m]."""
-    model, out = robot.model, 0.0
-    for solid in Solids.of(robot).parts:
-        chain = chain_to(model, solid.joint, solid.centre, solid.radius)
-        out = max(out, chain.base)
-    return out
+    chains = [chain_to(model, x.joint, x.centre, x.radius) for x in solids.parts]
+    return max((chain.base for chain in chains), default=0.0)
 
 
 Shape = tuple[str, int, Any, Any]

@@ -98,15 +98,17 @@ class Surface:
         Args:
             low, high: corners of the rectangles ``(N, 2)`` [m].
         """
-        first = np.floor((low - self.origin) / self.resolution + ON_EDGE)
-        last = np.ceil((high - self.origin) / self.resolution - ON_EDGE)
-        most = np.array(self.z.shape) - 1
+        # Rows of coordinates are faster than pairs of them: (2, N).
+        origin = self.origin[:, None]
+        first = np.floor((low.T - origin) / self.resolution + ON_EDGE)
+        last = np.ceil((high.T - origin) / self.resolution - ON_EDGE)
+        most = np.array(self.z.shape)[:, None] - 1
         # A comparison with NaN is false.
-        inside = ((first >= 0) & (last <= most)).all(axis=1)
+        inside = (first[0] >= 0) & (first[1] >= 0) & (last[0] <= most[0]) & (last[1] <= most[1])
         out = np.full(len(low), np.inf)
-        begin = np.minimum(first[inside].astype(int), most - 1)
-        end = np.maximum(last[inside].astype(int), begin + 1)
-        out[inside] = self._maxima.over(begin, end + 1)
+        begin = np.minimum(first[:, inside].astype(int), most - 1)
+        end = np.maximum(last[:, inside].astype(int), begin + 1)
+        out[inside] = self._maxima.over(begin.T, end.T + 1)
         return out
 
     def unknown_under(self, boxes: Footprints) -> BoolArray:
@@ -195,17 +197,25 @@ class Surface:
         middle = rotation @ solid.centre + origin
         return -abs(found) if middle[2] < self.heights(middle[None, :2])[0] else found
 
-    def contacts(self, point: FloatArray, reach: float) -> FloatArray:
-        """From a point to its nearest point of every face and edge within a reach ``(k, 3)`` [m].
+    def contacts(self, points: FloatArray, reaches: FloatArray) -> list[FloatArray]:
+        """From points to their nearest points of every face and edge within a reach [m].
 
         Args:
-            point: from which ``(3,)`` [m].
-            reach: how far they may be away [m].
+            points: from which ``(N, 3)`` [m].
+            reaches: how far these may be away ``(N,)`` [m].
+
+        Returns:
+            For each point ``(k, 3)``.
         """
+        reach = float(reaches.max(initial=0.0))
         cells = int(np.ceil(2.0 * reach / self.resolution)) + 1
-        corners = self._corners_near(point[None], reach, cells)
-        away = np.concatenate([on_faces(corners, self.resolution), on_edges(corners)], axis=1)[0]
-        return np.asarray(away[np.linalg.norm(away, axis=1) <= reach])
+        many, out = max(AT_ONCE // cells**2, 1), []
+        for k in range(0, len(points), many):
+            corners = self._corners_near(points[k : k + many], reach, cells)
+            away = np.concatenate([on_faces(corners, self.resolution), on_edges(corners)], axis=1)
+            near = np.linalg.norm(away, axis=2) <= reaches[k : k + many, None]
+            out += [each[mine] for each, mine in zip(away, near, strict=True)]
+        return out
 
     def _corners_near(self, points: FloatArray, reach: float, cells: int) -> FloatArray:
         """From points to those of the grid that are near ``(N, cells + 1, cells + 1, 3)`` [m]."""
