@@ -20,6 +20,11 @@ def search_options(
     step_length: Annotated[
         float | None, _way("How far each leg moves on in a cycle; 0.55 of the standing height.")
     ] = None,
+    stance: Annotated[
+        float | None,
+        _way("How far front and hind feet usually are from one another, as a share of the distance "
+             "of the standing robot; 1, and then 0.7.", "SHARE"),
+    ] = None,
     freedom: Annotated[
         float | None,
         _way("How far a foot may step from its usual place; 0.4 of the standing height."),
@@ -70,7 +75,7 @@ def search_options(
     ] = None,
     time_limit: Annotated[
         float | None,
-        _way("Processor time after which the search ends without a way; 4 s and 2 s a metre.",
+        _way("Processor time after which the search ends without a way; 16 s and 8 s a metre.",
              "SECONDS"),
     ] = None,
     detours: Annotated[

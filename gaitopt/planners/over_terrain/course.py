@@ -24,10 +24,12 @@ class Course:
         poses: x, y [m] and yaw [rad], without jumps of whole turns ``(n, 3)``.
         progress: how far the feet have to go to get there ``(n,)`` [m]: the way of the body, and
             what feet at the given distance go when it turns.
+        blocked: whether something is in its way that no way round was found for.
     """
 
     poses: FloatArray
     progress: FloatArray
+    blocked: bool = False
 
     @property
     def length(self) -> float:

@@ -92,10 +92,10 @@ class Passage:
                 kept &= self._at(self.footing, places + sign * self.aside * side) > 0
         return kept
 
-    def around(self, start: FloatArray, end: FloatArray) -> list[FloatArray]:
+    def around(self, start: FloatArray, end: FloatArray) -> list[FloatArray] | None:
         """Corners of a way from one place to another ``(2,)``, with the end, without the start.
 
-        The straight line, where it is passable or where no way is found.
+        The straight line, where it is passable; ``None`` where no way is found.
         """
         narrow = self.aside + BEYOND * self.spacing / SPACING
         if self.passable(start[None], end[None], narrow)[0]:
@@ -104,7 +104,7 @@ class Passage:
             way = self._shortest(start, end, room)
             if way is not None:
                 return self._straightened(way, room)
-        return [end]
+        return None
 
     def _at(self, layer: np.ndarray, places: FloatArray) -> np.ndarray:
         """Values of a layer at places ``(n, 2)``; 0 off the map."""

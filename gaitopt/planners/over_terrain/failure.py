@@ -46,10 +46,16 @@ def no_way(search: TerrainSearch, detail: str = "") -> TerrainError:
         words.append(f"what stopped the {sum(n for _, n in causes)} tries of this step: {counts}")
     if detail:
         words.append(detail)
-    if search.late:
+    if search.course.blocked:
+        words.append(
+            "no way round is seen on the map: holes, walls, steep or unknown ground lie across "
+            "all of it"
+        )
+    elif search.late:
         words.append(_time_over(search))
     worst = causes[0][0] if causes else Cause.GROUND
-    words.append(f"what may help: {_CURES[worst]}; or a wider search (width_limit)")
+    wider = "another goal or start" if search.course.blocked else "a wider search (width_limit)"
+    words.append(f"what may help: {_CURES[worst]}; or {wider}")
     return TerrainError("; ".join(words), step, search.next_leg, dict(search.refused), search)
 
 
@@ -85,7 +91,7 @@ def also_tried(error: TerrainError, lengths: Sequence[float]) -> TerrainError:
 
 
 def _time_over(search: TerrainSearch) -> str:
-    longest = search.settings.longest(search.course.length)
+    longest = search.settings.longest_in_all(search.course.length)
     return (
         f"the search ended because its time was over, {longest:.3g} s, so there may be a way "
         "(time_limit)"

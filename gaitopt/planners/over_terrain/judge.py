@@ -67,6 +67,11 @@ class Judge:
     foot_size: np.ndarray
 
     @cached_property
+    def usual_feet(self) -> FloatArray:
+        """Where feet usually stand, from the body centre, as seen from above ``(4, 2)`` [m]."""
+        return np.asarray(self.hips * np.array([self.settings.stance, 1.0]))
+
+    @cached_property
     def places(self) -> BodyPlaces:
         """Places that the body may go to."""
         return BodyPlaces.of(self.robot, self.limbs, self.settings, self.hips)

@@ -77,7 +77,7 @@ class Outlook:
         ground = self.judge.surfaces.ground
         around = self.stands.mean_heights(self.judge.settings.freedom / ground.resolution)
         cosine, sine = np.cos(self.poses[:, 2:]), np.sin(self.poses[:, 2:])
-        ahead, left = self.judge.hips.T
+        ahead, left = self.judge.usual_feet.T
         xy = np.stack([cosine * ahead - sine * left, sine * ahead + cosine * left], axis=-1)
         xy += self.poses[:, None, :2]
         at = np.round((xy - ground.origin) / ground.resolution).astype(int)

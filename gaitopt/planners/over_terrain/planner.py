@@ -29,19 +29,13 @@ from gaitopt.planners.over_terrain.links.limbs import Limbs
 from gaitopt.planners.over_terrain.links.plan_clearance import first_touching_step
 from gaitopt.planners.over_terrain.planned_forces import usual_forces
 from gaitopt.planners.over_terrain.result import TerrainSearch
-from gaitopt.planners.over_terrain.search import Search
 from gaitopt.planners.over_terrain.settings import TerrainSettings
 from gaitopt.planners.over_terrain.setup import first_layer, result_of, search_for, with_settings
 from gaitopt.planners.over_terrain.walks import until, walk_over
+from gaitopt.planners.over_terrain.ways.tries import Tries, shorter_steps, ways_of
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.footholds import Footholds
 from gaitopt.terrain.height_map import HeightMap
-
-STEP_SHARES = (1.0, 0.7, 0.5)
-"""Lengths of steps that are tried one after the other where none is given, as shares of the usual
-one. Shorter steps go up and down higher stairs, and take more time."""
-NARROW = 4
-"""Widest beam with which all of them are tried before a wider one, in widths of the first."""
 
 
 def search_terrain(
@@ -85,48 +79,8 @@ def _searched(
     begin, clock = time.perf_counter(), time.thread_time()
     settings = TerrainSettings.for_robot(robot, **options)
     search = search_for(robot, ground, goal, start, settings, forces)
-    first, usual = first_layer(search), search.judge.settings
-    left, end = search.effort, clock + usual.longest(search.course.length)
-
-    def result_with(settings: TerrainSettings, last: bool = False) -> TerrainSearch:
-        nonlocal left
-        tried, now = with_settings(search, settings), time.thread_time()
-        found = tried.run(
-            [first], progress, left if last else left // 2, end if last else (now + end) / 2.0
-        )
-        left -= found.work
-        return result_of(tried, found, begin)
-
-    narrow = min(usual.width_limit, NARROW * usual.width)
-    best: TerrainSearch | None = None
-    for share in STEP_SHARES if options.get("step_length") is None else (1.0,):
-        length = round(share * usual.step_length, 4)
-        result = result_with(replace(usual, step_length=length, width_limit=narrow))
-        if best is None or result.share > best.share:
-            best = result
-        if best.complete:
-            return _better(search, best, begin, clock)
-    assert best is not None
-    if usual.width_limit == narrow:
-        return best
-    # The length with which it got farthest, with a wider beam.
-    result = result_with(replace(best.settings, width_limit=usual.width_limit), last=True)
-    return _better(search, result, begin, clock) if result.share >= best.share else best
-
-
-def _better(search: Search, best: TerrainSearch, begin: float, clock: float) -> TerrainSearch:
-    """The cheapest walk that ever wider beams find until the time is over."""
-    until = clock + best.settings.time_budget
-    settings = best.settings
-    while best.complete and time.thread_time() < until:
-        settings = replace(settings, width=2 * settings.width)
-        if settings.width > settings.width_limit:
-            break
-        wider = with_settings(search, settings)
-        found = wider.run([first_layer(wider)], until=until)
-        if found.complete and float(found.layers[-1].cost.min()) < best.cost:
-            best = result_of(wider, found, begin)
-    return best
+    ways = ways_of(search.judge.settings, options)
+    return Tries(search, ways, progress, begin, clock).result()
 
 
 def choose_footholds(
@@ -231,7 +185,8 @@ def plan_terrain(
     try:
         return walk_over(searching, search, further, progress)
     except TerrainError as error:
-        lengths = _shorter(robot, search.settings, asked)
+        usual = TerrainSettings.for_robot(robot).step_length
+        lengths = shorter_steps(usual, search.settings, asked)
         if error.step < 0 or not lengths:
             raise
         first = error
@@ -243,15 +198,6 @@ def plan_terrain(
             with suppress(TerrainError):
                 return walk_over(other, found, further, progress)
     raise also_tried(first, lengths)
-
-
-def _shorter(robot: Quadruped, settings: TerrainSettings, asked: Mapping[str, Any]) -> list[float]:
-    """Shorter lengths of steps to try, where the usual ones are not asked for otherwise [m]."""
-    usual = TerrainSettings.for_robot(robot).step_length
-    lengths = [round(share * usual, 4) for share in STEP_SHARES]
-    if asked.get("step_length") is not None or settings.step_length not in lengths:
-        return []
-    return [length for length in lengths if length < settings.step_length]
 
 
 def _of_search(options: dict[str, Any]) -> dict[str, Any]:

@@ -167,7 +167,7 @@ class Search:
         """Where a leg usually stands after a number of its steps ``(2,)`` [m]."""
         x, y, yaw = self.course.at(self.course.length * steps / max(self.cycles, 1))
         cosine, sine = np.cos(yaw), np.sin(yaw)
-        ahead, left = self.judge.hips[leg]
+        ahead, left = self.judge.usual_feet[leg]
         return np.array([x + cosine * ahead - sine * left, y + sine * ahead + cosine * left])
 
     @cached_property

@@ -24,9 +24,12 @@ LIMB_SHARE = 0.03
 """Clearance of limbs and trunk, as a share of the standing height."""
 START_TIME, METRE_TIME = 4.0, 2.0
 """Processor time after which a search ends without a way, for each search and for each metre of it
-[s], with the usual `width_limit`; a wider search may take longer in the same proportion. Chosen: a
-refusal over 3 m takes 10 s at most, and the walks over the hardest ground that are found take less
-(docs/terrain_table.md)."""
+[s], with the usual `width_limit`; a wider search may take longer in the same proportion. Chosen:
+nearly all walks over the hardest ground that are found take less (docs/terrain_table.md)."""
+LONGER = 4.0
+"""Time after which all searches for one goal end, as a multiple of that of one. Chosen: walks that
+were found by a longer and wider search only, of 93 grounds, are found; a refusal over 3 m takes
+40 s at most."""
 
 HEIGHT_SHARE = 1.15
 """Height of the body as a share of the standing height, where the joints allow it. Chosen: limbs
@@ -51,6 +54,8 @@ class TerrainSettings:
 
     Attributes:
         step_length: how far each leg moves on in a cycle [m].
+        stance: how far front and hind feet usually are from one another, as a share of the distance
+            of the standing robot.
         freedom: how far a foot may step from its usual place [m].
         body_height: of the hips above the mean of the feet [m].
         swing_height: least height of a swing above its higher end [m].
@@ -67,8 +72,8 @@ class TerrainSettings:
             once it has one [s]. What it then finds depends on how fast the machine is; with 0 it
             does not.
         time_limit: time after which the search ends at a dead end, and after twice this time
-            anyway [s]; by default :meth:`longest`, and at least the time budget. Both are processor
-            time.
+            anyway [s]; by default :meth:`longest_in_all`, and at least the time budget. Both are
+            processor time.
         detours: whether the course goes round what the robot cannot cross; not for goals with yaw.
 
     Raises:
@@ -82,12 +87,13 @@ class TerrainSettings:
     clearance: float
     limb_clearance: float
     stability_margin: float
+    stance: float = 1.0
     reach_fraction: float = 0.98
     follow: float = 1.0
     friction: float = 0.6
     edge_margin: float = 0.02
     width: int = 6
-    width_limit: int = 96
+    width_limit: int = 192
     time_budget: float = 0.0
     time_limit: float | None = None
     detours: bool = True
@@ -98,6 +104,7 @@ class TerrainSettings:
             ("clearance", 0.0), ("limb_clearance", 0.0), ("stability_margin", 0.0),
         ):  # fmt: skip
             object.__setattr__(self, name, check_number(name, getattr(self, name), low, 1e3, "m"))
+        check_number("stance", self.stance, 0.1, 2.0)
         check_number("reach_fraction", self.reach_fraction, 0.05, 1.0)
         check_number("follow", self.follow, 0.0, 1.0)
         check_number("edge_margin", self.edge_margin, 0.0, 10.0, "m")
@@ -110,13 +117,20 @@ class TerrainSettings:
         check_count("width_limit", self.width_limit, 1, 100_000)
 
     def longest(self, metres: float) -> float:
-        """Processor time after which a search ends, for a course of some length [m], in seconds."""
+        """Processor time after which one search ends, for a course of some length [m], in seconds.
+
+        Where no time limit is given, other ways of walking and wider beams are then tried.
+        """
         if self.time_limit is not None:
             return self.time_limit
         usual = TerrainSettings.width_limit
         longest = (START_TIME + METRE_TIME * metres) * max(self.width_limit / usual, 1.0)
         # A small budget for a better walk must not cost the first one.
         return max(longest, self.time_budget)
+
+    def longest_in_all(self, metres: float) -> float:
+        """Processor time after which all searches over some length [m] end, in seconds."""
+        return self.longest(metres) * (LONGER if self.time_limit is None else 1.0)
 
     @classmethod
     def for_robot(cls, robot: Quadruped, **options: Any) -> TerrainSettings:

@@ -93,12 +93,14 @@ def course_of(
     places = np.atleast_2d(np.asarray(goal, dtype=np.float64))
     if not judge.settings.detours or places.shape[1] != 2 or not len(stands.centres):
         return course
-    passage, way = Passage.of(judge, stands), [course.poses[0, :2]]
+    passage, way, blocked = Passage.of(judge, stands), [course.poses[0, :2]], False
     for place in places:
-        way += passage.around(way[-1], place)
-    if len(way) == len(places) + 1:
-        return course
-    return course_through(start, way[1:], feet=feet, smoothing=2.0 * feet)
+        around = passage.around(way[-1], place)
+        blocked |= around is None
+        way += [place] if around is None else around
+    if len(way) > len(places) + 1:
+        course = course_through(start, way[1:], feet=feet, smoothing=2.0 * feet)
+    return replace(course, blocked=blocked)
 
 
 def far_side(robot: Quadruped, ground: HeightMap) -> tuple[float, float]:

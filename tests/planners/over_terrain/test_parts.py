@@ -251,7 +251,7 @@ def test_where_no_way_round_is_found_the_course_is_straight() -> None:
     closed = np.zeros((110, 100))
     closed[58:62] = 0.6
     end = np.array([1.2, 0.0])
-    assert np.allclose(_passage(closed).around(np.zeros(2), end), [end])
+    assert _passage(closed).around(np.zeros(2), end) is None
 
 
 def test_walks_begin_at_the_origin_where_there_is_room_and_else_at_the_far_side() -> None:

@@ -197,7 +197,7 @@ def test_a_search_without_time_says_so() -> None:
 
 @pytest.mark.parametrize(
     ("options", "seconds"),
-    [({}, 10.0), ({"width_limit": 192}, 20.0), ({"time_budget": 60.0}, 60.0),
+    [({}, 10.0), ({"width_limit": 384}, 20.0), ({"time_budget": 60.0}, 60.0),
      ({"time_budget": 0.5}, 10.0),
      ({"time_budget": 60.0, "time_limit": 5.0}, 5.0)],
 )  # fmt: skip

@@ -1,0 +1,145 @@
+"""Searches for footholds, ever wider ones, with ways of walking that are tried one after the other.
+
+A way of walking is a length of the steps and a length of the stance. Short steps go up and down
+high stairs. A short stance goes up steep ones: a body that is pitched by the slope has its hips
+nearer to one another, as seen from above, and its hind feet would stay behind out of reach.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+from gaitopt.conventions import Progress
+from gaitopt.errors import InputError
+from gaitopt.planners.over_terrain.result import TerrainSearch
+from gaitopt.planners.over_terrain.search import Search
+from gaitopt.planners.over_terrain.settings import TerrainSettings
+from gaitopt.planners.over_terrain.setup import first_layer, result_of, with_settings
+from gaitopt.planners.over_terrain.states import Layer
+
+STEP_SHARES = (1.0, 0.7, 0.5)
+"""Lengths of steps that are tried one after the other where none is given, as shares of the usual
+one. Shorter steps go up and down higher stairs, and take more time."""
+SHORT_STANCES = ((0.7, 0.7), (0.8, 0.6))
+"""Shares of the usual step and of the standing robot's stance that are tried after these, where no
+stance is given. Chosen: with them anymal_c goes up risers of 17 and 18 cm on treads of 28 cm, and
+not with a stance of 0.85; wang2020 crosses stairs and stones on which other ways end."""
+NARROW = 4
+"""Widest beam with which all ways are tried before a wider one, in widths of the first."""
+
+
+@dataclass(frozen=True, eq=False)
+class Tries:
+    """The searches that are made one after the other until one reaches the goal.
+
+    Args:
+        search: with the usual settings.
+        ways: settings of the ways of walking, in the order in which they are tried.
+        progress: called with (steps done, steps in all) of the search that is made.
+        begin: time at which the first one begins, by ``time.perf_counter`` [s].
+        clock: the same in processor time, by ``time.thread_time`` [s].
+    """
+
+    search: Search
+    ways: tuple[TerrainSettings, ...]
+    progress: Progress | None
+    begin: float
+    clock: float
+
+    def result(self) -> TerrainSearch:
+        """The first that reaches the goal, or the one that gets farthest."""
+        tried: list[TerrainSearch] = []
+        for found in self._one_by_one(tried):
+            if found.complete:
+                return _better(self.search, found, self.begin, self.clock)
+            tried.append(found)
+        # Of those that got as far, the last one looked most.
+        farthest = max(reversed(tried), key=lambda found: found.share)
+        return replace(farthest, late=any(found.late for found in tried))
+
+    def _one_by_one(self, tried: list[TerrainSearch]) -> Iterator[TerrainSearch]:
+        """What one search after the other finds, until the time is over.
+
+        Args:
+            tried: what those before found, which did not reach the goal.
+        """
+        usual, course = self.search.judge.settings, self.search.course
+        once, end = usual.longest(course.length), self.clock + usual.longest_in_all(course.length)
+        narrow = min(usual.width_limit, NARROW * usual.width)
+        for way in self.ways:
+            # A way may be there that the coarse grid does not show; no other stance makes one.
+            if course.blocked and way.stance != usual.stance:
+                continue
+            searching = with_settings(self.search, replace(way, width_limit=narrow))
+            try:
+                first = first_layer(searching)
+            except InputError:
+                if not tried:
+                    raise
+                continue
+            yield self._found(searching, first, once / 2.0, end)
+        if usual.width_limit == narrow or course.blocked:
+            return
+        # Those that got farthest may pass with a wider beam.
+        for near in sorted(tried, key=lambda found: -found.share):
+            if time.thread_time() >= end:
+                return
+            wide = replace(near.settings, width_limit=usual.width_limit)
+            searching = with_settings(self.search, wide)
+            yield self._found(searching, first_layer(searching), once, end)
+
+    def _found(self, searching: Search, first: Layer, most: float, end: float) -> TerrainSearch:
+        """One search, which may take ``most`` seconds and ends at a processor time [s]."""
+        until = min(time.thread_time() + most, end)
+        found = searching.run([first], self.progress, self.search.effort, until)
+        return result_of(searching, found, self.begin)
+
+
+def ways_of(usual: TerrainSettings, asked: Mapping[str, Any]) -> tuple[TerrainSettings, ...]:
+    """Ways of walking to try one after the other; what was asked for stays.
+
+    Args:
+        usual: the settings of the first one.
+        asked: settings by name that were given.
+    """
+    shares = STEP_SHARES if asked.get("step_length") is None else (1.0,)
+    pairs = [(share, usual.stance) for share in shares]
+    if asked.get("stance") is None:
+        given = len(shares) == 1
+        pairs += [(1.0 if given else share, stance) for share, stance in SHORT_STANCES]
+    return tuple(
+        replace(usual, step_length=round(share * usual.step_length, 4), stance=stance)
+        for share, stance in pairs
+    )
+
+
+def shorter_steps(usual: float, settings: TerrainSettings, asked: Mapping[str, Any]) -> list[float]:
+    """Shorter lengths of steps [m] than those of some settings, where none is asked for.
+
+    Args:
+        usual: length of the usual steps [m].
+        settings: of a search.
+        asked: settings by name that were given.
+    """
+    lengths = [round(share * usual, 4) for share in STEP_SHARES]
+    if asked.get("step_length") is not None or settings.step_length not in lengths:
+        return []
+    return [length for length in lengths if length < settings.step_length]
+
+
+def _better(search: Search, best: TerrainSearch, begin: float, clock: float) -> TerrainSearch:
+    """The cheapest walk that ever wider beams find until the time is over."""
+    until = clock + best.settings.time_budget
+    settings, limit = best.settings, search.judge.settings.width_limit
+    while time.thread_time() < until:
+        settings = replace(settings, width=2 * settings.width)
+        if settings.width > limit:
+            break
+        wider = with_settings(search, settings)
+        found = wider.run([first_layer(wider)], until=until)
+        if found.complete and float(found.layers[-1].cost.min()) < best.cost:
+            best = result_of(wider, found, begin)
+    return best
