@@ -27,6 +27,9 @@ SHORT_STANCES = ((0.7, 0.7), (0.8, 0.6))
 """Shares of the usual step and of the standing robot's stance that are tried after these, where no
 stance is given. Chosen: with them anymal_c goes up risers of 17 and 18 cm on treads of 28 cm, and
 not with a stance of 0.85; wang2020 crosses stairs and stones on which other ways end."""
+UPHILL = 0.35
+"""Pitch of the body at a dead end, nose up, from which on short stances are tried first [rad].
+Chosen: stairs that need them have slopes of 0.5 and more, and on the way down they rarely help."""
 NARROW = 4
 """Widest beam with which all ways are tried before a wider one, in widths of the first."""
 
@@ -69,7 +72,9 @@ class Tries:
         usual, course = self.search.judge.settings, self.search.course
         once, end = usual.longest(course.length), self.clock + usual.longest_in_all(course.length)
         narrow = min(usual.width_limit, NARROW * usual.width)
-        for way in self.ways:
+        ways = list(self.ways)
+        while ways:
+            way = ways.pop(0)
             # A way may be there that the coarse grid does not show; no other stance makes one.
             if course.blocked and way.stance != usual.stance:
                 continue
@@ -80,7 +85,10 @@ class Tries:
                 if not tried:
                     raise
                 continue
-            yield self._found(searching, first, once / 2.0, end)
+            found = self._found(searching, first, once / 2.0, end)
+            yield found
+            if _pitched(found) > UPHILL:
+                ways.sort(key=lambda way: way.stance == usual.stance)
         if usual.width_limit == narrow or course.blocked:
             return
         # Those that got farthest may pass with a wider beam.
@@ -96,6 +104,12 @@ class Tries:
         until = min(time.thread_time() + most, end)
         found = searching.run([first], self.progress, self.search.effort, until)
         return result_of(searching, found, self.begin)
+
+
+def _pitched(found: TerrainSearch) -> float:
+    """How far the body is pitched at the end of what was found, nose up [rad]."""
+    postures = found.footholds.postures
+    return 0.0 if postures is None else -float(postures[-1, 2])
 
 
 def ways_of(usual: TerrainSettings, asked: Mapping[str, Any]) -> tuple[TerrainSettings, ...]:
