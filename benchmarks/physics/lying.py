@@ -26,11 +26,11 @@ from rich.table import Table
 import gaitopt
 from gaitopt import LEGS, Footholds, Plan, State
 from gaitopt.control.gains import ControlGains
-from gaitopt.entering.outlines import lowest_points, outlines
 from gaitopt.entering.standing_up import footholds_of
 from gaitopt.errors import InfeasibleStateError
 from gaitopt.exporting.sampled import forces_at
 from gaitopt.exporting.servo_gains import servo_gains
+from gaitopt.robots.at_many_poses.outlines import lowest_points, outlines
 from gaitopt.robots.collision_shapes import CollisionPairs
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.rotations import quaternion_to_matrix, quaternion_to_rpy

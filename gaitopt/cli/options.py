@@ -158,4 +158,6 @@ JsonOption = Annotated[
     typer.Option("--json", help="Print one JSON document, for programs, in place of text.",
                  rich_help_panel="What is written"),
 ]  # fmt: skip
-PlanArgument = Annotated[Path, typer.Argument(help="A plan file (.npz).", metavar="PLAN")]
+PlanArgument = Annotated[
+    Path, typer.Argument(help="A plan file (.npz), or the folder of its run.", metavar="PLAN")
+]

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 LONGEST_SHARE = 4.0
 """Plans that take longer than so many times the plan's time are not drawn beside it. Chosen here:
 the shortest line still covers a quarter of the axis."""
+MOST_NAMED = 8
+"""Most files of plans that a message names."""
 TABLE_WIDTH = 150
 """Width of tables where the output is no terminal: the widest table, that of ``gaitopt race``."""
 
@@ -128,10 +130,28 @@ def make_folder(folder: Path) -> None:
 
 
 def open_plan(path: Path) -> Plan:
-    """Read a plan file; raises PlanFileError where that fails."""
+    """Read a plan file, or the one plan in the folder of a run.
+
+    Raises:
+        PlanFileError: that fails, or the folder holds several plans, or none.
+    """
     from gaitopt.plan.plan_file import load_plan
 
-    return load_plan(path)
+    return load_plan(_plan_in(path) if path.is_dir() else path)
+
+
+def _plan_in(folder: Path) -> Path:
+    """The plan file in a folder; raises PlanFileError where there is not just one."""
+    from gaitopt.errors import PlanFileError
+
+    plans = sorted(folder.glob("*.npz"))
+    if len(plans) == 1:
+        return plans[0]
+    if plans:
+        names = ", ".join(str(plan) for plan in plans[:MOST_NAMED])
+        more = f" and {len(plans) - MOST_NAMED} more" if len(plans) > MOST_NAMED else ""
+        raise PlanFileError(f"{folder} holds {len(plans)} files of plans; give one: {names}{more}")
+    raise PlanFileError(f"{folder} is a folder without a plan file (.npz); give the plan's file")
 
 
 def drawable(plan: Plan, plans: Mapping[str, Plan]) -> dict[str, Plan]:

@@ -17,10 +17,10 @@ from gaitopt.conventions import LEGS, FloatArray, frozen
 from gaitopt.dynamics.whole_body import motion_of_path
 from gaitopt.entering.begin import check_apart
 from gaitopt.entering.one_foot_down import put_down
-from gaitopt.entering.outlines import lowest_points, outlines
 from gaitopt.errors import InfeasibleStateError, InputError
 from gaitopt.inputs import check_array, check_kind
 from gaitopt.plan.state import State
+from gaitopt.robots.at_many_poses.outlines import lowest_points, outlines
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.whole_body import feet_from_joints
 from gaitopt.stability.support import support_half_planes

@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from gaitopt.conventions import FloatArray
-from gaitopt.entering.outlines import Outline, lowest_points
 from gaitopt.plan.state import State
+from gaitopt.robots.at_many_poses.outlines import Outline, lowest_points
 from gaitopt.robots.collision_shapes import TOUCHING, CollisionPairs
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.rotations import rpy_to_matrix

@@ -17,6 +17,7 @@ from xml.etree import ElementTree
 from gaitopt.errors import InputError, MissingPackageError, RobotError, RobotWarning, warn
 from gaitopt.files import StrPath
 from gaitopt.robots.abilities import inertia_warnings, torque_warnings
+from gaitopt.robots.at_many_poses.leg_ends import end_warnings
 from gaitopt.robots.files.notes import Notes
 from gaitopt.robots.files.options import ReadOptions, folder_paths
 from gaitopt.robots.files.packages import packaged_robot
@@ -135,6 +136,9 @@ def load_robot(
     if not any(UNREAL in warning for warning in notes.warnings):
         told = (*notes.warnings, *torque_warnings(robot), *inertia_warnings(robot))
         notes = replace(notes, warnings=told)
+    if robot.name not in robot_names():
+        ends = end_warnings(replace(robot, notes=notes))
+        notes = replace(notes, warnings=(*notes.warnings, *ends))
     for warning in notes.warnings:
         warn(f"{robot.name}: {warning}", RobotWarning)
     return replace(robot, notes=notes)

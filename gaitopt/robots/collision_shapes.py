@@ -138,6 +138,21 @@ def _owner(model: Any, joint: int, legs: dict[int, str]) -> str:
     return legs.get(joint, "")
 
 
+def collision_geometry(robot: Quadruped) -> Any:
+    """Pinocchio's model of a robot's collision shapes, with hulls for meshes.
+
+    ``None`` where shapes are missing, or hulls of meshes are.
+    """
+    import pinocchio as pin
+
+    text, meshed = _without_meshes(robot.urdf)
+    if meshed - {link for link, _ in robot.notes.hulls}:
+        return None
+    geometry = pin.buildGeomFromUrdfString(robot.model, text, pin.GeometryType.COLLISION)
+    _add_hulls(geometry, robot)
+    return geometry
+
+
 @dataclass(frozen=True, eq=False)
 class CollisionPairs:
     """Pairs of a robot's own shapes that must not touch.
@@ -168,12 +183,10 @@ class CollisionPairs:
         """The pairs of a robot, from its URDF's text."""
         import pinocchio as pin
 
-        text, meshed = _without_meshes(robot.urdf)
-        if meshed - {link for link, _ in robot.notes.hulls}:
+        geometry = collision_geometry(robot)
+        if geometry is None:
             return None
         model = robot.model
-        geometry = pin.buildGeomFromUrdfString(model, text, pin.GeometryType.COLLISION)
-        _add_hulls(geometry, robot)
         legs = [_first_joint(model, shape.parentJoint) for shape in geometry.geometryObjects]
         for i, first in enumerate(legs):
             for j in range(i):

@@ -23,6 +23,7 @@ from gaitopt.inputs import check_kind
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.settings.over_obstacle import StrideSettings
 from gaitopt.simulation.grip import Grip
+from gaitopt.simulation.light_feet import time_to_give_way
 from gaitopt.simulation.model import (
     SimModel,
     build_sim_model,
@@ -74,6 +75,7 @@ def simulate(
         settings = replace(settings, limbs=False)
     mujoco = import_mujoco()
     physics = settings.for_reach(max(leg.reach for leg in plan.robot.legs.values()))
+    physics = physics.for_feet(time_to_give_way(plan.robot))
     if plan.footholds.ground is not None:
         physics = physics.on_height_map()
     asked = plan.settings

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import shutil
 import subprocess
 import sys
 import webbrowser
@@ -345,3 +346,17 @@ def test_a_transfer_time_leaves_the_usual_friction_of_each_objective() -> None:
     assert force_limits(None) is None
     assert force_limits(None, 0.1, "margin") == gaitopt.ForceLimits(friction=0.3, transfer_time=0.1)
     assert force_limits(0.5, 0.1, "margin") == gaitopt.ForceLimits(friction=0.5, transfer_time=0.1)
+
+
+def test_the_folder_of_a_run_stands_for_its_plan(
+    plan_file: Path, command: Command, error_of: ErrorOf, tmp_path: Path
+) -> None:
+    """``gaitopt verify out/walk-go2-seed0``: the folder that a command names at its end."""
+    assert command("verify", str(plan_file.parent)).output == command(
+        "verify", str(plan_file)
+    ).output.replace(str(plan_file), str(plan_file.parent))
+    assert "is a folder without a plan file (.npz)" in error_of("verify", str(tmp_path))
+    for name in ("one.npz", "two.npz"):
+        shutil.copy(plan_file, tmp_path / name)
+    words = error_of("simulate", str(tmp_path))
+    assert "holds 2 files of plans; give one: " in words and "one.npz" in words

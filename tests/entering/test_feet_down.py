@@ -11,8 +11,8 @@ import pytest
 import gaitopt
 from benchmarks.physics.lying import measured, played, put_down, sunk, with_feet_up, world_of
 from gaitopt import LEGS, FeetDown, InputError, State, feet_down
-from gaitopt.entering.outlines import lowest_points, outlines
 from gaitopt.errors import InfeasibleStateError
+from gaitopt.robots.at_many_poses.outlines import lowest_points, outlines
 from gaitopt.simulation.model import to_mujoco
 
 

@@ -77,10 +77,12 @@ def read_text(
         path: the file; ``None`` for a robot that comes as text.
 
     Raises:
-        RobotError, MissingPackageError, InputError: as for :func:`read_file`; and there are
-            arguments of xacro for a file that is no xacro.
+        RobotError, MissingPackageError, InputError: as for :func:`read_file`; the text is empty;
+            and there are arguments of xacro for a file that is no xacro.
     """
     folder, text = None if path is None else path.parent, _FIRST.sub("", text)
+    if not text.strip():
+        raise RobotError(f"{label}: the file is empty; give one that holds a robot")
     refuse_entities(text, label, "file")
     kind = outermost_tag(text)
     if kind.startswith("{"):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
 from xml.etree import ElementTree
 
@@ -111,6 +112,12 @@ class UrdfTree:
     def __init__(self, root: Element, label: str) -> None:
         self.label, self.root = label, root
         self.links = {link.get("name") or "": link for link in root.findall("link")}
+        twice = Counter(link.get("name") or "" for link in root.findall("link")).most_common(1)
+        if twice and twice[0][1] > 1:
+            raise RobotError(
+                f"{label}: {twice[0][1]} links have the name {twice[0][0]}; rename all but one, "
+                "and the ends of their joints"
+            )
         if len(self.links) > MOST_LINKS:
             raise RobotError(f"{label}: {len(self.links)} links; at most {MOST_LINKS} are read")
         self.joints: dict[str, Joint] = {}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from pathlib import Path
 
 import pytest
 from robot_loading import quiet
@@ -23,6 +24,21 @@ def test_comments_do_not_tell_the_kind_of_a_file(comment: str) -> None:
 def test_sdf_is_refused_by_its_name() -> None:
     with pytest.raises(RobotError, match="this is SDF"):
         load_robot('<?xml version="1.0"?><!-- <robot> --><sdf version="1.7"/>')
+
+
+@pytest.mark.parametrize("text", ["", " \n\t\n"])
+def test_empty_files_are_called_so(text: str, tmp_path: Path) -> None:
+    file = tmp_path / "mine.urdf"
+    file.write_text(text)
+    with pytest.raises(RobotError, match=r"^mine: the file is empty"):
+        load_robot(file)
+
+
+def test_two_links_of_one_name_are_told_as_such() -> None:
+    """Not as a link that is missing, which the joint of the other one names."""
+    text = robot().replace('<link name="RF_l0"', '<link name="LF_l0"')
+    with pytest.raises(RobotError, match="2 links have the name LF_l0; rename all but one"):
+        load_robot(text)
 
 
 DEEP = "<x>" * 3000 + "</x>" * 3000

@@ -72,6 +72,28 @@ def test_package_that_is_nowhere_is_named(tmp_path: Path) -> None:
     assert load_robot(main, package_folders=[tmp_path / "folder"]).mass == pytest.approx(MASS)
 
 
+def test_variables_of_ros_need_not_be_set(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Files ask for the version of ROS, by which they choose a simulator."""
+    text = with_macros('<xacro:property name="ros" value="$(env ROS_VERSION)"/>').replace(
+        "${2 * half}", "${5.0 if int(ros) == 2 else 1.0}"
+    )
+    monkeypatch.delenv("ROS_VERSION", raising=False)
+    assert load_robot(text).mass == pytest.approx(MASS)
+    monkeypatch.setenv("ROS_VERSION", "1")
+    assert load_robot(text).mass == pytest.approx(MASS - 4.0)
+
+
+def test_variable_that_is_not_set_is_named_with_the_way_out(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.delenv("NO_SUCH_VARIABLE", raising=False)
+    text = with_macros('<xacro:property name="x" value="$(env NO_SUCH_VARIABLE)"/>').replace(
+        "${2 * half}", "${float(x)}"
+    )
+    with pytest.raises(RobotError, match=r"set it, as with NO_SUCH_VARIABLE=\.\.\."):
+        load_robot(text)
+
+
 def test_urdf_that_only_declares_the_namespace_is_a_urdf() -> None:
     text = robot().replace('<robot name="tester">', f'<robot name="tester" {SPACE}>')
     comment = text.replace("</robot>", "<!-- <xacro:include filename='x'/> --></robot>")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import json
+import os
 import re
 import subprocess
 import sys
@@ -22,6 +23,10 @@ _ELEMENT = re.compile(r"\{[^}]*\bxacro\b[^}]*\}")
 """Begins an element's name that is in the namespace of xacro."""
 _FIND = re.compile(r"\$\(\s*find\s+([\w.-]+)\s*\)([\w./-]*)")
 _UNDEFINED = re.compile(r"Undefined substitution argument (\w+)")
+_UNSET = re.compile(r"environment variable '(\w+)' is not set")
+ROS_VARIABLES = {"ROS_VERSION": "2"}
+"""Variables of the environment that files ask for, and what they are where nobody has set them.
+Files choose their drivers and simulators by them, which say nothing of what is read here."""
 MOST_GUESSED = 10
 """Most arguments that are taken as false."""
 MOST_FILES = 300
@@ -77,8 +82,8 @@ def _with_arguments(
     """
     arguments = {name: str(value) for name, value in options.xacro_arguments.items()}
     guessed: list[str] = []
+    job = {"path": str(path), "arguments": arguments, "packages": packages}
     while True:
-        job = {"path": str(path), "arguments": arguments, "packages": packages}
         done = _run(job, path, label)
         if done.returncode == 0 and done.stdout:
             warnings = [f"xacro arguments without a value were taken as false: "
@@ -91,6 +96,9 @@ def _with_arguments(
         guessed.append(missing.group(1))
     told = done.stderr.replace(f"{staging}/packages", "(beside the file)")
     words = " ".join(told.split())[-400:] or f"it ended with {done.returncode}"
+    unset = _UNSET.search(words)
+    if unset is not None:
+        words += f"; set it, as with {unset.group(1)}=... before the command"
     lost = [name for name, folder in packages.items() if Path(folder).is_relative_to(staging)]
     if lost:
         words += f"; packages that are nowhere: {', '.join(lost)}"
@@ -104,10 +112,11 @@ def _with_arguments(
 def _run(job: Mapping[str, object], path: Path, label: str) -> subprocess.CompletedProcess[str]:
     """Expand a file in another process."""
     script = str(Path(__file__).with_name("process.py"))
+    environment = {**ROS_VARIABLES, **os.environ}
     try:
         return subprocess.run(
             [sys.executable, script], input=json.dumps(job), capture_output=True, text=True,
-            timeout=2 * MOST_SECONDS, check=False, cwd=path.parent,
+            timeout=2 * MOST_SECONDS, check=False, cwd=path.parent, env=environment,
         )  # fmt: skip
     except (OSError, subprocess.TimeoutExpired) as error:
         raise RobotError(f"{label}: expanding this xacro file did not end: {error}") from error

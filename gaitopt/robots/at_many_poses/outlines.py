@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gaitopt.conventions import FloatArray
-from gaitopt.robots.collision_shapes import CollisionPairs
+from gaitopt.robots.collision_shapes import collision_geometry
 from gaitopt.robots.quadruped import Quadruped
 
 SIDES = 24
@@ -32,11 +32,11 @@ class Outline(NamedTuple):
 
 def outlines(robot: Quadruped) -> list[Outline] | None:
     """The shapes of a robot's links; ``None`` where they are not known."""
-    pairs = CollisionPairs.of(robot)
-    if pairs is None:
+    geometry = collision_geometry(robot)
+    if geometry is None:
         return None
     found = []
-    for shape in pairs.geometry.geometryObjects:
+    for shape in geometry.geometryObjects:
         points, radius = _balls(shape.geometry)
         placed = points @ shape.placement.rotation.T + shape.placement.translation
         found.append(Outline(str(shape.name), int(shape.parentJoint), placed, radius))
