@@ -21,6 +21,9 @@ LARGEST_TURN = np.pi / 2
 """Largest turn between two keys [rad]. Slerp takes the shorter way, so it is below half a turn;
 chosen here: half of that."""
 
+IN_CACHE = 2048
+"""Segments of a path that are looked at together. Measured: the processor's caches hold them."""
+
 MOST_SAMPLES = 2_000_000
 """Most instants at which a path is evaluated: about 300 MB for a robot of twelve joints."""
 
@@ -40,17 +43,9 @@ def sample_times(path: MotionPath, tolerance: float = 0.5 * ANGLE_TOLERANCE) -> 
     lengths = np.diff(path.times)
     if not len(lengths):
         return path.times
-    powers = np.arange(path.degree, -1, -1)
-    # Bounds on second and first derivatives over each piece, times its length squared, and once.
-    seconds = np.abs(path.coefficients) * (powers * (powers - 1))[:, None, None]
-    length_powers = lengths ** np.maximum(powers, 0)[:, None]
-    curvature = np.einsum("psc,ps->sc", seconds, length_powers).max(axis=1)
-    firsts = np.abs(path.coefficients) * powers[:, None, None]
-    slopes = np.einsum("psc,ps->sc", firsts, length_powers)
-    needed = np.maximum.reduce([
-        np.sqrt(curvature / (8.0 * tolerance)),
-        slopes[:, 3:6].sum(axis=1) / np.sqrt(8.0 * tolerance),
-        slopes[:, 6:].max(axis=1, initial=0.0) / LARGEST_TURN,
+    needed = np.concatenate([
+        _needed_pieces(path.coefficients[:, part], lengths[part], tolerance)
+        for part in (slice(k, k + IN_CACHE) for k in range(0, len(lengths), IN_CACHE))
     ])  # fmt: skip
     share = MOST_SAMPLES / len(lengths)
     pieces = np.clip(np.ceil(needed), 1, max(share, 1)).astype(np.int64)
@@ -58,6 +53,23 @@ def sample_times(path: MotionPath, tolerance: float = 0.5 * ANGLE_TOLERANCE) -> 
     inside = (np.arange(len(first)) - first) / np.repeat(pieces, pieces)
     times = np.repeat(path.times[:-1], pieces) + inside * np.repeat(lengths, pieces)
     return np.append(times, path.times[-1])
+
+
+def _needed_pieces(coefficients: FloatArray, lengths: FloatArray, tolerance: float) -> FloatArray:
+    """Into how many pieces each segment has to be cut at least ``(s,)``."""
+    # Bounds on second and first derivatives over each piece, times its length squared, and once.
+    seconds, slopes = np.zeros((2, *coefficients.shape[1:]))
+    for power, row in enumerate(coefficients[::-1]):
+        if power:
+            size = np.abs(row) * (power * lengths**power)[:, None]
+            slopes += size
+            seconds += (power - 1) * size
+    needed: FloatArray = np.maximum.reduce([
+        np.sqrt(seconds.max(axis=1) / (8.0 * tolerance)),
+        slopes[:, 3:6].sum(axis=1) / np.sqrt(8.0 * tolerance),
+        slopes[:, 6:].max(axis=1, initial=0.0) / LARGEST_TURN,
+    ])  # fmt: skip
+    return needed
 
 
 def kept_samples(
@@ -85,18 +97,36 @@ def kept_samples(
     y = values.reshape(len(values), -1)
     if len(times) < 2 or (np.abs(y - y[0]) <= 0.0).all():
         return np.array([0])
-    measure = error or _line_error
-    kept, starts, ends = [0, len(times) - 1], np.array([0]), np.array([len(times) - 1])
+    whole = np.array([0]), np.array([len(times) - 1])
+    return kept_between(times, y, tolerance, *whole, error=error, largest_step=largest_step)
+
+
+def kept_between(
+    times: FloatArray,
+    values: FloatArray,
+    tolerance: float,
+    starts: np.ndarray,
+    ends: np.ndarray,
+    *,
+    error: InterpolationError | None = None,
+    largest_step: float = np.inf,
+) -> np.ndarray:
+    """The same for several pieces at once, the samples ``starts (p,)`` to ``ends (p,)``.
+
+    First and last samples of all pieces are kept. ``values`` are ``(n, c)``.
+    """
+    measure, kept = error or _line_error, [starts, ends]
     # Gaps between neighbours that are kept, as long as a sample in them may be off.
-    while len(starts) and ends[0] - starts[0] > 1:
-        first = _worst_samples(times, y, starts, ends, measure, tolerance, largest_step)
-        bad = first >= 0
-        starts, ends, first = starts[bad], ends[bad], first[bad]
-        kept += first.tolist()
-        starts, ends = np.concatenate([starts, first]), np.concatenate([first, ends])
+    while True:
         wide = ends - starts > 1
         starts, ends = starts[wide], ends[wide]
-    return np.unique(np.array(kept))
+        if not len(starts):
+            return np.unique(np.concatenate(kept))
+        first = _worst_samples(times, values, starts, ends, measure, tolerance, largest_step)
+        bad = first >= 0
+        starts, ends, first = starts[bad], ends[bad], first[bad]
+        kept.append(first)
+        starts, ends = np.concatenate([starts, first]), np.concatenate([first, ends])
 
 
 def _worst_samples(
@@ -114,16 +144,19 @@ def _worst_samples(
     """
     gaps = ends - starts - 1
     firsts = np.cumsum(gaps) - gaps
-    inner = np.repeat(np.arange(len(gaps)), gaps)
-    samples = np.arange(int(gaps.sum())) - firsts[inner] + starts[inner] + 1
-    a, b = starts[inner], ends[inner]
-    span = np.maximum(times[b] - times[a], np.finfo(np.float64).tiny)
-    off = measure(y[samples], y[a], y[b], (times[samples] - times[a]) / span)
+    samples = np.arange(int(gaps.sum())) + np.repeat(starts + 1 - firsts, gaps)
+    span = np.maximum(times[ends] - times[starts], np.finfo(np.float64).tiny)
+    fraction = (times[samples] - np.repeat(times[starts], gaps)) / np.repeat(span, gaps)
+    a, b = (np.repeat(y[some], gaps, axis=0) for some in (starts, ends))
+    off = measure(y[samples], a, b, fraction)
     worst = np.maximum.reduceat(off, firsts)
-    hits = np.flatnonzero(off == worst[inner])
-    found = np.full(len(gaps), len(times))
-    np.minimum.at(found, inner[hits], samples[hits])
-    found[worst <= tolerance] = -1
+    # The first one in each gap that is as far off as any, where that is too far.
+    sought = np.where(worst <= tolerance, np.inf, worst)
+    hits = np.flatnonzero(off == np.repeat(sought, gaps))
+    inner = np.searchsorted(firsts, hits, side="right") - 1
+    inner, at = np.unique(inner, return_index=True)
+    found = np.full(len(gaps), -1)
+    found[inner] = samples[hits[at]]
     wide = np.abs(y[ends] - y[starts]).max(axis=1) > largest_step
     return np.where(wide, (starts + ends) // 2, found)
 
@@ -161,4 +194,5 @@ def _line_error(
     value: FloatArray, start: FloatArray, end: FloatArray, fraction: FloatArray
 ) -> FloatArray:
     """Distances ``(n,)`` from straight lines. An :data:`InterpolationError`."""
-    return np.asarray(np.linalg.norm(value - start - fraction[:, None] * (end - start), axis=1))
+    off = value - start - fraction[:, None] * (end - start)
+    return np.abs(off[:, 0]) if off.shape[1] == 1 else np.asarray(np.linalg.norm(off, axis=1))

@@ -98,19 +98,30 @@ def standing_places(plan: Plan) -> dict[int, Stance]:
         return {}
     middles = [min(p.start + p.duration / 2.0, plan.duration) for p in lasting.values()]
     every = plan.at(middles).feet
-    found = {}
-    for (index, phase), feet in zip(lasting.items(), every, strict=True):
-        standing = feet[[LEGS.index(leg) for leg in phase.support]]
-        found[index] = Stance(phase, standing, _plane(standing))
-    return found
+    standing = [
+        feet[[LEGS.index(leg) for leg in phase.support]]
+        for phase, feet in zip(lasting.values(), every, strict=True)
+    ]
+    planes = np.empty((len(standing), 3))
+    for count in {len(feet) for feet in standing}:
+        some = [k for k, feet in enumerate(standing) if len(feet) == count]
+        planes[some] = _planes(np.array([standing[k] for k in some]))
+    return {
+        index: Stance(phase, feet, plane)
+        for (index, phase), feet, plane in zip(lasting.items(), standing, planes, strict=True)
+    }
 
 
-def _plane(feet: FloatArray) -> FloatArray:
-    """Coefficients of the least-squares plane through ``feet (m, 3)``, level below three feet."""
-    if len(feet) < 3:
-        return np.array([float(feet[:, 2].mean()) if len(feet) else 0.0, 0.0, 0.0])
-    table = np.column_stack([np.ones(len(feet)), feet[:, :2]])
-    return np.asarray(np.linalg.lstsq(table, feet[:, 2], rcond=None)[0])
+def _planes(feet: FloatArray) -> FloatArray:
+    """Coefficients ``(n, 3)`` of the least-squares planes through ``feet (n, m, 3)``.
+
+    They are level below three feet, and of the least slope through feet in one line.
+    """
+    if feet.shape[1] < 3:
+        height = feet[..., 2].mean(axis=1) if feet.shape[1] else 0.0
+        return np.stack(np.broadcast_arrays(height, np.zeros(len(feet)), 0.0), axis=1)
+    tables = np.concatenate([np.ones((*feet.shape[:2], 1)), feet[..., :2]], axis=2)
+    return np.asarray((np.linalg.pinv(tables) @ feet[..., 2:])[..., 0])
 
 
 def filled(stance: Stance, flat: FloatArray, lift: float, heights: Heights | None) -> Shape:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -10,7 +11,7 @@ from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.plan.plan import Plan
 from gaitopt.terrain.footholds import Footholds
 from gaitopt.viewing.colours import LEG_COLOURS
-from gaitopt.viewing.replay.keyframes import kept_samples, sample_times
+from gaitopt.viewing.replay.keyframes import kept_between, sample_times
 from gaitopt.viewing.replay.scene import (
     Appearance,
     Box,
@@ -87,6 +88,7 @@ def ground_level(footholds: Footholds, foot_radius: float) -> float:
 
 def swings_scene(plan: Plan, samples: Samples) -> Scene:
     """The way of every flying foot, in its leg's colour."""
+    find_ways(samples, [(swing.leg, swing.start, swing.end) for swing in plan.swings])
     lines: dict[str, list[FloatArray]] = {leg: [] for leg in LEGS}
     for swing in plan.swings:
         points = swing_points(samples, swing.leg, swing.start, swing.end)
@@ -105,15 +107,32 @@ def swings_scene(plan: Plan, samples: Samples) -> Scene:
 def swing_points(samples: Samples, leg: str, start: float, end: float) -> FloatArray:
     """The foot's way between two times as a polyline ``(n, 3)`` [m]."""
     if (leg, start, end) not in samples.ways:
+        find_ways(samples, [(leg, start, end)])
+    return samples.ways[leg, start, end]
+
+
+def find_ways(samples: Samples, swings: Sequence[tuple[str, float, float]]) -> None:
+    """Find the ways of feet, by leg, start and end, all at once."""
+    ways, lengths = [], []
+    for leg, start, end in swings:
         first, last = np.searchsorted(samples.times, [start - 1e-9, end + 1e-9])
         points = samples.feet[first:last, LEGS.index(leg)]
         # Thinned along its length: what counts is the shape, not when the foot is where.
         apart = np.linalg.norm(np.diff(points, axis=0), axis=1)
         length = np.concatenate([[0.0], np.cumsum(apart)])
-        if len(points) > 1:
-            points = points[kept_samples(length, points, SWING_TOLERANCE)]
-        samples.ways[leg, start, end] = points
-    return samples.ways[leg, start, end]
+        ways.append(points if length[-1] else points[:1])
+        lengths.append(length[: len(ways[-1])])
+    ends = np.cumsum([len(points) for points in ways], dtype=int)
+    if not len(ends) or not ends[-1]:
+        samples.ways.update(zip(swings, ways, strict=True))
+        return
+    starts = np.concatenate([[0], ends[:-1]])
+    some, every = starts < ends, np.concatenate(ways)
+    kept = kept_between(
+        np.concatenate(lengths), every, SWING_TOLERANCE, starts[some], ends[some] - 1
+    )
+    bounds = np.searchsorted(kept, ends[:-1])
+    samples.ways.update(zip(swings, np.split(every[kept], bounds), strict=True))
 
 
 def _column(top: FloatArray, radius: float, level: float, leg: str) -> Part:

@@ -28,7 +28,7 @@ from gaitopt.terrain.footholds import Footholds
 from gaitopt.viewing.colours import LEG_COLOURS
 from gaitopt.viewing.replay.curves.of_plan import plan_curves
 from gaitopt.viewing.replay.encoding import commands, track_data
-from gaitopt.viewing.replay.keyframes import kept_samples, sample_times, slerp
+from gaitopt.viewing.replay.keyframes import kept_between, kept_samples, sample_times, slerp
 from gaitopt.viewing.replay.mesh_files import read_mesh
 from gaitopt.viewing.replay.numbers import packed
 from gaitopt.viewing.replay.page import SPEEDS, comfortable_speed
@@ -197,6 +197,18 @@ def test_thinning_keeps_its_word_and_drops_most_samples():
 def test_a_jump_keeps_both_of_its_keys():
     t = np.array([0.0, 1.0, 1.0, 2.0])
     assert kept_samples(t, np.array([0.0, 0.0, 1.0, 1.0]), 1e-4).tolist() == [0, 1, 2, 3]
+
+
+def test_samples_of_several_pieces_are_those_of_one_after_the_other():
+    rng = np.random.default_rng(0)
+    y = np.cumsum(rng.normal(size=(400, 3)), axis=0)
+    t = np.concatenate([np.cumsum(rng.uniform(0.1, 1.0, n)) for n in (150, 1, 2, 247)])
+    starts, ends = np.array([0, 150, 151, 153]), np.array([149, 150, 152, 399])
+    each = [
+        first + kept_samples(t[first : last + 1], y[first : last + 1], 2.0)
+        for first, last in zip(starts, ends, strict=True)
+    ]
+    assert kept_between(t, y, 2.0, starts, ends).tolist() == np.concatenate(each).tolist()
 
 
 def test_curved_paths_are_looked_at_often_enough():
