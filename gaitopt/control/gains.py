@@ -46,9 +46,10 @@ time, nothing is smoothed, and errors fade sooner."""
 
 JUMP_SHARE = 0.25
 """For robots with slow joints, whose joints turn at their velocity limits most of the time. Where
-the acceleration along the path changes its sign, forces jump by a third of the weight. In one tick
-of 6 ms that turned knees of wang2020 at up to 180 % of their limits. Those of robots with quick
-joints are not near their limits then; without it a body of go2 was nearer to its plan by 1 mm."""
+the acceleration along the path changes its sign, forces jump by a third of the weight, and where
+feet land or lift off by more. In one tick of 6 ms that turned knees of wang2020 at up to 180 % of
+their limits. Those of robots with quick joints are not near their limits then; without it a body of
+go2 was nearer to its plan by 1 mm."""
 SIDES: Final = ({"LF", "LH"}, {"RH", "RF"})
 """The feet of each side. On them alone errors grow, and the next line is parallel to this one."""
 SHIFT_SHARE = 0.5
@@ -97,8 +98,9 @@ class ControlGains:
         longest_wait: how long the plan's clock may stand still at a time because a foot that
             should stand has found no ground yet [s].
         jump_share: what is taken of planned forces and accelerations from the tick before and from
-            the one after, while the same feet stand, so that a jump of them takes three ticks; 0
-            for none, up to 0.25.
+            the one after, six times in turn, so that a jump of them takes about five ticks; 0 for
+            none, up to 0.25. Not where feet that bear more than a tenth of the weight land or lift
+            off.
         foothold_shift: how far flying feet may land beside their footholds, so that a body on two
             feet does not fall over the line through them [m]; for plans that promise contact
             forces.
