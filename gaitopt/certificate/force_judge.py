@@ -11,9 +11,10 @@ from gaitopt.certificate.derivative_bounds import product
 from gaitopt.certificate.enclosure import Pieces, chord_deviation
 from gaitopt.certificate.force_margins import Stances, TorqueLimits
 from gaitopt.certificate.force_programs import ForcePrograms
-from gaitopt.certificate.force_samples import ForceSamples, joints_of_legs
+from gaitopt.certificate.force_samples import ForceSamples, across, joints_of_legs
 from gaitopt.certificate.inertial_deviations import InertialDeviations
 from gaitopt.certificate.phase_forces import PhaseGround
+from gaitopt.certificate.trace import deviations, foot_chain
 from gaitopt.conventions import LEGS, BoolArray, FloatArray
 from gaitopt.dynamics.contacts import ForceLimits
 from gaitopt.plan.plan import Plan
@@ -64,8 +65,8 @@ class ForceJudge:
     @classmethod
     def of(
         cls, plan: Plan, limits: ForceLimits, pieces: Pieces, phase: np.ndarray,
-        standing: BoolArray, samples: ForceSamples, at: np.ndarray, bulge: FloatArray,
-        ground: PhaseGround, spans: FloatArray,
+        standing: BoolArray, samples: ForceSamples, at: np.ndarray, ground: PhaseGround,
+        spans: FloatArray,
     ) -> ForceJudge:  # fmt: skip
         """The judge of some pieces.
 
@@ -76,7 +77,6 @@ class ForceJudge:
             standing: which feet stand, equally many on all pieces ``(P, 4)``.
             samples: those at the ends of the pieces.
             at: which samples are at the starts and at the ends ``(2, P)``.
-            bulge: how far each foot leaves its chord at most ``(P, 4)`` [m].
             ground: under the feet in all phases of the plan.
             spans: when feet land and lift off, in all phases ``(phases, 4, 2)`` [s].
         """
@@ -87,6 +87,7 @@ class ForceJudge:
         places = samples.feet[at[:, :, None], feet[owner]]
         middle = _middles(places, first)
         slip = np.linalg.norm(places - middle[owner], axis=3).max(axis=0)
+        bulge = deviations([foot_chain(plan, leg) for leg in LEGS], pieces)
         slip += np.take_along_axis(bulge, feet[owner], axis=1)
         points = middle - plan.robot.foot_radius * ground.normals[each]
         # A robot that flies far from the world's origin is judged as one that flies near to it.
@@ -112,22 +113,19 @@ class ForceJudge:
         return out
 
     @property
-    def off_centre(self) -> FloatArray:
+    def _off_centre(self) -> FloatArray:
         """How far the base is from the reference of moments at each start ``(P,)`` [m]."""
         away = self.samples.base[self.at[0]] - self.stances.centres[self.owner]
         return np.asarray(np.linalg.norm(away, axis=1))
 
-    def left(self, deviations: InertialDeviations) -> Left:
-        """What the tightest limit leaves on every piece.
-
-        Args:
-            deviations: bounds on the inertial forces of these pieces.
-        """
+    def left(self) -> Left:
+        """What the tightest limit leaves on every piece."""
         stances = self.stances
+        inertial = InertialDeviations.of(self.plan.robot, self.pieces, self._off_centre)
         used, at = np.unique(self.at, return_inverse=True)
         at = at.reshape(self.at.shape)
         forces, at_samples, unbalanced = self._at_samples(used, at)
-        taken, rest = self._taken(forces[at], deviations)
+        taken, rest = self._taken(forces[at], inertial)
         over = stances.tolerance - unbalanced[at].max(axis=0) - rest
         if stances.makes_any_wrench:
             over = np.full_like(over, np.inf)
@@ -155,7 +153,7 @@ class ForceJudge:
         owner[ends] = self.owner
         limits = stances.torque_limits(at.speeds)
         arm = at.base - stances.centres[owner]
-        wrench = np.concatenate([at.force, at.moment + _cross(arm, at.force)], axis=1)
+        wrench = np.concatenate([at.force, at.moment + across(arm, at.force)], axis=1)
         feet, rows = stances.feet[owner], np.arange(len(used))[:, None]
         columns = joints_of_legs(self.plan.robot)[feet]
         columns = columns.reshape(len(used), feet.shape[1] * columns.shape[2])
@@ -202,19 +200,19 @@ class ForceJudge:
         return self.stances.most_normals(np.clip(left, 0.0, longest))
 
     def _taken(
-        self, forces: FloatArray, deviations: InertialDeviations
+        self, forces: FloatArray, inertial: InertialDeviations
     ) -> tuple[FloatArray, FloatArray]:
         """What the time between samples takes off each limit ``(P, r)``, and off the balance [N].
 
         Args:
             forces: at both ends ``(2, P, k, 3)`` [N].
-            deviations: bounds on the inertial forces.
+            inertial: bounds on the inertial forces.
         """
-        stances, force = self.stances, deviations.force
+        stances, force = self.stances, inertial.force
         sizes = np.linalg.norm(forces, axis=3).max(axis=0)
-        moment = deviations.moment + (sizes * self.slip).sum(axis=1)
+        moment = inertial.moment + (sizes * self.slip).sum(axis=1)
         more = stances.correction(force, moment, self.owner)
-        torques = self._torque_deviations(deviations, forces, sizes, more)
+        torques = self._torque_deviations(inertial, forces, sizes, more)
         if stances.lines is not None:
             torques += self._torque_losses()
         torques /= stances.reach
@@ -234,7 +232,7 @@ class ForceJudge:
         return self.stances.torque_loss(ends, least, most, jerk, pieces.lengths)
 
     def _torque_deviations(
-        self, deviations: InertialDeviations, forces: FloatArray, sizes: FloatArray,
+        self, inertial: InertialDeviations, forces: FloatArray, sizes: FloatArray,
         more: FloatArray,
     ) -> FloatArray:  # fmt: skip
         """How far each joint's torque leaves its chord ``(P, nj)`` [N m].
@@ -251,15 +249,15 @@ class ForceJudge:
         rows = np.arange(len(lengths))[:, None]
         for row, each in zip(of_legs, (sizes, slope, more), strict=True):
             row.T[rows, self.stances.feet[self.owner]] = each
-        moment = deviations.joint_moments.copy()
+        moment = inertial.joint_moments.copy()
         extra = np.zeros(moment.shape[1:])
         for leg, (size, rate, added) in zip(LEGS, np.swapaxes(of_legs, 0, 1), strict=True):
             columns = list(robot.leg_columns[leg])
             series = np.stack([size, rate, np.zeros_like(size)])[:, None]
-            moment[:, columns] += product(deviations.arms[:, columns], series)
-            extra[columns] = deviations.arms[0, columns] * added
-        found = chord_deviation(product(deviations.axes, moment)[2], lengths) + extra
-        found += deviations.motors
+            moment[:, columns] += product(inertial.arms[:, columns], series)
+            extra[columns] = inertial.arms[0, columns] * added
+        found = chord_deviation(product(inertial.axes, moment)[2], lengths) + extra
+        found += inertial.motors
         return np.asarray(found.T)
 
 
@@ -273,9 +271,3 @@ def _middles(places: FloatArray, first: np.ndarray) -> FloatArray:
     low = np.minimum.reduceat(places.min(axis=0), first, axis=0)
     high = np.maximum.reduceat(places.max(axis=0), first, axis=0)
     return np.asarray((low + high) / 2.0)
-
-
-def _cross(one: FloatArray, other: FloatArray) -> FloatArray:
-    """Cross products ``(n, 3)``: NumPy's own take five times as long."""
-    (a, b, c), (x, y, z) = one.T, other.T
-    return np.stack([b * z - c * y, c * x - a * z, a * y - b * x], axis=1)

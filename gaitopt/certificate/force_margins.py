@@ -175,9 +175,12 @@ class Stances:
     @cached_property
     def least_normals(self) -> FloatArray:
         """Least normal force of each standing foot ``(S, k)`` [N]."""
-        shares = [self.limits.least_normal_shares(np.isin(np.arange(len(LEGS)), feet))[feet]
-                  for feet in self.feet]  # fmt: skip
-        return np.asarray(self.weight * np.reshape(shares, self.feet.shape))
+        shares = {}
+        for feet in set(map(tuple, self.feet.tolist())):
+            standing = np.isin(np.arange(len(LEGS)), feet)
+            shares[feet] = self.limits.least_normal_shares(standing)[list(feet)]
+        each = [shares[feet] for feet in map(tuple, self.feet.tolist())]
+        return np.asarray(self.weight * np.reshape(each, self.feet.shape))
 
     def most_normals(self, left: FloatArray) -> FloatArray:
         """Largest normal forces [N], for the times since feet landed and until they lift off [s].

@@ -21,9 +21,8 @@ from gaitopt.certificate.enclosure import Pieces, chord_deviation
 from gaitopt.certificate.force_judge import ForceJudge
 from gaitopt.certificate.force_margins import limit_name
 from gaitopt.certificate.force_samples import chain_model, sample_ends
-from gaitopt.certificate.inertial_deviations import InertialDeviations
 from gaitopt.certificate.phase_forces import ground_in_phases, times_of_stances
-from gaitopt.certificate.trace import deviations, foot_chain, owners
+from gaitopt.certificate.trace import owners
 from gaitopt.conventions import GRAVITY, LEGS, FloatArray
 from gaitopt.dynamics.contacts import ForceLimits
 from gaitopt.dynamics.torque_limits import torque_lines
@@ -45,8 +44,8 @@ MOST_REFINEMENTS = 4
 """Most times that this is done: the bound then is 8**8 times as small."""
 MOST_PIECES = 60_000
 """Most pieces that are judged at a time, but for a path that has more. Each takes about 0.05 ms."""
-AT_ONCE = 2000
-"""Pieces that are looked at in one call of NumPy, or a few more: some 20 MB."""
+AT_ONCE = 4000
+"""Pieces that are looked at in one call of NumPy, or a few more: some 40 MB."""
 
 
 def contact_forces(plan: Plan, limits: ForceLimits) -> Check:
@@ -163,20 +162,14 @@ def _judge_pieces(plan: Plan, limits: ForceLimits, pieces: Pieces) -> _Judged:
     phase, standing = owners(plan, pieces)
     ground, spans = ground_in_phases(plan, limits.friction), times_of_stances(plan)
     samples, at = sample_ends(plan.robot, pieces, ground.normals[phase], phase)
-    bulge = deviations([foot_chain(plan, leg) for leg in LEGS], pieces)
-    judges = []
-    for mine in _together(phase, standing.sum(axis=1)):
-        judge = ForceJudge.of(plan, limits, pieces.chosen(mine), phase[mine], standing[mine],
-                              samples, at[:, mine], bulge[mine], ground, spans)  # fmt: skip
-        judges += [(mine[part], each) for part, each in judge.of_one_rank()]
-    off = np.empty(len(phase))
-    for mine, judge in judges:
-        off[mine] = judge.off_centre
-    inertial = InertialDeviations.of(plan.robot, pieces, off)
     left, bound = np.empty(len(phase)), np.empty(len(phase))
     columns = np.empty(len(phase), dtype=np.intp)
-    for mine, judge in judges:
-        left[mine], bound[mine], columns[mine] = judge.left(inertial.chosen(mine))
+    for mine in _together(phase, standing.sum(axis=1)):
+        judge = ForceJudge.of(plan, limits, pieces.chosen(mine), phase[mine], standing[mine],
+                              samples, at[:, mine], ground, spans)  # fmt: skip
+        for part, each in judge.of_one_rank():
+            own = mine[part]
+            left[own], bound[own], columns[own] = each.left()
     return _Judged(left, bound, columns, pieces.starts, phase)
 
 

@@ -70,13 +70,6 @@ class InertialDeviations:
             chord_deviation(fourth, lengths),
         )  # fmt: skip
 
-    def chosen(self, which: np.ndarray) -> InertialDeviations:
-        """Those of some of the pieces."""
-        return InertialDeviations(
-            self.force[which], self.moment[which], self.joint_moments[..., which],
-            self.arms[..., which], self.axes[..., which], self.motors[..., which],
-        )  # fmt: skip
-
 
 def _arms(robot: Quadruped, bounds: LinkBounds, pieces: int) -> FloatArray:
     """Series of the vector from each leg's joint to the foot's contact ``(5, nj, P)`` [m]."""
