@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from typing import Final
+from xml.etree import ElementTree
 
 import numpy as np
 
@@ -30,6 +31,11 @@ LARGEST_INERTIA_SHARE: Final = 0.2
 """Inertia of a motor, seen at its joint, from which on it is warned about, as a share of the
 robot's mass times the square of its leg's reach. It is 1.5 for the Bittle of a public set, which
 falls in physics, and at most 0.017 for some 30 other robots whose files have armatures."""
+
+LARGEST_FRICTION_SHARE: Final = 0.5
+"""Dry friction of a joint from which on it is warned about, as a share of the robot's weight times
+its leg's reach. It is 2.3 for the Bittle of a public set, which falls in physics, and at most 0.05
+for the other robots whose files state one."""
 
 
 def has_quick_joints(robot: Quadruped) -> bool:
@@ -92,6 +98,30 @@ def inertia_warnings(robot: Quadruped) -> list[str]:
         "motors that have about as much inertia as the whole robot at a leg's length [kg m^2]: "
         f"{first_of(high)}; such joints turn too slowly to walk by; if the file's armature is "
         "wrong, give motor_inertia= in kg m^2"
+    ]
+
+
+def friction_warnings(robot: Quadruped) -> list[str]:
+    """A warning, if joints rub with more torque than the robot's weight turns them by.
+
+    Models have such numbers to keep a simulator's servos quiet.
+    """
+    rubbing: dict[str, float] = {}
+    for joint in ElementTree.fromstring(robot.urdf).findall("joint"):
+        dynamics = joint.find("dynamics")
+        if dynamics is not None:
+            rubbing[joint.get("name", "")] = float(dynamics.get("friction", 0.0))
+    high = []
+    for leg in robot.legs.values():
+        weight = robot.mass * GRAVITY * leg.reach
+        high += [f"{joint} {rubbing[joint]:.3g} of {weight:.3g}" for joint in leg.joints
+                 if rubbing.get(joint, 0.0) > LARGEST_FRICTION_SHARE * weight > 0.0]  # fmt: skip
+    if not high:
+        return []
+    return [
+        "joints that rub with about the torque of the whole robot's weight at a leg's length "
+        f"[N m]: {first_of(high)}; what moves such joints hardly feels the ground, and physics may "
+        "throw the robot over; correct friction= in <dynamics> (frictionloss= in an MJCF)"
     ]
 
 

@@ -16,7 +16,7 @@ from xml.etree import ElementTree
 
 from gaitopt.errors import InputError, MissingPackageError, RobotError, RobotWarning, warn
 from gaitopt.files import StrPath
-from gaitopt.robots.abilities import inertia_warnings, torque_warnings
+from gaitopt.robots.abilities import friction_warnings, inertia_warnings, torque_warnings
 from gaitopt.robots.at_many_poses.leg_ends import end_warnings
 from gaitopt.robots.files.notes import Notes
 from gaitopt.robots.files.options import ReadOptions, folder_paths
@@ -134,7 +134,8 @@ def load_robot(
     name, urdf, notes = _read(source, options)
     robot = Quadruped.from_urdf(urdf, name or None, knees)
     if not any(UNREAL in warning for warning in notes.warnings):
-        told = (*notes.warnings, *torque_warnings(robot), *inertia_warnings(robot))
+        told = (*notes.warnings, *torque_warnings(robot), *inertia_warnings(robot),
+                *friction_warnings(robot))  # fmt: skip
         notes = replace(notes, warnings=told)
     if robot.name not in robot_names():
         ends = end_warnings(replace(robot, notes=notes))

@@ -56,12 +56,17 @@ def file_configurations(robot: Quadruped, q: ArrayLike, model: Any) -> FloatArra
                 out[:, joint.idx_q] = angle
             elif joint.nq == 2:
                 out[:, joint.idx_q : joint.idx_q + 2] = np.stack([np.cos(angle), np.sin(angle)], -1)
-    _set_base(robot, values, model, free[-1], out)
+    _set_base(robot, values, model, free, out)
     return out
 
 
-def _set_base(robot: Quadruped, values: FloatArray, model: Any, free: int, out: FloatArray) -> None:
-    """Put the body where it is, whatever the model's free joint carries."""
+def _set_base(
+    robot: Quadruped, values: FloatArray, model: Any, free: list[int], out: FloatArray
+) -> None:
+    """Put the body where it is, whatever the model's free joint carries.
+
+    There may be other free joints: a floating joint of the file, or links that hang on one.
+    """
     import pinocchio as pin
 
     # A body that gaitopt has put above the file's base is no link of the model.
@@ -70,11 +75,11 @@ def _set_base(robot: Quadruped, values: FloatArray, model: Any, free: int, out: 
     theirs = {str(frame.name): frame for frame in model.frames if frame.type == pin.FrameType.BODY}
     body = next((frame for frame in ours if str(frame.name) in theirs), ours[0])
     frame = theirs.get(str(body.name))
-    if frame is None or frame.parentJoint != free:
+    if frame is None or frame.parentJoint not in free:
         raise InputError(
             f"{robot.name}: the model's free joint does not carry the link {body.name}"
         )
     inside = body.placement * frame.placement.inverse()
-    start = model.joints[free].idx_q
+    start = model.joints[frame.parentJoint].idx_q
     for row, q in zip(out, values, strict=True):
         row[start : start + 7] = pin.SE3ToXYZQUAT(pin.XYZQUATToSE3(q[:7]) * inside)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import warnings
 
 import numpy as np
@@ -43,6 +44,28 @@ def test_feet_are_where_they_are_in_pinocchio_s_own_model(before: str) -> None:
             np.testing.assert_allclose(*places, rtol=0, atol=1e-12)
         com = [pin.centerOfMass(made.model, ours, a), pin.centerOfMass(theirs, data, b)]
         np.testing.assert_allclose(*com, rtol=0, atol=1e-12)
+
+
+def test_links_that_float_below_the_legs_do_not_matter() -> None:
+    """A pupper's toes hang on floating joints: its model has five free joints."""
+    text = re.sub(r'(name="\w\w_end" type=)"fixed"', r'\1"floating"', robot())
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", gaitopt.RobotWarning)
+        made = gaitopt.load_robot(text)
+    theirs = pin.buildModelFromXML(text, pin.JointModelFreeFlyer())
+    assert theirs.nq == 7 + 12 + 4 * 7
+    q = pin.randomConfiguration(made.model, -np.ones(19), np.ones(19))
+    data = theirs.createData()
+    mapped = gaitopt.file_configurations(made, q[None], theirs)[0]
+    pin.framesForwardKinematics(theirs, data, mapped)
+    place = data.oMf[theirs.getBodyId("base")].translation
+    np.testing.assert_allclose(place, q[:3], rtol=0, atol=1e-12)
+    np.testing.assert_allclose(
+        pin.centerOfMass(theirs, data, mapped),
+        pin.centerOfMass(made.model, made.model.createData(), q),
+        rtol=0,
+        atol=1e-12,
+    )
 
 
 def test_models_of_other_robots_are_refused() -> None:

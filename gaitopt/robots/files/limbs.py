@@ -27,6 +27,8 @@ MOST_TIPS = 24
 ALIKE = 0.25
 """How much lengths of legs, and distances of hips from their middle, may differ, as a share of
 their mean. Chosen: hind legs of some robots are longer by a tenth."""
+SAME = 0.95
+"""Share of the legs' length from which on another chain could be a leg as well. Chosen."""
 LEG_JOINTS = (2, 3)
 """Numbers of hinges that a leg may have."""
 BESIDE = 0.4
@@ -75,8 +77,12 @@ def lock_play(tree: UrdfTree, done: list[str]) -> dict[str, float]:
     return locked
 
 
-def find_limbs(tree: UrdfTree) -> list[Limb]:
+def find_limbs(tree: UrdfTree, warnings: list[str]) -> list[Limb]:
     """The four legs of a robot, in any order.
+
+    Args:
+        tree: the robot.
+        warnings: gets one where names decide, and more chains are like legs.
 
     Raises:
         RobotError: there are no four legs, or more sets of four than one.
@@ -103,14 +109,45 @@ def find_limbs(tree: UrdfTree) -> list[Limb]:
         )
     best, rivals = found[0], found[1:]
     _refuse_second_chains(tree, best, paths, poses)
+    others = _more_legs(tree, best, paths, poses)
+    if best.named and others:
+        warnings.append(
+            f"more chains than four are like legs, and those that end at {first_of(sorted(others))}"
+            " are held still, on the ground or not: give pose= to hold them elsewhere, or legs= "
+            "to say which four walk"
+        )
+        others = set()
     for rival in rivals:
-        others = {limb.end for limb in rival.limbs} - {limb.end for limb in best.limbs}
-        if rival.named == best.named and rival.length > (1.0 - 0.2 * ALIKE) * best.length:
-            raise RobotError(
-                f"{tree.label}: more than four chains are like legs ({_listed(paths)}); a "
-                f"quadruped has four ({sorted(others)[0]} could be one, too): {CURE}"
-            )
+        if rival.named == best.named and rival.length > SAME * best.length:
+            others |= {limb.end for limb in rival.limbs} - {limb.end for limb in best.limbs}
+    if others:
+        raise RobotError(
+            f"{tree.label}: more than four chains are like legs ({_listed(paths)}); a "
+            f"quadruped has four ({min(others)} could be one, too): {CURE}"
+        )
     return list(best.limbs)
+
+
+def _more_legs(
+    tree: UrdfTree, best: _Choice, paths: list[list[Joint]], poses: Mapping[str, FloatArray]
+) -> set[str]:
+    """The ends of two chains or more that are like the legs and start at their height.
+
+    So it is with the middle legs of a hexapod, whatever the places of its hips.
+    """
+    own = {joint.name for limb in best.limbs for joint in limb.joints}
+    starts = np.array([poses[limb.joints[0].child][:3, 3] for limb in best.limbs])
+    up, middle = int(np.ptp(starts, axis=0).argmin()), starts.mean(axis=0)
+    found = set()
+    for path in paths:
+        limbs = None if own.intersection(joint.name for joint in path) else _limbs([path])
+        if limbs is None or len(limbs[0].joints) != len(best.limbs[0].joints):
+            continue
+        length = _length(tree, limbs[0], poses)
+        high = abs(float(poses[path[0].child][up, 3] - middle[up]))
+        if SAME < length / best.length < 1.0 / SAME and high < ALIKE * best.length:
+            found.add(limbs[0].end)
+    return found if len(found) > 1 else set()
 
 
 def _too_short(tree: UrdfTree, chains: list[list[Joint]]) -> str:

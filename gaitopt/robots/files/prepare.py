@@ -153,7 +153,7 @@ def _set_legs(
     _part_names(tree)
     still = lock_play(tree, done)
     asked = named_limbs(tree, options.legs) if options.legs else None
-    limbs = list(asked.values()) if asked else find_limbs(tree)
+    limbs = list(asked.values()) if asked else find_limbs(tree, warnings)
     stand_upright(tree, limbs, done)
     locked = still | _lock_others(tree, limbs, options, done)
     if square:

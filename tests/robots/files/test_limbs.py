@@ -6,7 +6,7 @@ import re
 
 import numpy as np
 import pytest
-from robot_loading import feet_by_pinocchio, quiet, refusal
+from robot_loading import feet_by_pinocchio, quiet, refusal, warnings_of
 from robot_texts import (
     CORNERS,
     LIMIT,
@@ -70,6 +70,34 @@ def test_six_nameless_legs_are_refused_until_four_are_named() -> None:
     made = quiet(text, legs=legs)
     assert [made.legs[name].joints[2] for name in LEGS] == ["s_j2", "t_j2", "u_j2", "v_j2"]
     assert len(made.joint_names) == 12
+
+
+def six_legs(height: float = 0.0) -> str:
+    """Two more legs start far beside the body, at a height above the hips [m]."""
+    more = leg("LF").replace("LF_", "q_").replace("0.2 0.1 0", f"0 0.3 {height}", 1)
+    other = leg("RF").replace("RF_", "p_").replace("0.2 -0.1 0", f"0 -0.3 {height}", 1)
+    return robot(more + other)
+
+
+def without_names(text: str) -> str:
+    for old, new in zip(CORNERS, "stuv", strict=True):
+        text = text.replace(f"{old}_", f"{new}_")
+    return text
+
+
+def test_hexapod_whose_middle_legs_start_farther_out_is_no_quadruped() -> None:
+    """No other four of its legs are at the corners of a rectangle."""
+    assert "more than four chains are like legs" in refusal(without_names(six_legs()))
+    # Where names tell which four are meant, it is said that the others are held still.
+    (words,) = (w for w in warnings_of(six_legs()) if "like legs" in w)
+    assert "those that end at p_l2, q_l2 are held still" in words
+    legs = {"LF": "LF_foot", "LH": "LH_foot", "RH": "RH_foot", "RF": "RF_foot"}
+    assert not warnings_of(six_legs(), legs=legs)
+
+
+def test_arms_above_the_body_are_no_legs() -> None:
+    assert len(quiet(without_names(six_legs(height=0.3))).joint_names) == 12
+    assert not warnings_of(six_legs(height=0.3))
 
 
 def test_robot_may_be_called_by_the_wrong_names() -> None:

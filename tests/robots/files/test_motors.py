@@ -8,8 +8,8 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
-from robot_loading import quiet, refusal
-from robot_texts import CORNERS, mjcf, robot
+from robot_loading import quiet, refusal, warnings_of
+from robot_texts import CORNERS, KNEE, LIMIT, mjcf, robot
 
 import gaitopt
 from gaitopt.errors import InputError, RobotError
@@ -210,3 +210,13 @@ def test_torque_lines_of_numbers_out_of_range_are_none_or_refused() -> None:
     assert words in refusal(general('forcerange="-1e-20 1e-20"'))
     flat = general(slope=1e-300).replace('gear="9"', 'gear="1e-100"')
     assert np.isinf(quiet(flat).torque_lines).all()
+
+
+@pytest.mark.parametrize(("friction", "told"), [(0.5, 0), (20.0, 0), (40.0, 1)])
+def test_joints_that_rub_too_much_are_told(friction: float, told: int) -> None:
+    """The robot's weight at a leg's length is 52 N m."""
+    limit = f'{LIMIT}<dynamics friction="{friction}"/>'
+    found = [w for w in warnings_of(robot(limits=(LIMIT, limit, KNEE))) if "rub with" in w]
+    assert len(found) == told
+    if told:
+        assert "LF_j1 40 of 52" in found[0] and "frictionloss=" in found[0]
