@@ -11,21 +11,19 @@ import inspect
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence, Set
 from functools import partial, wraps
-from numbers import Real
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, TypeVar, cast
 
 from gaitopt.errors import InputError
-from gaitopt.inputs import SOURCES
+from gaitopt.inputs import SOURCES, as_plain_array, as_text, is_real, is_whole
 
 Test = Callable[[Any], bool]
+Function = TypeVar("Function", bound=Callable[..., Any])
 
 WIDEST: Final = 2**63
 """Whole numbers from this on are no numbers for arrays, which have 64 bits for each."""
 LONGEST_PART: Final = 255
 """Most bytes of a name in a path: what file systems allow."""
-LONGEST_SHOWN: Final = 100
-"""Most letters of a value in a message."""
 KINDS: Final = frozenset({
     "CogProblem", "CogWorkspace", "ControlGains", "CrawlSettings", "Footholds",
     "ForceLimits", "Freedoms", "GaitSchedule", "GaitSettings", "HeightMap", "Obstacle",
@@ -37,12 +35,12 @@ OWN_CHECKS: Final = frozenset({"ax", "axes", "goal", "settings", "terrains"})
 """Arguments of which every function says more than a type hint does."""
 
 
-def checked(function: Callable[..., Any], name: str) -> Callable[..., Any]:
-    """A function behind checks of its arguments.
+def checked(function: Function, name: str = "") -> Function:
+    """A function behind checks of its arguments; a decorator for methods that users call.
 
     Args:
         function: whose parameters have type hints.
-        name: under which the result is public in ``gaitopt``.
+        name: under which the result is public in ``gaitopt``; none for methods.
     """
     plain = inspect.signature(function, follow_wrapped=False)
     code = getattr(function, "__code__", None)
@@ -68,9 +66,10 @@ def checked(function: Callable[..., Any], name: str) -> Callable[..., Any]:
                 raise InputError(_words(key, value, tests[key][1]))
         return function(*args, **kwargs)
 
-    # The place where pickle finds it.
-    call.__module__, call.__qualname__ = "gaitopt", name
-    return call
+    if name:
+        # The place where pickle finds it.
+        call.__module__, call.__qualname__ = "gaitopt", name
+    return cast("Function", call)
 
 
 def _options(hint: str) -> list[str]:
@@ -115,7 +114,9 @@ def _is_one(option: str, value: Any) -> bool:
     if base == "tuple":
         return _is_tuple(_parts(inner), value)
     if base in ("Sequence", "Iterable", "list"):
-        if not isinstance(value, Iterable) or isinstance(value, (str, bytes, Mapping, type)):
+        if not isinstance(value, Iterable) or isinstance(
+            value, (str, bytes, bytearray, memoryview, Mapping, type)
+        ):
             return False
         axes = getattr(value, "ndim", None)
         if axes == 0 or (base != "Iterable" and isinstance(value, Set)):
@@ -129,7 +130,7 @@ def _is_one(option: str, value: Any) -> bool:
 
 def _is_tuple(kinds: list[str], value: Any) -> bool:
     """Whether a value can be this tuple. Lists and arrays count; sets have no order."""
-    if isinstance(value, (str, bytes, Mapping, Set)):
+    if isinstance(value, (str, bytes, bytearray, memoryview, Mapping, Set)):
         return False
     try:
         items = list(value)
@@ -144,19 +145,9 @@ def _is_tuple(kinds: list[str], value: Any) -> bool:
 
 def _is_number(value: Any) -> bool:
     """Whether a value is a real number, and not NaN."""
-    import numpy as np
-
-    if isinstance(value, np.ndarray):
-        return value.ndim == 0 and value.dtype.kind in "iuf" and bool(value == value)
     if isinstance(value, int) and abs(value) >= WIDEST:
         return False
-    return isinstance(value, Real) and not isinstance(value, bool) and value == value
-
-
-def _is_whole(value: Any) -> bool:
-    import numpy as np
-
-    return isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+    return is_real(value) and bool(value == value)
 
 
 def _is_true_or_false(value: Any) -> bool:
@@ -169,11 +160,8 @@ def _is_array(value: Any) -> bool:
     """Whether a value can become an array of real numbers, none of them NaN."""
     import numpy as np
 
-    if isinstance(value, (str, bytes, Mapping, set)):
-        return False
-    try:
-        raw = np.asarray(value)
-    except (TypeError, ValueError):
+    raw = as_plain_array(value)
+    if raw is None:
         return False
     if raw.dtype.kind not in "biuf" and raw.size:
         return False
@@ -187,13 +175,15 @@ def _is_function(value: Any) -> bool:
 
 def _takes_two(value: Any) -> bool:
     """Whether a value can be called with two arguments; not all functions tell what they take."""
+    if not _is_function(value):
+        return False
     try:
         inspect.signature(value).bind(1, 2)
     except TypeError:
         return False
     except ValueError:
         pass
-    return _is_function(value)
+    return True
 
 
 def _is_text_or_path(value: Any) -> bool:
@@ -203,14 +193,16 @@ def _is_text_or_path(value: Any) -> bool:
 def _is_path(value: Any) -> bool:
     if not _is_text_or_path(value):
         return False
-    parts = Path(value).parts
-    return all(len(part.encode("utf-8", "replace")) <= LONGEST_PART for part in parts)
+    try:
+        return all(len(os.fsencode(part)) <= LONGEST_PART for part in Path(value).parts)
+    except UnicodeEncodeError:
+        return False
 
 
 _SIMPLE: Final[Mapping[str, Test]] = {
     "None": lambda value: value is None,
     "float": _is_number,
-    "int": _is_whole,
+    "int": is_whole,
     "bool": _is_true_or_false,
     "str": lambda value: isinstance(value, str),
     "Literal": lambda value: isinstance(value, str),
@@ -224,13 +216,15 @@ _SIMPLE: Final[Mapping[str, Test]] = {
     # Protocols, by what they are first asked for.
     "GroundSearch": lambda value: hasattr(value, "footholds"),
     "SimulatedWalk": lambda value: hasattr(value, "motion"),
+    "Columns": lambda value: hasattr(value, "radius") and hasattr(value, "touching"),
     "Callable": _is_function,
     "Progress": _takes_two,
 }
 _CALLED: Final = {
     "float": "a number", "int": "a whole number", "bool": "True or False", "str": "a text",
     "Literal": "a text", "Objective": "a text", "GroundSearch": "a search for footholds",
-    "SimulatedWalk": "a SimulationResult", "StrPath": "a path", "Path": "a path",
+    "SimulatedWalk": "a SimulationResult", "Columns": "Footholds",
+    "StrPath": "a path", "Path": "a path",
     "RobotSource": "a name, a path or the text of a file",
     "ArrayLike": "finite numbers",
     "FloatArray": "finite numbers", "BoolArray": "numbers", "Callable": "a function",
@@ -244,10 +238,6 @@ def _words(name: str, value: Any, hint: str) -> str:
     bases = [option.partition("[")[0].split(".")[-1] for option in _options(hint)]
     wanted = [_CALLED.get(base, f"a {base}") for base in bases if base != "None"]
     kinds = [base for base in bases if base in KINDS]
-    if kinds:
-        shown = f"a {type(value).__name__}"
-    else:
-        shown = repr(value)
-        shown = shown if len(shown) <= LONGEST_SHOWN else f"{shown[:LONGEST_SHOWN]}..."
+    shown = f"a {type(value).__name__}" if kinds else as_text(value)
     source = next((f"; {SOURCES[base]}" for base in kinds if base in SOURCES), "")
     return f"{name} must be {' or '.join(dict.fromkeys(wanted))}, got {shown}{source}"

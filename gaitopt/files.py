@@ -75,9 +75,8 @@ def written_whole(path: StrPath, *, binary: bool = False) -> Iterator[IO[Any]]:
     try:
         target = Path(os.path.realpath(path))
     except (TypeError, ValueError):
-        raise InputError(
-            f"the path of a file must be a text or a path, got {str(path)[:100]!r}"
-        ) from None
+        what = repr(path[:100]) if isinstance(path, str) else f"a {type(path).__name__}"
+        raise InputError(f"the path of a file must be a text or a path, got {what}") from None
     special = what_no_file_is(target)
     if special or not target.name:
         raise InputError(f"cannot write {path}: it is {special or 'no file'}; give another path")
@@ -93,7 +92,7 @@ def written_whole(path: StrPath, *, binary: bool = False) -> Iterator[IO[Any]]:
         opened = (
             os.fdopen(handle, "wb")
             if binary
-            else os.fdopen(handle, "w", encoding="utf-8", newline="")
+            else os.fdopen(handle, "w", encoding="utf-8", errors="backslashreplace", newline="")
         )
         with unfinished(temporary), opened as stream:
             yield stream
@@ -152,7 +151,8 @@ def read_bounded(path: StrPath, limit: int, error: type[GaitoptError]) -> bytes:
     try:
         source = Path(path)
     except TypeError:
-        raise error(f"the path of a file must be a text or a path, got {path!r}") from None
+        what = f"a {type(path).__name__}"
+        raise error(f"the path of a file must be a text or a path, got {what}") from None
     special = what_no_file_is(source)
     if special:
         raise error(f"cannot read {source}: it is {special}, and no file; save it as a file first")

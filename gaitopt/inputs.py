@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+import sys
+from collections.abc import Iterable, Mapping, Set
 from numbers import Real
 from types import MappingProxyType
-from typing import Any, Final
+from typing import Any, Final, TypeGuard
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gaitopt.conventions import FloatArray
+from gaitopt.conventions import BoolArray, FloatArray
 from gaitopt.errors import InputError
+
+LONGEST_SHOWN: Final = 100
+"""Most letters of a value in a message."""
 
 
 def check_number(
@@ -30,17 +34,13 @@ def check_number(
     Raises:
         InputError: it is no number, or out of range; the message gives ``name`` and the range.
     """
-    if isinstance(value, np.ndarray):
-        scalar = value.ndim == 0 and value.dtype.kind in "iuf"
-    else:
-        scalar = isinstance(value, Real) and not isinstance(value, bool)
     number: Any = value
     # A comparison with NaN is false.
-    if scalar and low <= number <= high:
+    if is_real(value) and low <= number <= high:
         return float(number)
     raise InputError(
         f"{name} must be a number from {low:g} to {high:g} {unit}".rstrip()
-        + f", got {value!r}{hint}"
+        + f", got {as_text(value)}{hint}"
     )
 
 
@@ -58,12 +58,7 @@ def check_numbers(
     Raises:
         InputError: one is no number, or out of range; the message gives its index.
     """
-    try:
-        numbers = np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise InputError(
-            f"{name} must be numbers{f' [{unit}]' if unit else ''}, got {values!r}"
-        ) from None
+    numbers = check_array(name, values, unit)
     wrong = np.argwhere(~((numbers >= low) & (numbers <= high)))
     if len(wrong):
         index = tuple(wrong[0].tolist())
@@ -86,31 +81,97 @@ def check_count(name: str, value: object, low: int, high: int) -> int:
     Raises:
         InputError: it is no whole number, or out of range.
     """
-    whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
     number: Any = value
-    if whole and low <= number <= high:
+    if is_whole(value) and low <= number <= high:
         return int(number)
-    raise InputError(f"{name} must be a whole number from {low} to {high}, got {value!r}")
+    raise InputError(f"{name} must be a whole number from {low} to {high}, got {as_text(value)}")
 
 
-def check_array(name: str, values: ArrayLike) -> FloatArray:
-    """``values`` as an array of floats.
+def check_array(name: str, values: ArrayLike | object, unit: str = "") -> FloatArray:
+    """``values`` as an array of floats: a plain one, also where a subclass was given.
+
+    Args:
+        name: what the numbers are, for the message.
+        values: an array of any shape.
+        unit: of the numbers, for the message.
 
     Raises:
-        InputError: these are no numbers, or lists in it are of unequal lengths. NumPy itself would
-            take a text for its number, and ``None`` for NaN.
+        InputError: these are no numbers, some are hidden behind a mask, or lists in it are of
+            unequal lengths. NumPy itself would take a text for its number, and ``None`` for NaN.
     """
-    if isinstance(values, np.ndarray) and values.dtype == np.float64:
+    if type(values) is np.ndarray and values.dtype == np.float64:
         return values
+    raw = as_plain_array(values)
     try:
-        raw = np.asarray(values)
-        if raw.dtype.kind in "biuf" or not raw.size:
+        if raw is not None and (raw.dtype.kind in "biuf" or not raw.size):
             return np.asarray(raw, np.float64)
-        if raw.dtype.kind == "O" and all(isinstance(value, Real) for value in raw.flat):
+        if raw is not None and raw.dtype.kind == "O" and all(is_real(v) for v in raw.flat):
             return raw.astype(np.float64)
     except (TypeError, ValueError, OverflowError):
         pass
-    raise InputError(f"{name} must be numbers, got {str(values)[:100]!r}")
+    told = f" [{unit}]" if unit else ""
+    raise InputError(f"{name} must be numbers{told}, got {as_text(values)}")
+
+
+def check_flags(name: str, values: ArrayLike) -> BoolArray:
+    """``values`` as an array of truth values.
+
+    Raises:
+        InputError: they are neither true or false, nor 0 or 1.
+    """
+    raw = as_plain_array(values)
+    if raw is not None and raw.dtype == np.bool_:
+        return raw
+    if raw is None or raw.dtype.kind not in "iuf" or not np.isin(raw, (0, 1)).all():
+        raise InputError(f"{name} must be true or false, got {as_text(values)}")
+    return raw.astype(np.bool_)
+
+
+def as_plain_array(values: object) -> np.ndarray | None:
+    """What NumPy makes of a value; ``None`` where it is nothing that can be numbers.
+
+    A set has no order, bytes are letters, and what a mask hides is not known: NumPy takes all of
+    these, the last with the numbers behind the mask.
+    """
+    if isinstance(values, (str, bytes, bytearray, Mapping, Set)):
+        return None
+    if isinstance(values, memoryview) and values.itemsize == 1:
+        return None
+    if is_masked(values):
+        return None
+    try:
+        return np.asarray(values)
+    except Exception:  # Objects that say how they become arrays may raise anything.
+        return None
+
+
+def is_masked(value: object) -> bool:
+    """Whether numbers of an array are hidden behind a mask."""
+    # Who has such an array has loaded this module; nobody else has to wait for it.
+    masked = sys.modules.get("numpy.ma")
+    return masked is not None and bool(masked.is_masked(value))
+
+
+def is_real(value: object) -> TypeGuard[float]:
+    """Whether a value is a real number, also NaN; an array without dimensions may be one."""
+    if isinstance(value, np.ndarray):
+        return value.ndim == 0 and value.dtype.kind in "iuf" and not is_masked(value)
+    # NumPy calls its spans of time whole numbers.
+    return isinstance(value, Real) and not isinstance(value, (bool, np.timedelta64))
+
+
+def is_whole(value: object) -> bool:
+    """Whether a value is a whole number: 2.0 and True are none, nor is a span of time."""
+    return isinstance(value, (int, np.integer)) and not isinstance(value, (bool, np.timedelta64))
+
+
+def as_text(value: object, longest: int = LONGEST_SHOWN) -> str:
+    """A value for a message, cut where it is long; there are objects that cannot be shown."""
+    try:
+        text = repr(value)
+    except Exception:
+        return f"a {type(value).__name__}"
+    return text if len(text) <= longest else f"{text[:longest]}..."
 
 
 def check_known(name: str, values: ArrayLike) -> FloatArray:
@@ -164,7 +225,7 @@ def check_choice(name: str, value: object, known: Iterable[str]) -> None:
     # An array compares with each of the texts as many times as it has items.
     texts = tuple(known)
     if not isinstance(value, str) or value not in texts:
-        raise InputError(f"{name} must be one of {', '.join(texts)}, got {str(value)[:100]!r}")
+        raise InputError(f"{name} must be one of {', '.join(texts)}, got {as_text(value)}")
 
 
 def check_tuple(name: str, values: object) -> tuple[Any, ...]:
@@ -174,11 +235,11 @@ def check_tuple(name: str, values: object) -> tuple[Any, ...]:
         InputError: they cannot be gone through, or are a text or a mapping.
     """
     if not isinstance(values, Iterable) or isinstance(values, (str, bytes, Mapping)):
-        raise InputError(f"{name} must be a sequence, got {str(values)[:100]!r}")
+        raise InputError(f"{name} must be a sequence, got {as_text(values)}")
     try:
         return tuple(values)
     except TypeError:  # an array without dimensions
-        raise InputError(f"{name} must be a sequence, got {str(values)[:100]!r}") from None
+        raise InputError(f"{name} must be a sequence, got {as_text(values)}") from None
 
 
 SOURCES: Final[Mapping[str, str]] = MappingProxyType({

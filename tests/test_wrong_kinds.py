@@ -51,6 +51,14 @@ def test_a_text_or_nothing_in_place_of_every_argument(name: str, value: object) 
 
 
 ROWS = np.full((4, 3), np.nan)
+MASKED = np.ma.masked_array(np.zeros(3), [True, False, False])
+
+
+class Evil:
+    """What cannot even be shown."""
+
+    def __repr__(self) -> str:
+        raise RuntimeError
 
 
 @cache
@@ -60,6 +68,7 @@ def calls() -> dict[str, Callable[[], object]]:
     footholds = gaitopt.s_columns(0, columns=2, robot=robot)
     points = {leg: footholds[leg] for leg in gaitopt.LEGS}
     first = {leg: footholds[leg][0] for leg in gaitopt.LEGS}
+    board = gaitopt.rectangular_obstacle(0.1, 0.1)
     curve = gaitopt.swing_curve("cycloid", np.zeros(3), np.ones(3), 0.1, 1.0)
     ground = gaitopt.HeightMap(np.zeros((4, 5)), 0.1)
     plan, route, stride = gaitopt.plan_crawl, gaitopt.plan_route, gaitopt.plan_stride
@@ -101,6 +110,30 @@ def calls() -> dict[str, Callable[[], object]]:
         ),
         "a time that is none": lambda: curve.velocity(np.nan),
         "joints that are none": lambda: joint_order(("a",), joints=1e300),
+        "an infinite angle": lambda: gaitopt.feet_from_joints(
+            robot, np.zeros(3), np.full(3, np.inf), robot.standing_joints
+        ),
+        "a set as velocity": lambda: gaitopt.GaitSettings(velocity={0.1, 0.2}),
+        "a text as velocity": lambda: gaitopt.GaitSettings(velocity="12"),
+        "a span of time as number": lambda: gaitopt.trot(np.timedelta64(5, "s")),
+        "numbers behind a mask": lambda: gaitopt.swing_curve(
+            "cycloid", MASKED, np.ones(3), 0.1, 1.0
+        ),
+        "letters as numbers": lambda: curve.position(bytearray(b"ab")),
+        "what cannot be shown": lambda: gaitopt.CrawlSettings(body_height=Evil()),
+        "a path of no letters": lambda: plan(robot, footholds).save("a\ud800b"),
+        "points of an obstacle": lambda: board.distance(["a", "b", "c"]),
+        "places of an obstacle": lambda: board.height_at(1.0),
+        "an obstacle of an array": lambda: gaitopt.Obstacle(ROWS, ((0.0, 0.1),), 0.1),
+        "a robot that is none": lambda: gaitopt.CrawlSettings.for_robot({}),
+        "footholds beyond the last": lambda: footholds.after(dict.fromkeys(points, 2), ()),
+        "footholds from behind": lambda: footholds.after(dict.fromkeys(points, -1), ()),
+        "a leg of no name": lambda: footholds[ROWS],
+        "limits that are no pair": lambda: ground.cropped(x=0.1),
+        "freedoms that are numbers": lambda: gaitopt.Freedoms(height=np.nan),
+        "a file that is none": lambda: gaitopt.Quadruped.from_urdf(None),
+        "a factor that is an array": lambda: plan(robot, footholds).phases[0].slowed(ROWS),
+        "limits on forces in a list": lambda: gaitopt.ForceLimits.from_dict([1, 2]),
     }
 
 
@@ -108,3 +141,16 @@ def calls() -> dict[str, Callable[[], object]]:
 def test_what_is_no_text_or_no_list_is_refused(name: str) -> None:
     with pytest.raises(GaitoptError):
         calls()[name]()
+
+
+def test_what_a_mask_hides_is_unknown_ground() -> None:
+    heights = np.ma.masked_array(np.zeros((3, 4)), np.zeros((3, 4), np.bool_))
+    heights[1, 1] = np.ma.masked
+    ground = gaitopt.HeightMap(heights, 0.1)
+    assert np.argwhere(~ground.known).tolist() == [[1, 1]]
+
+
+def test_a_long_value_is_cut_in_messages() -> None:
+    with pytest.raises(GaitoptError) as caught:
+        gaitopt.CrawlSettings(body_height=list(range(10**5)))
+    assert len(str(caught.value)) < 200

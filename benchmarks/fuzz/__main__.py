@@ -21,7 +21,7 @@ from pathlib import Path
 
 from benchmarks.fuzz.outcome import DIED, FAULTS, HANG
 
-KINDS = ("robots", "footholds", "maps", "plans", "api")
+KINDS = ("robots", "footholds", "maps", "plans", "api", "variants")
 PATIENCE = 60.0
 """Most seconds of one case, of processor time where the system tells it. Chosen here: the slowest
 sound call takes 15 s on these machines."""

@@ -67,9 +67,13 @@ def map_file() -> Path:
     return path
 
 
+@cache
 def calls() -> dict[str, Call]:
     """Every call by name, with all its arguments by name."""
-    return {**_models(), **_gaits(), **_grounds(), **_planners(), **_consumers(), **_methods()}
+    from benchmarks.fuzz.methods import methods
+
+    return {**_models(), **_gaits(), **_grounds(), **_planners(), **_consumers(), **_methods(),
+            **methods()}  # fmt: skip
 
 
 def _models() -> dict[str, Call]:

@@ -10,6 +10,7 @@ import json
 import os
 import resource
 import sys
+import tempfile
 import warnings
 
 MEMORY = 6_000_000_000
@@ -27,6 +28,8 @@ def main() -> None:
     warnings.simplefilter("ignore")
     kinds = importlib.import_module(f"benchmarks.fuzz.{kind}")
     cases = chosen(kinds.cases(), seed)
+    # Wrong paths may be right ones: what is written then does not stay here.
+    os.chdir(tempfile.mkdtemp(prefix="gaitopt-fuzz-"))
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
     for index in range(first, min(last, len(cases))):
         print(json.dumps([index, "begin", cases[index]]), file=told)

@@ -11,6 +11,7 @@ from rich.table import Table
 from gaitopt.certificate.check import FORCES, Check, Verdict
 from gaitopt.conventions import TextEnum
 from gaitopt.errors import CertificateError, UnknownNameError
+from gaitopt.inputs import as_text
 
 
 class Outcome(TextEnum):
@@ -86,10 +87,10 @@ class Certificate:
 
     def __getitem__(self, name: str) -> Check:
         for check in self.checks:
-            if check.name == name:
+            if isinstance(name, str) and check.name == name:
                 return check
         raise UnknownNameError(
-            f"no check {name!r}; there are {', '.join(c.name for c in self.checks)}"
+            f"no check {as_text(name)}; there are {', '.join(c.name for c in self.checks)}"
         )
 
     def raise_for_violations(self) -> Certificate:

@@ -24,7 +24,7 @@ from gaitopt.certificate.ground.checks import ground_checks
 from gaitopt.certificate.trace import trace
 from gaitopt.dynamics.contacts import ForceLimits
 from gaitopt.errors import InputError
-from gaitopt.inputs import check_kind
+from gaitopt.inputs import as_text, check_kind
 from gaitopt.plan.plan import Plan
 from gaitopt.robots.quadruped import Quadruped
 
@@ -122,6 +122,6 @@ def _read_anew(plan: Plan) -> Plan:
 
 def _checked(limits: ForceLimits) -> ForceLimits:
     if not isinstance(limits, ForceLimits):
-        raise InputError(f"forces must be ForceLimits or None, got {limits!r}")
+        raise InputError(f"forces must be ForceLimits or None, got {as_text(limits)}")
     line = limits.torque_line
     return replace(limits, torque_line=None if line is None else replace(line))

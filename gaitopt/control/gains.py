@@ -13,6 +13,7 @@ import numpy as np
 
 from gaitopt.conventions import GRAVITY
 from gaitopt.errors import InputError
+from gaitopt.inputs import as_text
 from gaitopt.plan.plan import Plan
 from gaitopt.robots.abilities import has_quick_joints
 from gaitopt.robots.quadruped import Quadruped
@@ -138,7 +139,9 @@ class ControlGains:
         for item in fields(self):
             value = getattr(self, item.name)
             if not (isinstance(value, (int, float)) and np.isfinite(value) and value >= 0):
-                raise InputError(f"{item.name} must be a number of at least 0, got {value!r}")
+                raise InputError(
+                    f"{item.name} must be a number of at least 0, got {as_text(value)}"
+                )
         if not (self.friction > 0 and self.loading_time > 0):
             raise InputError("friction and loading_time must be positive")
         if not self.jump_share <= 0.25:

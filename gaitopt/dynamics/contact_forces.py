@@ -17,7 +17,7 @@ from gaitopt.dynamics.force_status import (
     ForceStatus,
     ForceViolation,
 )
-from gaitopt.inputs import check_kind
+from gaitopt.inputs import check_count, check_kind
 
 _KINDS: Final = (
     ForceStatus.FRICTION,
@@ -137,6 +137,7 @@ class ContactForces(ByValue):
         Returns:
             For instance ``("friction LF", "torque LH_KFE")``; nothing for a feasible instant.
         """
+        check_count("sample", sample, -len(self.times), len(self.times) - 1)
         names = [
             *(f"friction {leg}" for leg in LEGS),
             *(f"normal force {leg}" for leg in LEGS),

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 
 from gaitopt.conventions import BoolArray, FloatArray, frozen
 from gaitopt.errors import InputError
-from gaitopt.inputs import check_count, check_number, check_shape
+from gaitopt.inputs import as_text, check_count, check_flags, check_kind, check_number, check_shape
 
 MOST_SIDES: Final = 64
 """Most sides of a friction pyramid: it then loses 0.1 % of the friction, and more rows than that
@@ -133,7 +133,9 @@ class ForceLimits:
         # A tenth of half the stance is no longer a small error.
         check_number("balance_tolerance", self.balance_tolerance, LEAST_BALANCE_TOLERANCE, 0.1)
         if self.torque_line is not None and not isinstance(self.torque_line, TorqueLine):
-            raise InputError(f"torque_line must be a TorqueLine or None, got {self.torque_line!r}")
+            raise InputError(
+                f"torque_line must be a TorqueLine or None, got {as_text(self.torque_line)}"
+            )
 
     @classmethod
     def or_default(cls, given: ForceLimits | None) -> ForceLimits:
@@ -143,7 +145,7 @@ class ForceLimits:
             InputError: it is something else.
         """
         if not isinstance(given, (cls, type(None))):
-            raise InputError(f"limits must be ForceLimits or None, got {given!r}")
+            raise InputError(f"limits must be ForceLimits or None, got {as_text(given)}")
         return cls() if given is None else given
 
     @classmethod
@@ -153,6 +155,7 @@ class ForceLimits:
         Raises:
             InputError: a field is unknown, or a value is out of range.
         """
+        check_kind("limits on forces", stored, Mapping)
         values = dict(stored)
         try:
             if isinstance(values.get("torque_line"), Mapping):
@@ -172,6 +175,7 @@ class ForceLimits:
         Args:
             standing: which feet stand ``(..., m)``. Feet in the air get 0.
         """
+        standing = check_flags("standing", standing)
         on_four = self.reserve / 2.0 if self.reserve_on_four is None else self.reserve_on_four
         count = standing.sum(axis=-1, keepdims=True)
         return np.asarray(np.where(standing, np.where(count >= 4, on_four, self.reserve), 0.0))

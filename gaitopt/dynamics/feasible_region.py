@@ -35,7 +35,7 @@ from gaitopt.dynamics.region.rows import (
 )
 from gaitopt.dynamics.region.stance import Stance, stances
 from gaitopt.errors import InputError
-from gaitopt.inputs import check_number, check_shape
+from gaitopt.inputs import as_text, check_number, check_shape
 from gaitopt.robots.leg_names import as_leg
 from gaitopt.robots.quadruped import Quadruped
 
@@ -123,7 +123,7 @@ def feasible_regions(
         SolverError: the linear programs were not solved.
     """
     if not isinstance(robot, Quadruped):
-        raise InputError(f"robot must be a Quadruped (from load_robot), got {robot!r}")
+        raise InputError(f"robot must be a Quadruped (from load_robot), got {as_text(robot)}")
     check_number("tolerance", tolerance, LEAST_TOLERANCE, 1.0, "m")
     limits = ForceLimits.or_default(limits)
     places = check_shape("feet", feet, 4, 3)

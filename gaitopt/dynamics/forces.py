@@ -32,7 +32,7 @@ from gaitopt.dynamics.small_programs import NO_BOUND, ROW_TOLERANCE, solve_linea
 from gaitopt.dynamics.torque_limits import torque_bounds
 from gaitopt.dynamics.whole_body import Motion, equations_of_motion
 from gaitopt.errors import InputError
-from gaitopt.inputs import check_numbers
+from gaitopt.inputs import as_text, check_numbers
 from gaitopt.robots.quadruped import Quadruped
 
 FORCE_WEIGHT: Final = 1e-4
@@ -176,9 +176,9 @@ class _Coordinates(NamedTuple):
 def _objective(objective: ForceObjective | str) -> ForceObjective:
     try:
         return ForceObjective(objective)
-    except ValueError:
+    except (TypeError, ValueError):
         known = ", ".join(repr(str(member)) for member in ForceObjective)
-        raise InputError(f"objective {objective!r} is unknown; there are {known}") from None
+        raise InputError(f"objective {as_text(objective)} is unknown; there are {known}") from None
 
 
 def _smoothest(problem: ForceProblem, space: ForceSpace, rows: ForceRows) -> _Coordinates:

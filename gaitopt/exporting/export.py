@@ -28,7 +28,7 @@ from gaitopt.exporting.interpolation import CORNER
 from gaitopt.exporting.joint_order import Joints, joint_order
 from gaitopt.exporting.sampled import Exported, Source
 from gaitopt.files import StrPath
-from gaitopt.inputs import check_kind
+from gaitopt.inputs import as_text, check_kind
 from gaitopt.plan.plan import Plan
 
 FORMATS: Final[Mapping[str, Format]] = MappingProxyType(
@@ -88,7 +88,9 @@ def export(
     try:
         target = Path(path)
     except TypeError:
-        raise InputError(f"the path of a file must be a text or a path, got {path!r}") from None
+        raise InputError(
+            f"the path of a file must be a text or a path, got {as_text(path)}"
+        ) from None
     chosen = _format(target, format)
     _check_options(chosen, options)
     order = joint_order(plan.robot.joint_names, joints, prefix, controller)
@@ -158,7 +160,7 @@ def _with_forces(plan: Plan, chosen: Format, asked: bool | None) -> bool:
         InputError: they were asked for, and the plan has none.
     """
     if asked not in (None, True, False):
-        raise InputError(f"forces must be True, False or None, got {asked!r}")
+        raise InputError(f"forces must be True, False or None, got {as_text(asked)}")
     if asked is None:
         return chosen.forces and plan.settings.promised_forces is not None
     if asked:

@@ -13,7 +13,7 @@ from gaitopt.errors import InputError
 from gaitopt.exporting.controller_file import controller_joints
 from gaitopt.exporting.names import check_names
 from gaitopt.files import StrPath
-from gaitopt.inputs import check_tuple
+from gaitopt.inputs import as_text, check_tuple
 
 Joints = StrPath | Iterable[str] | Mapping[str, str] | None
 """What ``joints`` may be: see :func:`joint_order`."""
@@ -56,7 +56,7 @@ def joint_order(
             read.
     """
     if not isinstance(prefix, str):
-        raise InputError(f"prefix must be a text, got {prefix!r}")
+        raise InputError(f"prefix must be a text, got {as_text(prefix)}")
     renamed = _renamed(known, joints, prefix, controller)
     columns = {name: i for i, name in enumerate(known)}
     names = check_names(renamed.values())

@@ -9,6 +9,7 @@ from typing import Any, Final, cast
 
 from gaitopt.conventions import LEGS
 from gaitopt.errors import InputError
+from gaitopt.inputs import as_text, check_count
 from gaitopt.robots.leg_names import as_leg
 
 WANG_SEQUENCE: Final[tuple[str, str, str, str]] = ("RH", "RF", "LH", "LF")
@@ -17,6 +18,8 @@ WANG_SEQUENCE: Final[tuple[str, str, str, str]] = ("RH", "RF", "LH", "LF")
 SHAO_SEQUENCE: Final[tuple[str, str, str, str]] = ("RF", "LH", "LF", "RH")
 """Leg order of [Shao2011], Section IV."""
 
+MOST_FOOTHOLDS = 1_000_000
+"""Most footholds of a leg."""
 FREE_ORDER: Final = "free"
 """In place of an order of legs: search for the fastest one."""
 
@@ -48,11 +51,12 @@ def check_sequence(sequence: Iterable[str]) -> tuple[str, ...]:
         InputError: a leg is missing, unknown or named twice.
     """
     order = legs_in(sequence)
-    if sorted(map(str, order)) != sorted(LEGS):
+    if sorted(map(_shown, order)) != sorted(LEGS):
         raise InputError(
             f"sequence must name each of {', '.join(LEGS)} once, got "
-            f"{', '.join(map(str, order)) or 'nothing'}; an order is {', '.join(WANG_SEQUENCE)}, "
-            f"for instance, and where footholds are given {FREE_ORDER!r} searches for one"
+            f"{', '.join(map(_shown, order)) or 'nothing'}; an order is "
+            f"{', '.join(WANG_SEQUENCE)}, for instance, and where footholds are given "
+            f"{FREE_ORDER!r} searches for one"
         )
     return order
 
@@ -85,7 +89,10 @@ def swing_order(
         InputError: the sequence is that of a walk with other numbers of steps.
     """
     order = check_order(sequence)
-    counts = dict.fromkeys(LEGS, footholds) if isinstance(footholds, int) else dict(footholds)
+    given = dict.fromkeys(LEGS, footholds) if isinstance(footholds, int) else dict(footholds)
+    counts = {
+        leg: check_count(f"footholds of {leg}", given.get(leg), 1, MOST_FOOTHOLDS) for leg in LEGS
+    }
     asked = {leg: n - 1 for leg, n in counts.items()}
     if len(order) <= len(LEGS) and len(set(asked.values())) == 1 and _steps_of(order) != asked:
         cycle = check_sequence(order)
@@ -98,6 +105,10 @@ def swing_order(
         taken[leg] += 1
         steps.append((leg, taken[leg]))
     return steps
+
+
+def _shown(leg: object) -> str:
+    return leg if isinstance(leg, str) else as_text(leg)
 
 
 def _steps_of(order: tuple[str, ...]) -> dict[str, int]:

@@ -16,7 +16,7 @@ from gaitopt.conventions import LEGS
 from gaitopt.errors import InputError
 from gaitopt.gait.crawl import WANG_SEQUENCE, check_sequence
 from gaitopt.gait.schedule import SNAP, GaitSchedule
-from gaitopt.inputs import check_number
+from gaitopt.inputs import as_text, check_number
 
 CRITICAL: Final = 0.75
 """Below this duty factor no gait keeps three feet on the ground."""
@@ -166,7 +166,8 @@ def gait(name: str, cycle_time: float, duty_factor: float | None = None) -> Gait
     if known not in GAITS:
         names = ", ".join(GAITS).replace("_", "-")
         raise InputError(
-            f"gait must be one of {names}, or an order of legs such as RH,RF,LF,LH; got {name!r}"
+            f"gait must be one of {names}, or an order of legs such as RH,RF,LF,LH; got "
+            f"{as_text(name)}"
         )
     return GAITS[known](*rest)
 

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from gaitopt.conventions import LEGS, BoolArray, FloatArray, frozen
 from gaitopt.errors import InputError
-from gaitopt.inputs import check_array, check_number
+from gaitopt.inputs import as_text, check_array, check_number
 from gaitopt.robots.leg_names import LegMapping, leg_named
 
 SNAP: Final = 1e-9
@@ -84,7 +84,7 @@ class GaitSchedule:
         duty = check_number("duty_factor", self.duty_factor, SHORTEST, 1.0 - SHORTEST)
         offsets = _checked_offsets(self.phase_offsets)
         if not (isinstance(self.name, str) and self.name):
-            raise InputError(f"name must be a text, got {self.name!r}")
+            raise InputError(f"name must be a text, got {as_text(self.name)}")
         object.__setattr__(self, "cycle_time", time)
         object.__setattr__(self, "duty_factor", duty)
         object.__setattr__(self, "phase_offsets", LegMapping(offsets))
@@ -265,7 +265,7 @@ class GaitSchedule:
         """
         known = {"name", "cycle_time", "duty_factor", "phase_offsets"}
         if not isinstance(values, Mapping) or set(values) != known:
-            got = ", ".join(map(str, values)) if isinstance(values, Mapping) else repr(values)
+            got = ", ".join(map(str, values)) if isinstance(values, Mapping) else as_text(values)
             raise InputError(
                 f"a gait schedule has the entries {', '.join(sorted(known))}, got {got}"
             )
@@ -309,7 +309,7 @@ def _checked_offsets(offsets: object) -> dict[str, float]:
     """Phase offsets in the order of the legs."""
     named = [leg_named(str(name)) for name in offsets] if isinstance(offsets, Mapping) else []
     if not isinstance(offsets, Mapping) or sorted(map(str, named)) != sorted(LEGS):
-        got = ", ".join(map(str, offsets)) if isinstance(offsets, Mapping) else repr(offsets)
+        got = ", ".join(map(str, offsets)) if isinstance(offsets, Mapping) else as_text(offsets)
         raise InputError(f"phase_offsets must name each of {', '.join(LEGS)} once, got {got}")
     shares, found = dict(zip(named, offsets.values(), strict=True)), {}
     for leg in LEGS:

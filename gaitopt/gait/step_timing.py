@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.errors import InputError
 from gaitopt.gait.schedule import CYCLE_TIMES, SNAP, GaitSchedule, wrapped
-from gaitopt.inputs import check_choice, check_count, check_number
+from gaitopt.inputs import check_array, check_choice, check_count, check_number
 from gaitopt.robots.leg_names import as_leg
 
 MOST_CYCLES: Final = 100_000
@@ -240,7 +240,7 @@ def adapted_step_time(
             f"the nominal step time must lie between least and most, got {low:g} s <= "
             f"{nominal:g} s <= {high:g} s"
         )
-    margins = np.asarray(margin, dtype=np.float64)
+    margins = check_array("margin", margin)
     if np.isnan(margins).any():
         raise InputError("margin must not be NaN; give -inf where no feet support the robot")
     # A gain of zero changes nothing; times an infinite margin it would be NaN.

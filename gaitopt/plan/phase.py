@@ -7,10 +7,24 @@ from dataclasses import dataclass, fields, replace
 from types import MappingProxyType
 from typing import Any, Literal
 
+import numpy as np
+
 from gaitopt.conventions import LEGS, ByValue, FloatArray, frozen
 from gaitopt.errors import InputError
-from gaitopt.inputs import check_array
+from gaitopt.inputs import (
+    as_text,
+    check_choice,
+    check_count,
+    check_kind,
+    check_known,
+    check_number,
+    check_tuple,
+)
 from gaitopt.terrain.footholds import Footholds
+
+LONGEST = 1e9
+"""Largest time [s] and margin [m] of a phase: more is a mistake."""
+MOST_STEPS = 10**9
 
 
 @dataclass(frozen=True)
@@ -103,19 +117,21 @@ class Phase(ByValue):
 
     def __post_init__(self) -> None:
         for name in ("cog_start", "cog_end", "foot_start", "foot_end"):
-            object.__setattr__(self, name, frozen(check_array(name, getattr(self, name))))
+            object.__setattr__(self, name, frozen(check_known(name, getattr(self, name))))
             if getattr(self, name).shape != (3,):
                 raise InputError(f"a phase's {name} must have the shape (3,)")
-        known = (*LEGS, "") if self.kind == "stance" else LEGS
-        if self.kind not in ("stance", "swing") or self.leg not in known:
-            raise InputError(f"a phase of kind {self.kind!r} for leg {self.leg!r} is unknown")
-        if not set(self.support) <= set(LEGS):
-            raise InputError(f"a phase's support names unknown legs: {self.support}")
-        numbers = (self.start, self.duration, self.margin, self.step)
-        if not all(isinstance(x, (int, float)) and x == x for x in numbers) or self.duration < 0:
-            raise InputError(
-                f"a phase's start, duration, margin and step must be numbers: {numbers}"
-            )
+        check_choice("kind of a phase", self.kind, ("stance", "swing"))
+        check_choice("leg of a phase", self.leg, LEGS if self.kind == "swing" else (*LEGS, ""))
+        for leg in check_tuple("support of a phase", self.support):
+            check_choice("support of a phase", leg, LEGS)
+        check_number("start of a phase", self.start, -LONGEST, LONGEST, "s")
+        check_number("duration of a phase", self.duration, 0.0, LONGEST, "s")
+        check_number("margin of a phase", self.margin, -np.inf, LONGEST, "m")
+        check_count("step of a phase", self.step, -1, MOST_STEPS)
+        if not all(isinstance(x, Limit) for x in check_tuple("limited_by", self.limited_by)):
+            raise InputError(f"limited_by must be limits, got {as_text(self.limited_by)}")
+        if self.evidence is not None:
+            check_kind("evidence", self.evidence, CogEvidence)
 
     def __repr__(self) -> str:
         whose = f" {self.leg}" if self.leg else ""
@@ -134,6 +150,7 @@ class Phase(ByValue):
 
         What set its old pace, a joint's velocity or a speed, no longer holds it back.
         """
+        check_number("factor", factor, 1e-6, 1e6)
         kept = self.limited_by
         if factor > 1.0:
             kept = tuple(x for x in kept if x.kind not in ("joint velocity", "speed"))

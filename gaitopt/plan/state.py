@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from gaitopt.conventions import LEGS, ByValue, FloatArray, frozen
 from gaitopt.errors import InputError
-from gaitopt.inputs import check_array, check_kind, check_number
+from gaitopt.inputs import as_text, check_array, check_kind, check_number
 from gaitopt.robots.leg_names import by_leg
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.rotations import (
@@ -212,5 +212,5 @@ def _texts(name: str, values: Any) -> tuple[str, ...]:
     listed &= getattr(values, "ndim", 1) > 0
     found = tuple(values) if listed else ()
     if not listed or not all(isinstance(value, str) for value in found):
-        raise InputError(f"{name} must be a list of names, got {values!r}")
+        raise InputError(f"{name} must be a list of names, got {as_text(values)}")
     return found

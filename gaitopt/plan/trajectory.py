@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from numbers import Real
 from typing import Any
 
 import numpy as np
 
 from gaitopt.conventions import BoolArray, ByValue, FloatArray
 from gaitopt.errors import InputError, MissingPackageError
-from gaitopt.inputs import check_kind
+from gaitopt.inputs import as_text, check_kind, is_real
 
 MAX_SAMPLES = 20_000_000
 """Most samples of a plan that are made."""
+LONGEST_STEP = 1e9
+"""Largest time between samples that is taken for one [s]."""
 _BASE = ("base_x", "base_y", "base_z", "base_qx", "base_qy", "base_qz", "base_qw")
 _TWIST = ("base_vx", "base_vy", "base_vz", "base_wx", "base_wy", "base_wz")
 
@@ -108,8 +109,8 @@ def sample_times(duration: float, dt: float) -> FloatArray:
     Raises:
         InputError: ``dt`` is not a positive time, or asks for too many samples.
     """
-    if isinstance(dt, bool) or not isinstance(dt, Real) or not 0 < dt < np.inf:
-        raise InputError(f"dt must be a positive time in seconds, got {dt!r}")
+    if not is_real(dt) or not 0 < dt <= LONGEST_STEP:
+        raise InputError(f"dt must be a positive time in seconds, got {as_text(dt)}")
     if duration / dt > MAX_SAMPLES:
         raise InputError(
             f"dt = {dt:g} s asks for {duration / dt:.3g} samples of {duration:.1f} "

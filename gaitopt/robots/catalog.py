@@ -16,6 +16,7 @@ from xml.etree import ElementTree
 
 from gaitopt.errors import InputError, MissingPackageError, RobotError, RobotWarning, warn
 from gaitopt.files import StrPath
+from gaitopt.inputs import as_text
 from gaitopt.robots.abilities import friction_warnings, inertia_warnings, torque_warnings
 from gaitopt.robots.at_many_poses.leg_ends import end_warnings
 from gaitopt.robots.files.notes import Notes
@@ -148,7 +149,7 @@ def load_robot(
 def _read(source: StrPath, options: ReadOptions) -> tuple[str, str, Notes]:
     """Name of a robot (empty for the one inside its file), its URDF, and what was read."""
     if not isinstance(source, (str, os.PathLike)) or isinstance(os.fspath(source), bytes):
-        raise InputError(f"a robot is a name, a path or the text of a file, got {source!r}")
+        raise InputError(f"a robot is a name, a path or the text of a file, got {as_text(source)}")
     name = str(source).strip().lower()
     if name in OWN_NAMES:
         text = _own_text(name)

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from gaitopt.conventions import FloatArray
 from gaitopt.errors import InputError
-from gaitopt.inputs import check_numbers, check_shape
+from gaitopt.inputs import as_text, check_numbers, check_shape
 from gaitopt.robots.quadruped import Quadruped
 
 
@@ -37,7 +37,7 @@ def file_configurations(robot: Quadruped, q: ArrayLike, model: Any) -> FloatArra
     numbers = check_numbers("q", q, -np.inf, np.inf)
     values = check_shape("q", numbers, robot.model.nq).reshape(-1, robot.model.nq)
     if not isinstance(model, pin.Model):
-        raise InputError(f"{robot.name}: model must be a pinocchio.Model, got {model!r}")
+        raise InputError(f"{robot.name}: model must be a pinocchio.Model, got {as_text(model)}")
     out = np.tile(np.asarray(pin.neutral(model)), (len(values), 1))
     names = [str(name) for name in model.names]
     missing = [name for name in robot.joint_names if name not in names]

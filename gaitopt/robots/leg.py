@@ -26,6 +26,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gaitopt.conventions import ByValue, FloatArray, frozen
+from gaitopt.errors import InputError
 from gaitopt.inputs import check_array, check_leads, check_shape
 from gaitopt.robots.leg_angles import (
     PitchDerivatives,
@@ -298,6 +299,9 @@ class Leg(ByValue):
 
     def gap_in_words(self, point: FloatArray) -> str:
         """What is wrong with a place ``(3,)`` in the body frame that the leg does not reach."""
+        point = check_shape("point", point, 3)
+        if point.ndim != 1:
+            raise InputError(f"point must be (3,), got {point.shape}")
         distance = float(np.sqrt(self.straightness(*point)))
         aside = float((point - self.hip) @ self.axes[:, 1])
         what = f"{distance:.4g} m from the hip's pitch axis, and the knee allows "

@@ -8,6 +8,7 @@ from typing import Any, Final, Generic, TypeVar
 
 from gaitopt.conventions import LEGS
 from gaitopt.errors import InputError, UnknownNameError
+from gaitopt.inputs import as_text
 
 _SHORT: Final = {
     "lf": "LF", "fl": "LF", "rf": "RF", "fr": "RF",
@@ -37,10 +38,10 @@ class LegMapping(Mapping[str, Value], Generic[Value]):
 
     def __getitem__(self, name: str) -> Value:
         leg = as_leg(name)
-        if leg not in self._values:
+        if not isinstance(leg, str) or leg not in self._values:
             raise UnknownNameError(
-                f"{name!r} is no leg; legs are {', '.join(LEGS)} (FL, RL, RR, FR and front_left "
-                "are understood, too)"
+                f"{as_text(name)} is no leg; legs are {', '.join(LEGS)} (FL, RL, RR, FR and "
+                "front_left are understood, too)"
             )
         return self._values[leg]
 
@@ -105,7 +106,7 @@ def by_leg(what: str, given: Mapping[str, Any]) -> dict[str, Any]:
         InputError: it is no mapping, a key names no leg, or two name the same.
     """
     if not isinstance(given, Mapping):
-        raise InputError(f"{what} must map legs to values, got {given!r}")
+        raise InputError(f"{what} must map legs to values, got {as_text(given)}")
     out: dict[str, Any] = {}
     for key, value in given.items():
         leg = leg_of(str(key))

@@ -13,10 +13,12 @@ from typing import Any
 
 import numpy as np
 
+from gaitopt.arguments import checked
 from gaitopt.conventions import LEGS, FloatArray, frozen
 from gaitopt.errors import InputError, RobotError
 from gaitopt.files import silenced_stderr
 from gaitopt.hidden_packages import refuse_shadows
+from gaitopt.inputs import as_text
 from gaitopt.robots import limits
 from gaitopt.robots.at_many_poses.four_legs import FourLegs
 from gaitopt.robots.files.notes import Notes, read_notes
@@ -65,6 +67,7 @@ class Quadruped:
     notes: Notes = field(default_factory=Notes)
 
     @classmethod
+    @checked
     def from_urdf(
         cls, urdf: str, name: str | None = None, knees: Mapping[str, str] | None = None
     ) -> Quadruped:
@@ -100,7 +103,8 @@ class Quadruped:
             raise RobotError(f"{label}: Pinocchio cannot read this URDF: {words}") from error
         check_masses(model, urdf, label)
         if name:
-            model.name = name
+            # Names of files may hold bytes that are no letters.
+            model.name = name.encode("utf-8", "backslashreplace").decode()
         notes = read_notes(urdf, label)
         # Pinocchio adds it to the diagonal of the mass matrix in all of its algorithms.
         model.armature[6:] = limits.motor_inertia(model, notes.armature)
@@ -335,7 +339,7 @@ def _knee_sides(knees: Mapping[str, str] | None) -> dict[str, float]:
     sides = by_leg("knees", {} if knees is None else knees)
     for leg, side in sides.items():
         if side not in list(_KNEES):
-            raise InputError(f"knees: {leg}: must be 'forward' or 'backward', got {side!r}")
+            raise InputError(f"knees: {leg}: must be 'forward' or 'backward', got {as_text(side)}")
     return {leg: _KNEES[side] for leg, side in sides.items()}
 
 

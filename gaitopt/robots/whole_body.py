@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 
 from gaitopt.conventions import LEGS, BoolArray, FloatArray, frozen
 from gaitopt.errors import InputError
-from gaitopt.inputs import check_leads, check_shape
+from gaitopt.inputs import as_text, check_leads, check_shape
 from gaitopt.robots.leg import REACH_TOLERANCE, Leg
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.rotations import (
@@ -178,10 +178,14 @@ def feet_from_joints(
     Source: [XiLing], Module C, "Full Forward Kinematics Chain".
 
     Raises:
-        InputError: an array has another shape.
+        InputError: an array has another shape, or an angle is infinite.
     """
-    place = check_shape("position", position, 3)
-    to_world = rpy_to_matrix(check_shape("rpy", rpy, 3)) @ robot.body_axes
+    place, angles = check_shape("position", position, 3), check_shape("rpy", rpy, 3)
+    count = len(robot.joint_names)
+    for name, values in (("rpy", angles), ("joints", check_shape("joints", joints, count))):
+        if np.isinf(values).any():
+            raise InputError(f"{name} must be angles, and one is infinite")
+    to_world = rpy_to_matrix(angles) @ robot.body_axes
     feet = feet_in_body(robot, check_shape("joints", joints, len(robot.joint_names)))
     return place[..., None, :] + feet @ np.swapaxes(to_world, -1, -2)
 
@@ -239,7 +243,7 @@ def joints_from_feet(
             unknown.
     """
     if on_unreachable not in ("raise", "mask"):
-        raise InputError(f"on_unreachable must be 'raise' or 'mask', got {on_unreachable!r}")
+        raise InputError(f"on_unreachable must be 'raise' or 'mask', got {as_text(on_unreachable)}")
     wanted = into_body(robot, position, rpy, feet)
     reached = np.empty(wanted.shape[:-1], dtype=np.bool_)
     for i, name in enumerate(LEGS):

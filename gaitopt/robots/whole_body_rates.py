@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from gaitopt.conventions import LEGS, BoolArray, FloatArray
 from gaitopt.errors import InputError
-from gaitopt.inputs import check_shape
+from gaitopt.inputs import as_text, check_shape
 from gaitopt.robots.leg import Leg
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.rotations import (
@@ -228,7 +228,7 @@ class _LegMatrix(NamedTuple):
 def _leg_matrices(robot: Quadruped, joints: FloatArray, on_singular: str) -> list[_LegMatrix]:
     """Of all legs at joint angles ``(..., nj)``."""
     if on_singular not in ("raise", "nan"):
-        raise InputError(f"on_singular must be 'raise' or 'nan', got {on_singular!r}")
+        raise InputError(f"on_singular must be 'raise' or 'nan', got {as_text(on_singular)}")
     out = []
     for name in LEGS:
         leg, columns = robot.legs[name], list(robot.leg_columns[name])

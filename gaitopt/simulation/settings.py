@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from gaitopt.errors import InputError
-from gaitopt.inputs import check_array, check_kind, check_shape, check_tuple
+from gaitopt.inputs import as_text, check_array, check_kind, check_number, check_shape, check_tuple
 
 TIMESTEPS = (1e-4, 0.02)
 """Smallest and largest timestep of the physics [s]: shorter ones are slower than real time, with
@@ -61,8 +61,11 @@ class Push:
         if values.shape != (5,) or not np.isfinite(values).all() or (values[:2] < 0).any():
             raise InputError(
                 "a push needs a time and a duration of at least 0 s and three finite forces, got "
-                f"{self.time!r}, {self.duration!r}, {self.force!r}"
+                f"{as_text(self.time)}, {as_text(self.duration)}, {as_text(self.force)}"
             )
+        for name, value in (("time", values[0]), ("duration", values[1])):
+            object.__setattr__(self, name, float(value))
+        object.__setattr__(self, "force", tuple(force.tolist()))
 
 
 @dataclass(frozen=True)
@@ -152,15 +155,17 @@ class SimulationSettings:
             if item.name in ("pushes", "column_errors"):
                 object.__setattr__(self, item.name, check_tuple(item.name, value))
             elif not (isinstance(value, (bool, int, float)) and 0 <= value <= LARGEST):
-                raise InputError(f"{item.name} must be a number of at least 0, got {value!r}")
+                raise InputError(
+                    f"{item.name} must be a number of at least 0, got {as_text(value)}"
+                )
             elif item.name in positive and not value > 0:
-                raise InputError(f"{item.name} must be positive, got {value!r}")
+                raise InputError(f"{item.name} must be positive, got {as_text(value)}")
         for push in self.pushes:
             check_kind("pushes: each", push, Push)
         for error in self.column_errors:
             if len(check_tuple("column_errors: each", error)) != 3:
                 raise InputError(
-                    f"column_errors: each is (leg, foothold, error in metres), got {error!r}"
+                    f"column_errors: each is (leg, foothold, error in metres), got {as_text(error)}"
                 )
         if not TIMESTEPS[0] <= self.timestep <= TIMESTEPS[1]:
             raise InputError(
@@ -169,9 +174,11 @@ class SimulationSettings:
             )
         for name in ("control_every", "noslip_iterations"):
             if getattr(self, name) != int(getattr(self, name)):
-                raise InputError(f"{name} must be a whole number, got {getattr(self, name)!r}")
+                raise InputError(
+                    f"{name} must be a whole number, got {as_text(getattr(self, name))}"
+                )
         if self.control_every < 1:
-            raise InputError(f"control_every must be at least 1, got {self.control_every!r}")
+            raise InputError(f"control_every must be at least 1, got {as_text(self.control_every)}")
 
     def on_height_map(self) -> SimulationSettings:
         """The same with steps of the physics that are short enough for a height map."""
@@ -189,7 +196,7 @@ class SimulationSettings:
 
     def for_reach(self, reach: float) -> SimulationSettings:
         """The same, fine enough for a robot whose legs reach so far [m]."""
-        if reach >= SMALL:
+        if check_number("reach", reach, 0.0, 1e6, "m") >= SMALL:
             return self
         timestep = min(self.timestep, SMALL_TIMESTEP)
         interval = min(self.control_interval, SMALL_CONTROL_INTERVAL)

@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike
 
 from gaitopt.conventions import GRAVITY, FloatArray
 from gaitopt.errors import InputError
+from gaitopt.inputs import check_array
 from gaitopt.stability.contacts import standing_feet
 from gaitopt.stability.support import pair_lines
 
@@ -50,7 +51,7 @@ def energy_stability_margin(
         InputError: shapes that do not fit, or contacts that are not truth values.
     """
     height = normalised_energy_stability_margin(feet, cog, contacts)
-    return np.asarray(np.asarray(mass, np.float64) * gravity * height)
+    return np.asarray(check_array("mass", mass) * gravity * height)
 
 
 def normalised_energy_stability_margin(
@@ -77,7 +78,7 @@ def normalised_energy_stability_margin(
     Raises:
         InputError: shapes that do not fit, or contacts that are not truth values.
     """
-    corners, centre = standing_feet(feet, contacts), np.asarray(cog, np.float64)
+    corners, centre = standing_feet(feet, contacts), check_array("cog", cog)
     if corners.shape[-1] != 3 or centre.ndim == 0 or centre.shape[-1] != 3:
         raise InputError(
             f"tipping needs heights: feet (..., m, 3) and cog (..., 3), got {corners.shape} and "

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from gaitopt.conventions import FloatArray
 from gaitopt.errors import InputError
+from gaitopt.inputs import check_array
 from gaitopt.stability.contacts import standing_feet
 
 ON_LINE = 1e-12
@@ -66,11 +67,11 @@ def longitudinal_margins(
         InputError: shapes that do not fit, or contacts that are not truth values.
     """
     corners = standing_feet(feet, contacts)[..., :2]
-    centre = np.asarray(cog, np.float64)
+    centre = check_array("cog", cog)
     if centre.ndim == 0 or centre.shape[-1] not in (2, 3):
         raise InputError(f"cog must be (..., 2) or (..., 3), got {centre.shape}")
     away = corners - centre[..., None, :2]
-    angle = np.asarray(heading, np.float64)[..., None]
+    angle = check_array("heading", heading)[..., None]
     ahead = np.cos(angle) * away[..., 0] + np.sin(angle) * away[..., 1]
     left = np.cos(angle) * away[..., 1] - np.sin(angle) * away[..., 0]
     first, second = np.nonzero(~np.eye(corners.shape[-2], dtype=bool))

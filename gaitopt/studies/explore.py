@@ -14,7 +14,7 @@ from gaitopt.certificate.verify import verify
 from gaitopt.conventions import Progress
 from gaitopt.dynamics.contacts import ForceLimits
 from gaitopt.errors import GaitoptError, InputError, MissingPackageError, TerrainError
-from gaitopt.inputs import check_kind
+from gaitopt.inputs import as_text, check_kind
 from gaitopt.plan.plan import Plan
 from gaitopt.planners.crawl import plan_crawl
 from gaitopt.planners.over_terrain.planner import plan_terrain
@@ -130,7 +130,7 @@ def _goal(robot: Quadruped, ground: HeightMap, goal: ArrayLike | None) -> tuple[
     try:
         x, y = np.asarray(goal, dtype=np.float64)
     except (TypeError, ValueError):
-        raise InputError(f"goal must be a place (x, y) in metres, got {goal!r}") from None
+        raise InputError(f"goal must be a place (x, y) in metres, got {as_text(goal)}") from None
     return float(x), float(y)
 
 

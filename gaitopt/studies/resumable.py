@@ -13,6 +13,7 @@ from typing import Any, Protocol, TypeVar
 
 from gaitopt.errors import InputError
 from gaitopt.files import StrPath
+from gaitopt.inputs import as_text
 from gaitopt.studies.result_table import Columns, StoredRow, rows_so_far, tell_wrong
 from gaitopt.studies.robots import contents_of, expecting
 from gaitopt.studies.table_lock import locked
@@ -85,7 +86,7 @@ def run_jobs(
     try:
         path = Path(table)
     except TypeError:
-        raise InputError(f"a table is a file: give a path, got {table!r}") from None
+        raise InputError(f"a table is a file: give a path, got {as_text(table)}") from None
     if not path.name or path.is_dir():
         raise InputError(f"a table is a file, and {path} is a folder; name a file in it")
     with locked(path):

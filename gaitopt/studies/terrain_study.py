@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from gaitopt.errors import GaitoptError, InputError, TerrainError
 from gaitopt.files import StrPath
+from gaitopt.inputs import as_text
 from gaitopt.studies.result_table import Columns
 from gaitopt.studies.resumable import run_jobs
 from gaitopt.studies.robots import study_robot
@@ -204,7 +205,7 @@ def sizes_of(text: str) -> dict[str, float]:
         try:
             sizes[name] = float(value)
         except ValueError:
-            raise InputError(f"sizes are written as NAME=NUMBER, got {part!r}") from None
+            raise InputError(f"sizes are written as NAME=NUMBER, got {as_text(part)}") from None
     return sizes
 
 

@@ -13,7 +13,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from gaitopt.errors import InputError, StudyError
-from gaitopt.inputs import check_count
+from gaitopt.inputs import as_text, check_count
 
 LOOK_EVERY = 1.0
 """Time between two looks of a worker for the program that started it [s]. Chosen here."""
@@ -35,7 +35,8 @@ def process_count(jobs: int) -> int:
         return min(check_count("jobs", jobs, 1, sys.maxsize), int(cpu_count()))
     except InputError:
         raise InputError(
-            f"jobs must be -1, for one process on each core, or a whole number from 1, got {jobs!r}"
+            "jobs must be -1, for one process on each core, or a whole number from 1, got "
+            f"{as_text(jobs)}"
         ) from None
 
 

@@ -10,6 +10,7 @@ from typing import Any, Final
 from numpy.typing import ArrayLike
 
 from gaitopt.errors import InputError
+from gaitopt.inputs import as_text
 from gaitopt.swing.box_curve import BoxSwing
 from gaitopt.swing.curve import SwingCurve
 from gaitopt.swing.cycloid import CycloidSwing
@@ -56,7 +57,7 @@ def swing_curve(
     """
     if not isinstance(name, str) or name not in SWING_CURVES:
         known = ", ".join(map(repr, SWING_CURVES))
-        raise InputError(f"swing must be one of {known}, got {name!r}")
+        raise InputError(f"swing must be one of {known}, got {as_text(name)}")
     curve = SWING_CURVES[name]
     own = [f.name for f in fields(curve)][len(fields(SwingCurve)) :]
     for option in options:

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 
 from gaitopt.conventions import FloatArray
 from gaitopt.errors import InputError, SolverError
+from gaitopt.inputs import as_text
 from gaitopt.swing.obstacle_paths import (
     MOST_WAYPOINTS,
     PAPER_COUNT,
@@ -91,7 +92,7 @@ def least_clearance(
         SolverError: more than two million points of the curve would be needed.
     """
     if not tolerance >= _FINEST:
-        raise InputError(f"tolerance must be at least {_FINEST:g} m, got {tolerance!r}")
+        raise InputError(f"tolerance must be at least {_FINEST:g} m, got {as_text(tolerance)}")
     starts, lengths = flown.times[:-1].copy(), np.diff(flown.times)
     speeds = flown.speeds
     seen, when, proven, points = np.inf, 0.0, np.inf, 0

@@ -11,7 +11,6 @@ Source: [Shao2011], Section III.A and Fig. 3.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from numbers import Real
 from typing import Final, Literal, NamedTuple, Protocol, get_args
 
 import numpy as np
@@ -19,6 +18,7 @@ from numpy.typing import ArrayLike
 
 from gaitopt.conventions import FloatArray, frozen
 from gaitopt.errors import InputError
+from gaitopt.inputs import as_text, is_real, is_whole
 from gaitopt.swing.mixed_parabola import Corner, parabola_corners
 from gaitopt.swing.trapezoid_path import box_path_corners, trapezoid_corners
 
@@ -133,10 +133,10 @@ def obstacle_path(
     stops, pieces = _laid_out(plane, corners, rounded=pattern == "parabola")
     # Without a straight piece there is no place for more waypoints.
     most = MOST_WAYPOINTS if any(open_ for _, open_ in stops) else len(stops)
-    if not (isinstance(count, (int, np.integer)) and len(stops) <= count <= most):
+    if not (is_whole(count) and len(stops) <= count <= most):
         raise InputError(
             f"count must be a whole number from {len(stops)}, for the corners and ends of this "
-            f"{pattern} path, to {most}; got {count!r}"
+            f"{pattern} path, to {most}; got {as_text(count)}"
         )
     waypoints = _filled(stops, int(count))
     return ObstaclePath(
@@ -203,10 +203,10 @@ class _Plane(NamedTuple):
             ends = np.empty(0)
         if ends.shape != (2, 3) or not np.isfinite(ends).all():
             raise InputError(
-                f"start and end must be three finite numbers each, got {start!r}, {end!r}"
+                f"start and end must be three finite numbers each, got {as_text(start)}, {end!r}"
             )
-        if not (isinstance(margin, Real) and 0.0 < margin < np.inf):
-            raise InputError(f"margin must be a positive length in metres, got {margin!r}")
+        if not (is_real(margin) and 0.0 < margin < np.inf):
+            raise InputError(f"margin must be a positive length in metres, got {as_text(margin)}")
         local = obstacle.to_local(ends)
         sense = 1.0 if local[1, 0] >= local[0, 0] else -1.0
         core = np.array(obstacle.core) * [sense, 1.0]

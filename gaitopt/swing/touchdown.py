@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from gaitopt.conventions import FloatArray
 from gaitopt.errors import InputError
+from gaitopt.inputs import check_array
 
 
 def velocity_touchdown(
@@ -100,10 +101,7 @@ def com_touchdown(
 
 
 def _numbers(name: str, value: ArrayLike) -> FloatArray:
-    try:
-        numbers = np.asarray(value, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise InputError(f"{name} must be numbers, got {value!r}") from None
+    numbers = check_array(name, value)
     if not np.isfinite(numbers).all():
         raise InputError(f"{name} must be finite, got {numbers[~np.isfinite(numbers)][0]}")
     return numbers

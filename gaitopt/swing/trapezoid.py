@@ -9,6 +9,7 @@ import numpy as np
 
 from gaitopt.conventions import FloatArray
 from gaitopt.errors import InputError
+from gaitopt.inputs import as_text
 from gaitopt.swing.curve import ArchCurve
 from gaitopt.swing.sine_arch import half_sine
 
@@ -52,7 +53,7 @@ class TrapezoidSwing(ArchCurve):
             ramp = np.nan
         if not LEAST_RAMP <= ramp <= 0.5:
             raise InputError(
-                f"ramp must be a share of the duration from 0.001 to 0.5, got {self.ramp!r}"
+                f"ramp must be a share of the duration from 0.001 to 0.5, got {as_text(self.ramp)}"
             )
         object.__setattr__(self, "ramp", ramp)
 

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from numbers import Real
-
 import numpy as np
 
 from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.errors import InputError
-from gaitopt.inputs import check_count, check_kind
+from gaitopt.inputs import as_text, check_count, check_kind, is_real, is_whole
 from gaitopt.robots.leg_planes import foot_planes
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.footholds import Footholds
@@ -158,11 +156,12 @@ def _check(seed: int, **lengths: float) -> None:
     Raises:
         InputError: names what is wrong.
     """
-    if not (isinstance(seed, (int, np.integer)) and seed >= 0):
-        raise InputError(f"seed must be a whole number of at least 0, got {seed!r}")
+    if not (is_whole(seed) and seed >= 0):
+        raise InputError(f"seed must be a whole number of at least 0, got {as_text(seed)}")
     for name, value in lengths.items():
         lowest = 0.0 if name in ("amplitude", "jitter", "height_jitter") else 1e-6
-        if not (isinstance(value, Real) and lowest <= value <= LONGEST):
+        if not (is_real(value) and lowest <= value <= LONGEST):
             raise InputError(
-                f"{name} must be a finite length from {lowest:g} to {LONGEST:g} m, got {value!r}"
+                f"{name} must be a finite length from {lowest:g} to {LONGEST:g} m, got "
+                f"{as_text(value)}"
             )

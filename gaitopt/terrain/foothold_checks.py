@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from numbers import Real
 from types import MappingProxyType
 
 import numpy as np
@@ -11,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from gaitopt.conventions import LEGS, FloatArray, frozen
 from gaitopt.errors import FootholdsError
-from gaitopt.inputs import check_tuple
+from gaitopt.inputs import check_tuple, is_real
 from gaitopt.robots.leg_names import leg_named
 from gaitopt.terrain.foothold_csv import FARTHEST
 
@@ -73,8 +72,10 @@ def checked_friction(
     """
     if friction is None:
         return None
-    if isinstance(friction, Real):
-        friction = {leg: np.full(n, float(friction)) for leg, n in counts.items()}
+    if is_real(friction):
+        # Whole numbers may be larger than any float.
+        number = float(friction) if friction <= MOST_FRICTION else np.inf
+        friction = {leg: np.full(n, number) for leg, n in counts.items()}
     return _within("friction", friction, counts, 1e-3, MOST_FRICTION)
 
 

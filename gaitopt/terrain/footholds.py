@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields
 from functools import cached_property
-from numbers import Real
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -15,7 +13,8 @@ from numpy.typing import ArrayLike
 from gaitopt.conventions import LEGS, FloatArray, frozen
 from gaitopt.errors import FootholdsError
 from gaitopt.files import StrPath, read_bounded, written_whole
-from gaitopt.robots.leg_names import LegMapping, as_leg
+from gaitopt.inputs import as_text, check_count, check_kind, check_number, check_tuple, is_real
+from gaitopt.robots.leg_names import LegMapping
 from gaitopt.terrain.foothold_checks import (
     checked_friction,
     checked_normals,
@@ -25,7 +24,7 @@ from gaitopt.terrain.foothold_checks import (
     checked_swing_heights,
 )
 from gaitopt.terrain.foothold_columns import FootholdTable
-from gaitopt.terrain.foothold_csv import parse_footholds, write_footholds
+from gaitopt.terrain.foothold_csv import FARTHEST, parse_footholds, write_footholds
 from gaitopt.terrain.height_map import HeightMap
 
 CSV_LIMIT = 50_000_000
@@ -98,13 +97,15 @@ class Footholds:
     ) -> None:
         arrays = checked_points(points)
         counts = {leg: len(a) for leg, a in arrays.items()}
-        if radius is not None and not (isinstance(radius, Real) and 0 < radius < np.inf):
-            raise FootholdsError(f"radius must be a positive length in metres, got {radius!r}")
+        if radius is not None and not (is_real(radius) and 0 < radius <= FARTHEST):
+            raise FootholdsError(
+                f"radius must be a positive length in metres, got {as_text(radius)}"
+            )
         if ground is not None and not isinstance(ground, HeightMap):
             raise FootholdsError(f"ground must be a HeightMap, got {type(ground).__name__}")
         legs = checked_order(order, counts)
         for name, value in (
-            ("points", MappingProxyType(arrays)),
+            ("points", LegMapping(arrays)),
             ("radius", None if radius is None else float(radius)),
             ("normals", checked_normals(normals, counts)),
             ("friction", checked_friction(friction, counts)),
@@ -117,8 +118,12 @@ class Footholds:
             object.__setattr__(self, name, value)
 
     def __getitem__(self, leg: str) -> FloatArray:
-        """Footholds ``(n, 3)`` of a leg, under any of its names [m]."""
-        return self.points[as_leg(leg)]
+        """Footholds ``(n, 3)`` of a leg, under any of its names [m].
+
+        Raises:
+            UnknownNameError: there is no such leg.
+        """
+        return self.points[leg]
 
     def __len__(self) -> int:
         """Number of footholds of the leg that has most."""
@@ -178,11 +183,22 @@ class Footholds:
         return self._padded(self.normals)
 
     def touching(self, radius: float) -> FloatArray:
-        """Where feet that are balls of ``radius`` [m] touch the ground ``(4, n, 3)`` [m]."""
+        """Where feet that are balls of ``radius`` [m] touch the ground ``(4, n, 3)`` [m].
+
+        Raises:
+            InputError: the radius is no number from 0 to 100 m.
+        """
+        check_number("radius", radius, 0.0, 100.0, "m")
         return frozen(self.array - radius * self.normal_array)
 
     def raised(self, height: float) -> Footholds:
-        """The same footholds moved up by ``height`` [m], for instance by a foot's radius."""
+        """The same footholds moved up by ``height`` [m], for instance by a foot's radius.
+
+        Raises:
+            FootholdsError: the height is no finite number.
+        """
+        if not (is_real(height) and abs(height) <= FARTHEST):
+            raise FootholdsError(f"height must be a finite length, got {as_text(height)}")
         lift = np.array([0.0, 0.0, height])
         return self.with_(points={leg: p + lift for leg, p in self.points.items()})
 
@@ -192,8 +208,14 @@ class Footholds:
         Args:
             first: for each leg the foothold that becomes its first one.
             order: the legs in the order in which they then step.
+
+        Raises:
+            InputError: a leg has no such foothold, or these are no legs.
         """
-        legs = tuple(order)
+        legs = check_tuple("order", order)
+        check_kind("first", first, Mapping)
+        for leg, count in self.counts.items():
+            check_count(f"the first foothold of {leg}", first.get(leg), 0, count - 1)
         made = self.steps - len(legs)
 
         def rest(of_legs: Mapping[str, FloatArray] | None) -> dict[str, FloatArray] | None:

@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
+from gaitopt.arguments import checked
 from gaitopt.conventions import BoolArray, FloatArray, frozen
 from gaitopt.files import StrPath, written_whole
 from gaitopt.inputs import check_number, check_shape
@@ -96,6 +97,7 @@ class HeightMap:
         return cls(*heights_of_triangles(triangles, resolution))
 
     @classmethod
+    @checked
     def from_columns(
         cls, footholds: Columns, foot_radius: float, resolution: float, *, depth: float = 0.3
     ) -> HeightMap:

@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 
 from gaitopt.conventions import FloatArray, frozen
 from gaitopt.errors import GroundError
+from gaitopt.inputs import as_plain_array, as_text, check_array, is_masked
 
 MOST_POINTS = 16_000_000
 """Most points of a map: 80 m by 80 m at 2 cm, 128 MB."""
@@ -20,16 +21,17 @@ def checked_heights(z: ArrayLike) -> FloatArray:
     Raises:
         GroundError: they are no array ``(nx, ny)`` of numbers, or no height is known.
     """
-    try:
-        array = np.asarray(z)
-    except (TypeError, ValueError) as error:
-        raise GroundError(f"heights of a map are no array of numbers: {error}") from error
+    hidden = np.ma.getmaskarray(np.ma.asarray(z)) if is_masked(z) else None
+    array = as_plain_array(z if hidden is None else np.ma.getdata(z))
+    if array is None:
+        raise GroundError(f"heights of a map are no array of numbers: {as_text(z)}")
     if array.dtype.kind not in "iuf":
         raise GroundError(f"heights of a map are no array of numbers, but of {array.dtype}")
     if array.ndim != 2:
         raise GroundError(f"heights of a map must have the shape (nx, ny), got {array.shape}")
     check_size(array.shape[0], array.shape[1])
-    heights = frozen(array)
+    # What a mask hides is not known.
+    heights = frozen(array if hidden is None else np.where(hidden, np.nan, array))
     if not np.isfinite(heights).any():
         raise GroundError("no height of the map is known: all are NaN or infinite")
     far = np.argwhere(np.abs(heights) > FARTHEST)
@@ -63,11 +65,11 @@ def checked_place(origin: ArrayLike) -> tuple[float, float]:
         GroundError: it is no pair of finite numbers.
     """
     try:
-        place = np.asarray(origin, dtype=np.float64)
+        place = check_array("origin", origin)
     except (TypeError, ValueError):
         place = np.empty(0)
     if place.shape != (2,) or not (np.abs(place) <= FARTHEST).all():
         raise GroundError(
-            f"origin must be two numbers (x, y) in metres below {FARTHEST:g}, got {origin!r}"
+            f"origin must be two numbers (x, y) in metres below {FARTHEST:g}, got {as_text(origin)}"
         )
     return float(place[0]), float(place[1])

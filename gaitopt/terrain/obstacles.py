@@ -12,13 +12,21 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from numbers import Real
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from gaitopt.conventions import BoolArray, FloatArray, rotation_z
 from gaitopt.errors import InputError
+from gaitopt.inputs import (
+    as_text,
+    check_array,
+    check_choice,
+    check_count,
+    check_leads,
+    check_shape,
+    is_real,
+)
 
 SHAPES = ("round", "rectangular", "triangular")
 DEFAULT_LENGTH = 1.5
@@ -29,6 +37,8 @@ SMALLEST = 1e-6
 """Lengths below this are taken for a mistake [m]."""
 
 Corners = tuple[tuple[float, float], ...]
+MOST_SIDES = 100_000
+"""Most sides of an outline."""
 MOST_TURNS = 1e6
 """Largest angle that is taken for one [rad]."""
 
@@ -63,14 +73,13 @@ class Obstacle:
     yaw: float = 0.0
 
     def __post_init__(self) -> None:
-        if self.shape not in SHAPES:
-            raise InputError(f"shape {self.shape!r} is unknown; there are {', '.join(SHAPES)}")
+        check_choice("shape", self.shape, SHAPES)
         _check("rounding", self.rounding, zero=True)
         _check("length", self.length)
         place = _triple(self.position)
         # Whole numbers may be larger than any float.
-        if not (isinstance(self.yaw, Real) and abs(self.yaw) <= MOST_TURNS):
-            raise InputError(f"yaw must be a finite angle in radians, got {self.yaw!r}")
+        if not (is_real(self.yaw) and abs(self.yaw) <= MOST_TURNS):
+            raise InputError(f"yaw must be a finite angle in radians, got {as_text(self.yaw)}")
         object.__setattr__(self, "core", _corners(self.shape, self.core))
         object.__setattr__(self, "position", place)
         for name in ("rounding", "length", "yaw"):
@@ -108,12 +117,12 @@ class Obstacle:
 
     def to_local(self, points: ArrayLike) -> FloatArray:
         """World points ``(..., 3)`` [m] in the obstacle's frame."""
-        away = np.asarray(points, dtype=np.float64) - np.array(self.position)
+        away = check_shape("points", points, 3) - np.array(self.position)
         return np.asarray(away @ rotation_z(self.yaw))
 
     def to_world(self, points: ArrayLike) -> FloatArray:
         """Points ``(..., 3)`` [m] of the obstacle's frame in the world."""
-        turned = np.asarray(points, dtype=np.float64) @ rotation_z(self.yaw).T
+        turned = check_shape("points", points, 3) @ rotation_z(self.yaw).T
         return np.asarray(turned + np.array(self.position))
 
     def distance(self, points: ArrayLike) -> FloatArray:
@@ -130,7 +139,10 @@ class Obstacle:
 
     def section_distance(self, x: ArrayLike, z: ArrayLike) -> FloatArray:
         """Signed distance ``(...)`` [m] of ``(x, z)`` in the obstacle's frame from the section."""
-        point = np.stack(np.broadcast_arrays(x, z), axis=-1).astype(np.float64)[..., None, :]
+        across, above = check_array("x", x), check_array("z", z)
+        lead = check_leads(x=across.shape, z=above.shape)
+        both = [np.broadcast_to(each, lead) for each in (across, above)]
+        point = np.stack(both, axis=-1)[..., None, :]
         start = np.array(self.core)
         side = np.roll(start, -1, axis=0) - start
         square = np.maximum((side**2).sum(axis=-1), np.finfo(float).tiny)
@@ -151,7 +163,10 @@ class Obstacle:
 
         Beside the obstacle it is the ground's height, which is that of the obstacle's origin.
         """
-        flat = np.asarray(places, dtype=np.float64)[..., :2]
+        flat = check_array("places", places)
+        if flat.ndim == 0 or flat.shape[-1] not in (2, 3):
+            raise InputError(f"places must be (..., 2) or (..., 3), got {flat.shape}")
+        flat = flat[..., :2]
         ground = np.broadcast_to(self.position[2], (*flat.shape[:-1], 1))
         local = self.to_local(np.concatenate([flat, ground], axis=-1))
         top = self._top(local[..., 0])
@@ -185,8 +200,7 @@ class Obstacle:
         Raises:
             InputError: fewer than 3 sides.
         """
-        if not (isinstance(sides, (int, np.integer)) and sides >= 3):
-            raise InputError(f"sides must be a whole number of at least 3, got {sides!r}")
+        check_count("sides", sides, 3, MOST_SIDES)
         if self.rounding == 0.0:
             return np.array(self.core)
         normals = [2.0 * np.pi * k / sides for k in range(sides)]
@@ -289,8 +303,8 @@ def triangular_obstacle(
     """
     _check("height", height)
     _check("width", width)
-    if not (isinstance(apex, Real) and abs(apex) < FARTHEST):
-        raise InputError(f"apex must be a finite length in metres, got {apex!r}")
+    if not (is_real(apex) and abs(apex) < FARTHEST):
+        raise InputError(f"apex must be a finite length in metres, got {as_text(apex)}")
     half = float(width) / 2.0
     core = ((-half, 0.0), (half, 0.0), (float(apex), float(height)))
     return Obstacle("triangular", core, 0.0, length, position, yaw)
@@ -299,16 +313,22 @@ def triangular_obstacle(
 def _check(name: str, value: float, *, zero: bool = False) -> None:
     """Refuse what is no length from :data:`SMALLEST` (or zero) to :data:`FARTHEST`."""
     least = 0.0 if zero else SMALLEST
-    if not (isinstance(value, Real) and least <= value < FARTHEST):
-        raise InputError(f"{name} must be a finite length of at least {least:g} m, got {value!r}")
+    if not (is_real(value) and least <= value < FARTHEST):
+        raise InputError(
+            f"{name} must be a finite length of at least {least:g} m, got {as_text(value)}"
+        )
 
 
 def _triple(position: object) -> tuple[float, float, float]:
     """The position as three plain numbers [m]."""
-    place = np.asarray(position)
-    number = np.issubdtype(place.dtype, np.floating) or np.issubdtype(place.dtype, np.integer)
-    if not number or place.shape != (3,) or not (np.abs(place) < FARTHEST).all():
-        raise InputError(f"position must be three finite lengths in metres, got {position!r}")
+    try:
+        place = check_array("position", position)
+    except InputError:
+        place = np.empty(0)
+    if place.shape != (3,) or not (np.abs(place) < FARTHEST).all():
+        raise InputError(
+            f"position must be three finite lengths in metres, got {as_text(position)}"
+        )
     x, y, z = place.astype(np.float64).tolist()
     return x, y, z
 
@@ -320,17 +340,17 @@ def _corners(shape: str, core: Corners) -> Corners:
         InputError: it is no convex polygon with the shape's number of corners.
     """
     wanted = {"round": 1, "rectangular": 4, "triangular": 3}[shape]
-    corners = np.asarray(core, dtype=np.float64)
+    corners = check_array("core", core)
     if corners.shape != (wanted, 2) or not (np.abs(corners) < FARTHEST).all():
         raise InputError(
-            f"core of a {shape} section needs {wanted} finite corners (x, z), got {core!r}"
+            f"core of a {shape} section needs {wanted} finite corners (x, z), got {as_text(core)}"
         )
     if wanted > 1:
         side = np.roll(corners, -1, axis=0) - corners
         after = np.roll(side, -1, axis=0)
         turn = side[:, 0] * after[:, 1] - side[:, 1] * after[:, 0]
         if not turn.min() > 0.0:
-            raise InputError(f"core must be convex and counter-clockwise, got {core!r}")
+            raise InputError(f"core must be convex and counter-clockwise, got {as_text(core)}")
     return tuple((float(x), float(z)) for x, z in corners)
 
 

@@ -237,7 +237,7 @@ def test_encrypted_parts_are_refused(short_plan: Plan, tmp_path: Path) -> None:
         ({"phases": [{"kind": "stance"}]}, "no plan file, or was cut short"),
         ({"phases": None}, "no plan file, or was cut short"),
         ({"column_radius": -1.0}, "radius must be a positive length"),
-        ({"column_radius": 10**400}, "no plan file, or was cut short"),
+        ({"column_radius": 10**400}, "radius must be a positive length"),
     ],
 )
 def test_foreign_headers_are_refused(

@@ -414,7 +414,7 @@ def test_times_of_another_count_than_the_swings_are_refused() -> None:
         ),
         ("start", "here", "start must be numbers [m], got 'here'"),
         ("height", -0.01, "height must be from 0 to 100 m, got -0.01"),
-        ("height", None, "height must be from 0 to 100 m, got nan"),
+        ("height", None, "height must be numbers [m], got None"),
         ("duration", 0.0, "duration must be from 1e-06 to 1e+06 s, got 0"),
         (
             "duration",

@@ -134,7 +134,7 @@ def test_raised_moves_every_foothold_up_and_nothing_else() -> None:
 
 
 def test_raising_by_nan_is_refused() -> None:
-    with pytest.raises(FootholdsError, match="coordinates must be finite"):
+    with pytest.raises(FootholdsError, match="height must be a finite length, got nan"):
         Footholds(small()).raised(np.nan)
 
 

@@ -307,7 +307,7 @@ def test_bad_placement_is_refused(arguments: Any, words: str) -> None:
 @pytest.mark.parametrize(
     ("shape", "core", "words"),
     [
-        ("square", ((0, 0),), "shape 'square' is unknown; there are round"),
+        ("square", ((0, 0),), "shape must be one of round, rectangular, triangular, got 'square'"),
         ("round", ((0, 0), (1, 1)), "needs 1 finite corners"),
         ("triangular", ((0, 0), (0, 1), (1, 0)), "convex and counter-clockwise"),
         ("rectangular", ((0, 0), (1, 0), (0.2, 0.2), (0, 1)), "convex and counter-clockwise"),
@@ -326,5 +326,5 @@ def test_bad_margin_is_named(bad: Any) -> None:
 
 @pytest.mark.parametrize("bad", [2, 3.5, None])
 def test_bad_number_of_sides_is_named(bad: Any) -> None:
-    with pytest.raises(InputError, match="sides must be a whole number of at least 3"):
+    with pytest.raises(InputError, match="sides must be a whole number from 3"):
         LOG.mesh(bad)

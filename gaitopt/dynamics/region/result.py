@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from gaitopt.conventions import BoolArray, FloatArray, frozen
 from gaitopt.dynamics.region.polygon import polygon_area, polygon_half_planes, polygon_margin
 from gaitopt.errors import InputError
+from gaitopt.inputs import check_array
 from gaitopt.stability.support import HalfPlanes
 
 ON_BORDER: Final = 1e-12
@@ -152,7 +153,7 @@ class FeasibleRegion:
 
 def _horizontal(place: ArrayLike) -> FloatArray:
     """x and y of ``place (..., 2)`` or ``(..., 3)``."""
-    places = np.asarray(place, np.float64)
+    places = check_array("place", place)
     if places.ndim == 0 or places.shape[-1] not in (2, 3):
         raise InputError(f"place must be (..., 2) or (..., 3), got {places.shape}")
     return places[..., :2]

@@ -29,7 +29,7 @@ from numpy.typing import ArrayLike
 
 from gaitopt.conventions import LEGS, FloatArray, frozen
 from gaitopt.errors import InputError
-from gaitopt.inputs import check_number
+from gaitopt.inputs import as_text, check_number
 from gaitopt.robots.leg_angles import pitch_angles
 from gaitopt.robots.leg_names import as_leg, by_leg
 from gaitopt.robots.quadruped import Quadruped
@@ -208,7 +208,7 @@ def build_posture_problem(
     """
     stands, swing = _feet(feet), as_leg(swing)
     if swing is not None and not (isinstance(swing, str) and swing in LEGS):
-        raise InputError(f"swing must be one of {', '.join(LEGS)} or None, got {swing!r}")
+        raise InputError(f"swing must be one of {', '.join(LEGS)} or None, got {as_text(swing)}")
     if swing is None and len(places):
         raise InputError("places are for the leg that swings; name it, or leave them out")
     support = tuple(leg for leg in LEGS if leg != swing)
@@ -217,7 +217,7 @@ def build_posture_problem(
     if unknown:
         raise InputError(f"free names {unknown[0]!r}; there are {', '.join(FREEDOMS)}")
     if objective not in ("motion", "margin"):
-        raise InputError(f"objective must be 'motion' or 'margin', got {objective!r}")
+        raise InputError(f"objective must be 'motion' or 'margin', got {as_text(objective)}")
     reaching = [(leg, frozen(stands[i])) for i, leg in enumerate(LEGS)]
     reaching += [(str(swing), _three_numbers("a foot's place", point)) for point in places]
     return PostureProblem(
@@ -325,7 +325,7 @@ def _three_numbers(name: str, given: ArrayLike) -> FloatArray:
     except (TypeError, ValueError):
         values = frozen([])
     if values.shape != (3,) or not np.isfinite(values).all():
-        raise InputError(f"{name} must be three finite numbers, got {given!r}")
+        raise InputError(f"{name} must be three finite numbers, got {as_text(given)}")
     return values
 
 
@@ -336,5 +336,5 @@ def _weights(robot: Quadruped, weights: ArrayLike | None) -> FloatArray:
         return frozen([1.0, 1.0, 1.0, width**2, length**2, length**2 + width**2])
     given = np.asarray(weights, dtype=np.float64)
     if given.shape != (6,) or not (np.isfinite(given).all() and (given > 0.0).all()):
-        raise InputError(f"weights must be six positive numbers, got {weights!r}")
+        raise InputError(f"weights must be six positive numbers, got {as_text(weights)}")
     return frozen(given)

@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 from gaitopt.conventions import GRAVITY, LEGS, FloatArray, TextEnum, frozen
 from gaitopt.errors import InputError
 from gaitopt.gait.crawl import SHAO_SEQUENCE
-from gaitopt.inputs import check_kind
+from gaitopt.inputs import as_text, check_kind
 from gaitopt.optimize.posture.problem import (
     FREEDOMS,
     LEVEL,
@@ -238,7 +238,9 @@ def posture_cycle(
     """
     sequence, feet = [as_leg(leg) for leg in sequence], feet_by_leg(feet)
     if sorted(map(str, sequence)) != sorted(LEGS):
-        raise InputError(f"sequence must name the four legs once each, got {tuple(sequence)!r}")
+        raise InputError(
+            f"sequence must name the four legs once each, got {as_text(tuple(sequence))}"
+        )
     way = float(stride) * start.axes[:, 0]
     places = {leg: frozen(feet[leg]) for leg in LEGS}
     first = solve_posture(build_posture_problem(robot, places, start, **asked))

@@ -11,7 +11,7 @@ from scipy.interpolate import CubicSpline
 
 from gaitopt.conventions import FloatArray, frozen
 from gaitopt.errors import InputError
-from gaitopt.inputs import check_kind
+from gaitopt.inputs import check_array, check_kind
 from gaitopt.motion.retiming import needed_stretch
 from gaitopt.optimize.spline.limits import JointLimits
 
@@ -32,7 +32,7 @@ def checked_angles(angles: ArrayLike, limits: JointLimits) -> FloatArray:
     """
     check_kind("limits", limits, JointLimits)
     try:
-        q = frozen(angles)
+        q = frozen(check_array("angles", angles))
     except (TypeError, ValueError) as error:
         raise InputError(f"angles are no array of numbers: {error}") from error
     if q.ndim != 2 or not 2 <= len(q) <= MOST_KNOTS or q.shape[1] != len(limits.velocity):

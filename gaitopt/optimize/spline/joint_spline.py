@@ -18,6 +18,7 @@ from scipy.interpolate import CubicSpline
 
 from gaitopt.conventions import FloatArray, TextEnum, frozen
 from gaitopt.errors import InputError
+from gaitopt.inputs import as_text, check_array, check_count, check_known, check_number
 from gaitopt.motion.path import derived, jumps
 from gaitopt.optimize.spline.clamped import (
     ROUNDING_RESERVE,
@@ -99,12 +100,15 @@ class JointSpline:
     report: SolverReport | None = None
 
     def __post_init__(self) -> None:
-        angles, intervals = checked_angles(self.angles, self.limits), frozen(self.intervals)
+        angles, intervals = (
+            checked_angles(self.angles, self.limits),
+            frozen(check_array("intervals", self.intervals)),
+        )
         good = intervals.shape == (len(angles) - 1,) and np.isfinite(intervals).all()
         if not good or not (intervals > 0.0).all():
             raise InputError(
                 f"a spline through {len(angles)} knots needs {len(angles) - 1} positive intervals, "
-                f"got {self.intervals!r}"
+                f"got {as_text(self.intervals)}"
             )
         object.__setattr__(self, "angles", angles)
         object.__setattr__(self, "intervals", intervals)
@@ -137,8 +141,8 @@ class JointSpline:
 
         Times outside are moved to the ends; at a knot the later interval counts.
         """
-        inside = np.clip(np.asarray(times, dtype=np.float64), 0.0, self.duration)
-        return np.asarray(self.polynomial(inside, derivative))
+        inside = np.clip(check_known("times", times), 0.0, self.duration)
+        return np.asarray(self.polynomial(inside, check_count("derivative", derivative, 0, 10)))
 
     @cached_property
     def largest_velocities(self) -> FloatArray:
@@ -173,7 +177,8 @@ class JointSpline:
 
     def active(self, share: float = ACTIVE_SHARE) -> tuple[ActiveBound, ...]:
         """The limits of which at least ``share`` is used, interval by interval."""
-        kinds, intervals, joints = np.nonzero(self.shares >= share)
+        least = check_number("share", share, 0.0, 1e6)
+        kinds, intervals, joints = np.nonzero(self.shares >= least)
         found = [
             ActiveBound(int(j), int(i), KINDS[k], float(self.shares[k, i, j]))
             for k, i, j in zip(kinds, intervals, joints, strict=True)
@@ -182,6 +187,11 @@ class JointSpline:
 
     def cost(self, time_weight: float, acceleration_weight: float) -> float:
         """The objective of eq. (7): weighted sum of time and squared accelerations at all knots."""
+        for name, weight in (
+            ("time_weight", time_weight),
+            ("acceleration_weight", acceleration_weight),
+        ):
+            check_number(name, weight, 0.0, 1e12)
         accelerations = self.evaluate(self.times, 2)
         return time_weight * self.duration + acceleration_weight * float((accelerations**2).sum())
 
@@ -202,7 +212,12 @@ class JointSpline:
         return every.min(axis=0), every.max(axis=0)
 
     def stretched(self, factor: float) -> JointSpline:
-        """The same curve in ``factor`` times the time; the result is scaled."""
+        """The same curve in ``factor`` times the time; the result is scaled.
+
+        Raises:
+            InputError: the factor is no positive number.
+        """
+        check_number("factor", factor, 1e-9, 1e9)
         return replace(
             self, intervals=self.intervals * factor, status=SplineStatus.SCALED, report=None
         )

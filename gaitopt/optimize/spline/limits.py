@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from gaitopt.conventions import FloatArray, frozen
 from gaitopt.errors import InputError
+from gaitopt.inputs import as_text
 from gaitopt.robots.leg import Leg
 
 
@@ -35,7 +36,7 @@ class JointLimits:
                 values = np.asarray(getattr(self, name), dtype=np.float64)
             except (TypeError, ValueError):
                 raise InputError(
-                    f"{name} limits must be numbers, got {getattr(self, name)!r}"
+                    f"{name} limits must be numbers, got {as_text(getattr(self, name))}"
                 ) from None
             largest = np.inf if name == "jerk" else np.finfo(float).max
             if (
@@ -45,7 +46,7 @@ class JointLimits:
             ):
                 raise InputError(
                     f"{name} limits must be positive{'' if name == 'jerk' else ' and finite'}, one "
-                    f"for each joint, got {getattr(self, name)!r}"
+                    f"for each joint, got {as_text(getattr(self, name))}"
                 )
             object.__setattr__(self, name, frozen(values))
         if not self.velocity.shape == self.acceleration.shape == self.jerk.shape:
@@ -70,6 +71,6 @@ class JointLimits:
         except (TypeError, ValueError):
             raise InputError(
                 f"acceleration and jerk must be one number or {size[0]}, for {leg.name}'s joints, "
-                f"got {acceleration!r} and {jerk!r}"
+                f"got {as_text(acceleration)} and {jerk!r}"
             ) from None
         return cls(leg.velocity_limits, *both)

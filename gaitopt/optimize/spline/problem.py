@@ -26,7 +26,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from numbers import Real
 from typing import Any
 
 import numpy as np
@@ -34,6 +33,7 @@ from numpy.typing import ArrayLike
 
 from gaitopt.conventions import FloatArray, frozen
 from gaitopt.errors import InputError
+from gaitopt.inputs import as_text, is_real
 from gaitopt.optimize.spline.clamped import (
     ROUNDING_RESERVE,
     checked_angles,
@@ -165,8 +165,8 @@ def build_spline_problem(
         ("time_weight", time_weight),
         ("acceleration_weight", acceleration_weight),
     ):
-        if not (isinstance(weight, Real) and 0.0 <= weight < np.inf):
-            raise InputError(f"{name} must be finite and not negative, got {weight!r}")
+        if not (is_real(weight) and 0.0 <= weight < np.inf):
+            raise InputError(f"{name} must be finite and not negative, got {as_text(weight)}")
     if not time_weight > 0:
         raise InputError("time_weight must be positive: with 0 slower splines are always better")
     intervals = np.ones(len(q) - 1)

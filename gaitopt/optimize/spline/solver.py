@@ -21,7 +21,7 @@ import numpy as np
 
 from gaitopt.conventions import FloatArray
 from gaitopt.errors import InputError, UnsolvedSplineError
-from gaitopt.inputs import check_kind
+from gaitopt.inputs import as_text, check_kind
 from gaitopt.optimize.spline.clamped import ROUNDING_RESERVE, clamped_spline, stretch_to_limits
 from gaitopt.optimize.spline.joint_spline import (
     JointSpline,
@@ -65,7 +65,7 @@ def solve_spline(problem: SplineProblem, starts: int = 2) -> JointSpline:
     """
     check_kind("problem", problem, SplineProblem)
     if starts not in STARTS:
-        raise InputError(f"starts must be 1, 2, 3 or 4, got {starts!r}")
+        raise InputError(f"starts must be 1, 2, 3 or 4, got {as_text(starts)}")
     found: list[JointSpline] = []
     refused: UnsolvedSplineError | None = None
     for run, intervals in enumerate(_starting_intervals(problem)):

@@ -11,15 +11,15 @@ import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields, is_dataclass, replace
 from difflib import get_close_matches
-from numbers import Real
 from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 
+from gaitopt.arguments import checked
 from gaitopt.conventions import FloatArray
 from gaitopt.dynamics.contacts import ForceLimits
 from gaitopt.errors import InputError
-from gaitopt.inputs import check_number
+from gaitopt.inputs import as_text, check_array, check_kind, check_number, is_real
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.obstacles import Obstacle
 
@@ -35,6 +35,8 @@ VELOCITY, FORCES = "velocity", "forces"
 """The two timings."""
 
 Kind = TypeVar("Kind", bound="PlanSettings")
+LARGEST_ANGLE = 1e6
+"""Largest angle that may be meant in degrees."""
 FULL_TURN = 2.0 * math.pi
 """[rad]."""
 
@@ -85,7 +87,7 @@ class PlanSettings:
     def _set_heading(self) -> None:
         """Make the heading a float, when it is within a full turn; more is meant in degrees."""
         given, hint = self.heading, ""
-        if isinstance(given, Real) and math.isfinite(given):
+        if is_real(given) and abs(given) < LARGEST_ANGLE:
             hint = f" ({given:g} degrees are {math.radians(given):.4f} rad)"
         set_number(self, "heading", -FULL_TURN, FULL_TURN, "rad", hint)
 
@@ -100,6 +102,7 @@ class PlanSettings:
         Raises:
             InputError: a field is unknown, or a value is out of range.
         """
+        check_kind("robot", robot, Quadruped)
         check_names(cls, options)
         fitted = {k: v for k, v in cls.fitted(robot).items() if options.get(k) is None}
         return cls(**{**options, **fitted})
@@ -123,9 +126,11 @@ class PlanSettings:
 
         It is the lower one of what is claimed here and of the robot's own.
         """
+        check_kind("robot", robot, Quadruped)
         limit = np.inf if self.acceleration_limit is None else self.acceleration_limit
         return np.minimum(limit, robot.acceleration_limits)
 
+    @checked
     def within(self: Kind, robot: Quadruped) -> Kind:
         """The same, where the robot's own limits of accelerations are no lower; or with these."""
         return self
@@ -160,6 +165,7 @@ class PlanSettings:
         """The limits on forces and torques where none are given."""
         return ForceLimits()
 
+    @checked
     def with_forces(self: Kind, limits: ForceLimits) -> Kind:
         """The settings of the same motion, timed by forces within these limits."""
         return replace(self, timing=FORCES, forces=limits)
@@ -171,7 +177,7 @@ class PlanSettings:
         if isinstance(forces, Mapping):
             forces = ForceLimits.from_dict(forces)
         if not isinstance(forces, (ForceLimits, type(None))):
-            raise InputError(f"forces must be ForceLimits or None, got {forces!r}")
+            raise InputError(f"forces must be ForceLimits or None, got {as_text(forces)}")
         if self.timing == VELOCITY and forces is not None:
             raise InputError(
                 "forces are limits of the timing 'forces', got forces and the timing 'velocity'; "
@@ -189,6 +195,7 @@ class PlanSettings:
         """
         return None
 
+    @checked
     def swing_legs(self, footholds: int | Mapping[str, int]) -> list[str] | None:
         """The legs in the order in which they lift off; ``None`` where any order will do.
 
@@ -218,8 +225,8 @@ def check_names(kind: type[Any], options: Mapping[str, Any], *others: str) -> No
     texts = [f.name for f in fields(kind) if f.type in ("str", "str | None")]
     for name in options:
         # An array compares with a text as many times as it has items.
-        if name in texts and isinstance(options[name], np.ndarray):
-            raise InputError(f"{name} must be a text, got {str(options[name])[:100]!r}")
+        if name in texts and hasattr(options[name], "__array__"):
+            raise InputError(f"{name} must be a text, got {as_text(options[name])}")
         if name not in known:
             of_forces = [f.name for f in fields(ForceLimits)] if "forces" in known else []
             near = get_close_matches(name, [*known, *of_forces], n=1)
@@ -238,11 +245,13 @@ def check_place(name: str, given: Any) -> tuple[float, float] | None:
     if given is None:
         return None
     try:
-        place = np.asarray(given, dtype=np.float64)
-    except (TypeError, ValueError):
+        place = check_array(name, given)
+    except InputError:
         place = np.empty(0)
     if place.shape != (2,) or not np.isfinite(place).all():
-        raise InputError(f"{name} must be two finite numbers (x, y) in metres, got {given!r}")
+        raise InputError(
+            f"{name} must be two finite numbers (x, y) in metres, got {as_text(given)}"
+        )
     return float(place[0]), float(place[1])
 
 
@@ -262,7 +271,9 @@ def one_of(name: str, value: object, known: tuple[str, ...]) -> None:
     """Refuse a ``value`` that is not ``known``."""
     # An array compares with each of the texts as many times as it has items.
     if not isinstance(value, str) or value not in known:
-        raise InputError(f"{name} must be one of {', '.join(map(repr, known))}, got {value!r}")
+        raise InputError(
+            f"{name} must be one of {', '.join(map(repr, known))}, got {as_text(value)}"
+        )
 
 
 def set_number(
@@ -277,5 +288,5 @@ def set_flag(settings: object, name: str) -> None:
     """Make a field of frozen settings a bool, when it is true or false."""
     value = getattr(settings, name)
     if not isinstance(value, (bool, np.bool_)):
-        raise InputError(f"{name} must be True or False, got {value!r}")
+        raise InputError(f"{name} must be True or False, got {as_text(value)}")
     object.__setattr__(settings, name, bool(value))

@@ -8,12 +8,13 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from gaitopt.arguments import checked
 from gaitopt.conventions import LEGS
 from gaitopt.errors import InputError
 from gaitopt.gait.gaits import trot
 from gaitopt.gait.schedule import CYCLE_TIMES, GaitSchedule
 from gaitopt.gait.step_timing import check_cycles, cycles_spanned, swing_events
-from gaitopt.inputs import check_number, check_numbers
+from gaitopt.inputs import as_text, check_array, check_kind, check_number, check_numbers
 from gaitopt.plan.settings.base import (
     FORCES,
     PlanSettings,
@@ -85,7 +86,7 @@ class GaitSettings(PlanSettings):
         if not isinstance(self.schedule, GaitSchedule):
             raise InputError(
                 f"schedule must be a GaitSchedule (gaitopt.trot(0.5), for instance), got "
-                f"{self.schedule!r}"
+                f"{as_text(self.schedule)}"
             )
         object.__setattr__(self, "velocity", checked_velocity(self.velocity))
         set_number(self, "yaw_rate", -1e3, 1e3, "rad/s")
@@ -121,6 +122,7 @@ class GaitSettings(PlanSettings):
         Raises:
             InputError: a field is unknown or out of range, or the way is not told.
         """
+        check_kind("robot", robot, Quadruped)
         check_names(cls, options, *WAY)
         given = {k: v for k, v in options.items() if v is not None and k not in WAY}
         given.setdefault("body_height", robot.standing_height)
@@ -147,6 +149,7 @@ class GaitSettings(PlanSettings):
         """A gait by velocity promises no static margin; its ZMP is judged instead."""
         return False
 
+    @checked
     def swing_legs(self, footholds: int | Mapping[str, int]) -> list[str]:
         """The legs in the order of the schedule's lift-offs."""
         counts = [footholds] * len(LEGS) if isinstance(footholds, int) else footholds.values()
@@ -159,7 +162,7 @@ def _plateau(velocity: tuple[float, float], distance: object, duration: object) 
     if (distance is None) == (duration is None):
         raise InputError(
             "plan_gait needs either distance (in metres at full speed) or duration (in seconds at "
-            f"full speed), got {distance!r} and {duration!r}"
+            f"full speed), got {as_text(distance)} and {duration!r}"
         )
     name, value = ("duration", duration) if distance is None else ("distance", distance)
     asked = check_number(name, value, 0.0, 1e6, "s" if distance is None else "m")
@@ -196,13 +199,14 @@ def checked_velocity(velocity: Any) -> tuple[float, float]:
     Raises:
         InputError: it is neither.
     """
-    values = (velocity, 0.0) if isinstance(velocity, (int, float)) else velocity
     try:
-        forward, sideways = (float(v) for v in values)
-    except (TypeError, ValueError):
-        forward = sideways = float("nan")
-    if isinstance(velocity, bool) or not (abs(forward) <= 1e3 and abs(sideways) <= 1e3):
+        given = np.append(check_array("velocity", velocity).ravel(), [0.0])[:2]
+        plain = np.ndim(velocity) == 0 or np.shape(velocity) == (2,)
+    except ValueError:
+        plain = False
+    if isinstance(velocity, bool) or not plain or not (np.abs(given) <= 1e3).all():
         raise InputError(
-            f"velocity must be (forward, sideways) in m/s, or the forward one, got {velocity!r}"
+            "velocity must be (forward, sideways) in m/s, or the forward one, got "
+            f"{as_text(velocity)}"
         )
-    return forward, sideways
+    return float(given[0]), float(given[1])

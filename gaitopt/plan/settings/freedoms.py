@@ -6,8 +6,10 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields
 from typing import Final
 
+import numpy as np
+
 from gaitopt.errors import InputError
-from gaitopt.inputs import check_choice
+from gaitopt.inputs import as_text, check_choice
 
 
 @dataclass(frozen=True)
@@ -33,6 +35,10 @@ class Freedoms:
     dynamic: bool = False
 
     def __post_init__(self) -> None:
+        for item in fields(self):
+            value = getattr(self, item.name)
+            if not isinstance(value, (bool, np.bool_)):
+                raise InputError(f"{item.name} must be True or False, got {as_text(value)}")
         if self.dynamic and not (self.overlap and self.swing):
             raise InputError("free: a dynamic walk needs 'overlap' and 'swing' to be free, too")
 
@@ -60,13 +66,13 @@ class Freedoms:
         single = not isinstance(given, Iterable) or getattr(given, "ndim", 1) == 0
         single |= isinstance(given, Mapping)
         single |= getattr(getattr(given, "dtype", None), "kind", "U") != "U"
-        named = {str(given)} if single else {str(name) for name in given}
+        named = {_name_of(given)} if single else {_name_of(name) for name in given}
         known = [f.name for f in fields(cls)]
         unknown = sorted(named - {*known, "route"})
         if unknown:
             raise InputError(
-                f"free names {unknown[0]!r}; what can be freed is {', '.join(known)} (the targets "
-                "of the body centre always are)"
+                f"free names {as_text(unknown[0])}; what can be freed is {', '.join(known)} "
+                "(the targets of the body centre always are)"
             )
         return cls(**{name: name in named for name in known})
 
@@ -98,3 +104,8 @@ VARIANTS: Final[dict[str, Freedoms]] = {
     "dynamic": Freedoms(overlap=True, swing=True, height=True, posture=True, dynamic=True),
 }
 """The variants of the time-optimal walk (docs/time_optimal.md): each frees one thing more."""
+
+
+def _name_of(given: object) -> str:
+    """A name, also where a text was given that is a member of an enumeration."""
+    return str(given) if isinstance(given, str) else as_text(given)

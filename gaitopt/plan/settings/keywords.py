@@ -12,6 +12,7 @@ from dataclasses import fields, replace
 from typing import Any, TypeVar
 
 from gaitopt.errors import InputError
+from gaitopt.inputs import as_text
 from gaitopt.plan.settings.base import VELOCITY, PlanSettings, check_names
 from gaitopt.robots.quadruped import Quadruped
 
@@ -40,8 +41,8 @@ def chosen_settings(
         return kind.for_robot(robot, **options).within(robot)
     if not isinstance(settings, kind):
         raise InputError(
-            f"settings must be {kind.__name__}, got {settings!r}; single settings are given by "
-            "name, as in stability_margin=0.03"
+            f"settings must be {kind.__name__}, got {as_text(settings)}; single settings are "
+            "given by name, as in stability_margin=0.03"
         )
     check_names(kind, options)
     if options.get("timing") == VELOCITY:

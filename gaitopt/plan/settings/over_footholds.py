@@ -6,7 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Literal, TypeVar
 
+from gaitopt.arguments import checked
 from gaitopt.gait.crawl import FREE_ORDER, WANG_SEQUENCE, check_order, swing_order
+from gaitopt.inputs import check_kind
 from gaitopt.plan.settings.base import (
     FORCES,
     PlanSettings,
@@ -28,6 +30,7 @@ Kind = TypeVar("Kind", bound="FootholdSettings")
 
 def force_margin(robot: Quadruped) -> float:
     """Stability margin with the timing ``"forces"`` where none is given [m]."""
+    check_kind("robot", robot, Quadruped)
     return round(FORCE_MARGIN_SHARE * robot.standing_height, 4)
 
 
@@ -93,6 +96,7 @@ class FootholdSettings(PlanSettings):
         """Whether the margin is promised of the true centre of mass, and not of the body's."""
         return self.com == "model"
 
+    @checked
     def order_over(self, footholds: Footholds) -> tuple[str, ...]:
         """The order of the legs.
 
@@ -102,6 +106,7 @@ class FootholdSettings(PlanSettings):
             return footholds.order or WANG_SEQUENCE
         return tuple(self.sequence)
 
+    @checked
     def with_order_of(self: Kind, footholds: Footholds, asked: bool) -> Kind:
         """The settings with the order of the footholds, where no other is asked for.
 
@@ -114,6 +119,7 @@ class FootholdSettings(PlanSettings):
             return self
         return replace(self, sequence=footholds.order)
 
+    @checked
     def swing_legs(self, footholds: int | Mapping[str, int]) -> list[str] | None:
         """The legs in the order in which they lift off; ``None`` where any order will do."""
         if self.sequence == FREE_ORDER:

@@ -11,7 +11,7 @@ import numpy as np
 from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.errors import InputError
 from gaitopt.gait.crawl import SHAO_SEQUENCE, check_sequence, swing_order
-from gaitopt.inputs import check_count, check_tuple
+from gaitopt.inputs import as_text, check_array, check_count, check_tuple
 from gaitopt.plan.settings.base import FORCES, PlanSettings, check_names, one_of, set_number
 from gaitopt.plan.settings.over_footholds import force_margin
 from gaitopt.robots.quadruped import Quadruped
@@ -181,14 +181,13 @@ def _leg_values(robot: Quadruped, name: str, given: Any) -> tuple[float, ...]:
     """One number for each joint of a leg."""
     joints = {len(leg.joints) for leg in robot.legs.values()}
     try:
-        values: FloatArray = np.asarray(given, dtype=np.float64)
-        values = np.broadcast_to(values, (max(joints),))
-    except (TypeError, ValueError):
+        values = np.broadcast_to(check_array(name, given), (max(joints),))
+    except ValueError:
         values = np.full(1, np.nan)
     if len(joints) > 1 or not ((values > 0.0) & np.isfinite(values)).all():
         raise InputError(
             f"{name} must be a positive number, or {max(joints)}: one for each joint of a leg; got "
-            f"{given!r}"
+            f"{as_text(given)}"
         )
     return tuple(values.tolist())
 
@@ -204,7 +203,7 @@ def _obstacle(given: object) -> Obstacle:
     if not isinstance(given, Mapping):
         raise InputError(
             "an obstacle must be an Obstacle (gaitopt.rectangular_obstacle(0.11, 0.04), for "
-            f"instance), got {given!r}"
+            f"instance), got {as_text(given)}"
         )
     values = dict(given)
     try:
@@ -220,7 +219,9 @@ def _limits(name: str, values: object) -> tuple[float, ...]:
     except (TypeError, ValueError):
         limits = (float("nan"),)
     if not all(0.0 < v < np.inf for v in limits):
-        raise InputError(f"{name} must be positive numbers, one for each joint, got {values!r}")
+        raise InputError(
+            f"{name} must be positive numbers, one for each joint, got {as_text(values)}"
+        )
     return limits
 
 

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from gaitopt.conventions import FloatArray, frozen
 from gaitopt.errors import InputError
+from gaitopt.inputs import as_text, check_array
 
 SPACING = 0.01
 """Distance between the points of a course [m]."""
@@ -124,10 +125,7 @@ def _facing_ahead(corners: FloatArray, yaw: float, smoothing: float, feet: float
 
 
 def _numbers(name: str, values: ArrayLike) -> FloatArray:
-    try:
-        array = np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"{name} must be numbers in metres and radians, got {values!r}") from error
+    array = check_array(name, values, "m, rad")
     if not np.isfinite(array).all():
-        raise InputError(f"{name} must be finite numbers, got {values!r}")
+        raise InputError(f"{name} must be finite numbers, got {as_text(values)}")
     return array

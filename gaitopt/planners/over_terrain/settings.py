@@ -121,6 +121,7 @@ class TerrainSettings:
 
         Where no time limit is given, other ways of walking and wider beams are then tried.
         """
+        check_number("metres", metres, 0.0, 1e9)
         if self.time_limit is not None:
             return self.time_limit
         usual = TerrainSettings.width_limit

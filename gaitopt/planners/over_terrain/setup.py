@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.dynamics.contacts import ForceLimits
 from gaitopt.errors import InputError
-from gaitopt.inputs import check_kind
+from gaitopt.inputs import check_array, check_kind
 from gaitopt.planners.over_terrain.course import Course, course_through
 from gaitopt.planners.over_terrain.detour import Passage
 from gaitopt.planners.over_terrain.footing import layers_for, stands_of, start_stands
@@ -130,10 +130,7 @@ def default_start(robot: Quadruped, ground: HeightMap, goal: ArrayLike) -> Float
 
 def side_pose(robot: Quadruped, ground: HeightMap, goal: ArrayLike) -> FloatArray:
     """The pose in the middle of the side of the map that is farthest from the goal ``(3,)``."""
-    try:
-        places = np.atleast_2d(np.asarray(goal, dtype=np.float64))
-    except (TypeError, ValueError):
-        raise InputError(f"goal must be numbers in metres and radians, got {goal!r}") from None
+    places = np.atleast_2d(check_array("goal", goal, "m, rad"))
     length, _ = robot.stance_size
     room = length / 2.0 + ROOM * robot.standing_height
     (x0, x1), (y0, y1) = ground.extent

@@ -15,6 +15,7 @@ from xml.etree import ElementTree
 
 from gaitopt.conventions import LEGS
 from gaitopt.errors import RobotError
+from gaitopt.inputs import as_text
 from gaitopt.robots.files.origins import FARTHEST, number_in
 from gaitopt.robots.files.own_shapes import OwnShapes, read_own_shapes, write_own_shapes
 
@@ -196,7 +197,9 @@ def _number(element: ElementTree.Element, name: str, where: str, largest: float)
         return None
     value = _finite(text)
     if value is None or not 0.0 <= value <= largest:
-        raise RobotError(f"{where}: {name} must be from 0 to {largest:g} m, got {text[:30]!r}")
+        raise RobotError(
+            f"{where}: {name} must be from 0 to {largest:g} m, got {as_text(text[:30])}"
+        )
     return value
 
 

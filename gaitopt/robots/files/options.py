@@ -12,7 +12,7 @@ import numpy as np
 
 from gaitopt.errors import InputError
 from gaitopt.files import StrPath
-from gaitopt.inputs import check_number
+from gaitopt.inputs import as_text, check_array, check_number
 from gaitopt.robots.files.notes import (
     FASTEST,
     LARGEST_ACCELERATION,
@@ -80,12 +80,16 @@ class ReadOptions:
                 object.__setattr__(self, name, by_leg(name, given))
         for name in ("pose", "xacro_arguments"):
             if not isinstance(getattr(self, name), Mapping):
-                raise InputError(f"{name} must map names to values, got {getattr(self, name)!r}")
+                raise InputError(
+                    f"{name} must map names to values, got {as_text(getattr(self, name))}"
+                )
         for leg, foot in (self.feet or {}).items():
             self._check_foot(leg, foot)
         for leg, end in (self.legs or {}).items():
             if not isinstance(end, str):
-                raise InputError(f"legs: {leg}: give the name of a joint or link, got {end!r}")
+                raise InputError(
+                    f"legs: {leg}: give the name of a joint or link, got {as_text(end)}"
+                )
         if self.foot_radius is not None:
             check_number("foot_radius", self.foot_radius, 0.0, LARGEST_RADIUS, "m")
         if self.scale is not None:
@@ -98,7 +102,7 @@ class ReadOptions:
         elif str(self.masses) not in ("None", NO_MASSES, FROM_SHAPES, FROM_FILE):
             raise InputError(
                 f"masses must be kilograms by link, '{FROM_SHAPES}', '{FROM_FILE}' or "
-                f"'{NO_MASSES}', got {self.masses!r}"
+                f"'{NO_MASSES}', got {as_text(self.masses)}"
             )
         for name, low, high, unit in (
             ("velocity_limits", 1e-6, 1e6, "rad/s"), ("effort_limits", 1e-6, 1e6, "N m"),
@@ -116,13 +120,13 @@ class ReadOptions:
             return
         try:
             link, place = foot
-            numbers = np.asarray(place, dtype=np.float64)
+            numbers = check_array("place", place)
         except (TypeError, ValueError):
             link, numbers = None, np.zeros(0)
         if not isinstance(link, str) or numbers.shape != (3,) or not np.isfinite(numbers).all():
             raise InputError(
                 f"feet: {leg}: give the name of a link, or a name and a place (x, y, z) in its "
-                f"frame, got {foot!r}"
+                f"frame, got {as_text(foot)}"
             )
 
     @property
@@ -145,7 +149,7 @@ def folder_paths(given: Sequence[StrPath]) -> tuple[Path, ...]:
     except TypeError:
         folders = None
     if folders is None:
-        raise InputError(f"package_folders must be a list of folders, got {given!r}")
+        raise InputError(f"package_folders must be a list of folders, got {as_text(given)}")
     for folder in folders:
         if not _is_folder(folder):
             raise InputError(f"package_folders: there is no folder {str(folder)!r}")
@@ -187,7 +191,7 @@ def _pair(name: str, given: SpeedPair) -> SpeedPair:
     except (TypeError, ValueError):
         raise InputError(
             f"{name} must be two speeds in rad/s, up to which the motor has its whole torque and "
-            f"at which it has none, got {given!r}"
+            f"at which it has none, got {as_text(given)}"
         ) from None
     low = check_number(f"{name}, speed with the whole torque,", full, 0.0, FASTEST, "rad/s")
     high = check_number(f"{name}, speed without load,", none, 1e-6, FASTEST, "rad/s")

@@ -8,6 +8,7 @@ import numpy as np
 
 from gaitopt.conventions import FloatArray
 from gaitopt.errors import RobotError
+from gaitopt.inputs import as_text
 from gaitopt.robots.rotations import matrix_to_rpy, rpy_to_matrix
 
 FARTHEST = 1e3
@@ -78,7 +79,7 @@ def numbers(text: str, count: int, what: str) -> FloatArray:
     parts = text.split()
     values = np.array([number_in(part) for part in parts[: count + 1]])
     if len(values) != count or not np.isfinite(values).all():
-        raise RobotError(f"{what} must be {count} finite numbers, got {text[:60]!r}")
+        raise RobotError(f"{what} must be {count} finite numbers, got {as_text(text[:60])}")
     return values
 
 

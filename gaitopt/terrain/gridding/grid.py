@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from gaitopt.conventions import FloatArray
 from gaitopt.errors import GroundError
+from gaitopt.inputs import as_text, check_known
 from gaitopt.terrain.height_map_checks import FARTHEST, check_size
 
 IndexArray = NDArray[np.int64]
@@ -97,7 +98,10 @@ def points_within(
     Raises:
         GroundError: fewer than two do.
     """
-    low, high = (-np.inf, np.inf) if limits is None else limits
+    given = [-np.inf, np.inf] if limits is None else check_known("limits", limits)
+    if np.shape(given) != (2,):
+        raise GroundError(f"limits of a map are two numbers, got {as_text(limits)}")
+    low, high = given
     slack = 1e-9 * resolution
     found = np.flatnonzero((places >= low - slack) & (places <= high + slack))
     if len(found) < 2:

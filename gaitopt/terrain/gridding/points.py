@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from gaitopt.conventions import FloatArray
 from gaitopt.errors import GroundError
-from gaitopt.inputs import check_choice
+from gaitopt.inputs import check_array, check_choice
 from gaitopt.terrain.gridding.grid import Grid, covering_grid
 
 POINT_METHODS = ("highest", "median")
@@ -48,7 +48,7 @@ def heights_of_points(points: ArrayLike, resolution: float, method: str) -> Grid
 def _cloud(points: ArrayLike) -> FloatArray:
     """The points that have finite coordinates ``(n, 3)``."""
     try:
-        cloud = np.asarray(points, dtype=np.float64)
+        cloud = check_array("points", points)
     except (TypeError, ValueError) as error:
         raise GroundError(f"points are no array of numbers: {error}") from error
     if cloud.ndim != 2 or cloud.shape[1] != 3:

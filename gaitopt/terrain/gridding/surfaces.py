@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from gaitopt.conventions import FloatArray
 from gaitopt.errors import GroundError
+from gaitopt.inputs import check_array
 from gaitopt.terrain.gridding.grid import Grid, covering_grid, window_points
 
 BORDER = 1e-9
@@ -34,7 +35,7 @@ def heights_of_triangles(triangles: ArrayLike, resolution: float) -> Grid:
         GroundError: corners are missing or not finite, or the grid has too few or too many points.
     """
     try:
-        corners = np.asarray(triangles, dtype=np.float64)
+        corners = check_array("triangles", triangles)
     except (TypeError, ValueError) as error:
         raise GroundError(f"corners of triangles are no array of numbers: {error}") from error
     if corners.ndim != 3 or corners.shape[1:] != (3, 3) or not len(corners):

@@ -9,6 +9,7 @@ from typing import Final
 
 from gaitopt.errors import GaitoptError, GroundError, InputError
 from gaitopt.files import StrPath, what_no_file_is
+from gaitopt.inputs import as_text
 from gaitopt.terrain.ground_files.arrays import read_npy, read_npz
 from gaitopt.terrain.ground_files.bags import read_bag
 from gaitopt.terrain.ground_files.images import read_geotiff, read_png
@@ -80,7 +81,9 @@ def load_ground(
     try:
         source = Path(path)
     except TypeError:
-        raise InputError(f"the path of a file must be a text or a path, got {path!r}") from None
+        raise InputError(
+            f"the path of a file must be a text or a path, got {as_text(path)}"
+        ) from None
     reader = read_bag if source.is_dir() else READERS.get(source.suffix.lower())
     if reader is None:
         raise GroundError(

@@ -8,7 +8,7 @@ import numpy as np
 
 from gaitopt.conventions import FloatArray
 from gaitopt.errors import GroundError, InputError
-from gaitopt.inputs import check_count, check_number
+from gaitopt.inputs import as_text, check_array, check_count, check_number
 from gaitopt.terrain.height_map import HeightMap
 
 RESOLUTION = 0.02
@@ -47,7 +47,7 @@ class Options:
         for name in ("method", "layer", "topic"):
             text = getattr(self, name)
             if text is not None and not isinstance(text, str):
-                raise InputError(f"{name} must be a text, got {text!r}")
+                raise InputError(f"{name} must be a text, got {as_text(text)}")
         return self
 
     def only(self, kind: str, *allowed: str) -> Options:
@@ -87,8 +87,8 @@ class Options:
 
 def _check_pair(name: str, pair: object) -> None:
     try:
-        values = np.asarray(pair, dtype=np.float64)
+        values = check_array(name, pair)
     except (TypeError, ValueError):
         values = np.empty(0)
     if values.shape != (2,) or not np.isfinite(values).all():
-        raise InputError(f"{name} must be two numbers [m], got {pair!r}")
+        raise InputError(f"{name} must be two numbers [m], got {as_text(pair)}")

@@ -9,7 +9,7 @@ import numpy as np
 
 from gaitopt.conventions import LEGS, FloatArray, leg_index
 from gaitopt.errors import InputError
-from gaitopt.inputs import check_kind
+from gaitopt.inputs import as_text, check_kind
 from gaitopt.motion.path import MotionPath
 from gaitopt.plan.plan import Plan
 from gaitopt.robots.leg_names import as_leg
@@ -255,7 +255,7 @@ def _checked_legs(legs: Iterable[str] | None) -> tuple[str, ...]:
     unknown = [leg for leg in chosen if not (isinstance(leg, str) and leg in LEGS)]
     if unknown or not chosen:
         raise InputError(
-            f"legs must be some of {', '.join(LEGS)}, got {unknown[0]!r}"
+            f"legs must be some of {', '.join(LEGS)}, got {as_text(unknown[0])}"
             if unknown
             else f"legs must be one or more of {', '.join(LEGS)}, got none"
         )
@@ -266,7 +266,7 @@ def _checked_orders(derivatives: Iterable[int]) -> tuple[int, ...]:
     """The orders of the derivatives; raises InputError for others than 0, 1 and 2."""
     orders = tuple(derivatives)
     if not orders or any(isinstance(k, bool) or k not in (0, 1, 2) for k in orders):
-        raise InputError(f"derivatives must be one or more of 0, 1 and 2, got {orders!r}")
+        raise InputError(f"derivatives must be one or more of 0, 1 and 2, got {as_text(orders)}")
     return orders
 
 
@@ -280,6 +280,7 @@ def _window(plan: Plan, span: tuple[float, float] | None) -> tuple[float, float]
         start = end = float("nan")
     if not 0.0 <= start < end <= plan.duration:
         raise InputError(
-            f"span must be two increasing times within 0 and {plan.duration:.6g} s, got {span!r}"
+            f"span must be two increasing times within 0 and {plan.duration:.6g} s, got "
+            f"{as_text(span)}"
         )
     return start, end

@@ -91,7 +91,10 @@ def panels(
         rows, columns = (*shape, 1)[:2]
         made = new_figure(width, height).subplots(rows, columns, squeeze=False, **options)
         return np.asarray(made).reshape(shape)
-    given = np.asarray(axes, dtype=object)
+    try:
+        given = np.asarray(axes, dtype=object)
+    except Exception as error:  # Objects that say how they become arrays may raise anything.
+        raise InputError(f"axes must be an array of axes, got a {type(axes).__name__}") from error
     if given.shape != shape:
         count = " x ".join(map(str, shape))
         raise InputError(

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
+from gaitopt.errors import InputError
 from gaitopt.gait.crawl import CRAWL_SEQUENCES, WANG_SEQUENCE
 from gaitopt.gait.longitudinal import margin_over_duty, wave_margin_over_duty
 from gaitopt.gait.schedule import GaitSchedule
-from gaitopt.inputs import check_count, check_kind
+from gaitopt.inputs import check_array, check_count, check_kind
 from gaitopt.viewing.colours import LEG_COLOURS
 from gaitopt.viewing.figures.common import (
     BESIDE,
@@ -143,7 +144,9 @@ def plot_margin_over_duty(
     Raises:
         InputError: a number is out of range.
     """
-    shares = np.linspace(0.75, 0.99, 49) if duties is None else np.asarray(duties, np.float64)
+    shares = np.linspace(0.75, 0.99, 49) if duties is None else check_array("duties", duties)
+    if not shares.size:
+        raise InputError("duties must be at least one duty factor, got none")
     margins = 1e3 * margin_over_duty(CRAWL_SEQUENCES, shares, stride, length)
     best = 1e3 * wave_margin_over_duty(shares, stride, length)
     ax = panel(ax, 7.5, 3.8)

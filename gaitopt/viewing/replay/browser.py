@@ -46,7 +46,7 @@ def view(
     try:
         # mkstemp makes files with mode 0600, whatever the umask is.
         handle, name = tempfile.mkstemp(prefix="gaitopt-", suffix=".html", dir=folder)
-        with os.fdopen(handle, "w", encoding="utf-8") as stream:
+        with os.fdopen(handle, "w", encoding="utf-8", errors="backslashreplace") as stream:
             stream.write(page)
     except OSError as error:
         raise InputError(

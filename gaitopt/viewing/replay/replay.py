@@ -9,6 +9,7 @@ from typing import Any
 
 from gaitopt.errors import InputError, MissingPackageError
 from gaitopt.files import StrPath, written_whole
+from gaitopt.inputs import as_text
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.trajectory import Trajectory
 from gaitopt.viewing.ground_search import GroundSearch
@@ -107,7 +108,7 @@ def in_notebook(page: Callable[[], str], height: int) -> Any:
         MissingPackageError: IPython is not installed.
     """
     if isinstance(height, bool) or not 50 <= int(height) <= 10_000:
-        raise InputError(f"height must be from 50 to 10000 pixels, got {height!r}")
+        raise InputError(f"height must be from 50 to 10000 pixels, got {as_text(height)}")
     try:
         from IPython.display import HTML
     except ImportError as error:

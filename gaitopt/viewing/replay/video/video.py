@@ -15,7 +15,7 @@ import numpy as np
 
 from gaitopt.errors import InputError, MissingPackageError, SolverError
 from gaitopt.files import StrPath, written_whole
-from gaitopt.inputs import check_kind, check_number
+from gaitopt.inputs import as_text, check_kind, check_number
 from gaitopt.plan.plan import Plan
 from gaitopt.viewing.replay.replay import replay_html
 from gaitopt.viewing.replay.video.chromium import chromium, find_browser
@@ -75,14 +75,16 @@ def replay_video(
     """
     check_kind("plan", plan, Plan)
     if not isinstance(path, str | os.PathLike):
-        raise InputError(f"path must be the name of a file, got {path!r}")
+        raise InputError(f"path must be the name of a file, got {as_text(path)}")
     kind = Path(path).suffix.lower()
     if kind not in (*PICTURES, *ENCODERS):
         known = ", ".join((*PICTURES, *ENCODERS))
-        raise InputError(f"a video's name must end in {known}, got {Path(path).name!r}")
+        raise InputError(f"a video's name must end in {known}, got {as_text(Path(path).name)}")
     for name, pixels in zip(("width", "height"), size, strict=True):
         if isinstance(pixels, bool) or not 100 <= int(pixels) <= 4000 or int(pixels) % 2:
-            raise InputError(f"{name} must be an even number from 100 to 4000, got {pixels!r}")
+            raise InputError(
+                f"{name} must be an even number from 100 to 4000, got {as_text(pixels)}"
+            )
     rate = RATES.get(kind, 30.0) if rate is None else check_number("rate", rate, 1.0, 120.0, "1/s")
     if seconds is None:
         seconds = min(max(plan.duration, 1.0), LONGEST)
