@@ -1,8 +1,9 @@
 """How long a study takes by one process and by two, and whether both write the same rows.
 
-``python -m benchmarks.speed.studies [--terrains 100]`` runs ``gaitopt study`` twice in new
-processes. It prints wall clock times and processor times, the load of the machine, by how much two
-processes are faster, and the time of 10,000 terrains that follows from these.
+``python -m benchmarks.speed.studies [--terrains 100]`` runs ``gaitopt study`` by one process and by
+two, each over few terrains and over many. It prints wall clock times and processor times, which
+part of these does not depend on the number of terrains (imports, and the picture at the end), the
+load of the machine, by how much two processes are faster, and the time of 10,000 terrains.
 """
 
 from __future__ import annotations
@@ -22,6 +23,8 @@ from typing import NamedTuple
 from benchmarks.measuring import workload
 
 MANY = 10_000
+FEW = 4
+"""Terrains of the study that shows how much does not depend on their number."""
 _OWN = ("work_time", "real_time_factor")
 """Columns with times that a walk took to compute."""
 
@@ -62,23 +65,30 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Print what was measured; the value is 1 where the rows differ."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.speed.studies", description=__doc__)
     parser.add_argument("--terrains", type=int, default=100)
-    count = parser.parse_args(arguments).terrains
-    found, unit = {}, workload()
+    count = max(parser.parse_args(arguments).terrains, 2 * FEW)
+    found, starts, rows, unit = {}, {}, {}, workload()
     print(f"Fixed workload: {1e3 * unit:.1f} ms of processor time.", flush=True)
     for jobs in (1, 2):
         load = os.getloadavg()[0]
         with TemporaryDirectory() as folder:
+            few = run(FEW, jobs, Path(folder))
+        with TemporaryDirectory() as folder:
             found[jobs] = run(count, jobs, Path(folder))
         wall, cpu, _ = found[jobs]
-        print(f"{count} terrains by {jobs}: {wall:.1f} s, processor time {cpu:.1f} s, that is "
-              f"{cpu / count:.3f} s a terrain; load before it {load:.1f}", flush=True)  # fmt: skip
+        rows[jobs] = (cpu - few.cpu) / (count - FEW)
+        starts[jobs] = few.cpu - FEW * rows[jobs]
+        print(f"{count} terrains by {jobs}: {wall:.1f} s, processor time {cpu:.1f} s, of which "
+              f"{starts[jobs]:.1f} s do not depend on the number of terrains, and "
+              f"{1e3 * rows[jobs]:.0f} ms are for each of them; load before it {load:.1f}",
+              flush=True)  # fmt: skip
     one, two = found[1], found[2]
     equal = one.rows == two.rows
-    faster, own = one.wall / two.wall, 2.0 * one.cpu / two.cpu
-    print(f"two processes: {faster:.2f} times as fast; by processor times, if both had a core of "
-          f"their own, {own:.2f} times; rows equal: {equal}")  # fmt: skip
-    minutes = MANY * two.cpu / count / 2.0 / 60.0
-    print(f"{MANY} terrains on two cores of their own: {minutes:.1f} min")
+    own = 2.0 * one.cpu / two.cpu
+    print(f"two processes: {one.wall / two.wall:.2f} times as fast; by processor times, if both "
+          f"had a core of their own, {own:.2f} times; rows equal: {equal}")  # fmt: skip
+    many = {jobs: starts[jobs] + MANY * rows[jobs] for jobs in (1, 2)}
+    print(f"{MANY} terrains on two cores of their own: {many[2] / 120.0:.1f} min, "
+          f"{2.0 * many[1] / many[2]:.2f} times as fast as one")  # fmt: skip
     return 0 if equal else 1
 
 

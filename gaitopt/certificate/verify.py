@@ -9,7 +9,9 @@ stance, in which pairs of shapes that touch are left out of the check of self-co
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
+from functools import lru_cache
 
 from gaitopt.certificate import balance, clearance, contacts, joints
 from gaitopt.certificate.certificate import Certificate
@@ -114,10 +116,20 @@ def _read_anew(plan: Plan) -> Plan:
     limits = None if settings.forces is None else _checked(settings.forces)
     return replace(
         plan,
-        robot=Quadruped.from_urdf(robot.urdf, robot.name, robot.knees),
+        robot=_robot_of(str(robot.urdf), str(robot.name), _texts(robot.knees)),
         footholds=plan.footholds.with_(),
         settings=replace(settings, forces=limits),
     )
+
+
+def _texts(knees: Mapping[str, str]) -> tuple[tuple[str, str], ...]:
+    return tuple(sorted((str(leg), str(side)) for leg, side in knees.items()))
+
+
+@lru_cache(maxsize=4)
+def _robot_of(urdf: str, name: str, knees: tuple[tuple[str, str], ...]) -> Quadruped:
+    """A robot as its URDF has it, which nobody but the certificate knows, and could change."""
+    return Quadruped.from_urdf(urdf, name, dict(knees))
 
 
 def _checked(limits: ForceLimits) -> ForceLimits:
