@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from gaitopt.entering.standing_up import square_stance as square_stance
     from gaitopt.errors import CertificateError as CertificateError
     from gaitopt.errors import FootholdsError as FootholdsError
+    from gaitopt.errors import FootholdsWarning as FootholdsWarning
     from gaitopt.errors import GaitoptError as GaitoptError
     from gaitopt.errors import GroundError as GroundError
     from gaitopt.errors import InfeasibleSpeedError as InfeasibleSpeedError
@@ -187,8 +188,8 @@ _HOMES = {
     "entering.nearest": "NearestState nearest_state",
     "entering.standing_up": "plan_stand_up square_stance",
     "errors": (
-        "CertificateError FootholdsError GaitoptError GroundError InfeasibleSpeedError "
-        "InfeasibleStateError InfeasibleStepError "
+        "CertificateError FootholdsError FootholdsWarning GaitoptError GroundError "
+        "InfeasibleSpeedError InfeasibleStateError InfeasibleStepError "
         "InputError MissingPackageError PlanFileError RobotError RobotWarning RouteError "
         "SolverError StudyError StudyWarning TerrainError "
         "UnknownNameError UnsolvedSplineError"

@@ -50,6 +50,10 @@ class FootholdsError(GaitoptError, ValueError):
     """Footholds, or the CSV file that holds them, are not valid."""
 
 
+class FootholdsWarning(UserWarning):
+    """A walk was planned, and a shank goes into another leg's column on it."""
+
+
 class GroundError(GaitoptError, ValueError):
     """A height map, or the file that holds it, is not valid."""
 

@@ -11,12 +11,13 @@ from typing import Any
 import numpy as np
 
 from gaitopt.conventions import Progress
-from gaitopt.errors import InputError
+from gaitopt.errors import FootholdsWarning, InputError, warn
 from gaitopt.gait.crawl import FREE_ORDER
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.settings.crawl import CrawlSettings
 from gaitopt.plan.settings.keywords import chosen_settings, takes_settings
 from gaitopt.plan.settings.time_optimal import RouteSettings
+from gaitopt.plan.shanks import shank_in_column
 from gaitopt.plan.state import State
 from gaitopt.planners.phase_by_phase.planner import (
     plan_at_fitting_height,
@@ -88,6 +89,9 @@ def plan_crawl(
         InfeasibleStateError: no plan begins in ``start``, or ends in ``end``; tells which limit is
             in the way.
         SolverError: a solution failed the check of its residuals.
+
+    Warns:
+        FootholdsWarning: a shank goes into another leg's column, which the certificate will find.
     """
     check_walk("plan_crawl", robot, footholds)
     if isinstance(settings, RouteSettings) or _asks_for_least_time(options):
@@ -116,6 +120,10 @@ def plan_crawl(
         from gaitopt.entering.walking import plan_from_state, walk_from_near
 
         plan = plan_from_state(robot, footholds, start, chosen, walk_from_near(walk, chosen))
+    if footholds.radius is not None and footholds.ground is None:
+        touching = shank_in_column(plan)
+        if touching is not None:
+            warn(touching.in_words(), FootholdsWarning)
     if end is None:
         return plan
     from gaitopt.entering.ending import ended

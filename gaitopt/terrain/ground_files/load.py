@@ -26,6 +26,8 @@ READERS: Final = MappingProxyType({
     ".bag": read_bag, ".mcap": read_bag, ".db3": read_bag,
 })  # fmt: skip
 """Readers by the ending of a file's name."""
+PICTURES: Final = (".jpg", ".jpeg", ".webp", ".bmp", ".gif")
+"""Endings of pictures that are not read: most of them lose what is fine."""
 
 
 def load_ground(
@@ -85,6 +87,10 @@ def load_ground(
             f"the path of a file must be a text or a path, got {as_text(path)}"
         ) from None
     reader = read_bag if source.is_dir() else READERS.get(source.suffix.lower())
+    if reader is None and source.suffix.lower() in PICTURES:
+        raise GroundError(
+            f"{source}: pictures with the ending {source.suffix!r} are not read; save it as a PNG"
+        )
     if reader is None:
         raise GroundError(
             f"{source}: files with the ending {source.suffix!r} are not read; those with "

@@ -136,9 +136,11 @@ def test_nothing_that_a_mesh_names_is_opened(
 
 def test_kinds_of_files(tmp_path: Path) -> None:
     with pytest.raises(
-        GroundError, match=r"ending '.jpg' are not read; those with .npz, .npy, .png"
+        GroundError, match=r"ending '.dwg' are not read; those with .npz, .npy, .png"
     ):
-        load_ground(tmp_path / "map.jpg")
+        load_ground(tmp_path / "map.dwg")
+    with pytest.raises(GroundError, match=r"pictures .* '.JPG' are not read; save it as a PNG"):
+        load_ground(tmp_path / "map.JPG")
     with pytest.raises(GroundError, match="there is no file"):
         load_ground(tmp_path / "map.png")
     upper = tmp_path / "WEDGE.STL"
