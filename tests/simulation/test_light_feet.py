@@ -66,3 +66,15 @@ def test_robots_of_the_list_keep_the_usual_steps() -> None:
     usual = SimulationSettings()
     for name in ("wang2020", "a1", "go1", "go2", "b1", "anymal", "anymal_c", "hyq"):
         assert usual.for_feet(time_to_give_way(load_robot(name))) == usual
+
+
+@pytest.mark.parametrize("reach", [0.1799, 0.12, 0.06, 0.01])
+def test_small_robots_have_contacts_to_their_size(reach: float) -> None:
+    """What they stand on gives way by the same share of their legs, down to a quarter."""
+    usual, edge = SimulationSettings(), SimulationSettings().for_reach(0.1799999)
+    found, share = usual.for_reach(reach), max(reach / 0.18, 0.25)
+    assert usual.for_reach(0.18) == usual
+    assert found.contact_time == pytest.approx(share * edge.contact_time, rel=1e-5)
+    assert found.timestep == pytest.approx(share * edge.timestep, rel=1e-5)
+    assert found.contact_time > 2.0 * found.timestep  # what MuJoCo asks for
+    assert found.control_interval == pytest.approx(0.003, rel=0.2)

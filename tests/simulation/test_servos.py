@@ -94,8 +94,8 @@ def test_small_robots_are_simulated_in_finer_steps() -> None:
     usual = SimulationSettings()
     assert usual.for_reach(0.2) is usual
     small = usual.for_reach(0.1)
-    assert (small.timestep, small.contact_time) == (0.001, 0.005)
-    assert small.control_interval == pytest.approx(0.003)
+    assert (small.timestep, small.contact_time) == pytest.approx((0.001 / 1.8, 0.005 / 1.8))
+    assert small.control_interval == pytest.approx(0.003, rel=0.1)
     fine = SimulationSettings(timestep=0.0005, control_every=2).for_reach(0.1)
     assert fine.timestep == 0.0005 and fine.control_interval == pytest.approx(0.001)
 

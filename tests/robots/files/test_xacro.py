@@ -72,6 +72,17 @@ def test_package_that_is_nowhere_is_named(tmp_path: Path) -> None:
     assert load_robot(main, package_folders=[tmp_path / "folder"]).mass == pytest.approx(MASS)
 
 
+def test_the_working_folder_is_the_one_that_holds_the_named_files(tmp_path: Path) -> None:
+    """``$(cwd)/urdf/...`` is written for somebody who stands above the file's folder."""
+    folder = tmp_path / "urdf"
+    folder.mkdir()
+    value = '<xacro:property name="half" value="3.5"/>'
+    (folder / "values.xacro").write_text(f"<robot {SPACE}>{value}</robot>")
+    text = with_macros('<xacro:include filename="$(cwd)/urdf/values.xacro"/>')
+    (folder / "dog.xacro").write_text(text.replace("${2 * half}", "${4 + half}"))
+    assert load_robot(folder / "dog.xacro").mass == pytest.approx(MASS + 2.5)
+
+
 def test_variables_of_ros_need_not_be_set(monkeypatch: pytest.MonkeyPatch) -> None:
     """Files ask for the version of ROS, by which they choose a simulator."""
     text = with_macros('<xacro:property name="ros" value="$(env ROS_VERSION)"/>').replace(

@@ -22,6 +22,7 @@ from gaitopt.robots.files.xacro.process import MOST_SECONDS
 _ELEMENT = re.compile(r"\{[^}]*\bxacro\b[^}]*\}")
 """Begins an element's name that is in the namespace of xacro."""
 _FIND = re.compile(r"\$\(\s*find\s+([\w.-]+)\s*\)([\w./-]*)")
+_HERE = re.compile(r"\$\(\s*cwd\s*\)([\w./-]*)")
 _UNDEFINED = re.compile(r"Undefined substitution argument (\w+)")
 _UNSET = re.compile(r"environment variable '(\w+)' is not set")
 ROS_VARIABLES = {"ROS_VERSION": "2"}
@@ -116,10 +117,26 @@ def _run(job: Mapping[str, object], path: Path, label: str) -> subprocess.Comple
     try:
         return subprocess.run(
             [sys.executable, script], input=json.dumps(job), capture_output=True, text=True,
-            timeout=2 * MOST_SECONDS, check=False, cwd=path.parent, env=environment,
+            timeout=2 * MOST_SECONDS, check=False, cwd=_working_folder(path), env=environment,
         )  # fmt: skip
     except (OSError, subprocess.TimeoutExpired) as error:
         raise RobotError(f"{label}: expanding this xacro file did not end: {error}") from error
+
+
+def _working_folder(path: Path) -> Path:
+    """Where a file is expanded: ``$(cwd)`` in it is this folder.
+
+    Its author may have stood above it: the nearest folder counts in which all files are that it
+    names so, or else its own.
+    """
+    try:
+        text = read_bounded(path, FILE_LIMIT, RobotError).decode("utf-8", "replace")
+    except RobotError:
+        return path.parent
+    named = [inside.lstrip("/") for inside in _HERE.findall(text)]
+    above = list(path.parents)[:LEVELS]
+    found = (f for f in above if named and all((f / name).is_file() for name in named))
+    return next(found, path.parent)
 
 
 def _packages(path: Path, options: ReadOptions, staging: Path) -> dict[str, str]:
