@@ -23,10 +23,11 @@ from gaitopt.planners.over_terrain.states import Layer
 STEP_SHARES = (1.0, 0.7, 0.5)
 """Lengths of steps that are tried one after the other where none is given, as shares of the usual
 one. Shorter steps go up and down higher stairs, and take more time."""
-SHORT_STANCES = ((0.7, 0.7), (0.8, 0.6))
+SHORT_STANCES = ((0.7, 0.7), (0.8, 0.6), (0.5, 0.55))
 """Shares of the usual step and of the standing robot's stance that are tried after these, where no
-stance is given. Chosen: with them anymal_c goes up risers of 17 and 18 cm on treads of 28 cm, and
-not with a stance of 0.85; wang2020 crosses stairs and stones on which other ways end."""
+stance is given. Chosen: with the first anymal_c goes up risers of 17 and 18 cm on treads of 28 cm,
+and not with a stance of 0.85; with the last risers of 17 cm on treads of 25 cm; with the second
+wang2020 crosses stones on which other ways end."""
 UPHILL = 0.35
 """Pitch of the body at a dead end, nose up, from which on short stances are tried first [rad].
 Chosen: stairs that need them have slopes of 0.5 and more, and on the way down they rarely help."""
