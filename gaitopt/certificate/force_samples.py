@@ -141,11 +141,15 @@ def _chain(rows: FloatArray) -> FloatArray:
 
 def _inverse_dynamics(model: Any, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
     """Generalised forces without contact forces ``(N, 6 + nj)``."""
-    data = model.createData()
-    out = np.empty_like(q)
-    for row, sample in enumerate(zip(q, v, a, strict=True)):
-        out[row] = pin.rnea(model, data, *sample)
-    return out
+    if not hasattr(pin, "rneaInParallel"):
+        # Wheels of Pinocchio that are built without OpenMP.
+        data = model.createData()
+        rows = [pin.rnea(model, data, *sample) for sample in zip(q, v, a, strict=True)]
+        return np.array(rows).reshape(q.shape)
+    # On one thread: it saves the way through Python for each sample.
+    pool, out = pin.ModelPool(model, 1), np.empty(q.shape[::-1], order="F")
+    pin.rneaInParallel(1, pool, *(np.asfortranarray(table.T) for table in (q, v, a)), out)
+    return np.ascontiguousarray(out.T)
 
 
 def _contact_geometry(
