@@ -10,6 +10,7 @@ import pytest
 import gaitopt
 from benchmarks.physics import force_rows, forces, limits, standing
 from benchmarks.physics.force_rows import SWEEP, Row, RowFile
+from benchmarks.speed.timing import untimed
 
 DONE = Row(0, "go2", "default", "certified", True, True, 3.6, 4.0, 17.0, "")
 
@@ -109,3 +110,9 @@ def test_walks_with_a_large_reserve_are_found_by_regions_only(
     assert len(times) == 1 and steps > 0
     with standing.without_regions():
         assert standing.walks(robot, limits, 1) == ([], 0)
+
+
+def test_the_timing_that_is_measured_is_the_last_part_of_a_plan() -> None:
+    robot = gaitopt.load_robot("go2")
+    columns = gaitopt.s_columns(seed=0, columns=2, robot=robot)
+    assert untimed(robot, columns)().duration == gaitopt.plan_crawl(robot, columns).duration

@@ -2,7 +2,8 @@
 
 ``python -m benchmarks.speed.timing [--robots go2,wang2020] [--columns 17]`` prints a table. With 17
 columns of each leg a walk has 64 steps. Times are CPU times, the best of three: of the whole plan,
-and of the timing along its path alone, which is the last part of it (:func:`gaitopt.retimed`).
+of the timing along its path alone, which is the last part of it (:func:`gaitopt.retimed`), and of
+``gaitopt.contact_forces``, which solves a program at each of its samples.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 from functools import partial
+from typing import TypeVar
 from unittest.mock import patch
 
 import gaitopt
@@ -22,14 +24,17 @@ ROBOTS = "go2,anymal_c,wang2020"
 TIMES = 3
 
 
-def measured(work: Callable[[], Plan]) -> tuple[float, Plan]:
+Result = TypeVar("Result")
+
+
+def measured(work: Callable[[], Result]) -> tuple[float, Result]:
     """Least CPU time of :data:`TIMES` runs [s], and what the last one found."""
     least = float("inf")
     for _ in range(TIMES):
         start = time.process_time()
-        plan = work()
+        found = work()
         least = min(least, time.process_time() - start)
-    return least, plan
+    return least, found
 
 
 def untimed(robot: Quadruped, footholds: Footholds) -> Callable[[], Plan]:
@@ -53,17 +58,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--robots", default=ROBOTS, help="names, joined by commas")
     parser.add_argument("--columns", type=int, default=17, help="columns of each leg")
     options = parser.parse_args(arguments)
-    print("| robot | steps | walk [s] | whole plan, CPU [s] | its timing, CPU [s] |")
-    print("|---|---|---|---|---|")
+    print("| robot | steps | walk [s] | whole plan, CPU [s] | its timing, CPU [s] "
+          "| contact_forces, CPU [s] | samples |\n|---|---|---|---|---|---|---|")  # fmt: skip
     for name in options.robots.split(","):
         robot = gaitopt.load_robot(name)
         footholds = gaitopt.s_columns(0, columns=options.columns, robot=robot)
         timing, _ = measured(untimed(robot, footholds))
         whole, found = measured(partial(gaitopt.plan_crawl, robot, footholds))
+        forces, at = measured(partial(gaitopt.contact_forces, found))
         steps = 4 * (options.columns - 1)
-        print(
-            f"| {name} | {steps} | {found.duration:.2f} | {whole:.2f} | {timing:.2f} |", flush=True
-        )
+        cells = f"{whole:.2f} | {timing:.2f} | {forces:.2f} | {len(at.times)}"
+        print(f"| {name} | {steps} | {found.duration:.2f} | {cells} |", flush=True)
     return 0
 
 

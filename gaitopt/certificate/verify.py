@@ -46,7 +46,7 @@ def verify(
     Args:
         plan: any planner's plan.
         robot: the robot it is to run on; the plan's own by default.
-        collisions: whether to look for self-collisions, which takes most of the time.
+        collisions: whether to look for self-collisions.
         forces: limits within which contact forces and joint torques must exist at every instant;
             those that the plan promises by default. A plan that promises none is not certified
             without them, and where forces do not exist its outcome is ``"kinematics only"``.

@@ -111,7 +111,7 @@ HorizonOption = Annotated[
 ]  # fmt: skip
 CollisionsOption = Annotated[
     bool,
-    typer.Option(help="Check for self-collisions, which takes most of a certificate's time."),
+    typer.Option(help="Check for self-collisions."),
 ]
 ForcesOption = Annotated[
     bool,

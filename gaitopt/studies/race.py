@@ -92,7 +92,7 @@ def race(
         timing: ``"velocity"``, or ``"forces"`` to time all rows but the paper's by contact forces.
             All rows keep the same stability margin, 0.05 times the standing height by default.
         certify: whether to certify the plans.
-        collisions: whether certificates check for self-collisions, which takes most of the time.
+        collisions: whether certificates check for self-collisions.
         bound: whether to compute lower bounds on the times.
         progress: called with (rows done, rows in all).
         settings: of both :func:`gaitopt.plan_crawl` and :func:`gaitopt.plan_route`: stability
