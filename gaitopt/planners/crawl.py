@@ -67,7 +67,8 @@ def plan_crawl(
             stand, and rests during swings.
         settings: all settings as one object. By default they fit the robot: margins and heights
             are to its size, and of a few body heights the first is taken at which the walk is
-            possible and no legs touch each other or the trunk.
+            possible and no legs touch each other or the trunk. Where it is possible at none of
+            them, feet rise less.
         start: the state in which the plan begins (:class:`gaitopt.State`): moving, with feet in the
             air, lying low. The robot first comes to rest on four feet, and moves to where the walk
             begins; this entry keeps the same limits. A foot in the air lands on the first foothold
@@ -105,6 +106,7 @@ def plan_crawl(
         )
     robot.require_velocity_limits()
     open_height = settings is None and options.get("body_height") is None
+    open_swing = settings is None and options.get("swing_height") is None
     chosen = chosen_settings(CrawlSettings, robot, settings, options)
     chosen = chosen.with_order_of(footholds, options.get("sequence") is not None)
     if footholds.postures is not None:
@@ -112,7 +114,7 @@ def plan_crawl(
     footholds = in_foot_planes(robot, footholds, chosen.heading)
 
     def walk(over: Footholds, asked: CrawlSettings) -> Plan:
-        return _walk(robot, over, asked, open_height, progress)
+        return _walk(robot, over, asked, open_height, open_swing, progress)
 
     if start is None:
         plan = walk(footholds, chosen)
@@ -133,7 +135,7 @@ def plan_crawl(
 
 def _walk(
     robot: Quadruped, footholds: Footholds, chosen: CrawlSettings, open_height: bool,
-    progress: Progress | None,
+    open_swing: bool, progress: Progress | None,
 ) -> Plan:  # fmt: skip
     """The walk from rest.
 
@@ -141,14 +143,18 @@ def _walk(
         robot, footholds, progress: as for :func:`plan_crawl`.
         chosen: the settings.
         open_height: whether other body heights may be tried.
+        open_swing: whether lower swings may be tried beside them.
     """
     if chosen.sequence == FREE_ORDER:
         from gaitopt.planners.free_order.planner import plan_free_at_fitting_height, plan_free_crawl
 
-        planner = plan_free_at_fitting_height if open_height else plan_free_crawl
+        at_height, at_fitting = plan_free_crawl, plan_free_at_fitting_height
     else:
-        planner = plan_at_fitting_height if open_height else plan_in_order
-    plan = planner(robot, footholds, chosen, progress=progress)
+        at_height, at_fitting = plan_in_order, plan_at_fitting_height
+    if open_height:
+        plan = at_fitting(robot, footholds, chosen, open_swing=open_swing, progress=progress)
+    else:
+        plan = at_height(robot, footholds, chosen, progress=progress)
     if chosen.forces is not None or not np.isfinite(robot.acceleration_limits).any():
         return plan
     from gaitopt.retiming.retimed import stopped

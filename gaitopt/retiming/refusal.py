@@ -10,6 +10,7 @@ from gaitopt.dynamics.whole_body import motion_of_path
 from gaitopt.errors import InfeasibleStepError, InputError, SolverError
 from gaitopt.plan.phase import Phase
 from gaitopt.retiming.course import Course, Grid
+from gaitopt.robots.whole_body_rates import SINGULAR_LEG, SingularLegError
 
 WAY_OUT = "take another stability_margin or body_height, or allow more friction or torque"
 """What the user can do where limits are in the way."""
@@ -64,6 +65,13 @@ def not_reached(phase: Phase, error: InputError) -> InfeasibleStepError:
         phase: where that is.
         error: which leg, and why.
     """
+    if isinstance(error, SingularLegError):
+        return InfeasibleStepError(
+            f"{_named(phase)}: leg {error.leg} would be quite straight or folded, or its foot on "
+            "its roll axis, where no joint velocities move it on; take a smaller reach_fraction, "
+            "0.95 for example, or another body_height",
+            step=phase.step, leg=phase.leg, conflicts=(f"{SINGULAR_LEG} {error.leg}",),
+        )  # fmt: skip
     return InfeasibleStepError(
         f"{_named(phase)}: {error}; take another body_height, or a smaller reach_fraction",
         step=phase.step, leg=phase.leg,

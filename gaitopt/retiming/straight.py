@@ -76,8 +76,9 @@ class StraightCourse(Course):
         except InputError as error:
             if len(s) > 1:
                 # Which of the places it is: the error of that place has its step.
-                for k in range(len(s)):
-                    self.states(s[k : k + 1], piece[k : k + 1])
+                half = len(s) // 2
+                self.states(s[:half], piece[:half])
+                self.states(s[half:], piece[half:])
             chain = int(np.searchsorted(self.chains, piece[0], side="right")) - 1
             raise not_reached(self.phases[chain], error) from error
 

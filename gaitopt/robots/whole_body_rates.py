@@ -29,6 +29,25 @@ Joint velocities are then about 1e9 times those in the best posture, or more.
 """
 
 
+SINGULAR_LEG: Final = "straight or folded leg"
+"""Begin of the conflict that an error names for a motion in which a leg is singular."""
+
+
+class SingularLegError(InputError):
+    """A leg is straight or folded, or its foot is on the roll axis.
+
+    Attributes:
+        leg: its name.
+    """
+
+    def __init__(self, leg: str, message: str) -> None:
+        super().__init__(message)
+        self.leg = leg
+
+    def __reduce__(self) -> tuple[type[SingularLegError], tuple[str, str]]:
+        return type(self), (self.leg, str(self))
+
+
 def base_twist(rpy: ArrayLike, position_rates: ArrayLike, rpy_rates: ArrayLike) -> FloatArray:
     """Pinocchio's base velocity ``v[..., :6]``: linear, then angular, in the base's own frame.
 
@@ -239,7 +258,7 @@ def _leg_matrices(robot: Quadruped, joints: FloatArray, on_singular: str) -> lis
         largest = leg.upper * leg.lower * (leg.upper + leg.lower if leg.has_roll else 1.0)
         regular = np.abs(np.linalg.det(matrix)) > SINGULAR * largest
         if on_singular == "raise" and not regular.all():
-            raise InputError(_singular(robot, leg, regular))
+            raise _singular(robot, leg, regular)
         safe = np.where(regular[..., None, None], matrix, np.eye(len(columns)))
         inverse = np.where(regular[..., None, None], np.linalg.inv(safe), np.nan)
         out.append(_LegMatrix(jacobian, axes, inverse))
@@ -257,11 +276,12 @@ def _solved(
     return found
 
 
-def _singular(robot: Quadruped, leg: Leg, regular: BoolArray) -> str:
-    """Message for the first sample in which a leg is singular."""
+def _singular(robot: Quadruped, leg: Leg, regular: BoolArray) -> SingularLegError:
+    """The error for the first sample in which a leg is singular."""
     sample = tuple(int(k) for k in np.argwhere(~regular)[0])
-    return (
+    return SingularLegError(
+        leg.name,
         f"{robot.name}: no finite joint velocity moves foot {leg.name} in all directions"
         f"{at_sample(sample)}: the leg is straight or folded, or its foot is on the roll axis; "
-        "keep off the end of its reach, or ask with on_singular='nan'"
+        "keep off the end of its reach, or ask with on_singular='nan'",
     )

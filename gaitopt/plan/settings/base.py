@@ -49,7 +49,8 @@ class PlanSettings:
         stability_margin: static stability margin of the body centre while a foot flies [m].
         body_height: height of the hips above the mean height of the footholds [m].
         swing_height: how far a foot rises above the higher end of its swing [m].
-        reach_fraction: share of each leg's reach that is used.
+        reach_fraction: share of each leg's reach that is used. Walks phase by phase that forces
+            time use 0.97 of it where that is enough.
         heading: direction in which the body faces at the start, from the world's x axis [rad].
         acceleration_limit: of every joint [rad/s^2]; ``None`` where nothing is claimed.
         jerk_limit: of every joint [rad/s^3]; ``None`` where nothing is claimed.

@@ -63,6 +63,7 @@ def plan_free_at_fitting_height(
     footholds: Footholds,
     settings: CrawlSettings,
     *,
+    open_swing: bool = False,
     progress: Progress | None = None,
 ) -> Plan:
     """The same at the first body height at which the settings' own order is possible.
@@ -72,11 +73,11 @@ def plan_free_at_fitting_height(
 
     Arguments and errors are those of :func:`plan_free_crawl`.
     """
-    first = with_fitting_height(robot, footholds, settings, may_touch=True)
+    first = with_fitting_height(robot, footholds, settings, may_touch=True, open_swing=open_swing)
     plan = plan_free_crawl(robot, footholds, first, progress=progress)
     if not plan_touches(plan):
         return plan
-    other = with_fitting_height(robot, footholds, settings)
+    other = with_fitting_height(robot, footholds, settings, open_swing=open_swing)
     return plan if other == first else plan_free_crawl(robot, footholds, other, progress=progress)
 
 

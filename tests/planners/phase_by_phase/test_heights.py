@@ -12,7 +12,7 @@ import trimesh
 
 import gaitopt
 from gaitopt.certificate.collisions.self_collision import self_collision
-from gaitopt.planners.phase_by_phase.planner import plan_touches
+from gaitopt.planners.phase_by_phase.planner import BENT, plan_touches
 from gaitopt.robots.catalog import load_robot, own_urdf
 from gaitopt.robots.collision_shapes import CollisionPairs
 from gaitopt.robots.quadruped import Quadruped
@@ -95,3 +95,54 @@ def test_feet_of_legs_that_fold_by_little_rise_by_less_than_that() -> None:
     assert plan.settings.swing_height == pytest.approx(0.3 * fold, abs=1e-4)
     with pytest.raises(gaitopt.InfeasibleStepError):
         gaitopt.plan_crawl(robot, places, swing_height=0.175 * robot.standing_height)
+
+
+def far(robot: Quadruped, share: float, bumps: float = 0.0, seed: int = 0) -> gaitopt.Footholds:
+    """Twelve steps of ``share`` of the standing height, over columns that differ by ``bumps``."""
+    height = robot.standing_height
+    return gaitopt.s_columns(
+        seed, columns=4, robot=robot, forward=3 * share * height, height_jitter=bumps * height
+    )
+
+
+def test_legs_are_not_quite_straight_where_forces_time_the_walk() -> None:
+    """The body of anymal_c would go to the end of its reach, where velocities have no bound."""
+    robot = load_robot("anymal_c")
+    places = far(robot, 0.72)
+    plan = gaitopt.plan_crawl(robot, places)
+    assert plan.settings.reach_fraction == BENT[0]
+    assert gaitopt.verify(plan).outcome == "certified"
+    velocity = gaitopt.plan_crawl(robot, places, timing="velocity")
+    assert velocity.settings.reach_fraction == 1.0
+
+
+def test_the_error_of_a_straight_leg_names_it_and_a_way_out_that_works() -> None:
+    robot = load_robot("anymal_c")
+    places, height = far(robot, 0.72), robot.standing_height
+    plan = gaitopt.plan_crawl(robot, places, timing="velocity", body_height=height)
+    with pytest.raises(gaitopt.InfeasibleStepError, match="leg RH would be quite straight") as told:
+        gaitopt.retimed(plan, rounding=0.4)
+    assert told.value.conflicts == ("straight or folded leg RH",)
+    assert "take a smaller reach_fraction, 0.95 for example" in str(told.value)
+    bent = gaitopt.plan_crawl(robot, places, reach_fraction=0.95, body_height=height)
+    assert gaitopt.verify(bent).outcome == "certified"
+
+
+def test_feet_rise_less_where_joint_limits_leave_no_other_walk() -> None:
+    robot = load_robot("hyq")
+    places = far(robot, 0.54, bumps=0.15, seed=1)
+    usual = gaitopt.CrawlSettings.for_robot(robot)
+    plan = gaitopt.plan_crawl(robot, places)
+    assert plan.settings.swing_height == pytest.approx(0.7 * usual.swing_height)
+    assert gaitopt.verify(plan).outcome == "certified"
+    with pytest.raises(gaitopt.InfeasibleStepError, match="body heights from"):
+        gaitopt.plan_crawl(robot, places, swing_height=usual.swing_height)
+
+
+def test_what_was_tried_is_told_where_there_is_no_walk() -> None:
+    robot = load_robot("hyq")
+    with pytest.raises(gaitopt.InfeasibleStepError) as told:
+        gaitopt.plan_crawl(robot, far(robot, 1.08, bumps=0.1, seed=2))
+    assert "body heights from 0.42 to 0.66 m and swing heights down to 0.04725 m were tried" in str(
+        told.value
+    )
