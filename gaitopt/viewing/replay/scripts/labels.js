@@ -35,13 +35,12 @@ function makeLabels(THREE, viewer, labels) {
   const all = { names: true };
   all.place = (time) => {
     camera.updateMatrixWorld();
-    const taken = [];
+    const taken = [], { clientWidth: wide, clientHeight: tall } = viewer.dom_element;
     for (const { label, box, below, frame } of boxes) {
       frame.updateWorldMatrix(true, false);
       place.setFromMatrixPosition(frame.matrixWorld);
       place.y += label.lift;
       place.project(camera);
-      const { clientWidth: wide, clientHeight: tall } = viewer.dom_element;
       const x = (place.x + 1) / 2 * wide, y = (1 - place.y) / 2 * tall;
       const lift = label.kind === "foot" ? "translate(-50%, 35%)" : "translate(-50%, -100%)";
       // What happened is told at the edge, too, where its place is outside of the view.

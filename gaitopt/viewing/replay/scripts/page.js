@@ -45,6 +45,13 @@
     return `${minutes}:${rest.toFixed(data.duration < 20 ? 2 : 1).padStart(data.duration < 20 ? 5 : 4, "0")}`;
   }
 
+  // Only what changes is written: each writing lets the browser lay out the page anew.
+  const written = {};
+  function write(name, value, put) {
+    if (written[name] !== value) put(value);
+    written[name] = value;
+  }
+
   function seek(time) {
     state.time = Math.min(Math.max(time, 0), data.duration);
     move(state.time);
@@ -52,8 +59,10 @@
     shine(view.track());
     const [, label, , mark] = data.captions[captionAt(state.time)] || [0, "", "", ""];
     const margin = curves ? curves.margin(state.time) : "";
-    el("phase").replaceChildren(...(mark ? [dot(mark)] : []), label + (margin && `, margin ${margin}`));
-    el("clock").textContent = `${clock(state.time)} / ${clock(data.duration)}`;
+    write("phase", `${mark} ${label}${margin && `, margin ${margin}`}`, () => el("phase")
+      .replaceChildren(...(mark ? [dot(mark)] : []), label + (margin && `, margin ${margin}`)));
+    write("clock", `${clock(state.time)} / ${clock(data.duration)}`,
+      (text) => { el("clock").textContent = text; });
     el("scrub").value = data.duration > 0 ? Math.round(1e6 * state.time / data.duration) : 0;
     if (curves) curves.update(state.time);
   }
