@@ -19,6 +19,7 @@ from gaitopt.inputs import (
     check_known,
     check_number,
     check_tuple,
+    is_real,
 )
 from gaitopt.terrain.footholds import Footholds
 
@@ -47,6 +48,13 @@ class Limit:
     value: float
     spans: tuple[tuple[float, float], ...] = ()
 
+    def __post_init__(self) -> None:
+        check_kind("kind of a limit", self.kind, str)
+        check_kind("name of a limit", self.name, str)
+        numbers = [self.value, *(time for span in self.spans for time in span)]
+        if not all(is_real(number) for number in numbers):
+            raise InputError(f"a limit's value and times must be numbers, got {as_text(numbers)}")
+
 
 @dataclass(frozen=True)
 class CogEvidence:
@@ -74,6 +82,13 @@ class CogEvidence:
     iterations: int
 
     def __post_init__(self) -> None:
+        check_kind("multipliers", self.multipliers, Mapping)
+        numbers = (*self.multipliers.values(), self.primal, self.stationarity,
+                   self.complementarity, self.error_bound, self.iterations)  # fmt: skip
+        if not all(is_real(number) for number in numbers):
+            raise InputError(f"evidence of a phase must be numbers, got {as_text(numbers)}")
+        for name in ("status", "objective"):
+            check_kind(name, getattr(self, name), str)
         object.__setattr__(self, "multipliers", MappingProxyType(dict(self.multipliers)))
 
     def __reduce__(self) -> tuple[object, ...]:
@@ -122,8 +137,11 @@ class Phase(ByValue):
                 raise InputError(f"a phase's {name} must have the shape (3,)")
         check_choice("kind of a phase", self.kind, ("stance", "swing"))
         check_choice("leg of a phase", self.leg, LEGS if self.kind == "swing" else (*LEGS, ""))
-        for leg in check_tuple("support of a phase", self.support):
+        legs = check_tuple("support of a phase", self.support)
+        for leg in legs:
             check_choice("support of a phase", leg, LEGS)
+        if len(set(legs)) < len(legs):
+            raise InputError(f"support of a phase names a leg twice: {', '.join(legs)}")
         check_number("start of a phase", self.start, -LONGEST, LONGEST, "s")
         check_number("duration of a phase", self.duration, 0.0, LONGEST, "s")
         check_number("margin of a phase", self.margin, -np.inf, LONGEST, "m")

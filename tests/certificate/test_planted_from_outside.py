@@ -13,6 +13,7 @@ import gaitopt
 from gaitopt import MotionPath, Plan, Quadruped
 from gaitopt.certificate.certificate import Outcome
 from gaitopt.errors import GaitoptError
+from gaitopt.plan.phase import Limit
 
 Fault = Callable[[Plan], Plan]
 
@@ -106,6 +107,16 @@ FOUND: dict[str, Fault] = {
     "less reach": setting(reach_fraction=0.5),
     "another order": setting(sequence=("LF", "LH", "RF", "RH")),
     "a phase that starts later": phase(start=1e-3),
+    "a phase of another step": phase(step=1),
+    "a phase that names a foot twice": lambda p: replace(
+        p, phases=(replace(p.phases[0], support=(*p.phases[0].support, "LF")), *p.phases[1:])
+    ),
+    "a limit that is a text": lambda p: replace(
+        p, phases=(replace(p.phases[0], limited_by=(Limit("reach", "LF", "x"),)), *p.phases[1:])  # type: ignore[arg-type]
+    ),
+    "a bound that is a text": lambda p: replace(
+        p, record=replace(p.record, cog_error_bound="1")
+    ),
     "a phase elsewhere": phase(cog_start=1e-6),
     "a margin of a phase that is none": phase(margin=np.nan),
     "columns of ten metres": lambda p: replace(p, footholds=p.footholds.with_(radius=10.0)),
@@ -152,6 +163,21 @@ def test_a_ground_that_was_taken_away_is_listed(plan: Plan) -> None:
     bare = replace(plan, footholds=plan.footholds.with_(radius=None))
     assert "no columns and no map" in str(gaitopt.verify(bare)["not judged"])
     assert "no columns and no map" not in str(gaitopt.verify(plan)["not judged"])
+
+
+def test_an_obstacle_that_was_taken_away_is_listed() -> None:
+    robot = gaitopt.load_robot("wang2020-fast")
+    board = gaitopt.rectangular_obstacle(0.03, 0.03)
+    stride = gaitopt.plan_stride(robot, board, approach=1, leave=1, timing="velocity")
+    away = replace(stride, settings=replace(stride.settings, obstacles=()))
+    told = [str(gaitopt.verify(p, collisions=False)["not judged"]) for p in (stride, away)]
+    assert "obstacles, of which the plan knows none" not in told[0]
+    assert "obstacles, of which the plan knows none" in told[1]
+
+
+def test_a_zmp_beside_contact_forces_is_listed(plan: Plan) -> None:
+    stated = replace(plan, record=replace(plan.record, zmp_margin=1.0))
+    assert "the ZMP's margin" in str(gaitopt.verify(stated, collisions=False)["not judged"])
 
 
 def test_margins_of_phases_are_listed(plan: Plan) -> None:

@@ -170,7 +170,9 @@ def test_text_in_the_encoding_that_it_declares_is_read(tmp_path: Path, encoding:
 
 def test_empty_file_is_no_urdf(tmp_path: Path) -> None:
     (tmp_path / "empty.urdf").touch()
-    assert refusal(tmp_path / "empty.urdf") == "empty: the file is empty; give one that holds a robot"
+    assert (
+        refusal(tmp_path / "empty.urdf") == "empty: the file is empty; give one that holds a robot"
+    )
 
 
 def test_malformed_file_is_named(tmp_path: Path) -> None:

@@ -23,20 +23,29 @@ NAME: Final = "phases agree with the path"
 ROBOT: Final = "the robot's own file"
 NOT_JUDGED: Final = "not judged"
 STATEMENTS: Final = (
-    "margins of single phases, what the planner tells of its solver, and settings that promise "
-    "nothing: body height, heading, speed, objective, the curve of the swings, numbers of knots "
-    "and rounds, the velocity and times of a gait"
+    "margins of single phases and what holds them back, what the planner tells of its solver, and "
+    "settings that promise nothing: body height, heading, speed, objective, the curve of the "
+    "swings, numbers of knots and rounds, the velocity and times of a gait"
 )
 """What a plan file holds beside its path and its promises; see docs/trust.md."""
 OPEN: Final = "the ground beside the footholds, of which the plan knows no columns and no map"
 """Where nothing says what legs and trunk could touch."""
+NO_OBSTACLE: Final = "obstacles, of which the plan knows none"
+"""Where somebody may have taken one away from a stride."""
+ZMP: Final = "the ZMP's margin that the planner tells of"
+"""Where contact forces are promised, and checked in its place."""
 
 
 def phases_agree(plan: Plan, motion: Motion) -> Check:
     """Body centre and foot are where each phase says, at its begin and at its end.
 
-    Planners write both from the same numbers: they agree to 1e-15 m.
+    Planners write both from the same numbers: they agree to 1e-15 m. The leg and the step of a
+    phase are those of a foot that flies then, or of the next one that does.
     """
+    wrong = _wrong_step(plan)
+    if wrong is not None:
+        where = f"{phase_name(plan, wrong)}: another leg or step flies then, or next"
+        return judged(NAME, np.inf, JUMP, "m", when=plan.phases[wrong].start, where=where)
     worst, when, where = 0.0, float("nan"), ""
     flights = {
         (swing.leg, index): swing.phases
@@ -51,6 +60,21 @@ def phases_agree(plan: Plan, motion: Motion) -> Check:
         if isnan(gap):
             break
     return judged(NAME, worst, JUMP, "m", when=when, where=where)
+
+
+def _wrong_step(plan: Plan) -> int | None:
+    """Index of the first phase whose leg and step are not those of its flight, or the next one."""
+    flying: list[set[tuple[str, int]]] = [set() for _ in plan.phases]
+    for swing in plan.swings:
+        for index in range(swing.phases[0], swing.phases[1] + 1):
+            flying[index].add((swing.leg, swing.step))
+    following, wrong = {("", len(plan.swings))}, None
+    for index in reversed(range(len(plan.phases))):
+        following = flying[index] or following
+        phase = plan.phases[index]
+        if (phase.leg, phase.step) not in following:
+            wrong = index
+    return wrong
 
 
 def _gap_of_centre(phase: Phase, motion: Motion, index: int) -> float:
@@ -93,8 +117,15 @@ def _ends(motion: Motion, begin: int, end: int) -> tuple[tuple[int, int], tuple[
 
 def not_judged(plan: Plan) -> Check:
     """A line that says what the certificate does not look at."""
+    settings = plan.settings
     known = plan.footholds.ground is not None or plan.footholds.radius is not None
-    return unchecked(NOT_JUDGED, "", STATEMENTS if known else f"{STATEMENTS}; {OPEN}", needed=False)
+    told = [
+        STATEMENTS,
+        *([] if known else [OPEN]),
+        *([NO_OBSTACLE] if settings.planner == "stride" and not settings.obstacles else []),
+        *([ZMP] if settings.promised_forces and plan.record.zmp_margin is not None else []),
+    ]
+    return unchecked(NOT_JUDGED, "", "; ".join(told), needed=False)
 
 
 def not_compared(robot: Quadruped) -> Check:
