@@ -25,6 +25,10 @@ _CURES = {
     Cause.PLAN: "a smaller stability_margin, or lower reserves of forces",
 }
 
+NEAR_EDGE = 1.4
+"""Distance from the map's edge within which trunk and limbs may come above unknown ground, in body
+heights. Chosen: half of the trunk's length of all robots that were tried is less."""
+
 
 def no_way(search: TerrainSearch, detail: str = "") -> TerrainError:
     """The error for a search that did not reach the goal.
@@ -54,6 +58,8 @@ def no_way(search: TerrainSearch, detail: str = "") -> TerrainError:
     elif search.late:
         words.append(_time_over(search))
     worst = causes[0][0] if causes else Cause.GROUND
+    if worst in (Cause.LIMB, Cause.TRUNK):
+        words += _edge_near(search, share)
     wider = "another goal or start" if search.course.blocked else "a wider search (width_limit)"
     words.append(f"what may help: {_CURES[worst]}; or {wider}")
     return TerrainError("; ".join(words), step, search.next_leg, dict(search.refused), search)
@@ -88,6 +94,19 @@ def also_tried(error: TerrainError, lengths: Sequence[float]) -> TerrainError:
     steps = " and ".join(f"{length:g}" for length in lengths)
     message = f"{error}; steps of {steps} m were tried, too"
     return TerrainError(message, error.step, error.leg, dict(error.refused), error.search)
+
+
+def _edge_near(search: TerrainSearch, share: float) -> list[str]:
+    """What is said where the map's edge is near the body, at a share of the way."""
+    x, y = search.course.at(search.course.length * share)[:2]
+    (x0, x1), (y0, y1) = search.layers.ground.extent
+    gap = min(x - x0, x1 - x, y - y0, y1 - y)
+    if gap >= NEAR_EDGE * search.settings.body_height:
+        return []
+    return [
+        f"the map's edge is {gap:.2f} m from the body, and all beyond it is unknown ground, which "
+        "nothing may be above: a larger map may help"
+    ]
 
 
 def _time_over(search: TerrainSearch) -> str:

@@ -77,3 +77,14 @@ def test_anymal_c_goes_up_stairs_of_17_cm_with_a_short_stance() -> None:
     assert short.complete
     feet = short.footholds
     assert all(feet[leg][-1, 2] - feet[leg][0, 2] > 1.0 for leg in gaitopt.LEGS)
+
+
+def test_a_refusal_says_that_the_edge_of_the_map_is_near() -> None:
+    """hyq's trunk is 1.5 m long: where it turns on a map of 1.5 m it comes beyond the edge."""
+    hyq = gaitopt.load_robot("hyq")
+    way = {"start": START, "step_length": 0.3, "stance": 1.0, "width": 1, "width_limit": 1}
+    narrow = HeightMap(np.zeros((121, 61)), 0.02, (-1.2, -0.6))
+    with pytest.raises(TerrainError, match=r"the map's edge is 0.60 m from the body"):
+        gaitopt.choose_footholds(hyq, narrow, (0.0, 0.0, 1.0), **way)
+    wide = HeightMap(np.zeros((121, 121)), 0.02, (-1.2, -1.2))
+    assert gaitopt.search_terrain(hyq, wide, (0.0, 0.0, 1.0), **way).complete
