@@ -31,7 +31,7 @@ from gaitopt.planners.over_terrain.planned_forces import usual_forces
 from gaitopt.planners.over_terrain.result import TerrainSearch
 from gaitopt.planners.over_terrain.settings import TerrainSettings
 from gaitopt.planners.over_terrain.setup import first_layer, result_of, search_for, with_settings
-from gaitopt.planners.over_terrain.walks import until, walk_over
+from gaitopt.planners.over_terrain.walks import walk_over
 from gaitopt.planners.over_terrain.ways.tries import Tries, shorter_steps, ways_of
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.footholds import Footholds
@@ -192,7 +192,8 @@ def plan_terrain(
         first = error
     for length in lengths:
         other = with_settings(searching, replace(search.settings, step_length=length))
-        begin, latest = time.perf_counter(), until(other)
+        begin = time.perf_counter()
+        latest = time.thread_time() + other.judge.settings.longest(other.course.length)
         found = result_of(other, other.run([first_layer(other)], progress, until=latest), begin)
         if found.complete:
             with suppress(TerrainError):

@@ -29,8 +29,8 @@ maps that were tried."""
 
 
 def until(searching: Search) -> float:
-    """Processor time at which a search that begins now ends, by ``time.thread_time`` [s]."""
-    return time.thread_time() + searching.judge.settings.longest(searching.course.length)
+    """Processor time at which walks that begin now end, by ``time.thread_time`` [s]."""
+    return time.thread_time() + searching.judge.settings.longest_in_all(searching.course.length)
 
 
 def walk_over(
