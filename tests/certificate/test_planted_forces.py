@@ -182,3 +182,36 @@ def test_a_model_that_was_changed_in_memory_is_judged_by_its_file() -> None:
     assert "contact forces" in {check.name for check in certificate.violations}
     fresh = replace(plan, robot=gaitopt.load_robot("a1"))
     assert certificate.report() == gaitopt.verify(fresh, collisions=False).report()
+
+
+@pytest.mark.parametrize("name", ["go2", "anymal_c", "hyq"])
+def test_they_are_found_on_other_robots(name: str) -> None:
+    """A centre of mass that is 5 mm off, light limbs, and 1 % less friction than the walk needs."""
+    robot = gaitopt.load_robot(name)
+    plan = gaitopt.plan_crawl(robot, gaitopt.s_columns(0, columns=2, robot=robot))
+    assert contact_forces(plan, LIMITS).status is Verdict.OK
+    links = [e.get("name", "") for e in ET.fromstring(robot.urdf).findall("link")
+             if e.find("inertial/mass") is not None]  # fmt: skip
+    trunk = max(links, key=lambda link: mass_of(robot, link))
+
+    def lighten(root: ET.Element) -> None:
+        for link in links:
+            if link != trunk:
+                scaled(0.01, link)(root)
+
+    other = [moved(robot, trunk, by) for by in ((5e-3, 0.0, 0.0), (0.0, -5e-3, 0.0))]
+    for wrong in (*other, changed(robot, lighten)):
+        assert contact_forces(replace(plan, robot=wrong), LIMITS).status is Verdict.VIOLATED
+    friction, exist = LIMITS.friction, True
+    while exist:
+        friction *= 0.99
+        limits = ForceLimits(friction=friction)
+        exist = gaitopt.contact_forces(plan, limits, dt=0.005).feasible_share == 1.0
+    assert friction > 0.9 * LIMITS.friction
+    assert contact_forces(plan, limits).status is Verdict.VIOLATED
+
+
+def mass_of(robot: Quadruped, link: str) -> float:
+    mass = inertial(ET.fromstring(robot.urdf), link).find("mass")
+    assert mass is not None
+    return float(mass.get("value", ""))
