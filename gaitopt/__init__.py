@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from gaitopt.errors import RobotError as RobotError
     from gaitopt.errors import RobotWarning as RobotWarning
     from gaitopt.errors import RouteError as RouteError
+    from gaitopt.errors import SingularLegError as SingularLegError
     from gaitopt.errors import SolverError as SolverError
     from gaitopt.errors import StudyError as StudyError
     from gaitopt.errors import StudyWarning as StudyWarning
@@ -191,7 +192,7 @@ _HOMES = {
         "CertificateError FootholdsError FootholdsWarning GaitoptError GroundError "
         "InfeasibleSpeedError InfeasibleStateError InfeasibleStepError "
         "InputError MissingPackageError PlanFileError RobotError RobotWarning RouteError "
-        "SolverError StudyError StudyWarning TerrainError "
+        "SingularLegError SolverError StudyError StudyWarning TerrainError "
         "UnknownNameError UnsolvedSplineError"
     ),
     "exporting.export": "export export_ros",

@@ -137,6 +137,21 @@ class InfeasibleStepError(_MessageAndFields, GaitoptError):
 
 
 @dataclass
+class SingularLegError(_MessageAndFields, InputError):
+    """A leg is straight or folded, or its foot is on the roll axis.
+
+    Attributes:
+        message: what is wrong, with the numbers and what to do.
+        leg: its name.
+    """
+
+    message: str
+    leg: str
+
+    __hash__ = GaitoptError.__hash__
+
+
+@dataclass
 class InfeasibleStateError(_MessageAndFields, GaitoptError):
     """No plan begins in this state.
 

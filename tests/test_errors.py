@@ -42,6 +42,7 @@ WITH_FIELDS = {
     "InfeasibleSpeedError": {"message", "limit", "needed", "time"},
     "InfeasibleStateError": {"message", "limit", "value", "allowed", "unit"},
     "InfeasibleStepError": {"message", "step", "leg"},
+    "SingularLegError": {"message", "leg"},
     "TerrainError": {"message", "step", "leg", "refused", "search"},
     "RouteError": {"message", "steps", "plan", "report"},
     "UnsolvedSplineError": {"message", "spline"},

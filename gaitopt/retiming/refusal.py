@@ -7,10 +7,10 @@ import numpy as np
 from gaitopt.dynamics.contacts import ContactGround, ForceLimits
 from gaitopt.dynamics.forces import build_force_problem, solve_forces
 from gaitopt.dynamics.whole_body import motion_of_path
-from gaitopt.errors import InfeasibleStepError, InputError, SolverError
+from gaitopt.errors import InfeasibleStepError, InputError, SingularLegError, SolverError
 from gaitopt.plan.phase import Phase
 from gaitopt.retiming.course import Course, Grid
-from gaitopt.robots.whole_body_rates import SINGULAR_LEG, SingularLegError
+from gaitopt.robots.whole_body_rates import SINGULAR_LEG
 
 WAY_OUT = "take another stability_margin or body_height, or allow more friction or torque"
 """What the user can do where limits are in the way."""

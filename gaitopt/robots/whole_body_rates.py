@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gaitopt.conventions import LEGS, BoolArray, FloatArray
-from gaitopt.errors import InputError
+from gaitopt.errors import InputError, SingularLegError
 from gaitopt.inputs import as_text, check_shape
 from gaitopt.robots.leg import Leg
 from gaitopt.robots.quadruped import Quadruped
@@ -31,21 +31,6 @@ Joint velocities are then about 1e9 times those in the best posture, or more.
 
 SINGULAR_LEG: Final = "straight or folded leg"
 """Begin of the conflict that an error names for a motion in which a leg is singular."""
-
-
-class SingularLegError(InputError):
-    """A leg is straight or folded, or its foot is on the roll axis.
-
-    Attributes:
-        leg: its name.
-    """
-
-    def __init__(self, leg: str, message: str) -> None:
-        super().__init__(message)
-        self.leg = leg
-
-    def __reduce__(self) -> tuple[type[SingularLegError], tuple[str, str]]:
-        return type(self), (self.leg, str(self))
 
 
 def base_twist(rpy: ArrayLike, position_rates: ArrayLike, rpy_rates: ArrayLike) -> FloatArray:
@@ -280,8 +265,8 @@ def _singular(robot: Quadruped, leg: Leg, regular: BoolArray) -> SingularLegErro
     """The error for the first sample in which a leg is singular."""
     sample = tuple(int(k) for k in np.argwhere(~regular)[0])
     return SingularLegError(
-        leg.name,
         f"{robot.name}: no finite joint velocity moves foot {leg.name} in all directions"
         f"{at_sample(sample)}: the leg is straight or folded, or its foot is on the roll axis; "
         "keep off the end of its reach, or ask with on_singular='nan'",
+        leg.name,
     )

@@ -15,6 +15,8 @@ from importlib.util import find_spec, module_from_spec
 from pathlib import Path
 from typing import Any, Final
 
+from gaitopt.errors import MissingPackageError
+
 PACKAGE: Final = "gaitopt_meshcat"
 """Name under which the modules are imported."""
 
@@ -24,12 +26,12 @@ def meshcat_folder() -> Path:
     """The folder of the installed package meshcat, which is found and not imported.
 
     Raises:
-        ModuleNotFoundError: it is not installed.
+        MissingPackageError: it is not installed.
     """
     spec = find_spec("meshcat")
     folders = None if spec is None else spec.submodule_search_locations
     if not folders:
-        raise ModuleNotFoundError("No module named 'meshcat'", name="meshcat")
+        raise MissingPackageError("meshcat is not installed; pip install meshcat")
     return Path(next(iter(folders)))
 
 

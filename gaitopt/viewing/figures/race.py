@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from gaitopt.conventions import FloatArray
 from gaitopt.errors import InputError
-from gaitopt.inputs import check_kind, check_known
+from gaitopt.inputs import check_array, check_kind
 from gaitopt.viewing.figures.common import INK, MUTED, SMALL, plain, style_axes
 from gaitopt.viewing.figures.panels import panel
 from gaitopt.viewing.replay.runners import BASELINE, lane_colour, short_time
@@ -39,8 +39,9 @@ def plot_race(
         InputError: there are no rows, or rows have different numbers of times.
     """
     check_kind("times", times, Mapping)
+    # NaN is a row without a plan.
     values = {
-        str(name): np.atleast_1d(check_known(f"times of {name}", t)) for name, t in times.items()
+        str(name): np.atleast_1d(check_array(f"times of {name}", t)) for name, t in times.items()
     }
     counts = {len(v) for v in values.values()}
     if len(counts) != 1 or any(v.ndim != 1 for v in values.values()):

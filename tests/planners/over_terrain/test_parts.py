@@ -133,7 +133,7 @@ def test_a_course_of_poses_keeps_their_yaws() -> None:
         ((0.0, 0.0), "where the walk starts"),
         ((0.0, 0.0, 0.0), "the pose at which the walk starts"),
         ((1.0,), "goal must be a place"),
-        ("far", "numbers in metres"),
+        ("far", "goal must be numbers"),
         ((np.nan, 1.0), "finite"),
         ((1e9, 1.0), "at most"),
     ],
