@@ -66,6 +66,9 @@ def _short(warning: str) -> str:
         "xacro arguments": "xacro arguments",
         "elements that no URDF": "elements not read",
         "motors that have about": "large motor inertias",
+        "joints that rub": "large joint friction",
+        "the end of leg": "wide leg ends",
+        "more chains than four": "more than four legs",
     }
     for begin, short in known.items():
         if warning.startswith(begin):

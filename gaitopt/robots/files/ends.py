@@ -13,6 +13,7 @@ from gaitopt.errors import InputError, RobotError
 from gaitopt.robots.discovery import FOOT_WORDS
 from gaitopt.robots.files.limbs import Limb
 from gaitopt.robots.files.meshes import MeshFinder
+from gaitopt.robots.files.notes import first_of
 from gaitopt.robots.files.origins import placement_of
 from gaitopt.robots.files.shapes import Ball, Solid, end_ball, farthest, rolling_ball, solids_of
 from gaitopt.robots.files.tree import Joint, UrdfTree
@@ -25,6 +26,8 @@ BESIDE = 1e-3
 Chosen: a tenth of the radius of small feet."""
 LARGEST_FOOT = 0.3
 """Largest radius of a foot that is no wheel, as a share of the lower leg. Chosen."""
+LARGEST_BALL = 0.5
+"""The same of a foot that is a ball in the file. Chosen: no knee is within its foot then."""
 MARKER = 0.02
 """Radius below which a ball only marks a place, as a share of the lower leg. Chosen: balls that are
 feet have 0.06 of it or more."""
@@ -83,8 +86,9 @@ def set_feet(
     how = sorted(set(told))
     done.append(f"feet: radius {1e3 * min(radii):.4g} mm, from {'; '.join(how)}")
     if min(radii) == 0.0:
+        lost = _lost_meshes(tree, limbs, finder)
         warnings.append(
-            "the radius of the feet is not known, so they are points; give foot_radius="
+            f"the radius of the feet is not known, so they are points{lost}; give foot_radius="
         )
     elif max(radii) > 1.05 * min(radii):
         warnings.append(
@@ -92,6 +96,19 @@ def set_feet(
             "least counts; give foot_radius="
         )
     return feet, float(min(radii))
+
+
+def _lost_meshes(tree: UrdfTree, limbs: dict[str, Limb], finder: MeshFinder) -> str:
+    """What meshes of lower legs that are missing mean for their feet, in words."""
+    links = [tree.links[link] for limb in limbs.values() for link in tree.rigid_with(limb.end)]
+    names = {mesh.get("filename", "") for link in links for mesh in link.iter("mesh")}
+    lost = sorted(name for name in names if finder.find(name) is None)
+    if not lost:
+        return ""
+    return (
+        f", and may end elsewhere, for meshes of the lower legs are missing ({first_of(lost)}: "
+        "give package_folders=)"
+    )
 
 
 def _unlike(lengths: Mapping[str, float]) -> list[str]:
@@ -281,7 +298,9 @@ def _end_of_shape(tree: UrdfTree, leg: str, limb: Limb, shapes: list[Solid]) -> 
         same = [one for one in plain if rolling is not None and one.is_like(rolling)]
         # A ball of the file is exact, where it is the one on which the foot rolls.
         ball = same[0] if same else rolling or ball
-    radius = min(ball.radius, LARGEST_FOOT * length)
+    own = (end_ball(solid, along) for solid in shapes if solid.kind == "sphere")
+    share = LARGEST_BALL if any(one.is_like(ball) for one in own) else LARGEST_FOOT
+    radius = min(ball.radius, share * length)
     centre = ball.centre + (ball.radius - radius) * along
     return FootPlace(limb.end, centre, radius, f"the end of the shape of {limb.end}")
 

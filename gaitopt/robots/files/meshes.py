@@ -32,11 +32,15 @@ class MeshFinder:
     Args:
         folder: the folder of the robot file; ``None`` for a robot that comes as text.
         package_folders: folders that hold packages, or are packages.
+        named: the folder of meshes that the file names (:func:`named_folder`), relative to its own.
     """
 
-    def __init__(self, folder: Path | None, package_folders: Sequence[Path] = ()) -> None:
+    def __init__(
+        self, folder: Path | None, package_folders: Sequence[Path] = (), named: str = ""
+    ) -> None:
         self._folder = None if folder is None else folder.resolve()
         self._packages = with_ros_packages(package_folders)
+        self._named = None if folder is None or not named else (folder / named).resolve()
 
     def find(self, filename: str) -> Path | None:
         """The file that a URDF or MJCF names; ``None`` where it is not there.
@@ -68,7 +72,17 @@ class MeshFinder:
         above = [] if self._folder is None else [self._folder, *self._folder.parents][:LEVELS]
         found = [folder / part for folder in [*self._packages, *above]
                  for part in (name, inner) if part]  # fmt: skip
-        return found
+        # MuJoCo leaves out the folders of a file's name where it reads a URDF.
+        return found if self._named is None else [self._named / Path(name).name, *found]
+
+
+def named_folder(root: ElementTree.Element) -> str:
+    """The folder of meshes that a URDF names for MuJoCo; empty where it names none.
+
+    It is ``meshdir`` of ``<mujoco><compiler>``, an element of ``<robot>``.
+    """
+    compiler = root.find("mujoco/compiler")
+    return "" if compiler is None else compiler.get("meshdir", "")
 
 
 def _is_mesh(path: Path) -> bool:
@@ -95,8 +109,9 @@ def found_meshes(
         folder: of the robot file.
         package_folders: folders with packages.
     """
-    finder = MeshFinder(folder, package_folders)
-    names = {mesh.get("filename", "") for mesh in ElementTree.fromstring(urdf).iter("mesh")}
+    root = ElementTree.fromstring(urdf)
+    finder = MeshFinder(folder, package_folders, named_folder(root))
+    names = {mesh.get("filename", "") for mesh in root.iter("mesh")}
     return {name: finder.find(name) for name in sorted(names) if name}
 
 

@@ -24,7 +24,7 @@ from gaitopt.robots.files.hulls import find_hulls
 from gaitopt.robots.files.joint_limits import set_limits
 from gaitopt.robots.files.limbs import Limb, find_limbs, lock_play, named_limbs
 from gaitopt.robots.files.masses import set_masses
-from gaitopt.robots.files.meshes import MeshFinder
+from gaitopt.robots.files.meshes import MeshFinder, named_folder
 from gaitopt.robots.files.motors import acceleration_limits, motor_inertias, torque_lines
 from gaitopt.robots.files.notes import TAG, Notes, first_of, read_notes, write_notes
 from gaitopt.robots.files.options import ReadOptions, SpeedPair
@@ -77,7 +77,10 @@ def prepared_urdf(
         scale_lengths(root, options.scale, label)
         done.append(f"lengths are those of the file times {options.scale:g}")
     done += remove_empty_shapes(root)
-    tree, finder = UrdfTree(root, label), MeshFinder(folder, options.package_folders)
+    tree, finder = (
+        UrdfTree(root, label),
+        MeshFinder(folder, options.package_folders, named_folder(root)),
+    )
     done += write_known_shapes(tree)
     named, locked = _set_legs(tree, options, done, warnings, square=square)
     unreal = size_warnings(tree, named.values())

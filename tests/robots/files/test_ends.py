@@ -260,3 +260,34 @@ def test_a_foot_elsewhere_than_on_the_other_side_is_told_with_the_option() -> No
     assert told.startswith("the feet of LF and RF are 154 and 220 mm from their last joints")
     assert "give feet={'LF': ('link', (x, y, z)), ...}" in told
     assert not any("both sides" in w for w in quiet(robot()).notes.warnings)
+
+
+def test_a_large_ball_of_the_file_is_the_foot_as_it_is() -> None:
+    """Its radius is a third of the lower leg; ends of other shapes count for less than that."""
+    short = collision('<sphere radius="0.075"/>', f"0 0 {-LOWER}")
+    made = quiet(robot(foot=None, shank=short))
+    assert made.foot_radius == pytest.approx(0.075)
+    assert made.legs["LF"].lower == pytest.approx(LOWER)
+    blunt = collision('<cylinder radius="0.075" length="0.2"/>', f"0 0 {0.1 - LOWER}")
+    assert quiet(robot(foot=None, shank=blunt)).foot_radius < 0.075
+
+
+def test_meshes_are_found_in_the_folder_that_a_urdf_names_for_mujoco(tmp_path: Path) -> None:
+    """``<mujoco><compiler meshdir=...>``, where file names stand without their folders."""
+    (tmp_path / "meshes" / "stl").mkdir(parents=True)
+    (tmp_path / "urdf").mkdir()
+    stick = trimesh.creation.capsule(radius=0.02, height=LOWER - 0.02)
+    stick.apply_translation([0.0, 0.0, -stick.bounds[1, 2] + 0.02])
+    stick.export(tmp_path / "meshes" / "stl" / "shank.stl")
+    # A screw on the lower leg is the only link beyond the knee.
+    shank = collision('<mesh filename="here/shank.stl"/>')
+    text = robot(foot="", shank=shank).replace(f'xyz="0 0 {-LOWER}"', 'xyz="0 0.005 -0.05"')
+    text = text.replace("_foot", "_screw")
+    named = text.replace("</robot>", '<mujoco><compiler meshdir="../meshes/stl"/></mujoco></robot>')
+    (tmp_path / "urdf" / "dog.urdf").write_text(named)
+    made = quiet(tmp_path / "urdf" / "dog.urdf")
+    assert made.foot_radius == pytest.approx(0.02, rel=0.02)
+    assert made.legs["LF"].lower == pytest.approx(LOWER - 0.02, abs=1e-3)
+    # Where it is missing, feet that nothing else tells may end elsewhere.
+    words = [w for w in warnings_of(text) if "the radius of the feet is not known" in w]
+    assert len(words) == 1 and "may end elsewhere" in words[0] and "here/shank.stl" in words[0]
