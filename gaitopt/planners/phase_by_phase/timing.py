@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gaitopt.conventions import LEGS, FloatArray
-from gaitopt.motion.body_and_feet import base_poses, slip_between
+from gaitopt.motion.body_and_feet import base_poses
 from gaitopt.motion.path import MotionPath
 from gaitopt.optimize.cog.solver import CogSolution
 from gaitopt.plan.plan import Plan
@@ -24,6 +24,7 @@ from gaitopt.planners.phase_by_phase.steps import CrawlSteps, feet_in_body
 from gaitopt.planners.phase_by_phase.swing_polylines import swing_polylines
 from gaitopt.planners.phase_by_phase.turning import base_targets, turning_pose
 from gaitopt.robots.quadruped import Quadruped
+from gaitopt.robots.whole_body import feet_in_body as feet_at
 from gaitopt.robots.whole_body import joints_from_feet_in_body
 from gaitopt.terrain.footholds import Footholds
 
@@ -152,10 +153,11 @@ def _stance_moves(
         joints = joints_from_feet_in_body(robot, local)
         for i, name in enumerate(LEGS):
             check_within_reach(robot.legs[name], local[:, i], at.step, steps)
-        # The slip is measured in the heading frame, in which body and feet are given.
-        values = np.concatenate([base_poses(robot, 0.0, body), joints], axis=1)
-        standing = np.ones((len(body) - 1, len(LEGS)), dtype=np.bool_)
-        return body, joints, slip_between(robot, values, feet[1:], standing)
+        # The body is level, so that feet slip in its frame as they do in the world. In the middle
+        # between two knots they are farthest from their places, since the path is a chord.
+        middle = feet_at(robot, (joints[1:] + joints[:-1]) / 2.0)
+        places = feet[1:] - (body[1:] + body[:-1])[:, None] / 2.0 + robot.centre
+        return body, joints, np.linalg.norm(middle - places, axis=2).max(axis=1)
 
     return refined_moves(robot, settings, steps, level_pose, 1, SLIP_TOLERANCE, "stance")
 
