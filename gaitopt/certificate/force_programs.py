@@ -13,7 +13,8 @@ import numpy as np
 
 from gaitopt.certificate.force_margins import Stances, TorqueLimits
 from gaitopt.conventions import FloatArray
-from gaitopt.dynamics.small_programs import NO_BOUND, last_points, solve_linear
+from gaitopt.dynamics.many_programs import last_points
+from gaitopt.dynamics.small_programs import NO_BOUND, solve_linear
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,6 +16,7 @@ import numpy as np
 
 from gaitopt.conventions import BoolArray, FloatArray
 from gaitopt.dynamics.small_programs import (
+    LINEAR_WEIGHT,
     NO_BOUND,
     PROGRAM_TOLERANCE,
     PROOF_TOLERANCE,
@@ -71,6 +72,25 @@ def solve_linear_programs(
     proven &= np.abs(gradient).max(axis=1, initial=0.0) <= PROOF_TOLERANCE
     proven &= (np.abs(multipliers * held) <= PROOF_TOLERANCE).all(axis=1)
     return LinearSolutions(points, multipliers, proven)
+
+
+def last_points(costs: FloatArray, rows: FloatArray, low: FloatArray) -> FloatArray:
+    """DAQP's last points ``(N, n)`` for many programs: minimise ``c x`` over ``A x >= low``.
+
+    Nothing is proven of them, which takes time: they are for callers who judge each answer afresh,
+    whatever it is. It need not even be finite.
+
+    Args:
+        costs: ``c (n,)``, the same for all.
+        rows: ``A (N, m, n)``, of order one.
+        low: ``(N, m)``, at least ``-NO_BOUND``.
+    """
+    count, _, size = rows.shape
+    points, high = np.empty((count, size)), np.full(low.shape, NO_BOUND)
+    fixed = repeat((LINEAR_WEIGHT * np.eye(size), costs), count)
+    for i, (point, _) in enumerate(_answers(fixed, rows, low, high)):
+        points[i] = point
+    return points
 
 
 def solve_quadratic_programs(

@@ -86,29 +86,6 @@ def solve_linear(
     return LinearSolution(point, multipliers)
 
 
-def last_points(costs: FloatArray, rows: FloatArray, low: FloatArray) -> FloatArray:
-    """DAQP's last points ``(n, v)`` for many programs: minimise ``c x`` over ``A x >= low``.
-
-    Nothing is proven of them, which takes four times as long as to find them: they are for callers
-    who judge each answer afresh, whatever it is. It need not even be finite.
-
-    Args:
-        costs: ``c (v,)``, the same for all.
-        rows: ``A (n, m, v)``, of order one.
-        low: ``(n, m)``, at least ``-NO_BOUND``.
-    """
-    import daqp
-
-    count, length, size = rows.shape
-    weight, high = LINEAR_WEIGHT * np.eye(size), np.full(length, NO_BOUND)
-    sense = np.zeros(length, dtype=np.int32)
-    out = np.empty((count, size))
-    for i in range(count):
-        out[i] = daqp.solve(weight, costs, rows[i], high, low[i], sense,
-                            primal_tol=SOLVER_TOLERANCE)[0]  # fmt: skip
-    return out
-
-
 def _daqp(
     hessian: FloatArray, gradient: FloatArray, rows: FloatArray, low: FloatArray, high: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
