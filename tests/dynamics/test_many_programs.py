@@ -7,7 +7,11 @@ import pytest
 from numpy.typing import NDArray
 
 from gaitopt.dynamics import many_programs, small_programs
-from gaitopt.dynamics.many_programs import solve_linear_programs, solve_quadratic_programs
+from gaitopt.dynamics.many_programs import (
+    last_points,
+    solve_linear_programs,
+    solve_quadratic_programs,
+)
 from gaitopt.dynamics.small_programs import NO_BOUND, solve_linear
 
 Array = NDArray[np.float64]
@@ -34,6 +38,18 @@ def test_linear_programs_are_those_of_highs(seed: int) -> None:
         assert one is not None
         assert costs @ found.points[i] == pytest.approx(costs @ one.point, abs=1e-7)
         assert found.multipliers[i] == pytest.approx(one.multipliers, abs=1e-6)
+
+
+def test_last_points_are_minimisers_where_there_are_any() -> None:
+    rows, low, high = programs(3)
+    rows, low = np.concatenate([rows, -rows], axis=1), np.concatenate([low, -high], axis=1)
+    costs = np.eye(SIZE)[0]
+    # Two rows contradict each other.
+    rows[7, 1], low[7, :2], rows[7, 0] = -rows[7, 0], 1.0, rows[7, 0]
+    found = last_points(costs, rows, low)
+    for i in (k for k in range(COUNT) if k != 7):
+        one = solve_linear(costs, rows[i], low[i], np.full(2 * ROWS, NO_BOUND), by_highs=True)
+        assert one is not None and costs @ found[i] == pytest.approx(costs @ one.point, abs=1e-6)
 
 
 @pytest.mark.parametrize("place", [0, 7, COUNT - 1])
