@@ -18,6 +18,8 @@ NEEDED: Final = (
     ("mujoco", "mujoco", "FatalError"),
 )
 """Modules, the packages that install them, and something that each of them has."""
+DRAWING: Final = (("meshcat", "meshcat", "Visualizer"), ("yourdfpy", "yourdfpy", "URDF"))
+"""The same, of what only replays need."""
 
 
 def _packages() -> Path:
@@ -26,16 +28,19 @@ def _packages() -> Path:
 
 
 @cache
-def refuse_shadows() -> None:
+def refuse_shadows(needed: tuple[tuple[str, str, str], ...] = NEEDED) -> None:
     """Look once whether modules that gaitopt needs are hidden by others of the same name.
 
     A folder on ``PYTHONPATH``, of ROS for instance, or a file beside a script may hold a module
     ``pinocchio`` that has nothing to do with it. One that has what gaitopt uses is taken.
 
+    Args:
+        needed: modules, the packages that install them, and something that each of them has.
+
     Raises:
         MissingPackageError: one is hidden; the message tells both places.
     """
-    for module, package, attribute in NEEDED:
+    for module, package, attribute in needed:
         try:
             spec = find_spec(module)
         except (ImportError, ValueError):

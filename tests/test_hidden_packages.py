@@ -42,3 +42,27 @@ def test_another_module_of_that_name_is_told_with_both_places(
         f"the module {module} at {hiding} hides that of the package {package} in "
     )
     assert "take its folder out of PYTHONPATH" in done.stdout
+
+
+DRAWN = """
+import gaitopt
+robot = gaitopt.load_robot("wang2020")
+plan = gaitopt.plan_crawl(robot, gaitopt.s_columns(0, columns=2), timing="velocity")
+try:
+    gaitopt.show(plan)
+except gaitopt.MissingPackageError as error:
+    print(error)
+"""
+
+
+@pytest.mark.parametrize("module", ["meshcat", "yourdfpy"])
+def test_modules_that_only_replays_need_are_told_when_one_is_drawn(
+    tmp_path: Path, module: str
+) -> None:
+    (tmp_path / f"{module}.py").write_text("raise ImportError")
+    done = subprocess.run(
+        [sys.executable, "-c", DRAWN], capture_output=True, text=True, timeout=60, check=False,
+        env={**os.environ, "PYTHONPATH": str(tmp_path)},
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith(f"the module {module} at {tmp_path / module}.py hides that of")

@@ -15,7 +15,7 @@ from typing import Any, Final
 from xml.etree import ElementTree
 
 from gaitopt.errors import InputError, MissingPackageError, RobotError, RobotWarning, warn
-from gaitopt.files import StrPath
+from gaitopt.files import StrPath, what_no_file_is
 from gaitopt.inputs import as_text
 from gaitopt.robots.abilities import friction_warnings, inertia_warnings, torque_warnings
 from gaitopt.robots.at_many_poses.leg_ends import end_warnings
@@ -239,6 +239,11 @@ def _user_file(source: StrPath) -> Path:
     path = Path(source)
     if is_file(path):
         return path
+    special = what_no_file_is(path)
+    if special:
+        raise RobotError(
+            f"cannot read {path}: it is {special}, and no file; save it as a file first"
+        )
     if path.suffix or len(path.parts) > 1:
         raise RobotError(
             f"no robot file at {path}{_near(path)}; give an existing file or a robot's name"

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from gaitopt.errors import MissingPackageError
+from gaitopt.hidden_packages import DRAWING, refuse_shadows
 
 PACKAGE: Final = "gaitopt_meshcat"
 """Name under which the modules are imported."""
@@ -26,8 +27,9 @@ def meshcat_folder() -> Path:
     """The folder of the installed package meshcat, which is found and not imported.
 
     Raises:
-        MissingPackageError: it is not installed.
+        MissingPackageError: it is not installed, or another module hides it.
     """
+    refuse_shadows(DRAWING)
     spec = find_spec("meshcat")
     folders = None if spec is None else spec.submodule_search_locations
     if not folders:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import sys
 import warnings
@@ -253,3 +254,8 @@ def test_a_part_of_a_link_that_lies_beyond_all_measure_is_refused(kind: str) -> 
     begin = text.index('xyz="', text.index(f"<{kind}>")) + len('xyz="')
     with pytest.raises(RobotError, match="1e200"):
         Quadruped.from_urdf(f"{text[:begin]}1e20{text[begin:]}")
+
+
+def test_a_pipe_is_no_robot_file(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "robot.urdf")
+    assert "it is a pipe, and no file" in refusal(tmp_path / "robot.urdf")

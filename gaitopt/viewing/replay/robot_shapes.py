@@ -11,6 +11,7 @@ import numpy as np
 from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.errors import InputError, RobotError
 from gaitopt.files import StrPath
+from gaitopt.hidden_packages import DRAWING, refuse_shadows
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.viewing.colours import LEG_COLOURS
 from gaitopt.viewing.replay.scene import Appearance, Ball, Box, Cylinder, Part, Shape, pose
@@ -107,6 +108,7 @@ def _feet(robot: Quadruped) -> Parts:
 
 def _described(robot: Quadruped) -> Any:
     """The URDF as yourdfpy describes it; raises RobotError where it cannot be read."""
+    refuse_shadows(DRAWING)
     import yourdfpy
 
     try:
