@@ -66,7 +66,8 @@ class RouteRecord(PlanRecord):
         stationarity: largest entry of the Lagrangian's gradient.
         violation: largest violation of an inequality.
         complementarity: sum of multiplier times value: how far the walk's time can be from the
-            optimum of the linearised problem [s].
+            optimum of the linearised problem [s]. Where a walk is planned in windows, these three
+            are the largest ones, and the sum, of all of them.
         clearance: smallest height of a flying foot over the higher of its footholds, outside the
             columns [m].
         windows, window_share: with a horizon, how many windows were planned, and the largest time

@@ -57,7 +57,7 @@ def route_error(
     # The last knot of a step is also where the next one begins: it counts as the former's.
     within = {max(int(k) - 1, 0) // route.intervals for k in worst_knots}
     steps = tuple(sorted(route.first_step + step for step in within))
-    last = route.first_step + (problem.knots - 1) // route.intervals - 1
+    last = route.first_step + route.count - 1
     plan = route.phase_by_phase()
     offer = " failed, too" if plan is None else f" ({plan.duration:.1f} s) is in .plan"
     return RouteError(

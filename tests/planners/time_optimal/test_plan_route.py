@@ -12,6 +12,8 @@ from gaitopt import LEGS, Footholds, InfeasibleStepError, Plan, Quadruped, Route
 from gaitopt.conventions import rotation_z
 from gaitopt.gait.crawl import CRAWL_SEQUENCES
 from gaitopt.plan.settings.freedoms import VARIANTS
+from gaitopt.planners.time_optimal.straight import solve
+from gaitopt.planners.time_optimal.walk import Route
 from gaitopt.terrain.columns import s_columns
 
 STATIC_VARIANTS = [variant for variant, free in VARIANTS.items() if not free.dynamic]
@@ -119,6 +121,38 @@ def test_a_horizon_loses_little_time(wang: Quadruped) -> None:
     plan = plan_route(wang, footholds, free="swing", horizon=8, timing="velocity")
     gaitopt.verify(plan, collisions=False).raise_for_violations()
     assert plan.duration < 1.02 * whole.duration
+
+
+def test_sections_of_a_long_walk_lose_little_time(
+    wang: Quadruped, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Sections of eight steps stand for those of 64: their ends are as near as they can be."""
+    footholds, calls = gaitopt.s_columns(0, columns=6), list[tuple[int, int]]()
+    at_once = plan_route(wang, footholds, free="height", timing="velocity")
+    monkeypatch.setattr(solve, "SECTION", 8)
+    plan = plan_route(
+        wang, footholds, free="height", timing="velocity",
+        progress=lambda done, total: calls.append((done, total)),
+    )  # fmt: skip
+    assert calls == [(0, 20), (4, 20), (8, 20), (12, 20), (20, 20)]
+    assert plan.duration == pytest.approx(at_once.duration, rel=5e-3)
+    gaitopt.verify(plan, collisions=False).raise_for_violations()
+
+
+def test_where_a_section_fails_all_steps_are_solved_at_once(
+    wang: Quadruped, short: Footholds, plans: dict[str, Plan], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The walk is then the one that would have been planned without sections."""
+    monkeypatch.setattr(solve, "SECTION", 4)
+    monkeypatch.setattr(solve, "SECTION_OVERLAP", 2)
+    monkeypatch.setattr(solve, "solve_in_windows", fail_in_windows)
+    plan = plan_route(wang, short, free="swing", timing="velocity")
+    assert plan.duration == plans["swing"].duration
+
+
+def fail_in_windows(route: Route, *_: object, **__: object) -> None:
+    """A window that finds nothing."""
+    raise RouteError(f"nothing over {route.count} steps", (), None, "")
 
 
 @pytest.mark.parametrize("name", ["anymal", "a1"])

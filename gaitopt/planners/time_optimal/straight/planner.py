@@ -19,7 +19,7 @@ from gaitopt.planners.time_optimal.knots import RouteKnots
 from gaitopt.planners.time_optimal.straight.clearance import flight_heights
 from gaitopt.planners.time_optimal.straight.densify import densify
 from gaitopt.planners.time_optimal.straight.phases import straight_phases
-from gaitopt.planners.time_optimal.straight.solve import solve_in_windows, solve_whole
+from gaitopt.planners.time_optimal.straight.solve import solve_in_windows, solve_walk
 from gaitopt.planners.time_optimal.walk import Route
 from gaitopt.retiming.retimed import stopped
 
@@ -44,12 +44,12 @@ def straight_plan(route: Route, progress: Progress | None = None) -> Plan:
     began, settings = process_time(), route.settings
     knots, problem = build_route(route)
     if settings.horizon is None:
-        poses, solutions = solve_whole(route, knots, problem, progress)
+        solved = solve_walk(route, knots, problem, progress)
     else:
         kept = max(settings.horizon // 2, 1)
-        poses, solutions = solve_in_windows(route, settings.horizon, kept, progress)
-    seconds, last = process_time() - began, solutions[-1]
-    dense = densify(route.robot, settings, knots, problem.legs, poses)
+        solved = solve_in_windows(route, settings.horizon, kept, progress)
+    seconds, last = process_time() - began, solved.last[-1]
+    dense = densify(route.robot, settings, knots, problem.legs, solved.poses)
     if settings.true_com:
         _check_margin(route, knots, dense, last)
     clearance = _checked_clearance(route, knots, dense, last) if settings.free.swing else None
@@ -58,12 +58,13 @@ def straight_plan(route: Route, progress: Progress | None = None) -> Plan:
     centre = "true centre of mass" if settings.true_com else "body centre"
     record = RouteRecord(
         stability=f"static margin of the {centre}, on the horizontal projection",
-        knot_time=float(problem.least_times(poses).sum()),
+        knot_time=float(problem.least_times(solved.poses).sum()),
         solver_seconds=seconds,
-        solver_iterations=sum(solution.iterations for solution in solutions),
-        stationarity=last.stationarity(),
-        violation=last.violation(),
-        complementarity=last.complementarity() * problem.time_unit,
+        solver_iterations=solved.iterations,
+        stationarity=max(solution.stationarity() for solution in solved.last),
+        violation=max(solution.violation() for solution in solved.last),
+        complementarity=problem.time_unit
+        * sum(solution.complementarity() for solution in solved.last),
         clearance=clearance,
     )
     plan = Plan(route.robot, route.footholds, settings, phases, path, record)

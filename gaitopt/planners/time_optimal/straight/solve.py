@@ -1,5 +1,10 @@
 """Solves the problem of a straight walk: all steps at once, or in windows.
 
+Long walks are solved in sections: windows of many steps, of which nearly all are kept. The solver's
+Newton steps grow with the number of steps that are solved at once, as its step length and its
+damping are those of the worst place of the walk; so the time for each step grows, too. In sections
+it does not.
+
 A solution keeps its inequalities at knots. Then legs may still touch each other, and between knots
 the true centre of mass may lose its margin, and feet their clearance. So solutions come in rounds:
 solve, measure, add or raise rows where something is missing, and solve again from the last answer.
@@ -13,6 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gaitopt.conventions import FloatArray, Progress
+from gaitopt.errors import RouteError
 from gaitopt.interior_point.solver import Solution, minimise
 from gaitopt.optimize.route.legs import POSE
 from gaitopt.optimize.route.problem import RouteProblem
@@ -30,10 +36,14 @@ from gaitopt.planners.time_optimal.straight.clearance import (
 from gaitopt.planners.time_optimal.straight.densify import densify
 from gaitopt.planners.time_optimal.walk import Route
 
-MOST_STEPS_AT_ONCE = 1024
-"""A longer walk is first planned in windows, which give a first guess for the whole walk."""
+SECTION, SECTION_OVERLAP = 64, 4
+"""Steps of the sections in which a longer walk is solved, and how many of the last ones of each are
+solved anew with the next. A section's end is a poor guide for what follows only in its last steps:
+six walks of 256 steps (seeds 0 and 1, ``swing``, ``height`` and ``posture``) took 0.19 % less to
+0.05 % more time than all steps at once, in three quarters of the processor time. With sections of
+32 steps ``posture`` became up to 0.2 % slower."""
 GUESS_WINDOW = 16
-"""Steps of these windows; half of each is kept."""
+"""Steps of the windows that give a first guess where nothing else does; half of each is kept."""
 WARM_BARRIER_SHARE = 1e-2
 """First barrier parameter from the last solution, as a share of that from a poor first guess."""
 DISTANCE_ROUNDS = 6
@@ -44,35 +54,55 @@ MOST_STRAIGHT_ROUNDS = 12
 Solutions = list[Solution[RouteProblem]]
 
 
-def solve_whole(
-    route: Route, knots: RouteKnots, problem: RouteProblem, progress: Progress | None = None
-) -> tuple[FloatArray, Solutions]:
-    """Solve for all steps at once.
+class Solved(NamedTuple):
+    """A walk at its knots.
 
-    Where this fails, and for very long walks, windows give a first guess.
+    Attributes:
+        poses: at all knots ``(K, 9)``.
+        last: the solutions that they come from, one for each window.
+        iterations: Newton steps of all solutions, those of earlier rounds included.
+    """
+
+    poses: FloatArray
+    last: Solutions
+    iterations: int
+
+
+def solve_walk(
+    route: Route, knots: RouteKnots, problem: RouteProblem, progress: Progress | None = None
+) -> Solved:
+    """Solve for all steps of a walk: at once, or in sections where it is long.
+
+    Where a section fails, all steps are solved at once. Where this fails, windows give a first
+    guess.
 
     Args:
         route: the walk.
         knots, problem: from :func:`gaitopt.planners.time_optimal.build.build_route`.
-        progress: called with (steps done, steps in all), where windows are needed.
-
-    Returns:
-        Poses at all knots ``(K, 9)``, and all solutions; the poses are those of the last one.
+        progress: called with (steps done, steps in all) before every section but the first.
 
     Raises:
         RouteError: no convergence.
     """
-    solutions: Solutions = []
-    if route.count <= MOST_STEPS_AT_ONCE:
-        solutions = _solve_in_rounds(route, problem, knots)
-    if not solutions or not solutions[-1].solved:
-        guess, of_windows = solve_in_windows(
-            route, GUESS_WINDOW, GUESS_WINDOW // 2, progress, as_guess=True
-        )
-        solutions += [*of_windows, *_solve_in_rounds(route, problem, knots, guess)]
+    if route.count > SECTION:
+        try:
+            return solve_in_windows(route, SECTION, SECTION - SECTION_OVERLAP, progress)
+        except RouteError:
+            pass
+    solutions = _solve_in_rounds(route, problem, knots)
+    iterations = _iterations(solutions)
+    if not solutions[-1].solved:
+        guess = solve_in_windows(route, GUESS_WINDOW, GUESS_WINDOW // 2, as_guess=True)
+        solutions = _solve_in_rounds(route, problem, knots, guess.poses)
+        iterations += guess.iterations + _iterations(solutions)
     if not solutions[-1].solved:
         raise route_error(route, solutions[-1])
-    return problem.unpack(solutions[-1].x)[0], solutions
+    return Solved(problem.unpack(solutions[-1].x)[0], solutions[-1:], iterations)
+
+
+def _iterations(solutions: Solutions) -> int:
+    """Newton steps of some solutions."""
+    return sum(solution.iterations for solution in solutions)
 
 
 def solve_in_windows(
@@ -82,7 +112,7 @@ def solve_in_windows(
     progress: Progress | None = None,
     *,
     as_guess: bool = False,
-) -> tuple[FloatArray, Solutions]:
+) -> Solved:
     """Solve for some steps at a time: each window begins where the kept part of the last one ends.
 
     Args:
@@ -92,16 +122,13 @@ def solve_in_windows(
         as_guess: whether the poses are only to be a first guess. Then nothing is measured between
             knots, and a window's poses are taken even where it did not converge.
 
-    Returns:
-        Poses at all knots ``(K, 9)``, and the solutions of all windows.
-
     Raises:
         RouteError: a window did not converge.
     """
     each = route.intervals
     poses = np.zeros((route.count * each + 1, POSE))
-    solutions: Solutions = []
-    first = 0
+    ends: Solutions = []
+    first = iterations = 0
     while first < route.count:
         if first and progress is not None:
             progress(first, route.count)
@@ -110,14 +137,16 @@ def solve_in_windows(
         knots, problem = build_route(window)
         if first:
             problem = problem.with_start(poses[first * each])
-        solutions += _solve_in_rounds(window, problem, None if as_guess else knots)
+        solutions = _solve_in_rounds(window, problem, None if as_guess else knots)
         if not solutions[-1].solved and not as_guess:
             raise route_error(window, solutions[-1])
+        iterations += _iterations(solutions)
+        ends.append(solutions[-1])
         found = problem.unpack(solutions[-1].x)[0]
         steps = last - first if last == route.count else kept
         poses[first * each : (first + steps) * each + 1] = found[: steps * each + 1]
         first += steps
-    return poses, solutions
+    return Solved(poses, ends, iterations)
 
 
 def _solve_in_rounds(
