@@ -286,6 +286,26 @@ class CollisionPairs:
         return sorted(found)
 
     @cached_property
+    def levers(self) -> FloatArray:
+        """Longest lever of each joint for each pair ``(k, 12)`` [m].
+
+        When the legs' joints turn by ``dq``, the distance of pair ``k`` changes by at most
+        ``levers[k] . |dq|``: a shape moves by at most a joint's angle times its farthest distance
+        from the joint, which is at most the length of the chain of links between them.
+        """
+        model, balls = self.model, self._balls
+        of_shapes = np.zeros((len(balls.joint), model.nv))
+        ends = np.linalg.norm(balls.centre, axis=1) + balls.radius
+        for lever, end, last in zip(of_shapes, ends.tolist(), balls.joint.tolist(), strict=True):
+            joint, length = last, end
+            while joint > 1:
+                lever[model.idx_vs[joint]] = length
+                length += float(np.linalg.norm(model.jointPlacements[joint].translation))
+                joint = int(model.parents[joint])
+        by_leg_joint = of_shapes[:, 6:][:, self.columns]
+        return np.asarray(by_leg_joint[self._numbers].sum(axis=1))
+
+    @cached_property
     def _boxes(self) -> ShapeBoxes | None:
         """Boxes around all shapes; ``None`` where a joint is no hinge."""
         return ShapeBoxes.of(self.model, self.geometry)

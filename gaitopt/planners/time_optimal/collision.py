@@ -28,6 +28,9 @@ DIFFERENCE_STEP = 1e-5
 """Change of a joint angle for central differences of distances [rad]."""
 PLACES_BETWEEN = 3
 """Places between two knots at which distances are measured."""
+FIRST_EVERY = 16
+"""Every how many of the knots and places between them distances are measured first: a power of 2,
+and a multiple of those from one knot to the next."""
 Kind = TypeVar("Kind", bound=RouteProblem)
 
 
@@ -36,7 +39,8 @@ class ClosePairs(NamedTuple):
 
     Attributes:
         pairs: numbers of the pairs.
-        at_knots: distance of each pair at every knot ``(K, pairs)`` [m].
+        at_knots: distance of each pair at every knot ``(K, pairs)`` [m]; infinite at knots at which
+            none can be below :data:`ROW_DISTANCE`.
         closer_beside: by how much each pair is closer on the intervals beside a knot than at
             either end of them ``(K, pairs)`` [m].
     """
@@ -65,18 +69,53 @@ def touching_pairs(
     pairs = close_pairs(shapes, joints)
     if not pairs:
         return None
-    at_knots = shapes.distances(joints, pairs)
-    share = np.arange(1, PLACES_BETWEEN + 1)[:, None, None] / (PLACES_BETWEEN + 1.0)
-    inner = joints[:-1] + np.diff(joints, axis=0) * share
-    between = shapes.distances(inner.reshape(-1, JOINTS), pairs)
-    between = between.reshape(PLACES_BETWEEN, -1, len(pairs)).min(axis=0)
+    each = PLACES_BETWEEN + 1
+    share = np.arange(each)[:, None] / each
+    along = (joints[:-1, None] + np.diff(joints, axis=0)[:, None] * share).reshape(-1, JOINTS)
+    found = _distances_where_close(shapes, np.concatenate([along, joints[-1:]]), pairs)
+    at_knots = found[::each]
+    between = found[:-1].reshape(-1, each, len(pairs))[:, 1:].min(axis=1)
     if min(at_knots.min(), between.min()) >= ACCEPTED_SHARE * LEAST_DISTANCE:
         return None
-    closer = np.maximum(np.minimum(at_knots[1:], at_knots[:-1]) - between, 0.0)
+    close = np.isfinite(between)
+    closer = np.minimum(at_knots[1:], at_knots[:-1])
+    closer = np.maximum(np.where(close, closer, 0.0) - np.where(close, between, 0.0), 0.0)
     closer_beside = np.zeros_like(at_knots)
     closer_beside[:-1] = closer
     closer_beside[1:] = np.maximum(closer_beside[1:], closer)
     return ClosePairs(pairs, at_knots, closer_beside)
+
+
+def _distances_where_close(
+    shapes: CollisionPairs, joints: FloatArray, pairs: list[int]
+) -> FloatArray:
+    """Distances of pairs at places along a path ``(N, pairs)`` [m].
+
+    They are infinite where what joints turn between two places beside one shows that no pair, or
+    not this one all along the path, is closer than :data:`ROW_DISTANCE` there.
+
+    Args:
+        shapes: of the robot.
+        joints: angles of the legs' joints along the path ``(N, 12)`` [rad].
+        pairs: numbers of the pairs.
+    """
+    change = np.abs(np.diff(joints, axis=0)) @ shapes.levers[pairs].T
+    most = np.concatenate([np.zeros((1, len(pairs))), np.cumsum(change, axis=0)])
+    out, last, every = np.full_like(most, np.inf), len(joints) - 1, FIRST_EVERY
+    places, close = np.unique(np.append(np.arange(0, last, every), last)), np.arange(len(pairs))
+    while len(close):
+        chosen = [pairs[n] for n in close.tolist()]
+        out[places[:, None], close] = shapes.distances(joints[places], chosen)
+        if every == 1:
+            break
+        every //= 2
+        places = np.arange(every, last, 2 * every)
+        before, after = places - every, np.minimum(places + every, last)
+        # From both ends a distance falls by no more than what the joints turn on the way.
+        least = (out[before] + out[after] - (most[after] - most[before])) / 2.0
+        places = places[(least < ROW_DISTANCE).any(axis=1)]
+        close = np.flatnonzero((least < ROW_DISTANCE).any(axis=0))
+    return out
 
 
 def with_distance_rows(

@@ -28,6 +28,8 @@ LEAST_NARROWING = 1e-5
 """Least length that is taken off the radius [m]."""
 LEAST_RADIUS_SHARE = 0.1
 """Share of a column's radius that is always left."""
+FLIGHTS_AT_ONCE = 64
+"""Most flights of a leg that are looked at in one go, for the sake of memory."""
 EDGE_ROUNDING = 1e-9
 """Error by which a place on a disc's edge may be found inside it [m]: coordinates of up to 1e6 m
 are rounded by 1e-10 m."""
@@ -49,61 +51,116 @@ class FlightHeights(NamedTuple):
 
 def flight_heights(route: Route, knots: RouteKnots, dense: DensePath) -> FlightHeights:
     """Heights of the flying feet on a dense path, interval by interval."""
-    flights, radius = Flights.of(knots), route.footholds.landing_radius
-    wanted = route.settings.clearance + RESERVE_KEPT * route.settings.clearance_reserve
+    flights, values = Flights.of(knots), dense.values
     lowest, low_outside = np.full(len(knots.step), np.inf), np.zeros(len(knots.step))
-    for i, (lift_off, touchdown) in enumerate(knots.flights.tolist()):
-        pieces = slice(dense.at_knots[lift_off], dense.at_knots[touchdown] + 1)
-        foot = _foot_places(route, LEGS[knots.leg[lift_off]], dense.values[pieces])
-        foot[:, 2] -= flights.higher_foothold[i]
-        intervals = slice(lift_off, touchdown)
-        first_chord = CHORDS * (dense.at_knots[intervals] - dense.at_knots[lift_off])
-        centres = flights.footholds[i, :, :2]
-        lowest[intervals] = np.minimum.reduceat(_lowest_outside(foot, centres, radius), first_chord)
-        distance = np.linalg.norm(foot[:-1, None, :2] - centres, axis=2).min(axis=1) - radius
-        low_outside[intervals] = np.maximum.reduceat(
-            np.where(foot[:-1, 2] < wanted, distance, 0.0), first_chord
-        )
+    legs = knots.leg[flights.lift_off]
+    for leg in range(len(LEGS)):
+        of_leg = np.flatnonzero(legs == leg)
+        for first in range(0, len(of_leg), FLIGHTS_AT_ONCE):
+            some = of_leg[first : first + FLIGHTS_AT_ONCE]
+            chosen = Flights(flights.lift_off[some], flights.touchdown[some],
+                             flights.footholds[some])  # fmt: skip
+            intervals, heights = _some_heights(route, LEGS[leg], chosen, values, dense.at_knots)
+            lowest[intervals], low_outside[intervals] = heights
     return FlightHeights(lowest, low_outside)
 
 
-def _foot_places(route: Route, leg: str, values: FloatArray) -> FloatArray:
+def _some_heights(
+    route: Route, leg: str, flights: Flights, values: FloatArray, at_knots: np.ndarray
+) -> tuple[np.ndarray, FlightHeights]:
+    """The intervals of some flights of a leg ``(n,)``, and the heights on them.
+
+    Args:
+        route: the walk.
+        leg: that flies.
+        flights: its flights.
+        values, at_knots: of the dense path.
+    """
+    intervals, flight = _numbers(flights.lift_off, flights.touchdown)
+    pieces, interval = _numbers(at_knots[intervals], at_knots[intervals + 1])
+    foot = _foot_places(route, leg, values[pieces], values[pieces + 1])
+    of_piece = flight[interval]
+    foot[..., 2] -= flights.higher_foothold[of_piece, None]
+    centres = np.repeat(flights.footholds[of_piece, :, :2], CHORDS, axis=0)
+    start, end = foot[:, :-1].reshape(-1, 3), foot[:, 1:].reshape(-1, 3)
+    radius = route.footholds.landing_radius
+    first_chord = CHORDS * np.searchsorted(interval, np.arange(len(intervals)))
+    lowest = np.minimum.reduceat(_lowest_outside(start, end, centres, radius), first_chord)
+    wanted = route.settings.clearance + RESERVE_KEPT * route.settings.clearance_reserve
+    distance = np.linalg.norm(start[:, None, :2] - centres, axis=2).min(axis=1) - radius
+    low = np.where(start[:, 2] < wanted, distance, 0.0)
+    return intervals, FlightHeights(lowest, np.maximum.reduceat(low, first_chord))
+
+
+def _numbers(first: np.ndarray, last: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Whole numbers from each ``first`` up to, not including, ``last``; and of which pair each is.
+
+    Args:
+        first, last: ``(n,)``, each first one below its last one.
+    """
+    count = last - first
+    which = np.repeat(np.arange(len(count)), count)
+    before = np.cumsum(count) - count
+    return np.arange(len(which)) - before[which] + first[which], which
+
+
+def _foot_places(route: Route, leg: str, start: FloatArray, end: FloatArray) -> FloatArray:
     """Places of a foot along some pieces of a dense path, in the heading frame [m].
 
     Args:
         route: the walk.
         leg: the foot's leg.
-        values: columns of the path at the ends of the pieces ``(n + 1, 6 + nj)``.
+        start, end: columns of the path at both ends of the pieces ``(n, 6 + nj)``.
 
     Returns:
-        ``(CHORDS n + 1, 3)``. Between two of these places the foot leaves their chord by less than
+        ``(n, CHORDS + 1, 3)``. Between two of these places the foot leaves their chord by less than
         a micrometre.
     """
     robot = route.robot
-    share = np.linspace(0.0, 1.0, CHORDS, endpoint=False)[:, None]
-    fine = (values[:-1, None] + np.diff(values, axis=0)[:, None] * share).reshape(
-        -1, values.shape[1]
-    )
-    fine = np.concatenate([fine, values[-1:]])
-    local = robot.legs[leg].forward(fine[:, [6 + c for c in robot.leg_columns[leg]]])
+    columns = [*range(6), *(6 + c for c in robot.leg_columns[leg])]
+    start, end = start[:, columns], end[:, columns]
+    share = np.linspace(0.0, 1.0, CHORDS + 1)[:, None]
+    fine = start[:, None] + (end - start)[:, None] * share
+    fine[:, -1] = end
+    fine = fine.reshape(-1, len(columns))
+    local = robot.legs[leg].forward(fine[:, 6:])
     turned = rpy_to_matrix(fine[:, 3:6]) @ robot.body_axes
     world = fine[:, :3] + np.einsum("nij,nj->ni", turned, local)
-    return np.asarray(world @ rotation_z(-route.settings.heading).T)
+    places = world @ rotation_z(-route.settings.heading).T
+    return np.asarray(places.reshape(len(start), CHORDS + 1, 3))
 
 
-def _lowest_outside(line: FloatArray, centres: FloatArray, radius: float) -> FloatArray:
-    """Least height of each chord of a line outside two discs, as seen from above ``(N - 1,)`` [m].
+def _lowest_outside(
+    start: FloatArray, end: FloatArray, centres: FloatArray, radius: float
+) -> FloatArray:
+    """Least height of each of some chords outside two discs, as seen from above ``(n,)`` [m].
 
     On a chord the height is least at an end, or where the chord leaves or enters a disc. Infinite
     for a chord that lies within the discs.
 
     Args:
-        line: corners of the line ``(N, 3)`` [m].
-        centres: of the discs ``(2, 2)`` [m].
+        start, end: of the chords ``(n, 3)`` [m].
+        centres: of each chord's discs ``(n, 2, 2)`` [m].
         radius: of the discs [m].
     """
-    chord = np.diff(line, axis=0)
-    from_centre = line[:-1, None, :2] - centres
+    out = np.full(len(start), np.inf)
+    # Both ends of a chord within one disc: so is the chord.
+    far = [((one[:, None, :2] - centres) ** 2).sum(axis=2) for one in (start, end)]
+    cross = np.flatnonzero((np.maximum(*far) >= (radius - EDGE_ROUNDING) ** 2).all(axis=1))
+    out[cross] = np.minimum(start[cross, 2], end[cross, 2])
+    # And both so far outside that no chord reaches a disc: its lower end is the lowest place.
+    length = np.linalg.norm(end[cross, :2] - start[cross, :2], axis=1)
+    nearest = np.sqrt(np.minimum(*far)[cross].min(axis=1))
+    near = cross[nearest - length <= radius]
+    out[near] = _lowest_beside(start[near], end[near], centres[near], radius)
+    return out
+
+
+def _lowest_beside(
+    start: FloatArray, end: FloatArray, centres: FloatArray, radius: float
+) -> FloatArray:
+    """The same as :func:`_lowest_outside` of chords that may cross the edges of their discs."""
+    chord, from_centre = end - start, start[:, None, :2] - centres
     # |from_centre + s chord|^2 = radius^2 is a quadratic equation for the share s of the chord.
     a = (chord[:, :2] ** 2).sum(axis=1)[:, None]
     b = np.einsum("nci,ni->nc", from_centre, chord[:, :2])
@@ -112,8 +169,8 @@ def _lowest_outside(line: FloatArray, centres: FloatArray, radius: float) -> Flo
         crossings = np.concatenate([(-b - root) / a, (-b + root) / a], axis=1)
     share = np.concatenate([np.zeros_like(a), np.ones_like(a), crossings], axis=1)
     on_chord = (share >= 0.0) & (share <= 1.0)
-    place = line[:-1, None] + chord[:, None] * np.where(on_chord, share, 0.0)[..., None]
-    distance = np.linalg.norm(place[:, :, None, :2] - centres, axis=3).min(axis=2)
+    place = start[:, None] + chord[:, None] * np.where(on_chord, share, 0.0)[..., None]
+    distance = np.linalg.norm(place[:, :, None, :2] - centres[:, None], axis=3).min(axis=2)
     outside = on_chord & (distance >= radius - EDGE_ROUNDING)
     return np.asarray(np.where(outside, place[..., 2], np.inf).min(axis=1))
 
