@@ -149,7 +149,7 @@ def minimise(
             That of a solution may be ten times as large, as Newton steps are not exact.
         barrier: first barrier parameter. From a good guess a small one saves iterations.
         iteration_limit: most Newton steps.
-        multipliers: those of a similar problem, to begin with ``(m,)``.
+        multipliers: those of a similar problem, to begin with ``(m,)``; 0 where none is known.
         reduce_curvature: where the inequalities' curvature makes the Newton matrix indefinite, take
             less of it (down to none: sequential linear programming), rather than damp the step.
             That is better where many inequalities are strongly curved: of nine walks, variant
@@ -204,7 +204,8 @@ def _first_iterate(
     if multipliers is None:
         multipliers = central
     else:
-        multipliers = np.clip(multipliers, central / _MULTIPLIER_START, central * _MULTIPLIER_START)
+        near = np.clip(multipliers, central / _MULTIPLIER_START, central * _MULTIPLIER_START)
+        multipliers = np.where(multipliers > 0.0, near, central)
     violation = float(np.abs(here.values - slack).sum())
     limit = max(1.0, _VIOLATION_GROWTH * violation)
     return Iterate(np.array(start), slack, multipliers, barrier, limit)

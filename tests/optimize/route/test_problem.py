@@ -13,8 +13,10 @@ from numpy.typing import NDArray
 from gaitopt import LEGS, Quadruped
 from gaitopt.interior_point.solver import minimise
 from gaitopt.interior_point.status import Status
+from gaitopt.optimize.route.carried import carried_multipliers
 from gaitopt.optimize.route.dynamic_layout import Entry, ZmpRows
 from gaitopt.optimize.route.dynamic_problem import DynamicRouteProblem
+from gaitopt.optimize.route.layout import Rows
 from gaitopt.optimize.route.problem import RouteProblem
 
 Array = NDArray[np.float64]
@@ -69,6 +71,29 @@ def test_derivatives_are_those_of_differences(
             for s in (1, -1)
         ]
         assert -curved[i] == pytest.approx((ends[0] - ends[1]) / (2 * step), abs=1e-5)
+
+
+@pytest.mark.parametrize("com", ["body", "model"])
+@pytest.mark.parametrize("kind", ["fast", "smooth"])
+def test_carried_multipliers_weigh_the_same_rows(
+    wang: Quadruped, small_problem: Any, kind: str, com: str
+) -> None:
+    """New rows get none, so weighted gradients of all rows stay; and what is known comes back."""
+    plain = small_problem(wang, "posture", 2, swing_knots=5, stance_knots=2, com=com)
+    plain = plain if kind == "fast" else with_accelerations(plain)
+    rng = np.random.default_rng(5)
+    knots = np.array([1, 1, 4, 9])
+    added = Rows(knots, rng.normal(size=(4, 9)), np.zeros((4, 9)), np.ones(4))
+    more = replace(plain, rows=Rows.joined([plain.rows, added]))
+    x = plain.first_guess()
+    before, after = plain.linearise(x), more.linearise(x)
+    known = rng.uniform(0.1, 1.0, len(before.values))
+    carried = carried_multipliers(plain, more, known)
+    assert (carried == 0.0).sum() == len(knots)
+    np.testing.assert_allclose(
+        after.jacobian_transpose_times(carried), before.jacobian_transpose_times(known), atol=1e-12
+    )
+    np.testing.assert_array_equal(carried_multipliers(more, plain, carried), known)
 
 
 def dense(bands: Array) -> Array:

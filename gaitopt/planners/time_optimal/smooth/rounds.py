@@ -9,6 +9,7 @@ from gaitopt.conventions import FloatArray
 from gaitopt.interior_point.solver import VIOLATION, Solution, minimise
 from gaitopt.motion.path import MotionPath
 from gaitopt.motion.retiming import legs_needed_stretch
+from gaitopt.optimize.route.carried import carried_multipliers
 from gaitopt.optimize.route.dynamic_problem import DynamicRouteProblem
 from gaitopt.planners.time_optimal.collision import touching_pairs, with_distance_rows
 from gaitopt.planners.time_optimal.failure import Reason, route_error
@@ -98,7 +99,7 @@ def best_motion(window: SmoothWindow) -> tuple[FoundMotion, list[DynamicSolution
         apart = _with_legs_apart(window, solution) if last or not forces else None
         if last and apart is None and found.add(solution, motion):
             break
-        start = _next_start(solution, apart is None, warm)
+        start = _next_start(solution, apart or problem, warm)
         problem = _with_stricter_rows(apart or problem, window, motion, n >= CORRECTING_ROUNDS)
     best = found.best or found.stretched()
     if best is None:
@@ -131,17 +132,16 @@ def _accuracy(window: SmoothWindow) -> tuple[tuple[float, ...], float]:
     return FORCE_TOLERANCES, FORCE_WARM_BARRIER_SHARE
 
 
-def _next_start(solution: DynamicSolution, same_rows: bool, warm: float) -> _Start:
+def _next_start(solution: DynamicSolution, problem: DynamicRouteProblem, warm: float) -> _Start:
     """Where the next round begins, from the solution of the last one.
 
     Args:
         solution: of the last round.
-        same_rows: whether the next problem has the same rows, with other limits.
+        problem: one with the rows of the next round.
         warm: first barrier parameter then, as a share of that from a poor first guess.
     """
-    if not same_rows:
-        return _Start(solution.x)
-    return _Start(solution.x, solution.multipliers, warm)
+    multipliers = carried_multipliers(solution.problem, problem, solution.multipliers)
+    return _Start(solution.x, multipliers, warm)
 
 
 def _solve(
