@@ -23,6 +23,7 @@ from gaitopt.plan.settings.time_optimal import RouteSettings
 from gaitopt.plan.state import State
 from gaitopt.planners.free_order.search import find_order
 from gaitopt.planners.phase_by_phase.planner import (
+    plan_at_fitting_height,
     plan_in_order,
     plan_touches,
     with_first_posture,
@@ -95,10 +96,12 @@ def plan_route(
         open_height = False
     if start is not None:
         return _from_state(robot, footholds, start, chosen, open_height, progress)
+    crawl = None
     if open_height:
-        fitting = with_fitting_height(robot, footholds, crawl_settings(chosen))
-        chosen = replace(chosen, body_height=fitting.body_height)
-    plan = _planned(robot, footholds, chosen, progress)
+        crawl = _at_fitting_height(robot, footholds, chosen)
+        if crawl is not None:
+            chosen = replace(chosen, body_height=crawl.settings.body_height)
+    plan = _planned(robot, footholds, chosen, progress, crawl)
     own_com = settings is None and options.get("com") is None and chosen.com == "body"
     if own_com and not chosen.free.dynamic and _tips_over(plan):
         # On some robots (hyq) the true centre of mass is too far from the body's centre.
@@ -106,12 +109,24 @@ def plan_route(
     return plan
 
 
+def _at_fitting_height(
+    robot: Quadruped, footholds: Footholds, settings: RouteSettings
+) -> Plan | None:
+    """The walk phase by phase at the first body height that fits; ``None`` where none does."""
+    try:
+        return plan_at_fitting_height(robot, footholds, crawl_settings(settings))
+    except InfeasibleStepError:
+        return None
+
+
 def _planned(
-    robot: Quadruped, footholds: Footholds, settings: RouteSettings, progress: Progress | None
-) -> Plan:
-    """The plan with these settings."""
-    search = settings.sequence == FREE_ORDER
-    return (_fastest_order if search else _plan_in_order)(robot, footholds, settings, progress)
+    robot: Quadruped, footholds: Footholds, settings: RouteSettings, progress: Progress | None,
+    crawl: Plan | None = None,
+) -> Plan:  # fmt: skip
+    """The plan with these settings; ``crawl`` is the walk phase by phase, where it is known."""
+    if settings.sequence == FREE_ORDER:
+        return _fastest_order(robot, footholds, settings, progress)
+    return _plan_in_order(robot, footholds, settings, progress, crawl)
 
 
 def _tips_over(plan: Plan) -> bool:
@@ -120,10 +135,11 @@ def _tips_over(plan: Plan) -> bool:
 
 
 def _plan_in_order(
-    robot: Quadruped, footholds: Footholds, settings: RouteSettings, progress: Progress | None
-) -> Plan:
+    robot: Quadruped, footholds: Footholds, settings: RouteSettings, progress: Progress | None,
+    crawl: Plan | None = None,
+) -> Plan:  # fmt: skip
     """The plan with the settings' order of legs."""
-    route = prepare_route(robot, footholds, settings)
+    route = prepare_route(robot, footholds, settings, crawl)
     if not route.count:
         # The body stands where it starts.
         path = plan_in_order(robot, footholds, crawl_settings(settings)).path

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gaitopt.conventions import GRAVITY, FloatArray
+from gaitopt.conventions import GRAVITY, FloatArray, rotation_z
 from gaitopt.errors import GaitoptError
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.settings.base import VELOCITY
@@ -137,8 +137,15 @@ def crawl_settings(settings: RouteSettings) -> CrawlSettings:
     )  # fmt: skip
 
 
-def prepare_route(robot: Quadruped, footholds: Footholds, settings: RouteSettings) -> Route:
+def prepare_route(
+    robot: Quadruped, footholds: Footholds, settings: RouteSettings, planned: Plan | None = None
+) -> Route:
     """The whole walk, with the targets of the body centre of the walk planned phase by phase.
+
+    Args:
+        robot, footholds, settings: of the walk.
+        planned: a walk phase by phase of this robot over these footholds, if there is one. Where it
+            has the same settings, its targets are taken and not found anew.
 
     Raises:
         InputError: the robot's legs cannot move sideways, or they cross at the start.
@@ -150,8 +157,13 @@ def prepare_route(robot: Quadruped, footholds: Footholds, settings: RouteSetting
     steps = crawl_steps(footholds, crawl)
     check_stance(steps)
     check_heights(robot, steps, crawl)
-    start = start_place(robot, steps, crawl)
-    targets = optimise_cogs(robot, steps, crawl, start)
-    ends = [np.append(t.position, z) for t, z in zip(targets, steps.heights, strict=True)]
-    cogs = np.vstack([start, *ends])
+    same = replace(crawl, sequence=crawl.order_over(footholds))
+    if planned is not None and planned.settings == same and planned.phases:
+        world = [planned.phases[0].cog_start, *(p.cog_end for p in planned.phases[::2])]
+        cogs = np.array(world) @ rotation_z(crawl.heading)
+    else:
+        start = start_place(robot, steps, crawl)
+        targets = optimise_cogs(robot, steps, crawl, start)
+        ends = [np.append(t.position, z) for t, z in zip(targets, steps.heights, strict=True)]
+        cogs = np.vstack([start, *ends])
     return Route(robot, footholds, settings, steps, cogs, CollisionPairs.of(robot))
