@@ -40,9 +40,9 @@ COLD_BARRIER_SHARE, WARM_BARRIER_SHARE = 0.1, 0.01
 """First barrier parameters without multipliers, and from the last solution with its multipliers, as
 shares of that from a poor first guess."""
 FORCE_WARM_BARRIER_SHARE, TILTED_FORCE_WARM_BARRIER_SHARE = 0.003, 0.005
-"""The same from the last solution where forces set the timing: about the barrier parameter with
-which that ended. With 0.1, and without multipliers, eight walks of wang2020 over 16 steps took 574
-Newton steps; with 0.003 they took 338."""
+"""The same from the last solution where forces set the timing, also where rows that keep legs apart
+are new: about the barrier parameter with which that ended. With 0.1, and without multipliers, eight
+walks of wang2020 over 16 steps took 574 Newton steps; with 0.003 they took 338."""
 FORCE_STATIONARY = 1e-3
 """Gradient of the Lagrangian that counts as zero where forces set the timing. Without it the last
 digits, which the timing forgets, took up to 40 of 86 Newton steps."""
@@ -99,7 +99,8 @@ def best_motion(window: SmoothWindow) -> tuple[FoundMotion, list[DynamicSolution
         apart = _with_legs_apart(window, solution) if last or not forces else None
         if last and apart is None and found.add(solution, motion):
             break
-        start = _next_start(solution, apart or problem, warm)
+        cold = apart is not None and not forces
+        start = _Start(solution.x) if cold else _next_start(solution, apart or problem, warm)
         problem = _with_stricter_rows(apart or problem, window, motion, n >= CORRECTING_ROUNDS)
     best = found.best or found.stretched()
     if best is None:
