@@ -100,7 +100,7 @@ class ControlGains:
             should stand has found no ground yet [s].
         jump_share: what is taken of planned forces and accelerations from the tick before and from
             the one after, six times in turn, so that a jump of them takes about five ticks; 0 for
-            none, up to 0.25. Not where feet that bear more than a tenth of the weight land or lift
+            none, up to 0.25. Not where feet that bear more than a fifth of the weight land or lift
             off.
         foothold_shift: how far flying feet may land beside their footholds, so that a body on two
             feet does not fall over the line through them [m]; for plans that promise contact

@@ -297,7 +297,7 @@ class Pacing:
         out = np.zeros(len(self.good), dtype=np.bool_)
         if self.dynamics is not None:
             looked, most = bent(motion, self.places, self.dynamics), self.timing.most
-            if most is not None:
+            if most is not None and limits.transfer_time > 0.0:
                 # Between two places a largest force is not the mean of what it is at both.
                 looked = looked | (most[self.places.begin] < np.inf).any(axis=1)
             own = np.flatnonzero(~self.good & looked)

@@ -54,6 +54,22 @@ def retimed(plan: Plan, forces: ForceLimits | None = None, *, rounding: float = 
         SolverError: feet cannot be kept on their course, or no timing was found that has forces
             between the places at which they are looked for.
     """
+    return retimed_gently(plan, forces, rounding, 0.0)
+
+
+def retimed_gently(
+    plan: Plan, forces: ForceLimits | None, rounding: float, load_time: float
+) -> Plan:
+    """The same with loads that go over gently where the motion leaves a choice.
+
+    Args:
+        plan, forces, rounding: as for :func:`retimed`.
+        load_time: within which a foot is to take over the weight [s]; 0 for none. It is a wish, and
+            not promised. The plan's own times are to be near the new ones.
+
+    Raises:
+        InputError, InfeasibleStepError, SolverError: as :func:`retimed` does.
+    """
     check_number("rounding", rounding, 0.0, 0.5, "")
     check_kind("plan", plan, Plan)
     plan.robot.require_masses()
@@ -69,7 +85,7 @@ def retimed(plan: Plan, forces: ForceLimits | None = None, *, rounding: float = 
     if not np.ptp(plan.path.knots(), axis=0).any():
         return replace(plan, settings=settings)
     course = replace(plan, settings=settings)
-    found = timed(course, settings.promised_forces, _other_limits(plan), rounding)
+    found = timed(course, settings.promised_forces, _other_limits(plan), rounding, load_time)
     return found if settings.static else with_zmp_margins(found)
 
 
@@ -90,8 +106,9 @@ def stopped(plan: Plan) -> Plan:
 
 
 def timed(
-    plan: Plan, limits: ForceLimits | None, others: OtherLimits, rounding: float = 0.0
-) -> Plan:
+    plan: Plan, limits: ForceLimits | None, others: OtherLimits, rounding: float = 0.0,
+    load_time: float = 0.0,
+) -> Plan:  # fmt: skip
     """A plan that moves, as fast as limits allow.
 
     Args:
@@ -99,11 +116,12 @@ def timed(
         limits: on forces and torques; ``None`` for none.
         others: on accelerations and speeds.
         rounding: of corners, as for :func:`retimed`.
+        load_time: as for :func:`retimed_gently`.
 
     Raises:
         InfeasibleStepError, SolverError: as :func:`retimed` does.
     """
-    motion, path, rests = paced(plan, limits, others, rounding)
+    motion, path, rests = paced(plan, limits, others, rounding, load_time)
     moving = replace(plan, path=path, phases=_phases(plan, motion, path))
     return rested(moving, motion, rests)
 

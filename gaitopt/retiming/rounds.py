@@ -16,7 +16,7 @@ from gaitopt.motion.retiming import legs_needed_stretch
 from gaitopt.plan.plan import Plan
 from gaitopt.retiming.paced import PacedCourse
 from gaitopt.retiming.pacing import OtherLimits, Pacing
-from gaitopt.retiming.transfers import with_transfers
+from gaitopt.retiming.transfers import with_gentle_loads, with_transfers
 
 STRETCH_RESERVE = 1e-6
 """Share of time that is added where a motion is stretched, so that rounding exceeds no limit."""
@@ -31,8 +31,9 @@ MOST_ROUNDS = 5
 
 
 def paced(
-    plan: Plan, promised: ForceLimits | None, others: OtherLimits, rounding: float
-) -> tuple[PacedCourse, MotionPath, FloatArray]:
+    plan: Plan, promised: ForceLimits | None, others: OtherLimits, rounding: float,
+    load_time: float = 0.0,
+) -> tuple[PacedCourse, MotionPath, FloatArray]:  # fmt: skip
     """A plan's course at the highest speed that forces, torques and joints allow, and its path.
 
     Returns:
@@ -41,13 +42,15 @@ def paced(
 
     Args:
         plan, promised, others, rounding: as in :meth:`Pacing.of`.
+        load_time: as in :func:`with_gentle_loads`.
 
     Raises:
         InfeasibleStepError: somewhere there is no speed at which forces exist.
         SolverError: feet leave their course however short the intervals are, or between the places
             of the grid there are no forces.
     """
-    pacing = with_transfers(near_its_speeds(Pacing.of(plan, promised, others, rounding)))
+    pacing = with_gentle_loads(Pacing.of(plan, promised, others, rounding), load_time)
+    pacing = with_transfers(near_its_speeds(pacing))
     for _ in range(MOST_ROUNDS):
         motion, found = pacing.fastest()
         path = motion.path()

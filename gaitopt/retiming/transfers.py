@@ -13,6 +13,9 @@ these times are known. They are taken from another timing:
 Where the robot could rest if forces were free to jump, it must also be able to rest with these
 limits, or there is no timing. So time is added where feet change: a rest before or after the
 motion on four feet where it stops there, and elsewhere less speed while four feet stand.
+
+Loads that nobody promises may go over *gently* all the same. Then a time is asked for as far as the
+robot could rest with it, in the times that the course has itself.
 """
 
 from __future__ import annotations
@@ -39,6 +42,9 @@ SLOWER_STEP = 1.3
 """Factor by which a motion on four feet is slowed down at a time."""
 LONGEST_REST = 1.5
 """Longest rest, as a share of the transfer time: a longer one changes nothing."""
+GENTLE_SHARES = (1.0, 1.0 / 3.0)
+"""Shares of the time in which loads go over gently: where the robot could not rest with one, the
+next one is tried."""
 MOST_STEPS = 30
 """Most times that time is added: 1.3 to the power of 30 is 2600."""
 AT_ONCE = 1e-9
@@ -68,6 +74,33 @@ def with_transfers(pacing: Pacing) -> Pacing:
         # A program may fail near its limits. The first timing is there.
         return first
     return third if faster.times[-1] < motion.times[-1] else first
+
+
+def with_gentle_loads(pacing: Pacing, time: float) -> Pacing:
+    """The same, with loads that go over gently where the motion leaves a choice.
+
+    It is a wish for timings whose course has nearly the right times, and no promise: nothing looks
+    at it between the places of the grid.
+
+    Args:
+        pacing: of a course.
+        time: within which a foot takes over the weight [s]; 0 for none. Where limits promise
+            another time it is not looked at.
+    """
+    promised = pacing.promised
+    if time == 0.0 or promised is None or promised.transfer_time > 0.0:
+        return pacing
+    pace = np.ones(len(pacing.grid.piece))
+    most = np.full((len(pacing.places.s), len(LEGS)), np.inf)
+    stuck = np.ones(len(most), dtype=np.bool_)
+    for share in GENTLE_SHARES:
+        asked = replace(promised, transfer_time=share * time)
+        most[stuck] = _most(replace(pacing, promised=asked), pace, pace)[stuck]
+        stuck = ~_resting(_at_rest(_with(pacing, most)), len(most))
+        if not stuck.any():
+            break
+    most[stuck] = np.inf
+    return _with(pacing, most)
 
 
 def _with(pacing: Pacing, most: FloatArray) -> Pacing:

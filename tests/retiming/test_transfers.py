@@ -14,6 +14,7 @@ from gaitopt import ForceLimits, Plan, retimed
 from gaitopt.certificate.forces import contact_forces
 from gaitopt.certificate.phase_forces import times_of_stances
 from gaitopt.plan.load_transfer import TOUCH_SHARE
+from gaitopt.retiming.retimed import retimed_gently
 
 TIME = 0.1
 LIMITS = ForceLimits(transfer_time=TIME)
@@ -124,3 +125,17 @@ def test_the_certificate_counts_the_times_of_stances_from_phases(a1_walk: Plan) 
             after = [s.start for s in own if s.start >= phase.end - 1e-9]
             assert times[number, leg, 0] == pytest.approx(max(before, default=-np.inf))
             assert times[number, leg, 1] == pytest.approx(min(after, default=np.inf))
+
+
+def test_gentle_loads_are_a_wish_within_what_was_promised(wang: gaitopt.Quadruped) -> None:
+    """Feet bear less about lift-offs than without, no limit is broken, and little time is lost."""
+    columns = gaitopt.s_columns(0, columns=2)
+    plan = gaitopt.plan_route(wang, columns, free="posture", stability_margin=0.02)
+    jumping, gentle = (retimed_gently(plan, None, 0.0, time) for time in (0.0, 0.05))
+    assert gentle.settings == plan.settings
+    assert gaitopt.verify(gentle, collisions=False).ok
+    assert gentle.duration < 1.03 * jumping.duration
+    assert shares_beyond(gentle, 0.05) < 0.5 * shares_beyond(jumping, 0.05)
+    # What limits promise themselves comes first.
+    slow = [retimed_gently(plan, LIMITS, 0.0, time) for time in (0.0, 0.05)]
+    assert slow[0].duration == slow[1].duration

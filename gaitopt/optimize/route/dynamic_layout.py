@@ -30,8 +30,8 @@ from gaitopt.optimize.route.legs import BODY, JOINTS
 from gaitopt.optimize.route.place_blocks import PlaceBand
 
 LEAST_SPAN = 0.01
-"""Shortest span, in time units: a hundredth of the time in which the slowest joint turns 17
-degrees. Spans of a solution are much longer; rows of accelerations need positive ones."""
+"""Shortest span by default, in time units: a hundredth of the time in which the slowest joint turns
+17 degrees. Spans of a solution are much longer; rows of accelerations need positive ones."""
 
 
 class ZmpRows(NamedTuple):
@@ -152,12 +152,14 @@ class DynamicLayout(RouteLayout):
             [rad/s].
         zmp: rows of the zero moment point; none for joint accelerations alone.
         entry: how the motion comes in; ``None`` from rest.
+        least_span: shortest span, in time units.
     """
 
     acceleration_limits: FloatArray
     interval_velocity_limits: FloatArray
     zmp: ZmpRows
     entry: Entry | None = None
+    least_span: float = LEAST_SPAN
 
     def unpack(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Poses ``(K, 9)`` and spans ``(K - 1,)`` [s] of a vector of unknowns."""
@@ -206,7 +208,7 @@ class DynamicLayout(RouteLayout):
             unit * (limit[1] + changes[:, :JOINTS]).ravel(),
             (distance * (spans[zmp.knot] + up / zmp.gravity)
              - height * inward / zmp.gravity) / unit,
-            times / unit - LEAST_SPAN,
+            times / unit - self.least_span,
         ])  # fmt: skip
 
     def split_dynamic(self, v: FloatArray) -> DynamicParts:

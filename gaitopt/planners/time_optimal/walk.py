@@ -36,14 +36,14 @@ class Ramps(NamedTuple):
     elsewhere: float
 
 
-RAMPS = Ramps(0.04, 0.006)
-POSTURE_RAMPS, DYNAMIC_RAMPS = Ramps(0.06, 0.06), Ramps(0.06, 0.035)
+RAMPS, POSTURE_RAMPS = Ramps(0.005, 0.003), Ramps(0.005, 0.005)
+DYNAMIC_RAMPS = Ramps(0.06, 0.035)
 """Where the body stays level, at one height or not; where it may turn, too; and where forces alone
-keep the balance. Sharper turns make walks faster. But loads that go over add to the
-velocity of knees in physics, and where knees turn at their limits and a body turns sharply as well,
-they exceed them by more than a servo should: over 16 steps of wang2020 (``height``, seeds 0 and 1)
-by up to 29 % with 0.033 s about lift-offs, by 49 % with 0.025 s, and by 82 % with 0.006 s; in
-``swing`` (64 steps) by 21 % with 0.04 s, and by 263 % at one lift-off with 0.03 s."""
+keep the balance. Sharper turns make walks faster. Loads that go over jump with them, and ground
+gives way: so such walks have loads that go over gently, and the controller of ``simulate`` eases
+what jumps. Before, turns of static walks took 40 and 60 ms about lift-offs, and walks of wang2020
+took 0.7 (``swing``), 2.4 (``height``) and 5 % (``posture``) longer. ``dynamic`` has no such loads,
+and is 5 % slower with them and sharp turns."""
 FORCE_ACCELERATION = 3.0
 """Largest acceleration of a leg's end by that of one joint, in units of gravity, of splines whose
 timing forces set."""

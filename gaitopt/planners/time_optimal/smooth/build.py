@@ -15,7 +15,7 @@ import numpy as np
 
 from gaitopt.conventions import GRAVITY, LEGS, FloatArray
 from gaitopt.optimize.route.centre_of_mass import ComRows, MassDistribution
-from gaitopt.optimize.route.dynamic_layout import ZmpRows
+from gaitopt.optimize.route.dynamic_layout import LEAST_SPAN, ZmpRows
 from gaitopt.optimize.route.dynamic_problem import DynamicRouteProblem
 from gaitopt.optimize.route.layout import TIME_UNIT_ROTATION, Rows
 from gaitopt.optimize.route.legs import JOINTS, POSE
@@ -55,6 +55,14 @@ DYNAMIC_QUADRATIC_WEIGHT = 3.0
 of a walk whose timing forces set."""
 STATIC_QUADRATIC_WEIGHT = 0.3
 """The same factor of other walks whose timing forces set."""
+
+
+LEVEL_LEAST_SPAN, RISING_LEAST_SPAN = 0.003, 0.006
+"""Shortest span of walks with a level body whose timing forces set, at one height and at any, in
+time units. Half of their stances take no time without forces: with 0.01 they take 30 ms, and the
+walks of wang2020 0.7 to 1.1 % longer. With 0.003 a foot of ``height`` sinks by 0.6 mm in the 35 ms
+after its landing, and its knee reached 133 % of its velocity limit in physics; 125 % with 0.006.
+``posture`` comes out 3 % slower with 0.003 than with 0.01."""
 
 
 def build_smooth(base: RouteProblem, knots: RouteKnots, route: Route) -> DynamicRouteProblem:
@@ -102,7 +110,16 @@ def build_smooth(base: RouteProblem, knots: RouteKnots, route: Route) -> Dynamic
         acceleration_limits=np.tile(shares[0] * turn_limits(route, knots)[:, None], (2, 1, JOINTS)),
         interval_velocity_limits=np.tile(shares[1] * base.velocity_limits, (2, base.knots - 1, 1)),
         zmp=zmp,
+        least_span=_least_span(settings),
     )
+
+
+def _least_span(settings: RouteSettings) -> float:
+    """Shortest span in time units."""
+    free = settings.free
+    if settings.forces is None or settings.horizon is not None or free.dynamic or free.posture:
+        return LEAST_SPAN
+    return RISING_LEAST_SPAN if free.height else LEVEL_LEAST_SPAN
 
 
 def turn_limits(route: Route, knots: RouteKnots) -> FloatArray:
