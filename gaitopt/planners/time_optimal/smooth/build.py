@@ -57,12 +57,11 @@ STATIC_QUADRATIC_WEIGHT = 0.3
 """The same factor of other walks whose timing forces set."""
 
 
-LEVEL_LEAST_SPAN, RISING_LEAST_SPAN = 0.003, 0.006
-"""Shortest span of walks with a level body whose timing forces set, at one height and at any, in
-time units. Half of their stances take no time without forces: with 0.01 they take 30 ms, and the
-walks of wang2020 0.7 to 1.1 % longer. With 0.003 a foot of ``height`` sinks by 0.6 mm in the 35 ms
-after its landing, and its knee reached 133 % of its velocity limit in physics; 125 % with 0.006.
-``posture`` comes out 3 % slower with 0.003 than with 0.01."""
+LEVEL_LEAST_SPAN = 0.003
+"""Shortest span of walks with a body that is level and at one height, whose timing forces set, in
+time units. Half of their stances take no time without forces: with 0.01 they take 30 ms, and walks
+of wang2020 0.7 % longer. In ``height`` a foot sinks by 0.6 mm in the 35 ms after its landing then:
+its knee reached 133 % of its velocity limit in physics. ``posture`` comes out 3 % slower."""
 
 
 def build_smooth(base: RouteProblem, knots: RouteKnots, route: Route) -> DynamicRouteProblem:
@@ -117,9 +116,9 @@ def build_smooth(base: RouteProblem, knots: RouteKnots, route: Route) -> Dynamic
 def _least_span(settings: RouteSettings) -> float:
     """Shortest span in time units."""
     free = settings.free
-    if settings.forces is None or settings.horizon is not None or free.dynamic or free.posture:
-        return LEAST_SPAN
-    return RISING_LEAST_SPAN if free.height else LEVEL_LEAST_SPAN
+    level = not (free.dynamic or free.posture or free.height)
+    whole = settings.forces is not None and settings.horizon is None
+    return LEVEL_LEAST_SPAN if level and whole else LEAST_SPAN
 
 
 def turn_limits(route: Route, knots: RouteKnots) -> FloatArray:
