@@ -23,9 +23,10 @@ NAME: Final = "phases agree with the path"
 ROBOT: Final = "the robot's own file"
 NOT_JUDGED: Final = "not judged"
 STATEMENTS: Final = (
-    "margins of single phases and what holds them back, what the planner tells of its solver, and "
-    "settings that promise nothing: body height, heading, speed, objective, the curve of the "
-    "swings, numbers of knots and rounds, the velocity and times of a gait"
+    "margins of single phases and what holds them back, what the planner tells of its work, "
+    "postures and places that footholds want of the body, and settings that promise nothing: body "
+    "height, heading, speed, objective, the curve of the swings, numbers of knots and rounds, the "
+    "velocity and times of a gait"
 )
 """What a plan file holds beside its path and its promises; see docs/trust.md."""
 OPEN: Final = "the ground beside the footholds, of which the plan knows no columns and no map"
