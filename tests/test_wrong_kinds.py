@@ -154,3 +154,9 @@ def test_a_long_value_is_cut_in_messages() -> None:
     with pytest.raises(GaitoptError) as caught:
         gaitopt.CrawlSettings(body_height=list(range(10**5)))
     assert len(str(caught.value)) < 200
+
+
+def test_no_poses_have_no_joints() -> None:
+    robot = gaitopt.load_robot("wang2020")
+    assert gaitopt.joints_from_feet(robot, np.zeros(3), np.zeros((0, 3)), np.zeros((4, 3)),
+                                    on_unreachable="mask")[0].shape == (0, 12)  # fmt: skip

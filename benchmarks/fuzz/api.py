@@ -27,7 +27,7 @@ UNKNOWN_ALLOWED: Final = {
 }  # fmt: skip
 """Arguments in which NaN has a meaning: heights that nobody knows, places off the map, and angles
 and places of legs, which give NaN again."""
-MEANT: Final = {("RouteSettings", "free", "empty list")}
+MEANT: Final = {("RouteSettings", "free", "empty list"), ("Freedoms.of", "given", "empty list")}
 """Wrong values with a meaning: plan files have a list of what is free, and nothing may be."""
 TEXTS: Final = ("text", "long text", "empty text", "path", "null text", "bytes")
 SLOW: Final = ("plan_stride", "simulate", "save_figures", "compare")

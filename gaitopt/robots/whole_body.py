@@ -284,7 +284,9 @@ def joints_from_feet_in_body(robot: Quadruped, feet: FloatArray) -> FloatArray:
     joints[...] = robot.neutral_joints()
     if robot.four_legs is not None and feet.size <= TOGETHER:
         angles = robot.four_legs.inverse(feet)
-        joints[..., robot.leg_joint_columns] = angles.reshape(*angles.shape[:-2], -1)
+        joints[..., robot.leg_joint_columns] = angles.reshape(
+            *angles.shape[:-2], angles.shape[-2] * angles.shape[-1]
+        )
         return joints
     for i, name in enumerate(LEGS):
         joints[..., robot.leg_columns[name]] = robot.legs[name].inverse(feet[..., i, :])
