@@ -175,7 +175,7 @@ class SimulationSettings:
         if not TIMESTEPS[0] <= self.timestep <= TIMESTEPS[1]:
             raise InputError(
                 f"timestep must be from {TIMESTEPS[0]:g} to {TIMESTEPS[1]:g} s, got "
-                f"{self.timestep!r}"
+                f"{as_text(self.timestep)}"
             )
         for name in ("control_every", "noslip_iterations"):
             if getattr(self, name) != int(getattr(self, name)):
@@ -194,10 +194,15 @@ class SimulationSettings:
         return self._in_steps_of(max(time / LEAST_STEPS, TIMESTEPS[0]))
 
     def _in_steps_of(self, longest: float) -> SimulationSettings:
-        """The same with steps of the physics of at most so long [s], and the same control."""
-        parts = max(int(np.ceil(self.timestep / longest - ROUNDING)), 1)
-        every = self.control_every * parts
-        return replace(self, timestep=self.timestep / parts, control_every=every)
+        """The same with steps of the physics of at most so long [s], and the same control.
+
+        They are not shorter than the shortest of :data:`TIMESTEPS`, though.
+        """
+        wanted = int(np.ceil(self.timestep / longest - ROUNDING))
+        most = int(np.floor(self.timestep / TIMESTEPS[0] + ROUNDING))
+        parts = max(min(wanted, most), 1)
+        timestep = max(self.timestep / parts, TIMESTEPS[0])
+        return replace(self, timestep=timestep, control_every=self.control_every * parts)
 
     def for_reach(self, reach: float) -> SimulationSettings:
         """The same, fine enough for a robot whose legs reach so far [m]."""

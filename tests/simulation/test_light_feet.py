@@ -62,6 +62,15 @@ def test_steps_are_short_enough_and_control_is_the_same(steps: float) -> None:
     assert (found == usual) == (steps > LEAST_STEPS)
 
 
+@pytest.mark.parametrize("asked", [1e-4, 1.5e-4, 3e-4, 0.001 / 1.8, 7e-4, 0.002])
+@pytest.mark.parametrize("time", [1e-9, 2e-4, 2.5e-4])
+def test_the_lightest_feet_get_the_shortest_steps_and_no_error(asked: float, time: float) -> None:
+    usual = SimulationSettings(timestep=asked)
+    found = usual.for_feet(time)
+    assert TIMESTEPS[0] <= found.timestep < 2.0 * TIMESTEPS[0]
+    assert found.control_interval == pytest.approx(usual.control_interval)
+
+
 def test_robots_of_the_list_keep_the_usual_steps() -> None:
     usual = SimulationSettings()
     for name in ("wang2020", "a1", "go1", "go2", "b1", "anymal", "anymal_c", "hyq"):
