@@ -26,6 +26,7 @@ from gaitopt.terrain.footholds import Footholds
 LONGEST = 1e9
 """Largest time [s] and margin [m] of a phase: more is a mistake."""
 MOST_STEPS = 10**9
+"""Largest number of a step that a phase may have: more is a mistake."""
 
 
 @dataclass(frozen=True)
@@ -51,9 +52,18 @@ class Limit:
     def __post_init__(self) -> None:
         check_kind("kind of a limit", self.kind, str)
         check_kind("name of a limit", self.name, str)
-        numbers = [self.value, *(time for span in self.spans for time in span)]
+        spans = tuple(
+            check_tuple("span of a limit", span)
+            for span in check_tuple("spans of a limit", self.spans)
+        )
+        if not all(len(span) == 2 for span in spans):
+            raise InputError(
+                f"spans of a limit must be pairs (start, end) in seconds, got {as_text(self.spans)}"
+            )
+        numbers = [self.value, *(time for span in spans for time in span)]
         if not all(is_real(number) for number in numbers):
             raise InputError(f"a limit's value and times must be numbers, got {as_text(numbers)}")
+        object.__setattr__(self, "spans", spans)
 
 
 @dataclass(frozen=True)
@@ -146,8 +156,12 @@ class Phase(ByValue):
         check_number("duration of a phase", self.duration, 0.0, LONGEST, "s")
         check_number("margin of a phase", self.margin, -np.inf, LONGEST, "m")
         check_count("step of a phase", self.step, -1, MOST_STEPS)
-        if not all(isinstance(x, Limit) for x in check_tuple("limited_by", self.limited_by)):
+        limits = check_tuple("limited_by", self.limited_by)
+        if not all(isinstance(x, Limit) for x in limits):
             raise InputError(f"limited_by must be limits, got {as_text(self.limited_by)}")
+        # A list that somebody gave could be changed later.
+        object.__setattr__(self, "support", legs)
+        object.__setattr__(self, "limited_by", limits)
         if self.evidence is not None:
             check_kind("evidence", self.evidence, CogEvidence)
 

@@ -18,6 +18,7 @@ import pytest
 import gaitopt
 from gaitopt import InputError, Plan, PlanFileError
 from gaitopt.plan import archive as storage
+from gaitopt.plan.phase import Limit
 from gaitopt.plan.settings.by_velocity import GaitSettings
 from gaitopt.plan.settings.crawl import CrawlSettings
 from gaitopt.plan.settings.over_obstacle import StrideSettings
@@ -329,6 +330,24 @@ def test_phases_that_make_no_sense_are_refused(
     phases[1][field] = value
     with pytest.raises(PlanFileError):
         gaitopt.load_plan(rewritten(tmp_path / "plan.npz", tmp_path / "b.npz", phases=phases))
+
+
+@pytest.mark.parametrize("spans", [3, "ab", (1.0, 2.0), ((1.0,),), ((1.0, 2.0, 3.0),), ("ab",)])
+def test_spans_of_a_limit_are_pairs_of_times(spans: Any) -> None:
+    with pytest.raises(InputError, match="of a limit"):
+        Limit("joint velocity", "LF_KFE", 1.0, spans)
+
+
+def test_phases_hold_no_lists_that_could_change(short_plan: Plan) -> None:
+    spans, phase = [[0.0, 1.0]], short_plan.phases[0]
+    limit = Limit("speed", "", 1.0, spans)  # type: ignore[arg-type]
+    limits, legs = [limit], list(phase.support)
+    other = dataclasses.replace(phase, support=legs, limited_by=limits)  # type: ignore[arg-type]
+    spans[0][0] = 9.0
+    limits.clear()
+    legs.clear()
+    assert other.support == phase.support
+    assert other.limited_by[0].spans == ((0.0, 1.0),)
 
 
 def test_a_path_to_the_stars_is_refused(short_plan: Plan) -> None:
