@@ -13,6 +13,7 @@ import numpy as np
 from gaitopt.conventions import Progress
 from gaitopt.errors import FootholdsWarning, InputError, warn
 from gaitopt.gait.crawl import FREE_ORDER
+from gaitopt.inputs import as_text
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.settings.crawl import CrawlSettings
 from gaitopt.plan.settings.keywords import chosen_settings, takes_settings
@@ -176,7 +177,8 @@ def _asks_for_least_time(options: dict[str, Any]) -> bool:
         if special:
             raise InputError(
                 f"{', '.join(_ONLY_LEAST_TIME)} go with the objective 'time', got "
-                f"{special[0]}={options[special[0]]!r} and the objective {objective!r}"
+                f"{special[0]}={as_text(options[special[0]])} and the objective "
+                f"{as_text(objective)}"
             )
         return False
     for name, default in zip(_ONLY_PHASE_BY_PHASE, ("max", "box"), strict=True):

@@ -71,6 +71,6 @@ class JointLimits:
         except (TypeError, ValueError):
             raise InputError(
                 f"acceleration and jerk must be one number or {size[0]}, for {leg.name}'s joints, "
-                f"got {as_text(acceleration)} and {jerk!r}"
+                f"got {as_text(acceleration)} and {as_text(jerk)}"
             ) from None
         return cls(leg.velocity_limits, *both)

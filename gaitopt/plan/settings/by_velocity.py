@@ -162,7 +162,7 @@ def _plateau(velocity: tuple[float, float], distance: object, duration: object) 
     if (distance is None) == (duration is None):
         raise InputError(
             "plan_gait needs either distance (in metres at full speed) or duration (in seconds at "
-            f"full speed), got {as_text(distance)} and {duration!r}"
+            f"full speed), got {as_text(distance)} and {as_text(duration)}"
         )
     name, value = ("duration", duration) if distance is None else ("distance", distance)
     asked = check_number(name, value, 0.0, 1e6, "s" if distance is None else "m")

@@ -39,7 +39,7 @@ NARROW = 4
 class Tries:
     """The searches that are made one after the other until one reaches the goal.
 
-    Args:
+    Attributes:
         search: with the usual settings.
         ways: settings of the ways of walking, in the order in which they are tried.
         progress: called with (steps done, steps in all) of the search that is made.
