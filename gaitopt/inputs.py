@@ -17,6 +17,8 @@ from gaitopt.errors import InputError
 
 LONGEST_SHOWN: Final = 100
 """Most letters of a value in a message."""
+MOST_NESTED: Final = 64
+"""Most axes of an array of NumPy: lists within more lists are no array."""
 
 
 def check_number(
@@ -146,10 +148,17 @@ def as_plain_array(values: object) -> np.ndarray | None:
 
 
 def is_masked(value: object) -> bool:
-    """Whether numbers of an array are hidden behind a mask."""
+    """Whether numbers of an array, or of one in lists or tuples, are hidden behind a mask."""
     # Who has such an array has loaded this module; nobody else has to wait for it.
-    masked = sys.modules.get("numpy.ma")
-    return masked is not None and bool(masked.is_masked(value))
+    return "numpy.ma" in sys.modules and _is_masked(value, MOST_NESTED)
+
+
+def _is_masked(value: object, levels: int) -> bool:
+    """The same, for lists within so many lists; one may hold itself."""
+    if isinstance(value, (list, tuple)):
+        inner = (each for each in value if isinstance(each, (list, tuple, np.ndarray)))
+        return levels > 0 and any(_is_masked(each, levels - 1) for each in inner)
+    return isinstance(value, np.ma.MaskedArray) and bool(np.ma.is_masked(value))
 
 
 def is_real(value: object) -> TypeGuard[float]:

@@ -99,6 +99,19 @@ def test_what_numpy_would_take_for_numbers_and_is_none(values: Any) -> None:
         check_array("x", values)
 
 
+def test_what_a_mask_hides_is_refused_within_lists_too() -> None:
+    hidden = np.ma.masked_array([1.0, 2.0], [False, True])
+    for values in (hidden, [hidden, hidden], ([hidden],), [np.ma.masked, 1.0]):
+        with pytest.raises(InputError, match="x must be numbers, got "):
+            check_array("x", values)
+    seen = np.ma.masked_array([1.0, 2.0], [False, False])
+    np.testing.assert_array_equal(check_array("x", [seen, seen]), [[1.0, 2.0]] * 2)
+    own: list[Any] = []
+    own.append(own)
+    with pytest.raises(InputError, match="x must be numbers, got "):
+        check_array("x", own)
+
+
 def test_numbers_that_nobody_knows_are_refused_where_they_mean_nothing() -> None:
     with pytest.raises(InputError, match="x must be numbers, and one is NaN"):
         check_known("x", [0.0, float("nan")])

@@ -10,7 +10,7 @@ from typing import Any, Final, cast
 from gaitopt.conventions import LEGS
 from gaitopt.errors import InputError
 from gaitopt.inputs import as_text, check_count
-from gaitopt.robots.leg_names import as_leg
+from gaitopt.robots.leg_names import as_leg, by_leg
 
 WANG_SEQUENCE: Final[tuple[str, str, str, str]] = ("RH", "RF", "LH", "LF")
 """Leg order of [Wang2020], Section II.D, best for static stability."""
@@ -82,14 +82,18 @@ def swing_order(
     Args:
         sequence: order of the legs in a cycle, or of all steps of the walk, in which legs may step
             unequally often.
-        footholds: footholds of each leg, or one number for all; the first is where its foot stands
-            at the start.
+        footholds: footholds of each leg, under any of its names, or one number for all; the first
+            is where its foot stands at the start.
 
     Raises:
-        InputError: the sequence is that of a walk with other numbers of steps.
+        InputError: the sequence is that of a walk with other numbers of steps; or these are no
+            numbers of footholds.
     """
     order = check_order(sequence)
-    given = dict.fromkeys(LEGS, footholds) if isinstance(footholds, int) else dict(footholds)
+    given = (
+        by_leg("footholds", footholds) if isinstance(footholds, Mapping)
+        else dict.fromkeys(LEGS, footholds)
+    )  # fmt: skip
     counts = {
         leg: check_count(f"footholds of {leg}", given.get(leg), 1, MOST_FOOTHOLDS) for leg in LEGS
     }

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from gaitopt.conventions import LEGS, FloatArray, frozen
-from gaitopt.errors import FootholdsError
-from gaitopt.inputs import check_tuple, is_real
-from gaitopt.robots.leg_names import leg_named
+from gaitopt.errors import FootholdsError, InputError
+from gaitopt.inputs import as_text, check_array, check_tuple, is_real
+from gaitopt.robots.leg_names import LegMapping, leg_named
 from gaitopt.terrain.foothold_csv import FARTHEST
 
 UNIT = 1e-6
@@ -20,6 +19,8 @@ ROUNDING = 1e-15
 """How far the length of a unit vector is from 1 by rounding: at most 3.4e-16 of a million."""
 LOWEST_NORMAL = 0.05
 """Least vertical part of a normal: ground steeper than 87 degrees is a wall."""
+LEAST_FRICTION = 1e-3
+"""Smallest coefficient of friction. Chosen: far below that of ice."""
 MOST_FRICTION = 10.0
 """Largest coefficient of friction that is believed."""
 
@@ -34,7 +35,7 @@ def checked_points(points: object) -> dict[str, FloatArray]:
         raise FootholdsError(
             f"footholds must map {', '.join(LEGS)} to arrays (n, 3), got {type(points).__name__}"
         )
-    named = _by_leg(points)
+    named = _by_leg("footholds", points)
     return {leg: _checked(leg, named[leg]) for leg in LEGS}
 
 
@@ -59,7 +60,7 @@ def checked_normals(
             )
         found[leg] = frozen(np.where(np.abs(lengths - 1.0)[:, None] <= ROUNDING, array,
                                      array / lengths[:, None]))  # fmt: skip
-    return MappingProxyType(found)
+    return LegMapping(found)
 
 
 def checked_friction(
@@ -73,10 +74,19 @@ def checked_friction(
     if friction is None:
         return None
     if is_real(friction):
-        # Whole numbers may be larger than any float.
-        number = float(friction) if friction <= MOST_FRICTION else np.inf
-        friction = {leg: np.full(n, number) for leg, n in counts.items()}
-    return _within("friction", friction, counts, 1e-3, MOST_FRICTION)
+        # Whole numbers may be larger than any float; a comparison with NaN is false.
+        if not LEAST_FRICTION <= friction <= MOST_FRICTION:
+            raise FootholdsError(
+                f"friction must be from {LEAST_FRICTION:g} to {MOST_FRICTION:g}, got "
+                f"{as_text(friction)}"
+            )
+        friction = {leg: np.full(n, float(friction)) for leg, n in counts.items()}
+    if not isinstance(friction, Mapping):
+        raise FootholdsError(
+            f"friction must be one number, or map {', '.join(LEGS)} to arrays, got "
+            f"{as_text(friction)}"
+        )
+    return _within("friction", friction, counts, LEAST_FRICTION, MOST_FRICTION)
 
 
 def checked_swing_heights(
@@ -157,7 +167,7 @@ def _within(
                 f"{name} {bad[0]} of {leg} is {array[bad[0]]:g}; it must be from {low:g} to "
                 f"{high:g}"
             )
-    return MappingProxyType(found)
+    return LegMapping(found)
 
 
 def _of_counts(
@@ -165,15 +175,18 @@ def _of_counts(
 ) -> dict[str, FloatArray]:
     """Arrays by leg, with as many rows as there are footholds or steps, and ``width`` columns."""
     if not isinstance(given, Mapping):
-        raise FootholdsError(f"{name} must map {', '.join(LEGS)} to arrays")
-    named = _by_leg(given)
+        raise FootholdsError(f"{name} must map {', '.join(LEGS)} to arrays, got {as_text(given)}")
+    named = _by_leg(f"values of {name}", given)
     found = {}
     for leg in LEGS:
         array = _numbers(f"{name} of {leg}", named[leg])
         shape = (counts[leg], width) if width else (counts[leg],)
-        if array.shape != shape or not np.isfinite(array).all():
+        if array.shape != shape:
+            raise FootholdsError(f"{name} of {leg} must have the shape {shape}, got {array.shape}")
+        if not np.isfinite(array).all():
+            row = int(np.argwhere(~np.isfinite(array))[0, 0])
             raise FootholdsError(
-                f"{name} of {leg} must be finite numbers of the shape {shape}, got {array.shape}"
+                f"{name} of {leg} must be finite numbers, and {row} is {array[row].tolist()}"
             )
         found[leg] = array
     return found
@@ -182,17 +195,13 @@ def _of_counts(
 def _numbers(name: str, values: ArrayLike) -> FloatArray:
     """Values as a read-only array of floats."""
     try:
-        array = np.asarray(values)
-        array = array if np.iscomplexobj(array) else frozen(array)
-    except (TypeError, ValueError) as error:
-        raise FootholdsError(f"{name} are no array of numbers: {error}") from error
-    if np.iscomplexobj(array):
-        raise FootholdsError(f"{name} are no array of numbers: complex numbers")
-    return array
+        return frozen(check_array(name, values))
+    except InputError as error:
+        raise FootholdsError(str(error)) from error
 
 
-def _by_leg(points: Mapping[str, ArrayLike]) -> dict[str, ArrayLike]:
-    """The footholds of each of :data:`gaitopt.LEGS`, whose names may be others.
+def _by_leg(what: str, points: Mapping[str, ArrayLike]) -> dict[str, ArrayLike]:
+    """What was given for each of :data:`gaitopt.LEGS`, whose names may be others.
 
     Raises:
         FootholdsError: a leg is missing, unknown, or there under two names.
@@ -202,7 +211,7 @@ def _by_leg(points: Mapping[str, ArrayLike]) -> dict[str, ArrayLike]:
     missing = [leg for leg in LEGS if leg not in names.values()]
     if unknown or missing:
         raise FootholdsError(
-            f"footholds are needed for the legs {', '.join(LEGS)}"
+            f"{what} are needed for the legs {', '.join(LEGS)}"
             + (f"; missing: {', '.join(missing)}" if missing else "")
             + (f"; unknown: {', '.join(unknown)}" if unknown else "")
         )

@@ -13,8 +13,8 @@ from numpy.typing import ArrayLike
 from gaitopt.conventions import LEGS, FloatArray, frozen
 from gaitopt.errors import FootholdsError
 from gaitopt.files import StrPath, read_bounded, written_whole
-from gaitopt.inputs import as_text, check_count, check_kind, check_number, check_tuple, is_real
-from gaitopt.robots.leg_names import LegMapping
+from gaitopt.inputs import as_text, check_count, check_number, check_tuple, is_real
+from gaitopt.robots.leg_names import LegMapping, by_leg
 from gaitopt.terrain.foothold_checks import (
     checked_friction,
     checked_normals,
@@ -99,7 +99,7 @@ class Footholds:
         counts = {leg: len(a) for leg, a in arrays.items()}
         if radius is not None and not (is_real(radius) and 0 < radius <= FARTHEST):
             raise FootholdsError(
-                f"radius must be a positive length in metres, got {as_text(radius)}"
+                f"radius must be a positive length of at most {FARTHEST:g} m, got {as_text(radius)}"
             )
         if ground is not None and not isinstance(ground, HeightMap):
             raise FootholdsError(f"ground must be a HeightMap, got {type(ground).__name__}")
@@ -198,7 +198,9 @@ class Footholds:
             FootholdsError: the height is no finite number.
         """
         if not (is_real(height) and abs(height) <= FARTHEST):
-            raise FootholdsError(f"height must be a finite length, got {as_text(height)}")
+            raise FootholdsError(
+                f"height must be from {-FARTHEST:g} to {FARTHEST:g} m, got {as_text(height)}"
+            )
         lift = np.array([0.0, 0.0, height])
         return self.with_(points={leg: p + lift for leg, p in self.points.items()})
 
@@ -206,14 +208,14 @@ class Footholds:
         """The footholds of the rest of a walk.
 
         Args:
-            first: for each leg the foothold that becomes its first one.
+            first: for each leg, under any of its names, the foothold that becomes its first one.
             order: the legs in the order in which they then step.
 
         Raises:
             InputError: a leg has no such foothold, or these are no legs.
         """
         legs = check_tuple("order", order)
-        check_kind("first", first, Mapping)
+        first = by_leg("first", first)
         for leg, count in self.counts.items():
             check_count(f"the first foothold of {leg}", first.get(leg), 0, count - 1)
         made = self.steps - len(legs)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from itertools import permutations
 from typing import Any
 
+import numpy as np
 import pytest
 
 from gaitopt.conventions import LEGS
@@ -96,6 +97,17 @@ def test_walk_steps_every_leg_onto_each_of_its_footholds_in_turn() -> None:
 
 def test_seventeen_footholds_make_64_steps() -> None:
     assert len(swing_order(WANG_SEQUENCE, 17)) == 64
+
+
+@pytest.mark.parametrize("footholds", [np.int64(3), {"FL": 3, "RL": 3, "RR": 3, "FR": 3}])
+def test_numbers_of_footholds_may_be_numpys_and_legs_have_other_names(footholds: Any) -> None:
+    assert swing_order(WANG_SEQUENCE, footholds) == swing_order(WANG_SEQUENCE, 3)
+
+
+@pytest.mark.parametrize("footholds", [None, "3", 0, 2.0, {"LF": 3}])
+def test_what_is_no_number_of_footholds_is_told(footholds: Any) -> None:
+    with pytest.raises(InputError, match=r"^footholds of L[FH] must be a whole number from 1 to "):
+        swing_order(WANG_SEQUENCE, footholds)
 
 
 def test_one_foothold_is_standing_still() -> None:

@@ -6,7 +6,9 @@ import pickle
 import re
 import tempfile
 from collections.abc import Callable
+from fractions import Fraction
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -134,7 +136,7 @@ def test_raised_moves_every_foothold_up_and_nothing_else() -> None:
 
 
 def test_raising_by_nan_is_refused() -> None:
-    with pytest.raises(FootholdsError, match="height must be a finite length, got nan"):
+    with pytest.raises(FootholdsError, match=r"height must be from -1e\+06 to 1e\+06 m, got nan"):
         Footholds(small()).raised(np.nan)
 
 
@@ -177,9 +179,12 @@ def test_wrong_shape_is_named_with_its_leg(shape: tuple[int, ...]) -> None:
     )
 
 
-@pytest.mark.parametrize("points", [[[1, 2, 3], [1, 2]], [["a", "b", "c"]], [[1, 2, 3j]], [{}]])
+@pytest.mark.parametrize(
+    "points",
+    [[[1, 2, 3], [1, 2]], [["a", "b", "c"]], [[1, 2, 3j]], [{}], [["1", "2", "3"]], [[0, 0, None]]],
+)
 def test_what_is_no_array_of_numbers_is_named_with_its_leg(points: list[object]) -> None:
-    with pytest.raises(FootholdsError, match=r"^footholds of RF are no array of numbers: "):
+    with pytest.raises(FootholdsError, match=r"^footholds of RF must be numbers, got "):
         Footholds({**small(), "RF": points})  # type: ignore[dict-item]
 
 
@@ -192,16 +197,15 @@ def test_unequal_numbers_are_listed() -> None:
     )
 
 
-@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf, 1.1e6, -1e300, None])
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf, 1.1e6, -1e300])
 @pytest.mark.parametrize("axis", range(3))
-def test_coordinate_that_is_no_place_is_named(bad: float | None, axis: int) -> None:
+def test_coordinate_that_is_no_place_is_named(bad: float, axis: int) -> None:
     points = small()["LH"].tolist()
     points[1][axis] = bad
     with pytest.raises(FootholdsError) as caught:
         Footholds({**small(), "LH": points})
-    shown = [np.nan if c is None else c for c in points[1]]
     assert str(caught.value) == (
-        f"foothold 1 of LH is {shown}; coordinates must be finite and below 1e+06 m"
+        f"foothold 1 of LH is {points[1]}; coordinates must be finite and below 1e+06 m"
     )
 
 
@@ -214,7 +218,49 @@ def test_the_farthest_place_is_still_a_place() -> None:
 def test_radius_must_be_a_length(radius: float) -> None:
     with pytest.raises(FootholdsError) as caught:
         Footholds(small(), radius)
-    assert str(caught.value) == f"radius must be a positive length in metres, got {radius!r}"
+    assert str(caught.value) == (
+        f"radius must be a positive length of at most 1e+06 m, got {radius!r}"
+    )
+
+
+@pytest.mark.parametrize("kind", [np.asanyarray, list])
+def test_footholds_that_a_mask_hides_are_refused(kind: Callable[[Any], Any]) -> None:
+    hidden = np.ma.masked_equal(small()["LF"], 0.125)
+    with pytest.raises(FootholdsError, match=r"^footholds of LF must be numbers, got "):
+        Footholds({**small(), "LF": kind(hidden)})
+
+
+@pytest.mark.parametrize("friction", [0.5, np.float32(0.5), np.array(0.5), Fraction(1, 2)])
+def test_one_friction_is_that_of_all_footholds_under_any_name_of_a_leg(friction: Any) -> None:
+    feet = Footholds(small(), friction=friction)
+    assert feet.friction is not None
+    assert feet.friction["front_left"].tolist() == [0.5, 0.5]
+
+
+@pytest.mark.parametrize("friction", [np.nan, np.inf, 0.0, -1, 500, 10**400])
+def test_friction_out_of_range_is_told_as_it_was_given(friction: float) -> None:
+    with pytest.raises(FootholdsError) as caught:
+        Footholds(small(), friction=friction)
+    assert str(caught.value).startswith(f"friction must be from 0.001 to 10, got {friction!r}"[:80])
+
+
+def test_friction_of_some_legs_and_of_no_numbers_is_refused_in_its_own_words() -> None:
+    with pytest.raises(FootholdsError, match=r"^values of friction are needed .*; missing: LH, RH"):
+        Footholds(small(), friction={"LF": [0.5, 0.5], "RF": [0.5, 0.5]})
+    with pytest.raises(FootholdsError, match=r"^friction must be one number, or map LF, .*, got '"):
+        Footholds(small(), friction="0.5")  # type: ignore[arg-type]
+    with pytest.raises(
+        FootholdsError, match=r"^friction of LF must be finite numbers, and 1 is na"
+    ):
+        Footholds(small(), friction={leg: [0.5, np.nan] for leg in LEGS})
+
+
+def test_the_rest_of_a_walk_is_asked_for_under_any_name_of_a_leg() -> None:
+    feet = Footholds(small(3))
+    rest = feet.after({"FL": 1, "RL": 1, "RR": 1, "FR": 1}, LEGS)
+    assert {leg: rest[leg].tolist() for leg in LEGS} == {
+        leg: small(3)[leg][1:].tolist() for leg in LEGS
+    }
 
 
 # --- CSV --------------------------------------------------------------------------------------

@@ -74,7 +74,7 @@ def test_a_plan_file_keeps_all(tmp_path: Any) -> None:
         ({"order": ("RH", "LF", "RF")}, "in the order RH steps 1 times, and it has 3 footholds"),
         ({"order": ("RH", "LF", "RF", "XX")}, "unknown leg: 'XX'"),
         ({"order": None}, "every leg needs the same number"),
-        ({"friction": 0.0}, "friction 0 of LF is 0"),
+        ({"friction": 0.0}, r"friction must be from 0.001 to 10, got 0\.0"),
         ({"friction": {"LF": [1.0]}}, "missing: LH, RH, RF"),
         ({"ground": np.zeros((3, 3))}, "ground must be a HeightMap"),
         ({"postures": np.zeros((4, 4))}, r"shape \(5, 4\)"),

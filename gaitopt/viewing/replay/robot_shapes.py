@@ -43,9 +43,11 @@ def robot_parts(robot: Quadruped, meshes: bool | StrPath = False) -> Parts:
     """
     if meshes is not False:
         return read_parts(robot, meshes)
-    if robot not in _known:
-        remember_parts(robot, read_parts(robot))
-    return _known[robot]
+    parts = _known.get(robot)
+    if parts is None:
+        parts = read_parts(robot)
+        remember_parts(robot, parts)
+    return parts
 
 
 def remember_parts(robot: Quadruped, parts: Parts) -> None:
