@@ -18,6 +18,7 @@ import pinocchio as pin
 from gaitopt.certificate.enclosure import Pieces
 from gaitopt.certificate.placements import Placements, hinge_axis, times
 from gaitopt.conventions import LEGS, FloatArray
+from gaitopt.robots.at_many_poses.inverse_dynamics import inverse_dynamics
 from gaitopt.robots.quadruped import Quadruped
 
 _ORDER = [0, 1, 2, 5, 4, 3]
@@ -125,7 +126,7 @@ def _samples(
     beside = robot.foot_radius * (np.array([0.0, 0.0, 1.0]) - normals)
     if beside.any():
         jacobians += np.swapaxes(across(turning[at].mT, beside[:, :, None]), 2, 3)
-    forces = _inverse_dynamics(model, q[at], _chain(rates), _chain(accelerations))
+    forces = inverse_dynamics(model, q[at], _chain(rates), _chain(accelerations))
     # The chain's model knows no motors.
     torques = forces[:, 6:] + robot.motor_inertia * accelerations[:, 6:]
     values = places[at]
@@ -137,19 +138,6 @@ def _samples(
 
 def _chain(rows: FloatArray) -> FloatArray:
     return np.concatenate([rows[:, _ORDER], rows[:, 6:]], axis=1)
-
-
-def _inverse_dynamics(model: Any, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
-    """Generalised forces without contact forces ``(N, 6 + nj)``."""
-    if not hasattr(pin, "rneaInParallel"):
-        # Wheels of Pinocchio that are built without OpenMP.
-        data = model.createData()
-        rows = [pin.rnea(model, data, *sample) for sample in zip(q, v, a, strict=True)]
-        return np.array(rows).reshape(q.shape)
-    # On one thread: it saves the way through Python for each sample.
-    pool, out = pin.ModelPool(model, 1), np.empty(q.shape[::-1], order="F")
-    pin.rneaInParallel(1, pool, *(np.asfortranarray(table.T) for table in (q, v, a)), out)
-    return np.ascontiguousarray(out.T)
 
 
 def _contact_geometry(

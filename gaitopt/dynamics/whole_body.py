@@ -27,6 +27,7 @@ from gaitopt.conventions import LEGS, BoolArray, FloatArray
 from gaitopt.dynamics.contacts import grips, unit_normals
 from gaitopt.errors import InputError
 from gaitopt.inputs import check_shape
+from gaitopt.robots.at_many_poses.inverse_dynamics import inverse_dynamics
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.rotations import quaternion_to_matrix
 from gaitopt.robots.whole_body import configuration, feet_in_body
@@ -220,7 +221,7 @@ def equations_of_motion(
     v = _table("v", motion.v, robot.model.nv, len(q))
     a = _table("a", motion.a, robot.model.nv, len(q))
     contacts = contact_geometry(robot, q, normals, grip)
-    return EquationsOfMotion(_inverse_dynamics(robot, q, v, a), contacts)
+    return EquationsOfMotion(inverse_dynamics(robot.model, q, v, a), contacts)
 
 
 def path_dynamics(
@@ -247,12 +248,12 @@ def path_dynamics(
     """
     q, slope, curvature = motion_of_path(robot, values, first, second)
     rest = np.zeros_like(slope)
-    gravity = _inverse_dynamics(robot, q, rest, rest)
+    gravity = inverse_dynamics(robot.model, q, rest, rest)
     # Velocity and acceleration are v = slope s' and a = slope s'' + curvature s'^2. Inverse
     # dynamics is gravity, plus what is linear in a, plus what is quadratic in v.
     return PathDynamics(
-        acceleration=_inverse_dynamics(robot, q, rest, slope) - gravity,
-        speed=_inverse_dynamics(robot, q, slope, curvature) - gravity,
+        acceleration=inverse_dynamics(robot.model, q, rest, slope) - gravity,
+        speed=inverse_dynamics(robot.model, q, slope, curvature) - gravity,
         gravity=gravity,
         contacts=contact_geometry(robot, q, normals, grip),
     )
@@ -289,21 +290,6 @@ def contact_geometry(
     jacobians = linear + _cross(angular, points[..., None])
     jacobians *= _moved_by(robot)[:, None, :]
     return ContactGeometry(points, up, grips(grip, shape[:2]), jacobians)
-
-
-def _inverse_dynamics(robot: Quadruped, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
-    """Generalised forces ``(N, nv)`` by Pinocchio's RNEA."""
-    import pinocchio as pin
-
-    if not hasattr(pin, "rneaInParallel"):
-        # Wheels of Pinocchio that are built without OpenMP.
-        data = robot.model.createData()
-        samples = zip(q, v, a, strict=True)
-        return np.array([pin.rnea(robot.model, data, *x) for x in samples]).reshape(v.shape)
-    # On one thread: it saves the way through Python for each sample, 40 % of the time.
-    pool, out = pin.ModelPool(robot.model, 1), np.empty((v.shape[1], len(v)), order="F")
-    pin.rneaInParallel(1, pool, *(np.asfortranarray(table.T) for table in (q, v, a)), out)
-    return np.ascontiguousarray(out.T)
 
 
 def _joint_jacobians(robot: Quadruped, q: FloatArray) -> FloatArray:

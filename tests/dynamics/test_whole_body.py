@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import ctypes
+import re
+from pathlib import Path
+
 import numpy as np
 import pinocchio as pin
 import pytest
 
 import gaitopt
 from gaitopt import LEGS, Quadruped
+from gaitopt.certificate.force_samples import sample_forces
 from gaitopt.dynamics.whole_body import (
     Motion,
     contact_geometry,
@@ -173,6 +178,23 @@ def test_without_openmp_pinocchio_gives_the_same_forces(
     assert np.array_equal(equations_of_motion(robot, motion).forces, forces)
     nothing = Motion(q[:0], *np.zeros((2, 0, model.nv)))
     assert equations_of_motion(robot, nothing).forces.shape == (0, model.nv)
+
+
+def test_openmp_keeps_its_number_of_threads(robot: Quadruped) -> None:
+    """Other libraries of a program compute with it, too."""
+    mapped = Path("/proc/self/maps")
+    lines = mapped.read_text().splitlines() if mapped.exists() else []
+    paths = {line.split()[-1] for line in lines if re.search(r"/lib[gi]?omp[^/]*\.so", line)}
+    for library in map(ctypes.CDLL, sorted(paths)):
+        before = library.omp_get_max_threads()
+        library.omp_set_num_threads(3)
+        try:
+            values = np.zeros((4, 6 + len(robot.joint_names)))
+            equations_of_motion(robot, motion_of_path(robot, values, values, values))
+            sample_forces(robot, values, values, values)
+            assert library.omp_get_max_threads() == 3
+        finally:
+            library.omp_set_num_threads(before)
 
 
 def test_inputs_that_do_not_fit_are_refused(wang: Quadruped) -> None:
