@@ -72,7 +72,7 @@ class ForceJudge:
 
         Args:
             plan, limits: the plan, and what is asked.
-            pieces: in order of time; all of a phase are there.
+            pieces: in order of time; no other judge has pieces of the same phases.
             phase: which phase each belongs to ``(P,)``.
             standing: which feet stand, equally many on all pieces ``(P, 4)``.
             samples: those at the ends of the pieces.
@@ -133,7 +133,8 @@ class ForceJudge:
         column, rows = each.argmin(axis=1), np.arange(len(each))
         left, bound = each[rows, column], taken[rows, column]
         unmade = over < left
-        return Left(np.where(unmade, over, left), np.where(unmade, rest, bound),
+        # What is no number stays no number.
+        return Left(np.minimum(over, left), np.where(unmade, rest, bound),
                     np.where(unmade, each.shape[1], column))  # fmt: skip
 
     def _at_samples(
@@ -219,9 +220,8 @@ class ForceJudge:
         by_force = [np.repeat(more, stances.limits.sides, axis=1), more]
         if stances.limits.transfer_time > 0.0:
             by_force.append(more)
-        few = stances.feet.shape[1] < 3
-        unbalanced = force + moment / stances.reach if few else np.zeros_like(force)
-        return np.concatenate([*by_force, torques], axis=1), unbalanced
+        # It counts where feet cannot make every wrench: few of them, or all on one line.
+        return np.concatenate([*by_force, torques], axis=1), force + moment / stances.reach
 
     def _torque_losses(self) -> FloatArray:
         """How far limits that fall with the speed leave their chords ``(P, nj)`` [N m]."""

@@ -15,9 +15,13 @@ from gaitopt import Plan, Quadruped
 from gaitopt.certificate.check import Verdict
 from gaitopt.certificate.derivative_bounds import LinkBounds
 from gaitopt.certificate.enclosure import Pieces
+from gaitopt.certificate.force_judge import ForceJudge
 from gaitopt.certificate.force_margins import Stances
 from gaitopt.certificate.force_samples import chain_model, sample_ends, sample_forces
 from gaitopt.certificate.forces import contact_forces
+from gaitopt.certificate.inertial_deviations import InertialDeviations
+from gaitopt.certificate.phase_forces import ground_in_phases, times_of_stances
+from gaitopt.certificate.trace import owners
 from gaitopt.dynamics.contacts import ForceLimits, TorqueLine
 from gaitopt.dynamics.whole_body import equations_of_motion, motion_of_path
 from gaitopt.motion.path import MotionPath
@@ -211,6 +215,26 @@ def test_a_robot_without_mass_is_not_judged(slow: Plan) -> None:
     )
     check = contact_forces(replace(slow, robot=weightless), LIMITS)
     assert check.status is Verdict.UNCHECKED and "no mass" in check.note
+
+
+def test_three_feet_on_one_line_leave_a_moment_between_samples_too(slow: Plan) -> None:
+    """As two feet do: nothing makes the moment about the line."""
+    phase, standing = owners(slow, Pieces.of(slow.path))
+    mine = np.flatnonzero(phase == next(i for i, p in enumerate(slow.phases) if p.flying))
+    pieces, ground = Pieces.of(slow.path).chosen(mine), ground_in_phases(slow, 0.6)
+    samples, at = sample_ends(slow.robot, pieces, ground.normals[phase[mine]], phase[mine])
+    judge = ForceJudge.of(slow, LIMITS, pieces, phase[mine], standing[mine], samples, at, ground,
+                          times_of_stances(slow))  # fmt: skip
+    assert judge.stances.makes_any_wrench
+    points = judge.stances.points.copy()
+    points[:, 1] = (points[:, 0] + points[:, 2]) / 2.0
+    aligned = replace(judge, stances=replace(judge.stances, points=points))
+    assert not aligned.stances.makes_any_wrench
+    found = aligned.left()
+    wrench = found.column == found.column.max()
+    off = np.linalg.norm(samples.base[at[0]] - judge.stances.centres[judge.owner], axis=1)
+    least = InertialDeviations.of(slow.robot, pieces, off).force
+    assert wrench.any() and (found.bound[wrench] > least[wrench]).all()
 
 
 def test_one_sample_stands_for_both_sides_where_nothing_jumps(slow: Plan) -> None:
