@@ -6,11 +6,11 @@ all columns, all along. This look costs two milliseconds for 64 steps, and tells
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from gaitopt.conventions import LEGS, FloatArray
+from gaitopt.conventions import LEGS, FloatArray, frozen
 from gaitopt.plan.plan import Plan
 from gaitopt.robots.at_many_poses.chain import Chain
 from gaitopt.robots.collision_shapes import CollisionPairs
@@ -21,16 +21,24 @@ ALONG = np.linspace(-0.95, 0.95, 12)[:, None]
 """Places along the middle line of a shank, from end to end."""
 LEAST_LENGTH = 0.5
 """Length of a shape that is the shank, as a share of the lower link."""
+SMALL = 1e-5
+"""Radius of the ball whose distance tells how deep a place is [m]: coal takes no points."""
 TOLD = 1e-3
 """Depth within a column from which on it is told [m]."""
 
 
 class _Bar(NamedTuple):
-    """A bar within a shank: the number of its joint, and its middle line in the joint's frame."""
+    """Balls within a shank.
+
+    Attributes:
+        joint: number of the joint that carries it.
+        line: their middles, in the joint's frame ``(n, 3)`` [m].
+        radii: of the balls ``(n,)`` [m].
+    """
 
     joint: int
     line: FloatArray
-    radius: float
+    radii: FloatArray
 
 
 class ShankInColumn(NamedTuple):
@@ -64,7 +72,7 @@ class ShankInColumn(NamedTuple):
 def shank_in_column(plan: Plan) -> ShankInColumn | None:
     """The deepest place of a shank within a column of a plan; ``None`` without one.
 
-    Bars within the shanks are looked at in the middle of each phase: what is told is so, and what
+    Balls within the shanks are looked at in the middle of each phase: what is told is so, and what
     is not told may still touch.
 
     Args:
@@ -85,7 +93,7 @@ def shank_in_column(plan: Plan) -> ShankInColumn | None:
         for bar in _bars(plan.robot, leg):
             local = bar.line @ np.swapaxes(turns[:, bar.joint], 1, 2) + places[:, bar.joint, None]
             points = values[:, None, :3] + local @ np.swapaxes(base, 1, 2)
-            points[..., 2] -= bar.radius
+            points[..., 2] -= bar.radii
             # Only places that are below the highest column may be within one.
             low, share = np.nonzero(points[..., 2] < tops[:, 2].max() - TOLD)
             some = points[low, share]
@@ -94,13 +102,15 @@ def shank_in_column(plan: Plan) -> ShankInColumn | None:
             if below.max(initial=TOLD) <= (TOLD if deepest is None else deepest.below):
                 continue
             at, column = np.unravel_index(int(below.argmax()), below.shape)
-            deepest = ShankInColumn(leg, owners[column], tops[column, :2], float(times[low[at]]),
-                                    float(below[at, column]))  # fmt: skip
+            deepest = ShankInColumn(
+                leg, owners[column], frozen(tops[column, :2]), float(times[low[at]]),
+                float(below[at, column]),
+            )  # fmt: skip
     return deepest
 
 
 def _bars(robot: Quadruped, leg: str) -> list[_Bar]:
-    """Bars within the shapes of a leg's shank; none where the shapes are not known."""
+    """Balls within the shapes of a leg's shank; none where the shapes are not known."""
     pairs = CollisionPairs.of(robot)
     if pairs is None:
         return []
@@ -114,7 +124,28 @@ def _bars(robot: Quadruped, leg: str) -> list[_Bar]:
         half, middle = (np.asarray(a) / 2.0 for a in (box.max_ - box.min_, box.max_ + box.min_))
         if 2.0 * half.max() < LEAST_LENGTH * robot.legs[leg].lower:
             continue
-        axis = np.where(np.arange(3) == int(half.argmax()), half, 0.0)
-        line = (middle + ALONG * axis) @ shape.placement.rotation.T + shape.placement.translation
-        bars.append(_Bar(int(knee), line, float(half.min())))
+        line = middle + ALONG * np.where(np.arange(3) == int(half.argmax()), half, 0.0)
+        depths = np.minimum(half.min(), half.max() * (1.0 - np.abs(ALONG[:, 0])))
+        # The middle line of a hull's box may leave the hull.
+        depths = np.minimum(depths, _depths(shape.geometry, line))
+        line, radii = line[depths > 0.0], depths[depths > 0.0]
+        line = line @ shape.placement.rotation.T + shape.placement.translation
+        bars.append(_Bar(int(knee), line, radii))
     return bars
+
+
+def _depths(shape: Any, places: FloatArray) -> FloatArray:
+    """How deep places ``(n, 3)`` are within one of coal's shapes ``(n,)`` [m]; negative outside.
+
+    On the axis of a round one it may be the way to the side, where that to an end is shorter.
+    """
+    from pinocchio import coal
+
+    ball, here, there = coal.Sphere(SMALL), coal.Transform3s(), coal.Transform3s()
+    request, result = coal.DistanceRequest(), coal.DistanceResult()
+    out = np.empty(len(places))
+    for i, place in enumerate(places):
+        there.setTranslation(place)
+        result.clear()
+        out[i] = -SMALL - coal.distance(shape, here, ball, there, request, result)
+    return out

@@ -3,14 +3,22 @@
 from __future__ import annotations
 
 import warnings
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
 import pytest
+from numpy.typing import NDArray
+from pinocchio import coal
+from robot_loading import quiet
+from scipy.spatial import ConvexHull
 
 import gaitopt
 from gaitopt import FootholdsWarning
-from gaitopt.plan.shanks import shank_in_column
+from gaitopt.plan.shanks import _bars, shank_in_column
+from gaitopt.robots.collision_shapes import CollisionPairs
+
+Array = NDArray[np.float64]
 
 WANG = gaitopt.load_robot("wang2020")
 
@@ -40,3 +48,34 @@ def test_a_column_planted_in_a_shank_is_told_with_its_depth_and_found_by_the_cer
     assert told is not None and np.allclose(told.place, middle[:2])
     worst = min(check.worst for check in gaitopt.verify(planted, collisions=False).violations)
     assert told.below == pytest.approx(-worst, abs=5e-3)
+
+
+@pytest.mark.parametrize("name", ["go2", "solo12", "wang2020", "a1", "anymal_c"])
+def test_what_is_looked_at_is_within_the_shape(name: str) -> None:
+    """Of hulls (go2, solo12) by the planes of their faces, of others by their lengths."""
+    robot = quiet(name)
+    pairs = CollisionPairs.of(robot)
+    assert pairs is not None
+    knee = robot.model.getJointId(robot.legs["LF"].joints[-1])
+    shapes = [s for s in pairs.geometry.geometryObjects if s.parentJoint == knee]
+    bars = _bars(robot, "LF")
+    assert bars
+    for bar in bars:
+        beyond = [farthest_beyond(shape, bar.line, bar.radii) for shape in shapes]
+        assert min(beyond) < 2e-6 and len(bar.radii) > 6
+        assert bar.radii.max() > 5e-3
+
+
+def farthest_beyond(shape: Any, middles: Array, radii: Array) -> float:
+    """How far balls reach beyond a shape at most [m]."""
+    local = (middles - shape.placement.translation) @ shape.placement.rotation
+    solid = shape.geometry
+    if isinstance(solid, coal.Sphere):
+        return float((np.linalg.norm(local, axis=1) + radii - solid.radius).max())
+    if isinstance(solid, coal.Box):
+        return float((np.abs(local) + radii[:, None] - solid.halfSide).max())
+    if isinstance(solid, coal.Cylinder):
+        aside = np.linalg.norm(local[:, :2], axis=1) - solid.radius
+        return float((np.maximum(aside, np.abs(local[:, 2]) - solid.halfLength) + radii).max())
+    faces = ConvexHull(np.array(solid.points())).equations
+    return float((local @ faces[:, :3].T + faces[:, 3] + radii[:, None]).max())
