@@ -131,7 +131,7 @@ def _told(
     plan: Plan, comparison: Comparison | None, objective: Objective, report: Report
 ) -> tuple[str, ...]:
     """Report the comparison; the value is what else there is to say of the plan."""
-    from gaitopt.planners.phase_by_phase.planner import plan_touches
+    from gaitopt.planners.phase_by_phase.fitting_height import plan_touches
 
     told = []
     if plan_touches(plan):

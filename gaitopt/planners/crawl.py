@@ -20,11 +20,8 @@ from gaitopt.plan.settings.keywords import chosen_settings, takes_settings
 from gaitopt.plan.settings.time_optimal import RouteSettings
 from gaitopt.plan.shanks import shank_in_column
 from gaitopt.plan.state import State
-from gaitopt.planners.phase_by_phase.planner import (
-    plan_at_fitting_height,
-    plan_in_order,
-    with_first_posture,
-)
+from gaitopt.planners.phase_by_phase.fitting_height import plan_at_fitting_height
+from gaitopt.planners.phase_by_phase.planner import plan_in_order, with_first_posture
 from gaitopt.planners.phase_by_phase.steps import check_walk
 from gaitopt.planners.phase_by_phase.straight_ahead import in_foot_planes
 from gaitopt.robots.quadruped import Quadruped

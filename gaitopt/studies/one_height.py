@@ -7,7 +7,7 @@ from dataclasses import fields
 from typing import Any
 
 from gaitopt.plan.settings.crawl import CrawlSettings
-from gaitopt.planners.phase_by_phase.planner import with_fitting_height
+from gaitopt.planners.phase_by_phase.fitting_height import with_fitting_height
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.footholds import Footholds
 

@@ -31,7 +31,7 @@ import gaitopt
 from gaitopt.certificate.certificate import Outcome
 from gaitopt.conventions import LEGS
 from gaitopt.errors import GaitoptError, RobotWarning
-from gaitopt.planners.phase_by_phase.planner import plan_touches
+from gaitopt.planners.phase_by_phase.fitting_height import plan_touches
 
 PATIENCE = 60.0
 """Longest time for one file [s]. Chosen: a hundred times what the slowest file here takes."""

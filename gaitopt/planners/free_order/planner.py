@@ -10,11 +10,8 @@ from gaitopt.plan.plan import Plan
 from gaitopt.plan.record import CrawlRecord
 from gaitopt.plan.settings.crawl import CrawlSettings
 from gaitopt.planners.free_order.search import find_order
-from gaitopt.planners.phase_by_phase.planner import (
-    plan_in_order,
-    plan_touches,
-    with_fitting_height,
-)
+from gaitopt.planners.phase_by_phase.fitting_height import plan_touches, with_fitting_height
+from gaitopt.planners.phase_by_phase.planner import plan_in_order
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.footholds import Footholds
 

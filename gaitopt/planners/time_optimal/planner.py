@@ -22,13 +22,12 @@ from gaitopt.plan.settings.keywords import chosen_settings, takes_settings
 from gaitopt.plan.settings.time_optimal import RouteSettings
 from gaitopt.plan.state import State
 from gaitopt.planners.free_order.search import find_order
-from gaitopt.planners.phase_by_phase.planner import (
+from gaitopt.planners.phase_by_phase.fitting_height import (
     plan_at_fitting_height,
-    plan_in_order,
     plan_touches,
-    with_first_posture,
     with_fitting_height,
 )
+from gaitopt.planners.phase_by_phase.planner import plan_in_order, with_first_posture
 from gaitopt.planners.phase_by_phase.steps import check_roll, check_walk
 from gaitopt.planners.time_optimal.smooth.planner import smooth_plan
 from gaitopt.planners.time_optimal.straight.planner import straight_plan

@@ -12,7 +12,8 @@ import trimesh
 
 import gaitopt
 from gaitopt.certificate.collisions.self_collision import self_collision
-from gaitopt.planners.phase_by_phase.planner import BENT, plan_touches
+from gaitopt.planners.phase_by_phase.fitting_height import plan_touches
+from gaitopt.planners.phase_by_phase.planner import BENT
 from gaitopt.robots.catalog import load_robot, own_urdf
 from gaitopt.robots.collision_shapes import CollisionPairs
 from gaitopt.robots.quadruped import Quadruped
