@@ -102,7 +102,10 @@ class LinkBounds:
         return np.asarray(found)
 
     def inertial_force(self, joint: int) -> FloatArray:
-        """Series of the force ``m (c'' - g)`` that moves and carries a link ``(3, P)`` [N]."""
+        """Series of the force ``m (c'' - g)`` that moves and carries a link ``(3, P)`` [N].
+
+        It is read-only, for it is kept.
+        """
         return self._forces[joint]
 
     @cached_property
@@ -113,6 +116,7 @@ class LinkBounds:
             place = self.base + self.lever(joint, 1, inertia.lever) if joint else self.base
             force = inertia.mass * place[2:]
             force[0] += inertia.mass * GRAVITY
+            force.setflags(write=False)
             out.append(force)
         return out
 
