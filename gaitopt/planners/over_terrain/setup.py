@@ -43,7 +43,8 @@ def search_for(
     """The search that a robot, a map and a goal ask for, with limits of contact forces.
 
     Raises:
-        InputError: an argument is something else, or the robot has other than three joints a leg.
+        InputError: an argument is something else, the goal lies beyond the map, or the robot has
+            other than three joints a leg.
     """
     check_kind("robot", robot, Quadruped)
     check_kind("ground", ground, HeightMap)
@@ -85,12 +86,17 @@ def course_of(
     robot: Quadruped, ground: HeightMap, start: ArrayLike | None, goal: ArrayLike, judge: Judge,
     stands: Stands,
 ) -> Course:  # fmt: skip
-    """The course from the start to the goal, round what the robot cannot cross."""
+    """The course from the start to the goal, round what the robot cannot cross.
+
+    Raises:
+        InputError: the goal is none, lies beyond the map, or is where the walk starts.
+    """
     if start is None:
         start = default_start(robot, ground, goal)
     feet = float(np.hypot(*judge.hips.T).mean())
     course = course_through(start, goal, feet=feet, smoothing=2.0 * feet)
     places = np.atleast_2d(np.asarray(goal, dtype=np.float64))
+    _check_on_map(ground, places)
     if not judge.settings.detours or places.shape[1] != 2 or not len(stands.centres):
         return course
     passage, way, blocked = Passage.of(judge, stands), [course.poses[0, :2]], False
@@ -101,6 +107,24 @@ def course_of(
     if len(way) > len(places) + 1:
         course = course_through(start, way[1:], feet=feet, smoothing=2.0 * feet)
     return replace(course, blocked=blocked)
+
+
+def _check_on_map(ground: HeightMap, places: FloatArray) -> None:
+    """Refuse goals beyond the map: a long search would end at its edge.
+
+    Raises:
+        InputError: names the first such place, and how far the map reaches.
+    """
+    (x0, x1), (y0, y1) = ground.extent
+    for x, y in places[:, :2].tolist():
+        # The map's far ends are rounded sums.
+        if max(x0 - x, x - x1, y0 - y, y - y1) > 1e-9:
+            raise InputError(
+                f"the goal ({x:.4g}, {y:.4g}) is beyond the map, which reaches from {x0:.4g} to "
+                f"{x1:.4g} m in x and from {y0:.4g} to {y1:.4g} m in y; what lies beyond is "
+                "unknown ground, which the body may not be above: give a goal on the map with "
+                "room for the robot, or a larger map"
+            )
 
 
 def far_side(robot: Quadruped, ground: HeightMap) -> tuple[float, float]:

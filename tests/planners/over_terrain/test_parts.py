@@ -256,6 +256,19 @@ def test_where_something_lies_across_the_whole_map_there_is_no_way_round() -> No
     assert _passage(closed).around(np.zeros(2), end) is None
 
 
+@pytest.mark.parametrize(("goal", "told"), [
+    ((3.0, 0.0), r"goal \(3, 0\)"), ([(0.5, 0.0), (0.0, -0.9)], r"goal \(0, -0.9\)"),
+    ((1.41, 0.0, 0.0), r"goal \(1.41, 0\)"),
+])  # fmt: skip
+def test_goals_beyond_the_map_are_refused_at_once(goal: object, told: str) -> None:
+    """Nothing is searched: the map's reach is told, so that a wrong unit is seen."""
+    robot, flat = gaitopt.load_robot("go2"), HeightMap(np.zeros((101, 81)), 0.02, (-0.6, -0.8))
+    reach = r"reaches from -0.6 to 1.4 m in x and from -0.8 to 0.8 m in y"
+    with pytest.raises(InputError, match=rf"the {told} is beyond the map, which {reach}"):
+        gaitopt.search_terrain(robot, flat, goal, start=(0.0, 0.0, 0.0))  # type: ignore[arg-type]
+    search_for(robot, flat, (1.4, 0.8), (0.0, 0.0, 0.0), TerrainSettings.for_robot(robot))
+
+
 def test_walks_begin_at_the_origin_where_there_is_room_and_else_at_the_far_side() -> None:
     robot = gaitopt.load_robot("go2")
     made = gaitopt.make_ground("flat", robot=robot, length=1.5)
