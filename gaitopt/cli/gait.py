@@ -17,6 +17,7 @@ from gaitopt.cli.results.run_folder import run_folder
 from gaitopt.cli.robot_options import RobotChoice, takes_robot
 from gaitopt.cli.support import file_name, force_limits, progress_bar
 from gaitopt.errors import InputError
+from gaitopt.plan.record import GaitRecord
 
 if TYPE_CHECKING:
     from gaitopt.plan.plan import Plan
@@ -206,8 +207,6 @@ def _gait(
 
 def describe(plan: Plan) -> str:
     """Describe the plan of a gait in one sentence."""
-    from gaitopt.plan.record import GaitRecord
-
     record = plan.record
     flight = record.flight or 0.0 if isinstance(record, GaitRecord) else 0.0
     margin = nan if record.zmp_margin is None else record.zmp_margin

@@ -7,7 +7,6 @@ from dataclasses import asdict, dataclass, field, fields
 from typing import Any, ClassVar
 
 from gaitopt.errors import InputError
-from gaitopt.inputs import as_text, is_real
 
 
 @dataclass(frozen=True)
@@ -25,6 +24,9 @@ class PlanRecord:
     zmp_margin: float | None = None
 
     def __post_init__(self) -> None:
+        # Late, as it imports NumPy: the command line imports the names of records alone.
+        from gaitopt.inputs import as_text, is_real
+
         for f in fields(self):
             value = getattr(self, f.name)
             text = isinstance(value, str) and str(f.type).startswith("str")
