@@ -46,7 +46,7 @@ def cart_table_zmp(
         :func:`point_mass_zmp`.
 
     Raises:
-        InputError: an array has another shape.
+        InputError: an array has another shape, or the ground's height is no number.
     """
     place = of_width("com", com, 3)
     return _zmp(place, of_width("acceleration", acceleration, 2, 3), ground_height,
@@ -73,7 +73,7 @@ def point_mass_zmp(
         it down.
 
     Raises:
-        InputError: an array has another shape.
+        InputError: an array has another shape, or the ground's height is no number.
     """
     place, change = of_width("com", com, 3), of_width("acceleration", acceleration, 3)
     load = gravity + change[..., 2]
@@ -92,7 +92,7 @@ def _zmp(
         ground_height: height of the ground ``(...)`` [m].
         load: vertical force on the ground per mass ``(...)`` [m/s^2].
     """
-    height = place[..., 2] - np.asarray(ground_height, np.float64)
+    height = place[..., 2] - check_numbers("ground_height", ground_height, -FARTHEST, FARTHEST, "m")
     return np.asarray(place[..., :2] - (height / load)[..., None] * acceleration[..., :2])
 
 

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 
 from gaitopt.conventions import FloatArray, frozen
 from gaitopt.errors import InputError
-from gaitopt.inputs import as_text, is_real, is_whole
+from gaitopt.inputs import as_text, check_array, is_real, is_whole
 from gaitopt.swing.mixed_parabola import Corner, parabola_corners
 from gaitopt.swing.trapezoid_path import box_path_corners, trapezoid_corners
 
@@ -198,12 +198,13 @@ class _Plane(NamedTuple):
             InputError: a number is not finite, or an end is not beside the obstacle and its margin.
         """
         try:
-            ends = np.array([start, end], dtype=np.float64)
-        except (TypeError, ValueError):
+            ends = np.array([check_array("start", start), check_array("end", end)])
+        except ValueError:  # An InputError is one; so is what NumPy says of unequal shapes.
             ends = np.empty(0)
         if ends.shape != (2, 3) or not np.isfinite(ends).all():
             raise InputError(
-                f"start and end must be three finite numbers each, got {as_text(start)}, {end!r}"
+                f"start and end must be three finite numbers each, got {as_text(start)}, "
+                f"{as_text(end)}"
             )
         if not (is_real(margin) and 0.0 < margin < np.inf):
             raise InputError(f"margin must be a positive length in metres, got {as_text(margin)}")

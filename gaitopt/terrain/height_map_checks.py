@@ -26,7 +26,10 @@ def checked_heights(z: ArrayLike) -> FloatArray:
     if array is None:
         raise GroundError(f"heights of a map are no array of numbers: {as_text(z)}")
     if array.dtype.kind not in "iuf":
-        raise GroundError(f"heights of a map are no array of numbers, but of {array.dtype}")
+        raise GroundError(
+            f"heights of a map are no array of numbers, but of {array.dtype}; give NaN where a "
+            "height is not known"
+        )
     if array.ndim != 2:
         raise GroundError(f"heights of a map must have the shape (nx, ny), got {array.shape}")
     check_size(array.shape[0], array.shape[1])

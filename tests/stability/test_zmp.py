@@ -341,6 +341,13 @@ def test_loads_are_no_contacts() -> None:
         in_flight([1, 1, 0, 1])
 
 
+@pytest.mark.parametrize("zmp", [cart_table_zmp, point_mass_zmp])
+@pytest.mark.parametrize("height", ["0.1", None, np.ma.masked, 1e7])
+def test_what_is_no_height_of_the_ground_is_refused(zmp: Any, height: Any) -> None:
+    with pytest.raises(InputError, match=r"^ground_height.* must be "):
+        zmp(np.ones(3), np.ones(3), height)
+
+
 def test_what_is_no_place_is_refused() -> None:
     with pytest.raises(InputError, match=r"point must be \(\.\.\., 2\) or \(\.\.\., 3\), got \(\)"):
         support_margin(STANCE, ALL, 0.0)

@@ -370,6 +370,8 @@ def test_flight_that_cannot_clear_is_an_error_with_its_depth() -> None:
         ({"margin": "wide"}, "margin must be a positive length"),
         ({"start": [0.0, 0.0]}, "start and end must be three finite numbers"),
         ({"end": [math.inf, 0.0, 0.0]}, "start and end must be three finite numbers"),
+        ({"start": ["-0.2", "0", "0"]}, "start and end must be three finite numbers"),
+        ({"end": np.ma.masked_equal([0.2, 0.0, 1.0], 1.0)}, "start and end must be three finite"),
         ({"start": [-0.04, 0.0, 0.0]}, "start and end are 0.02 and 0.18 m beside the obstacle's "
                                        "core, and need 0.03 m"),
         ({"end": [-0.3, 0.0, 0.0]}, "on opposite sides of it"),

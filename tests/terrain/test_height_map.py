@@ -80,6 +80,7 @@ def test_maps_are_compared_and_pickled() -> None:
         (np.zeros((1, 3)), "shape"),
         ([[0.0, "a"], [1.0, 2.0]], "numbers"),
         ([[0.0, 1.0], [1.0]], "numbers"),
+        ([[0.0, None], [1.0, 2.0]], "of object; give NaN where a height is not known"),
         (np.zeros((2, 2), dtype=complex), "numbers"),
         (np.full((2, 2), np.nan), "no height of the map is known"),
         ([[0.0, 1e7], [0.0, 0.0]], r"z\[0, 1\] is 1e\+07"),
