@@ -38,11 +38,20 @@ class RobotState:
         q: configuration ``(nq,)``, Pinocchio's: base position, quaternion xyzw, joints.
         v: velocity ``(nv,)``, Pinocchio's: base twist in the base's frame, joint rates.
         contacts: which feet touch the ground ``(4,)``, legs in the order of :data:`gaitopt.LEGS`.
+        bearing: which of them the ground pushes, where that is measured ``(4,)``: a foot that is
+            leaving it touches it without a force, and would kick if it were asked for a large one.
+            Without it those that touch.
     """
 
     q: FloatArray
     v: FloatArray
     contacts: BoolArray
+    bearing: BoolArray | None = None
+
+    @property
+    def pushed(self) -> BoolArray:
+        """Feet that touch the ground and bear load, as far as is known ``(4,)``."""
+        return self.contacts if self.bearing is None else self.contacts & self.bearing
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,7 +151,7 @@ class TrackingController:
         footing.update(tick, state.contacts)
         waiting = footing.awaited.any()
         wrench = needed[:6] + self._feedback(tick, state, rotation)
-        share = self._share(tick, jacobian[:, :6].T, wrench, state.contacts)
+        share = self._share(tick, jacobian[:, :6].T, wrench, state.pushed)
         torque = needed[6:] - self._filtered(share.forces, state.contacts) @ jacobian[:, 6:]
         return Command(
             torque=torque,
@@ -158,7 +167,7 @@ class TrackingController:
         import pinocchio as pin
 
         q = pin.integrate(self._model, state.q, self.reference.ahead * state.v)
-        return RobotState(np.asarray(q), state.v, state.contacts)
+        return RobotState(np.asarray(q), state.v, state.contacts, state.bearing)
 
     def _stand_on(self, tick: int) -> None:
         """Take up the ground below each foot, where it is another than at the last call."""

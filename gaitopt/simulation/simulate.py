@@ -19,6 +19,7 @@ import numpy as np
 from gaitopt.control.gains import ControlGains
 from gaitopt.control.rotation import rotation_of
 from gaitopt.control.tracking import RobotState, TrackingController
+from gaitopt.conventions import GRAVITY
 from gaitopt.inputs import check_kind
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.settings.over_obstacle import StrideSettings
@@ -37,7 +38,7 @@ from gaitopt.simulation.result import SimulationResult, SimulationStatus
 from gaitopt.simulation.servos import Servos
 from gaitopt.simulation.settings import SimulationSettings
 from gaitopt.simulation.shapes import LEAST_BALL
-from gaitopt.simulation.touching import Touching
+from gaitopt.simulation.touching import LEAST_SHARE, Touching
 
 
 def simulate(
@@ -192,6 +193,11 @@ class _Run:
         return Touching(self.sim, self.plan.robot.foot_radius or LEAST_BALL)
 
     @cached_property
+    def _least_load(self) -> float:
+        """Normal force from which on a foot bears load, to the controller [N]."""
+        return LEAST_SHARE * self.plan.robot.mass * GRAVITY
+
+    @cached_property
     def _largest_error(self) -> float:
         """How far the body may be from the plan before it counts as fallen [m]."""
         reference = self.controller.reference
@@ -199,7 +205,10 @@ class _Run:
         return self.settings.fall_error * max(height, LEAST_HEIGHT)
 
     def _sense(self, data: Any) -> tuple[RobotState, np.ndarray]:
-        """The true state in Pinocchio's order, and the id of the shape under each foot ``(4,)``."""
+        """The true state in Pinocchio's order, and the id of the shape under each foot ``(4,)``.
+
+        Feet bear load from :data:`LEAST_SHARE` of the weight on.
+        """
         sim = self.sim
         qpos, qvel = data.qpos, data.qvel
         q, v = np.empty(7 + len(sim.qpos)), np.empty(6 + len(sim.qvel))
@@ -208,8 +217,8 @@ class _Run:
         # contacts are those before the last step; that is good enough only for the contacts.)
         v[:3] = qvel[:3] @ rotation_of(q[3:7])
         v[3:6], v[6:] = qvel[3:6], qvel[sim.qvel]
-        beneath = self._touching.beneath(data)
-        return RobotState(q, v, beneath >= 0), beneath
+        beneath, loads = self._touching.beneath(data)
+        return RobotState(q, v, beneath >= 0, loads >= self._least_load), beneath
 
     def _status(self, time: float, state: RobotState) -> SimulationStatus:
         """Whether the robot is still on its feet."""

@@ -215,6 +215,26 @@ def test_a_robot_in_its_place_is_given_the_planned_forces_and_torques(
     assert command.angles == pytest.approx(motion.q[0, 7:], abs=0.03)
 
 
+def test_a_foot_that_touches_without_a_force_is_asked_for_little(
+    a1_walk: Plan, reference: Reference
+) -> None:
+    """It would kick: it leaves the ground. Where forces are not measured, touching is bearing."""
+    limits = a1_walk.settings.promised_forces
+    assert limits is not None
+    first = a1_walk.swings[0]
+    tick = int(np.flatnonzero(middles(reference) < first.start)[-1])
+    leg = int(reference.forces[tick, :, 2].argmax())
+    motion = a1_walk.at([middles(reference)[tick]])
+    weight = 9.81 * a1_walk.robot.mass
+    asked = []
+    for bearing in (None, np.ones(4, dtype=bool), np.arange(4) != leg):
+        state = RobotState(motion.q[0], 0.0 * motion.v[0], motion.contacts[0], bearing)
+        command = TrackingController(a1_walk, dt=DT).command((tick - reference.lead) * DT, state)
+        asked.append(command.share.forces[leg, 2] / weight)
+    assert asked[0] == asked[1] > 0.2
+    assert asked[2] == pytest.approx(0.5 * limits.reserve, abs=1e-9)
+
+
 @pytest.fixture
 def grasp() -> np.ndarray:
     """Wrenches of unit forces on four feet around the body, 0.3 m below it."""
