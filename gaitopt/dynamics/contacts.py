@@ -18,7 +18,15 @@ from numpy.typing import ArrayLike
 
 from gaitopt.conventions import BoolArray, FloatArray, frozen
 from gaitopt.errors import InputError
-from gaitopt.inputs import as_text, check_count, check_flags, check_kind, check_number, check_shape
+from gaitopt.inputs import (
+    as_text,
+    check_array,
+    check_count,
+    check_flags,
+    check_kind,
+    check_number,
+    check_shape,
+)
 
 MOST_SIDES: Final = 64
 """Most sides of a friction pyramid: it then loses 0.1 % of the friction, and more rows than that
@@ -270,9 +278,10 @@ def grips(grip: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
     Raises:
         InputError: one is not from 0 to 1, or they do not fit the shape.
     """
+    shares = check_array("grip", grip)
     try:
-        given = np.array(np.broadcast_to(np.asarray(grip, dtype=np.float64), shape))
-    except (TypeError, ValueError) as error:
+        given = np.array(np.broadcast_to(shares, shape))
+    except ValueError as error:
         raise InputError(f"grip must fit {shape}, got {np.shape(grip)}: {error}") from error
     # Comparisons with NaN are false.
     if not ((given >= 0.0) & (given <= 1.0)).all():

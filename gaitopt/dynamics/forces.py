@@ -32,7 +32,7 @@ from gaitopt.dynamics.small_programs import NO_BOUND, ROW_TOLERANCE, solve_linea
 from gaitopt.dynamics.torque_limits import torque_bounds
 from gaitopt.dynamics.whole_body import Motion, equations_of_motion
 from gaitopt.errors import InputError
-from gaitopt.inputs import as_text, check_numbers
+from gaitopt.inputs import as_text, check_array, check_numbers
 from gaitopt.robots.quadruped import Quadruped
 
 FORCE_WEIGHT: Final = 1e-4
@@ -118,9 +118,10 @@ def build_force_problem(
 
 def _largest_shares(most: ArrayLike, count: int) -> FloatArray:
     """Largest normal forces as shares of the weight ``(count, 4)``."""
+    shares = check_array("most", most)
     try:
-        given = np.array(np.broadcast_to(np.asarray(most, dtype=np.float64), (count, 4)))
-    except (TypeError, ValueError) as error:
+        given = np.array(np.broadcast_to(shares, (count, 4)))
+    except ValueError as error:
         raise InputError(f"most must fit ({count}, 4), got {np.shape(most)}: {error}") from error
     # Comparisons with NaN are false.
     if not (given >= 0.0).all():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -271,6 +272,18 @@ def test_forces_of_many_samples_are_those_of_each(a1: Quadruped) -> None:
         alone = solve_forces(build_force_problem(a1, state, standing[i : i + 1]))
         np.testing.assert_allclose(together.forces[i], alone.forces[0], atol=1e-6)
         assert together.status[i] is alone.status[0]
+
+
+@pytest.mark.parametrize("name", ["grip", "most"])
+@pytest.mark.parametrize("given", [
+    "0.5", None, np.ma.masked_equal([0.5, 0.5, 1.0, 0.5], 1.0), np.nan, -0.1, [0.5, 0.5],
+])  # fmt: skip
+def test_shares_of_friction_and_weight_are_numbers_that_are_known(
+    a1: Quadruped, name: str, given: Any
+) -> None:
+    asked: dict[str, Any] = {name: given}
+    with pytest.raises(InputError, match=rf"^{name} must "):
+        build_force_problem(a1, stance(a1).motion, ALL, **asked)
 
 
 # --- planted faults ---------------------------------------------------------------------------
