@@ -16,7 +16,7 @@ from gaitopt.conventions import BoolArray, FloatArray
 from gaitopt.errors import InputError
 
 LONGEST_SHOWN: Final = 100
-"""Most letters of a value in a message."""
+"""Most letters of a value in a message. Chosen: about a line of a terminal."""
 MOST_NESTED: Final = 64
 """Most axes of an array of NumPy: lists within more lists are no array."""
 

@@ -21,7 +21,7 @@ LONGEST_SHARE = 4.0
 """Plans that take longer than so many times the plan's time are not drawn beside it. Chosen here:
 the shortest line still covers a quarter of the axis."""
 MOST_NAMED = 8
-"""Most files of plans that a message names."""
+"""Most files of plans that a message names. Chosen: they fit into a few lines."""
 TABLE_WIDTH = 150
 """Width of tables where the output is no terminal: the widest table, that of ``gaitopt race``."""
 

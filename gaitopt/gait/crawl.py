@@ -19,7 +19,7 @@ SHAO_SEQUENCE: Final[tuple[str, str, str, str]] = ("RF", "LH", "LF", "RH")
 """Leg order of [Shao2011], Section IV."""
 
 MOST_FOOTHOLDS = 1_000_000
-"""Most footholds of a leg."""
+"""Most footholds of a leg. Chosen: far more than any walk has, and few enough to list."""
 FREE_ORDER: Final = "free"
 """In place of an order of legs: search for the fastest one."""
 

@@ -38,7 +38,7 @@ SMALLEST = 1e-6
 
 Corners = tuple[tuple[float, float], ...]
 MOST_SIDES = 100_000
-"""Most sides of an outline."""
+"""Most sides of an outline. Chosen: far more than a picture shows."""
 MOST_TURNS = 1e6
 """Largest angle that is taken for one [rad]."""
 
@@ -198,7 +198,7 @@ class Obstacle:
         full turn, so that the polygon contains the section.
 
         Raises:
-            InputError: fewer than 3 sides.
+            InputError: fewer than 3 sides, or more than :data:`MOST_SIDES`.
         """
         check_count("sides", sides, 3, MOST_SIDES)
         if self.rounding == 0.0:

@@ -34,6 +34,7 @@ SWING_TOLERANCE = 5e-4
 
 FLOOR, LINES = "#f0f3f6", "#bcc5cf"
 MARK_LIFT = np.array([0.0, 0.0, 8e-4])
+"""How far marks are drawn above the ground, so that it does not hide them [m]. Chosen."""
 ROUTE: FramePath = ("route",)
 
 
