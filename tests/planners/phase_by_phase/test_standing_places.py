@@ -18,7 +18,7 @@ from gaitopt.dynamics.region.vertical import vertical_forces_hold
 from gaitopt.errors import InfeasibleStepError, SolverError
 from gaitopt.plan.com_margin import true_com
 from gaitopt.plan.settings.crawl import CrawlSettings
-from gaitopt.planners.phase_by_phase import demands, planner, standing_places
+from gaitopt.planners.phase_by_phase import demands, fitting_height, planner, standing_places
 
 Array = NDArray[np.float64]
 LARGE_RESERVE = ForceLimits(reserve=0.1)
@@ -143,7 +143,7 @@ def test_the_error_is_that_of_the_height_that_fits_the_robot(
             raise SolverError("a leg is straight")
         raise InfeasibleStepError("no forces", step=3, leg="LF")
 
-    monkeypatch.setattr(planner, "plan_in_order", refused)
+    monkeypatch.setattr(fitting_height, "plan_in_order", refused)
     with pytest.raises(InfeasibleStepError, match="no forces"):
         gaitopt.plan_crawl(robot, ground)
     assert heights[0] == robot.standing_height and len(set(heights)) == 7
@@ -162,7 +162,7 @@ def test_a_higher_body_that_fails_leaves_the_walk_that_was_found(
             raise SolverError("a leg is straight")
         return plan_at(*given, **more)
 
-    monkeypatch.setattr(planner, "plan_in_order", only_first)
+    monkeypatch.setattr(fitting_height, "plan_in_order", only_first)
     plan = gaitopt.plan_crawl(robot, ground, forces=LARGE_RESERVE)
     assert len(tried) == 2 and plan.settings.body_height == tried[0] < tried[1]
 
