@@ -27,8 +27,12 @@ UNKNOWN_ALLOWED: Final = {
 }  # fmt: skip
 """Arguments in which NaN has a meaning: heights that nobody knows, places off the map, and angles
 and places of legs, which give NaN again."""
-MEANT: Final = {("RouteSettings", "free", "empty list"), ("Freedoms.of", "given", "empty list")}
-"""Wrong values with a meaning: plan files have a list of what is free, and nothing may be."""
+MEANT: Final = {
+    ("RouteSettings", "free", "empty list"), ("Freedoms.of", "given", "empty list"),
+    ("HeightMap", "z", "masked (4, 3)"),
+}  # fmt: skip
+"""Wrong values with a meaning: plan files have a list of what is free, and nothing may be; ground
+behind a mask is unknown."""
 TEXTS: Final = ("text", "long text", "empty text", "path", "null text", "bytes")
 SLOW: Final = ("plan_stride", "simulate", "save_figures", "compare")
 """Calls that take seconds where a wrong value is accepted."""
