@@ -23,7 +23,7 @@ def search_options(
     stance: Annotated[
         float | None,
         _way("How far front and hind feet usually are from one another, as a share of the distance "
-             "of the standing robot; 1, and then 0.7.", "SHARE"),
+             "of the standing robot; 1, and shorter ones where no way is found.", "SHARE"),
     ] = None,
     freedom: Annotated[
         float | None,

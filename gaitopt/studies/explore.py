@@ -7,15 +7,15 @@ from dataclasses import asdict, fields, replace
 from html import escape
 from typing import TYPE_CHECKING, Any, Final
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from gaitopt.certificate.verify import verify
 from gaitopt.conventions import Progress
 from gaitopt.dynamics.contacts import ForceLimits
 from gaitopt.errors import GaitoptError, InputError, MissingPackageError, TerrainError
-from gaitopt.inputs import as_text, check_kind
+from gaitopt.inputs import check_kind
 from gaitopt.plan.plan import Plan
+from gaitopt.plan.settings.base import check_place
 from gaitopt.planners.crawl import plan_crawl
 from gaitopt.planners.over_terrain.planner import plan_terrain
 from gaitopt.planners.over_terrain.settings import TerrainSettings
@@ -125,13 +125,7 @@ def _goal(robot: Quadruped, ground: HeightMap, goal: ArrayLike | None) -> tuple[
     Raises:
         InputError: it is no place.
     """
-    if goal is None:
-        return far_side(robot, ground)
-    try:
-        x, y = np.asarray(goal, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise InputError(f"goal must be a place (x, y) in metres, got {as_text(goal)}") from None
-    return float(x), float(y)
+    return check_place("goal", goal) or far_side(robot, ground)
 
 
 def _slider(ipywidgets: Any, text: str, value: float, low: float, high: float, step: float) -> Any:

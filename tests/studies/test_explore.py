@@ -102,8 +102,8 @@ def test_the_goal_of_a_map_is_on_its_far_side_if_none_is_given(ground: HeightMap
 @pytest.mark.parametrize(("terrain", "goal", "words"), [
     ("map.png", None, "terrain must be a Footholds"),
     (gaitopt.s_columns(0, columns=2), (1.0, 0.0), "ends at the last ones"),
-    (HeightMap(np.zeros((9, 9)), 0.1), "there", r"goal must be a place \(x, y\)"),
-    (HeightMap(np.zeros((9, 9)), 0.1), (1.0, 2.0, 3.0), r"goal must be a place \(x, y\)"),
+    (HeightMap(np.zeros((9, 9)), 0.1), "there", r"goal must be two finite numbers"),
+    (HeightMap(np.zeros((9, 9)), 0.1), (1.0, 2.0, 3.0), r"goal must be two finite numbers"),
 ])  # fmt: skip
 def test_what_is_no_terrain_or_no_goal_is_refused(
     wang: Quadruped, terrain: Any, goal: Any, words: str

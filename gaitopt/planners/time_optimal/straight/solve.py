@@ -79,7 +79,8 @@ def solve_walk(
     Args:
         route: the walk.
         knots, problem: from :func:`gaitopt.planners.time_optimal.build.build_route`.
-        progress: called with (steps done, steps in all) before every section but the first.
+        progress: called with (steps done, steps in all) before every section and window but the
+            first.
 
     Raises:
         RouteError: no convergence.
@@ -92,7 +93,7 @@ def solve_walk(
     solutions = _solve_in_rounds(route, problem, knots)
     iterations = _iterations(solutions)
     if not solutions[-1].solved:
-        guess = solve_in_windows(route, GUESS_WINDOW, GUESS_WINDOW // 2, as_guess=True)
+        guess = solve_in_windows(route, GUESS_WINDOW, GUESS_WINDOW // 2, progress, as_guess=True)
         solutions = _solve_in_rounds(route, problem, knots, guess.poses)
         iterations += guess.iterations + _iterations(solutions)
     if not solutions[-1].solved:
