@@ -42,12 +42,14 @@ def rows(report: dict[str, Any]) -> dict[str, dict[str, Any]]:
     return {row["name"]: row for results in report["results"].values() for row in results}
 
 
-def test_every_number_is_finite_and_not_negative(report: dict[str, Any]) -> None:
+def test_every_number_is_finite_and_no_time_is_negative(report: dict[str, Any]) -> None:
+    """A power of growth may have any sign: two short times on a busy machine are noise."""
     assert tuple(report["results"]) == FAST
     for row in rows(report).values():
         numbers = [row[key] for key in ("median", "min", "p90", "cpu_median", "ratio", "limit")]
         for number in (n for n in numbers if n is not None):
-            assert math.isfinite(number) and number >= 0.0, row
+            assert math.isfinite(number), row
+            assert number >= 0.0 or row["name"].endswith("-power"), row
 
 
 def test_least_median_and_most_come_in_order(report: dict[str, Any]) -> None:

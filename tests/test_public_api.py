@@ -27,16 +27,13 @@ def in_a_fresh_interpreter(code: str) -> str:
     return done.stdout
 
 
-def test_import_takes_under_a_second_and_loads_nothing_heavy() -> None:
+def test_import_loads_nothing_heavy() -> None:
     found = json.loads(
         in_a_fresh_interpreter(
-            "import json, sys, time; start = time.perf_counter(); import gaitopt; "
-            "took = time.perf_counter() - start; "
-            "print(json.dumps({'took': took, 'modules': sorted(sys.modules)}))"
+            "import json, sys; import gaitopt; print(json.dumps({'modules': sorted(sys.modules)}))"
         )
     )
     assert [m for m in HEAVY if m in found["modules"]] == []
-    assert found["took"] < 1.0
 
 
 def test_terrain_and_margins_need_no_robot_library() -> None:

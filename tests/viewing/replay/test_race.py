@@ -8,7 +8,6 @@ import json
 import re
 import shutil
 import subprocess
-import time
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -235,12 +234,8 @@ def test_the_camera_follows_the_fastest(page: Page) -> None:
 # ---------------------------------------------------------------- the file
 
 
-def test_eight_lanes_of_64_steps_are_small_quick_and_self_contained(
-    plan: Plan, tmp_path: Path
-) -> None:
-    start = time.perf_counter()
+def test_eight_lanes_of_64_steps_are_small_and_self_contained(plan: Plan, tmp_path: Path) -> None:
     file = race_replay({f"lane {i}": plan for i in range(8)}, tmp_path / "race.html")
-    assert time.perf_counter() - start < 10.0
     assert file.stat().st_size < 8_000_000
     text = re.sub(r'<script type="text/plain" id="licences">.*?</script>', "",
                   file.read_text("utf-8"), flags=re.S)  # fmt: skip
