@@ -1,15 +1,17 @@
 """What is asked only of steps that the beam would keep, because it costs most.
 
-Links must not touch one another while the body moves and the foot flies, and contact forces must
-hold the robot on the three feet that stand, with the friction of the ground and the torques of the
-joints.
+The flying leg must be clear of the ground between the places that were looked at before: on stairs
+a foot rises by more than a tread's width, and its knee may go through an edge meanwhile. Links must
+not touch one another while the body moves and the foot flies, and contact forces must hold the
+robot on the three feet that stand, with the friction of the ground and the torques of the joints.
 """
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -29,11 +31,38 @@ from gaitopt.robots.whole_body import base_of_body
 
 SHARES = (0.0, 0.5, 1.0)
 """Places along the top of a swing at which links are looked at."""
+FINE = 0.06
+"""Distance of the places along a swing at which its leg is looked at, as a share of the standing
+height. Chosen: anymal_c lifts a foot by half of its height up steep stairs, and with places that
+are a quarter of it apart its shank went 10 mm into an edge between two of them."""
+MOST_FINE = 24
+"""Most places along each part of a swing: up, over and down."""
+FINE_SHARE = 0.5
+"""Share of the limbs' clearance that is kept at these places: the plan's body may be some
+millimetres from where the search puts it."""
 ROOM = 1e-3
 """Distance that the centre of mass keeps from the sides of the region in which forces hold the
 robot [m]: the planner of the walk moves the body farther inside."""
 TOLERANCE = 1e-3
 """Largest distance of the region that is computed from the true one [m]; it lies inside."""
+
+
+def box_swing(start: FloatArray, end: FloatArray, rise: float, spacing: float) -> FloatArray:
+    """Places along a swing straight up, over and straight down ``(n, 3)`` [m], without its ends.
+
+    Args:
+        start, end: of the swing ``(3,)`` [m].
+        rise: of its top above the higher end [m].
+        spacing: of the places [m].
+    """
+    top = max(start[2], end[2]) + rise
+    corners = np.array([start, [*start[:2], top], [*end[:2], top], end])
+    parts = []
+    for one, other in pairwise(corners):
+        way = float(np.linalg.norm(other - one))
+        count = min(int(np.ceil(way / spacing)), MOST_FINE)
+        parts.append(one + np.linspace(0.0, 1.0, count + 1)[1:, None] * (other - one))
+    return np.concatenate(parts)[:-1]
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,14 +97,37 @@ class LastLook:
 
     def kept(self, layer: Layer, steps: Sequence[Candidate], refused: Counter[Cause]) -> BoolArray:
         """Which steps from the states of a layer are possible ``(K,)``; counts why others not."""
-        joints = self._joints(layer, steps)
+        kept = self._flies_clear(layer, steps)
+        refused[Cause.LIMB] += int((~kept).sum())
+        some = np.flatnonzero(kept)
+        if not some.size:
+            return kept
+        joints = self._joints(layer, [steps[int(k)] for k in some])
         apart = self._apart(joints)
         refused[Cause.TOUCH] += int((~apart).sum())
-        some = np.flatnonzero(apart)
-        held = self._held(layer, [steps[int(k)] for k in some], joints[some, 1:])
+        some, joints = some[apart], joints[apart]
+        held = self._held(layer, [steps[int(k)] for k in some], joints[:, 1:])
         refused[Cause.FORCE] += int((~held).sum())
-        apart[some] = held
-        return apart
+        kept[:] = False
+        kept[some[held]] = True
+        return kept
+
+    def _flies_clear(self, layer: Layer, steps: Sequence[Candidate]) -> BoolArray:
+        """Whether the flying leg is clear of the ground all along its box swing ``(K,)``."""
+        out = np.ones(len(steps), dtype=np.bool_)
+        limbs = replace(self.limbs, clearance=FINE_SHARE * self.limbs.clearance)
+        spacing = FINE * self.robot.standing_height
+        paths = [
+            box_swing(layer.feet[step.state, step.leg], step.target, step.rise, spacing)
+            for step in steps
+        ]
+        for leg in sorted({step.leg for step in steps}):
+            own = [k for k, step in enumerate(steps) if step.leg == leg]
+            number = np.repeat(own, [len(paths[k]) for k in own])
+            poses = np.array([steps[k].body for k in own])[np.searchsorted(own, number)]
+            places = np.concatenate([paths[k] for k in own])
+            out[number[~limbs.leg_clear(leg, places[:, None], poses)]] = False
+        return out
 
     def _joints(self, layer: Layer, steps: Sequence[Candidate]) -> FloatArray:
         """Angles of the legs ``(K, n, 4, 3)`` [rad] halfway to the new place, and in the swing."""

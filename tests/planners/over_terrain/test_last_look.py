@@ -12,12 +12,17 @@ import pytest
 import gaitopt
 from gaitopt import HeightMap
 from gaitopt.dynamics.contacts import ForceLimits
+from gaitopt.planners.over_terrain.last_look import LastLook, box_swing
 from gaitopt.planners.over_terrain.links.beside_trunk import BETWEEN_LINKS, BesideTrunk
+from gaitopt.planners.over_terrain.links.limbs import Limbs
+from gaitopt.planners.over_terrain.links.link_spheres import link_spheres
+from gaitopt.planners.over_terrain.links.rolling import at_rest
 from gaitopt.planners.over_terrain.pairs import Cause
 from gaitopt.planners.over_terrain.search import Search
 from gaitopt.planners.over_terrain.settings import TerrainSettings
 from gaitopt.planners.over_terrain.setup import first_layer, search_for
 from gaitopt.planners.over_terrain.states import Candidate, Kept, Layer
+from gaitopt.planners.over_terrain.surfaces import Surfaces
 from gaitopt.robots.collision_shapes import CollisionPairs
 
 LF, LH, RH, RF = range(4)
@@ -106,3 +111,30 @@ def test_only_what_would_be_kept_is_looked_at() -> None:
         kept.add(step)
     assert [step.cost for step in kept.settled()] == [0.0, 2.0, 4.0]
     assert max(asked) <= 6.0 and len(asked) == len(set(asked))
+
+
+def test_a_shank_that_goes_through_an_edge_while_its_foot_rises_is_refused() -> None:
+    """anymal_c lifts a hind foot by 0.22 m up stairs: clear below, halfway up and above.
+
+    A quarter of the way up its shank is in the edge of the next tread.
+    """
+    robot = gaitopt.load_robot("anymal_c")
+    heights = np.where(np.arange(1.4, 2.6, 0.02) < 2.01, 0.85, 1.02)
+    stairs = HeightMap(np.tile(heights[:, None], (1, 50)), 0.02, (1.4, -0.5))
+    radii = np.append(link_spheres(robot).radii, robot.foot_radius)
+    limbs = Limbs.of(robot, Surfaces.of(stairs, radii, robot.foot_radius), 0.013)
+    start, end = np.array([1.96, -0.28, 0.88]), np.array([2.12, -0.28, 1.05])
+    body = np.array([[2.2138, -0.0031, 1.481, -0.0544, -0.282, 0.0]])
+    way = box_swing(start, end, 0.0516, 0.06 * robot.standing_height)
+    clear = limbs.leg_clear(RH, way[:, None], np.repeat(body, len(way), axis=0))
+    halves = limbs.leg_clear(RH, np.array([[start, (start + way[8]) / 2.0, way[8]]]), body)
+    assert halves.all() and not clear[:3].any() and clear[3:].all()
+    feet = np.repeat(start[None], 4, axis=0)[None]
+    none, zero = np.array([-1]), np.zeros(1)
+    layer = Layer(
+        feet, np.full((1, 4), -1), body, np.zeros((1, 4), int), zero, none, none, zero, at_rest(1)
+    )
+    step = Candidate(0.0, 0, 0, RH, end, body[0], 0.0516, layer.rolled[0])
+    last = LastLook.of(robot, limbs, np.zeros((1, 3)), ForceLimits())
+    refused: Counter[Cause] = Counter()
+    assert not last.kept(layer, [step], refused)[0] and +refused == {Cause.LIMB: 1}
