@@ -45,8 +45,10 @@ class Anchors:
         """
         landed = grounded & ~self._grounded
         self._grounded = grounded
-        self._away[landed] = (feet - planned)[landed]
+        if landed.any():
+            self._away[landed] = (feet - planned)[landed]
         back = planned + self._away - feet
         back -= (back * normals).sum(axis=1)[:, None] * normals
         load = (forces * normals).sum(axis=1) / self._full_load
-        return np.asarray(feet + np.clip(1.0 - load, 0.0, 1.0)[:, None] * back)
+        share = np.minimum(np.maximum(1.0 - load, 0.0), 1.0)
+        return np.asarray(feet + share[:, None] * back)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from gaitopt.control.forces import EFFORT, TOLERANCE, ForceShare, ForceStatus
@@ -36,6 +38,7 @@ class NearestForces:
     def __init__(self, weight: float, length: float, limits: ForceLimits) -> None:
         self._weight, self._limits = weight, limits
         self._scale = np.array([1.0] * 3 + [1.0 / length] * 3) / weight
+        self._wrench_scale = (weight * self._scale)[:, None]
         self._last = np.zeros((4, 3))
         self.stand_on(np.tile([0.0, 0.0, 1.0], (4, 1)), np.full(4, limits.friction))
 
@@ -43,6 +46,7 @@ class NearestForces:
         """From now on feet stand on ground with these normals ``(4, 3)`` and friction ``(4,)``."""
         self._normals = unit_normals(normals)
         self._rows = _rows(self._normals, friction * np.cos(np.pi / SIDES))
+        self._known: dict[tuple[bytes, bytes], _Feet] = {}
 
     def reset(self) -> None:
         """Forget the last forces, so that the next ones do not depend on earlier ones."""
@@ -73,45 +77,85 @@ class NearestForces:
             The forces; where no forces make up the wrench, those that come nearest to it.
         """
         bearing = load > 0.0
-        lost = np.where((bearing & ~contacts)[:, None], planned, 0.0).reshape(-1)
-        target = self._scale * (wrench - grasp @ lost)
-        least = self._limits.least_normal_shares(bearing)
-        forces = self._weight * least[:, None] * self._normals
-        feet = np.flatnonzero(bearing & contacts)
-        if not len(feet):
+        feet = self._feet_of(bearing, contacts)
+        if not feet.all_touch:
+            lost = np.where((bearing & ~contacts)[:, None], planned, 0.0).reshape(-1)
+            wrench = wrench - grasp @ lost
+        target = self._scale * wrench
+        forces = feet.least_forces.copy()
+        if not len(feet.legs):
             return ForceShare(forces, float(np.abs(target).max()), 0.0, ForceStatus.FREE)
-        columns = (3 * feet[:, None] + np.arange(3)).reshape(-1)
-        matrix = (self._weight * self._scale)[:, None] * grasp[:, columns]
-        wanted = planned[feet].reshape(-1) / self._weight
+        rows = feet.rows
+        matrix = self._wrench_scale * grasp[:, feet.columns]
+        wanted = planned[feet.legs].reshape(-1) / self._weight
         rest = target - matrix @ wanted
         hessian = matrix.T @ matrix
-        hessian.flat[:: len(columns) + 1] += EFFORT * np.repeat(
-            np.maximum(load[feet], LEAST_SHARE) ** -2.0, 3
+        hessian.flat[:: len(feet.columns) + 1] += EFFORT * np.repeat(
+            np.maximum(load[feet.legs], LEAST_SHARE) ** -2.0, 3
         )
         gradient = -(matrix.T @ rest)
-        rows = _side_by_side(self._rows[feet])
-        floor = np.zeros((len(feet), SIDES + 1))
-        floor[:, -1] = least[feet]
-        low = floor.reshape(-1) - rows @ wanted
+        low = feet.floor - rows @ wanted
         # The minimum without limits; where it keeps them it is that of the QP.
         x, status = np.linalg.solve(hessian, -gradient), ForceStatus.FREE
-        if not (rows @ x - low).min() >= -TOLERANCE:
-            unbounded = np.full(len(low), NO_BOUND)
+        least = float((rows @ x - low).min())
+        if not least >= -TOLERANCE:
             points, solved = solve_quadratic_programs(
-                hessian[None], gradient[None], rows[None], low[None], unbounded[None]
+                hessian[None], gradient[None], rows[None], low[None], feet.unbounded
             )
             # The forces of the last call are better than wrong ones.
-            last = self._last[feet].reshape(-1) / self._weight - wanted
+            last = self._last[feet.legs].reshape(-1) / self._weight - wanted
             x = points[0] if solved[0] else last
             status = ForceStatus.LIMITED if solved[0] else ForceStatus.KEPT
-        forces[feet] = self._weight * (wanted + x).reshape(-1, 3)
+            least = float((rows @ x - low).min())
+        forces[feet.legs] = self._weight * (wanted + x).reshape(-1, 3)
         self._last = forces
         return ForceShare(
             forces=forces,
             residual=float(np.abs(matrix @ x - rest).max()),
-            violation=max(float((low - rows @ x).max()), 0.0),
+            violation=max(-least, 0.0),
             status=status,
         )
+
+    def _feet_of(self, bearing: BoolArray, contacts: BoolArray) -> _Feet:
+        """What depends only on which feet bear load and touch the ground, made once for each."""
+        key = bearing.tobytes(), contacts.tobytes()
+        if key not in self._known:
+            least = self._limits.least_normal_shares(bearing)
+            legs = np.flatnonzero(bearing & contacts)
+            floor = np.zeros((len(legs), SIDES + 1))
+            floor[:, -1] = least[legs]
+            self._known[key] = _Feet(
+                legs=legs,
+                columns=(3 * legs[:, None] + np.arange(3)).reshape(-1),
+                all_touch=not (bearing & ~contacts).any(),
+                least_forces=self._weight * least[:, None] * self._normals,
+                rows=_side_by_side(self._rows[legs]),
+                floor=floor.reshape(-1),
+                unbounded=np.full((1, floor.size), NO_BOUND),
+            )
+        return self._known[key]
+
+
+class _Feet(NamedTuple):
+    """Feet that bear load and touch the ground, on ground that does not change.
+
+    Attributes:
+        legs: their numbers ``(k,)``.
+        columns: numbers of their forces ``(3 k,)``.
+        all_touch: whether no other foot is to bear load.
+        least_forces: least normal forces of all feet that bear load ``(4, 3)`` [N].
+        rows: limits of the forces ``((SIDES + 1) k, 3 k)``.
+        floor: what the rows are to be at least, as a share of the weight ``((SIDES + 1) k,)``.
+        unbounded: the same for "at most" ``(1, (SIDES + 1) k)``.
+    """
+
+    legs: np.ndarray
+    columns: np.ndarray
+    all_touch: bool
+    least_forces: FloatArray
+    rows: FloatArray
+    floor: FloatArray
+    unbounded: FloatArray
 
 
 def _rows(normals: FloatArray, slopes: FloatArray) -> FloatArray:

@@ -13,6 +13,7 @@ legs bring their feet there. The controller knows nothing of any simulator.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -47,6 +48,11 @@ class RobotState:
     v: FloatArray
     contacts: BoolArray
     bearing: BoolArray | None = None
+
+    @cached_property
+    def rotation(self) -> FloatArray:
+        """Rotation matrix of the base ``(3, 3)``."""
+        return rotation_of(self.q[3:7])
 
     @property
     def pushed(self) -> BoolArray:
@@ -106,6 +112,7 @@ class TrackingController:
         self._normals, self._friction = np.zeros((len(LEGS), 3)), np.zeros(len(LEGS))
         self._levers = np.zeros((len(LEGS), 3, 3))
         self._at_rest = np.zeros(robot.model.nv)
+        self._still = np.zeros(len(robot.joint_names))
         self._blend_decay = _decay(dt, self.gains.blend_time)
         self._swing_decay = _decay(dt, self.gains.swing_blend_time)
         self._force_decay = _decay(dt, self.gains.force_smoothing)
@@ -146,17 +153,16 @@ class TrackingController:
         tick = footing.wait(self.reference.tick(time - self.waited))
         self._stand_on(tick)
         state = self._ahead(state)
-        rotation = rotation_of(state.q[3:7])
+        rotation = state.rotation
         feet, jacobian, needed = self._dynamics(tick, state.q)
         footing.update(tick, state.contacts)
-        waiting = footing.awaited.any()
         wrench = needed[:6] + self._feedback(tick, state, rotation)
         share = self._share(tick, jacobian[:, :6].T, wrench, state.pushed)
         torque = needed[6:] - self._filtered(share.forces, state.contacts) @ jacobian[:, 6:]
         return Command(
             torque=torque,
             angles=self._set_points(tick, state, rotation, feet, share.forces),
-            rates=0.0 * self.reference.rates[tick] if waiting else self.reference.rates[tick],
+            rates=self._still if footing.waiting else self.reference.rates[tick],
             share=share,
         )
 
@@ -201,16 +207,16 @@ class TrackingController:
 
         model, data = self._model, self._data
         velocity, acceleration = self.reference.velocity[tick], self.reference.acceleration[tick]
-        if self._footing.awaited.any():
+        if self._footing.waiting:
             velocity = acceleration = self._at_rest
         needed = np.array(pin.rnea(model, data, q, velocity, acceleration))
         pin.computeJointJacobians(model, data, q)
-        feet, jacobian = np.empty((4, 3)), np.empty((12, model.nv))
+        feet, whole = np.empty((4, 3)), np.empty((4, 6, model.nv))
         for i, frame in enumerate(self._frames):
             feet[i] = pin.updateFramePlacement(model, data, frame).translation
-            j = pin.getFrameJacobian(model, data, frame, pin.LOCAL_WORLD_ALIGNED)
-            jacobian[3 * i : 3 * i + 3] = j[:3] + self._levers[i] @ j[3:]
-        return feet, jacobian, needed
+            whole[i] = pin.getFrameJacobian(model, data, frame, pin.LOCAL_WORLD_ALIGNED)
+        jacobian = whole[:, :3] + self._levers @ whole[:, 3:]
+        return feet, jacobian.reshape(12, model.nv), needed
 
     def _filtered(self, forces: FloatArray, contacts: BoolArray) -> FloatArray:
         """The wanted ``forces (4, 3)`` after a first-order filter ``(12,)``; 0 in the air."""
@@ -224,19 +230,19 @@ class TrackingController:
         """Force and torque of spring and damper on the body, in its own frame ``(6,)``."""
         ref, gains = self.reference, self.gains
         place = ref.position[tick] - state.q[:3]
-        moving = not self._footing.awaited.any()
-        velocity = moving * ref.linear[tick] - rotation @ state.v[:3]
+        linear, angular = ref.linear[tick], ref.angular[tick]
+        if self._footing.waiting:
+            linear = angular = self._at_rest[:3]
+        velocity = linear - rotation @ state.v[:3]
         angle = rotation_vector(ref.rotation[tick] @ rotation.T)
-        spin = moving * ref.angular[tick] - rotation @ state.v[3:6]
-        out = np.empty(6)
-        out[:3] = gains.body_damping * velocity + gains.body_stiffness * _shortened(
+        spin = angular - rotation @ state.v[3:6]
+        force = gains.body_damping * velocity + gains.body_stiffness * _shortened(
             place, gains.largest_error
         )
-        out[3:] = gains.rotation_damping * spin + gains.rotation_stiffness * _shortened(
+        torque = gains.rotation_damping * spin + gains.rotation_stiffness * _shortened(
             angle, gains.largest_rotation
         )
-        out[:3], out[3:] = out[:3] @ rotation, out[3:] @ rotation
-        return out
+        return np.concatenate([force @ rotation, torque @ rotation])
 
     def _set_points(
         self, tick: int, state: RobotState, rotation: FloatArray, feet: FloatArray,
@@ -263,11 +269,12 @@ class TrackingController:
         flying = (target - state.q[:3]) @ rotation
         grounded = held[:, None]
         wanted = np.where(grounded, standing, flying) - ref.feet_in_base[tick]
-        for leg in np.flatnonzero(held & ~self._was_grounded):
+        landed = held & ~self._was_grounded
+        if landed.any():
             # At touch-down no set-point jumps: the difference fades. It leads a little below the
             # ground, so that the foot keeps touching it until it carries load.
-            self._offset[leg] = self._correction[leg] - wanted[leg]
-            self._offset[leg] -= self.gains.landing_depth * rotation[2]
+            self._offset[landed] = (self._correction - wanted)[landed]
+            self._offset[landed] -= self.gains.landing_depth * rotation[2]
         self._was_grounded = held
         self._offset *= self._blend_decay
         # A flying foot follows the body's errors slowly, so that joint velocities stay low.

@@ -40,7 +40,6 @@ class Servos:
     """The servos of one simulation, and their record over every step of the physics.
 
     Attributes:
-        peak_torques, peak_rates: the largest of every joint so far ``(nj,)`` [N m], [rad/s].
         energy: mechanical work done so far [J]; energy from braking is not recovered.
         applied: torques of the last step ``(nj,)`` [N m].
     """
@@ -51,11 +50,17 @@ class Servos:
         self._step = import_mujoco().mj_step
         self._sim, self._timestep = sim, settings.timestep
         self._stiffness, self._damping = gains.joint_stiffness, gains.joint_damping
-        self._speed_torques = speed_torques(robot.velocity_limits, gains, settings)
+        self._largest = speed_torques(robot.velocity_limits, gains, settings)
+        self._least = -self._largest
+        self._angles, self._speeds, self._columns = map(_in_a_row, (sim.qpos, sim.qvel, sim.ctrl))
+        self._copies = not all(isinstance(s, slice) for s in (self._angles, self._speeds))
         self._friction = np.array(sim.model.dof_frictionloss[sim.qvel])
         self._viscous = np.array(sim.model.dof_damping[sim.qvel])
         creep = CREEP * gains.joint_damping
         self._per_torque = 1.0 / creep if creep > 0.0 else 0.0
+        self._rubs = bool(self._friction.any())
+        # MuJoCo's damping of the servos, and whether the last step has changed it.
+        self._bias, self._bounded = sim.model.actuator_biasprm, True
         unlimited = np.full(len(sim.ctrl), np.inf)
         self._efforts = np.array(robot.effort_limits) if settings.torque_limits else unlimited
         self._lines = torque_lines(robot, ForceLimits()) if settings.torque_limits else None
@@ -64,26 +69,46 @@ class Servos:
 
     def start_record(self) -> None:
         """Start the record anew."""
-        self.peak_torques = np.zeros(len(self._sim.ctrl))
-        self.peak_rates = np.zeros(len(self._sim.ctrl))
+        self._peaks = np.zeros((2, len(self._sim.ctrl)))
         self.energy = 0.0
 
     def drive(self, data: Any, command: Command, steps: int) -> None:
         """Step the physics ``steps`` times under a command."""
-        sim, qpos, qvel = self._sim, data.qpos, data.qvel
+        angles, speeds = data.qpos[self._angles], data.qvel[self._speeds]
         wanted = self._stiffness * command.angles + self._damping * command.rates
         known = command.torque + self._viscous * command.rates
-        largest = self._speed_torques
-        for _ in range(steps):
-            torque = np.minimum(
-                np.maximum(wanted - self._stiffness * qpos[sim.qpos], -largest), largest
-            )
-            rubbing = self._friction * np.minimum(np.maximum(torque * self._per_torque, -1.0), 1.0)
-            applied, rate = self._advance(data, torque + known + rubbing), qvel[sim.qvel]
-            self.applied = applied
-            np.fmax(self.peak_torques, np.abs(applied), out=self.peak_torques)
-            np.fmax(self.peak_rates, np.abs(rate), out=self.peak_rates)
-            self.energy += float(np.maximum(applied * rate, 0.0).sum()) * self._timestep
+        done, torque = np.empty((steps, 2, len(known))), np.empty(len(known))
+        stiffness, least, largest = self._stiffness, self._least, self._largest
+        for k in range(steps):
+            # Views of MuJoCo's state follow it; other choices of joints are copies.
+            if self._copies:
+                angles = data.qpos[self._angles]
+            np.multiply(angles, stiffness, out=torque)
+            np.subtract(wanted, torque, out=torque)
+            np.maximum(torque, least, out=torque)
+            np.minimum(torque, largest, out=torque)
+            if self._rubs:
+                share = np.minimum(np.maximum(torque * self._per_torque, -1.0), 1.0)
+                torque += known
+                torque += self._friction * share
+            else:
+                torque += known
+            done[k, 0] = self._advance(data, torque)
+            done[k, 1] = data.qvel[self._speeds] if self._copies else speeds
+        self.applied = done[-1, 0]
+        np.fmax(self._peaks, np.fmax.reduce(np.abs(done)), out=self._peaks)
+        for power in np.maximum(done[:, 0] * done[:, 1], 0.0).sum(axis=1).tolist():
+            self.energy += power * self._timestep
+
+    @property
+    def peak_torques(self) -> FloatArray:
+        """The largest torque of every joint so far ``(nj,)`` [N m]."""
+        return np.array(self._peaks[0])
+
+    @property
+    def peak_rates(self) -> FloatArray:
+        """The largest velocity of every joint so far ``(nj,)`` [rad/s]."""
+        return np.array(self._peaks[1])
 
     def _advance(self, data: Any, torque: FloatArray) -> FloatArray:
         """One step of the physics under the torques ``torque - kd dq``, within their limits.
@@ -96,18 +121,30 @@ class Servos:
         Returns:
             The torques ``(nj,)`` [N m] that were applied.
         """
-        sim, columns = self._sim, self._sim.ctrl
-        before = (data.time, data.qpos.copy(), data.qvel.copy(), data.qacc_warmstart.copy())
+        before = _State(data.time, data.qpos.copy(), data.qvel.copy(), data.qacc_warmstart.copy())
+        data.ctrl[self._columns] = torque
+        if self._bounded:
+            self._bias[self._columns, 2] = -self._damping
+            self._bounded = False
+        self._step(self._sim.model, data)
+        asked = torque - self._damping * data.qvel[self._speeds]
+        # Limits that fall with the speed are looked at one by one, and so is what is no number.
+        if self._lines is None and (np.abs(asked) <= self._efforts).all():
+            return asked
+        return self._within_limits(data, torque, before)
+
+    def _within_limits(self, data: Any, torque: FloatArray, before: _State) -> FloatArray:
+        """The same for a step that was done once without limits, from the state ``before``."""
         limited = np.zeros(len(torque), dtype=np.bool_)
         bound = _Bound(np.zeros(len(torque)), np.zeros(len(torque)), limited)
         for rounds in range(MOST_ROUNDS):
             if rounds:
-                data.time, data.qpos[:], data.qvel[:], data.qacc_warmstart[:] = before
-            data.ctrl[columns] = np.where(limited, bound.torque, torque)
-            slopes = np.where(limited, bound.slope, self._damping)
-            sim.model.actuator_biasprm[columns, 2] = -slopes
-            self._step(sim.model, data)
-            speeds = data.qvel[sim.qvel]
+                before.restore(data)
+                data.ctrl[self._columns] = np.where(limited, bound.torque, torque)
+                self._bias[self._columns, 2] = -np.where(limited, bound.slope, self._damping)
+                self._bounded = True
+                self._step(self._sim.model, data)
+            speeds = data.qvel[self._speeds]
             asked = torque - self._damping * speeds
             applied = np.where(limited, bound.torque - bound.slope * speeds, asked)
             low, high = self._limits(speeds)
@@ -157,6 +194,19 @@ class Servos:
         return _Bound(torque, slope, falling)
 
 
+class _State(NamedTuple):
+    """MuJoCo's state before a step: time, positions, velocities, and where its solver begins."""
+
+    time: float
+    qpos: FloatArray
+    qvel: FloatArray
+    warmstart: FloatArray
+
+    def restore(self, data: Any) -> None:
+        """Go back to it."""
+        data.time, data.qpos[:], data.qvel[:], data.qacc_warmstart[:] = self
+
+
 class _Bound(NamedTuple):
     """Torques ``torque - slope * speed`` of joints at their limits, each ``(nj,)``.
 
@@ -166,6 +216,14 @@ class _Bound(NamedTuple):
     torque: FloatArray
     slope: FloatArray
     falling: BoolArray
+
+
+def _in_a_row(places: np.ndarray) -> slice | np.ndarray:
+    """Places as a slice, where they follow one another: such a part of an array is no copy."""
+    first = int(places[0])
+    if (places == first + np.arange(len(places))).all():
+        return slice(first, first + len(places))
+    return places
 
 
 def speed_torques(

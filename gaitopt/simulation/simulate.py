@@ -17,7 +17,6 @@ from typing import Any
 import numpy as np
 
 from gaitopt.control.gains import ControlGains
-from gaitopt.control.rotation import rotation_of
 from gaitopt.control.tracking import RobotState, TrackingController
 from gaitopt.conventions import GRAVITY
 from gaitopt.inputs import check_kind
@@ -213,12 +212,13 @@ class _Run:
         qpos, qvel = data.qpos, data.qvel
         q, v = np.empty(7 + len(sim.qpos)), np.empty(6 + len(sim.qvel))
         q[:3], q[3:6], q[6], q[7:] = qpos[:3], qpos[4:7], qpos[3], qpos[sim.qpos]
-        # MuJoCo's velocity of the base's origin is in the world's axes. (Its xmat, geom_xpos and
-        # contacts are those before the last step; that is good enough only for the contacts.)
-        v[:3] = qvel[:3] @ rotation_of(q[3:7])
         v[3:6], v[6:] = qvel[3:6], qvel[sim.qvel]
         beneath, loads = self._touching.beneath(data)
-        return RobotState(q, v, beneath >= 0, loads >= self._least_load), beneath
+        state = RobotState(q, v, beneath >= 0, loads >= self._least_load)
+        # MuJoCo's velocity of the base's origin is in the world's axes. (Its xmat, geom_xpos and
+        # contacts are those before the last step; that is good enough only for the contacts.)
+        v[:3] = qvel[:3] @ state.rotation
+        return state, beneath
 
     def _status(self, time: float, state: RobotState) -> SimulationStatus:
         """Whether the robot is still on its feet."""
@@ -226,7 +226,7 @@ class _Run:
         tick = reference.tick(time - self.controller.waited)
         if not (np.isfinite(state.q).all() and np.abs(state.v).max() < LARGEST_SPEED):
             return SimulationStatus.DIVERGED
-        upright = float(rotation_of(state.q[3:7])[:, 2] @ reference.rotation[tick, :, 2])
+        upright = float(state.rotation[:, 2] @ reference.rotation[tick, :, 2])
         place = state.q[:3] - reference.position[tick]
         tilted = upright < np.cos(self.settings.fall_tilt)
         if tilted or np.sqrt(place @ place) > self._largest_error:

@@ -28,6 +28,7 @@ class Touching:
     def __init__(self, sim: SimModel, radius: float) -> None:
         self._sim, self._near = sim, NEAR_FOOT * radius + NEAR_MORE
         self._legs = {ball: leg for leg, ball in enumerate(sim.feet)}
+        self._on_ground: list[bool] = (sim.model.geom_bodyid == 0).tolist()
         self.bumps: set[str] = set()
 
     def beneath(self, data: Any) -> tuple[np.ndarray, FloatArray]:
@@ -39,9 +40,10 @@ class Touching:
         loads = np.zeros(len(LEGS))
         if not data.ncon:
             return found, loads
-        pairs, gaps = data.contact.geom.tolist(), data.contact.dist.tolist()
+        contact = data.contact
+        pairs, gaps = contact.geom.tolist(), contact.dist.tolist()
         # The first row of a contact is its normal force, as friction cones are elliptic.
-        places, rows, forces = data.contact.pos, data.contact.efc_address.tolist(), data.efc_force
+        places, rows, forces = contact.pos, contact.efc_address.tolist(), data.efc_force
         for number, ((a, b), gap) in enumerate(zip(pairs, gaps, strict=True)):
             own, other = (b, a) if self._is_ground(a) else (a, b)
             leg = self._leg(data, own, other, places[number])
@@ -85,7 +87,7 @@ class Touching:
         return found
 
     def _is_ground(self, geom: int) -> bool:
-        return int(self._sim.model.geom_bodyid[geom]) == 0
+        return self._on_ground[geom]
 
     def _leg(self, data: Any, own: int, other: int, place: np.ndarray) -> int:
         """Number of the leg whose foot touches the ground in a place; -1 for another contact."""
