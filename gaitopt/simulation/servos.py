@@ -130,7 +130,7 @@ class Servos:
         asked = torque - self._damping * data.qvel[self._speeds]
         # Limits that fall with the speed are looked at one by one, and so is what is no number.
         if self._lines is None and (np.abs(asked) <= self._efforts).all():
-            return asked
+            return np.asarray(asked)
         return self._within_limits(data, torque, before)
 
     def _within_limits(self, data: Any, torque: FloatArray, before: _State) -> FloatArray:
