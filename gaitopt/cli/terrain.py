@@ -67,6 +67,10 @@ StartOption = Annotated[
 ]  # fmt: skip
 PAGE, MAP, FOOTHOLDS = "replay.html", "map.png", "footholds.csv"
 """Names of the files that are written, beside the plan."""
+SHORT = 0.2
+"""Length up to which the time of a search is not told for each metre: turns on the spot [m]."""
+BESIDE = 5e-3
+"""Distance from the goal from which on the command tells of it [m]."""
 
 
 @takes_robot("wang2020")
@@ -178,10 +182,15 @@ def _delivery(
     plan: Plan, search: TerrainSearch, collisions: bool, seconds: dict[str, float]
 ) -> Delivery:
     """What is written and said of a walk over a map."""
-    each = seconds["search"] / max(search.metres, 1e-3)
+    from gaitopt.planners.over_terrain.ways.arrival import off_goal
+
     took = ", ".join(f"{what} {value:.1f} s" for what, value in seconds.items())
-    told = [f"{len(search.tried)} places were tried for the feet; {took}; the search {each:.2f} s "
-            "a metre"]  # fmt: skip
+    told = [f"{len(search.tried)} places were tried for the feet; {took}"]
+    if search.metres > SHORT:
+        told[0] += f"; the search {seconds['search'] / search.metres:.2f} s a metre"
+    beside = off_goal(plan, search.course.poses[-1])
+    if beside > BESIDE:
+        told.append(f"The body ends {beside:.2f} m beside the goal, as near as it gets.")
     instead = getattr(plan.record, "instead", None)
     if instead:
         told.append(escape(f"It is the walk phase by phase, and no time-optimal one: {instead}"))

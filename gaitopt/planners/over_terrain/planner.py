@@ -29,9 +29,11 @@ from gaitopt.planners.over_terrain.links.limbs import Limbs
 from gaitopt.planners.over_terrain.links.plan_clearance import first_touching_step
 from gaitopt.planners.over_terrain.planned_forces import usual_forces
 from gaitopt.planners.over_terrain.result import TerrainSearch
+from gaitopt.planners.over_terrain.search import Search
 from gaitopt.planners.over_terrain.settings import TerrainSettings
 from gaitopt.planners.over_terrain.setup import first_layer, result_of, search_for, with_settings
 from gaitopt.planners.over_terrain.walks import walk_over
+from gaitopt.planners.over_terrain.ways.arrival import arrived
 from gaitopt.planners.over_terrain.ways.tries import Tries, shorter_steps, ways_of
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.footholds import Footholds
@@ -127,6 +129,10 @@ def plan_terrain(
     search goes on without this step. Where no such walk is found, shorter steps are tried, each
     length for as long as the first one.
 
+    After the last step the body moves to the goal, or as near to it as its legs and the ground
+    allow, while four feet stand. Plans without contact forces (``timing="velocity"``) end where
+    the body was in the last swing.
+
     Args:
         robot, ground, goal: as for :func:`search_terrain`.
         start: as there; or the state in which the plan begins (:class:`gaitopt.State`). The way is
@@ -151,19 +157,18 @@ def plan_terrain(
             in the way.
         SolverError: a solution failed the check of its residuals.
     """
-    if end is not None:
-        way = plan_terrain(
-            robot, ground, goal, start=start, progress=progress, search=search, **options
-        )
-        pose = pose_of(robot, start) if isinstance(start, State) else start
-        settings = TerrainSettings.for_robot(robot, **_of_search(options))
-        return _ended(way, end, search_for(robot, ground, goal, pose, settings).limbs)
+    pose = pose_of(robot, start) if isinstance(start, State) else start
+    way, searching = _walk(robot, ground, goal, pose, progress, search, options)
     if isinstance(start, State):
-        pose = pose_of(robot, start)
-        way = plan_terrain(
-            robot, ground, goal, start=pose, progress=progress, search=search, **options
-        )
-        return _from_state(way, start, options.get("forces"))
+        way = _from_state(way, start, options.get("forces"))
+    return arrived(way, searching) if end is None else _ended(way, end, searching.limbs)
+
+
+def _walk(
+    robot: Quadruped, ground: HeightMap, goal: ArrayLike, start: ArrayLike | None,
+    progress: Progress | None, search: TerrainSearch | None, options: dict[str, Any],
+) -> tuple[Plan, Search]:  # fmt: skip
+    """The walk of :func:`plan_terrain` from a pose to its last step, and the search it is of."""
     check_names(
         TerrainSettings,
         options,
@@ -183,7 +188,7 @@ def plan_terrain(
         raise no_way(search)
     searching = search_for(robot, ground, goal, start, search.settings, further.get("forces"))
     try:
-        return walk_over(searching, search, further, progress)
+        return walk_over(searching, search, further, progress), searching
     except TerrainError as error:
         usual = TerrainSettings.for_robot(robot).step_length
         lengths = shorter_steps(usual, search.settings, asked)
@@ -197,7 +202,7 @@ def plan_terrain(
         found = result_of(other, other.run([first_layer(other)], progress, until=latest), begin)
         if found.complete:
             with suppress(TerrainError):
-                return walk_over(other, found, further, progress)
+                return walk_over(other, found, further, progress), other
     raise also_tried(first, lengths)
 
 

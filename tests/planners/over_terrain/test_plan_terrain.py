@@ -19,6 +19,7 @@ from gaitopt.planners.over_terrain.pairs import Cause
 from gaitopt.planners.over_terrain.planned_forces import FRICTION_SHARE
 from gaitopt.planners.over_terrain.settings import TerrainSettings
 from gaitopt.planners.over_terrain.setup import first_layer, result_of, search_for
+from gaitopt.planners.over_terrain.ways.arrival import off_goal
 
 GO2 = gaitopt.load_robot("go2")
 LENGTH = 0.9
@@ -43,6 +44,31 @@ def test_a_walk_over_rubble_is_certified(rubble: gaitopt.Plan) -> None:
 def test_physics_crosses_it_and_nothing_but_feet_touches_the_ground(rubble: gaitopt.Plan) -> None:
     result = gaitopt.simulate(rubble)
     assert result.passed and not result.bumps
+
+
+def test_the_body_ends_at_the_goal_and_faces_ahead(rubble: gaitopt.Plan) -> None:
+    goal, last = np.array([LENGTH, 0.0]), rubble.phases[-1]
+    assert off_goal(rubble, goal) < 1e-6
+    assert last.kind == "stance" and last.support == LEGS and last.duration > 0.1
+    assert abs(rubble.path.evaluate(np.array([rubble.duration]))[0, 5]) < 1e-6
+    # In the last swing it was where three feet hold it.
+    assert np.linalg.norm(last.cog_start[:2] - goal) > 0.02
+
+
+def test_the_body_ends_as_near_to_the_goal_as_it_gets(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Something is in its way from 60 % of it on, and then everywhere."""
+    ends = []
+    for most in (0.6, 0.0):
+
+        def clear(limbs: object, poses: np.ndarray, *_: object, most: float = most) -> bool:
+            left = np.linalg.norm(poses[:, :2] - [0.2, 0.0], axis=1)
+            return bool(left[-1] >= (1.0 - most) * left[0])
+
+        monkeypatch.setattr("gaitopt.planners.over_terrain.ways.arrival._clear", clear)
+        plan = gaitopt.plan_terrain(*FEW_STEPS, start=(0.0, 0.0, 0.0))
+        ends.append(off_goal(plan, np.array([0.2, 0.0])))
+    assert plan.phases[-1].kind == "swing" and ends[1] > 0.02
+    assert ends[0] == pytest.approx(0.5 * ends[1], abs=1e-6)
 
 
 def test_feet_stand_on_the_ground_where_the_layers_allow_it(rubble: gaitopt.Plan) -> None:
