@@ -82,16 +82,21 @@ def leg_index(leg: str) -> int:
 
 def frozen(array: object) -> FloatArray:
     """``array`` as float64 that nobody can write to: a copy, unless it is already that."""
-    if (
-        isinstance(array, np.ndarray)
-        and array.dtype == np.float64
-        and array.flags.owndata
-        and not array.flags.writeable
-    ):
+    if isinstance(array, np.ndarray) and array.dtype == np.float64 and is_frozen(array):
         return array
     copy = np.array(array, dtype=np.float64, copy=True)
     copy.setflags(write=False)
     return copy
+
+
+def is_frozen(array: np.ndarray) -> bool:
+    """Whether nobody can write to an array: it has its own numbers, or is a part of such a one."""
+    if array.flags.writeable:
+        return False
+    owner = array.base
+    if owner is None:
+        return bool(array.flags.owndata)
+    return type(owner) is np.ndarray and not owner.flags.writeable and bool(owner.flags.owndata)
 
 
 def rotation_z(angle: float) -> FloatArray:

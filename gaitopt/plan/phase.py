@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from types import MappingProxyType
 from typing import Any, Literal
 
 import numpy as np
 
-from gaitopt.conventions import LEGS, ByValue, FloatArray, frozen
+from gaitopt.conventions import LEGS, ByValue, FloatArray, frozen, is_frozen
 from gaitopt.errors import InputError
 from gaitopt.inputs import (
     as_text,
@@ -27,6 +27,21 @@ LONGEST = 1e9
 """Largest time [s] and margin [m] of a phase: more is a mistake."""
 MOST_STEPS = 10**9
 """Largest number of a step that a phase may have: more is a mistake."""
+PLACES = ("cog_start", "cog_end", "foot_start", "foot_end")
+"""Fields of a phase that are places."""
+
+
+def are_floats(numbers: Iterable[object]) -> bool:
+    """Whether all of some values are Python's own numbers with a point."""
+    return all([type(number) is float for number in numbers])
+
+
+def _is_place(value: object) -> bool:
+    """Whether a value is three numbers that nobody can change, none of which is NaN."""
+    if type(value) is not np.ndarray or value.dtype != np.float64 or value.shape != (3,):
+        return False
+    x, y, z = value.tolist()
+    return x == x and y == y and z == z and is_frozen(value)
 
 
 @dataclass(frozen=True)
@@ -50,6 +65,8 @@ class Limit:
     spans: tuple[tuple[float, float], ...] = ()
 
     def __post_init__(self) -> None:
+        if self._is_plain:
+            return
         check_kind("kind of a limit", self.kind, str)
         check_kind("name of a limit", self.name, str)
         spans = tuple(
@@ -64,6 +81,18 @@ class Limit:
         if not all(is_real(number) for number in numbers):
             raise InputError(f"a limit's value and times must be numbers, got {as_text(numbers)}")
         object.__setattr__(self, "spans", spans)
+
+    @property
+    def _is_plain(self) -> bool:
+        """Whether all is of the types that planners give: a walk has hundreds of limits."""
+        numbers = [self.value]
+        if type(self.spans) is not tuple:
+            return False
+        for span in self.spans:
+            if type(span) is not tuple or len(span) != 2:
+                return False
+            numbers += span
+        return type(self.kind) is type(self.name) is str and are_floats(numbers)
 
 
 @dataclass(frozen=True)
@@ -94,8 +123,9 @@ class CogEvidence:
     def __post_init__(self) -> None:
         check_kind("multipliers", self.multipliers, Mapping)
         numbers = (*self.multipliers.values(), self.primal, self.stationarity,
-                   self.complementarity, self.error_bound, self.iterations)  # fmt: skip
-        if not all(is_real(number) for number in numbers):
+                   self.complementarity, self.error_bound)  # fmt: skip
+        if not (are_floats(numbers) or all(map(is_real, numbers))) or not is_real(self.iterations):
+            numbers = (*numbers, self.iterations)
             raise InputError(f"evidence of a phase must be numbers, got {as_text(numbers)}")
         for name in ("status", "objective"):
             check_kind(name, getattr(self, name), str)
@@ -141,15 +171,18 @@ class Phase(ByValue):
     evidence: CogEvidence | None = None
 
     def __post_init__(self) -> None:
-        for name in ("cog_start", "cog_end", "foot_start", "foot_end"):
-            object.__setattr__(self, name, frozen(check_known(name, getattr(self, name))))
+        for name in PLACES:
+            if _is_place(given := getattr(self, name)):
+                continue
+            object.__setattr__(self, name, frozen(check_known(name, given)))
             if getattr(self, name).shape != (3,):
                 raise InputError(f"a phase's {name} must have the shape (3,)")
         check_choice("kind of a phase", self.kind, ("stance", "swing"))
         check_choice("leg of a phase", self.leg, LEGS if self.kind == "swing" else (*LEGS, ""))
         legs = check_tuple("support of a phase", self.support)
-        for leg in legs:
-            check_choice("support of a phase", leg, LEGS)
+        if legs != LEGS:
+            for leg in legs:
+                check_choice("support of a phase", leg, LEGS)
         if len(set(legs)) < len(legs):
             raise InputError(f"support of a phase names a leg twice: {', '.join(legs)}")
         check_number("start of a phase", self.start, -LONGEST, LONGEST, "s")
@@ -290,7 +323,7 @@ def _next_step(before: Phase, after: Phase, leg: str) -> bool:
 
 def _phase_to_dict(phase: Phase) -> dict[str, Any]:
     out: dict[str, Any] = {f.name: getattr(phase, f.name) for f in fields(phase)}
-    for key in ("cog_start", "cog_end", "foot_start", "foot_end"):
+    for key in PLACES:
         out[key] = out[key].tolist()
     out["margin"] = None if phase.margin == float("-inf") else phase.margin
     out["limited_by"] = [[x.kind, x.name, x.value, x.spans] for x in phase.limited_by]

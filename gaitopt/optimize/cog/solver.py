@@ -1,24 +1,30 @@
 """Solve the COG problem: where to put the COG before a leg swings.
 
-The method is sequential quadratic programming, with ProxQP for each QP. The feasible set is convex,
-so that every linearisation of the constraints contains it. The solution carries a proven bound on
-its distance from the true optimum (derived in ``docs/theory.md``).
+The method is sequential quadratic programming. QPs of two unknowns are solved exactly
+(:mod:`gaitopt.optimize.cog.plane_program`); ProxQP solves what is not solved so, and all others.
+The feasible set is convex, so that every linearisation of the constraints contains it. The solution
+carries a proven bound on its distance from the true optimum (derived in ``docs/theory.md``).
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from gaitopt.conventions import FloatArray, TextEnum
+from gaitopt.conventions import FloatArray
 from gaitopt.errors import SolverError
 from gaitopt.inputs import check_kind
-from gaitopt.optimize.cog.formulation import LINEAR_WEIGHT, CogFormulation
+from gaitopt.optimize.cog.formulation import LINEAR_WEIGHT
+from gaitopt.optimize.cog.in_plane import margin_at, solve_nearest
 from gaitopt.optimize.cog.problem import CogProblem, build_cog_problem, build_cog_problems
-from gaitopt.optimize.quadratic import QuadraticSolver
+from gaitopt.optimize.cog.solution import (
+    ACTIVE_MULTIPLIER,
+    CogSolution,
+    distance_bound,
+    status_of,
+)
+from gaitopt.optimize.cog.workspace import BufferedCall, CogWorkspace
 
 __all__ = [
     "CogProblem",
@@ -30,16 +36,6 @@ __all__ = [
     "solve_cog",
 ]
 
-PRIMAL_TOLERANCE = 1e-9
-"""Largest violation of a constraint in an accepted solution [m]. Chosen here: a hundred times the
-accuracy of the QP solver, and far below what a robot can measure."""
-ERROR_TOLERANCE = 1e-6
-"""Largest bound on the distance from the true optimum in an accepted solution [m]. Chosen here: a
-micrometre, far below what a robot can measure."""
-ACTIVE_MULTIPLIER = 1e-6
-"""Multiplier above which a constraint is said to be active. Chosen here: multipliers of active
-constraints have the size of the distance that the body moves [m], and those of others that of the
-QP solver's accuracy, 1e-11."""
 MOST_ITERATIONS = 40
 """Most QPs for one problem. Measured: random problems, 9000 of them, took 20 at most."""
 EMPTY_VIOLATION = 1e-7
@@ -53,64 +49,9 @@ so that the next step would be smaller than rounding."""
 REFINED_GAP = 1e-14
 """Gap below which a solution is not refined [m^2]: rounding in the sum of multipliers times
 slacks."""
-VECTORS = ("gradient", "constraints")
-"""Results of a formulation's derivatives that are no matrices."""
 LARGEST_CORRECTION = 1e-6
 """A refinement that moves the COG by more than this is rejected [m]: other constraints would be
 active. The same size as :data:`ERROR_TOLERANCE`, which it is meant to correct."""
-
-
-class CogStatus(TextEnum):
-    """The result of :func:`solve_cog`."""
-
-    SOLVED = "solved"
-    """The residuals are within tolerance."""
-    NOT_VERIFIED = (
-        "no solution was verified; usually there is none: reduce the stability margin, or take "
-        "another body height or nearer footholds"
-    )
-    """The residuals are too large."""
-
-
-@dataclass(frozen=True, eq=False)
-class CogSolution:
-    """A COG position with the residuals that show that it is optimal.
-
-    Attributes:
-        position: ``(2,)`` [m].
-        distance: from the start [m].
-        value: optimum of the objective: distance [m], margin [m] or reach fraction.
-        margin: stability margin there [m]; ``inf`` when no leg is to swing.
-        multipliers: multiplier of each constraint by name, scaled to the objective.
-        active: names of the active constraints, which determine the optimum.
-        status: whether the residuals below are within tolerance.
-        primal: largest violation of a constraint [m].
-        stationarity: largest entry of the Lagrangian's gradient.
-        complementarity: sum of multipliers times slacks.
-        error_bound: for ``"distance"`` a bound on the distance from the true optimum [m], for the
-            others on the difference between the objective and its optimum. It is proven where no
-            constraint is violated. A violation, of 1e-9 m at most, is taken into account to first
-            order, by the multipliers.
-        iterations: number of QPs that were solved.
-    """
-
-    position: FloatArray
-    distance: float
-    value: float
-    margin: float
-    multipliers: Mapping[str, float]
-    active: tuple[str, ...]
-    status: CogStatus
-    primal: float
-    stationarity: float
-    complementarity: float
-    error_bound: float
-    iterations: int
-
-    @property
-    def solved(self) -> bool:
-        """Whether the residuals are within tolerance."""
-        return self.status is CogStatus.SOLVED
 
 
 class _State(NamedTuple):
@@ -153,7 +94,12 @@ def solve_cog(problem: CogProblem, workspace: CogWorkspace | None = None) -> Cog
         raise SolverError("the COG problem holds NaN or infinite numbers")
     form = problem.formulation
     workspace = workspace or CogWorkspace()
-    call, solver = workspace.call(form), workspace.solver(form.variables, form.constraints)
+    call = workspace.call(form)
+    if form.objective == "distance" and form.variables == 2:
+        nearest = solve_nearest(call, problem)
+        if nearest is not None:
+            return nearest
+    solver = workspace.solver(form.variables, form.constraints)
     w = np.zeros(form.variables)
     w[: form.place] = problem.parameters[: form.place]
     if form.objective != "distance":
@@ -172,57 +118,8 @@ def solve_cog(problem: CogProblem, workspace: CogWorkspace | None = None) -> Cog
     return _verified(problem, _refined(call, problem, state), iterations)
 
 
-class CogWorkspace:
-    """Memory of CasADi and ProxQP that is reused from problem to problem, by one thread."""
-
-    def __init__(self) -> None:
-        self._solvers: dict[tuple[int, int], QuadraticSolver] = {}
-        self._calls: dict[CogFormulation, _Buffered] = {}
-
-    def solver(self, variables: int, constraints: int) -> QuadraticSolver:
-        """The QP solver for problems of this size."""
-        key = variables, constraints
-        if key not in self._solvers:
-            self._solvers[key] = QuadraticSolver(*key)
-        return self._solvers[key]
-
-    def call(self, formulation: CogFormulation) -> _Buffered:
-        """The formulation's derivatives as a function of NumPy arrays."""
-        if formulation not in self._calls:
-            self._calls[formulation] = _Buffered(formulation.derivatives)
-        return self._calls[formulation]
-
-
-class _Buffered:
-    """A CasADi function that reads and writes NumPy memory directly.
-
-    A call takes 1 us, an ordinary call of CasADi 60 us. The arrays that a call returns are
-    overwritten by the next call.
-    """
-
-    def __init__(self, function: Any) -> None:
-        self._buffer, self._evaluate = function.buffer()
-        self._inputs = [np.zeros(function.numel_in(i)) for i in range(function.n_in())]
-        self._outputs: list[FloatArray] = []
-        for i, array in enumerate(self._inputs):
-            self._buffer.set_arg(i, memoryview(array.data))
-        for i in range(function.n_out()):
-            rows, columns = function.size_out(i)
-            flat = np.zeros(rows * columns)
-            self._buffer.set_res(i, memoryview(flat.data))
-            # CasADi stores columns one after another.
-            is_vector = function.name_out(i) in VECTORS
-            self._outputs.append(flat if is_vector else flat.reshape(columns, rows).T)
-
-    def __call__(self, *values: FloatArray) -> list[FloatArray]:
-        for array, value in zip(self._inputs, values, strict=True):
-            array[:] = value
-        self._evaluate()
-        return self._outputs
-
-
 def _evaluate(
-    call: _Buffered, problem: CogProblem, w: FloatArray, multipliers: FloatArray
+    call: BufferedCall, problem: CogProblem, w: FloatArray, multipliers: FloatArray
 ) -> _State:
     """Derivatives and residuals at the unknowns ``w`` with these multipliers."""
     gradient, hessian, slack, jacobian = call(w, problem.parameters, multipliers)
@@ -237,7 +134,7 @@ def _evaluate(
     )  # fmt: skip
 
 
-def _refined(call: _Buffered, problem: CogProblem, state: _State) -> _State:
+def _refined(call: BufferedCall, problem: CogProblem, state: _State) -> _State:
     """One Newton step on the optimality conditions of the active constraints.
 
     ProxQP may stop at residuals of 1e-11, with which the bound on the distance from the optimum is
@@ -276,12 +173,10 @@ def _verified(problem: CogProblem, state: _State, iterations: int) -> CogSolutio
     weight = 1.0 if form.objective == "distance" else LINEAR_WEIGHT
     slope, gap = state.stationarity / weight, state.gap / weight
     if form.objective == "distance":
-        # The Lagrangian is 1-strongly convex: r^2 / 2 <= gap + |slope| r for the distance r.
-        bound = float(2.0**0.5 * slope + (2.0 * slope**2 + 2.0 * gap) ** 0.5)
+        bound = distance_bound(slope, gap)
     else:
         # Linear objectives differ from the optimum by at most the gap plus slope times width.
         bound = gap + slope * form.width * max(1.0, problem.reach_fraction)
-    solved = state.primal <= PRIMAL_TOLERANCE and bound <= ERROR_TOLERANCE
     place = _place(problem, w)
     position = place + problem.origin
     position.setflags(write=False)
@@ -293,14 +188,14 @@ def _verified(problem: CogProblem, state: _State, iterations: int) -> CogSolutio
         position=position,
         distance=distance,
         value=value,
-        margin=_margin(problem, w),
+        margin=margin_at(problem, *place.tolist()),
         multipliers=dict(zip(problem.names, multipliers, strict=True)),
         active=tuple(
             name
             for name, multiplier in zip(problem.names, multipliers, strict=True)
             if multiplier > ACTIVE_MULTIPLIER
         ),
-        status=CogStatus.SOLVED if solved else CogStatus.NOT_VERIFIED,
+        status=status_of(state.primal, bound),
         primal=state.primal,
         stationarity=slope,
         complementarity=gap,
@@ -314,15 +209,6 @@ def _place(problem: CogProblem, w: FloatArray) -> FloatArray:
     place: FloatArray = problem.parameters[:2].copy()
     place[: problem.formulation.place] = w[: problem.formulation.place]
     return place
-
-
-def _margin(problem: CogProblem, w: FloatArray) -> float:
-    """Stability margin at the unknowns ``w`` [m]; ``inf`` where no leg is to swing."""
-    if not problem.formulation.planes:
-        return float("inf")
-    x, y = _place(problem, w).tolist()
-    planes = problem.parameters[2:11].tolist()
-    return float(min(planes[i] * x + planes[i + 1] * y - planes[i + 2] for i in (0, 3, 6)))
 
 
 def require_solved(solution: CogSolution, what: str) -> CogSolution:

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from gaitopt.conventions import LEGS, OTHER_LEGS, FloatArray, rotation_z
+from gaitopt.conventions import LEGS, OTHER_LEGS, FloatArray, frozen, rotation_z
 from gaitopt.optimize.cog.solver import CogSolution
 from gaitopt.plan.phase import CogEvidence, Limit, Phase
 from gaitopt.plan.settings.crawl import CrawlSettings
@@ -79,22 +79,24 @@ def step_phases(
         evidence: of the body centre's target at the end of each stance phase ``(S)``, if any.
     """
     to_world = rotation_z(heading).T
-    lifted = steps.feet[np.arange(len(steps.legs)), steps.indices] @ to_world
-    landed = steps.targets @ to_world
+    # Places of phases are parts of these, which nobody can change; so they need not be copied.
+    lifted = list(frozen(steps.feet[np.arange(len(steps.legs)), steps.indices] @ to_world))
+    landed = list(frozen(steps.targets @ to_world))
+    centres_of = list(frozen(centres))
     instants, limits = times.tolist(), limits or [()] * len(margins)
-    phases = []
+    phases, least = [], margins.tolist()
     for s, leg in enumerate(steps.legs):
         a, b, c = instants[2 * s : 2 * s + 3]
-        before, at_lift_off, after = centres[2 * s : 2 * s + 3]
+        before, at_lift_off, after = centres_of[2 * s : 2 * s + 3]
         stance, swing = 2 * s, 2 * s + 1
         support = tuple(other for other in LEGS if other != leg)
         phases.append(
             Phase("stance", leg, s, a, b - a, before, at_lift_off, LEGS, lifted[s], lifted[s],
-                  float(margins[stance]), limits[stance], evidence[s] if evidence else None)
+                  least[stance], limits[stance], evidence[s] if evidence else None)
         )  # fmt: skip
         phases.append(
             Phase("swing", leg, s, b, c - b, at_lift_off, after, support, lifted[s], landed[s],
-                  float(margins[swing]), limits[swing])
+                  least[swing], limits[swing])
         )  # fmt: skip
     return tuple(phases)
 

@@ -24,8 +24,9 @@ def route_bound(plan: Plan, window: int = 8, iterations: int = 300) -> FloatArra
     """Times [s] below which no plan of the same settings is expected to come, window by window.
 
     A walk over all steps contains a walk over each window of steps. So the sum of the least times
-    of all windows is at most the time of the whole walk, when each window may begin with the body
-    in whatever pose suits it best, and moving there takes no time. Acceleration limits are left
+    of all windows is at most the time of the whole walk, when each window but the first may begin
+    with the body in whatever pose suits it best, and moving there takes no time. The first one
+    begins where the walk does. Acceleration limits are left
     out, and for a dynamic walk balance, too: what is left are reach, clearance and joint
     velocities. A path that is straight between knots in joint space takes a little less time than
     the motion through the same knots, so the bound is on the safe side. But the problems are not
@@ -51,19 +52,24 @@ def route_bound(plan: Plan, window: int = 8, iterations: int = 300) -> FloatArra
     relaxed = replace(settings, acceleration_limit=None, free=free, iterations=iterations)
     route = prepare_route(plan.robot, plan.footholds, relaxed)
     return frozen([
-        _least_time(route.window(first, min(first + window, route.count)), settings.static)
+        _least_time(
+            route.window(first, min(first + window, route.count)), settings.static, not first
+        )
         for first in range(0, route.count, window)
     ])  # fmt: skip
 
 
-def _least_time(route: Route, balanced: bool) -> float:
+def _least_time(route: Route, balanced: bool, at_start: bool) -> float:
     """Least time of a window [s]; where the solver does not converge, that of its two halves.
 
     Args:
         route: the window.
         balanced: whether the body centre has to keep its margin.
+        at_start: whether the window begins where the walk does.
     """
-    problem = _with_free_start(build_route(route)[1], route.settings.stance_knots)
+    problem = build_route(route)[1]
+    if not at_start:
+        problem = _with_free_start(problem, route.settings.stance_knots)
     if not balanced:
         problem = _without_balance(problem)
     solution = minimise(problem, problem.first_guess(), barrier=problem.first_barrier,
@@ -73,8 +79,8 @@ def _least_time(route: Route, balanced: bool) -> float:
     if route.count == 1:
         return float("nan")
     half = route.count // 2
-    return _least_time(route.window(0, half), balanced) + _least_time(
-        route.window(half, route.count), balanced
+    return _least_time(route.window(0, half), balanced, at_start) + _least_time(
+        route.window(half, route.count), balanced, False
     )
 
 
