@@ -6,6 +6,8 @@ all columns, all along. This look costs two milliseconds for 64 steps, and tells
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -39,6 +41,18 @@ class _Bar(NamedTuple):
     joint: int
     line: FloatArray
     radii: FloatArray
+
+
+class _Shanks(NamedTuple):
+    """The shanks of a robot.
+
+    Attributes:
+        chain: of its joints.
+        bars: by leg.
+    """
+
+    chain: Chain
+    bars: Mapping[str, tuple[_Bar, ...]]
 
 
 class ShankInColumn(NamedTuple):
@@ -78,19 +92,19 @@ def shank_in_column(plan: Plan) -> ShankInColumn | None:
     Args:
         plan: over columns.
     """
-    chain, footholds = Chain.of(plan.robot.model), plan.footholds
-    if chain is None:
+    shanks, footholds = _shanks(plan.robot), plan.footholds
+    if shanks is None:
         return None
     times = np.array([(phase.start + phase.end) / 2.0 for phase in plan.phases])
     values = plan.path.evaluate(times)
     base = rpy_to_matrix(values[:, 3:6])
-    turns, places = chain.places(values[:, 6:])
+    turns, places = shanks.chain.places(values[:, 6:])
     owners = [leg for leg in LEGS for _ in footholds[leg]]
     tops = np.concatenate([footholds[leg] for leg in LEGS])
     tops[:, 2] -= plan.robot.foot_radius
     deepest: ShankInColumn | None = None
-    for leg in LEGS:
-        for bar in _bars(plan.robot, leg):
+    for leg, bars in shanks.bars.items():
+        for bar in bars:
             local = bar.line @ np.swapaxes(turns[:, bar.joint], 1, 2) + places[:, bar.joint, None]
             points = values[:, None, :3] + local @ np.swapaxes(base, 1, 2)
             points[..., 2] -= bar.radii
@@ -107,6 +121,15 @@ def shank_in_column(plan: Plan) -> ShankInColumn | None:
                 float(below[at, column]),
             )  # fmt: skip
     return deepest
+
+
+@lru_cache(maxsize=32)
+def _shanks(robot: Quadruped) -> _Shanks | None:
+    """The shanks of a robot; ``None`` where a joint is no hinge."""
+    chain = Chain.of(robot.model)
+    if chain is None:
+        return None
+    return _Shanks(chain, {leg: tuple(_bars(robot, leg)) for leg in LEGS})
 
 
 def _bars(robot: Quadruped, leg: str) -> list[_Bar]:

@@ -262,28 +262,73 @@ class CollisionPairs:
         # So written, a ball counts whose place is not a number.
         return [int(k) for k in np.flatnonzero(~(least >= distance))]
 
-    def may_touch(self, joints: FloatArray, stages: tuple[tuple[int, float], ...]) -> list[int]:
-        """Indices of the pairs that boxes around the shapes do not show to be apart.
+    def touch(self, joints: FloatArray, stages: tuple[tuple[int, float], ...]) -> bool:
+        """Whether a pair comes nearer than :data:`BETWEEN` times :data:`TOUCHING` at a pose.
 
         Args:
             joints: angles of the legs' joints ``(N, 12)`` [rad], ``N >= 1``.
             stages: every how many poses pairs are looked at, and which go on to the next stage [m].
         """
-        if self._boxes is None:
-            every, distance = stages[0]
-            return self.near(joints[::every], distance)
-        angles = np.tile(self.neutral[7:], (len(joints), 1))
-        angles[:, self.columns] = joints
-        left, found = np.arange(len(self._numbers)), []
-        for every, distance in stages:
-            least = self._boxes.least_gaps(angles[::every], self._numbers[left], distance)
-            # So written, a pair counts whose distance is not a number.
-            apart = least >= APART
-            found += left[~apart].tolist()
-            left = left[apart & (least < distance)]
+        left = np.arange(len(self._numbers))
+        for every, near in stages:
             if not len(left):
                 break
-        return sorted(found)
+            least = self._least_distances(joints[::every], left, near)
+            if (least < BETWEEN * TOUCHING).any():
+                return True
+            left = left[least < near]
+        return False
+
+    def _least_distances(self, joints: FloatArray, pairs: np.ndarray, near: float) -> FloatArray:
+        """Lower bounds on the distances of pairs at some poses ``(k,)`` [m].
+
+        Where boxes around two shapes do not show that they are apart, it is the distance itself.
+
+        Args:
+            joints: angles of the legs' joints ``(N, 12)`` [rad].
+            pairs: indices of pairs ``(k,)``.
+            near: from this distance on it need not be a close bound [m].
+        """
+        if self._boxes is None:
+            least = np.full(len(pairs), np.inf)
+            close = np.isin(pairs, self.near(joints, near))
+            if close.any():
+                least[close] = self.distances(joints, pairs[close].tolist()).min(axis=0)
+            return least
+        angles = np.tile(self.neutral[7:], (len(joints), 1))
+        angles[:, self.columns] = joints
+        found = self._boxes.gaps(angles, self._numbers[pairs], near)
+        # So written, a pair counts whose distance is not a number.
+        close = ~(found.boxes >= max(APART, min(near, NEARER[0][1])))
+        for pose in np.flatnonzero(close.any(axis=0)):
+            some = np.flatnonzero(close[:, pose])
+            found.boxes[some, pose] = self._distances_at(joints[pose], pairs[found.near[some]])
+        found.balls[found.near] = found.boxes.min(axis=1)
+        return found.balls
+
+    def _distances_at(self, angles: FloatArray, pairs: np.ndarray) -> list[float]:
+        """Distances of a few pairs at one pose ``(k,)`` [m].
+
+        Pinocchio's memory for all pairs takes longer to make than a dozen distances to find.
+
+        Args:
+            angles: of the legs' joints ``(12,)`` [rad].
+            pairs: their indices ``(k,)``.
+        """
+        import pinocchio as pin
+        from pinocchio import coal
+
+        data, q = self.model.createData(), self.neutral.copy()
+        q[7:][self.columns] = angles
+        pin.forwardKinematics(self.model, data, q)
+        request, out = coal.DistanceRequest(), []
+        for numbers in self._numbers[pairs].tolist():
+            one, other = (self.geometry.geometryObjects[k] for k in numbers)
+            places = (data.oMi[x.parentJoint].act(x.placement) for x in (one, other))
+            here, there = (coal.Transform3s(x.rotation, x.translation) for x in places)
+            result = coal.DistanceResult()
+            out.append(coal.distance(one.geometry, here, other.geometry, there, request, result))
+        return out
 
     @cached_property
     def levers(self) -> FloatArray:
@@ -407,13 +452,4 @@ def path_touches(robot: Quadruped, joints: FloatArray) -> bool:
         return False
     few = max(len(joints) // FIRST_POSES, 1)
     stages = tuple((min(every, few), near) for every, near in ((few, CLOSE), *NEARER, (1, 0.0)))
-    legs = joints[:, shapes.columns]
-    pairs = shapes.may_touch(legs, stages)
-    for every, near in stages:
-        if not pairs:
-            break
-        least = shapes.distances(legs[::every], pairs).min(axis=0)
-        if least.min() < BETWEEN * TOUCHING:
-            return True
-        pairs = [pair for pair, gap in zip(pairs, least, strict=True) if gap < near]
-    return False
+    return shapes.touch(joints[:, shapes.columns], stages)

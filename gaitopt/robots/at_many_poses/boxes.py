@@ -3,12 +3,26 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from gaitopt.conventions import FloatArray
-from gaitopt.robots.at_many_poses.chain import Chain
+from gaitopt.robots.at_many_poses.chain import Chain, product, turned
+
+
+class Gaps(NamedTuple):
+    """How far ``k`` pairs of shapes are apart at least, at ``N`` poses.
+
+    Attributes:
+        balls: between the balls around them at the nearest pose ``(k,)`` [m].
+        near: numbers of the pairs that were looked at closer ``(n,)``.
+        boxes: between the boxes around these at all poses ``(n, N)`` [m].
+    """
+
+    balls: FloatArray
+    near: np.ndarray
+    boxes: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,18 +80,23 @@ class ShapeBoxes:
         return cls(chain, joint, turn, centre, half, straight, disc, rounding)
 
     def _placed(self, joints: FloatArray, shapes: np.ndarray) -> tuple[FloatArray, FloatArray]:
-        """Rotations ``(3, 3, N, s)`` and centres ``(3, N, s)`` [m] of some boxes."""
-        rotations, places = self.chain.places(joints)
-        moved = self.joint[shapes]
-        own = rotations[:, moved]
-        centres = (own @ self.centre[shapes, :, None])[..., 0] + places[:, moved]
-        turns = np.moveaxis(own @ self.turn[shapes], (2, 3), (0, 1))
-        return np.ascontiguousarray(turns), np.ascontiguousarray(np.moveaxis(centres, 2, 0))
+        """Rotations ``(3, 3, s, N)`` and centres ``(3, s, N)`` [m] of some boxes."""
+        rotations, places = self.chain.rows_of_places(joints)
+        own = rotations[:, :, self.joint[shapes]]
+        centres = turned(own, self.centre[shapes].T[..., None]) + places[:, self.joint[shapes]]
+        return product(own, np.moveaxis(self.turn[shapes], 0, 2)[..., None]), centres
 
     def least_gaps(
         self, joints: FloatArray, pairs: np.ndarray, enough: float = np.inf
     ) -> FloatArray:
-        """No pair is closer than this at any of some poses ``(k,)`` [m].
+        """No pair is closer than this at any of some poses ``(k,)`` [m]: :meth:`gaps`."""
+        found = self.gaps(joints, pairs, enough)
+        least = found.balls.copy()
+        least[found.near] = found.boxes.min(axis=1)
+        return least
+
+    def gaps(self, joints: FloatArray, pairs: np.ndarray, enough: float = np.inf) -> Gaps:
+        """How far pairs of shapes are apart at least.
 
         It is the larger one of two distances: from the box of one shape to the sides of the other
         shape along that box's axes, and the same with the shapes exchanged. Where balls around
@@ -90,38 +109,37 @@ class ShapeBoxes:
         """
         used, numbers = np.unique(pairs, return_inverse=True)
         turns, centres = self._placed(joints, used)
-        places = numbers.reshape(-1, 2)
-        between = centres[..., places[:, 1]] - centres[..., places[:, 0]]
+        ends = numbers.reshape(-1, 2).T
+        between = centres[:, ends[1]] - centres[:, ends[0]]
         radii = np.linalg.norm(self.half, axis=1) + self.rounding
-        least: FloatArray = np.sqrt(np.square(between).sum(axis=0).min(axis=0)) - radii[pairs].sum(
+        least: FloatArray = np.sqrt(np.square(between).sum(axis=0).min(axis=1)) - radii[pairs].sum(
             axis=1
         )
-        near = ~(least >= enough)
-        (a, b), (first, second) = (turns[..., places[near].T[k]] for k in (0, 1)), pairs[near].T
-        # |cosines| of the angles between the axes of the boxes ``(3, 3, N, k)``.
+        near = np.flatnonzero(~(least >= enough))
+        (a, b), (first, second) = (turns[:, :, end[near]] for end in ends), pairs[near].T
+        # |cosines| of the angles between the axes of the boxes ``(3, 3, k, N)``.
         cosines = np.abs(a[0][:, None] * b[0] + a[1][:, None] * b[1] + a[2][:, None] * b[2])
-        one = self._squares(a, between[..., near], cosines, first, second)
-        two = self._squares(b, between[..., near], cosines.swapaxes(0, 1), second, first)
-        least[near] = np.sqrt(np.maximum(one, two).min(axis=0))
-        least[near] -= self.rounding[first] + self.rounding[second]
-        return least
+        one = self._squares(a, between[:, near], cosines, first, second)
+        two = self._squares(b, between[:, near], cosines.swapaxes(0, 1), second, first)
+        rounding = (self.rounding[first] + self.rounding[second])[:, None]
+        return Gaps(least, near, np.sqrt(np.maximum(one, two)) - rounding)
 
     def _squares(
         self, turns: FloatArray, between: FloatArray, cosines: FloatArray,
         mine: np.ndarray, other: np.ndarray,
     ) -> FloatArray:  # fmt: skip
-        """Squares of distances along the axes of the boxes ``mine`` ``(N, k)`` [m²].
+        """Squares of distances along the axes of the boxes ``mine`` ``(k, N)`` [m²].
 
         Args:
-            turns: of these boxes ``(3, 3, N, k)``.
-            between: from one centre to the other ``(3, N, k)`` [m].
-            cosines: of angles between the axes of these and the other boxes ``(3, 3, N, k)``.
+            turns: of these boxes ``(3, 3, k, N)``.
+            between: from one centre to the other ``(3, k, N)`` [m].
+            cosines: of angles between the axes of these and the other boxes ``(3, 3, k, N)``.
             mine, other: numbers of the shapes ``(k,)``.
         """
         gap = np.abs(turns[0] * between[0] + turns[1] * between[1] + turns[2] * between[2])
-        gap -= self.half[mine].T[:, None]
+        gap -= self.half[mine].T[..., None]
         for axis in range(3):
-            gap -= cosines[:, axis] * self.straight[other, axis]
-        gap -= np.sqrt(np.maximum(1.0 - np.square(cosines[:, 2]), 0.0)) * self.disc[other]
+            gap -= cosines[:, axis] * self.straight[other, axis, None]
+        gap -= np.sqrt(np.maximum(1.0 - np.square(cosines[:, 2]), 0.0)) * self.disc[other, None]
         squares: FloatArray = np.square(np.maximum(gap, 0.0)).sum(axis=0)
         return squares

@@ -78,13 +78,40 @@ class Chain:
         Args:
             joints: angles in Pinocchio's order ``(N, nj)`` [rad].
         """
-        rotations = np.empty((len(joints), self.count, 3, 3))
-        places = np.zeros((len(joints), self.count, 3))
-        rotations[:, :2] = np.eye(3)
-        cosines, sines = np.cos(joints)[..., None, None], np.sin(joints)[..., None, None]
+        rotations, places = self.rows_of_places(joints)
+        return np.moveaxis(rotations, (3, 2), (0, 1)), np.moveaxis(places, (2, 1), (0, 1))
+
+    def rows_of_places(self, joints: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The same as ``(3, 3, count, N)`` and ``(3, count, N)``, so that poses stand in rows.
+
+        Args:
+            joints: as above.
+        """
+        rotations = np.empty((3, 3, self.count, len(joints)))
+        places = np.zeros((3, self.count, len(joints)))
+        rotations[:, :, :2] = np.eye(3)[..., None, None]
+        angles = np.ascontiguousarray(joints.T)
+        cosines, sines = np.cos(angles), np.sin(angles)
         for number, parent, column, cosine, sine, constant, place in self.hinges:
-            own = cosines[:, column] * cosine + sines[:, column] * sine + constant
-            above = rotations[:, parent]
-            rotations[:, number] = own if parent == 1 else above @ own
-            places[:, number] = places[:, parent] + above @ place
+            own = cosines[column] * cosine[..., None] + sines[column] * sine[..., None]
+            own += constant[..., None]
+            above = rotations[:, :, parent]
+            rotations[:, :, number] = own if parent == 1 else product(above, own)
+            places[:, number] = places[:, parent] + turned(above, place[:, None])
         return rotations, places
+
+
+def product(one: FloatArray, other: FloatArray) -> FloatArray:
+    """Products of matrices ``(3, 3, ...)``, which NumPy's own takes one by one."""
+    total: FloatArray = one[:, 0, None] * other[0]
+    total += one[:, 1, None] * other[1]
+    total += one[:, 2, None] * other[2]
+    return total
+
+
+def turned(matrices: FloatArray, vectors: FloatArray) -> FloatArray:
+    """Products of matrices ``(3, 3, ...)`` and vectors ``(3, ...)``."""
+    total: FloatArray = matrices[:, 0] * vectors[0]
+    total += matrices[:, 1] * vectors[1]
+    total += matrices[:, 2] * vectors[2]
+    return total
