@@ -42,7 +42,8 @@ def base_poses(
     """
     turned, angles = rotation_z(heading), np.asarray(rpy, dtype=np.float64)
     out = base_of_body(robot, centre @ turned.T, turned @ rpy_to_matrix(angles))
-    out[:, 3:] = np.unwrap(out[:, 3:], axis=0)
+    if angles.ndim == 2:
+        out[:, 3:] = np.unwrap(out[:, 3:], axis=0)
     # Angles begin within half a turn of zero; the heading may be any.
     missing = np.asarray(heading - out[0, 5])
     if angles.ndim == 2:

@@ -92,8 +92,12 @@ class MotionPath(ByValue):
             raise InputError("a path's times must start at 0 and increase")
         if len(t) == 1:
             return cls(t, y[None])
-        slopes = np.diff(y, axis=0) / np.diff(t)[:, None]
-        return cls(t, np.stack([slopes, y[:-1]]))
+        coefficients = np.empty((2, len(t) - 1, y.shape[1]))
+        np.divide(np.diff(y, axis=0), np.diff(t)[:, None], out=coefficients[0])
+        coefficients[1] = y[:-1]
+        # What nobody can change need not be copied.
+        coefficients.setflags(write=False)
+        return cls(t, coefficients)
 
     @property
     def duration(self) -> float:

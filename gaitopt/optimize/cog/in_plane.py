@@ -7,6 +7,8 @@ than the work on them. What is not solved here to rounding is left to ProxQP.
 
 from __future__ import annotations
 
+from math import hypot
+
 import numpy as np
 
 from gaitopt.conventions import FloatArray
@@ -91,7 +93,7 @@ def _solution(
     multipliers = dict.fromkeys(names, 0.0)
     for number, multiplier in active:
         multipliers[names[number]] = multiplier
-    distance = float(np.hypot(place[0] - start[0], place[1] - start[1]))
+    distance = hypot(place[0] - start[0], place[1] - start[1])
     solution = CogSolution(
         position=position,
         distance=distance,
@@ -114,4 +116,4 @@ def margin_at(problem: CogProblem, x: float, y: float) -> float:
     if not problem.formulation.planes:
         return float("inf")
     planes = problem.parameters[2 : 2 + 3 * SIDES].tolist()
-    return float(min(planes[i] * x + planes[i + 1] * y - planes[i + 2] for i in (0, 3, 6)))
+    return float(min([planes[i] * x + planes[i + 1] * y - planes[i + 2] for i in (0, 3, 6)]))

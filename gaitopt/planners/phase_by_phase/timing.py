@@ -55,9 +55,8 @@ def assemble_plan(
         InfeasibleStepError: a joint would leave its position limits, or a foot is out of reach.
         SolverError: so many knots as the tolerances ask for are not allowed.
     """
-    cogs = np.vstack([start, *(
-        np.append(s.position, z) for s, z in zip(solutions, steps.heights, strict=True)
-    )])  # fmt: skip
+    targets = np.array([solution.position for solution in solutions]).reshape(-1, 2)
+    cogs = np.vstack([start, np.column_stack([targets, steps.heights])])
     bodies = cogs if steps.tilts is None else base_targets(robot, steps, cogs)
     stances = _stance_moves(robot, steps, settings, bodies)
     swings = _swing_moves(robot, steps, settings, cogs, stances)
