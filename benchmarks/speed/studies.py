@@ -3,7 +3,9 @@
 ``python -m benchmarks.speed.studies [--terrains 100]`` runs ``gaitopt study`` by one process and by
 two, each over few terrains and over many. It prints wall clock times and processor times, which
 part of these does not depend on the number of terrains (imports, and the picture at the end), the
-load of the machine, by how much two processes are faster, and the time of 10,000 terrains.
+load of the machine, by how much two processes are faster, and the time of 10,000 terrains. A study
+whose rows are all there already shows what no second process can share: the start of the program
+and the picture at the end. From it follows how much faster two processes could be at most.
 """
 
 from __future__ import annotations
@@ -66,7 +68,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.speed.studies", description=__doc__)
     parser.add_argument("--terrains", type=int, default=100)
     count = max(parser.parse_args(arguments).terrains, 2 * FEW)
-    found, starts, rows, unit = {}, {}, {}, workload()
+    found: dict[int, Run] = {}  # 0 for a study with nothing left to do
+    starts, rows, unit = {}, {}, workload()
     print(f"Fixed workload: {1e3 * unit:.1f} ms of processor time.", flush=True)
     for jobs in (1, 2):
         load = os.getloadavg()[0]
@@ -74,6 +77,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             few = run(FEW, jobs, Path(folder))
         with TemporaryDirectory() as folder:
             found[jobs] = run(count, jobs, Path(folder))
+            found[0] = run(count, jobs, Path(folder))
         wall, cpu, _ = found[jobs]
         rows[jobs] = (cpu - few.cpu) / (count - FEW)
         starts[jobs] = few.cpu - FEW * rows[jobs]
@@ -84,6 +88,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     one, two = found[1], found[2]
     equal = one.rows == two.rows
     own = 2.0 * one.cpu / two.cpu
+    alone = found[0].cpu
+    print(f"nothing left to do: {alone:.2f} s of processor time, so that two processes could be "
+          f"{2.0 / (1.0 + alone / one.cpu):.2f} times as fast at most")  # fmt: skip
     print(f"two processes: {one.wall / two.wall:.2f} times as fast; by processor times, if both "
           f"had a core of their own, {own:.2f} times; rows equal: {equal}")  # fmt: skip
     many = {jobs: starts[jobs] + MANY * rows[jobs] for jobs in (1, 2)}

@@ -35,7 +35,7 @@ from gaitopt.cli.options import (
     TransferOption,
 )
 from gaitopt.cli.results.beside import beside, prepare_figures
-from gaitopt.cli.results.deliver import FIGURES, PLAN, Delivery, deliver, read_beside
+from gaitopt.cli.results.deliver import FIGURES, PLAN, Delivery, More, deliver, read_beside
 from gaitopt.cli.results.options import Results, result_options
 from gaitopt.cli.results.report import Report
 from gaitopt.cli.results.run_folder import run_folder
@@ -108,11 +108,14 @@ def walk(
                 horizon=horizon, timing=timing.value, progress=tick,
                 forces=force_limits(friction, transfer_time, objective.value), **options,
             )  # fmt: skip
-        comparison = None if results.fast else _baselines(plan, places, options)
-        others = {} if comparison is None else drawable(plan, comparison.plans)
+
+        def more() -> More:
+            comparison = None if results.fast else _baselines(plan, places, options)
+            others = {} if comparison is None else drawable(plan, comparison.plans)
+            return More(_told(plan, comparison, objective, report), partial(_compared, others))
+
         walked = Delivery(
-            plan, summarise(plan), "walk.html", partial(_figures, others),
-            told=_told(plan, comparison, objective, report), shapes=shapes,
+            plan, summarise(plan), "walk.html", _figures, more=more, shapes=shapes
         )  # fmt: skip
         raise typer.Exit(deliver(walked, folder, results, report, helper))
 
@@ -146,12 +149,19 @@ def _told(
     return tuple(told)
 
 
-def _figures(others: Mapping[str, Plan], plan: Plan, folder: Path) -> list[Path]:
-    """Draw the figures of a walk, beside other plans."""
+def _figures(plan: Plan, folder: Path) -> list[Path]:
+    """Draw the figures of a walk that show no other plan."""
     from gaitopt.plan.com_margin import com_margin
-    from gaitopt.viewing.figures.crawl_figures import save_figures
+    from gaitopt.viewing.figures.crawl_figures import save_figures_alone
 
-    return save_figures(plan, folder, comparison=others, com_margin=com_margin(plan))
+    return save_figures_alone(plan, folder, com_margin(plan))
+
+
+def _compared(others: Mapping[str, Plan], plan: Plan, folder: Path) -> list[Path]:
+    """Draw the figure that shows a walk beside other plans."""
+    from gaitopt.viewing.figures.crawl_figures import save_compared
+
+    return save_compared(plan, folder, others)
 
 
 @takes_robot("wang2020")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -35,6 +35,19 @@ FIGURES = "figures"
 
 
 @dataclass(frozen=True)
+class More:
+    """What is worked out while another process draws the figures of a plan.
+
+    Attributes:
+        told: more lines for people, before the verdict.
+        figures: as in :class:`Delivery`.
+    """
+
+    told: tuple[str, ...] = ()
+    figures: Callable[[Plan, Path], list[Path]] | None = None
+
+
+@dataclass(frozen=True)
 class Delivery:
     """What belongs to one plan.
 
@@ -46,6 +59,7 @@ class Delivery:
             none.
         others: more files by name: what each is, and a function that writes it.
         told: more lines for people, before the verdict.
+        more: works out what else belongs to the plan, once its figures are begun.
         replay_options: more keywords of :func:`gaitopt.replay`.
         collisions: whether the certificate looks for self-collisions.
         strict: whether the exit code is 3 where the plan is not certified.
@@ -58,6 +72,7 @@ class Delivery:
     figures: Callable[[Plan, Path], list[Path]] | None = None
     others: Mapping[str, tuple[str, Callable[[Path], Any]]] = field(default_factory=dict)
     told: tuple[str, ...] = ()
+    more: Callable[[], More] = More
     replay_options: Mapping[str, Any] = field(default_factory=dict)
     collisions: bool = True
     strict: bool = False
@@ -79,7 +94,10 @@ def deliver(
         beside: a process that draws the figures meanwhile; this one does without.
     """
     with folder.writing() as (made, place):
-        drawn = _drawn(given, made / FIGURES, results, beside)
+        begun = [_drawn(given.figures, given.plan, made / FIGURES, results, beside)]
+        more = given.more()
+        begun.append(_drawn(more.figures, given.plan, made / FIGURES, results, beside))
+        drawn = [figures for figures in begun if figures is not None]
         certificate, physics = judged(given.plan, given.collisions, results.simulate)
         report.add(
             plan=plan_document(given.plan), certificate=certificate_document(certificate),
@@ -89,7 +107,7 @@ def deliver(
         listed = {place / name: what for name, what in files.items()}
         record_run(made, _record(report, certificate, list(files)))
     report.say(escape(given.summary))
-    for line in given.told:
+    for line in (*given.told, *more.told):
         report.say(line)
     report.files(listed)
     masses = given.plan.robot.mass > 0.0
@@ -134,14 +152,15 @@ def show_page(page: Path, report: Report) -> None:
 
 
 def _drawn(
-    given: Delivery, folder: Path, results: Results, beside: Beside | None
-) -> Callable[[], list[Path]] | None:
+    figures: Callable[[Plan, Path], list[Path]] | None, plan: Plan, folder: Path, results: Results,
+    beside: Beside | None,
+) -> Callable[[], list[Path]] | None:  # fmt: skip
     """Begin to draw figures; the value waits for them, and returns their files."""
-    if given.figures is None or results.fast:
+    if figures is None or results.fast:
         return None
     if beside is None:
-        return partial(given.figures, given.plan, folder)
-    return beside.begin(given.figures, given.plan, folder)
+        return partial(figures, plan, folder)
+    return beside.begin(figures, plan, folder)
 
 
 def _write(
@@ -149,7 +168,7 @@ def _write(
     made: Path,
     results: Results,
     physics: SimulationResult | None,
-    drawn: Callable[[], list[Path]] | None,
+    drawn: Sequence[Callable[[], list[Path]]],
 ) -> dict[str, str]:
     """Write all files into a folder; what each is, by name."""
     from gaitopt.viewing.replay.replay import replay
@@ -171,8 +190,8 @@ def _write(
             write(made / name)
             files[name] = what
             tick(done, total)
-        if drawn is not None:
-            files[FIGURES] = f"{len(drawn())} figures"
+        if drawn:
+            files[FIGURES] = f"{sum(len(figures()) for figures in drawn)} figures"
         tick(total, total)
     return files
 

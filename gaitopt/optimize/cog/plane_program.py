@@ -47,7 +47,8 @@ def solve_in_plane(
     i11, i12, i22 = h22 / determinant, -h12 / determinant, h11 / determinant
     g1, g2 = gradient
     free1, free2 = -i11 * g1 - i12 * g2, -i12 * g1 - i22 * g2
-    x, y, active = free1, free2, ()
+    x, y = free1, free2
+    active: Active = ()
     for _ in range(MOST_EXCHANGES):
         worst, number = -VIOLATED, -1
         for i, (a, b) in enumerate(rows):

@@ -56,7 +56,7 @@ class BufferedCall:
             is_vector = function.name_out(i) in VECTORS
             self._outputs.append(flat if is_vector else flat.reshape(columns, rows).T)
 
-    def __call__(self, *values: FloatArray) -> list[FloatArray]:
+    def __call__(self, *values: FloatArray | tuple[float, ...]) -> list[FloatArray]:
         for array, value in zip(self._inputs, values, strict=True):
             array[:] = value
         self._evaluate()

@@ -91,7 +91,7 @@ class ShapeBoxes:
     ) -> FloatArray:
         """No pair is closer than this at any of some poses ``(k,)`` [m]: :meth:`gaps`."""
         found = self.gaps(joints, pairs, enough)
-        least = found.balls.copy()
+        least: FloatArray = found.balls.copy()
         least[found.near] = found.boxes.min(axis=1)
         return least
 

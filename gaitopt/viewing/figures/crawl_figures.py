@@ -32,6 +32,9 @@ if TYPE_CHECKING:
 
     from gaitopt.viewing.figures.panels import Panels
 
+COMPARED = "fig12_14_15_cog"
+"""Name of the figure that shows other plans, too."""
+
 __all__ = [
     "plot_cog_over_time",
     "plot_feasible_area",
@@ -86,6 +89,20 @@ def save_figures(
     return write_figures(_figures(plan, comparison or {}, com_margin, step, search), folder)
 
 
+def save_figures_alone(
+    plan: Plan, folder: StrPath, com_margin: tuple[ArrayLike, ArrayLike] | None
+) -> list[Path]:
+    """:func:`save_figures` without the one that shows other plans: those need not be known yet."""
+    figures = _figures(plan, {}, com_margin)
+    del figures[COMPARED]
+    return write_figures(figures, folder)
+
+
+def save_compared(plan: Plan, folder: StrPath, comparison: Mapping[str, Plan]) -> list[Path]:
+    """The figure of :func:`save_figures` that shows other plans, too."""
+    return write_figures({COMPARED: _figures(plan, comparison, None)[COMPARED]}, folder)
+
+
 def _figures(
     plan: Plan,
     comparison: Mapping[str, Plan],
@@ -110,7 +127,7 @@ def _figures(
     return {
         **figures,
         "fig11_paths": lambda: plot_paths(plan),
-        "fig12_14_15_cog": lambda: plot_cog_over_time(plans),
+        COMPARED: lambda: plot_cog_over_time(plans),
         "fig13_joint_velocities": lambda: plot_joint_velocities(plan),
         "stability_margin": lambda: plot_margin(plan, com_margin),
     }
