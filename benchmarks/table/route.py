@@ -12,7 +12,7 @@ import numpy as np
 
 from benchmarks import walks
 from benchmarks.measuring import Result, Timing, timed
-from gaitopt.conventions import LEGS
+from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.interior_point.solver import minimise
 from gaitopt.optimize.route.problem import RouteProblem
 from gaitopt.plan.settings.freedoms import VARIANTS
@@ -99,15 +99,23 @@ def _rivals(steps: int, rounds: int) -> list[Result]:
     return results
 
 
-def rival(name: str, problem: RouteProblem) -> tuple[Any, Any]:
+def rival(
+    name: str, problem: RouteProblem, begin: tuple[FloatArray, FloatArray] | None = None
+) -> tuple[Any, Any]:
     """A solve to be timed, and what gives the sum of times that it found.
 
     Stage by stage as fatrop needs it: the state is a pose, the controls are its change and the
     time; each stage's inequalities see its own state and controls.
+
+    Args:
+        name: ``"ipopt"`` or ``"fatrop"``.
+        problem: what is solved.
+        begin: poses ``(K, 9)`` and times ``(K - 1,)`` [s] to begin with; by default the first guess
+            of the problem.
     """
     import casadi as ca
 
-    model = _Stages(problem)
+    model = _Stages(problem, begin)
     options: dict[str, Any] = {"print_time": False, "expand": True}
     if name == "fatrop":
         options |= {
@@ -129,10 +137,12 @@ def rival(name: str, problem: RouteProblem) -> tuple[Any, Any]:
 class _Stages:
     """The problem as CasADi sees it."""
 
-    def __init__(self, problem: RouteProblem) -> None:
+    def __init__(
+        self, problem: RouteProblem, begin: tuple[FloatArray, FloatArray] | None = None
+    ) -> None:
         import casadi as ca
 
-        poses, times = problem.unpack(problem.first_guess())
+        poses, times = problem.unpack(problem.first_guess()) if begin is None else begin
         free = problem.unknown >= 0
         variables: list[Any] = []
         rows: list[Any] = []
@@ -201,9 +211,25 @@ def _angles(problem: RouteProblem, k: int, pose: list[Any]) -> Any:
     import casadi as ca
 
     robot = walks.robot()
+    turn = _rotation(pose[3:6])
     out = []
     for i, name in enumerate(LEGS):
         foot = pose[6:] if problem.swing[k, i] else problem.feet[k, i].tolist()
-        local = [foot[a] - pose[a] + float(robot.centre[a]) for a in range(3)]
+        away = [foot[a] - pose[a] for a in range(3)]
+        local = [
+            sum(turn[b][a] * away[b] for b in range(3)) + float(robot.centre[a]) for a in range(3)
+        ]
         out += list(robot.legs[name].inverse_columns(*local))
     return ca.vertcat(*out)
+
+
+def _rotation(angles: list[Any]) -> list[list[Any]]:
+    """Rows of the rotation by roll, pitch and yaw."""
+    import casadi as ca
+
+    (cr, cp, cy), (sr, sp, sy) = ([f(angle) for angle in angles] for f in (ca.cos, ca.sin))
+    return [
+        [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+        [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+        [-sp, cp * sr, cp * cr],
+    ]
