@@ -2,7 +2,7 @@
 
 At the optimum of such a program at most two constraints set the point. So it is found by going from
 the free minimum over one active constraint to two, each time to the constraint that is violated
-most; this is the dual method of Goldfarb and Idnani, which needs two or three such steps here.
+most; this is the dual method of [Goldfarb1983], which needs two or three such steps here.
 ProxQP takes 13 us for a program of this size, and the way to it from Python as much again.
 """
 
