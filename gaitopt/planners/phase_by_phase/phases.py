@@ -122,16 +122,18 @@ def speed_limits(
     found: list[dict[int, list[tuple[float, float]]]] = [{} for _ in ends[1:]]
     owners = np.searchsorted(ends, cuts[:-1], side="right") - 1
     joints, instants = slowest[cuts[:-1]].tolist(), times[cuts].tolist()
-    for i, phase in enumerate(owners.tolist()):
-        if instants[i + 1] > instants[i]:
-            found[phase].setdefault(joints[i], []).append((instants[i], instants[i + 1]))
-    out = []
-    for spans, a, b in zip(found, times[ends[:-1]], times[ends[1:]], strict=True):
+    for phase, joint, a, b in zip(
+        owners.tolist(), joints, instants[:-1], instants[1:], strict=True
+    ):
+        if b > a:
+            found[phase].setdefault(joint, []).append((a, b))
+    out, names = [], robot.joint_names
+    for spans, duration in zip(found, np.diff(times[ends]).tolist(), strict=True):
         limits = [
             Limit(
                 "speed" if j < 0 else "joint velocity",
-                speed if j < 0 else robot.joint_names[j],
-                sum(e - s for s, e in pieces) / float(b - a),
+                speed if j < 0 else names[j],
+                sum([b - a for a, b in pieces]) / duration,
                 tuple(pieces),
             )
             for j, pieces in spans.items()
