@@ -1,6 +1,7 @@
 """Wrong inputs: ``python -m benchmarks.fuzz [--only api] [--cases N] [--seed S]``.
 
-Robots, footholds, maps, plan files, and all public functions. Each case runs in a child process
+Robots (with ``--robot-file FILE`` also those of other files), footholds, maps, plan files, and all
+public functions. Each case runs in a child process
 with a bound on time and memory. What counts as a fault is an exception that is not gaitopt's own, a
 case that does not end, a file that is left half written, and silent nonsense: a wrong value that
 was taken, or a result that is no number. Exit code 1 when there is one.
@@ -20,6 +21,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from benchmarks.fuzz.outcome import DIED, FAULTS, HANG
+from benchmarks.fuzz.robot_files import FILES_OF_USERS
 
 KINDS = ("robots", "footholds", "maps", "plans", "api", "variants")
 PATIENCE = 60.0
@@ -35,8 +37,12 @@ def main() -> None:
     parser.add_argument("--only", choices=KINDS, action="append", help="only this kind")
     parser.add_argument("--cases", type=int, default=2500, help="cases of each kind")
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--robot-file", action="append", default=[], metavar="FILE",
+                        help="robot files that get faults, too")  # fmt: skip
     parser.add_argument("--show", type=int, default=40, help="faults that are printed of each kind")
     options = parser.parse_args()
+    files = [str(Path(file).resolve(strict=True)) for file in options.robot_file]
+    os.environ[FILES_OF_USERS] = os.pathsep.join(files)
     faults = 0
     for kind in options.only or KINDS:
         begin = time.monotonic()

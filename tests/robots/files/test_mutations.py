@@ -2,34 +2,27 @@
 
 from __future__ import annotations
 
-import random
-import warnings
-
 import pytest
-from robot_faults import nonsense, small_files, with_a_fault
 
-from gaitopt.errors import GaitoptError, RobotWarning
-from gaitopt.robots.catalog import load_robot
+from benchmarks.fuzz.outcome import FAULTS, OK, REFUSED
+from benchmarks.fuzz.robot_files import sources
+from benchmarks.fuzz.robots import run, with_faults
 
 
-@pytest.mark.parametrize("seed", range(4))
-def test_faults_give_a_robot_that_makes_sense_or_a_typed_error(seed: int) -> None:
-    """``tests/helpers/robot_faults.py`` does the same ten thousand times."""
-    rng = random.Random(seed)
-    texts = tuple(small_files().values())
-    read = refused = 0
-    for _ in range(60):
-        text = rng.choice(texts)
-        for _ in range(rng.choice((1, 1, 1, 3))):
-            text = with_a_fault(text, rng)
-        try:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore", RobotWarning)
-                made = load_robot(text)
-        except GaitoptError as error:
-            assert str(error) and "\n" not in str(error)
-            refused += 1
-            continue
-        read += 1
-        assert not nonsense(made)
-    assert read > 3 and refused > 5
+@pytest.mark.filterwarnings("ignore::gaitopt.RobotWarning")
+@pytest.mark.parametrize("first", [1, 501])
+def test_faults_give_a_robot_that_makes_sense_or_a_typed_error(first: int) -> None:
+    """``python -m benchmarks.fuzz --only robots --cases 10000`` does the same more often."""
+    quick = [
+        case for case in range(first, 2 * first + 160) if not with_faults(case)[1].endswith("xacro")
+    ]
+    found = [run(case) for case in quick[:50]]
+    assert [each for each in found if each.kind in FAULTS] == []
+    assert sum(each.kind == OK for each in found) > 3
+    assert sum(each.kind == REFUSED for each in found) > 5
+
+
+def test_faults_come_into_every_kind_of_file() -> None:
+    kinds = {name.rpartition(".")[2] for _, name, _ in map(with_faults, range(300))}
+    assert kinds == {"urdf", "xacro", "xml", "stl", "obj", "dae"}
+    assert len(sources()) == 11
