@@ -18,7 +18,7 @@ from gaitopt.errors import InputError, MissingPackageError, RobotError, RobotWar
 from gaitopt.files import StrPath, what_no_file_is
 from gaitopt.inputs import as_text
 from gaitopt.robots.abilities import friction_warnings, inertia_warnings, torque_warnings
-from gaitopt.robots.at_many_poses.leg_ends import end_warnings
+from gaitopt.robots.at_many_poses.leg_ends import wide_end
 from gaitopt.robots.files.notes import Notes
 from gaitopt.robots.files.options import ReadOptions, folder_paths
 from gaitopt.robots.files.packages import packaged_robot
@@ -96,7 +96,8 @@ def load_robot(
             open; front knees backward and hind knees forward by default.
         legs: foot link or last joint of every leg, where the four legs are not found, or wrongly.
         feet: the foot of a leg: a link, or a link and a place ``(x, y, z)`` in its frame [m].
-        foot_radius: radius of the feet [m]; from their shapes by default.
+        foot_radius: radius of the feet [m]; from their shapes by default. Where the ends of legs
+            are wider than their balls, it is by default the radius of balls that hold them.
         pose: positions of joints of no leg (head, arm, wheels) by name [rad, m]. Such joints are
             locked, by default as near to zero as their limits allow.
         masses: of links by name [kg]; ``"shapes"`` estimates all of them from the links' shapes;
@@ -134,13 +135,18 @@ def load_robot(
     )  # fmt: skip
     name, urdf, notes = _read(source, options)
     robot = Quadruped.from_urdf(urdf, name or None, knees)
+    if robot.name not in robot_names() and (end := wide_end(replace(robot, notes=notes))):
+        told = f"{end.words}; give foot_radius={end.enough:.4g}"
+        if foot_radius is None and end.is_foot:
+            name, urdf, notes = _read(source, replace(options, foot_radius=end.enough))
+            robot = Quadruped.from_urdf(urdf, name or None, knees)
+            told = (f"{end.words}; so its radius is taken as {1e3 * end.enough:.4g} mm: give "
+                    f"foot_radius={end.radius:.4g} for the ball itself")  # fmt: skip
+        notes = replace(notes, warnings=(*notes.warnings, told))
     if not any(UNREAL in warning for warning in notes.warnings):
-        told = (*notes.warnings, *torque_warnings(robot), *inertia_warnings(robot),
-                *friction_warnings(robot))  # fmt: skip
-        notes = replace(notes, warnings=told)
-    if robot.name not in robot_names():
-        ends = end_warnings(replace(robot, notes=notes))
-        notes = replace(notes, warnings=(*notes.warnings, *ends))
+        told_all = (*notes.warnings, *torque_warnings(robot), *inertia_warnings(robot),
+                    *friction_warnings(robot))  # fmt: skip
+        notes = replace(notes, warnings=told_all)
     for warning in notes.warnings:
         warn(f"{robot.name}: {warning}", RobotWarning)
     return replace(robot, notes=notes)

@@ -67,6 +67,28 @@ def test_friction_of_a_joint_does_not_hold_a_slow_servo(wang: Quadruped) -> None
     assert (servos.peak_rates > 0.5 * rubbing.velocity_limits).all()
 
 
+def test_joints_do_not_move_under_less_torque_than_they_rub_with(wang: Quadruped) -> None:
+    """They rub with 5 N m and get 4 N m. By default MuJoCo lets a twentieth of it through."""
+    text = wang.urdf.replace("</joint>", '<dynamics friction="5"/></joint>')
+    rubbing = gaitopt.load_robot(text)
+    gains = ControlGains.for_robot(rubbing, joint_stiffness=0.0, joint_damping=0.0)
+    columns = gaitopt.s_columns(0, columns=1)
+    sim = build_sim_model(rubbing, columns, gains, SimulationSettings())
+    sim.model.opt.gravity[:] = 0.0
+
+    def speed() -> float:
+        """Of the fastest joint after 20 ms [rad/s]."""
+        data = mujoco.MjData(sim.model)
+        data.qpos[2], data.qpos[3] = 3.0, 1.0
+        data.ctrl[sim.ctrl] = 4.0
+        mujoco.mj_step(sim.model, data, 10)
+        return float(np.abs(data.qvel[sim.qvel]).max())
+
+    with_friction = speed()
+    sim.model.dof_frictionloss[:] = 0.0
+    assert with_friction < 1e-4 * speed()
+
+
 def test_damping_of_a_joint_does_not_hold_a_servo_back(wang: Quadruped) -> None:
     """Joints of Bittle's file are damped five times as much as its servos damp."""
     settings = SimulationSettings(rate_limits=False, torque_limits=False)

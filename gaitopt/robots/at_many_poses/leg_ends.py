@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -24,25 +24,60 @@ STEP = 1e-4
 """The radius that is told is a multiple of this [m]."""
 
 
-def end_warnings(robot: Quadruped) -> list[str]:
-    """A warning, if legs end lower than the balls of their feet where they lean.
+LARGEST_END = 0.3
+"""Largest radius that is taken for a foot by itself, as a share of the lower leg, as for feet that
+are read from meshes (:data:`gaitopt.robots.files.ends.LARGEST_FOOT`)."""
+
+
+class WideEnd(NamedTuple):
+    """A leg whose lower link comes below the ball of its foot where it leans.
+
+    Attributes:
+        leg: its name.
+        radius: of the ball [m].
+        depth: how far below it the link comes [m].
+        lower: length of the lower leg [m].
+    """
+
+    leg: str
+    radius: float
+    depth: float
+    lower: float
+
+    @property
+    def enough(self) -> float:
+        """Radius of a ball below which the link does not come [m]."""
+        return math.ceil((self.radius + self.depth) / STEP) * STEP
+
+    @property
+    def is_foot(self) -> bool:
+        """Whether a ball with this radius may be a foot."""
+        return self.enough <= LARGEST_END * self.lower
+
+    @property
+    def words(self) -> str:
+        """What is wrong with the ball."""
+        return (
+            f"the end of leg {self.leg} is wider than the ball of its foot, whose radius is "
+            f"{1e3 * self.radius:.4g} mm: where the leg leans, it comes {1e3 * self.depth:.2g} mm "
+            "into the ground"
+        )
+
+
+def wide_end(robot: Quadruped) -> WideEnd | None:
+    """The leg that ends lowest below the ball of its foot where it leans; ``None`` where none does.
 
     Where the shape of a lower leg is wider than its foot's ball, it comes into the ground on walks
     that stand on the ball. Nothing is told of feet without a radius, or without known shapes.
     """
     shapes = outlines(robot) if robot.foot_radius > 0.0 else None
     if not shapes:
-        return []
+        return None
     depths = {leg: _depth(robot, leg, shapes) for leg in LEGS}
     leg = max(depths, key=lambda name: depths[name])
     if depths[leg] < DEEPER:
-        return []
-    enough = math.ceil((robot.foot_radius + depths[leg]) / STEP) * STEP
-    return [
-        f"the end of leg {leg} is wider than the ball of its foot, whose radius is "
-        f"{1e3 * robot.foot_radius:.4g} mm: where the leg leans, it comes "
-        f"{1e3 * depths[leg]:.2g} mm into the ground; give foot_radius={enough:.4g}"
-    ]
+        return None
+    return WideEnd(leg, robot.foot_radius, depths[leg], robot.legs[leg].lower)
 
 
 def _depth(robot: Quadruped, leg: str, shapes: list[Outline]) -> float:

@@ -24,17 +24,35 @@ def ball(radius: float, below: float) -> str:
     return collision(f'<sphere radius="{radius}"/>', f"0 0 {-LOWER - below}")
 
 
+PEG = collision('<box size="0.002 0.002 0.04"/>', f"0 0 {-LOWER - 0.025}")
+"""A peg that ends 45 mm from the middle of the foot."""
+
+
 def test_a_peg_below_the_foot_is_told_with_the_radius_that_would_do() -> None:
-    """A peg that ends 45 mm from the middle of the foot, seen from where its leg leans least."""
-    peg = collision('<box size="0.002 0.002 0.04"/>', f"0 0 {-LOWER - 0.025}")
-    words = told(peg)
+    """It is seen from where its leg leans least."""
+    words = told(PEG, foot_radius=0.03)
     (depth,) = re.findall(r"comes ([\d.]+) mm into the ground", words)
-    (radius,) = re.findall(r"foot_radius=([\d.]+)", words)
+    (radius,) = re.findall(r"give foot_radius=([\d.]+)", words)
     joints = quiet(robot()).standing_joints()
     leans = abs(joints[1] + joints[2]) - max(LEANS)
     assert float(depth) == pytest.approx(45.0 * np.cos(leans) - 30.0, abs=1.0)
     assert 0.03 + 1e-3 * float(depth) - 1e-4 <= float(radius) <= 0.031 + 1e-3 * float(depth)
-    assert told(peg, foot_radius=float(radius)) == ""
+    assert told(PEG, foot_radius=float(radius)) == ""
+
+
+def test_the_radius_that_would_do_is_taken_where_none_is_given() -> None:
+    (radius,) = re.findall(r"give foot_radius=([\d.]+)", told(PEG, foot_radius=0.03))
+    assert quiet(robot(shank=PEG)).foot_radius == pytest.approx(float(radius))
+    assert f"taken as {1e3 * float(radius):.4g} mm: give foot_radius=0.03 for" in told(PEG)
+    assert quiet(robot(shank=PEG), foot_radius=0.03).foot_radius == 0.03
+    assert quiet(robot()).foot_radius == 0.03
+
+
+def test_no_ball_of_half_a_leg_is_taken_for_a_foot() -> None:
+    """A skid far below the foot is told, and the foot stays what the file says."""
+    skid = collision('<box size="0.1 0.02 0.02"/>', f"0 0 {-LOWER - 0.05}")
+    assert quiet(robot(shank=skid)).foot_radius == 0.03
+    assert "taken" not in told(skid) and "give foot_radius=" in told(skid)
 
 
 @pytest.mark.parametrize("shank", [
