@@ -79,12 +79,14 @@ def test_wheel_whose_shape_is_missing_is_told() -> None:
 
 
 ALONG = f"0 0 {-LOWER / 2}"
+EDGE = 0.015 * np.sqrt(2.0)
+"""From the middle of a cylinder's end, a radius of 15 mm above it, to the edge of the end [m]."""
 
 
 @pytest.mark.parametrize(
     ("shape", "xyz", "length", "radius"),
     [
-        (f'<cylinder radius="0.015" length="{LOWER}"/>', ALONG, LOWER - 0.015, np.hypot(0.015, 0.015)),
+        (f'<cylinder radius="0.015" length="{LOWER}"/>', ALONG, LOWER - 0.015, EDGE),
         (f'<capsule radius="0.015" length="{LOWER}"/>', ALONG, LOWER, 0.015),
         ('<sphere radius="0.025"/>', f"0 0 {-LOWER}", LOWER, 0.025),
     ],
