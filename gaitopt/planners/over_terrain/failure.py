@@ -50,6 +50,11 @@ def no_way(search: TerrainSearch, detail: str = "") -> TerrainError:
         words.append(f"what stopped the {sum(n for _, n in causes)} tries of this step: {counts}")
     if detail:
         words.append(detail)
+    elif search.ways > 1:
+        words.append(
+            f"{search.ways} ways of walking (lengths of steps and of the stance) were tried, which "
+            f"ended within {search.spread:.2f} m of one another"
+        )
     if search.course.blocked:
         words.append(
             "no way round is seen on the map: holes, walls, steep or unknown ground lie across "

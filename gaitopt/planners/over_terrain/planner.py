@@ -82,7 +82,8 @@ def _searched(
     settings = TerrainSettings.for_robot(robot, **options)
     search = search_for(robot, ground, goal, start, settings, forces)
     ways = ways_of(search.judge.settings, options)
-    return Tries(search, ways, progress, begin, clock).result()
+    thorough = options.get("width_limit") is not None
+    return Tries(search, ways, progress, begin, clock, thorough).result()
 
 
 def choose_footholds(
@@ -126,8 +127,9 @@ def plan_terrain(
     Footholds are searched for (:func:`search_terrain`), and the walk over them is planned
     (:func:`gaitopt.plan_crawl`). Limbs and trunk of the plan are looked at once more, all along its
     path. Where the planner refuses a step, or something touches the ground or another link, the
-    search goes on without this step. Where no such walk is found, shorter steps are tried, each
-    length for as long as the first one.
+    search goes on without this step. Where no such walk is found, shorter steps are tried. All of
+    this together may take as long as all searches for footholds may
+    (:meth:`TerrainSettings.longest_in_all`), and the walk that is planned when this time is over.
 
     After the last step the body moves to the goal, or as near to it as its legs and the ground
     allow, while four feet stand. Plans without contact forces (``timing="velocity"``) end where
@@ -187,23 +189,32 @@ def _walk(
     if not search.complete:
         raise no_way(search)
     searching = search_for(robot, ground, goal, start, search.settings, further.get("forces"))
+    begin, longest = time.thread_time(), search.settings.longest_in_all(searching.course.length)
+    end = begin + longest
     try:
-        return walk_over(searching, search, further, progress), searching
+        # The other half is for shorter steps.
+        until = begin + longest / 2.0
+        return walk_over(searching, search, further, progress, until), searching
     except TerrainError as error:
         usual = TerrainSettings.for_robot(robot).step_length
         lengths = shorter_steps(usual, search.settings, asked)
-        if error.step < 0 or not lengths:
+        if error.step < 0 or not lengths or time.thread_time() > end:
             raise
         first = error
+    tried = []
     for length in lengths:
+        if time.thread_time() > end:
+            break
+        tried.append(length)
         other = with_settings(searching, replace(search.settings, step_length=length))
         begin = time.perf_counter()
         latest = time.thread_time() + other.judge.settings.longest(other.course.length)
+        latest = min(latest, end)
         found = result_of(other, other.run([first_layer(other)], progress, until=latest), begin)
         if found.complete:
             with suppress(TerrainError):
-                return walk_over(other, found, further, progress), other
-    raise also_tried(first, lengths)
+                return walk_over(other, found, further, progress, end), other
+    raise also_tried(first, tried)
 
 
 def _of_search(options: dict[str, Any]) -> dict[str, Any]:

@@ -36,6 +36,9 @@ class TerrainSearch:
         cost: of the way, in body heights.
         seconds: that the search took [s].
         late: whether it ended without a way because its time was over.
+        ways: where the goal was not reached, how many ways of walking were tried: lengths of steps
+            and of the stance.
+        spread: how far from one another these ended along the course [m].
     """
 
     footholds: Footholds
@@ -52,6 +55,8 @@ class TerrainSearch:
     cost: float
     seconds: float
     late: bool = False
+    ways: int = 1
+    spread: float = 0.0
 
     @property
     def metres(self) -> float:

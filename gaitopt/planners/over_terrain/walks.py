@@ -28,14 +28,9 @@ MOST_PLANS = 12
 maps that were tried."""
 
 
-def until(searching: Search) -> float:
-    """Processor time at which walks that begin now end, by ``time.thread_time`` [s]."""
-    return time.thread_time() + searching.judge.settings.longest_in_all(searching.course.length)
-
-
 def walk_over(
     searching: Search, search: TerrainSearch, options: Mapping[str, Any],
-    progress: Progress | None,
+    progress: Progress | None, end: float,
 ) -> Plan:  # fmt: skip
     """The walk over the footholds that were found, or over others where it is refused.
 
@@ -44,11 +39,12 @@ def walk_over(
         search: what it found, which reaches the goal.
         options: of :func:`gaitopt.plan_crawl`.
         progress: called with (steps found, steps in all) while the search goes on.
+        end: processor time from which on no other way is looked for, by ``time.thread_time`` [s].
 
     Raises:
         TerrainError: all walks that were tried are refused.
     """
-    robot, begin, end = searching.judge.robot, time.perf_counter(), until(searching)
+    robot, begin = searching.judge.robot, time.perf_counter()
     detail, layers, plans, again = "", [first_layer(searching)], 0, Counter[int]()
     while True:
         plan, refused, detail = _planned(robot, search, searching.limbs, options)

@@ -51,6 +51,25 @@ def test_before_it_refuses_the_search_tries_its_widest_beam() -> None:
     assert found.width == found.settings.width_limit == 8
 
 
+def test_where_all_ways_end_at_one_place_no_wider_beam_is_tried_unless_it_is_asked_for(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    # Two ways of walking, so that it is quick.
+    tries = "gaitopt.planners.over_terrain.ways.tries."
+    for name, value in (("NARROW", 1), ("STEP_SHARES", (1.0, 0.7)), ("SHORT_STANCES", ()),
+                        ("MANY", 2)):  # fmt: skip
+        monkeypatch.setattr(tries + name, value)
+    way = GO2, wall(), (0.7, 0.0, 0.0)
+    said = r"2 ways of walking .* were tried, which ended within 0\.\d\d m of one another"
+    with pytest.raises(TerrainError, match=said) as caught:
+        gaitopt.choose_footholds(*way, start=START, width=1)
+    quick = caught.value.search
+    assert quick.width == 1
+    assert quick.ways == 2 and quick.spread < TerrainSettings.for_robot(GO2).step_length
+    asked = gaitopt.search_terrain(*way, start=START, width=1, width_limit=2)
+    assert not asked.complete and asked.width == 2
+
+
 def test_where_a_wall_is_across_the_whole_map_it_says_so_and_looks_no_wider() -> None:
     with pytest.raises(TerrainError, match="no way round is seen on the map") as caught:
         gaitopt.choose_footholds(GO2, wall(), (0.7, 0.0), start=START, **QUICK)

@@ -8,7 +8,7 @@ nearer to one another, as seen from above, and its hind feet would stay behind o
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -35,6 +35,11 @@ NARROW = 4
 """Widest beam with which all ways are tried before a wider one, in widths of the first."""
 
 
+MANY = 4
+"""Least number of ways of walking whose dead ends are evidence: with the three lengths of steps
+alone the usual stance may be what is in the way."""
+
+
 @dataclass(frozen=True, eq=False)
 class Tries:
     """The searches that are made one after the other until one reaches the goal.
@@ -45,6 +50,8 @@ class Tries:
         progress: called with (steps done, steps in all) of the search that is made.
         begin: time at which the first one begins, by ``time.perf_counter`` [s].
         clock: the same in processor time, by ``time.thread_time`` [s].
+        thorough: whether those that got farthest are tried with wider beams also where all ways of
+            walking end at one place.
     """
 
     search: Search
@@ -52,6 +59,7 @@ class Tries:
     progress: Progress | None
     begin: float
     clock: float
+    thorough: bool = False
 
     def result(self) -> TerrainSearch:
         """The first that reaches the goal, or the one that gets farthest."""
@@ -62,7 +70,9 @@ class Tries:
             tried.append(found)
         # Of those that got as far, the last one looked most.
         farthest = max(reversed(tried), key=lambda found: found.share)
-        return replace(farthest, late=any(found.late for found in tried))
+        late = any(found.late for found in tried)
+        return replace(farthest, late=late, ways=len({_way(found) for found in tried}),
+                       spread=_spread(tried))  # fmt: skip
 
     def _one_by_one(self, tried: list[TerrainSearch]) -> Iterator[TerrainSearch]:
         """What one search after the other finds, until the time is over.
@@ -92,6 +102,8 @@ class Tries:
                 ways.sort(key=lambda way: way.stance == usual.stance)
         if usual.width_limit == narrow or course.blocked:
             return
+        if not self.thorough and len(tried) >= MANY and _spread(tried) <= usual.step_length:
+            return
         # Those that got farthest may pass with a wider beam.
         for near in sorted(tried, key=lambda found: -found.share):
             if time.thread_time() >= end:
@@ -105,6 +117,17 @@ class Tries:
         until = min(time.thread_time() + most, end)
         found = searching.run([first], self.progress, self.search.effort, until)
         return result_of(searching, found, self.begin)
+
+
+def _way(found: TerrainSearch) -> tuple[float, float]:
+    """The lengths of step [m] and stance of a search."""
+    return found.settings.step_length, found.settings.stance
+
+
+def _spread(tried: Sequence[TerrainSearch]) -> float:
+    """How far the ends of searches are from one another along the course [m]."""
+    ends = [found.share * found.course.length for found in tried]
+    return max(ends) - min(ends)
 
 
 def _pitched(found: TerrainSearch) -> float:
