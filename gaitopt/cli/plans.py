@@ -27,6 +27,7 @@ from gaitopt.errors import InputError
 if TYPE_CHECKING:
     from gaitopt.dynamics.contacts import ForceLimits
     from gaitopt.plan.plan import Plan
+    from gaitopt.viewing.replay.mesh_files import MeshFolders
 
 
 NamedOption = Annotated[
@@ -92,7 +93,11 @@ def _one_name(place: Path | None, named: Path | None, word: str) -> Path | None:
 
 
 def _write_video(
-    plan: Plan, video: Path, seconds: float | None, look: str, meshes: bool | Path
+    plan: Plan,
+    video: Path,
+    seconds: float | None,
+    look: str,
+    meshes: MeshFolders,
 ) -> None:
     """Write a video."""
     from gaitopt.viewing.replay.video.video import replay_video

@@ -53,6 +53,7 @@ if TYPE_CHECKING:
     from gaitopt.robots.quadruped import Quadruped
     from gaitopt.studies.race_standings import Standings
     from gaitopt.terrain.footholds import Footholds
+    from gaitopt.viewing.replay.mesh_files import MeshFolders
 
 ColumnsOption = Annotated[
     int | None,
@@ -169,7 +170,7 @@ def _inputs(
     return model, s_columns(seed or 0, columns=columns, robot=model)
 
 
-def _write(found: Standings, folder: Path, meshes: bool | Path) -> dict[str, str]:
+def _write(found: Standings, folder: Path, meshes: MeshFolders) -> dict[str, str]:
     """Write the picture, and replay and plans of the first terrain; what each file is, by name."""
     from gaitopt.viewing.figures.files import save_figure
     from gaitopt.viewing.figures.race import plot_race

@@ -16,6 +16,7 @@ from gaitopt.cli.support import file_name, random_terrain
 
 if TYPE_CHECKING:
     from gaitopt.robots.quadruped import Quadruped
+    from gaitopt.viewing.replay.mesh_files import MeshFolders
 
 DRAWING = "What is written"
 
@@ -93,7 +94,7 @@ def robot(
 
 
 def _write(
-    found: Quadruped, folder: RunFolder, names: list[str], show: bool, meshes: bool | Path,
+    found: Quadruped, folder: RunFolder, names: list[str], show: bool, meshes: MeshFolders,
     report: Report,
 ) -> None:  # fmt: skip
     """Write the drawing, the URDF and footholds."""

@@ -60,15 +60,15 @@ class RobotChoice:
 
         return load_robot(self.source, **self.options)
 
-    def mesh_folder(self) -> Path | None:
-        """The folder that holds most meshes of the robot's own file, or its own where none does.
+    def mesh_folders(self) -> tuple[Path, ...] | None:
+        """The folders that hold meshes of the robot's own file, or its own where none does.
 
-        It is looked for as :func:`gaitopt.viewing.replay.mesh_files.folder_of_meshes` tells.
+        They are looked for as :func:`gaitopt.viewing.replay.mesh_files.folders_of_meshes` tells.
         ``None`` for robots that come with a package, and where the file cannot be read.
         """
         from gaitopt.errors import GaitoptError, RobotWarning
         from gaitopt.robots.catalog import EXAMPLE_ROBOTS, robot_file
-        from gaitopt.viewing.replay.mesh_files import folder_of_meshes
+        from gaitopt.viewing.replay.mesh_files import folders_of_meshes
 
         if self.source.strip().lower() in EXAMPLE_ROBOTS:
             return None
@@ -79,7 +79,7 @@ class RobotChoice:
                 if file is None:
                     return None
                 packages = self.options.get("package_folders", ())
-                return folder_of_meshes(self.load().urdf, file.parent, packages) or file.parent
+                return folders_of_meshes(self.load().urdf, file.parent, packages) or (file.parent,)
         except GaitoptError:
             return None  # the command itself says why
 
@@ -113,7 +113,7 @@ def takes_robot(
                 raise InputError(f"{given_ways} says how a robot is read: give --robot as well")
             choice = None if source is None else RobotChoice(source, options)
             if given.get("meshes") and given.get("mesh_folder") is None and choice is not None:
-                given["mesh_folder"] = choice.mesh_folder()
+                given["mesh_folder"] = choice.mesh_folders()
             command(**{**given, robot.name: choice})
 
         shared = [named if p is robot else p for p in own] + ways

@@ -131,8 +131,13 @@ def test_a_mesh_that_is_missing_costs_the_drawing_of_its_link(
     monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / "packages"))
     named = drawn("named")
     assert given.exit_code == named.exit_code == 0, given.output + named.output
-    pages = [(tmp_path / name / "dog.html").read_bytes() for name in ("given", "named")]
-    assert pages[0] == pages[1]
+    other = tmp_path / "elsewhere" / "dog_meshes"
+    other.mkdir(parents=True)
+    trimesh.creation.box((0.1, 0.1, 0.2)).export(other / "gone.stl")
+    both = drawn("both", "--package-folder", str(tmp_path / "elsewhere"))
+    assert both.exit_code == 0, both.output
+    pages = [(tmp_path / name / "dog.html").read_bytes() for name in ("given", "named", "both")]
+    assert pages[0] == pages[1] and len(pages[2]) > len(pages[0])
 
 
 def test_it_is_told_which_meshes_are_in_which_folder(

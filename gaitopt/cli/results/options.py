@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from gaitopt.cli.options import JsonOption
+
+if TYPE_CHECKING:
+    from gaitopt.viewing.replay.mesh_files import MeshFolders
 
 PANEL = "What is written"
 
@@ -59,7 +62,7 @@ class Results:
     fast: bool
     simulate: bool
     as_json: bool
-    meshes: bool | Path
+    meshes: MeshFolders
 
 
 def result_options(

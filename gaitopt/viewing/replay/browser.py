@@ -11,6 +11,7 @@ from gaitopt.errors import InputError
 from gaitopt.files import StrPath
 from gaitopt.plan.plan import Plan
 from gaitopt.viewing.ground_search import GroundSearch
+from gaitopt.viewing.replay.mesh_files import MeshFolders
 from gaitopt.viewing.replay.replay import replay_html
 
 
@@ -18,7 +19,7 @@ def view(
     plan: Plan,
     *,
     title: str | None = None,
-    meshes: bool | StrPath = False,
+    meshes: MeshFolders = False,
     folder: StrPath | None = None,
     search: GroundSearch | None = None,
 ) -> Path:

@@ -6,6 +6,7 @@ folder is opened, and nothing is downloaded.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
@@ -19,6 +20,9 @@ from gaitopt.files import StrPath
 from gaitopt.robots.files.meshes import LEVELS, with_ros_packages
 from gaitopt.viewing.replay.scene import Surface
 
+MeshFolders = bool | StrPath | Sequence[StrPath]
+"""Whether meshes are drawn: those of example-robot-data, or those in a folder, or in several."""
+
 MESH_KINDS = (".stl", ".obj", ".dae")
 MESH_LIMIT = 100_000_000
 """Most bytes of one mesh file. Chosen here: the largest of example-robot-data has 29 MB."""
@@ -26,30 +30,44 @@ LONGEST_NAME = 200
 """Most letters of a file name in a message: a URDF may hold anything."""
 
 
-def read_mesh(filename: str, scale: Any, meshes: bool | StrPath) -> Surface:
+def read_mesh(filename: str, scale: Any, meshes: MeshFolders) -> Surface:
     """The triangles of a mesh file.
 
     Args:
         filename: as the URDF gives it, ``package://...`` or a relative path.
         scale: the URDF's scale, a number or ``(3,)``.
-        meshes: ``True`` to look in the package example-robot-data, or the folder to look in.
+        meshes: ``True`` to look in the package example-robot-data, or the folder to look in, or
+            several: the first that holds the file counts.
 
     Raises:
-        InputError: the file is not in the folder, is too large, or cannot be read.
+        InputError: the file is in none of them, is too large, or cannot be read.
     """
-    path = _found(str(filename), _example_root() if meshes is True else Path(str(meshes)))
+    roots = _roots(meshes)
+    root = next((root for root in roots if _is_in(str(filename), root)), roots[0])
+    path = _found(str(filename), root, roots)
     factor = np.ones(3) if scale is None else np.asarray(scale, dtype=np.float64) * np.ones(3)
     surface = _loaded(path)
     return Surface(surface.vertices * factor, surface.faces, smooth=False)
 
 
-def folder_of_meshes(
+def _roots(meshes: MeshFolders) -> list[Path]:
+    """The folders to look into."""
+    if isinstance(meshes, bool):
+        return [_example_root()]
+    several = [meshes] if isinstance(meshes, (str, os.PathLike)) else list(meshes)
+    if not several:
+        raise InputError("meshes=() names no folder: give one, or meshes=False")
+    return [Path(str(folder)) for folder in several]
+
+
+def folders_of_meshes(
     urdf: str, folder: Path, package_folders: Sequence[StrPath] = ()
-) -> Path | None:
-    """The folder that holds most visual meshes of a URDF's text; ``None`` where none holds any.
+) -> tuple[Path, ...]:
+    """The folders that hold visual meshes of a URDF's text, those with most of them first.
 
     Looked into are the folder of the robot's file, those above it, those of packages, and those
-    that ``ROS_PACKAGE_PATH`` names. Of two with equally many the first one counts.
+    that ``ROS_PACKAGE_PATH`` names. Of two with equally many the first one comes first. A folder
+    whose meshes are all in one before it is left out.
 
     Args:
         urdf: the text.
@@ -57,12 +75,17 @@ def folder_of_meshes(
         package_folders: that hold packages, or are packages.
     """
     shapes = ElementTree.fromstring(urdf).iterfind("link/visual/geometry/mesh")
-    names = {mesh.get("filename", "") for mesh in shapes}
+    left = {mesh.get("filename", "") for mesh in shapes}
     roots = [folder, *folder.resolve().parents][:LEVELS]
     roots += with_ros_packages([Path(str(f)) for f in package_folders])
-    counts = [sum(_is_in(name, root) for name in names) for root in roots]
-    most = max(counts)
-    return roots[counts.index(most)] if most else None
+    holds = {root: {name for name in left if _is_in(name, root)} for root in roots}
+    out: list[Path] = []
+    while holds and (most := max(holds, key=lambda root: len(holds[root] & left))):
+        if not holds[most] & left:
+            break
+        out.append(most)
+        left -= holds.pop(most)
+    return tuple(out)
 
 
 def _is_in(filename: str, root: Path) -> bool:
@@ -74,8 +97,8 @@ def _is_in(filename: str, root: Path) -> bool:
     return True
 
 
-def _found(filename: str, root: Path) -> Path:
-    """The file inside ``root``; raises InputError where there is none."""
+def _found(filename: str, root: Path, told: Sequence[Path] = ()) -> Path:
+    """The file inside ``root``; raises InputError, which names ``told``, where there is none."""
     relative = filename.removeprefix("package://")
     candidates = [relative]
     while relative.startswith("../"):
@@ -92,9 +115,9 @@ def _found(filename: str, root: Path) -> Path:
         if inside and path.is_file() and path.stat().st_size <= MESH_LIMIT:
             return path
     raise InputError(
-        f"mesh {filename[:LONGEST_NAME]!r} is not in {root}; "
-        "draw the robot without meshes (meshes=False), "
-        "or give the folder that holds them (meshes='folder'); .stl, .obj and .dae are read"
+        f"mesh {filename[:LONGEST_NAME]!r} is not in {', '.join(map(str, told or (root,)))}; "
+        "draw the robot without meshes (meshes=False), or give the folder or folders that hold "
+        "them (meshes='folder'); .stl, .obj and .dae are read"
     )
 
 

@@ -9,7 +9,6 @@ from typing import Final
 import numpy as np
 
 from gaitopt.conventions import LEGS
-from gaitopt.files import StrPath
 from gaitopt.inputs import check_kind
 from gaitopt.plan.phase import Phase
 from gaitopt.plan.plan import Plan
@@ -27,6 +26,7 @@ from gaitopt.viewing.replay.ground.ground_scene import (
 )
 from gaitopt.viewing.replay.ground.search_scene import SEARCH, TRIED, search_scene
 from gaitopt.viewing.replay.ground.window import GroundWindow, ground_window
+from gaitopt.viewing.replay.mesh_files import MeshFolders
 from gaitopt.viewing.replay.obstacle_scene import obstacle_scene
 from gaitopt.viewing.replay.page import Caption, Label, Page, Switch
 from gaitopt.viewing.replay.physics.happened import Happened, SimulatedWalk, what_happened
@@ -52,7 +52,7 @@ AFTER_A_FALL = 2.0
 
 def plan_scene(
     plan: Plan,
-    meshes: bool | StrPath = False,
+    meshes: MeshFolders = False,
     simulated: Trajectory | SimulatedWalk | None = None,
     search: GroundSearch | None = None,
 ) -> Scene:
@@ -63,7 +63,7 @@ def plan_scene(
 
 
 def _scene(
-    plan: Plan, real: Happened | None, meshes: bool | StrPath, search: GroundSearch | None
+    plan: Plan, real: Happened | None, meshes: MeshFolders, search: GroundSearch | None
 ) -> Scene:
     """Ground and ways of the plan, and what stands and moves: as planned, or as it happened."""
     window, walk = ground_window(plan), plan if real is None else real.walk
@@ -108,7 +108,7 @@ def _ground(
 def plan_page(
     plan: Plan,
     title: str | None = None,
-    meshes: bool | StrPath = False,
+    meshes: MeshFolders = False,
     simulated: Trajectory | SimulatedWalk | None = None,
     search: GroundSearch | None = None,
 ) -> Page:

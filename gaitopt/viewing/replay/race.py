@@ -17,6 +17,7 @@ from gaitopt.viewing.colours import LEG_COLOURS
 from gaitopt.viewing.replay.camera import robot_size, view_sphere
 from gaitopt.viewing.replay.ground.ground_scene import FLOOR_BELOW, ground_scene, lowest
 from gaitopt.viewing.replay.keyframes import kept_samples, turn_error
+from gaitopt.viewing.replay.mesh_files import MeshFolders
 from gaitopt.viewing.replay.page import Caption, Label, Page, render
 from gaitopt.viewing.replay.replay import in_notebook
 from gaitopt.viewing.replay.robot_scene import robot_scene
@@ -38,7 +39,7 @@ def race_replay(
     *,
     title: str | None = None,
     baseline: str = BASELINE,
-    meshes: bool | StrPath = False,
+    meshes: MeshFolders = False,
     verdicts: Mapping[str, str] | None = None,
 ) -> Path:
     """Write plans as one HTML file in which their robots race side by side.
@@ -75,7 +76,7 @@ def show_race(
     *,
     title: str | None = None,
     baseline: str = BASELINE,
-    meshes: bool | StrPath = False,
+    meshes: MeshFolders = False,
     verdicts: Mapping[str, str] | None = None,
 ) -> Any:
     """The race inside a Jupyter notebook; see :func:`race_replay` and :func:`gaitopt.show`.
@@ -95,7 +96,7 @@ def race_html(
     *,
     title: str | None = None,
     baseline: str = BASELINE,
-    meshes: bool | StrPath = False,
+    meshes: MeshFolders = False,
     verdicts: Mapping[str, str] | None = None,
 ) -> str:
     """The text of :func:`race_replay`'s file."""
@@ -106,7 +107,7 @@ def race_page(
     plans: Mapping[str, Plan],
     title: str | None = None,
     baseline: str = BASELINE,
-    meshes: bool | StrPath = False,
+    meshes: MeshFolders = False,
     verdicts: Mapping[str, str] | None = None,
 ) -> Page:
     """The race with its heading, legend and finishes."""
@@ -136,12 +137,12 @@ def race_page(
     )
 
 
-def race_scene(runners: tuple[Runner, ...], meshes: bool | StrPath = False) -> Scene:
+def race_scene(runners: tuple[Runner, ...], meshes: MeshFolders = False) -> Scene:
     """All robots on their lanes, and one ground below."""
     return joined([_ground(runners), *(_lane(runner, meshes) for runner in runners)])
 
 
-def _lane(runner: Runner, meshes: bool | StrPath) -> Scene:
+def _lane(runner: Runner, meshes: MeshFolders) -> Scene:
     """A robot with its terrain and the ways of its feet, below the lane's frame."""
     plan = runner.plan
     below = _terrain(plan)

@@ -13,6 +13,7 @@ from gaitopt.inputs import as_text
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.trajectory import Trajectory
 from gaitopt.viewing.ground_search import GroundSearch
+from gaitopt.viewing.replay.mesh_files import MeshFolders
 from gaitopt.viewing.replay.page import render
 from gaitopt.viewing.replay.physics.happened import SimulatedWalk
 from gaitopt.viewing.replay.plan_page import plan_page
@@ -23,7 +24,7 @@ def replay(
     path: StrPath,
     *,
     title: str | None = None,
-    meshes: bool | StrPath = False,
+    meshes: MeshFolders = False,
     simulated: Trajectory | SimulatedWalk | None = None,
     search: GroundSearch | None = None,
 ) -> Path:
@@ -44,8 +45,9 @@ def replay(
         path: the file, which appears complete or not at all.
         title: heading; the robot's name by default.
         meshes: for robots whose URDF names mesh files. ``False`` draws them as tubes along their
-            joints, in about 1 MB. ``True`` embeds example-robot-data's meshes; a folder embeds the
-            meshes found in it (up to tens of MB), and leaves out links whose meshes are missing.
+            joints, in about 1 MB. ``True`` embeds example-robot-data's meshes; a folder, or
+            several, the meshes found there (up to tens of MB), and leaves out links whose meshes
+            are missing.
         simulated: the same plan in physics, the result of ``gaitopt.simulate(plan)`` (or its
             ``motion``, without verdict, torques and forces). It is shown in full, sampled twenty
             times a second, and the plan's robot as a ghost beside it. Support polygons, captions
@@ -71,7 +73,7 @@ def show(
     height: int = 500,
     *,
     title: str | None = None,
-    meshes: bool | StrPath = False,
+    meshes: MeshFolders = False,
     simulated: Trajectory | SimulatedWalk | None = None,
     search: GroundSearch | None = None,
 ) -> Any:
@@ -126,7 +128,7 @@ def replay_html(
     plan: Plan,
     *,
     title: str | None = None,
-    meshes: bool | StrPath = False,
+    meshes: MeshFolders = False,
     simulated: Trajectory | SimulatedWalk | None = None,
     search: GroundSearch | None = None,
 ) -> str:

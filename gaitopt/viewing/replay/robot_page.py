@@ -13,6 +13,7 @@ from gaitopt.motion.path import MotionPath
 from gaitopt.robots.discovery import local_axis
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.viewing.colours import LEG_COLOURS
+from gaitopt.viewing.replay.mesh_files import MeshFolders
 from gaitopt.viewing.replay.page import Caption, Label, Page, render
 from gaitopt.viewing.replay.robot_scene import joint_paths, moving_robot
 from gaitopt.viewing.replay.scene import (
@@ -34,7 +35,7 @@ FREE = np.pi / 2.0
 GROUND, AXIS = "#e9e7e2", "#1f1f1f"
 
 
-def draw_robot(robot: Quadruped, path: StrPath, *, meshes: bool | StrPath = False) -> Path:
+def draw_robot(robot: Quadruped, path: StrPath, *, meshes: MeshFolders = False) -> Path:
     """Write a robot as an HTML file that shows what gaitopt read, in any browser.
 
     The robot stands, and then moves one joint after the other through its limits. Legs and feet
@@ -58,7 +59,7 @@ def draw_robot(robot: Quadruped, path: StrPath, *, meshes: bool | StrPath = Fals
     return Path(path)
 
 
-def robot_page(robot: Quadruped, meshes: bool | StrPath = False) -> Page:
+def robot_page(robot: Quadruped, meshes: MeshFolders = False) -> Page:
     """The page of :func:`draw_robot`."""
     motion, captions = sweeps(robot)
     body = moving_robot(robot, motion, meshes)

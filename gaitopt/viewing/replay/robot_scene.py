@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from gaitopt.conventions import LEGS, FloatArray
-from gaitopt.files import StrPath
 from gaitopt.motion.path import MotionPath
 from gaitopt.plan.plan import Plan
 from gaitopt.robots.quadruped import Quadruped
@@ -20,11 +19,12 @@ from gaitopt.viewing.replay.keyframes import (
     sample_times,
     turn_error,
 )
+from gaitopt.viewing.replay.mesh_files import MeshFolders
 from gaitopt.viewing.replay.robot_shapes import robot_parts
 from gaitopt.viewing.replay.scene import FramePath, Node, Scene, Track, pose
 
 
-def robot_scene(plan: Plan, meshes: bool | StrPath = False, root: FramePath = ("robot",)) -> Scene:
+def robot_scene(plan: Plan, meshes: MeshFolders = False, root: FramePath = ("robot",)) -> Scene:
     """The robot with the plan's motion.
 
     Args:
@@ -42,7 +42,7 @@ def robot_scene(plan: Plan, meshes: bool | StrPath = False, root: FramePath = ("
 def moving_robot(
     robot: Quadruped,
     motion: MotionPath,
-    meshes: bool | StrPath = False,
+    meshes: MeshFolders = False,
     root: FramePath = ("robot",),
 ) -> Scene:
     """A robot along a path of its body and joints; see :func:`robot_scene`."""

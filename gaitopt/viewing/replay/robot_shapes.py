@@ -10,10 +10,10 @@ import numpy as np
 
 from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.errors import InputError, RobotError
-from gaitopt.files import StrPath
 from gaitopt.hidden_packages import DRAWING, refuse_shadows
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.viewing.colours import LEG_COLOURS
+from gaitopt.viewing.replay.mesh_files import MeshFolders, read_mesh
 from gaitopt.viewing.replay.scene import Appearance, Ball, Box, Cylinder, Part, Shape, pose
 from gaitopt.viewing.replay.solids import rounded_bar
 
@@ -33,7 +33,7 @@ MOST_KNOWN = 8
 _known: dict[Quadruped, Parts] = {}
 
 
-def robot_parts(robot: Quadruped, meshes: bool | StrPath = False) -> Parts:
+def robot_parts(robot: Quadruped, meshes: MeshFolders = False) -> Parts:
     """The parts of a robot by the number of the joint with which they move; the body has number 1.
 
     Those without meshes are remembered for the next replay of the same robot.
@@ -57,7 +57,7 @@ def remember_parts(robot: Quadruped, parts: Parts) -> None:
     _known[robot] = parts
 
 
-def read_parts(robot: Quadruped, meshes: bool | StrPath = False) -> Parts:
+def read_parts(robot: Quadruped, meshes: MeshFolders = False) -> Parts:
     """The parts of a robot, read from its URDF.
 
     Boxes, balls and cylinders of the URDF are taken as they are. If the URDF names mesh files, they
@@ -135,7 +135,7 @@ def _joint_of(model: Any, link: str) -> tuple[int, FloatArray]:
     return max(int(frame.parentJoint), 1), np.asarray(frame.placement.homogeneous).copy()
 
 
-def _shape(geometry: Any, meshes: bool | StrPath) -> Shape:
+def _shape(geometry: Any, meshes: MeshFolders) -> Shape:
     """A shape of the URDF; raises InputError where its mesh is missing."""
     if geometry.box is not None:
         x, y, z = (float(s) for s in geometry.box.size)
@@ -144,8 +144,6 @@ def _shape(geometry: Any, meshes: bool | StrPath) -> Shape:
         return Ball(float(geometry.sphere.radius))
     if geometry.cylinder is not None:
         return Cylinder(float(geometry.cylinder.radius), float(geometry.cylinder.length))
-    from gaitopt.viewing.replay.mesh_files import read_mesh
-
     return read_mesh(geometry.mesh.filename, geometry.mesh.scale, meshes)
 
 

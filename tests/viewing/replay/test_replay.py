@@ -28,7 +28,7 @@ from gaitopt.viewing.colours import LEG_COLOURS
 from gaitopt.viewing.replay.curves.of_plan import plan_curves
 from gaitopt.viewing.replay.encoding import commands, track_data
 from gaitopt.viewing.replay.keyframes import kept_between, kept_samples, sample_times, slerp
-from gaitopt.viewing.replay.mesh_files import read_mesh
+from gaitopt.viewing.replay.mesh_files import folders_of_meshes, read_mesh
 from gaitopt.viewing.replay.numbers import packed
 from gaitopt.viewing.replay.page import SPEEDS, comfortable_speed
 from gaitopt.viewing.replay.plan_page import plan_scene
@@ -377,6 +377,28 @@ def test_a_mesh_that_is_missing_costs_its_link_only(tmp_path):
     trimesh.creation.box().export(tmp_path / "meshes" / "a.stl")
     parts = robot_parts(robot, meshes=tmp_path)
     assert len(parts[1]) == 1 and robot.model.getJointId("LF_j0") not in parts
+
+
+def test_meshes_may_lie_in_several_folders(tmp_path):
+    import trimesh
+
+    mesh = '<visual><geometry><mesh filename="package://{}/part.stl"/></geometry></visual>'
+    text = robot_texts.robot().replace(
+        '<link name="base">', f'<link name="base">{mesh.format("trunks")}'
+    )
+    text = text.replace('<link name="LF_l0">', f'<link name="LF_l0">{mesh.format("legs")}')
+    for place, name in (("one", "trunks"), ("other", "legs")):
+        (tmp_path / place / name).mkdir(parents=True)
+        trimesh.creation.box().export(tmp_path / place / name / "part.stl")
+    robot, folders = load_robot(text), [tmp_path / "one", tmp_path / "other"]
+    own = tmp_path / "description"
+    own.mkdir()
+    assert set(folders_of_meshes(text, own, folders)) == {folders[0], folders[1]}
+    parts = robot_parts(robot, meshes=folders)
+    assert len(parts[1]) == 1 and robot.model.getJointId("LF_j0") in parts
+    assert robot.model.getJointId("LF_j0") not in robot_parts(robot, meshes=folders[0])
+    with pytest.raises(InputError, match="names no folder"):
+        robot_parts(robot, meshes=())
 
 
 def test_a_robot_without_any_shape_is_drawn_too(robot):
