@@ -135,10 +135,13 @@ class Leg(ByValue):
         roll, thigh, knee = self._geometric(*q)
         pitch = PitchDerivatives.at(thigh, knee, self.upper, self.lower)
         height = pitch.thigh_x - self.drop
-        y = self.lateral * np.cos(roll) - height * np.sin(roll)
-        z = self.lateral * np.sin(roll) + height * np.cos(roll)
-        out = [self.hip[i] + self._row(i, -pitch.thigh_z, y, z) for i in range(3)]
-        return out[0], out[1], out[2]
+        sine, cosine = np.sin(roll), np.cos(roll)
+        y = self.lateral * cosine - height * sine
+        z = self.lateral * sine + height * cosine
+        place = (-pitch.thigh_z, y, z)
+        if not self._is_upright:
+            place = tuple(self._row(i, *place) for i in range(3))
+        return self.hip[0] + place[0], self.hip[1] + place[1], self.hip[2] + place[2]
 
     def inverse(self, point: Any) -> FloatArray:
         """Joint angles that put the foot at ``point``.
@@ -254,10 +257,13 @@ class Leg(ByValue):
         ``d = u = 0`` this is the squared distance from the hip, eqs. (8), (9) of
         [Wang2020]. Convex in ``x, y`` for a foot below the hip.
         """
-        px, py, pz = self._in_leg_frame(x, y, z)
-        height = height_in_plane(py, pz, self.lateral) if self.has_roll else pz
+        return self._square(*self._in_leg_frame(x, y, z))
+
+    def _square(self, x: Any, y: Any, z: Any) -> Any:
+        """:meth:`straightness` of a place in the leg frame."""
+        height = height_in_plane(y, z, self.lateral) if self.has_roll else z
         down = height + self.drop
-        return px * px + down * down
+        return x * x + down * down
 
     def length(self, point: Any) -> FloatArray:
         """Distance from the first pitch axis to places of the foot ``(..., 3)``: ``(...)`` [m]."""
@@ -287,13 +293,14 @@ class Leg(ByValue):
         Counts length (knee limits), and for a pitch-pitch leg the sideways distance to its plane.
         """
         point = check_shape("point", point, 3)
-        columns = point[..., 0], point[..., 1], point[..., 2]
-        distance = np.sqrt(self.straightness(*columns))
+        px, py, pz = self._in_leg_frame(point[..., 0], point[..., 1], point[..., 2])
+        distance = np.sqrt(self._square(px, py, pz))
         low, high = self._extent
         out = np.maximum(np.maximum(distance - high, low - distance), 0.0)
-        _, py, pz = self._in_leg_frame(*columns)
         if not self.has_roll:
             return np.asarray(np.hypot(out, py - self.lateral))
+        if self.lateral == 0.0:
+            return np.asarray(out)
         inside = np.maximum(abs(self.lateral) - np.hypot(py, pz), 0.0)
         return np.asarray(np.maximum(out, inside))
 
@@ -337,6 +344,11 @@ class Leg(ByValue):
         middle = (np.where(bounded, low, 0.0) + np.where(bounded, high, 0.0)) / 2.0
         return tuple(float(m) for m in middle)
 
+    @cached_property
+    def _is_upright(self) -> bool:
+        """Whether the leg frame's axes are those of the body, as most robots have them."""
+        return bool((self.axes == np.eye(3)).all())
+
     def _geometric(self, *q: Any) -> tuple[Any, Any, Any]:
         """Angles of roll, thigh and knee of the leg's geometry, from joint angles [rad]."""
         angles = [sign * angle for sign, angle in zip(self.signs, q, strict=True)]
@@ -346,6 +358,8 @@ class Leg(ByValue):
     def _in_leg_frame(self, x: Any, y: Any, z: Any) -> tuple[Any, Any, Any]:
         """A point of the body frame in the leg frame [m]."""
         dx, dy, dz = x - self.hip[0], y - self.hip[1], z - self.hip[2]
+        if self._is_upright:
+            return dx, dy, dz
         a = self.axes
         return (
             dx * a[0, 0] + dy * a[1, 0] + dz * a[2, 0],

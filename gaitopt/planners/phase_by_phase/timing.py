@@ -61,9 +61,11 @@ def assemble_plan(
     stances = _stance_moves(robot, steps, settings, bodies)
     swings = _swing_moves(robot, steps, settings, cogs, stances)
     # The body stands still during swings.
+    ends = np.cumsum([0, *(len(move.body) for move in swings)])
+    resting = np.repeat(bodies[1:], np.diff(ends), axis=0)
     swings = [
-        move._replace(body=np.repeat(bodies[i + 1][None], len(move.body), axis=0))
-        for i, move in enumerate(swings)
+        move._replace(body=resting[a:b])
+        for move, a, b in zip(swings, ends[:-1].tolist(), ends[1:].tolist(), strict=True)
     ]
     moves = [move for pair in zip(stances, swings, strict=True) for move in pair]
     timed = _joined(robot, settings, steps, start, bodies[0], moves)
@@ -156,7 +158,9 @@ def _stance_moves(
         # between two knots they are farthest from their places, since the path is a chord.
         middle = feet_at(robot, (joints[1:] + joints[:-1]) / 2.0)
         places = feet[1:] - (body[1:] + body[:-1])[:, None] / 2.0 + robot.centre
-        return body, joints, np.linalg.norm(middle - places, axis=2).max(axis=1)
+        # NumPy takes sums over three neighbours one by one.
+        x, y, z = np.moveaxis(middle - places, 2, 0)
+        return body, joints, np.sqrt((x * x + y * y + z * z).max(axis=1))
 
     return refined_moves(robot, settings, steps, level_pose, 1, SLIP_TOLERANCE, "stance")
 
