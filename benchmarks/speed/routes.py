@@ -5,8 +5,9 @@ steps, processor time, its multiple of a fixed workload in the same run
 (:func:`benchmarks.measuring.workload`), the solver's Newton steps, the time of one of them for each
 step of the walk, and the powers of the steps with which time and Newton steps grow.
 ``--windows 8,16,32`` also prints the lower bounds of windows of so many steps
-(:func:`gaitopt.planners.time_optimal.bound.route_bound`) on the walk over 64 steps. With
-``--horizon 16`` walks are planned in windows of so many steps.
+(:func:`gaitopt.planners.time_optimal.bound.route_bound`) on the walk over 64 steps, and how much
+of what is missing to it is the way between knots. With ``--horizon 16`` walks are planned in
+windows of so many steps, with ``--swing-knots 16`` with so many knots in a swing.
 """
 
 from __future__ import annotations
@@ -28,12 +29,16 @@ TIMED_BY_FORCES = ("dynamic",)
 """Rows that have no timing by joint velocities."""
 
 
-def planned(row: str, steps: int, horizon: int | None = None, seed: int = 0) -> gaitopt.Plan:
+def planned(
+    row: str, steps: int, horizon: int | None = None, seed: int = 0,
+    swing_knots: int | None = None,
+) -> gaitopt.Plan:  # fmt: skip
     """The walk of a row over random columns."""
     timing = {} if row in TIMED_BY_FORCES else {"timing": "velocity"}
     return gaitopt.plan_route(
-        walks.robot(), walks.terrain(steps, seed), free=row, horizon=horizon, **timing
-    )
+        walks.robot(), walks.terrain(steps, seed), free=row, horizon=horizon,
+        swing_knots=swing_knots, **timing,
+    )  # fmt: skip
 
 
 def growth(row: str, sizes: Sequence[int], horizon: int | None, seeds: int) -> None:
@@ -59,13 +64,16 @@ def growth(row: str, sizes: Sequence[int], horizon: int | None, seeds: int) -> N
         print(f"time ~ steps^{powers[0]:.2f}, Newton steps ~ steps^{powers[1]:.2f}", flush=True)
 
 
-def bounds(row: str, windows: Sequence[int]) -> None:
+def bounds(row: str, windows: Sequence[int], swing_knots: int | None) -> None:
     """Print the lower bounds of windows on the walk over 64 steps."""
-    plan = planned(row, walks.MAIN_STEPS)
+    plan = planned(row, walks.MAIN_STEPS, swing_knots=swing_knots)
+    between = 100.0 * (1.0 - plan.record.knot_time / plan.duration)
+    print(f"{row}, {walks.MAIN_STEPS} steps: {plan.duration:.2f} s, {between:.2f} % of it between "
+          "knots", flush=True)  # fmt: skip
     for window in windows:
         share = float(route_bound(plan, window).sum()) / plan.duration
-        print(f"{row}, {walks.MAIN_STEPS} steps: at least {100.0 * share:.1f} % of the plan's time "
-              f"by windows of {window} steps", flush=True)  # fmt: skip
+        print(f"  at least {100.0 * share:.2f} % of the plan's time by windows of {window} steps",
+              flush=True)  # fmt: skip
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -75,6 +83,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--row", default="swing", help="a variant of plan_route")
     parser.add_argument("--windows", default="", help="steps of windows, joined by commas")
     parser.add_argument("--horizon", type=int, help="steps of a window; by default all at once")
+    parser.add_argument("--swing-knots", type=int, help="for the bounds; by default the planner's")
     parser.add_argument("--seeds", type=int, default=1, help="how many terrains, from seed 0 on")
     asked = parser.parse_args(arguments)
     use_one_core()
@@ -83,7 +92,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         growth(asked.row, [int(n) for n in asked.steps.split(",")], asked.horizon,
                asked.seeds)  # fmt: skip
     if asked.windows:
-        bounds(asked.row, [int(n) for n in asked.windows.split(",")])
+        bounds(asked.row, [int(n) for n in asked.windows.split(",")], asked.swing_knots)
     return 0
 
 
