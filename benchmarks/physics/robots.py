@@ -69,6 +69,7 @@ def _short(warning: str) -> str:
         "joints that rub": "large joint friction",
         "the end of leg": "wide leg ends",
         "more chains than four": "more than four legs",
+        "legs are in other corners": "names of other corners",
     }
     for begin, short in known.items():
         if warning.startswith(begin):

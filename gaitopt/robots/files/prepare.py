@@ -39,6 +39,7 @@ from gaitopt.robots.files.sizes import (
 )
 from gaitopt.robots.files.tree import UrdfTree
 from gaitopt.robots.files.upright import stand_upright
+from gaitopt.robots.leg_names import leg_of_names
 from gaitopt.robots.urdf_text import parsed_urdf
 
 PINOCCHIO = ("root_joint", "universe")
@@ -162,6 +163,7 @@ def _set_legs(
     if square:
         warnings += straighten(tree, limbs)
     named = asked or _named(tree, limbs)
+    warnings += [] if asked else _other_corners(named)
     _refuse_linkages(tree, named)
     return named, locked
 
@@ -276,6 +278,19 @@ def _named(tree: UrdfTree, limbs: list[Limb]) -> dict[str, Limb]:
         whose[chain.names] = limb
     named = assign_names(tree.label, chains, heading_axes(tree.label, chains))
     return {leg: whose[named[leg].names] for leg in LEGS}
+
+
+def _other_corners(named: Mapping[str, Limb]) -> list[str]:
+    """A warning where the names of the joints tell all four legs, and other ones than they are."""
+    told = {leg: leg_of_names(joint.name for joint in limb.joints) for leg, limb in named.items()}
+    if set(told.values()) != set(LEGS) or all(leg == name for leg, name in told.items()):
+        return []
+    legs = ", ".join(f"{named[leg].joints[0].name} is on leg {leg}" for leg in LEGS)
+    return [
+        f"legs are in other corners than their names tell: {legs}; a robot faces at right angles "
+        "to its knees' axes, so it walks sideways, seen by these names, or they exchange left and "
+        "right: give legs= to say what is meant"
+    ]
 
 
 def _refuse_linkages(tree: UrdfTree, limbs: dict[str, Limb]) -> None:

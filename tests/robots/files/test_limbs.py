@@ -110,6 +110,18 @@ def test_robot_may_be_called_by_the_wrong_names() -> None:
     assert copy.legs["LF"].joints == made.legs["LF"].joints
 
 
+def test_names_that_tell_other_corners_are_told() -> None:
+    """Left and right exchanged in the names of a file; what they are called does not move legs."""
+    swapped = robot()
+    for one, other in (("LF_", "RF_"), ("LH_", "RH_")):
+        swapped = swapped.replace(one, "X").replace(other, one).replace("X", other)
+    (told,) = warnings_of(swapped)
+    assert told.startswith("tester: legs are in other corners than their names tell: RF_j0 is on")
+    assert quiet(swapped).legs["LF"].joints[0] == "RF_j0"
+    meant = {"LF": "RF_foot", "LH": "RH_foot", "RH": "LH_foot", "RF": "LF_foot"}
+    assert not warnings_of(swapped, legs=meant) and not warnings_of(robot())
+
+
 @pytest.mark.parametrize(
     ("order", "wrong"),
     [
