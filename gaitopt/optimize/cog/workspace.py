@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from gaitopt.conventions import FloatArray
 from gaitopt.optimize.cog.formulation import CogFormulation
-from gaitopt.optimize.quadratic import QuadraticSolver
+
+if TYPE_CHECKING:
+    from gaitopt.optimize.quadratic import QuadraticSolver
 
 VECTORS = ("gradient", "constraints")
 """Results of a formulation's derivatives that are no matrices."""
@@ -23,6 +25,8 @@ class CogWorkspace:
 
     def solver(self, variables: int, constraints: int) -> QuadraticSolver:
         """The QP solver for problems of this size."""
+        from gaitopt.optimize.quadratic import QuadraticSolver  # late: most problems do without
+
         key = variables, constraints
         if key not in self._solvers:
             self._solvers[key] = QuadraticSolver(*key)
