@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gaitopt.conventions import FloatArray
+from gaitopt.conventions import BoolArray, FloatArray
 from gaitopt.optimize.speed import knot_times
 from gaitopt.plan.settings.crawl import CrawlSettings
 from gaitopt.planners.phase_by_phase.joint_checks import (
@@ -77,6 +77,7 @@ def refined_moves(
     edges: int,
     tolerance: float,
     kind: str,
+    still: BoolArray | None = None,
 ) -> list[TimedMove]:
     """The moves of all steps, with as many knots each as the tolerance asks for.
 
@@ -89,6 +90,7 @@ def refined_moves(
         edges: number of straight edges of each move.
         tolerance: largest error between two knots [m].
         kind: ``"stance"`` or ``"swing"``.
+        still: moves along which nothing moves ``(S,)``; they have one interval.
 
     Raises:
         InfeasibleStepError: a joint would leave its position limits, or jump.
@@ -98,6 +100,8 @@ def refined_moves(
     found: list[TimedMove | None] = [None] * len(steps.legs)
     open_steps = np.arange(len(steps.legs))
     intervals = np.full(len(open_steps), -(-FIRST_INTERVALS[kind] // edges))
+    if still is not None:
+        intervals[still] = 1
     while open_steps.size:
         at, firsts = _knots(open_steps, intervals, edges)
         points, joints, errors = pose(at)

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from gaitopt.conventions import LEGS, FloatArray, Progress, rotation_z
+from gaitopt.conventions import LEGS, FloatArray, Progress, frozen, rotation_z
 from gaitopt.errors import InfeasibleStepError, SolverError
 from gaitopt.gait.crawl import WANG_SEQUENCE
 from gaitopt.optimize.cog.solver import (
@@ -126,6 +126,9 @@ def _optimise(
         if not _is_possible(solution, settings):
             own = None if demands is None else demands.of_step(s)
             raise explain_step(robot, steps, settings, s, place, own)
+        if solution.distance == 0.0:
+            # Its place comes from differences; so nothing moves, not even by rounding.
+            solution = replace(solution, position=frozen(place))
         solutions.append(solution)
         place = solution.position
         if progress is not None:
