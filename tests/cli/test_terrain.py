@@ -18,6 +18,7 @@ import gaitopt
 from gaitopt.cli.ground_options import ground_options, in_ground_options
 from gaitopt.cli.search_options import in_search_options, search_options
 from gaitopt.cli.terrain import MapArgument
+from gaitopt.planners.over_terrain.planned_forces import usual_forces
 from gaitopt.planners.over_terrain.settings import TerrainSettings
 from gaitopt.terrain.maps.catalogue import GROUNDS
 
@@ -59,6 +60,8 @@ def test_a_sketch_becomes_a_certified_walk_over_it(walked: tuple[Result, Path]) 
     heights = np.where(on_top, 26 / 255 * 0.2, 0.0)
     np.testing.assert_allclose(places[:, 2] - plan.robot.foot_radius, heights, atol=1e-9)
     assert gaitopt.verify(plan, collisions=False).ok
+    # Forces are planned as in Python: something is left for the controller.
+    assert plan.settings.promised_forces == usual_forces(TerrainSettings.friction)
 
 
 def test_it_writes_plan_replay_figure_and_footholds(walked: tuple[Result, Path]) -> None:

@@ -19,7 +19,7 @@ from gaitopt.inputs import check_kind
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.settings.base import check_names
 from gaitopt.plan.settings.crawl import CrawlSettings
-from gaitopt.plan.settings.over_footholds import force_margin
+from gaitopt.plan.settings.over_footholds import FORCES, force_margin
 from gaitopt.plan.settings.time_optimal import RouteSettings
 from gaitopt.plan.state import State
 from gaitopt.planners.crawl import plan_crawl
@@ -184,7 +184,7 @@ def _walk(
         search = _searched(robot, ground, goal, start, progress, asked, further.get("forces"))
     if search.settings.stability_margin != force_margin(robot):
         further["stability_margin"] = search.settings.stability_margin
-    if further.get("forces") is None and not {"timing", "objective"} & further.keys():
+    if _by_usual_forces(further):
         further["forces"] = usual_forces(search.settings.friction)
     if not search.complete:
         raise no_way(search)
@@ -215,6 +215,15 @@ def _walk(
             with suppress(TerrainError):
                 return walk_over(other, found, further, progress, end), other
     raise also_tried(first, tried)
+
+
+def _by_usual_forces(further: Mapping[str, Any]) -> bool:
+    """Whether options of :func:`gaitopt.plan_crawl` leave the limits of forces to the terrain.
+
+    The objective ``"margin"`` has careful ones of its own.
+    """
+    by_forces = further.get("timing") in (None, FORCES)
+    return by_forces and further.get("forces") is None and further.get("objective") != "margin"
 
 
 def _of_search(options: dict[str, Any]) -> dict[str, Any]:

@@ -355,3 +355,12 @@ def test_shorter_steps_are_tried_where_all_walks_are_refused(
         [gaitopt.SolverError("step 0 (LF): not to its tolerance", step=0)] * 3))  # fmt: skip
     with pytest.raises(TerrainError, match=r"steps of 0.1039 and 0.0742 m were tried, too"):
         gaitopt.plan_terrain(*FEW_STEPS, start=(0.0, 0.0, 0.0))
+
+
+def test_usual_values_of_other_options_leave_the_usual_forces() -> None:
+    """The command line gives all of its options, also where they are the usual ones."""
+    way = {"start": (0.0, 0.0, 0.0), "search": gaitopt.search_terrain(*FEW_STEPS)}
+    usual = gaitopt.plan_terrain(*FEW_STEPS, **way)
+    given = gaitopt.plan_terrain(*FEW_STEPS, timing="forces", objective="distance", **way)
+    assert usual.settings.promised_forces == given.settings.promised_forces
+    assert usual.duration == given.duration
