@@ -8,7 +8,7 @@ from math import isnan
 
 from rich.table import Table
 
-from gaitopt.certificate.check import FORCES, Check, Verdict
+from gaitopt.certificate.check import ASKED_FORCES, FORCES, Check, Verdict
 from gaitopt.conventions import TextEnum
 from gaitopt.errors import CertificateError, UnknownNameError
 from gaitopt.inputs import as_text
@@ -71,7 +71,7 @@ class Certificate:
         """The verdict on the plan. What is unchecked can never be certified."""
         if not self.ok:
             return Outcome.VIOLATED
-        forces = [c.status is Verdict.OK for c in self.checks if c.name == FORCES]
+        forces = [c.status is Verdict.OK for c in self.checks if c.name in (FORCES, ASKED_FORCES)]
         if not forces or not all(forces):
             return Outcome.KINEMATICS_ONLY
         missing = any(c.status is Verdict.UNCHECKED and c.promised for c in self.checks)

@@ -12,6 +12,8 @@ from gaitopt.plan.plan import Plan
 
 FORCES = "contact forces"
 """Name of the check without which no plan is certified."""
+ASKED_FORCES = "contact forces as asked"
+"""Its name where a plan promises forces, and others are asked for beside them."""
 
 
 class Verdict(TextEnum):

@@ -15,7 +15,7 @@ from functools import lru_cache
 
 from gaitopt.certificate import balance, clearance, contacts, joints
 from gaitopt.certificate.certificate import Certificate
-from gaitopt.certificate.check import FORCES, Check, unchecked
+from gaitopt.certificate.check import ASKED_FORCES, FORCES, Check, unchecked
 from gaitopt.certificate.claims.known_robot import refuse_other_robot, refuse_other_text
 from gaitopt.certificate.claims.statements import not_compared, not_judged, phases_agree
 from gaitopt.certificate.claims.weak_settings import weak_settings
@@ -49,7 +49,9 @@ def verify(
         collisions: whether to look for self-collisions.
         forces: limits within which contact forces and joint torques must exist at every instant;
             those that the plan promises by default. A plan that promises none is not certified
-            without them, and where forces do not exist its outcome is ``"kinematics only"``.
+            without them, and where forces do not exist its outcome is ``"kinematics only"``. Where
+            a plan promises other limits, both are checked: ``"contact forces"`` is the promise,
+            and ``"contact forces as asked"`` is this.
 
     Returns:
         The certificate. A violated check is no error: see :meth:`Certificate.raise_for_violations`.
@@ -102,11 +104,15 @@ def verify(
 
 
 def _checks_of_forces(plan: Plan, asked: ForceLimits | None) -> list[Check]:
-    """The check of what the plan promises, and of what is asked beyond it."""
+    """The check of what the plan promises, and of what is asked beyond it.
+
+    Where both are there they have names of their own, so that none stands for the other.
+    """
     promised = plan.settings.promised_forces
     found = [] if promised is None else [contact_forces(plan, promised)]
     if asked is not None and asked != promised:
-        found.append(replace(contact_forces(plan, asked), promised=False))
+        name = FORCES if promised is None else ASKED_FORCES
+        found.append(replace(contact_forces(plan, asked), name=name, promised=False))
     return found or [unchecked(FORCES, "N", "not asked for", 0.0)]
 
 

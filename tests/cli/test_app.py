@@ -19,6 +19,7 @@ import gaitopt
 from gaitopt import Plan
 from gaitopt.cli.app import app
 from gaitopt.cli.options import FRICTIONS, LONGEST_TRANSFER
+from gaitopt.cli.results.verdict import verdict_line
 from gaitopt.cli.support import force_limits
 
 Command = Callable[..., Result]
@@ -293,12 +294,19 @@ def test_verify_judges_forces_by_what_the_plan_promises(
     robot, path = gaitopt.load_robot("a1"), str(tmp_path / "plan.npz")
     rough = gaitopt.ForceLimits(friction=0.9, reserve=0.01)
     walk = gaitopt.plan_crawl(robot, gaitopt.s_columns(0, columns=2, robot=robot), forces=rough)
-    assert gaitopt.verify(walk, forces=gaitopt.ForceLimits()).outcome == "kinematics only"
+    certificate = gaitopt.verify(walk, forces=gaitopt.ForceLimits())
+    assert certificate.outcome == "kinematics only" and certificate.ok
+    assert certificate["contact forces"].promised and certificate["contact forces"].status == "ok"
+    asked = certificate["contact forces as asked"]
+    assert not asked.promised and asked.status == "violated"
+    line = verdict_line(certificate, None, Path(path))
+    assert "limits that were asked for" in line and "not promised" not in line
     walk.save(path)
     promised = command("verify", path)
     assert promised.exit_code == 0 and promised.output.count("contact forces") == 1
     usual = command("verify", path, "--friction", "0.6")
     assert usual.exit_code == 3 and usual.output.count("contact forces") == 2
+    assert usual.output.count("as asked") == 1
     assert "leave out --no-forces" in error_of("verify", path, "--friction", "0.6", "--no-forces")
 
 

@@ -17,16 +17,9 @@ from gaitopt.planners.time_optimal.continuous.planner import continuous_plan
 from gaitopt.planners.time_optimal.smooth.planner import smooth_plan
 from gaitopt.planners.time_optimal.straight.planner import straight_plan
 from gaitopt.planners.time_optimal.walk import Route, crawl_settings
-from gaitopt.retiming.retimed import retimed, retimed_gently
+from gaitopt.retiming.retimed import retimed
 from gaitopt.robots.abilities import has_quick_joints
 from gaitopt.terrain.footholds import Footholds
-
-LOAD_TIME = 0.035
-"""Time within which feet take over the weight on static walks along splines of slow joints, where
-the motion leaves a choice [s]. It costs 0.2 to 1 % of the time. Without it feet that carry next to
-nothing are asked for half of the weight within 6 ms, and kick: knees of wang2020 reached 5 times
-their velocity limit in physics along paths that turn sharply. With 0.05 s walks are 0.5 to 1 %
-slower."""
 
 
 def plan_with_forces(route: Route, progress: Progress | None = None) -> Plan:
@@ -57,9 +50,7 @@ def plan_with_forces(route: Route, progress: Progress | None = None) -> Plan:
         if continuous:
             found = continuous_plan(route)
         elif free.swing:
-            gentle = route.settings.static and not has_quick_joints(route.robot)
-            found = retimed_gently(smooth_plan(route, progress), None, 0.0,
-                                   LOAD_TIME if gentle else 0.0)  # fmt: skip
+            found = retimed(smooth_plan(route, progress))
         else:
             found = retimed(straight_plan(route, progress), rounding=ROUNDING)
     except (InfeasibleStepError, SolverError) as error:
