@@ -7,7 +7,11 @@ the largest share of a joint's velocity limit, whatever its timing. No forces ca
 along this path faster. *Held by joints* is the share of the plan's time in which a joint turns at
 its limit. The other times are those of :func:`gaitopt.retimed` along the same path: without a
 reserve on standing feet, with a friction of 1, with all of the torque, and with all three. *In
-swings* is the share of the time in which a foot flies. All are medians.
+swings* is the share of the time in which a foot flies. *Without forces* is the walk of the same
+margin of the true centre of mass and the same body height that is planned and timed by joint
+velocities alone (``timing="velocity"``): what lies between it and the plan is all that forces, and
+a path that has no corners, take. There is none for ``dynamic``, whose balance are forces. All are
+medians.
 """
 
 from __future__ import annotations
@@ -16,6 +20,7 @@ import argparse
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -57,6 +62,18 @@ def numbers(plan: gaitopt.Plan) -> list[float]:
     return [plan.duration, least, 100.0 * held, *others, 100.0 * flying / plan.duration]
 
 
+def without_forces(plan: gaitopt.Plan, walk: str) -> float:
+    """Duration of the walk that is planned and timed by joint velocities alone [s]; or NaN."""
+    if walk == "dynamic":
+        return float("nan")
+    settings = plan.settings
+    asked: dict[str, Any] = {"timing": "velocity", "com": "model", "body_height": settings.body_height,
+             "stability_margin": settings.stability_margin}  # fmt: skip
+    if walk == "default":
+        return gaitopt.plan_crawl(plan.robot, plan.footholds, **asked).duration
+    return gaitopt.plan_route(plan.robot, plan.footholds, free=walk, **asked).duration
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Print the table."""
     parser = argparse.ArgumentParser(
@@ -70,7 +87,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     margin = {} if options.margin is None else {"stability_margin": options.margin}
     head = ["robot", "walk", "plan [s]", "joint velocities [s]", "held by joints [%]",
-            *(f"{name} [s]" for name in GIVEN_UP), "in swings [%]"]  # fmt: skip
+            *(f"{name} [s]" for name in GIVEN_UP), "in swings [%]", "without forces [s]"]  # fmt: skip
     print(f"| {' | '.join(head)} |\n|{'---|' * len(head)}")
     for name in options.robots.split(","):
         robot = benchmark_robot(name)
@@ -82,7 +99,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
                     plan = gaitopt.plan_crawl(robot, footholds, **margin)
                 else:
                     plan = gaitopt.plan_route(robot, footholds, free=walk, **margin)
-                lines.append(numbers(plan))
+                lines.append([*numbers(plan), without_forces(plan, walk)])
             cells = [f"{x:.0f}" if column in (2, 7) else f"{x:.2f}"
                      for column, x in enumerate(np.median(lines, axis=0))]  # fmt: skip
             print(f"| {' | '.join([name, walk, *cells])} |", flush=True)

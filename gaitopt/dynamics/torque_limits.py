@@ -40,8 +40,8 @@ def effort_limits(robot: Quadruped) -> EffortLimits:
     """
     stated = robot.effort_limits
     limits = frozen(np.where(stated >= placeholder_torque(robot), np.inf, stated))
-    names = zip(robot.joint_names, limits, strict=True)
-    return EffortLimits(limits, tuple(name for name, limit in names if not np.isfinite(limit)))
+    unknown = np.flatnonzero(~np.isfinite(limits)).tolist()
+    return EffortLimits(limits, tuple(robot.joint_names[joint] for joint in unknown))
 
 
 @dataclass(frozen=True, eq=False)

@@ -281,7 +281,8 @@ def joints_from_feet_in_body(robot: Quadruped, feet: FloatArray) -> FloatArray:
     A leg that does not reach its foot points towards it; joints that no leg owns are neutral.
     """
     joints = np.empty((*feet.shape[:-2], len(robot.joint_names)))
-    joints[...] = robot.neutral_joints()
+    if joints.shape[-1] > len(robot.leg_joint_columns):
+        joints[...] = robot.neutral_joints()
     if robot.four_legs is not None and feet.size <= TOGETHER:
         angles = robot.four_legs.inverse(feet)
         joints[..., robot.leg_joint_columns] = angles.reshape(

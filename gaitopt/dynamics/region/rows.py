@@ -195,7 +195,8 @@ def _configurations(robot: Quadruped, feet: FloatArray, postures: FloatArray) ->
     joints = joints_from_feet_in_body(robot, (feet - position[:, None]) @ to_world)
     q = np.empty((len(joints), 7 + joints.shape[1]))
     q[:, :3], q[:, 3:7] = position, rpy_to_quaternion(rpy)
-    q[:, 7:] = np.where(np.isfinite(joints), joints, robot.neutral_joints())
+    known = np.isfinite(joints)
+    q[:, 7:] = joints if known.all() else np.where(known, joints, robot.neutral_joints())
     return q
 
 
