@@ -67,7 +67,8 @@ def without_forces(plan: gaitopt.Plan, walk: str) -> float:
     if walk == "dynamic":
         return float("nan")
     settings = plan.settings
-    asked: dict[str, Any] = {"timing": "velocity", "com": "model", "body_height": settings.body_height,
+    asked: dict[str, Any] = {"timing": "velocity", "com": "model",
+             "body_height": settings.body_height,
              "stability_margin": settings.stability_margin}  # fmt: skip
     if walk == "default":
         return gaitopt.plan_crawl(plan.robot, plan.footholds, **asked).duration
@@ -87,7 +88,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     margin = {} if options.margin is None else {"stability_margin": options.margin}
     head = ["robot", "walk", "plan [s]", "joint velocities [s]", "held by joints [%]",
-            *(f"{name} [s]" for name in GIVEN_UP), "in swings [%]", "without forces [s]"]  # fmt: skip
+            *(f"{name} [s]" for name in GIVEN_UP), "in swings [%]",
+            "without forces [s]"]  # fmt: skip
     print(f"| {' | '.join(head)} |\n|{'---|' * len(head)}")
     for name in options.robots.split(","):
         robot = benchmark_robot(name)
