@@ -36,7 +36,7 @@ class Ramps(NamedTuple):
     elsewhere: float
 
 
-RAMPS, RISING_RAMPS = Ramps(0.005, 0.003), Ramps(0.01, 0.003)
+RAMPS, RISING_RAMPS = Ramps(0.005, 0.003), Ramps(0.012, 0.003)
 POSTURE_RAMPS, DYNAMIC_RAMPS = Ramps(0.03, 0.02), Ramps(0.06, 0.035)
 """Where the body stays level at one height, and at any; where it may turn, too; and where forces
 alone keep the balance. Sharper turns make walks faster. Loads that go over jump with them, and
