@@ -14,9 +14,11 @@ from typing import Any
 
 import pytest
 
+import gaitopt
 from benchmarks import __main__ as command
 from benchmarks.physics import terrain_table
 from benchmarks.planning import constants
+from benchmarks.planning.prices import prices
 from benchmarks.speed import terrain
 from benchmarks.table import rivals
 from gaitopt.errors import InputError
@@ -167,6 +169,20 @@ def test_mistakes_are_named_before_anything_is_planned(
         constants.main(arguments)
     assert exit_.value.code == 2
     assert words in capsys.readouterr().err
+
+
+def test_prices_of_speeds_and_accelerations_make_up_the_time_of_a_walk() -> None:
+    """Faster by one percent is a walk whose speeds are that much higher, and accelerations twice.
+
+    The rest is the problem's quadratic term, and the rows of shortest spans and of the ZMP.
+    """
+    robot, columns = gaitopt.load_robot("wang2020"), gaitopt.s_columns(0, columns=2)
+    duration, *heights, speeds, about, elsewhere = prices(robot, columns, "swing", 0.02, 0.4)
+    assert min(heights) > 0.0 and about > 0.0 and elsewhere > 0.0
+    steps = columns.steps
+    assert 100.0 * speeds + 2.0 * (about + elsewhere) == pytest.approx(
+        1e3 * duration / steps, rel=0.1
+    )
 
 
 def test_times_of_searches_are_given_as_multiples_of_the_workload_too() -> None:
