@@ -43,8 +43,9 @@ alone keep the balance. Sharper turns make walks faster. Loads that go over jump
 ground gives way: so such walks have loads that go over gently, and the controller of ``simulate``
 eases what jumps. Still knees of wang2020 exceeded their velocity limits by 36 % in ``height`` (64
 steps, seed 0) and by 37 % in ``posture`` (16 steps, seed 2) with 0.005 s; by 25 and 16 % with
-0.03 s. With 0.012 s ``height`` is 0.9 % faster over 64 steps, and a knee reached 131 % (16 steps,
-seed 0, margin of 28 mm). ``dynamic`` has no gentle loads, and is 5 % slower with them and sharp turns."""
+0.03 s. With 0.012 s ``height`` is 0.9 % faster over 64 steps, but a knee reached 131 % (16 steps,
+seed 0, margin of 28 mm). ``dynamic`` has no gentle loads, and is 5 % slower with them and sharp
+turns."""
 FORCE_ACCELERATION = 3.0
 """Largest acceleration of a leg's end by that of one joint, in units of gravity, of splines whose
 timing forces set."""
