@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
-
 from gaitopt.conventions import FloatArray
 from gaitopt.interior_point.solver import minimise
 from gaitopt.plan.settings.base import VELOCITY
@@ -24,12 +22,6 @@ LONGER_BY = 0.1
 STRAIGHT_LONGER, STRAIGHT_LONGER_BY = 1.2, 0.05
 """The same along the straight lines of a walk phase by phase. With 2 and 0.1 the first round of
 ``dynamic`` took five times as many Newton steps."""
-
-EVEN_SHARE = 0.6
-"""Share by which targets of the body centre are moved to the mean of both neighbours before the
-walk without acceleration limits is solved. Its minima are local: over 8 terrains ``swing`` of
-wang2020 (16 steps) comes out 0.5 % faster on average, from 1.8 % faster to 0.8 % slower. Where the
-body's height is free walks come out equal, and their targets are left."""
 
 
 def rough_guess(
@@ -55,7 +47,7 @@ def rough_guess(
         timing=VELOCITY,
         forces=None,
     )
-    _, problem = build_route(replace(route, settings=settings, cogs=_evener(route)))
+    _, problem = build_route(replace(route, settings=settings))
     if start is not None:
         problem = problem.with_start(start)
     if straight:
@@ -66,15 +58,3 @@ def rough_guess(
                         barrier=problem.first_barrier)  # fmt: skip
     poses = problem.unpack(solution.x)[0] if solution.solved else problem.poses
     return poses, LONGER * problem.least_times(poses) + LONGER_BY * time_unit
-
-
-def _evener(route: Route) -> FloatArray:
-    """Targets of the body centre ``(S + 1, 3)`` [m] that turn less from step to step.
-
-    They are a first guess only, and need keep no margin.
-    """
-    out = np.array(route.cogs)
-    if route.settings.forces is not None and not route.settings.free.height:
-        means = (route.cogs[:-2, :2] + route.cogs[2:, :2]) / 2.0
-        out[1:-1, :2] += EVEN_SHARE * (means - out[1:-1, :2])
-    return out
