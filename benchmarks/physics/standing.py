@@ -3,7 +3,8 @@
 ``python -m benchmarks.physics.standing --seeds 2 [--robots go2,a1] [--rooms 0.5]`` prints a table:
 how many walks are found without and with the regions, and how long they take. ``--rooms`` are
 distances from a region's sides that are tried, as shares of the stability margin. ``--times``
-prints instead how much processor time a region takes, and what planning walks spends on regions.
+prints instead how much processor time a region takes, beside that of a fixed workload, and what
+planning walks spends on regions.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from unittest.mock import patch
 import numpy as np
 
 import gaitopt
+from benchmarks.measuring import workload
 from benchmarks.physics.force_rows import COLUMNS, ROBOTS
 from gaitopt.dynamics.feasible_region import feasible_regions
 from gaitopt.planners.phase_by_phase import demands, standing_places
@@ -122,14 +124,15 @@ def of_planning(robot: gaitopt.Quadruped) -> tuple[float, float]:
 
 def print_times(names: Sequence[str]) -> None:
     """Print the table of ``--times``."""
-    print("| robot | a region among many [ms] | alone [ms] | 64 steps [s] | of it regions [s] |")
-    print("|---|---|---|---|---|")
+    print("| robot | a region among many [ms] | alone [ms] | fixed workload [ms] | 64 steps [s] "
+          "| of it regions [s] |\n|---|---|---|---|---|---|")  # fmt: skip
     for name in names:
         robot = gaitopt.load_robot(name)
         many, alone = of_regions(robot)
+        pace = workload()
         whole, part = of_planning(robot)
-        print(f"| {name} | {1e3 * many:.2f} | {1e3 * alone:.2f} | {whole:.2f} | {part:.3f} |",
-              flush=True)  # fmt: skip
+        print(f"| {name} | {1e3 * many:.2f} | {1e3 * alone:.2f} | {1e3 * pace:.1f} | {whole:.2f} "
+              f"| {part:.3f} |", flush=True)  # fmt: skip
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
