@@ -1,7 +1,7 @@
 """Shanks of a planned walk that go into other legs' columns, told when the walk is planned.
 
 Planners over columns look at feet, reach and margins; the certificate looks at all links against
-all columns, all along. This look costs two milliseconds for 64 steps, and tells the clear cases.
+all columns, all along. This look costs a millisecond for 64 steps, and tells the clear cases.
 """
 
 from __future__ import annotations
