@@ -180,7 +180,7 @@ class Phase(ByValue):
         check_choice("kind of a phase", self.kind, ("stance", "swing"))
         check_choice("leg of a phase", self.leg, LEGS if self.kind == "swing" else (*LEGS, ""))
         legs = check_tuple("support of a phase", self.support)
-        if legs != LEGS:
+        if legs is not LEGS:
             for leg in legs:
                 check_choice("support of a phase", leg, LEGS)
         if len(set(legs)) < len(legs):
