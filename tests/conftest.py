@@ -7,14 +7,18 @@ from functools import cache
 
 import pytest
 from drawing import without_pixels
-from hypothesis import settings
+from hypothesis import HealthCheck, settings
 
 import gaitopt
 from gaitopt import Footholds, Plan, Quadruped
 
-# On a loaded machine a single example may take long: that is no fault of the code.
-settings.register_profile("patient", deadline=None)
-settings.load_profile("patient")
+# On a loaded machine an example may take long, to be made or to be run: that is no fault of the
+# code. Every run has the same examples, so that a change is blamed for nothing but itself; others
+# are tried with `pytest --hypothesis-profile=random`.
+PATIENT = {"deadline": None, "suppress_health_check": [HealthCheck.too_slow]}
+settings.register_profile("same", **PATIENT, derandomize=True)
+settings.register_profile("random", **PATIENT, print_blob=True)
+settings.load_profile("same")
 
 
 LONGEST = (

@@ -150,7 +150,7 @@ def test_the_site_builds_without_a_warning(tmp_path: Path) -> None:
     pytest.importorskip("sphinx", reason="needs pip install 'gaitopt[docs]'")
     command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-b", "html",
                "-d", str(tmp_path / "doctrees"), str(DOCS), str(tmp_path / "html")]  # fmt: skip
-    done = subprocess.run(command, capture_output=True, text=True, timeout=300,
+    done = subprocess.run(command, capture_output=True, text=True, timeout=1200,
                           env={**os.environ, "GAITOPT_VERSIONS": "latest,v0.1.0"})  # fmt: skip
     assert done.returncode == 0, done.stderr
     check_links_to_versions(tmp_path / "html")

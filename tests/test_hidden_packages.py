@@ -34,7 +34,7 @@ def test_another_module_of_that_name_is_told_with_both_places(
         hiding.write_text("")
         (tmp_path / module).rmdir()
     done = subprocess.run(
-        [sys.executable, "-c", CODE], capture_output=True, text=True, timeout=60, check=False,
+        [sys.executable, "-c", CODE], capture_output=True, text=True, timeout=600, check=False,
         env={**os.environ, "PYTHONPATH": str(tmp_path)},
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
@@ -61,7 +61,7 @@ def test_modules_that_only_replays_need_are_told_when_one_is_drawn(
 ) -> None:
     (tmp_path / f"{module}.py").write_text("raise ImportError")
     done = subprocess.run(
-        [sys.executable, "-c", DRAWN], capture_output=True, text=True, timeout=60, check=False,
+        [sys.executable, "-c", DRAWN], capture_output=True, text=True, timeout=600, check=False,
         env={**os.environ, "PYTHONPATH": str(tmp_path)},
     )  # fmt: skip
     assert done.returncode == 0, done.stderr

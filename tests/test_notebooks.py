@@ -50,7 +50,7 @@ def executed(request: pytest.FixtureRequest, kernel: Any, tmp_path: Path) -> Any
     fresh = f"%reset -f\nimport os\nos.chdir({str(tmp_path)!r})\ndel os"
     notebook.cells.insert(0, nbformat.v4.new_code_cell(fresh))
     nbclient.NotebookClient(
-        notebook, km=kernel, timeout=120, resources={"metadata": {"path": str(tmp_path)}}
+        notebook, km=kernel, timeout=1200, resources={"metadata": {"path": str(tmp_path)}}
     ).execute()
     del notebook.cells[0]
     return notebook

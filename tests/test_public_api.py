@@ -22,7 +22,7 @@ SOURCE = Path(gaitopt.__file__)
 
 def in_a_fresh_interpreter(code: str) -> str:
     done = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=600
     )
     return done.stdout
 

@@ -21,6 +21,8 @@ LOST: Final = 5.0
 """Time after which a scheduler that does not answer counts as lost [s]. Chosen here."""
 LOOK_EVERY: Final = 0.5
 """Time between two looks at the cluster [s]. Chosen here."""
+MOST_LOST: Final = 5
+"""Times that a job's result may be lost with the worker that has it. Chosen here."""
 AHEAD: Final = 3
 """Jobs that are sent for each thread of the cluster, so that none is idle. Chosen here."""
 
@@ -33,8 +35,8 @@ def on_cluster(
 ) -> Generator[tuple[J, Any], None, None]:  # fmt: skip
     """Results of a function for many jobs, in any order, computed on a cluster.
 
-    A job whose worker is ended goes to another worker. All threads of the cluster are used, also
-    where there is only one.
+    A job whose worker is ended goes to another worker, also where the worker had done it and takes
+    the result with it. All threads of the cluster are used, also where there is only one.
 
     Args:
         address: of the Dask scheduler, as ``tcp://host:8786``.
@@ -57,23 +59,34 @@ def on_cluster(
         ) from error
     with _silent(), _client(address) as client:
         cluster = _Cluster(client, address)
-        waiting = list(reversed(jobs))
-        running: dict[str, tuple[J, Any]] = {}
+        waiting = [(job, 0) for job in reversed(jobs)]
+        running: dict[str, tuple[J, int, Any]] = {}
         done: queue.SimpleQueue[Any] = queue.SimpleQueue()
         while waiting or running:
             limit = most if most > 0 else AHEAD * cluster.threads()
             while waiting and len(running) < limit:
-                job = waiting.pop()
+                job, lost = waiting.pop()
                 future = client.submit(work, *arguments(job), pure=False)
-                running[future.key] = job, future
+                running[future.key] = job, lost, future
                 future.add_done_callback(done.put)
             try:
                 finished = done.get(timeout=LOOK_EVERY)
             except queue.Empty:
                 cluster.check()
                 continue
-            job, future = running.pop(finished.key)
-            yield job, cluster.result(future, failed)
+            job, lost, future = running.pop(finished.key)
+            try:
+                result = cluster.result(future, failed)
+            except _LostError:
+                if lost == MOST_LOST:
+                    raise StudyError(f"the Dask scheduler at {address} has lost its jobs") from None
+                waiting.append((job, lost + 1))
+                continue
+            yield job, result
+
+
+class _LostError(Exception):
+    """The result of a job was lost with the worker that had it."""
 
 
 class _Cluster:
@@ -89,6 +102,8 @@ class _Cluster:
 
     def threads(self) -> int:
         """Threads of all workers; none where the scheduler was lost, which :meth:`check` tells."""
+        if self.client.status != "running":
+            return 0  # to ask would wait for an answer
         try:
             told = self.client.scheduler_info(n_workers=-1)
         except TypeError:  # before Dask had this argument, all workers were told
@@ -125,6 +140,7 @@ class _Cluster:
 
         Raises:
             StudyError: it was lost with the scheduler, or the worker could not run it.
+            _LostError: it was lost with its worker.
         """
         from distributed import KilledWorker
 
@@ -141,7 +157,7 @@ class _Cluster:
                 f"{error}; install the same gaitopt there"
             )
         self.check()
-        raise StudyError(f"the Dask scheduler at {self.address} has lost its jobs")
+        raise _LostError
 
 
 @contextmanager

@@ -29,7 +29,7 @@ ErrorOf = Callable[..., str]
 def in_a_new_process(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
         [sys.executable, "-m", "gaitopt", *arguments],
-        capture_output=True, text=True, cwd=cwd, timeout=120, check=False,
+        capture_output=True, text=True, cwd=cwd, timeout=600, check=False,
     )  # fmt: skip
 
 

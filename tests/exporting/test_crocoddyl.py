@@ -110,7 +110,7 @@ def test_crocoddyl_builds_the_problem_and_gets_the_plans_accelerations(
     gaitopt.export(a1_walk, tmp_path / "guess.npz", "crocoddyl", dt=0.01)
     done = subprocess.run(
         [sys.executable, "-c", SCRIPT, str(tmp_path / "guess.npz")],
-        capture_output=True, text=True, timeout=120,
+        capture_output=True, text=True, timeout=600,
     )  # fmt: skip
     if done.returncode == 3 or done.returncode < 0:
         pytest.skip("this Crocoddyl was built for another Pinocchio")

@@ -5,12 +5,14 @@ from __future__ import annotations
 import os
 import signal
 import threading
+import time
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from gaitopt import InputError, StudyError, StudyWarning
+from gaitopt.errors import warn
 from gaitopt.studies import cluster
 from gaitopt.studies.cluster import on_cluster
 
@@ -18,8 +20,6 @@ distributed = pytest.importorskip("distributed")
 
 
 def square_and_pid(number: int) -> tuple[int, int]:
-    import time
-
     time.sleep(0.02)
     return number * number, os.getpid()
 
@@ -50,6 +50,7 @@ def test_a_worker_that_is_killed_half_way_costs_no_result(two_workers: Any) -> N
         found.append(number)
         if len(found) == 10:
             killed = pid
+            time.sleep(0.5)  # so that it has done jobs whose results nobody has fetched
             os.kill(pid, signal.SIGKILL)
     assert killed not in (None, os.getpid())
     assert sorted(found) == list(range(60))
@@ -88,7 +89,7 @@ def test_a_scheduler_that_goes_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     )
     closing = threading.Thread(target=found.close)
     try:
-        given = on_cluster(found.scheduler_address, square_and_pid, range(2000), lambda n: (n,),
+        given = on_cluster(found.scheduler_address, square_and_pid, range(20_000), lambda n: (n,),
                            lambda reason: reason)  # fmt: skip
         next(given)
         closing.start()
@@ -106,8 +107,13 @@ def test_a_scheduler_that_goes_while_a_worker_is_waited_for_is_told(
 ) -> None:
     monkeypatch.setattr(cluster, "LOST", 0.5)
     found = distributed.LocalCluster(n_workers=0, processes=False, dashboard_address=None)
-    closing = threading.Timer(1.0, found.close)
-    closing.start()
+    closing = threading.Thread(target=found.close)
+
+    def told(words: str, kind: type[Warning]) -> None:
+        warn(words, kind)
+        closing.start()  # not before somebody waits
+
+    monkeypatch.setattr(cluster, "warn", told)
     try:
         with (
             pytest.warns(StudyWarning, match="no worker at"),
@@ -115,8 +121,9 @@ def test_a_scheduler_that_goes_while_a_worker_is_waited_for_is_told(
         ):
             results(found.scheduler_address)
     finally:
+        if closing.ident is None:
+            closing.start()
         closing.join()
-        found.close()
 
 
 def test_what_is_no_address(tmp_path: Path) -> None:

@@ -7,11 +7,12 @@ from __future__ import annotations
 
 import json
 import os
-import socket
+import re
 import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -22,7 +23,7 @@ from gaitopt.viewing.replay.video.chromium import chromium
 pytestmark = needs_browser
 
 SIZE = (1100, 1000)
-PATIENCE = 180.0
+PATIENCE = 600.0
 """Seconds after which a page or a server that says nothing is given up, on a loaded machine too."""
 SHOWN = "document.body !== null"
 CODE = """import numpy as np, gaitopt
@@ -43,35 +44,32 @@ def explorer(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Driven]:
     book: dict[str, Any] = {"cells": [cell], "metadata": {"kernelspec": kernel}, "nbformat": 4,
                             "nbformat_minor": 5}  # fmt: skip
     (folder / "explorer.ipynb").write_text(json.dumps(book), "utf-8")
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
     # Of its own, so that nothing is written into the home of whoever runs the tests.
     env = {**os.environ, "JUPYTER_DATA_DIR": str(folder), "JUPYTER_CONFIG_DIR": str(folder)}
     with (folder / "log.txt").open("w") as log:
         server = subprocess.Popen(
             [sys.executable, "-m", "voila", str(folder / "explorer.ipynb"), "--no-browser",
-             f"--port={port}", "--Voila.ip=127.0.0.1"], stdout=log, stderr=log, env=env,
+             "--Voila.ip=127.0.0.1", "--Voila.log_level=INFO"], stdout=log, stderr=log, env=env,
         )  # fmt: skip
         try:
-            _wait_for(port)
+            address = _address(folder / "log.txt")
             with chromium() as browser:
-                browser.open(f"http://127.0.0.1:{port}/", SIZE, ready=SHOWN)
+                browser.open(address, SIZE, ready=SHOWN)
                 page = Driven(browser)
                 until(page, "all checks hold")
                 yield page
         finally:
             server.terminate()
-            server.wait(30.0)
+            server.wait(PATIENCE)
 
 
-def _wait_for(port: int) -> None:
-    """Wait until the server answers."""
+def _address(log: Path) -> str:
+    """Where the server answers: it takes another port where one is in use."""
     end = time.monotonic() + PATIENCE
     while time.monotonic() < end:
-        with socket.socket() as knock:
-            if knock.connect_ex(("127.0.0.1", port)) == 0:
-                return
+        told = re.search(r"is running at:\s+(http://127\.0\.0\.1:\d+/)", log.read_text("utf-8"))
+        if told:
+            return told[1]
         time.sleep(0.2)
     raise AssertionError("the server did not start")
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -19,6 +20,10 @@ from gaitopt.studies.study import HEADER, Row, Walk, grid, run_study, run_walk
 from gaitopt.studies.table_lock import locked
 from gaitopt.studies.workers import on_all_cores, process_count
 
+PATIENCE = 600.0
+"""Longest wait for what a process does [s]: nothing here depends on how fast the machine is."""
+SOON = 120.0
+"""Longest wait for workers to be gone [s]. Idle ones that nobody ends stay for five minutes."""
 COMMAND = [sys.executable, "-m", "gaitopt", "study", "t.csv"]
 
 
@@ -139,13 +144,13 @@ def test_workers_are_deaf_to_ctrl_c_before_they_have_imported_anything() -> None
         "print(set(on_all_cores(deaf, [()] * 3, 2)))\n"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True,
-                          timeout=120, check=False)  # fmt: skip
+                          timeout=PATIENCE, check=False)  # fmt: skip
     assert done.stdout == "{True}\n", done.stderr
 
 
 def test_the_exit_code_tells_when_every_walk_is_an_error(tmp_path: Path) -> None:
-    done = subprocess.run([*COMMAND, "--seeds", "1", "--robot", "nope"], cwd=tmp_path,
-                          capture_output=True, text=True, timeout=100, check=False)  # fmt: skip
+    done = subprocess.run([*COMMAND, "--seeds", "1", "--robot", "nope"], cwd=tmp_path, text=True,
+                          capture_output=True, timeout=PATIENCE, check=False)  # fmt: skip
     assert done.returncode == 2
     assert done.stderr.startswith("gaitopt: every walk ended in an error; the first: RobotError")
     study_command._exit_where_all_failed([{"status": "error", "message": ""}, {"status": "ok"}])
@@ -189,14 +194,14 @@ def test_a_signal_ends_a_study_and_its_workers(
     )  # fmt: skip
     table = tmp_path / "t.csv"
     try:
-        until = time.monotonic() + 100.0
+        until = time.monotonic() + PATIENCE
         while not (table.exists() and table.read_text().count("\n") > 1):
             assert time.monotonic() < until and process.poll() is None
             time.sleep(0.05)
-        started = _children(process.pid)
+        started, written = _children(process.pid), table.read_text().count("\n") - 1
         (os.killpg if group else os.kill)(process.pid, number)
-        _, said = process.communicate(timeout=30)
-        until = time.monotonic() + 5.0
+        _, said = process.communicate(timeout=PATIENCE)
+        until = time.monotonic() + SOON
         while any(map(_alive, started)) and time.monotonic() < until:
             time.sleep(0.05)
         assert not any(map(_alive, started))
@@ -206,13 +211,10 @@ def test_a_signal_ends_a_study_and_its_workers(
     assert rows[-1] == "" and all(row.count(",") >= len(HEADER) - 1 for row in rows[1:-1])
     if number != signal.SIGKILL:
         assert process.returncode == 130
-        # The last row may have been written while the words were said.
-        kept = len(rows) - 2
-        assert said in [
-            f"gaitopt: stopped; t.csv keeps {count} of 500 walks, and the same command goes on "
-            "there\n"
-            for count in (kept - 1, kept)
-        ]
+        told = re.fullmatch(r"gaitopt: stopped; t\.csv keeps (\d+) of 500 walks, and the same "
+                            r"command goes on there\n", said)  # fmt: skip
+        # Rows may have been written before they were counted, and while the words were said.
+        assert told and written - 1 <= int(told[1]) <= len(rows) - 2, said
 
 
 def test_words_in_brackets_are_no_markup_of_tables() -> None:

@@ -48,17 +48,18 @@ DEEP = "<x>" * 3000 + "</x>" * 3000
     ("text", "words"),
     [
         (robot(DEEP), "more than 200 elements inside one another"),
-        (robot() + "<!--" * 20_000, "no well-formed XML"),
-        (robot().replace('name="tester"', 'name="' + "${" * 20_000), "no well-formed XML"),
+        (robot() + "<!--" * 200_000, "no well-formed XML"),
+        (robot().replace('name="tester"', 'name="' + "${" * 200_000), "no well-formed XML"),
         (f'<!DOCTYPE robot [<!ENTITY a "b">]>{robot()}', "declares a document type or entities"),
         (f"{robot()}\0", "no well-formed XML"),
     ],
 )
 def test_texts_made_to_do_harm_are_refused_at_once(text: str, words: str) -> None:
+    """In a tenth of a second; work that grew with the square of the length would take minutes."""
     start = time.process_time()
     with pytest.raises(RobotError, match=words):
         load_robot(text)
-    assert time.process_time() - start < 2.0
+    assert time.process_time() - start < 60.0
 
 
 def test_a_namespace_of_the_outermost_element_does_not_matter() -> None:

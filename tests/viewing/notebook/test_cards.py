@@ -154,7 +154,7 @@ def test_ipython_shows_cards() -> None:
         "    print(type(each).__name__, shown['text/html'].count('<table'))\n"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True,
-                          timeout=120, check=False)  # fmt: skip
+                          timeout=600, check=False)  # fmt: skip
     assert done.stdout.split("\n")[:-1] == [
         f"{name} 1" for name in ("Quadruped", "Footholds", "HeightMap", "Plan", "Certificate")
     ], done.stderr

@@ -358,7 +358,7 @@ def in_a_browser(page: Page, folder: Path) -> dict[str, Any]:
          "--disable-background-networking", f"--user-data-dir={folder / 'profile'}",
          "--window-size=320,240", "--virtual-time-budget=2000", "--dump-dom",
          f"{file.as_uri()}#paused"],
-        capture_output=True, text=True, timeout=120, check=False,
+        capture_output=True, text=True, timeout=600, check=False,
     )  # fmt: skip
     found = re.search(r'<pre id="report">([^<]+)</pre>', run.stdout)
     assert found, run.stderr[-2000:]

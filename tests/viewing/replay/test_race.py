@@ -310,7 +310,7 @@ def test_a_browser_runs_the_race(
          "--disable-background-networking", "--disable-component-update", "--disable-sync",
          "--disable-quic", f"--user-data-dir={tmp_path / 'profile'}", "--window-size=640,480",
          "--virtual-time-budget=4000", "--dump-dom", f"{file.as_uri()}#paused"],
-        capture_output=True, text=True, timeout=120, check=False,
+        capture_output=True, text=True, timeout=600, check=False,
     )  # fmt: skip
     found = re.search(r'<pre id="report">([^<]+)</pre>', run.stdout)
     assert found, run.stderr[-2000:]
