@@ -52,8 +52,9 @@ lint: $(VENV)/.test
 test: $(VENV)/.test browser
 	@$(MAKE) --no-print-directory -j2 lint pytest
 
+# Many tests start new processes: without bytecode each of them would compile gaitopt again.
 pytest: $(VENV)/.test
-	$(BIN)/python -m pytest -n auto --dist loadscope --no-loadscope-reorder
+	PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest -n auto --dist loadscope --no-loadscope-reorder
 
 test-slow: $(VENV)/.test browser
 	$(BIN)/python -m pytest -m slow

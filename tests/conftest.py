@@ -13,11 +13,11 @@ import gaitopt
 from gaitopt import Footholds, Plan, Quadruped
 
 # On a loaded machine an example may take long, to be made or to be run: that is no fault of the
-# code. Every run has the same examples, so that a change is blamed for nothing but itself; others
-# are tried with `pytest --hypothesis-profile=random`.
+# code. Every run has the same examples, so that a change is blamed for nothing but itself; others,
+# and more of them, are tried with `pytest --hypothesis-profile=random`.
 PATIENT = {"deadline": None, "suppress_health_check": [HealthCheck.too_slow]}
-settings.register_profile("same", **PATIENT, derandomize=True)
-settings.register_profile("random", **PATIENT, print_blob=True)
+settings.register_profile("same", **PATIENT, derandomize=True, max_examples=50)
+settings.register_profile("random", **PATIENT, print_blob=True, max_examples=200)
 settings.load_profile("same")
 
 

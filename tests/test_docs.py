@@ -69,6 +69,7 @@ def run_python(fence: Fence, name: str, space: dict[str, Any]) -> str:
 SLOW = (
     "$ gaitopt walk --out out",
     "$ gaitopt walk --robot anymal --out anymal",
+    "$ gaitopt walk --footholds mine.csv --out mine",
     "$ gaitopt figures plan.npz figures",
     "$ gaitopt stride --out out",
     "$ gaitopt stride --robot wang2020 --shape round --height 0.06 --out log",

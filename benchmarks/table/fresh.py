@@ -28,8 +28,9 @@ def measure_import(quick: bool) -> list[Result]:
     """
     rounds = 1 if quick else 10
     with TemporaryDirectory() as folder:
-        kept = {k: v for k, v in os.environ.items() if k != "PYTHONDONTWRITEBYTECODE"}
-        kept["PYTHONPYCACHEPREFIX"] = folder
+        kept = dict(os.environ)
+        if kept.pop("PYTHONDONTWRITEBYTECODE", ""):
+            kept["PYTHONPYCACHEPREFIX"] = folder
         lives = {code: _lives(code, rounds, kept) for code in (_IMPORT, _FLOOR, _BY_VELOCITY)}
         lives[_BY_FORCES] = _lives(_BY_FORCES, min(rounds, 3), kept)
     steps = f"{MAIN_STEPS} steps"

@@ -29,7 +29,7 @@ _STATIC = ("route", "overlap", "swing", "height", "posture")
 
 def measure_route(quick: bool) -> list[Result]:
     """Whole plans of every row over 64 steps, then growth, horizon and rivals for one row."""
-    rounds, steps = (1, 12) if quick else (5, walks.MAIN_STEPS)
+    rounds, steps = (1, 8) if quick else (5, walks.MAIN_STEPS)
     results = []
     for row in _STATIC[2:3] if quick else _STATIC:
         timing = _plan_time(steps, row, rounds)

@@ -254,7 +254,10 @@ def test_levers_bound_the_distances_of_the_foot_from_the_axes(kind: str) -> None
 # --- whole walks ------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("kind", ["pitch-roll-pitch", "all axes tilted, apart"])
+@pytest.mark.parametrize(
+    "kind",
+    [pytest.param("pitch-roll-pitch", marks=pytest.mark.slow), "all axes tilted, apart"],
+)
 def test_walk_with_forces_keeps_its_promises_and_passes_in_physics(kind: str) -> None:
     made = model(kind)
     plan = gaitopt.plan_crawl(made, s_columns(robot=made, columns=3), reach_fraction=0.95)
@@ -348,7 +351,7 @@ def spider(yaw: float, coxa: float = 0.05) -> str:
     return f'<robot name="spider">{"".join(parts)}</robot>'
 
 
-@pytest.mark.parametrize("yaw", [np.pi / 2, np.pi / 4])
+@pytest.mark.parametrize("yaw", [pytest.param(np.pi / 2, marks=pytest.mark.slow), np.pi / 4])
 def test_spiders_walk(yaw: float) -> None:
     """Legs to the sides; and to the corners, where the knees do not say where the front is."""
     made = quiet(spider(yaw))

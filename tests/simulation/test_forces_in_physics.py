@@ -12,7 +12,7 @@ from gaitopt.simulation.simulate import simulate
 pytest.importorskip("mujoco")
 
 
-@pytest.mark.parametrize("name", ["a1", "anymal_c", "hyq"])
+@pytest.mark.parametrize("name", ["a1", pytest.param("anymal_c", marks=pytest.mark.slow), "hyq"])
 def test_plan_certificate_and_physics_agree(name: str) -> None:
     """a1 is light, anymal_c is at its torque limits, hyq is at its velocity limits."""
     robot = gaitopt.load_robot(name)

@@ -80,25 +80,37 @@ def test_a_walk_in_physics_passes_falls_or_is_too_fast(
     assert (row.landing_error, row.tilt, row.certified) == (0.01, 0.02, None)
 
 
-def test_stairs_higher_than_the_robot_have_no_way_however_wide_the_search() -> None:
+@pytest.fixture
+def searched(monkeypatch: pytest.MonkeyPatch) -> list[int | None]:
+    """Widths up to which was searched. All lengths of steps would take seconds: here it is one."""
+    widths: list[int | None] = []
+    original = gaitopt.search_terrain
+    usual = gaitopt.TerrainSettings.for_robot(gaitopt.load_robot("wang2020"))
+    one = {"step_length": usual.step_length, "stance": usual.stance}
+
+    def quick(*arguments: Any, **options: Any) -> Any:
+        widths.append(options.get("width_limit"))
+        narrow = min(options.get("width_limit") or 6, 12)
+        return original(*arguments, **{**options, "width_limit": narrow, **one})
+
+    monkeypatch.setattr("gaitopt.planners.over_terrain.planner.search_terrain", quick)
+    return widths
+
+
+def test_stairs_higher_than_the_robot_have_no_way_however_wide_the_search(
+    searched: list[int | None],
+) -> None:
     row = run_terrain_walk(WALL)
     assert (row.status, row.found, row.solvable, row.planned) == ("no way", False, False, False)
     assert row.failed_step is not None and row.failed_leg in gaitopt.LEGS
     assert row.causes and "no way over the ground was found" in row.message
     assert row.plan_time is None and row.certified is None and row.passed is None
+    assert searched == [6, 12]
 
 
 def test_without_an_exhaustive_search_it_stays_open_whether_a_map_is_solvable(
-    monkeypatch: pytest.MonkeyPatch,
+    searched: list[int | None],
 ) -> None:
-    searched: list[int | None] = []
-    original = gaitopt.search_terrain
-
-    def counted(*arguments: Any, **options: Any) -> Any:
-        searched.append(options.get("width_limit"))
-        return original(*arguments, **{**options, "width_limit": 6})
-
-    monkeypatch.setattr("gaitopt.planners.over_terrain.planner.search_terrain", counted)
     wall = {"terrain": "stairs", "sizes": "riser=0.5", **SHORT}
     assert run_terrain_walk(TerrainWalk(exhaustive=0, **wall)).solvable is None
     assert run_terrain_walk(TerrainWalk(exhaustive=500, **wall)).solvable is False

@@ -214,7 +214,7 @@ def test_a_search_ends_in_the_middle_of_a_layer_when_its_time_is_over(
     """Each look at the clock is a second here. A layer of a wide beam takes many of them."""
     clock = itertools.count()
     monkeypatch.setattr("gaitopt.planners.over_terrain.search.thread_time", lambda: next(clock))
-    settings = TerrainSettings.for_robot(GO2, width=200)
+    settings = TerrainSettings.for_robot(GO2, width=60)
     search = search_for(GO2, ground("rubble", difficulty=0.5), (LENGTH, 0.0), (0.0, 0.0, 0.0),
                         settings)  # fmt: skip
     found = search.run([first_layer(search)], until=10.0)

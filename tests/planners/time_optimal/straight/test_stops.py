@@ -9,7 +9,7 @@ import gaitopt
 from gaitopt import Footholds, Plan, Quadruped, plan_route
 
 
-@pytest.mark.parametrize("variant", ["route", "overlap"])
+@pytest.mark.parametrize("variant", [pytest.param("route", marks=pytest.mark.slow), "overlap"])
 def test_a_box_with_bounded_accelerations_is_certified_and_costs_time(
     plans: dict[str, Plan], wang: Quadruped, short: Footholds, variant: str
 ) -> None:
