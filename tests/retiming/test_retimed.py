@@ -35,7 +35,8 @@ def distance_from_course(new: Plan, old: Plan) -> float:
     for now, before in zip(new.phases, old.phases, strict=True):
         if before.duration == 0.0:
             continue
-        times = old.path.times[(old.path.times >= before.start) & (old.path.times <= before.end)]
+        knots, rounding = old.path.times, 1e-12
+        times = knots[(knots >= before.start - rounding) & (knots <= before.end + rounding)]
         if old.path.degree > 1:
             times = np.linspace(before.start, before.end, 1501)
         curve = places(old, times).reshape(-1, 15)
