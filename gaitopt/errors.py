@@ -51,7 +51,7 @@ class FootholdsError(GaitoptError, ValueError):
 
 
 class FootholdsWarning(UserWarning):
-    """A walk was planned, and a shank goes into another leg's column on it."""
+    """A walk was planned, and on it legs touch, or a shank goes into another leg's column."""
 
 
 class GroundError(GaitoptError, ValueError):

@@ -90,7 +90,8 @@ def plan_crawl(
         SolverError: a solution failed the check of its residuals.
 
     Warns:
-        FootholdsWarning: a shank goes into another leg's column, which the certificate will find.
+        FootholdsWarning: a shank goes into another leg's column, or legs touch at every body height
+            that was tried, which the certificate will find.
     """
     check_walk("plan_crawl", robot, footholds)
     if isinstance(settings, RouteSettings) or _asks_for_least_time(options):

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from gaitopt.conventions import Progress
-from gaitopt.errors import GaitoptError, InfeasibleStepError
+from gaitopt.errors import FootholdsWarning, GaitoptError, InfeasibleStepError, warn
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.settings.crawl import CrawlSettings
 from gaitopt.planners.phase_by_phase.planner import (
@@ -55,6 +55,9 @@ def plan_at_fitting_height(
         open_swing: whether feet may rise less (:data:`LOWER`) where the walk is possible at no
             height.
 
+    Warns:
+        FootholdsWarning: legs touch at all of them.
+
     Raises:
         InfeasibleStepError: it is possible at none of them; the error is that of the settings' own
             height, and tells what was tried.
@@ -82,8 +85,7 @@ def plan_at_fitting_height(
     if straight is not None:
         return straight
     assert first is not None
-    heights = sorted(_heights(settings.body_height))
-    tried = f"body heights from {heights[0]:.4g} to {heights[-1]:.4g} m"
+    tried = f"body heights {_tried(settings)}"
     if lower:
         tried += f" and swing heights down to {lower[-1] * settings.swing_height:.4g} m"
     raise replace(first, message=f"{first}; {tried} were tried")
@@ -117,9 +119,16 @@ def _at_fitting_height(
                 continue
             higher = [h for h in _heights(settings.body_height) if h > height]
             return _fastest_of_higher(plan, settings, sorted(higher), progress)
-    for plan_or_none in (straight, touching):
-        if plan_or_none is not None:
-            return plan_or_none
+    if straight is not None:
+        return straight
+    if touching is not None:
+        warn(
+            f"{robot.name}: legs touch each other or the trunk at every body height that was tried "
+            f"({_tried(settings)}), as the certificate will find; put the footholds farther "
+            "outside: s_columns(body_width=...), or another CSV",
+            FootholdsWarning,
+        )
+        return touching
     assert first is not None
     raise first
 
@@ -170,6 +179,12 @@ def with_fitting_height(
     found = plan.settings
     assert isinstance(found, CrawlSettings)
     return replace(settings, body_height=found.body_height, swing_height=found.swing_height)
+
+
+def _tried(settings: CrawlSettings) -> str:
+    """The body heights that are tried, in words."""
+    heights = sorted(_heights(settings.body_height))
+    return f"from {heights[0]:.4g} to {heights[-1]:.4g} m"
 
 
 def _heights(first: float) -> Iterator[float]:

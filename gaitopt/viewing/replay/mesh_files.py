@@ -42,10 +42,14 @@ def read_mesh(filename: str, scale: Any, meshes: MeshFolders) -> Surface:
     Raises:
         InputError: the file is in none of them, is too large, or cannot be read.
     """
+    factor = np.ones(3) if scale is None else np.asarray(scale, dtype=np.float64)
+    if factor.shape not in ((), (1,), (3,)):
+        raise InputError(
+            f"mesh {filename[:LONGEST_NAME]!r} has a scale of {factor.size} numbers; give 3"
+        )
     roots = _roots(meshes)
     root = next((root for root in roots if _is_in(str(filename), root)), roots[0])
     path = _found(str(filename), root, roots)
-    factor = np.ones(3) if scale is None else np.asarray(scale, dtype=np.float64) * np.ones(3)
     surface = _loaded(path)
     return Surface(surface.vertices * factor, surface.faces, smooth=False)
 

@@ -159,7 +159,7 @@ def _appearance(material: Any, colours: dict[str, Any]) -> Appearance:
     colour = None
     if material is not None:
         colour = material.color if material.color is not None else colours.get(material.name)
-    if colour is None:
+    if colour is None or np.size(colour.rgba) < 3:
         return Appearance(PLAIN)
     rgba = np.clip(np.nan_to_num(np.asarray(colour.rgba, dtype=np.float64)), 0.0, 1.0)
     red, green, blue = (round(255 * c) for c in rgba[:3])

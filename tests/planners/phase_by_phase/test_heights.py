@@ -53,7 +53,10 @@ def test_a_height_is_taken_at_which_legs_do_not_touch(plated: Quadruped) -> None
 
 def test_where_legs_touch_at_every_height_the_first_one_is_taken() -> None:
     robot = load_robot(with_plate(ALWAYS_TOUCHED))
-    plan = gaitopt.plan_crawl(robot, gaitopt.s_columns(0, columns=2, robot=robot))
+    with pytest.warns(
+        gaitopt.FootholdsWarning, match="touch each other or the trunk at every body"
+    ):
+        plan = gaitopt.plan_crawl(robot, gaitopt.s_columns(0, columns=2, robot=robot))
     assert plan.settings.body_height == pytest.approx(robot.standing_height)
     assert self_collision(plan).status == "violated"
 

@@ -379,6 +379,22 @@ def test_a_mesh_that_is_missing_costs_its_link_only(tmp_path):
     assert len(parts[1]) == 1 and robot.model.getJointId("LF_j0") not in parts
 
 
+@pytest.mark.parametrize("colour", ["", "0.5", "1 2", "0.5 0.5 0.5", "nan 0 0 1"])
+def test_colours_of_too_few_numbers_are_none(colour):
+    visual = (
+        '<visual><geometry><box size="1 1 1"/></geometry><material name="m">'
+        f'<color rgba="{colour}"/></material></visual>'
+    )
+    text = robot_texts.robot().replace('<link name="base">', f'<link name="base">{visual}')
+    (part,) = robot_parts(load_robot(text))[1]
+    assert re.fullmatch("#[0-9a-f]{6}", part.appearance.colour)
+
+
+def test_a_scale_of_two_numbers_is_refused(tmp_path):
+    with pytest.raises(InputError, match="a scale of 2 numbers; give 3"):
+        read_mesh("part.stl", [1.0, 2.0], tmp_path)
+
+
 def test_meshes_may_lie_in_several_folders(tmp_path):
     import trimesh
 
