@@ -162,7 +162,7 @@ def _stance_moves(
         x, y, z = np.moveaxis(middle - places, 2, 0)
         return body, joints, np.sqrt((x * x + y * y + z * z).max(axis=1))
 
-    still = ~shifts.any(axis=1)
+    still = np.asarray(~shifts.any(axis=1))
     return refined_moves(robot, settings, steps, level_pose, 1, SLIP_TOLERANCE, "stance", still)
 
 
