@@ -94,6 +94,9 @@ def calls() -> dict[str, Callable[[], object]]:
         "an error of columns that is none": lambda: gaitopt.SimulationSettings(
             column_errors=(np.nan,)
         ),
+        "errors of columns in rows of numbers": lambda: gaitopt.SimulationSettings(
+            column_errors=[np.full(3, np.nan)]
+        ),
         "an angle beyond all floats": lambda: gaitopt.round_obstacle(0.03, yaw=2**2000),
         "an unknown objective": lambda: cog(np.zeros(2), objective="x" * 50),
         "freedoms that are no texts": lambda: gaitopt.Freedoms.of(np.zeros(0)),

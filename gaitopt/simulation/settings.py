@@ -7,7 +7,16 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from gaitopt.errors import InputError
-from gaitopt.inputs import as_text, check_array, check_kind, check_number, check_shape, check_tuple
+from gaitopt.inputs import (
+    as_text,
+    check_array,
+    check_kind,
+    check_number,
+    check_shape,
+    check_tuple,
+    is_real,
+    is_whole,
+)
 
 TIMESTEPS = (1e-4, 0.02)
 """Smallest and largest timestep of the physics [s]: shorter ones are slower than real time, with
@@ -168,7 +177,9 @@ class SimulationSettings:
         for push in self.pushes:
             check_kind("pushes: each", push, Push)
         for error in self.column_errors:
-            if len(check_tuple("column_errors: each", error)) != 3:
+            each = check_tuple("column_errors: each", error)
+            if not (len(each) == 3 and isinstance(each[0], str) and is_whole(each[1])
+                    and is_real(each[2]) and abs(each[2]) <= LARGEST):  # fmt: skip
                 raise InputError(
                     f"column_errors: each is (leg, foothold, error in metres), got {as_text(error)}"
                 )

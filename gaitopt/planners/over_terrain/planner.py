@@ -17,9 +17,9 @@ from gaitopt.errors import InfeasibleStateError, TerrainError
 from gaitopt.gait.crawl import WANG_SEQUENCE
 from gaitopt.inputs import check_kind
 from gaitopt.plan.plan import Plan
-from gaitopt.plan.settings.base import check_names
+from gaitopt.plan.settings.base import FORCES, check_names
 from gaitopt.plan.settings.crawl import CrawlSettings
-from gaitopt.plan.settings.over_footholds import FORCES, force_margin
+from gaitopt.plan.settings.over_footholds import force_margin
 from gaitopt.plan.settings.time_optimal import RouteSettings
 from gaitopt.plan.state import State
 from gaitopt.planners.crawl import plan_crawl
