@@ -136,6 +136,9 @@ def test_gentle_loads_are_a_wish_within_what_was_promised(wang: gaitopt.Quadrupe
     assert gaitopt.verify(gentle, collisions=False).ok
     assert gentle.duration < 1.03 * jumping.duration
     assert shares_beyond(gentle, 0.1) < 0.5 * shares_beyond(jumping, 0.1)
+    # So are the plan's own, and those of any other timing of it.
+    again = gaitopt.retimed(plan)
+    assert max(shares_beyond(p, 0.1) for p in (plan, again)) < 0.8 * shares_beyond(jumping, 0.1)
     # What limits promise themselves comes first.
     slow = [retimed_gently(plan, LIMITS, 0.0, time) for time in (0.0, 0.05)]
     assert slow[0].duration == slow[1].duration
