@@ -12,6 +12,7 @@ from gaitopt.conventions import LEGS, BoolArray, FloatArray
 from gaitopt.plan.com_margin import margins_over, true_com
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.trajectory import Trajectory
+from gaitopt.robots.abilities import friction_warnings, inertia_warnings
 from gaitopt.robots.rotations import quaternion_to_matrix
 from gaitopt.simulation.result import (
     MissedFoothold,
@@ -116,6 +117,7 @@ def report(
         rate_use=float((record.peak_rates / robot.velocity_limits).max(initial=0.0)),
         servo_tolerance=settings.servo_tolerance,
         known_motors=bool(plan.robot.motor_inertia.any()),
+        doubts=(*inertia_warnings(robot), *friction_warnings(robot)),
         energy=record.energy,
         own_shapes=record.own_shapes,
         bumps=record.bumps,

@@ -100,6 +100,7 @@ class SimulationResult(ByValue):
         torque_use, rate_use: the largest of them as shares of the URDF's limits.
         servo_tolerance: by how much ``rate_use`` may exceed 1.
         known_motors: whether the inertia of the robot's motors is known.
+        doubts: what loading the robot warns of its motors and joints: why physics may fail.
         energy: mechanical work done by the joints [J]; energy from braking is not recovered.
         own_shapes: whether the shapes of the robot's own MJCF touched the ground and one another;
             otherwise its feet were balls, and limbs and trunk touched the ground
@@ -136,6 +137,7 @@ class SimulationResult(ByValue):
     rate_use: float
     servo_tolerance: float
     known_motors: bool
+    doubts: tuple[str, ...]
     energy: float
     own_shapes: bool
     bumps: tuple[str, ...]
@@ -198,6 +200,8 @@ class SimulationResult(ByValue):
                 f"a joint velocity reached {self.rate_use:.1%} of its limit, and the servos' "
                 f"tolerance ends at {1.0 + self.servo_tolerance:.0%}{light}"
             )
+        if found and self.doubts:
+            found[0] += f"; {'; '.join(self.doubts)}"
         return tuple(found)
 
     @property

@@ -183,6 +183,9 @@ def test_the_report_begins_with_the_verdict_and_all_its_reasons(walk: Simulation
     left = replace(walk, missed=(MissedFoothold(1, "RF", 0.03, MissReason.LEFT),))
     assert "footholds missed: 1; no inertia of its motors is known" in left.verdict
     assert replace(left, known_motors=True).verdict == "failed: footholds missed: 1"
+    warned = replace(both, doubts=("joints that rub",))
+    assert warned.verdict.startswith("failed: footholds missed: 1; joints that rub; a joint")
+    assert walk.doubts == () and replace(walk, doubts=("joints that rub",)).verdict == "passed"
     assert "missed footholds: RF in step 2 stood beside its foothold\n" in str(both)
     assert all(reason.words for reason in MissReason)
 
