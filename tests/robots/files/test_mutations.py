@@ -13,11 +13,11 @@ from benchmarks.fuzz.robots import run, with_faults
 @pytest.mark.parametrize("first", [1, 501])
 def test_faults_give_a_robot_that_makes_sense_or_a_typed_error(first: int) -> None:
     """``python -m benchmarks.fuzz --only robots --cases 10000`` does the same more often."""
-    slow = [case for case in range(first, first + 200)
+    slow = [case for case in range(first, first + 35)
             if case % 4 == 0 or with_faults(case)[1].endswith("xacro")]  # fmt: skip
-    found = [run(case) for case in range(first, first + 60) if case not in slow]
+    found = [run(case) for case in range(first, first + 35) if case not in slow]
     assert [each for each in found if each.kind in FAULTS] == []
-    assert sum(each.kind == OK for each in found) > 3
+    assert sum(each.kind == OK for each in found) > 2
     assert sum(each.kind == REFUSED for each in found) > 5
 
 
