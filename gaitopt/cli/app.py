@@ -63,7 +63,10 @@ def main() -> None:
     warnings.showwarning = _show_warning
     try:
         code = app(standalone_mode=False)
-    except (KeyboardInterrupt, typer.Abort):
+    except (KeyboardInterrupt, typer.Abort) as stopped:
+        # Typer takes the end of any file for Ctrl-D. Nothing here asks, so it is a fault.
+        if isinstance(stopped.__cause__, EOFError) and not was_stopped():
+            raise stopped.__cause__ from None
         sys.exit(end_stopped())
     except Exception as error:
         if was_stopped():

@@ -19,9 +19,9 @@ import numpy as np
 from gaitopt.conventions import Progress
 from gaitopt.errors import GaitoptError, InputError
 from gaitopt.files import StrPath
-from gaitopt.inputs import check_kind
+from gaitopt.inputs import check_choice, check_kind
 from gaitopt.plan.plan import Plan
-from gaitopt.plan.settings.base import FORCES, VELOCITY, one_of
+from gaitopt.plan.settings.base import FORCES, VELOCITY
 from gaitopt.plan.settings.crawl import CrawlSettings
 from gaitopt.plan.settings.freedoms import VARIANTS
 from gaitopt.plan.settings.time_optimal import RouteSettings
@@ -52,7 +52,7 @@ def row_names(rows: Sequence[str] | None = None, timing: str = VELOCITY) -> tupl
     Raises:
         InputError: a name is unknown.
     """
-    one_of("timing", timing, (VELOCITY, FORCES))
+    check_choice("timing", timing, (VELOCITY, FORCES))
     phases = (PHASES,) if timing == FORCES else ()
     known = (SSM, PAPER, *phases, *VARIANTS)
     if rows is None:

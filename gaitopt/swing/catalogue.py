@@ -10,7 +10,7 @@ from typing import Any, Final
 from numpy.typing import ArrayLike
 
 from gaitopt.errors import InputError
-from gaitopt.inputs import as_text
+from gaitopt.inputs import check_choice
 from gaitopt.swing.box_curve import BoxSwing
 from gaitopt.swing.curve import SwingCurve
 from gaitopt.swing.cycloid import CycloidSwing
@@ -55,9 +55,7 @@ def swing_curve(
         InputError: no curve has this name, it has no such option, or a value is not what
             :class:`~gaitopt.swing.curve.SwingCurve` asks for.
     """
-    if not isinstance(name, str) or name not in SWING_CURVES:
-        known = ", ".join(map(repr, SWING_CURVES))
-        raise InputError(f"swing must be one of {known}, got {as_text(name)}")
+    check_choice("swing", name, SWING_CURVES)
     curve = SWING_CURVES[name]
     own = [f.name for f in fields(curve)][len(fields(SwingCurve)) :]
     for option in options:

@@ -130,6 +130,25 @@ def test_an_error_that_a_library_made_of_ctrl_c_is_not_told() -> None:
     assert (done.returncode, done.stderr) == (130, "gaitopt: stopped\n")
 
 
+def test_a_file_that_ends_too_early_is_not_told_as_ctrl_c() -> None:
+    """As bytecode that was written to a full disk."""
+    code = (
+        "import sys\n"
+        "class Finder:\n"
+        "    def find_spec(self, name, *_):\n"
+        "        if name == 'gaitopt.robots.catalog':\n"
+        "            raise EOFError('marshal data too short')\n"
+        "from gaitopt.cli import start\n"
+        "sys.meta_path.insert(0, Finder())\n"
+        "sys.argv = ['gaitopt', 'robot', 'a1']\n"
+        "start.main()\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True,
+                          timeout=PATIENCE)  # fmt: skip
+    assert done.returncode == 1 and "gaitopt: stopped" not in done.stderr
+    assert done.stderr.endswith("EOFError: marshal data too short\n")
+
+
 def test_workers_end_with_the_study_that_used_them() -> None:
     code = (
         "import joblib, time\n"

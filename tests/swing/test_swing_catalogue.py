@@ -42,8 +42,8 @@ def test_unknown_names_are_answered_with_the_known_ones(name: object) -> None:
     with pytest.raises(InputError) as caught:
         swing_curve(name, *SWING)  # type: ignore[arg-type]
     assert str(caught.value) == (
-        "swing must be one of 'box', 'cycloid', 'sine arch', 'half-ellipse', 'polynomial', "
-        f"'trapezoid', got {name!r}"
+        "swing must be one of box, cycloid, sine arch, half-ellipse, polynomial, "
+        f"trapezoid, got {name!r}"
     )
 
 

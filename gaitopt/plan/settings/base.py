@@ -19,7 +19,7 @@ from gaitopt.arguments import checked
 from gaitopt.conventions import FloatArray
 from gaitopt.dynamics.contacts import ForceLimits
 from gaitopt.errors import InputError
-from gaitopt.inputs import as_text, check_array, check_kind, check_number, is_real
+from gaitopt.inputs import as_text, check_array, check_choice, check_kind, check_number, is_real
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.obstacles import Obstacle
 
@@ -173,7 +173,7 @@ class PlanSettings:
 
     def _set_forces(self) -> None:
         """Check timing and forces, and complete them."""
-        one_of("timing", self.timing, (FORCES, VELOCITY))
+        check_choice("timing", self.timing, (FORCES, VELOCITY))
         forces = self.forces
         if isinstance(forces, Mapping):
             forces = ForceLimits.from_dict(forces)
@@ -266,15 +266,6 @@ def _plain(value: Any) -> Any:
     if isinstance(value, Mapping):
         return {str(k): _plain(v) for k, v in value.items()}
     return value
-
-
-def one_of(name: str, value: object, known: tuple[str, ...]) -> None:
-    """Refuse a ``value`` that is not ``known``."""
-    # An array compares with each of the texts as many times as it has items.
-    if not isinstance(value, str) or value not in known:
-        raise InputError(
-            f"{name} must be one of {', '.join(map(repr, known))}, got {as_text(value)}"
-        )
 
 
 def set_number(

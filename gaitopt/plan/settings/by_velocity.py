@@ -14,12 +14,18 @@ from gaitopt.errors import InputError
 from gaitopt.gait.gaits import trot
 from gaitopt.gait.schedule import CYCLE_TIMES, GaitSchedule
 from gaitopt.gait.step_timing import check_cycles, cycles_spanned, swing_events
-from gaitopt.inputs import as_text, check_array, check_kind, check_number, check_numbers
+from gaitopt.inputs import (
+    as_text,
+    check_array,
+    check_choice,
+    check_kind,
+    check_number,
+    check_numbers,
+)
 from gaitopt.plan.settings.base import (
     FORCES,
     PlanSettings,
     check_names,
-    one_of,
     set_flag,
     set_number,
 )
@@ -98,7 +104,7 @@ class GaitSettings(PlanSettings):
         set_number(self, "plateau", 0.0, 1e6, "s")
         set_number(self, "lead", 0.0, 1e6, "s")
         set_number(self, "adapt", 0.0, 1e3, "1/m")
-        one_of("swing", self.swing, tuple(SWING_CURVES))
+        check_choice("swing", self.swing, tuple(SWING_CURVES))
         if self.sway is None:
             object.__setattr__(self, "sway", self.forces is not None)
         set_flag(self, "sway")

@@ -7,7 +7,8 @@ from typing import ClassVar, Literal
 
 from gaitopt.dynamics.contacts import ForceLimits
 from gaitopt.errors import InputError
-from gaitopt.plan.settings.base import one_of, set_number
+from gaitopt.inputs import check_choice
+from gaitopt.plan.settings.base import set_number
 from gaitopt.plan.settings.over_footholds import FootholdSettings
 from gaitopt.swing.catalogue import SWINGS
 
@@ -54,8 +55,8 @@ class CrawlSettings(FootholdSettings):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        one_of("objective", self.objective, ("distance", "margin"))
-        one_of("swing", self.swing, SWINGS)
+        check_choice("objective", self.objective, ("distance", "margin"))
+        check_choice("swing", self.swing, SWINGS)
         if self.speed != "max":
             set_number(self, "speed", 1e-6, 1e3, "m/s", " (or 'max')")
         for name in ("acceleration_limit", "jerk_limit"):

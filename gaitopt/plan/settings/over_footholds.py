@@ -8,13 +8,12 @@ from typing import Any, Literal, TypeVar
 
 from gaitopt.arguments import checked
 from gaitopt.gait.crawl import FREE_ORDER, WANG_SEQUENCE, check_order, swing_order
-from gaitopt.inputs import check_kind
+from gaitopt.inputs import check_choice, check_kind
 from gaitopt.plan.settings.base import (
     FORCES,
     PlanSettings,
     check_names,
     check_place,
-    one_of,
     set_flag,
 )
 from gaitopt.robots.quadruped import Quadruped
@@ -63,7 +62,7 @@ class FootholdSettings(PlanSettings):
         super().__post_init__()
         if self.com is None:
             object.__setattr__(self, "com", "body" if self.forces is None else "model")
-        one_of("com", self.com, ("body", "model"))
+        check_choice("com", self.com, ("body", "model"))
         text = self.sequence.strip().lower() if isinstance(self.sequence, str) else ""
         order = FREE_ORDER if text == FREE_ORDER else check_order(self.sequence)
         object.__setattr__(self, "sequence", order)

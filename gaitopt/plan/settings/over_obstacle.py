@@ -11,8 +11,8 @@ import numpy as np
 from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.errors import InputError
 from gaitopt.gait.crawl import SHAO_SEQUENCE, check_sequence, swing_order
-from gaitopt.inputs import as_text, check_array, check_count, check_tuple
-from gaitopt.plan.settings.base import FORCES, PlanSettings, check_names, one_of, set_number
+from gaitopt.inputs import as_text, check_array, check_choice, check_count, check_tuple
+from gaitopt.plan.settings.base import FORCES, PlanSettings, check_names, set_number
 from gaitopt.plan.settings.over_footholds import force_margin
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.swing.obstacle_paths import PATTERNS, Pattern
@@ -74,7 +74,7 @@ class StrideSettings(PlanSettings):
         for name in ("approach", "leave"):
             set_count(self, name, 0, MOST_CYCLES)
         object.__setattr__(self, "sequence", check_sequence(self.sequence))
-        one_of("pattern", self.pattern, PATTERNS)
+        check_choice("pattern", self.pattern, PATTERNS)
         set_count(self, "waypoints", 3, MOST_CYCLES)
         for name in ("accelerations", "jerks"):
             object.__setattr__(self, name, _limits(name, getattr(self, name)))

@@ -64,5 +64,5 @@ def test_uneven_ground_and_other_robots(wang: Quadruped) -> None:
 
 
 def test_unknown_swings_are_refused(wang: Quadruped) -> None:
-    with pytest.raises(InputError, match="swing must be one of 'box'"):
+    with pytest.raises(InputError, match="swing must be one of box"):
         gaitopt.plan_crawl(wang, gaitopt.s_columns(0, columns=2), swing="loop", timing="velocity")

@@ -38,8 +38,8 @@ from gaitopt.plan.settings.freedoms import VARIANTS
         ({"iterations": 2.5}, "iterations must be a whole number"),
         ({"acceleration_limit": 1e-9}, "more than 10 s to its velocity limit"),
         ({"acceleration_limit": np.nan}, "acceleration_limit must be a number"),
-        ({"com": "mass"}, "com must be one of 'body', 'model', got 'mass'"),
-        ({"timing": "power"}, "timing must be one of 'forces', 'velocity', got 'power'"),
+        ({"com": "mass"}, "com must be one of body, model, got 'mass'"),
+        ({"timing": "power"}, "timing must be one of forces, velocity, got 'power'"),
         (
             {"forces": ForceLimits(), "timing": "velocity"},
             "forces are limits of the timing 'forces'",
