@@ -21,6 +21,7 @@ from gaitopt.motion.rolling import rolled_away
 from gaitopt.plan.contact_ground import ground_below
 from gaitopt.plan.load_transfer import most_normal_shares
 from gaitopt.plan.plan import Plan
+from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.rotations import quaternion_to_matrix
 
 LEAD = 2
@@ -28,6 +29,9 @@ LEAD = 2
 SINKING_TIME = 0.03
 """How long before its touch-down a foot begins to go below its place [s]. Chosen: a flying foot
 follows its reference within this time (``swing_blend_time``)."""
+NEWTON_STEPS = 3
+"""Newton steps of inverse kinematics for feet that roll. Chosen: errors of two centimetres are less
+than a micrometre after three, if the leg is not straight."""
 EASING_ROUNDS = 6
 """How often a jump is eased: in ticks of 6 ms it then takes about 30 ms. Ground gives way: a load
 that jumps lets a foot sink, and turns a knee. Over 16 steps of wang2020 along sharply turning paths
@@ -64,7 +68,6 @@ def exact_reference(
     load = _loads(standing, gains, dt)
     most = _largest_shares(plan, clock, limits, grid + ahead)
     rotation = quaternion_to_matrix(planned.q[:, 3:7])
-    feet, inverse = legs_in_base(robot, planned.q[:, 7:])
     ground = ground_below(plan, times, limits.friction)
     normals = np.broadcast_to(ground.normals, (*standing.shape, 3))
     forces = planned_forces(robot, motion, standing, load, limits, ground, most)
@@ -72,6 +75,8 @@ def exact_reference(
     rolled = rolled_away(robot, planned.q, velocity, standing, dt, normals)
     at_rest = np.abs(velocity[:, :6]).max(axis=1) < AT_REST
     sunk = gains.landing_depth * _sinking(standing, SINKING_TIME / dt)[..., None] * normals
+    joints = _with_feet_at(robot, planned.q[:, 7:], (rolled - sunk) @ rotation)
+    feet, inverse = legs_in_base(robot, joints)
     return Reference(
         dt=dt,
         lead=LEAD,
@@ -80,7 +85,7 @@ def exact_reference(
         rotation=rotation,
         linear=np.einsum("nij,nj->ni", rotation, velocity[:, :3]),
         angular=np.einsum("nij,nj->ni", rotation, velocity[:, 3:6]),
-        joints=planned.q[:, 7:],
+        joints=joints,
         rates=velocity[:, 6:] + _rolling_rates(plan, rolled, rotation, inverse, dt),
         velocity=velocity,
         acceleration=eased.over(motion.a),
@@ -189,6 +194,27 @@ class _Easing(NamedTuple):
             given = shares * steps
             values = kept * (values + given[1:] - given[:-1])
         return values
+
+
+def _with_feet_at(robot: Quadruped, joints: FloatArray, away: FloatArray) -> FloatArray:
+    """Joint angles ``(N, nj)`` [rad] that have the feet beside where the plan's angles have them.
+
+    Balls roll by centimetres where steps are long, and legs are nearly straight there: one Newton
+    step from the plan's angles, as the controller makes for small errors, would miss by
+    millimetres, and feet would land late.
+
+    Args:
+        robot: the robot.
+        joints: the plan's angles ``(N, nj)`` [rad].
+        away: how far beside, in the base frame ``(N, 4, 3)`` [m].
+    """
+    columns = np.array([robot.leg_columns[leg] for leg in LEGS])
+    feet, inverse = legs_in_base(robot, joints)
+    wanted, found = feet + away, np.array(joints)
+    for _ in range(NEWTON_STEPS):
+        found[:, columns] += np.einsum("nlij,nlj->nli", inverse, wanted - feet)
+        feet, inverse = legs_in_base(robot, found)
+    return found
 
 
 def _loads(standing: BoolArray, gains: ControlGains, dt: float) -> FloatArray:

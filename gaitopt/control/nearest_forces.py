@@ -59,6 +59,7 @@ class NearestForces:
         load: FloatArray,
         planned: FloatArray,
         contacts: BoolArray,
+        legs: LegTorques | None = None,
     ) -> ForceShare:
         """Forces on the feet that make up ``wrench``.
 
@@ -72,6 +73,9 @@ class NearestForces:
                 The others make up what is left of the wrench without the planned forces of these:
                 two feet on one side that are to carry a body that four carry have no such forces,
                 and huge ones for a part of its moment.
+            legs: what the forces ask of the joints. Forces that no joint is strong enough for do
+                not come about, and what is missing of them lets the body fall to that side: other
+                feet can take it over.
 
         Returns:
             The forces; where no forces make up the wrench, those that come nearest to it.
@@ -107,7 +111,20 @@ class NearestForces:
             x = points[0] if solved[0] else last
             status = ForceStatus.LIMITED if solved[0] else ForceStatus.KEPT
             least = float((rows @ x - low).min())
-        forces[feet.legs] = self._weight * (wanted + x).reshape(-1, 3)
+        found = self._weight * (wanted + x).reshape(-1, 3)
+        if legs is not None and legs.exceeded(feet.legs, found):
+            room, least_use, most_use = legs.rows(feet.legs, self._weight)
+            held = room @ wanted
+            points, solved = solve_quadratic_programs(
+                hessian[None], gradient[None], np.concatenate([rows, room])[None],
+                np.concatenate([low, least_use - held])[None],
+                np.concatenate([feet.unbounded[0], most_use - held])[None],
+            )  # fmt: skip
+            if solved[0]:
+                x, status = points[0], ForceStatus.LIMITED
+                least = float((rows @ x - low).min())
+                found = self._weight * (wanted + x).reshape(-1, 3)
+        forces[feet.legs] = found
         self._last = forces
         return ForceShare(
             forces=forces,
@@ -134,6 +151,37 @@ class NearestForces:
                 unbounded=np.full((1, floor.size), NO_BOUND),
             )
         return self._known[key]
+
+
+class LegTorques(NamedTuple):
+    """Torques of the legs' joints, ``own - J' f``, under forces on their feet.
+
+    Attributes:
+        jacobians: ``J`` of each foot's contact point by the joints of its leg ``(4, 3, j)``.
+        own: torques without forces on the feet ``(4, j)`` [N m].
+        efforts: limits ``(4, j)`` [N m]; ``inf`` for joints without.
+    """
+
+    jacobians: FloatArray
+    own: FloatArray
+    efforts: FloatArray
+
+    def exceeded(self, feet: np.ndarray, forces: FloatArray) -> bool:
+        """Whether forces ``(k, 3)`` [N] on some ``feet (k,)`` ask more of a joint than it has."""
+        pushed = (forces[:, None] @ self.jacobians[feet])[:, 0]
+        return bool((np.abs(self.own[feet] - pushed) > self.efforts[feet]).any())
+
+    def rows(self, feet: np.ndarray, weight: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Rows, and what they are to be at least and at most, of all forces on ``feet (k,)``.
+
+        Forces are in units of ``weight``, and torques in units of their limits.
+        """
+        efforts, own = self.efforts[feet].reshape(-1), self.own[feet].reshape(-1)
+        limited = np.isfinite(efforts)
+        scale = np.where(limited, 1.0 / efforts, 0.0)
+        rows = _side_by_side(np.swapaxes(self.jacobians[feet], 1, 2))
+        rows = (weight * scale)[:, None] * rows
+        return rows[limited], (own * scale - 1.0)[limited], (own * scale + 1.0)[limited]
 
 
 class _Feet(NamedTuple):

@@ -23,7 +23,7 @@ from gaitopt.control.build import build_reference
 from gaitopt.control.footing import Footing
 from gaitopt.control.forces import ForceDistribution, ForceShare
 from gaitopt.control.gains import ControlGains
-from gaitopt.control.nearest_forces import NearestForces
+from gaitopt.control.nearest_forces import LegTorques, NearestForces
 from gaitopt.control.reference import Reference
 from gaitopt.control.rotation import rotation_of, rotation_vector
 from gaitopt.control.stepping import Stepping
@@ -108,6 +108,9 @@ class TrackingController:
         self._data: Any = robot.model.createData()
         self._frames = [robot.model.getFrameId(robot.legs[leg].foot) for leg in LEGS]
         self._columns = np.array([robot.leg_columns[leg] for leg in LEGS])
+        # Of the Jacobians of four feet (4, 3, nj) the columns of each foot's own leg.
+        four, rows = np.arange(len(LEGS))[:, None, None], np.arange(3)[:, None]
+        self._own_joints = four, rows, self._columns[:, None]
         self._radius = robot.foot_radius
         self._normals, self._friction = np.zeros((len(LEGS), 3)), np.zeros(len(LEGS))
         self._levers = np.zeros((len(LEGS), 3, 3))
@@ -121,6 +124,7 @@ class TrackingController:
         self._weight = weight
         self._forces = ForceDistribution(weight, length, self.gains.friction)
         self._nearest = None if limits is None else NearestForces(weight, length, limits)
+        self._efforts = np.array(robot.effort_limits)[self._columns]
         self.reset()
 
     def reset(self) -> None:
@@ -157,7 +161,7 @@ class TrackingController:
         feet, jacobian, needed = self._dynamics(tick, state.q)
         footing.update(tick, state.contacts)
         wrench = needed[:6] + self._feedback(tick, state, rotation)
-        share = self._share(tick, jacobian[:, :6].T, wrench, state.pushed)
+        share = self._share(tick, jacobian, wrench, needed[6:], state.pushed)
         torque = needed[6:] - self._filtered(share.forces, state.contacts) @ jacobian[:, 6:]
         return Command(
             torque=torque,
@@ -188,14 +192,17 @@ class TrackingController:
             self._nearest.stand_on(normals, friction)
 
     def _share(
-        self, tick: int, grasp: FloatArray, wrench: FloatArray, contacts: BoolArray
-    ) -> ForceShare:
-        """Contact forces that make up ``wrench (6,)``."""
-        loads = self._footing.loads(tick)
+        self, tick: int, jacobian: FloatArray, wrench: FloatArray, own: FloatArray,
+        contacts: BoolArray,
+    ) -> ForceShare:  # fmt: skip
+        """Contact forces that make up ``wrench (6,)``; ``own (nj,)`` are torques without them."""
+        loads, grasp = self._footing.loads(tick), jacobian[:, :6].T
         if self._nearest is None:
             return self._forces.share(grasp, wrench, loads)
         planned = self.reference.forces[tick] * self._footing.taken_up[:, None]
-        return self._nearest.share(grasp, wrench, loads, planned, contacts)
+        by_foot = jacobian[:, 6:].reshape(len(LEGS), 3, -1)
+        legs = LegTorques(by_foot[self._own_joints], own[self._columns], self._efforts)
+        return self._nearest.share(grasp, wrench, loads, planned, contacts, legs)
 
     def _dynamics(self, tick: int, q: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Feet ``(4, 3)`` [m], Jacobian of their contact points ``(12, nv)``, inverse dynamics.
@@ -257,7 +264,6 @@ class TrackingController:
         ref, footing = self.reference, self._footing
         held = footing.grounded
         target = ref.feet[tick] + self._stepping.shifts(tick, state.q, state.v)
-        target[:, 2] -= footing.probe
         if self._nearest is not None:
             # A foot that bears hardly any load may leave the ground: it is brought back.
             held = held & state.contacts
@@ -280,7 +286,9 @@ class TrackingController:
         # A flying foot follows the body's errors slowly, so that joint velocities stay low.
         slowly = wanted + (self._correction - wanted) * self._swing_decay
         self._correction = np.where(grounded, wanted + self._offset, slowly)
-        step = (ref.inverse[tick] @ self._correction[:, :, None])[:, :, 0]
+        # A foot that should stand and does not goes down at once, from where it is.
+        down = self._correction - footing.probe[:, None] * rotation[2]
+        step = (ref.inverse[tick] @ down[:, :, None])[:, :, 0]
         angles = ref.joints[tick].copy()
         angles[self._columns] += step
         return np.asarray(angles)

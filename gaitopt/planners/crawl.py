@@ -15,6 +15,7 @@ from gaitopt.errors import FootholdsWarning, InputError, warn
 from gaitopt.gait.crawl import FREE_ORDER
 from gaitopt.inputs import as_text
 from gaitopt.plan.plan import Plan
+from gaitopt.plan.rolled_feet import foot_rolling_off
 from gaitopt.plan.settings.crawl import CrawlSettings
 from gaitopt.plan.settings.keywords import chosen_settings, takes_settings
 from gaitopt.plan.settings.time_optimal import RouteSettings
@@ -91,7 +92,8 @@ def plan_crawl(
 
     Warns:
         FootholdsWarning: a shank goes into another leg's column, or legs touch at every body height
-            that was tried, which the certificate will find.
+            that was tried, which the certificate will find; or the ball of a foot rolls nearly as
+            far as its column is wide.
     """
     check_walk("plan_crawl", robot, footholds)
     if isinstance(settings, RouteSettings) or _asks_for_least_time(options):
@@ -125,6 +127,9 @@ def plan_crawl(
         touching = shank_in_column(plan)
         if touching is not None:
             warn(touching.in_words(), FootholdsWarning)
+        rolling = foot_rolling_off(plan)
+        if rolling is not None:
+            warn(rolling.in_words(), FootholdsWarning)
     if end is None:
         return plan
     from gaitopt.entering.ending import ended

@@ -11,11 +11,12 @@ import pytest
 import gaitopt
 from gaitopt import LEGS, ForceLimits, Plan
 from gaitopt.control.build import build_reference
+from gaitopt.control.exact_reference import _with_feet_at
 from gaitopt.control.forces import ForceStatus
 from gaitopt.control.gains import ControlGains
-from gaitopt.control.nearest_forces import NearestForces
+from gaitopt.control.nearest_forces import LegTorques, NearestForces
 from gaitopt.control.planned_forces import planned_forces
-from gaitopt.control.reference import Reference
+from gaitopt.control.reference import Reference, legs_in_base
 from gaitopt.control.tracking import RobotState, TrackingController
 from gaitopt.dynamics.whole_body import equations_of_motion, motion_of_path
 from gaitopt.motion.rolling import rolled_away
@@ -43,10 +44,28 @@ def test_the_reference_is_the_plan_in_the_middle_of_every_tick(
     motion = a1_walk.at(times[own])
     assert len(own) > 0.9 * a1_walk.duration / DT
     assert reference.position[own] == pytest.approx(motion.q[:, :3], abs=1e-12)
-    assert reference.joints[own] == pytest.approx(motion.q[:, 7:], abs=1e-12)
     assert (reference.standing[own] == motion.contacts).all()
     assert reference.velocity[own] == pytest.approx(motion.v, abs=1e-12)
     assert reference.ahead == DT / 2.0
+
+
+def test_legs_have_their_feet_where_balls_roll_to(a1_walk: Plan, reference: Reference) -> None:
+    """Also where that is far from where the plan has them."""
+    offsets = reference.feet - reference.position[:, None]
+    places = np.einsum("nfi,nij->nfj", offsets, reference.rotation)
+    feet, _ = legs_in_base(a1_walk.robot, reference.joints)
+    assert feet == pytest.approx(places, abs=1e-6)
+    assert reference.feet_in_base == pytest.approx(feet, abs=1e-15)
+
+
+def test_joints_that_move_feet_by_centimetres_have_them_there(a1_walk: Plan) -> None:
+    a1 = a1_walk.robot
+    joints = np.tile(a1.standing_joints(), (5, 1))
+    before, _ = legs_in_base(a1, joints)
+    away = np.zeros((5, 4, 3))
+    away[:, :, 0] = np.linspace(-0.03, 0.03, 5)[:, None]
+    feet, _ = legs_in_base(a1, _with_feet_at(a1, joints, away))
+    assert feet == pytest.approx(before + away, abs=3e-5)
 
 
 def test_accelerations_add_up_to_rest(reference: Reference) -> None:
@@ -268,6 +287,27 @@ def test_a_wrench_beyond_friction_is_come_near_to_within_the_limits(grasp: np.nd
     assert (along <= 0.6 * share.forces[:, 2] + 1e-6).all()
     assert (share.forces[:, 2] >= 0.01 * 100.0 - 1e-6).all()
     assert share.forces[:, 0].sum() > 45.0 and share.residual > 0.05
+
+
+def test_forces_that_a_joint_is_too_weak_for_are_left_to_other_feet(grasp: np.ndarray) -> None:
+    """One joint a leg, with a lever of 0.1 m: the first one has 2 N m, and carries 20 N."""
+    nearest = NearestForces(100.0, 0.2, ForceLimits(reserve_on_four=0.01))
+    planned = np.array([[0, 0, 30.0], [0, 0, 20.0], [0, 0, 30.0], [0, 0, 20.0]])
+    levers = np.tile([[0.0], [0.0], [0.1]], (4, 1, 1))
+    efforts = np.array([[2.0], [np.inf], [np.inf], [np.inf]])
+    legs = LegTorques(levers, np.zeros((4, 1)), efforts)
+    wrench = np.array([0.0, 0.0, 100.0, 0.0, 0.0, 0.0])
+    share = nearest.share(grasp, wrench, np.ones(4), planned, ALL, legs)
+    assert share.status is ForceStatus.LIMITED and share.residual < 1e-3
+    assert share.forces[0, 2] == pytest.approx(20.0, abs=1e-4)
+    assert share.forces[:, 2].sum() == pytest.approx(100.0, abs=0.1)
+    # What the leg itself needs counts, and a joint that is strong enough changes nothing.
+    heavy = LegTorques(levers, np.full((4, 1), -0.5), efforts)
+    share = nearest.share(grasp, wrench, np.ones(4), planned, ALL, heavy)
+    assert share.forces[0, 2] == pytest.approx(15.0, abs=1e-4)
+    strong = LegTorques(levers, np.zeros((4, 1)), np.full((4, 1), 4.0))
+    share = nearest.share(grasp, wrench, np.ones(4), planned, ALL, strong)
+    assert share.forces == pytest.approx(planned) and share.status is ForceStatus.FREE
 
 
 def test_a_foot_without_contact_presses_with_the_least_force(grasp: np.ndarray) -> None:

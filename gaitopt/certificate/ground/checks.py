@@ -40,7 +40,11 @@ def ground_checks(plan: Plan, motion: Motion) -> list[Check | None]:
             rolling_feet(plan, motion),
         ]
     pillars = Pillars.of(footholds, plan.robot.foot_radius)
-    return [*_on(plan, motion, pillars, solids), normals_on_columns(plan)]
+    return [
+        *_on(plan, motion, pillars, solids),
+        normals_on_columns(plan),
+        rolling_feet(plan, motion),
+    ]
 
 
 def _on(

@@ -10,11 +10,12 @@ from typing import Any
 from gaitopt.conventions import Progress
 from gaitopt.errors import InfeasibleStepError, RouteError, SolverError
 from gaitopt.plan.plan import Plan
+from gaitopt.plan.rolled_feet import first_rolling_step
 from gaitopt.planners.crawl import plan_crawl
 from gaitopt.planners.over_terrain.failure import no_plan, no_way
 from gaitopt.planners.over_terrain.links.limbs import Limbs
 from gaitopt.planners.over_terrain.links.plan_clearance import first_touching_step
-from gaitopt.planners.over_terrain.links.rolling import PLANNED, first_rolling_step
+from gaitopt.planners.over_terrain.links.rolling import PLANNED
 from gaitopt.planners.over_terrain.result import TerrainSearch
 from gaitopt.planners.over_terrain.search import Search
 from gaitopt.planners.over_terrain.setup import first_layer, result_of

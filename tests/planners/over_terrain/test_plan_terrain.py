@@ -14,7 +14,8 @@ import gaitopt
 from gaitopt import LEGS, HeightMap, InputError, TerrainError
 from gaitopt.control.build import build_reference
 from gaitopt.control.gains import ControlGains
-from gaitopt.planners.over_terrain.links.rolling import PLANNED, first_rolling_step
+from gaitopt.plan.rolled_feet import first_rolling_step
+from gaitopt.planners.over_terrain.links.rolling import PLANNED
 from gaitopt.planners.over_terrain.pairs import Cause
 from gaitopt.planners.over_terrain.planned_forces import FRICTION_SHARE
 from gaitopt.planners.over_terrain.settings import TerrainSettings

@@ -11,9 +11,6 @@ from __future__ import annotations
 import numpy as np
 
 from gaitopt.conventions import LEGS, FloatArray
-from gaitopt.motion.rolling import rolled_away
-from gaitopt.plan.contact_ground import ground_below
-from gaitopt.plan.plan import Plan
 from gaitopt.planners.over_terrain.links.limbs import Limbs
 from gaitopt.terrain.footholds import OPEN_GROUND_RADIUS
 
@@ -22,10 +19,6 @@ MOST_ROLLED = 0.65 * OPEN_GROUND_RADIUS
 9 mm beside that, and 20 mm are allowed."""
 PLANNED = MOST_ROLLED + 1e-3
 """The same for a plan, whose body may be some millimetres from where the search has it [m]."""
-EVERY = 0.02
-"""Time between the samples of a plan [s]."""
-MOST_SAMPLES = 20_000
-"""Most samples; longer walks are looked at less often."""
 
 
 def at_rest(count: int) -> FloatArray:
@@ -65,32 +58,6 @@ def rolled_on(
 def half_ways(rolled: FloatArray) -> FloatArray:
     """Half of the way that each foot has rolled on its foothold ``(K, 4)`` [m]."""
     return np.asarray(0.5 * np.linalg.norm(rolled[:, :, 2] - rolled[:, :, 1], axis=-1))
-
-
-def first_rolling_step(plan: Plan, most: float) -> tuple[int, str, float] | None:
-    """The first step whose foot rolls too far on its foothold: step, leg, half of the way [m].
-
-    Args:
-        plan: over a height map.
-        most: half of the way that feet may roll [m].
-    """
-    count = min(int(np.ceil(plan.duration / EVERY)) + 1, MOST_SAMPLES)
-    times = np.linspace(0.0, plan.duration, count)
-    at = plan.at(times)
-    limits = plan.settings.promised_forces
-    below = ground_below(plan, times, 1.0 if limits is None else limits.friction)
-    standing = np.array(at.contacts)
-    normals = np.broadcast_to(below.normals, (*standing.shape, 3))
-    ways = rolled_away(plan.robot, at.q, at.v, standing, float(times[1] - times[0]), normals)
-    away = np.linalg.norm(ways, axis=-1)
-    for swing in plan.swings:
-        leg = LEGS.index(swing.leg)
-        later = (s.start for s in plan.swings if s.leg == swing.leg and s.start > swing.start)
-        first, last = np.searchsorted(times, [swing.end, next(later, plan.duration)])
-        way = float(away[first:last, leg].max(initial=0.0))
-        if way > most:
-            return swing.step, swing.leg, way
-    return None
 
 
 def _rotation_vectors(turns: FloatArray) -> FloatArray:
