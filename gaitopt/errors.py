@@ -51,7 +51,7 @@ class FootholdsError(GaitoptError, ValueError):
 
 
 class FootholdsWarning(UserWarning):
-    """A walk was planned, and on it legs touch, or a shank goes into another leg's column."""
+    """A walk was planned on which legs touch, shanks go into columns, or balls roll off them."""
 
 
 class GroundError(GaitoptError, ValueError):
