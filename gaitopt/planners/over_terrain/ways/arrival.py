@@ -8,10 +8,11 @@ from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.entering.ending import ended
 from gaitopt.errors import InfeasibleStateError, InputError
 from gaitopt.plan.plan import Plan
+from gaitopt.plan.rolled_feet import first_rolling_step
 from gaitopt.plan.state import State
 from gaitopt.planners.over_terrain.from_state import pose_of
 from gaitopt.planners.over_terrain.links.limbs import Limbs
-from gaitopt.planners.over_terrain.links.rolling import PLANNED, first_rolling_step
+from gaitopt.planners.over_terrain.links.rolling import PLANNED
 from gaitopt.planners.over_terrain.search import Search
 from gaitopt.robots.collision_shapes import path_touches
 from gaitopt.robots.quadruped import Quadruped
