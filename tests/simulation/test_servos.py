@@ -68,7 +68,7 @@ def test_friction_of_a_joint_does_not_hold_a_slow_servo(wang: Quadruped) -> None
 
 
 def test_joints_do_not_move_under_less_torque_than_they_rub_with(wang: Quadruped) -> None:
-    """They rub with 5 N m and get 4 N m. By default MuJoCo lets a twentieth of it through."""
+    """They rub with 5 N m and get 4 N m. By default MuJoCo lets a tenth of it through."""
     text = wang.urdf.replace("</joint>", '<dynamics friction="5"/></joint>')
     rubbing = gaitopt.load_robot(text)
     gains = ControlGains.for_robot(rubbing, joint_stiffness=0.0, joint_damping=0.0)

@@ -17,6 +17,7 @@ import numpy as np
 
 from gaitopt.errors import InputError
 from gaitopt.files import StrPath
+from gaitopt.inputs import as_text
 from gaitopt.robots.files.meshes import LEVELS, with_ros_packages
 from gaitopt.viewing.replay.scene import Surface
 
@@ -54,13 +55,28 @@ def read_mesh(filename: str, scale: Any, meshes: MeshFolders) -> Surface:
     return Surface(surface.vertices * factor, surface.faces, smooth=False)
 
 
+def check_meshes(meshes: MeshFolders) -> None:
+    """Refuse what is neither true or false, nor a folder, nor some folders.
+
+    Raises:
+        InputError: the message shows ``meshes``.
+    """
+    if isinstance(meshes, (bool, str, os.PathLike)):
+        return
+    several = isinstance(meshes, Sequence) and not isinstance(meshes, bytes)
+    if not (several and all(isinstance(folder, (str, os.PathLike)) for folder in meshes)):
+        raise InputError(
+            f"meshes must be true or false, a folder, or a list of folders, got {as_text(meshes)}"
+        )
+    if not meshes:
+        raise InputError("meshes names no folder: give one, or meshes=False")
+
+
 def _roots(meshes: MeshFolders) -> list[Path]:
     """The folders to look into."""
     if isinstance(meshes, bool):
         return [_example_root()]
-    several = [meshes] if isinstance(meshes, (str, os.PathLike)) else list(meshes)
-    if not several:
-        raise InputError("meshes=() names no folder: give one, or meshes=False")
+    several = [meshes] if isinstance(meshes, (str, os.PathLike)) else meshes
     return [Path(str(folder)) for folder in several]
 
 

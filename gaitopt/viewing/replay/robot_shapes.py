@@ -13,7 +13,7 @@ from gaitopt.errors import InputError, RobotError
 from gaitopt.hidden_packages import DRAWING, refuse_shadows
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.viewing.colours import LEG_COLOURS
-from gaitopt.viewing.replay.mesh_files import MeshFolders, read_mesh
+from gaitopt.viewing.replay.mesh_files import MeshFolders, check_meshes, read_mesh
 from gaitopt.viewing.replay.scene import Appearance, Ball, Box, Cylinder, Part, Shape, pose
 from gaitopt.viewing.replay.solids import rounded_bar
 
@@ -66,9 +66,10 @@ def read_parts(robot: Quadruped, meshes: MeshFolders = False) -> Parts:
     with meshes have the colours of their legs, and so have balls at their feet.
 
     Raises:
-        InputError: ``meshes`` were asked for, and no file is there.
+        InputError: ``meshes`` were asked for, and no file is there; or it is no folder.
         RobotError: a shape of the URDF cannot be read.
     """
+    check_meshes(meshes)
     description = _described(robot)
     visuals = [(link.name, v) for link in description.links for v in link.visuals if v.geometry]
     has_meshes = any(v.geometry.mesh is not None for _, v in visuals)

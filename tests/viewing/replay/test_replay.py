@@ -417,6 +417,13 @@ def test_meshes_may_lie_in_several_folders(tmp_path):
         robot_parts(robot, meshes=())
 
 
+@pytest.mark.parametrize("meshes", [None, 1, 1.0, b"x", [True], {"a": 1}, iter(["a"]), np.True_])
+def test_meshes_are_said_by_folders_or_by_true_and_false(robot, meshes):
+    """Also where the robot names no meshes."""
+    with pytest.raises(InputError, match="meshes must be true or false, a folder, or a list of"):
+        robot_parts(robot, meshes=meshes)
+
+
 def test_a_robot_without_any_shape_is_drawn_too(robot):
     bare = re.sub(r"<visual>.*?</visual>", "", robot.urdf, flags=re.S)
     assert robot_parts(Quadruped.from_urdf(bare))[1]
