@@ -36,10 +36,10 @@ STEPS_TO_REST = 2.0
 """Time constant with which dry friction stops a joint, in steps of the physics: the shortest that
 MuJoCo allows."""
 HARD_FRICTION = (0.999, 0.999, 0.001, 0.5, 2.0)
-"""MuJoCo's ``solimp`` of dry friction in joints. By default MuJoCo lets a tenth of a torque
-through that is less than the friction (1 less its first number). In a light leg of the rex, which rubs with 0.5 N m, that was
-enough to turn a joint at 2.5 times its limit of 0.5 rad/s, and 4.7 times in spotMicro; with 1 % and
-less it is 1.1 times."""
+"""MuJoCo's ``solimp`` of dry friction in joints. By default MuJoCo lets a tenth of a torque through
+that is less than the friction: 1 less the first number. In a light leg of the rex, which rubs with
+0.5 N m, that was enough to turn a joint at 2.5 times its limit of 0.5 rad/s, and 4.7 times in
+spotMicro; with 1 % and less it is 1.1 times."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -124,7 +124,7 @@ class _Run:
         for tick in range(count + 1):
             clock = self.controller.plan_time(tick * interval)
             state, beneath = self._sense(data)
-            status = self._status(tick * interval, state)
+            status = self._status(tick * interval, state, data)
             finished = status is SimulationStatus.FINISHED
             last = clock >= end - ROUNDING or tick == count or not finished
             if tick % stride == 0 or last:
@@ -180,6 +180,17 @@ class _Run:
         return np.asarray((reference.forces[tick] * reference.normals[tick]).sum(axis=-1))
 
     @cached_property
+    def _unstable(self) -> list[int]:
+        """Numbers of MuJoCo's warnings after which it begins anew, or leaves out all torques.
+
+        After these its state is finite again, and says nothing.
+        """
+        kinds = self.mujoco.mjtWarning
+        return [
+            int(getattr(kinds, f"mjWARN_BAD{what}")) for what in ("QPOS", "QVEL", "QACC", "CTRL")
+        ]
+
+    @cached_property
     def _servos(self) -> Servos:
         return Servos(self.sim, self.plan.robot, self.controller.gains, self.settings)
 
@@ -220,11 +231,13 @@ class _Run:
         v[:3] = qvel[:3] @ state.rotation
         return state, beneath
 
-    def _status(self, time: float, state: RobotState) -> SimulationStatus:
+    def _status(self, time: float, state: RobotState, data: Any) -> SimulationStatus:
         """Whether the robot is still on its feet."""
         reference = self.controller.reference
         tick = reference.tick(time - self.controller.waited)
         if not (np.isfinite(state.q).all() and np.abs(state.v).max() < LARGEST_SPEED):
+            return SimulationStatus.DIVERGED
+        if data.warning.number[self._unstable].any():
             return SimulationStatus.DIVERGED
         upright = float(state.rotation[:, 2] @ reference.rotation[tick, :, 2])
         place = state.q[:3] - reference.position[tick]

@@ -4,13 +4,23 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
 import pytest
 
 import gaitopt
-from gaitopt import LEGS, Footholds, InputError, MissingPackageError, MotionPath, Plan, Quadruped
+from gaitopt import (
+    LEGS,
+    Footholds,
+    InputError,
+    MissingPackageError,
+    MotionPath,
+    Plan,
+    Quadruped,
+    RobotWarning,
+)
 from gaitopt.simulation.result import (
     MissedFoothold,
     MissReason,
@@ -220,6 +230,19 @@ def test_numbers_that_run_away_are_a_fall_not_an_error(short_plan: Plan) -> None
     result = simulate(short_plan, gains=gains)
     assert result.status in ("fell", "diverged")
     assert np.isfinite(result.motion.q).all()
+
+
+def test_a_robot_that_only_stands_does_not_pass_where_physics_breaks_down(
+    wang: Quadruped, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Torques that MuJoCo takes for none: it warns (in a file, too), and goes on without them."""
+    monkeypatch.chdir(tmp_path)
+    text = wang.urdf.replace("</joint>", '<dynamics friction="1e12"/></joint>')
+    with pytest.warns(RobotWarning, match="joints that rub"):
+        rubbing = gaitopt.load_robot(text)
+    result = simulate(gaitopt.plan_crawl(rubbing, gaitopt.s_columns(0, columns=1)))
+    assert not result.passed and result.status is SimulationStatus.DIVERGED
+    assert result.verdict.startswith("failed: the robot diverged; joints that rub")
 
 
 def test_without_mujoco_the_error_says_what_to_install(
