@@ -254,7 +254,9 @@ def _read_chain(model: Any, data: Any, ids: list[int]) -> Chain:
 def local_axis(joint: Any) -> FloatArray:
     """The unit axis ``(3,)`` of a hinge of Pinocchio, in the joint's own frame."""
     data = joint.createData()
-    joint.calc(data, np.zeros(1))
+    # calc() takes the configuration of the whole robot: from a shorter one it would read the memory
+    # behind it, which now and then crashes.
+    joint.calc(data, np.zeros(joint.idx_q + joint.nq))
     # The angular part of its motion subspace.
     return frozen(np.reshape(data.S, 6)[3:])
 

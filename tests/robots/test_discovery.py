@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
+import pinocchio as pin
 import pytest
 import robot_texts
 from hypothesis import given, settings
@@ -14,6 +16,7 @@ from robot_loading import feet_by_pinocchio, quiet
 
 from gaitopt.conventions import LEGS, rotation_z
 from gaitopt.errors import InputError, RobotError
+from gaitopt.robots.discovery import local_axis
 from gaitopt.robots.quadruped import Quadruped
 
 CORNERS = {"LF": (0.2, 0.1), "LH": (-0.2, 0.1), "RH": (-0.2, -0.1), "RF": (0.2, -0.1)}
@@ -557,3 +560,29 @@ def test_limits_of_the_thigh_tell_the_knee_s_side_where_its_own_do_not() -> None
     assert sides == [[-1.0, 1.0], [-1.0, -1.0]]
     low, high = told.position_limits
     assert ((low <= told.standing_joints()) & (told.standing_joints() <= high)).all()
+
+
+class WatchedJoint:
+    """A joint of Pinocchio that is only given configurations that reach its angle."""
+
+    def __init__(self, joint: Any) -> None:
+        self.joint, self.idx_q, self.nq = joint, joint.idx_q, joint.nq
+
+    def createData(self) -> Any:
+        return self.joint.createData()
+
+    def calc(self, data: Any, q: np.ndarray) -> None:
+        assert len(q) >= self.idx_q + self.nq
+        self.joint.calc(data, q)
+
+
+def test_no_joint_reads_beyond_the_configuration(wang: Quadruped) -> None:
+    """It would read what lies behind it in the memory."""
+    data = wang.model.createData()
+    q = pin.neutral(wang.model)
+    pin.computeJointJacobians(wang.model, data, q)
+    for number in range(2, wang.model.njoints):
+        axis = local_axis(WatchedJoint(wang.model.joints[number]))
+        column = wang.model.joints[number].idx_v
+        turned = pin.getJointJacobian(wang.model, data, number, pin.ReferenceFrame.LOCAL)
+        assert np.allclose(axis, turned[3:, column], atol=1e-12)
