@@ -10,7 +10,11 @@ from gaitopt.plan.plan import Plan
 from gaitopt.plan.record import CrawlRecord
 from gaitopt.plan.settings.crawl import CrawlSettings
 from gaitopt.planners.free_order.search import find_order
-from gaitopt.planners.phase_by_phase.fitting_height import plan_touches, with_fitting_height
+from gaitopt.planners.phase_by_phase.fitting_height import (
+    plan_touches,
+    warn_of_touch,
+    with_fitting_height,
+)
 from gaitopt.planners.phase_by_phase.planner import plan_in_order
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.footholds import Footholds
@@ -69,13 +73,20 @@ def plan_free_at_fitting_height(
     they do not touch in the settings' own order.
 
     Arguments and errors are those of :func:`plan_free_crawl`.
+
+    Warns:
+        FootholdsWarning: legs touch in the plan.
     """
     first = with_fitting_height(robot, footholds, settings, may_touch=True, open_swing=open_swing)
     plan = plan_free_crawl(robot, footholds, first, progress=progress)
     if not plan_touches(plan):
         return plan
     other = with_fitting_height(robot, footholds, settings, open_swing=open_swing)
-    return plan if other == first else plan_free_crawl(robot, footholds, other, progress=progress)
+    if other != first:
+        plan = plan_free_crawl(robot, footholds, other, progress=progress)
+    if other == first or plan_touches(plan):
+        warn_of_touch(plan, settings)
+    return plan
 
 
 def _plan_or_error(

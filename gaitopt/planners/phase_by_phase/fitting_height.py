@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import NamedTuple
 
 from gaitopt.conventions import Progress
 from gaitopt.errors import FootholdsWarning, GaitoptError, InfeasibleStepError, warn
@@ -30,6 +31,18 @@ LOWER = (0.7, 0.5)
 rise less need less of their joints' ranges: hyq walks far over uneven ground with them."""
 FORCES_LIMIT = "forces"
 """Kind of the limits of phases whose target is set by where forces hold the robot."""
+
+
+class FittingPlan(NamedTuple):
+    """A walk at a body height that fits.
+
+    Attributes:
+        plan: the walk.
+        touches: whether legs touch in it, as they do at every height that was tried.
+    """
+
+    plan: Plan
+    touches: bool = False
 
 
 def plan_at_fitting_height(
@@ -59,19 +72,54 @@ def plan_at_fitting_height(
         FootholdsWarning: legs touch at all of them.
 
     Raises:
+        InfeasibleStepError, InputError, SolverError: as for :func:`fitting_plan`.
+    """
+    found = fitting_plan(
+        robot, footholds, settings, may_touch=may_touch, open_swing=open_swing, progress=progress
+    )
+    if found.touches:
+        warn_of_touch(found.plan, settings)
+    return found.plan
+
+
+def warn_of_touch(plan: Plan, settings: CrawlSettings) -> None:
+    """Tell that legs touch in a plan, at a body height at which these settings are possible."""
+    warn(
+        f"{plan.robot.name}: legs touch each other or the trunk at every body height that was "
+        f"tried ({_tried(settings)}), as the certificate will find; put the footholds farther "
+        "outside: s_columns(body_width=...), or another CSV",
+        FootholdsWarning,
+    )
+
+
+def fitting_plan(
+    robot: Quadruped,
+    footholds: Footholds,
+    settings: CrawlSettings,
+    *,
+    may_touch: bool = False,
+    open_swing: bool = False,
+    progress: Progress | None = None,
+) -> FittingPlan:
+    """The plan of :func:`plan_at_fitting_height`, and whether legs touch in it, without a warning.
+
+    Args:
+        robot, footholds, settings, may_touch, open_swing, progress: as there.
+
+    Raises:
         InfeasibleStepError: it is possible at none of them; the error is that of the settings' own
             height, and tells what was tried.
         InputError, SolverError: as for :func:`plan_in_order`.
     """
     if footholds.postures is not None:
-        return plan_in_order(robot, footholds, settings, progress=progress)
+        return FittingPlan(plan_in_order(robot, footholds, settings, progress=progress))
     lower = LOWER if open_swing and footholds.swing_heights is None else ()
     first: InfeasibleStepError | None = None
-    straight: Plan | None = None
+    straight: FittingPlan | None = None
     for share in (1.0, *lower):
         asked = replace(settings, swing_height=share * settings.swing_height)
         try:
-            plan = _at_fitting_height(robot, footholds, asked, may_touch, progress)
+            found = _at_fitting_height(robot, footholds, asked, may_touch, progress)
         except InfeasibleStepError as error:
             first = first or error
         except GaitoptError:
@@ -79,9 +127,9 @@ def plan_at_fitting_height(
             if first is None and straight is None:
                 raise
         else:
-            if not has_straight_legs(plan):
-                return plan
-            straight = straight or plan
+            if not has_straight_legs(found.plan):
+                return found
+            straight = straight or found
     if straight is not None:
         return straight
     assert first is not None
@@ -94,8 +142,8 @@ def plan_at_fitting_height(
 def _at_fitting_height(
     robot: Quadruped, footholds: Footholds, settings: CrawlSettings, may_touch: bool,
     progress: Progress | None,
-) -> Plan:  # fmt: skip
-    """:func:`plan_at_fitting_height` with the swing height of the settings."""
+) -> FittingPlan:  # fmt: skip
+    """:func:`fitting_plan` with the swing height of the settings."""
     first: InfeasibleStepError | None = None
     touching: Plan | None = None
     straight: Plan | None = None
@@ -118,17 +166,11 @@ def _at_fitting_height(
                 straight = straight or plan
                 continue
             higher = [h for h in _heights(settings.body_height) if h > height]
-            return _fastest_of_higher(plan, settings, sorted(higher), progress)
+            return FittingPlan(_fastest_of_higher(plan, settings, sorted(higher), progress))
     if straight is not None:
-        return straight
+        return FittingPlan(straight)
     if touching is not None:
-        warn(
-            f"{robot.name}: legs touch each other or the trunk at every body height that was tried "
-            f"({_tried(settings)}), as the certificate will find; put the footholds farther "
-            "outside: s_columns(body_width=...), or another CSV",
-            FootholdsWarning,
-        )
-        return touching
+        return FittingPlan(touching, touches=True)
     assert first is not None
     raise first
 
@@ -166,17 +208,18 @@ def with_fitting_height(
     may_touch: bool = False,
     open_swing: bool = False,
 ) -> CrawlSettings:
-    """The settings with the body and swing height that :func:`plan_at_fitting_height` finds.
+    """The settings with the body and swing height that :func:`fitting_plan` finds.
 
-    They are unchanged where the walk is possible at none of the heights.
+    They are unchanged where the walk is possible at none of the heights. Nothing is warned of: what
+    is planned with these settings may be another walk.
     """
     try:
-        plan = plan_at_fitting_height(
+        fitting = fitting_plan(
             robot, footholds, settings, may_touch=may_touch, open_swing=open_swing
         )
     except InfeasibleStepError:
         return settings
-    found = plan.settings
+    found = fitting.plan.settings
     assert isinstance(found, CrawlSettings)
     return replace(settings, body_height=found.body_height, swing_height=found.swing_height)
 

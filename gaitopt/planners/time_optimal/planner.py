@@ -18,13 +18,16 @@ from gaitopt.optimize.route.legs import check_square_legs
 from gaitopt.plan.com_margin import com_margin
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.record import RouteRecord
+from gaitopt.plan.settings.crawl import CrawlSettings
 from gaitopt.plan.settings.keywords import chosen_settings, takes_settings
 from gaitopt.plan.settings.time_optimal import RouteSettings
 from gaitopt.plan.state import State
 from gaitopt.planners.free_order.search import find_order
 from gaitopt.planners.phase_by_phase.fitting_height import (
-    plan_at_fitting_height,
+    FittingPlan,
+    fitting_plan,
     plan_touches,
+    warn_of_touch,
     with_fitting_height,
 )
 from gaitopt.planners.phase_by_phase.planner import plan_in_order, with_first_posture
@@ -79,6 +82,9 @@ def plan_route(
             in the way.
         RouteError: no convergence; holds the walk planned phase by phase, and the solver's report.
         SolverError: standing feet cannot be kept on their footholds between knots.
+
+    Warns:
+        FootholdsWarning: legs touch, as they do at every body height that was tried.
     """
     if end is not None:
         plan = plan_route(robot, footholds, settings, progress=progress, start=start, **options)
@@ -95,25 +101,26 @@ def plan_route(
         open_height = False
     if start is not None:
         return _from_state(robot, footholds, start, chosen, open_height, progress)
-    crawl = None
-    if open_height:
-        crawl = _at_fitting_height(robot, footholds, chosen)
-        if crawl is not None:
-            chosen = replace(chosen, body_height=crawl.settings.body_height)
-    plan = _planned(robot, footholds, chosen, progress, crawl)
+    asked = crawl_settings(chosen)
+    fitting = _at_fitting_height(robot, footholds, asked) if open_height else None
+    if fitting is not None:
+        chosen = replace(chosen, body_height=fitting.plan.settings.body_height)
+    plan = _planned(robot, footholds, chosen, progress, fitting.plan if fitting else None)
     own_com = settings is None and options.get("com") is None and chosen.com == "body"
     if own_com and not chosen.free.dynamic and _tips_over(plan):
         # On some robots (hyq) the true centre of mass is too far from the body's centre.
-        return _planned(robot, footholds, replace(chosen, com="model"), progress)
+        plan = _planned(robot, footholds, replace(chosen, com="model"), progress)
+    if fitting is not None and fitting.touches and plan_touches(plan):
+        warn_of_touch(plan, asked)
     return plan
 
 
 def _at_fitting_height(
-    robot: Quadruped, footholds: Footholds, settings: RouteSettings
-) -> Plan | None:
+    robot: Quadruped, footholds: Footholds, settings: CrawlSettings
+) -> FittingPlan | None:
     """The walk phase by phase at the first body height that fits; ``None`` where none does."""
     try:
-        return plan_at_fitting_height(robot, footholds, crawl_settings(settings))
+        return fitting_plan(robot, footholds, settings)
     except InfeasibleStepError:
         return None
 

@@ -12,7 +12,7 @@ import trimesh
 
 import gaitopt
 from gaitopt.certificate.collisions.self_collision import self_collision
-from gaitopt.planners.phase_by_phase.fitting_height import plan_touches
+from gaitopt.planners.phase_by_phase.fitting_height import plan_touches, with_fitting_height
 from gaitopt.planners.phase_by_phase.planner import BENT
 from gaitopt.robots.catalog import load_robot, own_urdf
 from gaitopt.robots.collision_shapes import CollisionPairs
@@ -59,6 +59,18 @@ def test_where_legs_touch_at_every_height_the_first_one_is_taken() -> None:
         plan = gaitopt.plan_crawl(robot, gaitopt.s_columns(0, columns=2, robot=robot))
     assert plan.settings.body_height == pytest.approx(robot.standing_height)
     assert self_collision(plan).status == "violated"
+
+
+def test_a_free_order_tells_it_once_of_the_plan_that_is_returned() -> None:
+    """Looking for a height alone tells nothing: what is planned at it may be another walk."""
+    robot = load_robot(with_plate(ALWAYS_TOUCHED))
+    places = gaitopt.s_columns(0, columns=2, robot=robot)
+    with pytest.warns(gaitopt.FootholdsWarning, match="legs touch") as told:
+        plan = gaitopt.plan_crawl(robot, places, timing="velocity", sequence="free")
+    assert len(told) == 1 and plan_touches(plan)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with_fitting_height(robot, places, gaitopt.CrawlSettings.for_robot(robot))
 
 
 @pytest.mark.parametrize("name", ["go2", "anymal", "hyq"])
