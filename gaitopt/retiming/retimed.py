@@ -49,7 +49,8 @@ def retimed(plan: Plan, forces: ForceLimits | None = None, *, rounding: float = 
     the fastest one on a grid along the course, with a constant acceleration on each interval
     ([Pham2018], with contact forces), and with the reserves that it needs between the grid's
     places. On static walks along splines of slow joints feet take over the weight gently where they
-    can (:data:`LOAD_TIME`), as planned.
+    can (:data:`LOAD_TIME`), as planned. The body of a walk phase by phase goes up and down with
+    :data:`LARGEST_LIFT` at most.
 
     Args:
         plan: from any planner.

@@ -451,5 +451,6 @@ def path_touches(robot: Quadruped, joints: FloatArray) -> bool:
     if shapes is None or not len(joints):
         return False
     few = max(len(joints) // FIRST_POSES, 1)
-    stages = tuple((min(every, few), near) for every, near in ((few, CLOSE), *NEARER, (1, 0.0)))
+    last = (1, BETWEEN * TOUCHING)
+    stages = tuple((min(every, few), near) for every, near in ((few, CLOSE), *NEARER, last))
     return shapes.touch(joints[:, shapes.columns], stages)
