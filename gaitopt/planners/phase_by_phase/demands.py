@@ -25,7 +25,7 @@ from gaitopt.robots.quadruped import Quadruped
 
 ROUNDING: Final = 1e-9
 """Largest violation of a margin or a reach that counts as none [m]: what
-:data:`gaitopt.optimize.cog.solver.PRIMAL_TOLERANCE` allows."""
+:data:`gaitopt.optimize.cog.solution.PRIMAL_TOLERANCE` allows."""
 MORE: Final = 2e-6
 """Length by which more is asked for than what was found to be needed [m], so that rounds end."""
 ROOM: Final = 0.5
