@@ -138,7 +138,7 @@ def load_robot(
     if robot.name not in robot_names() and (end := wide_end(replace(robot, notes=notes))):
         told = f"{end.words}; give foot_radius={end.enough:.4g}"
         if foot_radius is None and end.is_foot:
-            name, urdf, notes = _read(source, replace(options, foot_radius=end.enough))
+            name, urdf, notes = _read(source, replace(options, ends_within=end.enough))
             robot = Quadruped.from_urdf(urdf, name or None, knees)
             told = (f"{end.words}; so its radius is taken as {1e3 * end.enough:.4g} mm: give "
                     f"foot_radius={end.radius:.4g} for the ball itself")  # fmt: skip

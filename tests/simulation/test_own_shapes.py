@@ -171,6 +171,14 @@ def test_balls_stand_for_feet_that_have_no_shape_or_are_given() -> None:
     assert model_of(quiet(mjcf())).own_shapes
 
 
+def test_feet_that_are_taken_larger_keep_the_shapes_of_the_file() -> None:
+    """Nobody has said that they are others: thin pegs, which touch the ground as these."""
+    peg = '<geom type="box" size="0.001 0.001 0.02" pos="0 0 -0.245" mass="0"/>'
+    made = quiet(mjcf(foot=peg + '<geom size="0.03" pos="0 0 -0.22"/>'))
+    assert any("so its radius is taken as" in told for told in made.notes.warnings)
+    assert model_of(made).own_shapes
+
+
 def test_shapes_survive_a_second_reading() -> None:
     made = quiet(mjcf(extra=TRUNK, tail=APART))
     assert len(made.notes.own.shapes) == 2 + 2 * len(CORNERS)

@@ -64,6 +64,7 @@ def set_feet(
     asked: Mapping[str, Any],
     finder: MeshFinder,
     given: float | None,
+    how_given: str,
     done: list[str],
     warnings: list[str],
 ) -> tuple[dict[str, str], float]:
@@ -81,7 +82,7 @@ def set_feet(
             tree.add_frame(feet[leg], place.link, place.at)
     warnings += _unlike(lengths)
     if given is not None:
-        done.append(f"feet: radius {1e3 * given:.4g} mm, as given")
+        done.append(f"feet: radius {1e3 * given:.4g} mm, {how_given}")
         return feet, float(given)
     how = sorted(set(told))
     done.append(f"feet: radius {1e3 * min(radii):.4g} mm, from {'; '.join(how)}")

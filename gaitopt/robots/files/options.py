@@ -44,6 +44,8 @@ class ReadOptions:
         feet: the foot of a leg, by the leg's name: a link, or a link and a place ``(3,)`` in its
             frame [m].
         foot_radius: radius of the feet [m].
+        ends_within: radius of balls that hold the ends of the legs [m]: the user does not say it,
+            it was found when the file was read before, and is that of the feet.
         pose: positions of joints that belong to no leg, by name [rad, m]; they are locked there.
         masses: of links by name [kg]; ``"shapes"`` to estimate them all from the links' shapes;
             ``"file"`` to take only the inertias from the shapes; or ``"none"`` to do without.
@@ -72,6 +74,7 @@ class ReadOptions:
     scale: float | None = None
     package_folders: Sequence[Path] = ()
     xacro_arguments: Mapping[str, str] = field(default_factory=dict)
+    ends_within: float | None = None
 
     def __post_init__(self) -> None:
         for name in ("legs", "feet"):

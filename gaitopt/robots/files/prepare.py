@@ -90,8 +90,11 @@ def prepared_urdf(
     kept = {} if options.legs else {leg: (link, np.zeros(3)) for leg, link in before.feet.items()}
     asked = {**kept, **(options.feet or {})}
     given = options.foot_radius if options.foot_radius is not None else before.foot_radius
+    how = "as given"
+    if options.ends_within is not None:
+        given, how = options.ends_within, "which holds the ends of the legs"
     with _adding([*unreal, *unread]):
-        feet, radius = set_feet(tree, named, asked, finder, given, done, warnings)
+        feet, radius = set_feet(tree, named, asked, finder, given, how, done, warnings)
         warnings += set_masses(tree, options.masses, finder)
     warnings += [] if unreal else mass_warnings(tree, named.values())
     lines = torque_lines(tree.label, named, notes.torque_lines, options.torque_line)

@@ -46,6 +46,8 @@ def test_the_radius_that_would_do_is_taken_where_none_is_given() -> None:
     assert f"taken as {1e3 * float(radius):.4g} mm: give foot_radius=0.03 for" in told(PEG)
     assert quiet(robot(shank=PEG), foot_radius=0.03).foot_radius == 0.03
     assert quiet(robot()).foot_radius == 0.03
+    assert "mm, which holds the ends of the legs" in str(quiet(robot(shank=PEG)).notes)
+    assert "mm, as given" in str(quiet(robot(shank=PEG), foot_radius=0.03).notes)
 
 
 def test_no_ball_of_half_a_leg_is_taken_for_a_foot() -> None:

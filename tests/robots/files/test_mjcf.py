@@ -202,7 +202,8 @@ def test_mesh_is_where_mujoco_has_it(tmp_path: Path) -> None:
     (tmp_path / "dog.xml").write_text(text)
     made = quiet(tmp_path / "dog.xml")
     assert 'filename="parts/shank.stl"' in made.urdf and str(tmp_path) not in made.urdf
-    assert made.legs["LF"].lower + made.foot_radius == pytest.approx(LOWER, abs=1e-3)
+    assert made.legs["LF"].lower == pytest.approx(LOWER - 0.01, abs=1e-3)
+    assert np.hypot(0.01, 0.01) < made.foot_radius < np.sqrt(3.0) * 0.01  # edge, corner
 
 
 @pytest.mark.parametrize(
