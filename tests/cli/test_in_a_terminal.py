@@ -74,7 +74,8 @@ def test_a_walk_ends_with_its_files_and_a_verdict_and_its_bars_are_gone(tmp_path
 def test_ctrl_c_of_the_keyboard_stops_before_the_plan_and_leaves_the_folder_as_it_was(
     tmp_path: Path,
 ) -> None:
-    run = in_terminal(["walk", "--robot", "go2"], tmp_path, stop_after="planning")
+    # Planned for seconds, so that the key comes in time on a machine that does much else, too.
+    run = in_terminal(["walk", "--objective", "time"], tmp_path, stop_after="planning")
     text = looks_well(run)
     assert run.code == 130 and "certified" not in text
     assert text.endswith("stopped") or "stopped" in text.splitlines()[-1]
