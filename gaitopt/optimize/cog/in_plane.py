@@ -2,9 +2,9 @@
 
 It is the same sequential quadratic programming as in :mod:`gaitopt.optimize.cog.solver`, for its
 most frequent case: two unknowns, and the distance as objective. Arrays of two numbers cost more
-than the work on them. What is not solved here to rounding is left to ProxQP: of 4500 random
-problems of three robots, some with turned bodies and further half-planes, none that has a solution
-was, and both agree to 6e-12 m.
+than the work on them. What is not solved here to rounding is left to ProxQP. Of 4500 random
+problems of three robots, some with turned bodies and further half-planes, all that have a solution
+were solved here, and both agree to 6e-12 m.
 """
 
 from __future__ import annotations
