@@ -5,8 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from gaitopt.certificate.check import FORCES
-
 if TYPE_CHECKING:
     from gaitopt.certificate.certificate import Certificate
     from gaitopt.simulation.result import SimulationResult
@@ -50,6 +48,8 @@ def _certified(certificate: Certificate) -> str:
         names = ", ".join(check.name for check in certificate.violations)
         return f"violated: {names}"
     if outcome == "kinematics only":
+        from gaitopt.certificate.check import FORCES  # late: the command line begins without NumPy
+
         # Only what is promised and holds leaves what was asked for beyond it.
         if any(c.name == FORCES and c.promised and c.status == "ok" for c in certificate.checks):
             return "kinematics only: no contact forces keep the limits that were asked for"

@@ -148,7 +148,8 @@ def plan_terrain(
             the way first step there.
         end: the state in which the plan ends: at rest on the last footholds, with the body where it
             has it. The search chooses the footholds, so the same call without ``end`` tells them.
-        progress: called with (steps found, steps in all) while the search goes on.
+        progress: called with (steps found, steps in all) while the search goes on, and with (steps
+            done, steps in all) while a walk is planned.
         search: a result of :func:`search_terrain` for the same arguments, to begin with.
         options: fields of :class:`TerrainSettings`, and others of :func:`gaitopt.plan_crawl`, by
             name. ``stability_margin`` goes to both. Where no ``forces`` are given, 85 % of the

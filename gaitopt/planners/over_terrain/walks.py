@@ -39,7 +39,8 @@ def walk_over(
         searching: the search.
         search: what it found, which reaches the goal.
         options: of :func:`gaitopt.plan_crawl`.
-        progress: called with (steps found, steps in all) while the search goes on.
+        progress: called with (steps found, steps in all) while the search goes on, and with (steps
+            done, steps in all) while a walk is planned.
         end: processor time from which on no other way is looked for, by ``time.thread_time`` [s].
 
     Raises:
@@ -48,7 +49,7 @@ def walk_over(
     robot, begin = searching.judge.robot, time.perf_counter()
     detail, layers, plans, again = "", [first_layer(searching)], 0, Counter[int]()
     while True:
-        plan, refused, detail = _planned(robot, search, searching.limbs, options)
+        plan, refused, detail = _planned(robot, search, searching.limbs, options, progress)
         if plan is not None:
             return plan
         plans += 1
@@ -69,14 +70,15 @@ def walk_over(
 
 
 def _planned(
-    robot: Quadruped, search: TerrainSearch, limbs: Limbs, options: Mapping[str, Any]
-) -> tuple[Plan | None, int, str]:
+    robot: Quadruped, search: TerrainSearch, limbs: Limbs, options: Mapping[str, Any],
+    progress: Progress | None,
+) -> tuple[Plan | None, int, str]:  # fmt: skip
     """The walk over the footholds of a search; or ``None``, the step that is refused, and why.
 
     The step is -1 where the planner does not say which it is.
     """
     try:
-        plan = plan_crawl(robot, search.footholds, **options)
+        plan = plan_crawl(robot, search.footholds, progress=progress, **options)
     except (InfeasibleStepError, SolverError) as error:
         return None, _refused_step(error), f"the planner of the walk said: {error}"
     touching = first_touching_step(plan, limbs)

@@ -349,15 +349,20 @@ def test_shorter_steps_are_tried_where_all_walks_are_refused(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """No walk of eight steps is allowed: the one that comes out has shorter ones."""
+    told: list[tuple[int, int]] = []
 
     def planned(robot: gaitopt.Quadruped, over: gaitopt.Footholds, **options: Any) -> gaitopt.Plan:
         if over.steps == 8:
             raise gaitopt.SolverError("step 0 (LF): not to its tolerance", step=0)
+        told.clear()
         return gaitopt.plan_crawl(robot, over, **options)
 
     monkeypatch.setattr("gaitopt.planners.over_terrain.walks.plan_crawl", planned)
     monkeypatch.setattr("gaitopt.planners.over_terrain.walks.MOST_PLANS", 1)
-    assert gaitopt.plan_terrain(*FEW_STEPS, start=(0.0, 0.0, 0.0)).footholds.steps == 12
+    walk = gaitopt.plan_terrain(
+        *FEW_STEPS, start=(0.0, 0.0, 0.0), progress=lambda *n: told.append(n)
+    )
+    assert walk.footholds.steps == 12 and told[-1] == (12, 12)  # of the walk, too
     with pytest.raises(TerrainError, match=r"\(8 steps\), and no walk over them: step 0 \("):
         gaitopt.plan_terrain(*FEW_STEPS, start=(0.0, 0.0, 0.0), step_length=0.1485)
     monkeypatch.setattr("gaitopt.planners.over_terrain.walks.plan_crawl", refusing(
