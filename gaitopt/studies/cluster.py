@@ -75,18 +75,17 @@ def on_cluster(
                 cluster.check()
                 continue
             job, lost, future = running.pop(finished.key)
-            try:
-                result = cluster.result(future, failed)
-            except _LostError:
+            result = cluster.result(future, failed)
+            if result is LOST:
                 if lost == MOST_LOST:
-                    raise StudyError(f"the Dask scheduler at {address} has lost its jobs") from None
+                    raise StudyError(f"the Dask scheduler at {address} has lost its jobs")
                 waiting.append((job, lost + 1))
                 continue
             yield job, result
 
 
-class _LostError(Exception):
-    """The result of a job was lost with the worker that had it."""
+LOST = object()
+"""In place of a result that was lost with the worker that had it."""
 
 
 class _Cluster:
@@ -136,11 +135,10 @@ class _Cluster:
             )
 
     def result(self, future: Any, failed: Callable[[str], Any]) -> Any:
-        """The result of a future that has ended.
+        """The result of a future that has ended; :data:`LOST` if it was lost with its worker.
 
         Raises:
             StudyError: it was lost with the scheduler, or the worker could not run it.
-            _LostError: it was lost with its worker.
         """
         from distributed import KilledWorker
 
@@ -157,7 +155,7 @@ class _Cluster:
                 f"{error}; install the same gaitopt there"
             )
         self.check()
-        raise _LostError
+        return LOST
 
 
 @contextmanager
