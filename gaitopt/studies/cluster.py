@@ -23,6 +23,8 @@ LOOK_EVERY: Final = 0.5
 """Time between two looks at the cluster [s]. Chosen here."""
 MOST_LOST: Final = 5
 """Times that a job's result may be lost with the worker that has it. Chosen here."""
+GONE: Final = object()
+"""In place of a result that was lost with the worker that had it."""
 AHEAD: Final = 3
 """Jobs that are sent for each thread of the cluster, so that none is idle. Chosen here."""
 
@@ -76,16 +78,12 @@ def on_cluster(
                 continue
             job, lost, future = running.pop(finished.key)
             result = cluster.result(future, failed)
-            if result is LOST:
+            if result is GONE:
                 if lost == MOST_LOST:
                     raise StudyError(f"the Dask scheduler at {address} has lost its jobs")
                 waiting.append((job, lost + 1))
                 continue
             yield job, result
-
-
-LOST = object()
-"""In place of a result that was lost with the worker that had it."""
 
 
 class _Cluster:
@@ -135,7 +133,7 @@ class _Cluster:
             )
 
     def result(self, future: Any, failed: Callable[[str], Any]) -> Any:
-        """The result of a future that has ended; :data:`LOST` if it was lost with its worker.
+        """The result of a future that has ended; ``GONE`` if it was lost with its worker.
 
         Raises:
             StudyError: it was lost with the scheduler, or the worker could not run it.
@@ -155,7 +153,7 @@ class _Cluster:
                 f"{error}; install the same gaitopt there"
             )
         self.check()
-        return LOST
+        return GONE
 
 
 @contextmanager
