@@ -200,8 +200,7 @@ def test_mesh_is_where_mujoco_has_it(tmp_path: Path) -> None:
     ).replace('<geom type="capsule" fromto="0 0 0 0 0 -0.22" size="0.01" mass="0.2"/>',
               '<inertial pos="0 0 0" mass="0.2" diaginertia="0.001 0.001 0.001"/>')  # fmt: skip
     (tmp_path / "dog.xml").write_text(text)
-    # Without a radius the ball is as large as the corners of the box ask for, and ends below it.
-    made = quiet(tmp_path / "dog.xml", foot_radius=0.01)
+    made = quiet(tmp_path / "dog.xml")
     assert 'filename="parts/shank.stl"' in made.urdf and str(tmp_path) not in made.urdf
     assert made.legs["LF"].lower == pytest.approx(LOWER - 0.01, abs=1e-3)
     assert np.hypot(0.01, 0.01) < made.foot_radius < np.sqrt(3.0) * 0.01  # edge, corner
