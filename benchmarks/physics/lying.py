@@ -31,7 +31,7 @@ from gaitopt.errors import InfeasibleStateError
 from gaitopt.exporting.sampled import forces_at
 from gaitopt.exporting.servo_gains import servo_gains
 from gaitopt.robots.at_many_poses.outlines import lowest_points, outlines
-from gaitopt.robots.collision_shapes import CollisionPairs
+from gaitopt.robots.collisions.pairs import CollisionPairs
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.rotations import quaternion_to_matrix, quaternion_to_rpy
 from gaitopt.robots.whole_body import feet_from_joints

@@ -46,7 +46,7 @@ class Footing:
     @property
     def taken_up(self) -> FloatArray:
         """Share of its load that each foot has taken up since it has found the ground ``(4,)``."""
-        # numpy divides by zero, where a foot takes up its load at once.
+        # NumPy, because a loading time of 0 is allowed: it divides by zero.
         return np.minimum(np.array(self._bearing_time) / self._gains.loading_time, 1.0)
 
     def wait(self, tick: int) -> int:

@@ -11,7 +11,7 @@ from gaitopt.errors import InfeasibleStateError, InputError
 from gaitopt.inputs import check_kind
 from gaitopt.motion.path import BASE_COLUMNS
 from gaitopt.plan.state import State
-from gaitopt.robots.collision_shapes import TOUCHING, CollisionPairs
+from gaitopt.robots.collisions.pairs import TOUCHING, CollisionPairs
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.rotations import rpy_to_matrix
 from gaitopt.robots.whole_body import feet_from_joints, joints_from_feet

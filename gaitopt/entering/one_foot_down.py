@@ -14,7 +14,7 @@ import numpy as np
 from gaitopt.conventions import FloatArray
 from gaitopt.plan.state import State
 from gaitopt.robots.at_many_poses.outlines import Outline, lowest_points
-from gaitopt.robots.collision_shapes import TOUCHING, CollisionPairs
+from gaitopt.robots.collisions.pairs import TOUCHING, CollisionPairs
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.rotations import rpy_to_matrix
 from gaitopt.robots.standing import foot_below_hip

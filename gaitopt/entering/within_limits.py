@@ -9,7 +9,7 @@ from gaitopt.entering.begin import check_apart
 from gaitopt.errors import InfeasibleStateError
 from gaitopt.optimize.quadratic import QuadraticSolver
 from gaitopt.plan.state import State
-from gaitopt.robots.collision_shapes import TOUCHING, CollisionPairs
+from gaitopt.robots.collisions.pairs import TOUCHING, CollisionPairs
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.rotations import matrix_to_rpy, rpy_to_matrix
 from gaitopt.robots.whole_body import feet_from_joints, joints_from_feet

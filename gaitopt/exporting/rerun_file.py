@@ -1,7 +1,7 @@
 """Recordings for the viewer of rerun: the robot walks in 3D beside curves of its joints.
 
 The robot is drawn with the shapes of its URDF; meshes are not read, and lines stand for them
-(:func:`gaitopt.robots.collision_shapes.robot_shapes`).
+(:func:`gaitopt.robots.collisions.shapes.robot_shapes`).
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from gaitopt.exporting.links import link_motion, moving_links
 from gaitopt.exporting.sampled import Exported, Samples, Source
 from gaitopt.files import written_whole
 from gaitopt.plan.com_margin import true_com
-from gaitopt.robots.collision_shapes import robot_shapes
+from gaitopt.robots.collisions.shapes import robot_shapes
 from gaitopt.terrain.height_map import HeightMap
 
 STEP: Final = 0.02

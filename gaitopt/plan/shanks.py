@@ -15,7 +15,7 @@ import numpy as np
 from gaitopt.conventions import LEGS, FloatArray, frozen
 from gaitopt.plan.plan import Plan
 from gaitopt.robots.at_many_poses.chain import Chain
-from gaitopt.robots.collision_shapes import CollisionPairs
+from gaitopt.robots.collisions.pairs import CollisionPairs
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.rotations import rpy_to_matrix
 

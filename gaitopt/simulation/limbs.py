@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gaitopt.conventions import LEGS, FloatArray
-from gaitopt.robots.collision_shapes import robot_shapes
+from gaitopt.robots.collisions.shapes import robot_shapes
 from gaitopt.robots.quadruped import Quadruped
 
 NEAR_FOOT, NEAR_MORE = 1.3, 0.005

@@ -16,7 +16,7 @@ from scipy.spatial import ConvexHull
 import gaitopt
 from gaitopt import FootholdsWarning
 from gaitopt.plan.shanks import _bars, shank_in_column
-from gaitopt.robots.collision_shapes import CollisionPairs
+from gaitopt.robots.collisions.pairs import CollisionPairs
 
 Array = NDArray[np.float64]
 

@@ -12,7 +12,8 @@ import gaitopt
 from gaitopt.robots.at_many_poses.boxes import ShapeBoxes
 from gaitopt.robots.at_many_poses.chain import Chain
 from gaitopt.robots.at_many_poses.four_legs import FourLegs
-from gaitopt.robots.collision_shapes import CollisionPairs, path_touches
+from gaitopt.robots.collisions.along_paths import path_touches
+from gaitopt.robots.collisions.pairs import CollisionPairs
 from gaitopt.robots.whole_body import feet_in_body, joints_from_feet_in_body
 
 ROBOTS = ("wang2020", "a1", "anymal_c", "go2")

@@ -115,8 +115,8 @@ class Shapes:
 def robot_shapes(robot: Quadruped) -> Shapes:
     """The robot's collision shapes, with lines and a flat box in place of meshes.
 
-    :mod:`gaitopt.robots.collision_shapes` makes such shapes for the planners. The certificate keeps
-    its own on purpose: a mistake in the planners' shapes is not repeated here.
+    :mod:`gaitopt.robots.collisions.shapes` makes such shapes for the planners. The certificate
+    keeps its own on purpose: a mistake in the planners' shapes is not repeated here.
     """
     model = robot.model
     text, meshed = without_meshes(robot.urdf)

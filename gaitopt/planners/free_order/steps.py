@@ -19,7 +19,7 @@ from gaitopt.plan.settings.crawl import CrawlSettings
 from gaitopt.planners.phase_by_phase.demands import ROUNDING
 from gaitopt.planners.phase_by_phase.joint_checks import ANGLE_ROUNDING, REACH_TOLERANCE
 from gaitopt.planners.phase_by_phase.swing_polylines import swing_polylines
-from gaitopt.robots.collision_shapes import CollisionPairs
+from gaitopt.robots.collisions.pairs import CollisionPairs
 from gaitopt.robots.leg import Leg
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.stability.support import triangle_half_planes

@@ -11,7 +11,7 @@ from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.errors import InputError
 from gaitopt.motion.bounds import largest_sizes
 from gaitopt.motion.path import BASE_COLUMNS, MotionPath
-from gaitopt.robots.collision_shapes import robot_shapes
+from gaitopt.robots.collisions.shapes import robot_shapes
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.whole_body import configuration
 from gaitopt.terrain.obstacles import Obstacle

@@ -24,7 +24,7 @@ from gaitopt.planners.over_terrain.links.beside_trunk import BETWEEN_LINKS, gaps
 from gaitopt.planners.over_terrain.links.limbs import Limbs
 from gaitopt.planners.over_terrain.pairs import Cause
 from gaitopt.planners.over_terrain.states import Candidate, Layer
-from gaitopt.robots.collision_shapes import CollisionPairs
+from gaitopt.robots.collisions.pairs import CollisionPairs
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.rotations import rpy_to_matrix
 from gaitopt.robots.whole_body import base_of_body

@@ -133,9 +133,9 @@ def plan_terrain(
     Footholds are searched for (:func:`search_terrain`), and the walk over them is planned
     (:func:`gaitopt.plan_crawl`). Limbs and trunk of the plan are looked at once more, all along its
     path. Where the planner refuses a step, or something touches the ground or another link, the
-    search goes on without this step. Where no such walk is found, shorter steps are tried. All of
-    this together may take as long as all searches for footholds may
-    (:meth:`TerrainSettings.longest_in_all`), and the walk that is planned when this time is over.
+    search goes on without this step, for as long as all searches for footholds may take
+    (:meth:`TerrainSettings.longest_in_all`). Where no such walk is found, shorter steps are tried
+    for half of this time in addition. The walk that is planned when this time is over is ended.
 
     After the last step the body moves to the goal, or as near to it as its legs and the ground
     allow, while four feet stand. Plans without contact forces (``timing="velocity"``) end where
@@ -214,10 +214,9 @@ def _walk(
             break
         tried.append(length)
         other = with_settings(searching, replace(search.settings, step_length=length))
-        begin = time.perf_counter()
-        latest = time.thread_time() + other.judge.settings.longest(other.course.length)
-        latest = min(latest, end)
-        found = result_of(other, other.run([first_layer(other)], progress, until=latest), begin)
+        started, latest = time.perf_counter(), other.judge.settings.longest(other.course.length)
+        latest = min(time.thread_time() + latest, end)
+        found = result_of(other, other.run([first_layer(other)], progress, until=latest), started)
         if found.complete:
             with suppress(TerrainError):
                 return walk_over(other, found, further, progress, end), other

@@ -15,7 +15,7 @@ from gaitopt.planners.phase_by_phase.planner import (
     limited_by_any,
     plan_in_order,
 )
-from gaitopt.robots.collision_shapes import path_touches
+from gaitopt.robots.collisions.along_paths import path_touches
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.footholds import Footholds
 

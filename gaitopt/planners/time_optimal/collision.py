@@ -15,7 +15,8 @@ from gaitopt.conventions import FloatArray
 from gaitopt.optimize.route.layout import Rows
 from gaitopt.optimize.route.legs import JOINTS, POSE
 from gaitopt.optimize.route.problem import RouteProblem
-from gaitopt.robots.collision_shapes import CollisionPairs, close_pairs
+from gaitopt.robots.collisions.along_paths import close_pairs
+from gaitopt.robots.collisions.pairs import CollisionPairs
 
 LEAST_DISTANCE = 2e-3
 """Distance that rows ask shapes of different legs to keep at knots and between them [m]."""

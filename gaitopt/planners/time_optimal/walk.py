@@ -17,7 +17,7 @@ from gaitopt.planners.phase_by_phase.diagnosis import check_heights
 from gaitopt.planners.phase_by_phase.planner import plan_in_order
 from gaitopt.planners.phase_by_phase.steps import CrawlSteps, check_roll, check_stance, crawl_steps
 from gaitopt.planners.phase_by_phase.targets import optimise_cogs, start_place
-from gaitopt.robots.collision_shapes import CollisionPairs
+from gaitopt.robots.collisions.pairs import CollisionPairs
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.footholds import Footholds
 

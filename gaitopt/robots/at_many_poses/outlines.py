@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gaitopt.conventions import FloatArray
-from gaitopt.robots.collision_shapes import collision_geometry
+from gaitopt.robots.collisions.shapes import collision_geometry
 from gaitopt.robots.quadruped import Quadruped
 
 SIDES = 24

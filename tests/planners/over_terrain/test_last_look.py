@@ -23,7 +23,7 @@ from gaitopt.planners.over_terrain.settings import TerrainSettings
 from gaitopt.planners.over_terrain.setup import first_layer, search_for
 from gaitopt.planners.over_terrain.states import Candidate, Kept, Layer
 from gaitopt.planners.over_terrain.surfaces import Surfaces
-from gaitopt.robots.collision_shapes import CollisionPairs
+from gaitopt.robots.collisions.pairs import CollisionPairs
 
 LF, LH, RH, RF = range(4)
 

@@ -15,7 +15,7 @@ from gaitopt.certificate.collisions.self_collision import self_collision
 from gaitopt.planners.phase_by_phase.fitting_height import plan_touches, with_fitting_height
 from gaitopt.planners.phase_by_phase.planner import BENT
 from gaitopt.robots.catalog import load_robot, own_urdf
-from gaitopt.robots.collision_shapes import CollisionPairs
+from gaitopt.robots.collisions.pairs import CollisionPairs
 from gaitopt.robots.quadruped import Quadruped
 
 TOUCHED_WHEN_LOW, ALWAYS_TOUCHED = 0.12, 0.16

@@ -6,7 +6,7 @@ import numpy as np
 
 from gaitopt import Quadruped
 from gaitopt.planners.time_optimal.collision import ROW_DISTANCE, _distances_where_close
-from gaitopt.robots.collision_shapes import CollisionPairs
+from gaitopt.robots.collisions.pairs import CollisionPairs
 
 GJK = 2e-6
 """How far two measurements of one distance are apart that begin from other guesses [m]."""

@@ -9,7 +9,7 @@ from ground_walks import bumpy_walk
 
 import gaitopt
 from gaitopt import LEGS, Plan
-from gaitopt.robots.collision_shapes import robot_shapes
+from gaitopt.robots.collisions.shapes import robot_shapes
 from gaitopt.viewing.replay.curves.clearance import clearance_over
 from gaitopt.viewing.replay.curves.curves import curve_data
 from gaitopt.viewing.replay.curves.of_plan import instants, plan_curves, stances

@@ -13,7 +13,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from gaitopt.conventions import LEGS, BoolArray, FloatArray
-from gaitopt.robots.collision_shapes import CollisionPairs
+from gaitopt.robots.collisions.pairs import CollisionPairs
 from gaitopt.robots.quadruped import Quadruped
 
 RANGE, SPACING = 1.3, 0.1

@@ -15,7 +15,7 @@ from scipy.spatial import ConvexHull, QhullError
 
 from gaitopt.conventions import LEGS, BoolArray, FloatArray
 from gaitopt.planners.over_terrain.links.near_foot import COARSE, SPACING, points_near_foot, thinned
-from gaitopt.robots.collision_shapes import robot_shapes
+from gaitopt.robots.collisions.shapes import robot_shapes
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.whole_body import zero_configuration
 
@@ -243,7 +243,7 @@ def _solids(robot: Quadruped) -> list[tuple[int, FloatArray]]:
     """Collision shapes as corners of convex solids, with the joint that moves each.
 
     Meshes count as their hulls where these are known, and else as lines and a box
-    (:func:`gaitopt.robots.collision_shapes.robot_shapes`).
+    (:func:`gaitopt.robots.collisions.shapes.robot_shapes`).
     """
     import pinocchio as pin
 

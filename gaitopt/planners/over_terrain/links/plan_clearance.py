@@ -9,7 +9,7 @@ import numpy as np
 from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.plan.plan import Plan
 from gaitopt.planners.over_terrain.links.limbs import Limbs
-from gaitopt.robots.collision_shapes import path_touches
+from gaitopt.robots.collisions.along_paths import path_touches
 from gaitopt.robots.rotations import matrix_to_rpy, rpy_to_matrix
 
 EVERY = 0.02

@@ -14,7 +14,7 @@ from gaitopt.planners.over_terrain.from_state import pose_of
 from gaitopt.planners.over_terrain.links.limbs import Limbs
 from gaitopt.planners.over_terrain.links.rolling import PLANNED
 from gaitopt.planners.over_terrain.search import Search
-from gaitopt.robots.collision_shapes import path_touches
+from gaitopt.robots.collisions.along_paths import path_touches
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.rotations import matrix_to_rpy, rpy_to_matrix
 from gaitopt.robots.whole_body import base_of_body, configuration

@@ -24,7 +24,7 @@ from gaitopt.planners.time_optimal.smooth.motion import SplineMotion
 from gaitopt.planners.time_optimal.smooth.phases import smooth_phases
 from gaitopt.planners.time_optimal.walk import Route
 from gaitopt.retiming.retimed import retimed
-from gaitopt.robots.collision_shapes import close_pairs
+from gaitopt.robots.collisions.along_paths import close_pairs
 
 PACES = (1.0, 1.5, 2.5)
 """Factors of the first guess's times, tried one after the other until there is a walk. The timing

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from gaitopt.conventions import LEGS, FloatArray
-from gaitopt.robots.collision_shapes import robot_shapes
+from gaitopt.robots.collisions.shapes import robot_shapes
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.height_map import HeightMap
 

@@ -1,0 +1,47 @@
+"""Which links of a robot come close to one another, or touch, along a path."""
+
+from __future__ import annotations
+
+from gaitopt.conventions import FloatArray
+from gaitopt.robots.collisions.pairs import BETWEEN, NEARER, TOUCHING, CollisionPairs
+from gaitopt.robots.quadruped import Quadruped
+
+EVERY = 4
+"""One of so many knots is looked at to find the pairs that come close."""
+CLOSE = 0.08
+"""Distance below which a pair is looked at at all knots [m]. Chosen: about twice what a foot moves
+in :data:`EVERY` knots of a walk of [Wang2020]."""
+FIRST_POSES = 50
+"""Poses of a path, at least, at which all pairs are looked at. Chosen: about one for each step."""
+
+
+def close_pairs(shapes: CollisionPairs, joints: FloatArray) -> list[int]:
+    """Indices of the pairs that come close at any of some knots.
+
+    Args:
+        shapes: the pairs.
+        joints: angles of the legs' joints at all knots ``(N, 12)`` [rad].
+    """
+    sampled = joints[::EVERY]
+    near = shapes.near(sampled, CLOSE)
+    least = shapes.distances(sampled, near).min(axis=0)
+    return [pair for pair, gap in zip(near, least.tolist(), strict=True) if gap < CLOSE]
+
+
+def path_touches(robot: Quadruped, joints: FloatArray) -> bool:
+    """Whether links touch at a pose of a path; false where their shapes are not known.
+
+    Pairs of shapes are looked at more often the closer they come, because a path has thousands of
+    poses and a robot hundreds of pairs. So this is no proof; the certificate has one.
+
+    Args:
+        robot: the robot.
+        joints: angles in Pinocchio's order ``(N, nj)`` [rad], close to one another.
+    """
+    shapes = CollisionPairs.of(robot)
+    if shapes is None or not len(joints):
+        return False
+    few = max(len(joints) // FIRST_POSES, 1)
+    last = (1, BETWEEN * TOUCHING)
+    stages = tuple((min(every, few), near) for every, near in ((few, CLOSE), *NEARER, last))
+    return shapes.touch(joints[:, shapes.columns], stages)
