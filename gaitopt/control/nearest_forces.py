@@ -101,37 +101,33 @@ class NearestForces:
         low = feet.floor - rows @ wanted
         # The minimum without limits; where it keeps them it is that of the QP.
         x, status = np.linalg.solve(hessian, -gradient), ForceStatus.FREE
-        least = float((rows @ x - low).min())
-        if not least >= -TOLERANCE:
-            points, solved = solve_quadratic_programs(
-                hessian[None], gradient[None], rows[None], low[None], feet.unbounded
-            )
+        if not (rows @ x - low).min() >= -TOLERANCE:
+            inside = _minimum(hessian, gradient, rows, low, feet.unbounded)
+            status = ForceStatus.KEPT if inside is None else ForceStatus.LIMITED
             # The forces of the last call are better than wrong ones.
             last = self._last[feet.legs].reshape(-1) / self._weight - wanted
-            x = points[0] if solved[0] else last
-            status = ForceStatus.LIMITED if solved[0] else ForceStatus.KEPT
-            least = float((rows @ x - low).min())
-        found = self._weight * (wanted + x).reshape(-1, 3)
-        if legs is not None and legs.exceeded(feet.legs, found):
+            x = last if inside is None else inside
+        if legs is not None and legs.exceeded(feet.legs, self._forces(wanted + x)):
             room, least_use, most_use = legs.rows(feet.legs, self._weight)
             held = room @ wanted
-            points, solved = solve_quadratic_programs(
-                hessian[None], gradient[None], np.concatenate([rows, room])[None],
-                np.concatenate([low, least_use - held])[None],
-                np.concatenate([feet.unbounded[0], most_use - held])[None],
+            inside = _minimum(
+                hessian, gradient, np.concatenate([rows, room]),
+                np.concatenate([low, least_use - held]),
+                np.concatenate([feet.unbounded, most_use - held]),
             )  # fmt: skip
-            if solved[0]:
-                x, status = points[0], ForceStatus.LIMITED
-                least = float((rows @ x - low).min())
-                found = self._weight * (wanted + x).reshape(-1, 3)
-        forces[feet.legs] = found
+            x, status = (x, status) if inside is None else (inside, ForceStatus.LIMITED)
+        forces[feet.legs] = self._forces(wanted + x)
         self._last = forces
         return ForceShare(
             forces=forces,
             residual=float(np.abs(matrix @ x - rest).max()),
-            violation=max(-least, 0.0),
+            violation=max(-float((rows @ x - low).min()), 0.0),
             status=status,
         )
+
+    def _forces(self, shares: FloatArray) -> FloatArray:
+        """Forces ``(k, 3)`` [N] from shares of the weight ``(3 k,)``."""
+        return self._weight * shares.reshape(-1, 3)
 
     def _feet_of(self, bearing: BoolArray, contacts: BoolArray) -> _Feet:
         """What depends only on which feet bear load and touch the ground, made once for each."""
@@ -148,7 +144,7 @@ class NearestForces:
                 least_forces=self._weight * least[:, None] * self._normals,
                 rows=_side_by_side(self._rows[legs]),
                 floor=floor.reshape(-1),
-                unbounded=np.full((1, floor.size), NO_BOUND),
+                unbounded=np.full(floor.size, NO_BOUND),
             )
         return self._known[key]
 
@@ -194,7 +190,7 @@ class _Feet(NamedTuple):
         least_forces: least normal forces of all feet that bear load ``(4, 3)`` [N].
         rows: limits of the forces ``((SIDES + 1) k, 3 k)``.
         floor: what the rows are to be at least, as a share of the weight ``((SIDES + 1) k,)``.
-        unbounded: the same for "at most" ``(1, (SIDES + 1) k)``.
+        unbounded: the same for "at most" ``((SIDES + 1) k,)``.
     """
 
     legs: np.ndarray
@@ -204,6 +200,16 @@ class _Feet(NamedTuple):
     rows: FloatArray
     floor: FloatArray
     unbounded: FloatArray
+
+
+def _minimum(
+    hessian: FloatArray, gradient: FloatArray, rows: FloatArray, low: FloatArray, high: FloatArray
+) -> FloatArray | None:
+    """The minimum of a quadratic function within limits of rows; ``None`` where there is none."""
+    points, solved = solve_quadratic_programs(
+        hessian[None], gradient[None], rows[None], low[None], high[None]
+    )
+    return points[0] if solved[0] else None
 
 
 def _rows(normals: FloatArray, slopes: FloatArray) -> FloatArray:
