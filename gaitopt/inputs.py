@@ -89,6 +89,22 @@ def check_count(name: str, value: object, low: int, high: int) -> int:
     raise InputError(f"{name} must be a whole number from {low} to {high}, got {as_text(value)}")
 
 
+LARGEST_SEED = 2**63 - 1
+"""Largest seed: that of NumPy's integers, which tables of studies hold."""
+
+
+def check_seed(seed: object) -> int:
+    """Return a seed of made terrain as int.
+
+    Args:
+        seed: what was given.
+
+    Raises:
+        InputError: it is no whole number, negative, or larger than :data:`LARGEST_SEED`.
+    """
+    return check_count("seed", seed, 0, LARGEST_SEED)
+
+
 def check_array(name: str, values: ArrayLike | object, unit: str = "") -> FloatArray:
     """``values`` as an array of floats: a plain one, also where a subclass was given.
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.errors import InputError
-from gaitopt.inputs import as_text, check_count, check_kind, is_real, is_whole
+from gaitopt.inputs import as_text, check_count, check_kind, check_seed, is_real
 from gaitopt.robots.leg_planes import foot_planes
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.footholds import Footholds
@@ -156,8 +156,7 @@ def _check(seed: int, **lengths: float) -> None:
     Raises:
         InputError: names what is wrong.
     """
-    if not (is_whole(seed) and seed >= 0):
-        raise InputError(f"seed must be a whole number of at least 0, got {as_text(seed)}")
+    check_seed(seed)
     for name, value in lengths.items():
         lowest = 0.0 if name in ("amplitude", "jitter", "height_jitter") else 1e-6
         if not (is_real(value) and lowest <= value <= LONGEST):

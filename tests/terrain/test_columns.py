@@ -171,9 +171,9 @@ def test_bad_number_of_columns_is_named(bad: Any) -> None:
     assert str(caught.value) == f"columns must be a whole number from 1 to 100000, got {bad!r}"
 
 
-@pytest.mark.parametrize("bad", [-1, 0.5, "0", None])
+@pytest.mark.parametrize("bad", [-1, 0.5, "0", None, 2**63])
 def test_bad_seed_is_named(bad: Any) -> None:
     """None too: a terrain that nobody can draw again is no test terrain."""
     with pytest.raises(InputError) as caught:
         s_columns(seed=bad)
-    assert str(caught.value) == f"seed must be a whole number of at least 0, got {bad!r}"
+    assert str(caught.value) == f"seed must be a whole number from 0 to {2**63 - 1}, got {bad!r}"

@@ -10,7 +10,7 @@ import numpy as np
 
 from gaitopt.conventions import frozen
 from gaitopt.errors import InputError
-from gaitopt.inputs import check_count, check_kind, check_number
+from gaitopt.inputs import check_kind, check_number, check_seed
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.height_map import HeightMap
 from gaitopt.terrain.height_map_checks import MOST_POINTS
@@ -91,7 +91,7 @@ def make_ground(
     if robot is not None:
         check_kind("robot", robot, Quadruped)
     size = RobotSize.of(robot)
-    check_count("seed", seed, 0, 2**63 - 1)
+    check_seed(seed)
     check_number("difficulty", difficulty, 0.0, 1.0)
     kind, given = GROUNDS[name], _sizes(name, sizes, difficulty, size)
     margin = size.stance_length / 2.0 + APRON_SHARE * size.standing_height
