@@ -119,7 +119,10 @@ def _draw_margin(
     com: tuple[FloatArray, FloatArray] | None,
 ) -> None:
     """Draw the margins within ``span`` [s]."""
-    lines = [("COG of the plan", COG_COLOUR, margin_line(plan, phases_within(plan, span)))]
+    within = phases_within(plan, span)
+    # Four feet that stand for 0 s would be a spike.
+    lasting = tuple(phase for phase in within if phase.duration > 0.0) or within
+    lines = [("COG of the plan", COG_COLOUR, margin_line(plan, lasting))]
     if com is not None:
         inside = (com[0] >= span[0]) & (com[0] <= span[1])
         lines.append(("true centre of mass", COM_COLOUR, (com[0][inside], com[1][inside])))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import sys
 from functools import cache
 from pathlib import Path
@@ -337,6 +338,19 @@ def test_the_least_margin_drawn_is_the_plans(plan: Plan, ssm: Plan) -> None:
         times, margins = margin_line(each, each.phases)
         assert margins.min() == pytest.approx(each.margin, abs=2e-5)
         assert times[0] == 0.0 and times[-1] == pytest.approx(each.duration)
+
+
+def test_feet_that_stand_together_for_no_time_draw_no_spike(plan: Plan) -> None:
+    (moment, after) = next(
+        pair for pair in itertools.pairwise(plan.phases) if pair[0].duration == 0.0
+    )
+    whole, _ = plots.plot_margin(plan)
+    times, margins = whole.lines[0].get_data()
+    there = margins[np.abs(np.asarray(times) - moment.start) < 1e-9]
+    _, standing = margin_line(plan, (moment,))
+    _, flying = margin_line(plan, (after,))
+    assert len(there) and there.max() < 1e3 * standing.min()
+    assert flying.max() < standing.min()
 
 
 def test_a_centre_of_mass_margin_is_drawn_when_given(plan: Plan) -> None:
