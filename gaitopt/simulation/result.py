@@ -26,7 +26,7 @@ class SimulationStatus(TextEnum):
 
 
 LIGHT = (
-    "; no inertia of its motors is known, which slows light joints: load the robot with "
+    "no inertia of its motors is known, which slows light joints: load the robot with "
     "motor_inertia= in kg m^2 (--motor-inertia)"
 )
 """What may help where a joint is too fast, or a foot that stood lost its foothold: feet of light
@@ -183,26 +183,28 @@ class SimulationResult(ByValue):
 
     @property
     def failures(self) -> tuple[str, ...]:
-        """Why it did not pass, in words; empty where :attr:`passed`."""
+        """Why it did not pass, in words, the last with what may help; empty if :attr:`passed`."""
         found = []
         if not self.finished:
             found.append(f"the robot {self.status}")
         never = len(self.never_reached)
         if len(self.missed) > never:
-            left = any(m.reason is MissReason.LEFT for m in self.missed)
-            light = LIGHT if left and not self.known_motors else ""
-            found.append(f"footholds missed: {len(self.missed) - never}{light}")
+            found.append(f"footholds missed: {len(self.missed) - never}")
         if never:
             found.append(f"footholds never reached: {never}")
         if not self.rates_within:
-            light = "" if self.known_motors else LIGHT
             found.append(
                 f"a joint velocity reached {self.rate_use:.1%} of its limit, and the servos' "
-                f"tolerance ends at {1.0 + self.servo_tolerance:.0%}{light}"
+                f"tolerance ends at {1.0 + self.servo_tolerance:.0%}"
             )
-        if found and self.doubts:
-            found[0] += f"; {'; '.join(self.doubts)}"
+        if found:
+            found[-1] = "; ".join([found[-1], *self._light(), *self.doubts])
         return tuple(found)
+
+    def _light(self) -> list[str]:
+        """What may be wrong where joints are too fast or feet leave their places."""
+        left = any(m.reason is MissReason.LEFT for m in self.missed)
+        return [LIGHT] if (left or not self.rates_within) and not self.known_motors else []
 
     @property
     def verdict(self) -> str:
