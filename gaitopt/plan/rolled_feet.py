@@ -58,27 +58,40 @@ def foot_rolling_off(plan: Plan) -> RollingFoot | None:
         plan: over columns.
     """
     radius = plan.footholds.landing_radius
-    if 0.5 * plan.robot.foot_radius * _largest_turn(plan) <= TOLD * radius:
+    if not _may_turn(plan, TOLD * radius / (0.5 * plan.robot.foot_radius)):
         return None
     found = first_rolling_step(plan, TOLD * radius)
     return None if found is None else RollingFoot(*found, radius)
 
 
-def _largest_turn(plan: Plan) -> float:
-    """No foot's link turns by more than this while it stands, or hardly [rad].
+def _may_turn(plan: Plan, most: float) -> bool:
+    """Whether a foot's link may turn by more than ``most`` while it stands [rad].
 
-    It is the sum of the ways of its joints and of the body between phases.
+    No link turns by more than the ways of its joints and of the body in all. Nor by more than
+    their ranges, as long as the joints' axes stay where they are: the integral of an axis ``a``
+    over an angle ``q`` is at most the range of ``q`` times one and half of the way of ``a``, by
+    parts. The angles are those between phases; what they miss there, the path hardly does.
+
+    Args:
+        plan: over columns.
+        most: [rad].
     """
     times = np.array([0.0, *(phase.end for phase in plan.phases)])
-    turns = np.abs(np.diff(plan.path.evaluate(times)[:, 3:], axis=0))
-    largest = 0.0
-    for leg in LEGS:
+    values = plan.path.evaluate(times)[:, 3:]
+    ways = np.cumsum(np.abs(np.diff(values, axis=0, prepend=values[:1])), axis=0)
+    standing = np.array([[leg in phase.support for leg in LEGS] for phase in plan.phases])
+    edges = np.diff(np.pad(standing.astype(np.int8), ((1, 1), (0, 0))), axis=0)
+    for i, leg in enumerate(LEGS):
         columns = [0, 1, 2, *(3 + column for column in plan.robot.leg_columns[leg])]
-        standing = np.array([leg not in phase.flying for phase in plan.phases])
-        total = np.append(0.0, np.cumsum(turns[:, columns].sum(axis=1) * standing))
-        ends = np.flatnonzero(np.diff(np.pad(standing.astype(np.int8), 1)))
-        largest = max(largest, float((total[ends[1::2]] - total[ends[::2]]).max(initial=0.0)))
-    return largest
+        firsts, lasts = np.flatnonzero(edges[:, i] > 0), np.flatnonzero(edges[:, i] < 0)
+        turned = ways[lasts][:, columns] - ways[firsts][:, columns]
+        for stance in np.flatnonzero(turned.sum(axis=1) > most).tolist():
+            angles = values[firsts[stance] : lasts[stance] + 1, columns]
+            # Body and joints before a joint turn its axis.
+            axes = np.append(0.0, np.cumsum(turned[stance])[:-1])
+            if np.ptp(angles, axis=0) @ (1.0 + 0.5 * axes) > most:
+                return True
+    return False
 
 
 def first_rolling_step(plan: Plan, most: float) -> tuple[int, str, float] | None:
