@@ -20,6 +20,8 @@ from gaitopt.stability.zmp import ground_wrench
 STEPS = (1e-5, 1e-4, 1e-3)
 """Steps of the differences of place [m], velocity [m/s] and acceleration [m/s^2], and of angles:
 errors of the derivatives are below a millionth, and Newton's method needs far less."""
+BLOCK = 4096
+"""Most samples of which the reaction is found at once, where one move of the body has fewer."""
 
 
 class Reaction(NamedTuple):
@@ -70,11 +72,17 @@ def linearised(motion: GaitMotion, times: FloatArray, centre: FloatArray) -> Rea
     value = reaction(motion, times, centre)
     count = centre.shape[2]
     slope = np.empty((*value.shape, 3, count))
-    for order, step in enumerate(STEPS):
-        for axis in range(count):
-            moved = centre.copy()
-            moved[:, order, axis] += step
-            slope[:, :, order, axis] = (reaction(motion, times, moved) - value) / step
+    moves = [(order, axis) for order in range(3) for axis in range(count)]
+    # Many short calls of NumPy take longer than few long ones.
+    together = max(1, BLOCK // max(len(times), 1))
+    for first in range(0, len(moves), together):
+        some = moves[first : first + together]
+        moved = np.repeat(centre[None], len(some), axis=0)
+        for one, (order, axis) in zip(moved, some, strict=True):
+            one[:, order, axis] += STEPS[order]
+        found = reaction(motion, np.tile(times, len(some)), moved.reshape(-1, 3, count))
+        for one, (order, axis) in zip(np.split(found, len(some)), some, strict=True):
+            slope[:, :, order, axis] = (one - value) / STEPS[order]
     return Reaction(value, slope)
 
 
