@@ -47,10 +47,13 @@ def whole() -> Plan:
 
 def parts() -> dict[str, float]:
     """Mean processor time of each part of the main job [s]."""
-    spent = dict.fromkeys([*PARTS, "shanks in columns"], 0.0)
+    spent = dict.fromkeys([*PARTS, "limbs in columns"], 0.0)
     homes = [(what, f"planners.phase_by_phase.{where}") for what, where in PARTS.items()]
     kept = []
-    for what, where in [*homes, ("shanks in columns", "planners.crawl:shank_in_column")]:
+    for what, where in [
+        *homes,
+        ("limbs in columns", "planners.phase_by_phase.fitting_height:limb_in_column"),
+    ]:
         module, name = where.split(":")
         home = importlib.import_module(f"gaitopt.{module}")
         function = getattr(home, name)

@@ -11,16 +11,15 @@ from typing import Any
 import numpy as np
 
 from gaitopt.conventions import Progress
-from gaitopt.errors import FootholdsWarning, InputError, warn
+from gaitopt.errors import InputError
 from gaitopt.gait.crawl import FREE_ORDER
 from gaitopt.inputs import as_text
 from gaitopt.plan.plan import Plan
-from gaitopt.plan.rolled_feet import foot_rolling_off
 from gaitopt.plan.settings.crawl import CrawlSettings
 from gaitopt.plan.settings.keywords import chosen_settings, takes_settings
 from gaitopt.plan.settings.time_optimal import RouteSettings
-from gaitopt.plan.shanks import shank_in_column
 from gaitopt.plan.state import State
+from gaitopt.planners.phase_by_phase.beside_columns import warn_beside_columns
 from gaitopt.planners.phase_by_phase.fitting_height import plan_at_fitting_height
 from gaitopt.planners.phase_by_phase.planner import plan_in_order, with_first_posture
 from gaitopt.planners.phase_by_phase.steps import check_walk
@@ -91,7 +90,7 @@ def plan_crawl(
         SolverError: a solution failed the check of its residuals.
 
     Warns:
-        FootholdsWarning: a shank goes into another leg's column, or legs touch at every body height
+        FootholdsWarning: a limb or a foot goes into a column, or legs touch at every body height
             that was tried, which the certificate will find; or the ball of a foot rolls nearly as
             far as its column is wide.
     """
@@ -123,13 +122,7 @@ def plan_crawl(
         from gaitopt.entering.walking import plan_from_state, walk_from_near
 
         plan = plan_from_state(robot, footholds, start, chosen, walk_from_near(walk, chosen))
-    if footholds.radius is not None and footholds.ground is None:
-        touching = shank_in_column(plan)
-        if touching is not None:
-            warn(touching.in_words(), FootholdsWarning)
-        rolling = foot_rolling_off(plan)
-        if rolling is not None:
-            warn(rolling.in_words(), FootholdsWarning)
+    warn_beside_columns(plan)
     if end is None:
         return plan
     from gaitopt.entering.ending import ended

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from gaitopt.conventions import Progress
 from gaitopt.errors import FootholdsWarning, GaitoptError, InfeasibleStepError, warn
+from gaitopt.plan.limbs_in_columns import LimbInColumn, limb_in_column
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.settings.crawl import CrawlSettings
 from gaitopt.planners.phase_by_phase.planner import (
@@ -57,7 +58,9 @@ def plan_at_fitting_height(
     """Plan the walk at the first of a few body heights at which it is possible and no legs touch.
 
     Where legs, or a leg and the trunk, touch at all of them, it is the first one at which the walk
-    is possible; likewise where legs are nearly straight at all of them (``planner.BENT``).
+    is possible; likewise where legs are nearly straight at all of them (``planner.BENT``). Limbs
+    keep clear of columns as well; where they do so at no height, it is that at which they go into
+    one least.
     Where forces set targets of the body centre there, higher ones are tried as well,
     as long as the walk gets faster: straighter legs need less torque.
     Where the footholds say how high the body is, there is one height.
@@ -147,7 +150,11 @@ def _at_fitting_height(
     first: InfeasibleStepError | None = None
     touching: Plan | None = None
     straight: Plan | None = None
+    within: _Within | None = None
     for height in _heights(settings.body_height):
+        if within is not None and height < settings.body_height:
+            # Lower bodies have flatter legs.
+            continue
         try:
             plan = plan_in_order(
                 robot, footholds, replace(settings, body_height=height), progress=progress
@@ -156,23 +163,36 @@ def _at_fitting_height(
             first = first or error
         except GaitoptError:
             # At another height than the settings' own, what fails is told for that height.
-            if first is None and touching is None and straight is None:
+            if first is None and touching is None and straight is None and within is None:
                 raise
         else:
             if not may_touch and plan_touches(plan):
                 touching = touching or plan
                 continue
+            limb = limb_in_column(plan)
+            if limb is not None:
+                if within is None or limb.gap > within.limb.gap:
+                    within = _Within(plan, limb)
+                continue
             if has_straight_legs(plan):
                 straight = straight or plan
                 continue
-            higher = [h for h in _heights(settings.body_height) if h > height]
-            return FittingPlan(_fastest_of_higher(plan, settings, sorted(higher), progress))
+            return FittingPlan(_fastest_of_higher(plan, settings, progress))
     if straight is not None:
         return FittingPlan(straight)
+    if within is not None:
+        return FittingPlan(within.plan)
     if touching is not None:
         return FittingPlan(touching, touches=True)
     assert first is not None
     raise first
+
+
+class _Within(NamedTuple):
+    """A plan one of whose limbs is within a column, and this limb."""
+
+    plan: Plan
+    limb: LimbInColumn
 
 
 def plan_touches(plan: Plan) -> bool:
@@ -180,11 +200,10 @@ def plan_touches(plan: Plan) -> bool:
     return path_touches(plan.robot, plan.path.coefficients[-1][:, 6:])
 
 
-def _fastest_of_higher(
-    plan: Plan, settings: CrawlSettings, heights: list[float], progress: Progress | None
-) -> Plan:
-    """The plan, or a faster one at one of ``heights`` [m] above its own, from the lowest on."""
-    for height in heights:
+def _fastest_of_higher(plan: Plan, settings: CrawlSettings, progress: Progress | None) -> Plan:
+    """The plan, or a faster one at one of the heights above its own, from the lowest on."""
+    assert isinstance(plan.settings, CrawlSettings)
+    for height in higher_than(plan.settings.body_height, settings.body_height):
         if not limited_by_any(plan, FORCES_LIMIT):
             break
         try:
@@ -194,7 +213,7 @@ def _fastest_of_higher(
         except GaitoptError:
             # There is a plan already: what is tried beside it may fail for any reason.
             break
-        if other.duration >= plan.duration or plan_touches(other):
+        if other.duration >= plan.duration or plan_touches(other) or limb_in_column(other):
             break
         plan = other
     return plan
@@ -228,6 +247,16 @@ def _tried(settings: CrawlSettings) -> str:
     """The body heights that are tried, in words."""
     heights = sorted(_heights(settings.body_height))
     return f"from {heights[0]:.4g} to {heights[-1]:.4g} m"
+
+
+def higher_than(height: float, own: float) -> list[float]:
+    """The body heights to try above one of them, from the lowest on [m].
+
+    Args:
+        height: this one [m].
+        own: the height in the settings, from which they follow [m].
+    """
+    return sorted(h for h in _heights(own) if h > height)
 
 
 def _heights(first: float) -> Iterator[float]:

@@ -6,6 +6,7 @@ phase by phase ([Wang2020]). What may be chosen beyond the targets of the body c
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
@@ -16,6 +17,7 @@ from gaitopt.errors import GaitoptError, InfeasibleStepError, SolverError
 from gaitopt.gait.crawl import CRAWL_SEQUENCES, FREE_ORDER, WANG_SEQUENCE
 from gaitopt.optimize.route.legs import check_square_legs
 from gaitopt.plan.com_margin import com_margin
+from gaitopt.plan.limbs_in_columns import limb_in_column
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.record import RouteRecord
 from gaitopt.plan.settings.crawl import CrawlSettings
@@ -23,9 +25,11 @@ from gaitopt.plan.settings.keywords import chosen_settings, takes_settings
 from gaitopt.plan.settings.time_optimal import RouteSettings
 from gaitopt.plan.state import State
 from gaitopt.planners.free_order.search import find_order
+from gaitopt.planners.phase_by_phase.beside_columns import warn_beside_columns
 from gaitopt.planners.phase_by_phase.fitting_height import (
     FittingPlan,
     fitting_plan,
+    higher_than,
     plan_touches,
     warn_of_touch,
     with_fitting_height,
@@ -62,9 +66,10 @@ def plan_route(
             20 degrees of them.
         settings: all settings as one object. By default they fit the robot: margins and heights
             are to its size, and of a few body heights the first is taken at which the walk is
-            possible phase by phase. With the timing ``"velocity"`` the body's centre keeps the
-            margin (``com="body"``) unless the true centre of mass would leave the support polygon:
-            then that keeps it (``com="model"``), and the plan's settings say so.
+            possible phase by phase, and limbs are clear of columns. With the timing ``"velocity"``
+            the body's centre keeps the margin (``com="body"``) unless the true centre of mass would
+            leave the support polygon: then that keeps it (``com="model"``), and the plan's settings
+            say so.
         progress: called with (done, in all), from (0, all) on: of steps, which are done window by
             window or all at once; with the sequence ``"free"`` of orders.
         start: the state in which the plan begins, as in :func:`gaitopt.plan_crawl`.
@@ -84,7 +89,8 @@ def plan_route(
         SolverError: standing feet cannot be kept on their footholds between knots.
 
     Warns:
-        FootholdsWarning: legs touch, as they do at every body height that was tried.
+        FootholdsWarning: legs touch, as they do at every body height that was tried; or, over
+            columns, as for :func:`gaitopt.plan_crawl`.
     """
     if end is not None:
         plan = plan_route(robot, footholds, settings, progress=progress, start=start, **options)
@@ -109,9 +115,35 @@ def plan_route(
     own_com = settings is None and options.get("com") is None and chosen.com == "body"
     if own_com and not chosen.free.dynamic and _tips_over(plan):
         # On some robots (hyq) the true centre of mass is too far from the body's centre.
-        plan = _planned(robot, footholds, replace(chosen, com="model"), progress)
+        chosen = replace(chosen, com="model")
+        plan = _planned(robot, footholds, chosen, progress)
+    if open_height:
+        plan = _clear_of_columns(plan, chosen, asked.body_height, progress)
     if fitting is not None and fitting.touches and plan_touches(plan):
         warn_of_touch(plan, asked)
+    warn_beside_columns(plan)
+    return plan
+
+
+def _clear_of_columns(
+    plan: Plan, settings: RouteSettings, own: float, progress: Progress | None
+) -> Plan:
+    """The plan, or one at a greater body height, where only there limbs are clear of columns.
+
+    Args:
+        plan: with these settings.
+        settings: of the walk.
+        own: body height from which those to try follow [m].
+        progress: as for :func:`plan_route`.
+    """
+    if limb_in_column(plan) is None:
+        return plan
+    for height in higher_than(settings.body_height, own):
+        higher = replace(settings, body_height=height)
+        with suppress(GaitoptError):
+            other = _planned(plan.robot, plan.footholds, higher, progress)
+            if limb_in_column(other) is None and not plan_touches(other):
+                return other
     return plan
 
 

@@ -53,7 +53,7 @@ def robot_shapes(robot: Quadruped) -> RobotShapes:
         int(model.frames[model.getFrameId(link, pin.FrameType.BODY)].parentJoint) for link in meshed
     }
     stand_ins = []
-    for joint, name, solid, place in _lines(robot):
+    for joint, name, solid, place in lines_of_limbs(robot):
         if joint not in shaped:
             geometry.addGeometryObject(pin.GeometryObject(name, joint, place, solid))
             stand_ins.append(name)
@@ -76,7 +76,7 @@ def _without_meshes(urdf: str) -> tuple[str, set[str]]:
     return ElementTree.tostring(root, encoding="unicode"), links
 
 
-def _lines(robot: Quadruped) -> list[tuple[int, str, Any, Any]]:
+def lines_of_limbs(robot: Quadruped) -> list[tuple[int, str, Any, Any]]:
     """A box for the body and a line for each part of each leg: joint, name, solid and place."""
     import pinocchio as pin
     from pinocchio import coal
@@ -120,6 +120,16 @@ def collision_geometry(robot: Quadruped) -> Any:
     geometry = pin.buildGeomFromUrdfString(robot.model, text, pin.GeometryType.COLLISION)
     _add_hulls(geometry, robot)
     return geometry
+
+
+def known_shapes(robot: Quadruped) -> list[tuple[int, Any, Any]]:
+    """Joint, coal's solid and place of all shapes of the URDF, and of the hulls that are known."""
+    import pinocchio as pin
+
+    text, _ = _without_meshes(robot.urdf)
+    geometry = pin.buildGeomFromUrdfString(robot.model, text, pin.GeometryType.COLLISION)
+    _add_hulls(geometry, robot)
+    return [(int(s.parentJoint), s.geometry, s.placement) for s in geometry.geometryObjects]
 
 
 def _add_hulls(geometry: Any, robot: Quadruped) -> None:
