@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, NamedTuple
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -80,11 +81,22 @@ class LimbInColumn(NamedTuple):
 def limb_in_column(plan: Plan) -> LimbInColumn | None:
     """The part of a link that is deepest within a column of a plan; ``None`` without one.
 
-    A robot that lies at the begin may touch columns until it has entered the walk.
+    A robot that lies at the begin may touch columns until it has entered the walk. Answers are kept
+    for as long as their plans are.
 
     Args:
         plan: any. Without columns, or where nobody knows where legs end, nothing is found.
     """
+    if plan not in _KNOWN:
+        _KNOWN[plan] = _found(plan)
+    return _KNOWN[plan]
+
+
+_KNOWN: WeakKeyDictionary[Plan, LimbInColumn | None] = WeakKeyDictionary()
+
+
+def _found(plan: Plan) -> LimbInColumn | None:
+    """What :func:`limb_in_column` finds."""
     if not stands_on_columns(plan) or not plan.phases:
         return None
     parts = limb_parts(plan.robot)
@@ -153,10 +165,13 @@ class _Look:
         return cls(plan, parts, Columns.of(plan), column, depth, data)
 
     def lowest(self, times: FloatArray) -> float:
-        """Least height of a part over the highest column at instants [m]."""
+        """Least height of a part over the highest column at instants [m]; infinite where it is much."""
         top = float(self.columns.tops[:, 2].max())
-        bottoms = [_bottoms(part, *own).min() for _, part, *own in self._low(times, np.inf)]
-        return float(min(bottoms, default=np.inf)) - top
+        least = np.inf
+        for _, part, turn, origin in self._low(times, LEVEL_ROOM):
+            points, extra = part.outline
+            least = min(least, float((origin[2] + (points @ turn[2]).min(axis=0)).min()) - extra)
+        return least - top
 
     def _low(
         self, times: FloatArray, room: float

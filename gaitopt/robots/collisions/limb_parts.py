@@ -62,6 +62,12 @@ class Solid(NamedTuple):
         return np.asarray(self.origin + (self.centre + signs * self.half) @ self.turn.T)
 
     @property
+    def outline(self) -> tuple[FloatArray, float]:
+        """Points in the joint's frame ``(n, 3)``: balls of this radius about them hold it [m]."""
+        points, extra = _outline(self.shape)
+        return np.asarray(self.origin + points @ self.turn.T), extra
+
+    @property
     def middle(self) -> FloatArray:
         """Middle of this box, in the joint's frame ``(3,)`` [m]."""
         return np.asarray(self.origin + self.turn @ self.centre)
@@ -141,8 +147,8 @@ def _is_foot(part: Solid, feet: dict[int, FloatArray], radius: float) -> bool:
     """Whether a part lies within a foot, or hardly beyond it."""
     if part.joint not in feet:
         return False
-    points, extra = _outline(part.shape)
-    away = points @ part.turn.T + part.origin - feet[part.joint]
+    points, extra = part.outline
+    away = points - feet[part.joint]
     return bool(np.linalg.norm(away, axis=1).max() + extra <= FOOT * radius)
 
 
