@@ -165,7 +165,7 @@ class _Look:
         return cls(plan, parts, Columns.of(plan), column, depth, data)
 
     def lowest(self, times: FloatArray) -> float:
-        """Least height of a part over the highest column at instants [m]; infinite where it is much."""
+        """Least height of a part over the highest column [m]; infinite where it is much."""
         top = float(self.columns.tops[:, 2].max())
         least = np.inf
         for _, part, turn, origin in self._low(times, LEVEL_ROOM):
