@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from gaitopt.conventions import GRAVITY, LEGS, FloatArray
+from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.dynamics.contacts import ForceLimits
 from gaitopt.errors import InfeasibleStateError, InfeasibleStepError, InputError, SolverError
 from gaitopt.motion.body_and_feet import body_and_feet_path
@@ -16,7 +16,7 @@ from gaitopt.plan.phase import Phase
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.settings.crawl import CrawlSettings
 from gaitopt.retiming.pacing import OtherLimits
-from gaitopt.retiming.retimed import timed
+from gaitopt.retiming.retimed import GENTLE_LIFT, timed
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.footholds import Footholds
 
@@ -26,12 +26,6 @@ FOOT_TOLERANCE = 1e-6
 """Largest distance of a foot from its place between knots [m]."""
 INTERVALS = 24
 """Intervals of a move before it is timed."""
-GENTLE = 0.25 * GRAVITY
-"""Largest vertical acceleration of a body that moves on four feet from rest to rest [m/s^2]: they
-then carry 75 to 125 % of its weight (at the places of the timing's grid, and a little more or less
-between them). Without it robots that rose from a low posture were thrown up
-by their whole torque, and flew: anymal_c, which lies on its belly, reached 145 % of a joint's
-velocity in physics, and with it 44 %."""
 
 
 def moved(
@@ -41,7 +35,7 @@ def moved(
     """The body's way on four feet, from rest to rest, as fast as forces and joints allow.
 
     All base columns go along a straight line; up and down the body is accelerated by no more than
-    :data:`GENTLE`. Nothing moves where both ends are the same: ``None``.
+    :data:`~gaitopt.retiming.retimed.GENTLE_LIFT`. Nothing moves where both ends are the same: ``None``.
 
     Args:
         robot: the robot.
@@ -81,7 +75,7 @@ def moved(
         firsts = Footholds({leg: footholds[leg][:1] for leg in LEGS},
                            normals=_firsts(footholds.normals),
                            friction=_firsts(footholds.friction))  # fmt: skip
-        others = replace(OtherLimits.of_joints(accelerations), lift=GENTLE)
+        others = replace(OtherLimits.of_joints(accelerations), lift=GENTLE_LIFT)
         return timed(Plan(robot, firsts, settings, (phase,), path), limits, others).path
     except (InputError, InfeasibleStepError, SolverError) as error:
         raise InfeasibleStateError(

@@ -107,6 +107,8 @@ def _flying(plan: Plan, columns: Columns) -> list[FootInColumn]:
     shares = np.linspace(0.0, 1.0, SAMPLES)
     starts, ends = (np.array([getattr(s, x) for s in swings]) for x in ("start", "end"))
     times = starts[:, None] + shares * (ends - starts)[:, None]
+    # Rounding may go beyond the end.
+    times = np.minimum(times, plan.duration)
     feet = plan.at(times.ravel()).feet.reshape(len(swings), SAMPLES, len(LEGS), 3)
     legs = np.array([LEGS.index(s.leg) for s in swings])
     own = feet[np.arange(len(swings)), :, legs]

@@ -57,6 +57,8 @@ class OtherLimits:
             takes at least this part of a second. Only waiting, where nothing moves, has no other
             limit.
         lift: vertical acceleration of the base [m/s^2], where forces are promised.
+        gentle: the same where it is to be gentler: until the first and from the second of these
+            times of the plan on [m/s^2, s, s].
     """
 
     acceleration: float = np.inf
@@ -64,6 +66,7 @@ class OtherLimits:
     speed: float = np.inf
     faster: float = 100.0
     lift: float = np.inf
+    gentle: tuple[float, float, float] | None = None
 
     @classmethod
     def of_joints(cls, accelerations: FloatArray) -> OtherLimits:
@@ -75,26 +78,42 @@ class OtherLimits:
         # Joints without a limit get one that none of them ever needs.
         return cls(acceleration=most, scales=most / np.minimum(accelerations, BEYOND * most))
 
+    def lifts(self, times: FloatArray) -> FloatArray:
+        """Limits on the vertical acceleration at times of the plan ``(S,)`` [m/s^2]."""
+        if self.gentle is None:
+            return np.full(len(times), self.lift)
+        most, until, since = self.gentle
+        gentle = (times <= until) | (times >= since)
+        return np.where(gentle, min(most, self.lift), self.lift)
+
     def bounding(
-        self, first: FloatArray, second: FloatArray
+        self, first: FloatArray, second: FloatArray, times: FloatArray
     ) -> tuple[FloatArray, FloatArray, float, FloatArray]:
-        """Whose accelerations are limited: the joints, and the base's height if :attr:`lift` is.
+        """Whose accelerations are limited: the joints, and the base's height if :attr:`lifts` are.
 
         Args:
             first, second: derivatives of the columns of a path by its parameter ``(S, 6 + nj)``.
+            times: of the plan, there ``(S,)`` [s].
 
         Returns:
-            The derivatives ``(S, n)``, the limit of them all, and it over the limit of each.
+            The derivatives ``(S, n)``, the limit of them all, and it over the least limit of each.
         """
         columns = np.arange(BASE_COLUMNS, first.shape[1])
         most = self.acceleration
         scales = np.broadcast_to(np.asarray(self.scales, dtype=np.float64), len(columns))
-        if np.isfinite(self.lift):
-            columns = np.append(columns, HEIGHT)
-            # Joints without a limit get one that none of them ever needs.
-            most, own = (most, 1.0) if np.isfinite(most) else (self.lift, 1.0 / BEYOND)
-            scales = np.append(own * scales, most / self.lift)
-        return first[:, columns] * scales, second[:, columns] * scales, most, scales
+        lifts = self.lifts(times)
+        least = float(lifts.min())
+        if not np.isfinite(least):
+            return first[:, columns] * scales, second[:, columns] * scales, most, scales
+        columns = np.append(columns, HEIGHT)
+        # Joints without a limit get one that none of them ever needs.
+        most, own = (most, 1.0) if np.isfinite(most) else (least, 1.0 / BEYOND)
+        scales = np.append(own * scales, most / least)
+        slopes, bends = first[:, columns] * scales, second[:, columns] * scales
+        # Where the height may change faster it counts less.
+        for each in (slopes, bends):
+            each[:, -1] *= least / lifts
+        return slopes, bends, most, scales
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,7 +184,9 @@ class Pacing:
         squares[ends[~rests]] = 0.0
         even = np.zeros(len(grid.piece), dtype=np.bool_)
         even[grid.first[:-1][rests[0]]] = even[grid.first[1:][rests[1]] - 1] = True
-        slopes, bends, most, scales = others.bounding(first, second)
+        slopes, bends, most, scales = others.bounding(
+            first, second, np.interp(places.s, *course.marks[::-1])
+        )
         timing = TimingLimits(squares, slopes, bends, most, FRICTION_SLACK, scales=scales)
         ground, dynamics = LEVEL_GROUND, None
         if promised is not None:

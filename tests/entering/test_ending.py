@@ -115,3 +115,25 @@ def _joints(plan: Plan, place: np.ndarray, rpy: np.ndarray) -> np.ndarray:
     from gaitopt import joints_from_feet
 
     return joints_from_feet(plan.robot, place, rpy, last_feet(plan))
+
+
+def test_a_plan_that_is_timed_anew_keeps_gentle_moves_before_and_after_its_walk(
+    a1_walk: Plan,
+) -> None:
+    """Feet carry 75 to 125 % of the weight while the body moves on four feet to and from a walk."""
+    robot = a1_walk.robot
+    columns = gaitopt.s_columns(columns=2, robot=robot, height_jitter=0.02)
+    low = 0.8 * robot.standing_height
+    begin, end = (
+        State.standing(robot, np.array([columns[leg][k] for leg in LEGS]), height=low)
+        for k in (0, -1)
+    )
+    plan = plan_crawl(robot, columns, start=begin, end=end)
+    again = gaitopt.retimed(plan)
+    for each in (plan, again):
+        times = np.linspace(0.0, each.duration, 3001)
+        lift = np.abs(each.path.evaluate(times, 2)[:, 2]) / 9.81
+        entry, last = each.phases[each.entry - 1].end, each.phases[-1].start
+        assert 0.2 < lift[times <= entry].max() < 0.28
+        assert 0.2 < lift[times >= last].max() < 0.28
+    assert gaitopt.verify(again, collisions=False).outcome != "violated"
