@@ -35,7 +35,8 @@ def moved(
     """The body's way on four feet, from rest to rest, as fast as forces and joints allow.
 
     All base columns go along a straight line; up and down the body is accelerated by no more than
-    :data:`~gaitopt.retiming.retimed.GENTLE_LIFT`. Nothing moves where both ends are the same: ``None``.
+    :data:`~gaitopt.retiming.retimed.GENTLE_LIFT`. Nothing moves where both ends are the same:
+    ``None``.
 
     Args:
         robot: the robot.
