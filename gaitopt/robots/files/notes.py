@@ -13,6 +13,8 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from xml.etree import ElementTree
 
+import numpy as np
+
 from gaitopt.conventions import LEGS
 from gaitopt.errors import RobotError
 from gaitopt.inputs import as_text
@@ -156,9 +158,14 @@ def _hulls(element: ElementTree.Element, where: str) -> Hulls:
     """The hulls of meshes."""
     out = []
     for hull in element.findall("hull"):
-        values = [_finite(text) for text in (hull.text or "").split()]
-        numbers = tuple(value for value in values if value is not None and abs(value) < FARTHEST)
-        if len(numbers) != len(values) or len(values) % 3 or len(values) < 12:
+        text = hull.text or ""
+        try:
+            # A robot has up to 5000 corners. Python alone reads "1_0" as 10.
+            numbers = () if "_" in text else tuple(map(float, text.split()))
+        except ValueError:
+            numbers = ()
+        near = bool((np.abs(np.array(numbers)) < FARTHEST).all())
+        if not near or len(numbers) % 3 or len(numbers) < 12:
             raise RobotError(f"{where}: a <hull> needs four corners or more, of three numbers each")
         out.append((_text(hull, "link", where), numbers))
     return tuple(out)
