@@ -79,8 +79,9 @@ def _may_turn(plan: Plan, most: float) -> bool:
     times = np.array([0.0, *(phase.end for phase in plan.phases)])
     values = plan.path.evaluate(times)[:, 3:]
     ways = np.cumsum(np.abs(np.diff(values, axis=0, prepend=values[:1])), axis=0)
-    standing = np.array([[leg in phase.support for leg in LEGS] for phase in plan.phases])
-    edges = np.diff(np.pad(standing.astype(np.int8), ((1, 1), (0, 0))), axis=0)
+    standing = np.array([[leg in phase.support for leg in LEGS] for phase in plan.phases], np.int8)
+    standing = standing.reshape(-1, len(LEGS))  # a plan may have no step
+    edges = np.diff(np.pad(standing, ((1, 1), (0, 0))), axis=0)
     for i, leg in enumerate(LEGS):
         columns = [0, 1, 2, *(3 + column for column in plan.robot.leg_columns[leg])]
         firsts, lasts = np.flatnonzero(edges[:, i] > 0), np.flatnonzero(edges[:, i] < 0)

@@ -53,3 +53,20 @@ def test_half_of_the_way_is_the_radius_times_half_of_the_turn_of_the_leg(a1_walk
     assert max(ways) > 5e-3
     assert first_rolling_step(plan, 1.05 * max(ways)) is None
     assert first_rolling_step(plan, 0.9 * max(ways)) is not None
+
+
+def test_feet_that_stand_for_long_are_not_told_because_their_joints_go_to_and_fro(
+    wang: Quadruped, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The walk of the largest margin moves the body far in each stance, and back again; so the
+    ranges of its joints show that no foot rolls far, without a look at thousands of samples."""
+    plan = gaitopt.plan_crawl(wang, gaitopt.s_columns(0, columns=3), objective="margin",
+                              timing="velocity")  # fmt: skip
+    assert first_rolling_step(plan, TOLD * plan.footholds.landing_radius) is None
+    monkeypatch.delattr("gaitopt.plan.rolled_feet.first_rolling_step")
+    assert foot_rolling_off(plan) is None
+
+
+def test_a_robot_that_takes_no_step_rolls_nowhere(wang: Quadruped) -> None:
+    stand = gaitopt.s_columns(0, columns=1)
+    assert foot_rolling_off(gaitopt.plan_crawl(wang, stand, timing="velocity")) is None
