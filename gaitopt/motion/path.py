@@ -17,7 +17,7 @@ from math import perm
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gaitopt.conventions import ByValue, FloatArray, frozen
+from gaitopt.conventions import ByValue, FloatArray, frozen, made
 from gaitopt.errors import InputError
 from gaitopt.inputs import check_array, check_count, check_known, check_number
 
@@ -88,7 +88,7 @@ class MotionPath(ByValue):
         t, y = check_array("times", times), check_array("values", values)
         if t.ndim != 1 or y.ndim != 2 or len(t) != len(y) or not len(t):
             raise InputError(f"a path needs times (K,) and values (K, n), got {t.shape}, {y.shape}")
-        if (np.diff(t) <= 0.0).any():
+        if t[0] != 0.0 or (np.diff(t) <= 0.0).any():
             raise InputError("a path's times must start at 0 and increase")
         if len(t) == 1:
             return cls(t, y[None])
@@ -97,6 +97,10 @@ class MotionPath(ByValue):
         coefficients[1] = y[:-1]
         # What nobody can change need not be copied.
         coefficients.setflags(write=False)
+        # Between two knots no straight line is farther away than at one of them.
+        farthest = max(float(y.max()), -float(y.min())) if y.size else 0.0
+        if farthest < FARTHEST and np.isfinite(coefficients[0]).all() and np.isfinite(t[-1]):
+            return made(cls, times=frozen(t), coefficients=coefficients)
         return cls(t, coefficients)
 
     @property

@@ -13,7 +13,7 @@ from math import hypot
 
 import numpy as np
 
-from gaitopt.conventions import FloatArray
+from gaitopt.conventions import FloatArray, made
 from gaitopt.optimize.cog.half_planes import SIDES
 from gaitopt.optimize.cog.plane_program import Active, solve_in_plane
 from gaitopt.optimize.cog.problem import CogProblem
@@ -96,7 +96,8 @@ def _solution(
     for number, multiplier in active:
         multipliers[names[number]] = multiplier
     distance = hypot(place[0] - start[0], place[1] - start[1])
-    solution = CogSolution(
+    solution = made(
+        CogSolution,
         position=position,
         distance=distance,
         value=distance,

@@ -17,13 +17,13 @@ Problems are only built here; :mod:`gaitopt.optimize.cog.solver` solves them.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gaitopt.conventions import LEGS, FloatArray
+from gaitopt.conventions import LEGS, FloatArray, made
 from gaitopt.errors import InputError
 from gaitopt.inputs import check_choice, check_kind, check_number, check_numbers, check_shape
 from gaitopt.optimize.cog.formulation import (
@@ -76,7 +76,11 @@ class CogProblem:
         """
         parameters, count = self.parameters.copy(), self.formulation.place
         parameters[:count] = (start - self.origin)[:count]
-        return replace(self, parameters=parameters)
+        return made(
+            CogProblem, formulation=self.formulation, parameters=parameters, names=self.names,
+            origin=self.origin, stability_margin=self.stability_margin,
+            reach_fraction=self.reach_fraction,
+        )  # fmt: skip
 
     def constraint_values(self, place: ArrayLike) -> FloatArray:
         """Slack of every constraint ``(m,)`` [m] at a COG position ``(2,)`` [m].

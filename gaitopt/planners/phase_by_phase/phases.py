@@ -6,10 +6,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from types import MappingProxyType
 
 import numpy as np
 
-from gaitopt.conventions import LEGS, OTHER_LEGS, FloatArray, frozen, rotation_z
+from gaitopt.conventions import LEGS, OTHER_LEGS, FloatArray, frozen, made, rotation_z
+from gaitopt.inputs import check_known
 from gaitopt.optimize.cog.solver import CogSolution
 from gaitopt.plan.phase import CogEvidence, Limit, Phase
 from gaitopt.plan.settings.crawl import CrawlSettings
@@ -79,24 +81,37 @@ def step_phases(
         evidence: of the body centre's target at the end of each stance phase ``(S)``, if any.
     """
     to_world = rotation_z(heading).T
-    # Places of phases are parts of these, which nobody can change; so they need not be copied.
-    lifted = list(frozen(steps.feet[np.arange(len(steps.legs)), steps.indices] @ to_world))
-    landed = list(frozen(steps.targets @ to_world))
-    centres_of = list(frozen(centres))
+    # What all phases hold is checked at once. Places of phases are parts of these arrays, which
+    # nobody can change; so they need not be copied.
+    check_known("times and margins of phases", np.concatenate([times, margins]))
+    lifted = list(
+        frozen(
+            check_known("feet", steps.feet[np.arange(len(steps.legs)), steps.indices] @ to_world)
+        )
+    )
+    landed = list(frozen(check_known("footholds", steps.targets @ to_world)))
+    centres_of = list(frozen(check_known("body centres", centres)))
     instants, limits = times.tolist(), limits or [()] * len(margins)
+    support = {leg: tuple(other for other in LEGS if other != leg) for leg in LEGS}
     phases, least = [], margins.tolist()
     for s, leg in enumerate(steps.legs):
         a, b, c = instants[2 * s : 2 * s + 3]
         before, at_lift_off, after = centres_of[2 * s : 2 * s + 3]
         stance, swing = 2 * s, 2 * s + 1
-        support = tuple(other for other in LEGS if other != leg)
         phases.append(
-            Phase("stance", leg, s, a, b - a, before, at_lift_off, LEGS, lifted[s], lifted[s],
-                  least[stance], limits[stance], evidence[s] if evidence else None)
+            made(
+                Phase, kind="stance", leg=leg, step=s, start=a, duration=b - a, cog_start=before,
+                cog_end=at_lift_off, support=LEGS, foot_start=lifted[s], foot_end=lifted[s],
+                margin=least[stance], limited_by=limits[stance],
+                evidence=evidence[s] if evidence else None,
+            )
         )  # fmt: skip
         phases.append(
-            Phase("swing", leg, s, b, c - b, at_lift_off, after, support, lifted[s], landed[s],
-                  least[swing], limits[swing])
+            made(
+                Phase, kind="swing", leg=leg, step=s, start=b, duration=c - b,
+                cog_start=at_lift_off, cog_end=after, support=support[leg], foot_start=lifted[s],
+                foot_end=landed[s], margin=least[swing], limited_by=limits[swing], evidence=None,
+            )
         )  # fmt: skip
     return tuple(phases)
 
@@ -130,11 +145,12 @@ def speed_limits(
     out, names = [], robot.joint_names
     for spans, duration in zip(found, np.diff(times[ends]).tolist(), strict=True):
         limits = [
-            Limit(
-                "speed" if j < 0 else "joint velocity",
-                speed if j < 0 else names[j],
-                sum([b - a for a, b in pieces]) / duration,
-                tuple(pieces),
+            made(
+                Limit,
+                kind="speed" if j < 0 else "joint velocity",
+                name=speed if j < 0 else names[j],
+                value=sum([b - a for a, b in pieces]) / duration,
+                spans=tuple(pieces),
             )
             for j, pieces in spans.items()
         ]
@@ -145,13 +161,14 @@ def speed_limits(
 def _limit_of(constraint: str, multiplier: float) -> Limit:
     """A constraint of the COG problem, such as ``"reach LH"``, as a limit of a phase."""
     kind, name = constraint.split(" ", 1)
-    return Limit(kind, name, multiplier)
+    return made(Limit, kind=kind, name=name, value=multiplier, spans=())
 
 
 def _evidence(settings: CrawlSettings, solution: CogSolution) -> CogEvidence:
     """The residuals of a COG target, as a phase stores them."""
-    return CogEvidence(
-        str(solution.status), settings.objective, solution.multipliers, solution.primal,
-        solution.stationarity, solution.complementarity, solution.error_bound,
-        solution.iterations,
+    return made(
+        CogEvidence, status=str(solution.status), objective=settings.objective,
+        multipliers=MappingProxyType(dict(solution.multipliers)), primal=solution.primal,
+        stationarity=solution.stationarity, complementarity=solution.complementarity,
+        error_bound=solution.error_bound, iterations=solution.iterations,
     )  # fmt: skip

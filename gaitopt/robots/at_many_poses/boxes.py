@@ -15,7 +15,8 @@ class Gaps(NamedTuple):
     """How far ``k`` pairs of shapes are apart at least, at ``N`` poses.
 
     Attributes:
-        balls: between the balls around them at the nearest pose ``(k,)`` [m].
+        balls: between the balls around them at the nearest pose ``(k,)`` [m]; less where it is
+            enough.
         near: numbers of the pairs that were looked at closer ``(n,)``.
         boxes: between the boxes around these at all poses ``(n, N)`` [m].
     """
@@ -100,7 +101,8 @@ class ShapeBoxes:
 
         It is the larger one of two distances: from the box of one shape to the sides of the other
         shape along that box's axes, and the same with the shapes exchanged. Where balls around
-        the shapes are ``enough`` apart, it is their distance. Not a number where an angle is none.
+        the shapes, or around all of their places, are ``enough`` apart, it is a bound on their
+        distance. Not a number where an angle is none.
 
         Args:
             joints: angles in Pinocchio's order ``(N, nj)`` [rad], ``N >= 1``.
@@ -110,19 +112,33 @@ class ShapeBoxes:
         used, numbers = np.unique(pairs, return_inverse=True)
         turns, centres = self._placed(joints, used)
         ends = numbers.reshape(-1, 2).T
-        between = centres[:, ends[1]] - centres[:, ends[0]]
-        radii = np.linalg.norm(self.half, axis=1) + self.rounding
-        least: FloatArray = np.sqrt(np.square(between).sum(axis=0).min(axis=1)) - radii[pairs].sum(
-            axis=1
-        )
+        radii = (np.linalg.norm(self.half, axis=1) + self.rounding)[pairs].sum(axis=1)
+        least = self._swept(centres, ends) - radii
         near = np.flatnonzero(~(least >= enough))
+        between = centres[:, ends[1, near]] - centres[:, ends[0, near]]
+        least[near] = np.sqrt(np.square(between).sum(axis=0).min(axis=1)) - radii[near]
+        closer = ~(least[near] >= enough)
+        near, between = near[closer], between[:, closer]
         (a, b), (first, second) = (turns[:, :, end[near]] for end in ends), pairs[near].T
         # |cosines| of the angles between the axes of the boxes ``(3, 3, k, N)``.
         cosines = np.abs(a[0][:, None] * b[0] + a[1][:, None] * b[1] + a[2][:, None] * b[2])
-        one = self._squares(a, between[:, near], cosines, first, second)
-        two = self._squares(b, between[:, near], cosines.swapaxes(0, 1), second, first)
+        one = self._squares(a, between, cosines, first, second)
+        two = self._squares(b, between, cosines.swapaxes(0, 1), second, first)
         rounding = (self.rounding[first] + self.rounding[second])[:, None]
         return Gaps(least, near, np.sqrt(np.maximum(one, two)) - rounding)
+
+    @staticmethod
+    def _swept(centres: FloatArray, ends: np.ndarray) -> FloatArray:
+        """Distances of the boxes along the axes in which centres are at all poses ``(k,)`` [m].
+
+        Args:
+            centres: ``(3, s, N)`` [m].
+            ends: numbers of the two of each pair ``(2, k)``.
+        """
+        low, high = centres.min(axis=2), centres.max(axis=2)
+        first, second = ends
+        apart = np.maximum(low[:, second] - high[:, first], low[:, first] - high[:, second])
+        return np.asarray(np.sqrt(np.square(np.maximum(apart, 0.0)).sum(axis=0)))
 
     def _squares(
         self, turns: FloatArray, between: FloatArray, cosines: FloatArray,

@@ -6,6 +6,7 @@ Pinocchio takes one pose a call. Some hundreds of poses take a fifth of the time
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -29,6 +30,18 @@ class _Hinge(NamedTuple):
     number: int
     parent: int
     column: int
+    cosine: FloatArray
+    sine: FloatArray
+    constant: FloatArray
+    place: FloatArray
+
+
+class _Hinges(NamedTuple):
+    """Hinges as :class:`_Hinge` has one, with the hinges as last axis."""
+
+    number: np.ndarray
+    parent: np.ndarray
+    column: np.ndarray
     cosine: FloatArray
     sine: FloatArray
     constant: FloatArray
@@ -92,13 +105,30 @@ class Chain:
         rotations[:, :, :2] = np.eye(3)[..., None, None]
         angles = np.ascontiguousarray(joints.T)
         cosines, sines = np.cos(angles), np.sin(angles)
-        for number, parent, column, cosine, sine, constant, place in self.hinges:
+        # Hinges that are as far from the base are turned together, such as those of four hips.
+        for number, parent, column, cosine, sine, constant, place in self._levels:
             own = cosines[column] * cosine[..., None] + sines[column] * sine[..., None]
             own += constant[..., None]
             above = rotations[:, :, parent]
-            rotations[:, :, number] = own if parent == 1 else product(above, own)
-            places[:, number] = places[:, parent] + turned(above, place[:, None])
+            rotations[:, :, number] = own if (parent == 1).all() else product(above, own)
+            places[:, number] = places[:, parent] + turned(above, place[..., None])
         return rotations, places
+
+    @cached_property
+    def _levels(self) -> tuple[_Hinges, ...]:
+        """The hinges by their distance from the base."""
+        depth = {0: 0, 1: 0}
+        levels: dict[int, list[_Hinge]] = {}
+        for hinge in self.hinges:
+            depth[hinge.number] = depth[hinge.parent] + 1
+            levels.setdefault(depth[hinge.number], []).append(hinge)
+        return tuple(
+            _Hinges(
+                *(np.array(numbers) for numbers in list(zip(*level, strict=True))[:3]),
+                *(np.stack(arrays, axis=-1) for arrays in list(zip(*level, strict=True))[3:]),
+            )
+            for level in levels.values()
+        )
 
 
 def product(one: FloatArray, other: FloatArray) -> FloatArray:
