@@ -33,6 +33,10 @@ LIGHT_LOAD = 0.06
 """Share of the weight up to which a foot is light: its leg follows the body, the more the less it
 bears, and does not push the body to its place. Chosen: with 0.06 and 0.1 feet of hyq on slippery
 stairs slide equally far; with 0.2, held up as well, a hind foot of it slid by 31 mm."""
+LARGEST_PROBE = 0.2
+"""Largest step of a leg's joints with which its foot reaches for the ground [rad]. A leg that is
+nearly straight hardly goes deeper, and one Newton step for a depth of centimetres swings its foot
+aside: feet of a Bittle whose knees fold by 17 mm went 20 to 30 mm beside their footholds so."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -288,9 +292,9 @@ class TrackingController:
         # A flying foot follows the body's errors slowly, so that joint velocities stay low.
         slowly = wanted + (self._correction - wanted) * self._swing_decay
         self._correction = np.where(grounded, wanted + self._offset, slowly)
-        # A foot that should stand and does not goes down at once, from where it is.
-        down = self._correction - footing.probe[:, None] * rotation[2]
-        step = (ref.inverse[tick] @ down[:, :, None])[:, :, 0]
+        step = (ref.inverse[tick] @ self._correction[:, :, None])[:, :, 0]
+        if footing.probe.any():
+            step += self._probing(tick, rotation)
         angles = ref.joints[tick].copy()
         angles[self._columns] += step
         return np.asarray(angles)
@@ -313,6 +317,13 @@ class TrackingController:
         away, normals = here - standing, self._normals @ rotation
         away -= (away * normals).sum(axis=1)[:, None] * normals
         return np.asarray(np.minimum(np.maximum(1.0 - load, 0.0), 1.0)[:, None] * away)
+
+    def _probing(self, tick: int, rotation: FloatArray) -> FloatArray:
+        """Steps of the joints ``(4, j)`` [rad] by which feet that should stand go down at once."""
+        down = -self._footing.probe[:, None] * rotation[2]
+        step = (self.reference.inverse[tick] @ down[:, :, None])[:, :, 0]
+        turn = np.sqrt((step * step).sum(axis=1, keepdims=True))
+        return np.asarray(step * (LARGEST_PROBE / np.maximum(turn, LARGEST_PROBE)))
 
 
 def _decay(dt: float, time_constant: float) -> float:

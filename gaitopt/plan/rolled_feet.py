@@ -54,11 +54,13 @@ class RollingFoot(NamedTuple):
 def foot_rolling_off(plan: Plan) -> RollingFoot | None:
     """The first foot that rolls by more than :data:`TOLD` of a column's radius; ``None`` without.
 
+    Feet that are points do not roll.
+
     Args:
         plan: over columns.
     """
-    radius = plan.footholds.landing_radius
-    if not _may_turn(plan, TOLD * radius / (0.5 * plan.robot.foot_radius)):
+    radius, ball = plan.footholds.landing_radius, plan.robot.foot_radius
+    if not (ball > 0.0 and _may_turn(plan, TOLD * radius / (0.5 * ball))):
         return None
     found = first_rolling_step(plan, TOLD * radius)
     return None if found is None else RollingFoot(*found, radius)

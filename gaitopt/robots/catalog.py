@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import unicodedata
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from difflib import get_close_matches
@@ -47,6 +48,9 @@ ROBOT_FILES: Final = (".urdf", ".xacro", ".xml", ".mjcf")
 """How the names of robot files end."""
 MOST_FILES: Final = 1000
 """Most files of a folder among which one with a similar name is looked for."""
+
+LOOK_ALIKE: Final = str.maketrans("oil", "011")
+"""Letters that can be taken for digits."""
 
 OWN_NAMES: Final = (*OWN_ROBOTS, *VARIANTS)
 """Names of all robots that come with gaitopt."""
@@ -177,8 +181,19 @@ def _read(source: StrPath, options: ReadOptions) -> tuple[str, str, Notes]:
     return _own_name(name, urdf, path.name), urdf, notes
 
 
+def taken_for(name: str) -> str | None:
+    """The known name that a name is, or that it can be taken for: ``"Go-2 "`` for ``"go2"``."""
+    return {_letters(known): known for known in robot_names()}.get(_letters(name))
+
+
+def _letters(name: str) -> str:
+    """Letters and digits of a name, as small ones; O counts as zero, I and L as one."""
+    plain = unicodedata.normalize("NFKC", name).casefold().translate(LOOK_ALIKE)
+    return "".join(letter for letter in plain if letter.isalnum())
+
+
 def _own_name(name: str, urdf: str, origin: str) -> str:
-    """The name of a user's robot; with where it is from, if it is that of another, known robot.
+    """The name of a user's robot; with where it is from, if it can be taken for a known robot's.
 
     A plan of a robot with a known name is judged by the known robot.
 
@@ -188,8 +203,8 @@ def _own_name(name: str, urdf: str, origin: str) -> str:
         origin: name of its file.
     """
     plain = name or ElementTree.fromstring(urdf).get("name", "")
-    known = plain.strip().lower()
-    if known not in robot_names():
+    known = taken_for(plain)
+    if known is None:
         return name
     try:
         same = known_urdf(known) == urdf

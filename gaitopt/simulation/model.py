@@ -22,6 +22,7 @@ from gaitopt.robots.files.mjcf.bare_urdf import bare_urdf
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.rotations import quaternion_to_matrix
 from gaitopt.simulation.ground import add_ground
+from gaitopt.simulation.inertias import keep_inertias
 from gaitopt.simulation.obstacles import add_obstacles
 from gaitopt.simulation.settings import SimulationSettings
 from gaitopt.simulation.shapes import FOOT, add_shapes, has_own_feet
@@ -125,6 +126,8 @@ def build_sim_model(
     except (ValueError, mujoco.FatalError) as error:
         raise RobotError(f"{robot.name}: MuJoCo cannot simulate this URDF: {error}") from error
     found = _mapped(mujoco, model, robot, columns)
+    joints = np.array([model.joint(name).id for name in robot.joint_names])
+    keep_inertias(mujoco, model, robot, found.base, joints)
     _scale_masses(mujoco, found, settings)
     return found
 

@@ -94,7 +94,8 @@ class SimulationSettings:
             their load get shorter ones, too (:data:`LEAST_STEPS`).
         control_every: steps of this length between two calls of the controller. The servos run at
             every step of the physics. Small robots are controlled about every
-            :data:`SMALL_CONTROL_INTERVAL` (in whole steps), or sooner.
+            :data:`SMALL_CONTROL_INTERVAL` (in whole steps), or sooner, and robots whose body would
+            shake sooner, too (:mod:`gaitopt.simulation.body_loop`).
         friction: coefficient between feet and ground. On footholds with less friction than the
             plan's limits it is less in proportion.
         sensing_delay: age of the measurements that the controller gets of body, joints and

@@ -22,6 +22,7 @@ from gaitopt.conventions import GRAVITY
 from gaitopt.inputs import check_kind
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.settings.over_obstacle import StrideSettings
+from gaitopt.simulation.body_loop import called_in_time
 from gaitopt.simulation.grip import Grip
 from gaitopt.simulation.light_feet import time_to_give_way
 from gaitopt.simulation.model import (
@@ -78,6 +79,7 @@ def simulate(
     physics = physics.for_feet(time_to_give_way(plan.robot))
     if plan.footholds.ground is not None:
         physics = physics.on_height_map()
+    physics = called_in_time(physics, plan.robot, gains)
     asked = plan.settings
     obstacles = asked.obstacles if isinstance(asked, StrideSettings) else ()
     sim = build_sim_model(plan.robot, plan.footholds, gains, physics, obstacles)

@@ -23,6 +23,12 @@ _TRIES = 1000
 there is too little space for all columns, some overlap in the end."""
 
 
+ROLLS = 0.6
+"""Least diameter of columns as a share of the radius of the feet on them. Balls roll as their legs
+turn. Locked wheels with radii of 71 to 127 mm roll by up to 0.2 of that to either side, on columns
+with diameters of 0.26 to 0.42 of it to scale. Chosen: they then roll by two thirds of the column's
+radius."""
+
 LONGEST = 1e6
 """Largest length that is believed [m]: more is a mistake in the unit."""
 
@@ -63,7 +69,8 @@ def s_columns(
         height_jitter: columns' tops differ by up to this much up or down [m]; the paper's are
             level.
         body_length, body_width: distances between the nominal feet [m]; 0.40 and 0.30 by default.
-        diameter: of the columns [m]; 0.04 to scale by default.
+        diameter: of the columns [m]; by default 0.04 to scale, or :data:`ROLLS` times the radius of
+            the robot's feet, where these are so large.
 
     Raises:
         InputError: a parameter is out of its range; the message names it.
@@ -106,15 +113,16 @@ def _lengths(robot: Quadruped | None) -> tuple[float, dict[str, float]]:
 
     The lengths for wang2020 are those of [Wang2020], or chosen (see :func:`s_columns`).
     """
-    scale, (length, width) = 1.0, (0.40, 0.30)
+    scale, (length, width), ball = 1.0, (0.40, 0.30), 0.0
     if robot is not None:
+        ball = robot.foot_radius
         reach = float(np.mean([leg.reach for leg in robot.legs.values()]))
         scale, (length, width) = round(reach / PAPER_REACH, 6), robot.stance_size
     straight = robot is not None and not all(leg.has_roll for leg in robot.legs.values())
     return scale, {
         "amplitude": 0.0 if straight else 0.10 * scale, "wavelength": 1.5 * scale,
         "jitter": 0.02 * scale, "body_length": length, "body_width": width,
-        "diameter": 0.04 * scale,
+        "diameter": max(0.04 * scale, ROLLS * ball),
     }  # fmt: skip
 
 

@@ -10,7 +10,7 @@ import pytest
 
 import gaitopt
 from gaitopt import LEGS, Plan
-from gaitopt.control.tracking import RobotState, TrackingController
+from gaitopt.control.tracking import LARGEST_PROBE, RobotState, TrackingController
 
 
 def perfect(plan: Plan, time: float) -> RobotState:
@@ -148,3 +148,20 @@ def test_the_controller_needs_no_mujoco() -> None:
         "assert c.torque.shape == (12,) and sys.modules['mujoco'] is None\n"
     )
     subprocess.run([sys.executable, "-c", code], check=True, timeout=600)
+
+
+def test_a_foot_without_ground_reaches_down_by_a_bounded_turn_of_its_leg(
+    short_plan: Plan, controller: TrackingController
+) -> None:
+    state = perfect(short_plan, 0.0)
+    touching = controller.command(-1.0, state)
+    leg = list(short_plan.robot.leg_columns["LF"])
+    turns = []
+    for depth in (0.0, 0.002, 1.0):
+        controller.reset()
+        controller._footing.probe = np.array([depth, 0.0, 0.0, 0.0])
+        asked = controller.command(-1.0, state).angles - touching.angles
+        np.testing.assert_allclose(np.delete(asked, leg), 0.0, atol=1e-9)
+        turns.append(float(np.linalg.norm(asked[leg])))
+    assert turns[0] == pytest.approx(0.0, abs=1e-9)
+    assert 0.0 < turns[1] < turns[2] == pytest.approx(LARGEST_PROBE, rel=1e-6)

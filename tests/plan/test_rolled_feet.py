@@ -6,6 +6,7 @@ import warnings
 
 import numpy as np
 import pytest
+from robot_loading import quiet
 
 import gaitopt
 from gaitopt import FootholdsWarning, Plan, Quadruped
@@ -70,3 +71,9 @@ def test_feet_that_stand_for_long_are_not_told_because_their_joints_go_to_and_fr
 def test_a_robot_that_takes_no_step_rolls_nowhere(wang: Quadruped) -> None:
     stand = gaitopt.s_columns(0, columns=1)
     assert foot_rolling_off(gaitopt.plan_crawl(wang, stand, timing="velocity")) is None
+
+
+def test_feet_that_are_points_do_not_roll() -> None:
+    points = quiet("a1", foot_radius=0.0)
+    assert points.foot_radius == 0.0
+    assert foot_rolling_off(walk(points, 0.2)) is None

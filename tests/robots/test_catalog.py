@@ -76,6 +76,10 @@ def test_another_robot_with_a_known_name_is_told_apart(tmp_path: Path) -> None:
     refuse_other_robot(robot)
     (tmp_path / "a1.urdf").write_text(other)
     assert load_robot(tmp_path / "a1.urdf").name == "a1 (a1.urdf)"
+    # The certificate takes such a name for the known one, too.
+    (tmp_path / "go1_.urdf").write_text(other)
+    found = load_robot(tmp_path / "go1_.urdf")
+    assert found.name == "go1_ (go1_.urdf)" and not refuse_other_robot(found)
 
 
 def test_path_need_not_end_in_urdf(tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ from scipy.spatial.distance import pdist
 
 from gaitopt.conventions import LEGS
 from gaitopt.errors import InputError
+from gaitopt.robots.catalog import load_robot
 from gaitopt.robots.numbering import NUMBERINGS
 from gaitopt.terrain.columns import s_columns
 
@@ -177,3 +178,10 @@ def test_bad_seed_is_named(bad: Any) -> None:
     with pytest.raises(InputError) as caught:
         s_columns(seed=bad)
     assert str(caught.value) == f"seed must be a whole number from 0 to {2**63 - 1}, got {bad!r}"
+
+
+def test_columns_are_wide_enough_for_balls_as_large_as_wheels() -> None:
+    usual, wheels = load_robot("go2"), load_robot("go2", foot_radius=0.086)
+    assert s_columns(robot=usual).landing_radius == pytest.approx(0.02 * 0.3894 / 0.57, rel=0.02)
+    assert s_columns(robot=wheels).landing_radius == pytest.approx(0.3 * 0.086)
+    assert s_columns(robot=wheels, diameter=0.02).landing_radius == pytest.approx(0.01)

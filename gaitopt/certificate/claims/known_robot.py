@@ -7,7 +7,6 @@ file of that name: its lengths, masses, collision shapes, and limits, none of wh
 
 from __future__ import annotations
 
-import unicodedata
 import warnings
 from typing import Any
 from xml.etree import ElementTree
@@ -16,15 +15,12 @@ import numpy as np
 
 from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.errors import MissingPackageError, RobotError, RobotWarning
-from gaitopt.robots.catalog import OWN_NAMES, known_urdf, load_robot, robot_names
+from gaitopt.robots.catalog import OWN_NAMES, known_urdf, load_robot, taken_for
 from gaitopt.robots.files.notes import TAG
 from gaitopt.robots.quadruped import Quadruped
 
 ROUNDING = 1e-9
 """Differences of lengths [m], and of masses and limits as shares of them, that are rounding."""
-
-LOOK_ALIKE = str.maketrans("oil", "011")
-"""Letters that can be taken for digits."""
 
 
 def refuse_other_robot(robot: Quadruped) -> bool:
@@ -39,7 +35,7 @@ def refuse_other_robot(robot: Quadruped) -> bool:
     Raises:
         RobotError: it differs; the message says in what.
     """
-    name = _known_name(robot.name)
+    name = taken_for(robot.name)
     if name is None:
         return False
     try:
@@ -54,18 +50,6 @@ def refuse_other_robot(robot: Quadruped) -> bool:
         refuse_other_text(robot, known)
     refuse_stronger(robot, known)
     return True
-
-
-def _known_name(name: str) -> str | None:
-    """The known name that a name is, or that it can be taken for: ``"Go-2 "`` for ``"go2"``."""
-    names = {_letters(known): known for known in robot_names()}
-    return names.get(_letters(name))
-
-
-def _letters(name: str) -> str:
-    """Letters and digits of a name, as small ones; O counts as zero, I and L as one."""
-    plain = unicodedata.normalize("NFKC", name).casefold().translate(LOOK_ALIKE)
-    return "".join(letter for letter in plain if letter.isalnum())
 
 
 def refuse_other_text(robot: Quadruped, known: Quadruped) -> None:
