@@ -83,7 +83,6 @@ if TYPE_CHECKING:
     from gaitopt.plan.com_margin import com_margin as com_margin
     from gaitopt.plan.contact_forces import contact_forces as contact_forces
     from gaitopt.plan.phase import Phase as Phase
-    from gaitopt.plan.phase import Swing as Swing
     from gaitopt.plan.plan import Plan as Plan
     from gaitopt.plan.plan_file import load_plan as load_plan
     from gaitopt.plan.record import CrawlRecord as CrawlRecord
@@ -98,6 +97,7 @@ if TYPE_CHECKING:
     from gaitopt.plan.settings.over_obstacle import StrideSettings as StrideSettings
     from gaitopt.plan.settings.time_optimal import RouteSettings as RouteSettings
     from gaitopt.plan.state import State as State
+    from gaitopt.plan.swings import Swing as Swing
     from gaitopt.plan.trajectory import Trajectory as Trajectory
     from gaitopt.planners.by_velocity.planner import plan_gait as plan_gait
     from gaitopt.planners.crawl import plan_crawl as plan_crawl
@@ -211,7 +211,7 @@ _HOMES = {
     "optimize.spline.solver": "solve_spline",
     "plan.com_margin": "com_margin",
     "plan.contact_forces": "contact_forces",
-    "plan.phase": "Phase Swing",
+    "plan.phase": "Phase",
     "plan.plan": "Plan",
     "plan.plan_file": "load_plan",
     "plan.record": "CrawlRecord GaitRecord PlanRecord RouteRecord StrideRecord",
@@ -222,6 +222,7 @@ _HOMES = {
     "plan.settings.over_obstacle": "StrideSettings",
     "plan.settings.time_optimal": "RouteSettings",
     "plan.state": "State",
+    "plan.swings": "Swing",
     "plan.trajectory": "Trajectory",
     "planners.by_velocity.planner": "plan_gait",
     "planners.crawl": "plan_crawl",

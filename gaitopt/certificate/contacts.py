@@ -8,8 +8,9 @@ from gaitopt.certificate.check import JUMP, SHORT, Check, Verdict, column_name, 
 from gaitopt.certificate.trace import Motion
 from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.errors import InputError
-from gaitopt.plan.phase import Phase, Swing
+from gaitopt.plan.phase import Phase
 from gaitopt.plan.plan import Plan
+from gaitopt.plan.swings import Swing
 
 SLIP = 1e-4
 """Most that a standing foot may move [m]. Chosen: planners hold feet to a tenth of it or better

@@ -21,8 +21,8 @@ from gaitopt.errors import InputError, MissingPackageError
 from gaitopt.plan.record import StrideRecord
 
 if TYPE_CHECKING:
-    from gaitopt.plan.phase import Swing
     from gaitopt.plan.plan import Plan
+    from gaitopt.plan.swings import Swing
     from gaitopt.robots.quadruped import Quadruped
     from gaitopt.terrain.obstacles import Obstacle
     from gaitopt.viewing.figures.panels import Panels

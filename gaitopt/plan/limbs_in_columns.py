@@ -111,7 +111,8 @@ def _found(plan: Plan) -> LimbInColumn | None:
 def _few_times(plan: Plan) -> FloatArray:
     """Both ends and the middle of each phase ``(N,)`` [s]."""
     ends = np.array([[p.start, (p.start + p.end) / 2.0, p.end] for p in plan.phases])
-    return np.unique(ends[plan.entry :])
+    # Not by np.unique, which loads masked arrays: a first plan takes as long as its imports.
+    return np.array(sorted(set(ends[plan.entry :].ravel().tolist())))
 
 
 def _times(plan: Plan, step: float) -> FloatArray:

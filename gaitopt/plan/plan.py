@@ -17,10 +17,11 @@ from gaitopt.inputs import check_array, check_count, check_kind, check_number, c
 from gaitopt.motion.path import MotionPath
 from gaitopt.plan.archive import FORMAT, version_of
 from gaitopt.plan.foothold_archive import packed_footholds
-from gaitopt.plan.phase import Phase, Swing, _phase_to_dict, find_swings
+from gaitopt.plan.phase import Phase, _phase_to_dict
 from gaitopt.plan.record import PlanRecord
 from gaitopt.plan.settings.base import PlanSettings
 from gaitopt.plan.state import State
+from gaitopt.plan.swings import Swing, find_swings
 from gaitopt.plan.trajectory import Trajectory, sample_times
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.rotations import rpy_to_matrix

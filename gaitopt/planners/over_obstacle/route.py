@@ -10,7 +10,8 @@ import numpy as np
 from gaitopt.conventions import LEGS, FloatArray, leg_index
 from gaitopt.errors import StrideFault
 from gaitopt.optimize.posture.problem import BodyPose, build_posture_problem
-from gaitopt.optimize.posture.solver import PostureSolution, solve_posture
+from gaitopt.optimize.posture.solution import PostureSolution
+from gaitopt.optimize.posture.solver import solve_posture
 from gaitopt.plan.settings.over_obstacle import StrideSettings
 from gaitopt.planners.over_obstacle.approach import Stand, Way, way_to
 from gaitopt.planners.over_obstacle.layout import Gaps, Layout, footholds, lay_out, stands_over

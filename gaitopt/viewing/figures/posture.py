@@ -20,8 +20,8 @@ import numpy as np
 from gaitopt.conventions import LEGS, FloatArray, rotation_z
 from gaitopt.errors import InputError
 from gaitopt.inputs import check_count, check_kind
-from gaitopt.plan.phase import Swing
 from gaitopt.plan.plan import Plan
+from gaitopt.plan.swings import Swing
 from gaitopt.viewing.colours import LEG_COLOURS
 from gaitopt.viewing.figures.common import (
     INK,

@@ -10,9 +10,9 @@ import numpy as np
 from gaitopt.conventions import LEGS, BoolArray, FloatArray
 from gaitopt.gait.schedule import GaitSchedule
 from gaitopt.inputs import check_count, check_kind
-from gaitopt.plan.phase import Swing
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.settings.by_velocity import GaitSettings
+from gaitopt.plan.swings import Swing
 from gaitopt.robots.rotations import rpy_to_matrix
 from gaitopt.viewing.colours import LEG_COLOURS
 from gaitopt.viewing.figures.common import (

@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 from gaitopt import InputError, load_robot
 from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.optimize.posture.problem import BodyPose, build_posture_problem
+from gaitopt.optimize.posture.solution import PostureSolution
 from gaitopt.optimize.posture.solver import (
     FEASIBILITY,
     OPTIMALITY,
-    PostureSolution,
     leg_gaps,
     posture_cycle,
     solve_posture,
