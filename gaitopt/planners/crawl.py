@@ -24,6 +24,7 @@ from gaitopt.planners.phase_by_phase.fitting_height import plan_at_fitting_heigh
 from gaitopt.planners.phase_by_phase.planner import plan_in_order, with_first_posture
 from gaitopt.planners.phase_by_phase.steps import check_walk
 from gaitopt.planners.phase_by_phase.straight_ahead import in_foot_planes
+from gaitopt.robots.abilities import require_joints_that_feel
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.footholds import Footholds
 
@@ -83,6 +84,8 @@ def plan_crawl(
     Raises:
         InputError: a setting is unknown or out of range, or a foothold lies beside the plane of a
             leg without roll joint.
+        RobotError: contact forces are promised, and the robot's joints rub with more than its
+            weight, or its motors are too heavy to catch it.
         InfeasibleStepError: a step is impossible; tells which constraints are in the way, and what
             margin or reach would do.
         InfeasibleStateError: no plan begins in ``start``, or ends in ``end``; tells which limit is
@@ -109,6 +112,8 @@ def plan_crawl(
     open_swing = settings is None and options.get("swing_height") is None
     chosen = chosen_settings(CrawlSettings, robot, settings, options)
     chosen = chosen.with_order_of(footholds, options.get("sequence") is not None)
+    if chosen.promised_forces is not None:
+        require_joints_that_feel(robot)
     if footholds.postures is not None:
         chosen = with_first_posture(chosen, footholds)
     footholds = in_foot_planes(robot, footholds, chosen.heading)

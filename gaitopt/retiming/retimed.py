@@ -21,7 +21,7 @@ from gaitopt.retiming.paced import PacedCourse
 from gaitopt.retiming.pacing import HEIGHT, OtherLimits
 from gaitopt.retiming.rounds import paced
 from gaitopt.retiming.transfers import rested
-from gaitopt.robots.abilities import has_quick_joints
+from gaitopt.robots.abilities import has_quick_joints, require_joints_that_feel
 
 LOAD_TIME = 0.035
 """Time within which feet take over the weight on static walks along splines of slow joints, where
@@ -74,6 +74,8 @@ def retimed(plan: Plan, forces: ForceLimits | None = None, *, rounding: float = 
         InputError: this is no plan, these are no limits, the robot has no mass, the plan promises a
             jerk limit, which new timings do not keep, it begins in motion, or ``rounding`` is out
             of range.
+        RobotError: the robot's joints rub with more than its
+            weight, or its motors are too heavy to catch it.
         InfeasibleStepError: somewhere along the path there are no forces at any speed; names the
             step, and the limits that are in the way.
         SolverError: feet cannot be kept on their course, or no timing was found that has forces
@@ -110,6 +112,7 @@ def retimed_gently(
     check_number("rounding", rounding, 0.0, 0.5, "")
     check_kind("plan", plan, Plan)
     plan.robot.require_masses()
+    require_joints_that_feel(plan.robot)
     promised = plan.settings.promised_forces if forces is None else forces
     settings = plan.settings.with_forces(ForceLimits() if promised is None else promised)
     if plan.begins_moving:

@@ -8,6 +8,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from gaitopt.conventions import GRAVITY
+from gaitopt.errors import RobotError
 from gaitopt.robots.files.notes import first_of
 from gaitopt.robots.quadruped import Quadruped
 
@@ -36,6 +37,15 @@ LARGEST_FRICTION_SHARE: Final = 0.5
 """Dry friction of a joint from which on it is warned about, as a share of the robot's weight times
 its leg's reach. It is 2.3 for the Bittle of a public set, which falls in physics, and at most 0.05
 for the other robots whose files state one."""
+
+LEAST_CATCH: Final = 2.0
+"""Acceleration of a foot without ground under all the torque of its leg, in multiples of gravity,
+below which a leg with heavy motors does not catch the body that falls. Feet of a public Bittle have
+0.2 by its file; it falls, and also with a third or a sixth of its motors' inertia (0.7 and 1.4).
+With 6.9 it walks, and 40 other robots whose files have armatures have 12 and more."""
+WHOLE_WEIGHT: Final = 1.0
+"""Dry friction of a joint from which on it holds the robot whatever its motors do, as a share of
+the robot's weight times its leg's reach. See :data:`LARGEST_FRICTION_SHARE`."""
 
 
 def has_quick_joints(robot: Quadruped) -> bool:
@@ -106,6 +116,18 @@ def friction_warnings(robot: Quadruped) -> list[str]:
 
     Models have such numbers to keep a simulator's servos quiet.
     """
+    high = _rubbing(robot, LARGEST_FRICTION_SHARE)
+    if not high:
+        return []
+    return [
+        "joints that rub with about the torque of the whole robot's weight at a leg's length "
+        f"[N m]: {first_of(high)}; what moves such joints hardly feels the ground, and physics may "
+        "throw the robot over; correct friction= in <dynamics> (frictionloss= in an MJCF)"
+    ]
+
+
+def _rubbing(robot: Quadruped, share: float) -> list[str]:
+    """Joints that rub with more than a share of the weight at their leg's reach, in words."""
     rubbing: dict[str, float] = {}
     for joint in ElementTree.fromstring(robot.urdf).findall("joint"):
         dynamics = joint.find("dynamics")
@@ -115,14 +137,67 @@ def friction_warnings(robot: Quadruped) -> list[str]:
     for leg in robot.legs.values():
         weight = robot.mass * GRAVITY * leg.reach
         high += [f"{joint} {rubbing[joint]:.3g} of {weight:.3g}" for joint in leg.joints
-                 if rubbing.get(joint, 0.0) > LARGEST_FRICTION_SHARE * weight > 0.0]  # fmt: skip
-    if not high:
-        return []
-    return [
-        "joints that rub with about the torque of the whole robot's weight at a leg's length "
-        f"[N m]: {first_of(high)}; what moves such joints hardly feels the ground, and physics may "
-        "throw the robot over; correct friction= in <dynamics> (frictionloss= in an MJCF)"
-    ]
+                 if rubbing.get(joint, 0.0) > share * weight > 0.0]  # fmt: skip
+    return high
+
+
+def require_joints_that_feel(robot: Quadruped) -> None:
+    """Refuse a robot whose joints cannot make the contact forces that a plan promises.
+
+    Its file may be right: servos with large gears walk by the places of their feet. Forces at these
+    feet do not follow the torques of their joints, though, and in physics such robots fell.
+
+    Raises:
+        RobotError: joints rub with more than the robot's weight at a leg's length, or motors are so
+            heavy that a foot without ground falls more slowly than the body. The message has the
+            joints, the numbers and the way out.
+    """
+    otherwise = "or plan with timing='velocity', which promises no forces"
+    rubbing = _rubbing(robot, WHOLE_WEIGHT)
+    if rubbing:
+        raise RobotError(
+            f"{robot.name}: no contact forces can be planned: joints rub with more than the torque "
+            f"of the whole robot's weight at a leg's length [N m]: {first_of(rubbing)}; correct "
+            f"friction= in <dynamics> (frictionloss= in an MJCF), {otherwise}"
+        )
+    if not inertia_warnings(robot):
+        return
+    slowest = min(_catches(robot), key=lambda found: found[1])
+    if slowest[1] < LEAST_CATCH:
+        raise RobotError(
+            f"{robot.name}: no contact forces can be planned: the motors of leg {slowest[0]} are "
+            f"so heavy that all their torque moves its foot down at {slowest[1]:.2g} times gravity "
+            f"({LEAST_CATCH:g} are needed to catch the body); if the file's armature or torque "
+            "limits are wrong, give motor_inertia= in kg m^2 or effort_limits= in N m, "
+            f"{otherwise}"
+        )
+
+
+def _catches(robot: Quadruped) -> list[tuple[str, float]]:
+    """Downward acceleration of each foot under all torques of its leg, in multiples of gravity.
+
+    The robot stands, and the body does not move.
+    """
+    import pinocchio as pin
+
+    model, found = robot.model, []
+    data, q = model.createData(), pin.neutral(model)
+    q[7:] = robot.standing_joints()
+    inertia = np.triu(pin.crba(model, data, q))  # with the model's armature
+    inertia += np.triu(inertia, 1).T
+    pin.computeJointJacobians(model, data, q)
+    pin.updateFramePlacements(model, data)
+    for name, leg in robot.legs.items():
+        columns = np.array(robot.leg_columns[name])
+        frame = model.getFrameId(leg.foot)
+        jacobian = pin.getFrameJacobian(model, data, frame, pin.LOCAL_WORLD_ALIGNED)
+        up = robot.body_axes[:, 2] @ jacobian[:3, 6 + columns]
+        ease = np.abs(np.linalg.solve(inertia[np.ix_(6 + columns, 6 + columns)], up))
+        # A joint without a limit moves as fast as it likes, if it moves the foot at all.
+        moving = ease > 0.0
+        torques = robot.effort_limits[columns][moving]
+        found.append((name, float(ease[moving] @ torques) / GRAVITY))
+    return found
 
 
 def strength_warnings(robot: Quadruped) -> list[str]:

@@ -28,6 +28,7 @@ from gaitopt.planners.by_velocity.attempt import attempt
 from gaitopt.planners.by_velocity.limits import explain
 from gaitopt.planners.by_velocity.motion import GaitMotion
 from gaitopt.planners.by_velocity.phases import gait_phases, smallest_zmp_margin
+from gaitopt.robots.abilities import require_joints_that_feel
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.swing.catalogue import SWING_CURVES, swing_curve
 from gaitopt.terrain.footholds import Footholds
@@ -92,6 +93,8 @@ def plan_gait(
     Raises:
         InputError: a setting is unknown or out of range, neither distance nor duration is given,
             or with ``timing="forces"`` the body may not sway, or a leg has no roll joint.
+        RobotError: contact forces are promised, and the robot's joints rub with more than its
+            weight, or its motors are too heavy to catch it.
         InfeasibleSpeedError: a joint, a leg's reach or contact forces do not allow the velocity;
             names the fastest one that is possible.
         InfeasibleStateError: no plan begins in ``start``, or ends in ``end``; tells which limit is
@@ -146,6 +149,7 @@ def _check_forces(robot: Quadruped, settings: GaitSettings) -> None:
             mass.
     """
     robot.require_masses()
+    require_joints_that_feel(robot)
     if not settings.sway:
         why = "the body has to leave its straight way for them, and sway=False forbids it"
     elif (ahead := why_not_ahead(robot, settings)) is not None:

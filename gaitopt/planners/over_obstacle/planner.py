@@ -30,6 +30,7 @@ from gaitopt.planners.over_obstacle.approach import Stand, check_stand
 from gaitopt.planners.over_obstacle.attempt import attempt
 from gaitopt.planners.over_obstacle.clearance import Surroundings
 from gaitopt.planners.over_obstacle.failure import infeasible
+from gaitopt.robots.abilities import require_joints_that_feel
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.footholds import Footholds
 from gaitopt.terrain.obstacles import Obstacle
@@ -100,6 +101,8 @@ def plan_stride(
     Raises:
         InputError: a setting is unknown or out of range, a joint has no velocity limit, or with
             ``timing="forces"`` the robot has no mass or a jerk limit is given.
+        RobotError: contact forces are promised, and the robot's joints rub with more than its
+            weight, or its motors are too heavy to catch it.
         InfeasibleStepError: no such walk was found; names the largest obstacle that is possible.
         InfeasibleStateError: no plan begins in ``start``, or ends in ``end``; tells which limit is
             in the way.
@@ -215,6 +218,7 @@ def _check_forces(robot: Quadruped, settings: StrideSettings) -> None:
         InputError: the robot has no mass, or a jerk limit is given.
     """
     robot.require_masses()
+    require_joints_that_feel(robot)
     if settings.jerk_limit is not None:
         raise InputError(
             "a jerk limit is not kept where contact forces set the timing: leave jerk_limit out, "
