@@ -109,10 +109,10 @@ def _found(plan: Plan) -> LimbInColumn | None:
 
 
 def _few_times(plan: Plan) -> FloatArray:
-    """Both ends and the middle of each phase ``(N,)`` [s]."""
+    """Both ends and the middle of each phase after the entry, and the plan's end ``(N,)`` [s]."""
     ends = np.array([[p.start, (p.start + p.end) / 2.0, p.end] for p in plan.phases])
     # Not by np.unique, which loads masked arrays: a first plan takes as long as its imports.
-    return np.array(sorted(set(ends[plan.entry :].ravel().tolist())))
+    return np.array(sorted({plan.path.duration, *ends[plan.entry :].ravel().tolist()}))
 
 
 def _times(plan: Plan, step: float) -> FloatArray:

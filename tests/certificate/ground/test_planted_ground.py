@@ -305,8 +305,8 @@ def test_a_shank_that_hits_a_column(wang: Quadruped) -> None:
     assert "LF" in found.where
 
 
-def test_a_column_in_the_way_of_a_shank_is_found_after_planning_only(wang: Quadruped) -> None:
-    """``plan_crawl`` takes footholds as they are; limbs over columns are the certificate's matter.
+def test_a_walk_goes_clear_of_a_column_in_the_way_of_a_shank(wang: Quadruped) -> None:
+    """Where the body height is given nothing else can be tried: it is told, and it is violated.
 
     LH ends on a column where LF's shank stands before.
     """
@@ -315,11 +315,17 @@ def test_a_column_in_the_way_of_a_shank_is_found_after_planning_only(wang: Quadr
     at, _ = shank_at(plan, plan.swings[3].start)
     points = {leg: p.copy() for leg, p in columns.points.items()}
     points["LH"][2] = at.translation
-    through = gaitopt.plan_crawl(wang, columns.with_(points=points), timing="velocity")
+    moved = columns.with_(points=points)
+    height = plan.settings.body_height
+    with pytest.warns(gaitopt.FootholdsWarning, match="the shank of LF goes .* into a column of LH"):
+        through = gaitopt.plan_crawl(wang, moved, timing="velocity", body_height=height)
     found = judged(through)
     assert found[FEET].status == "ok"
     assert found[LIMBS].status == "violated" and "LF_SHANK" in found[LIMBS].where
     assert found[LIMBS].worst < -0.01
+    clear = gaitopt.plan_crawl(wang, moved, timing="velocity")
+    assert clear.settings.body_height > height
+    assert judged(clear)[LIMBS].status == "ok"
 
 
 def test_of_feet_without_a_radius_nobody_knows_where_legs_end(wang: Quadruped) -> None:
