@@ -317,9 +317,7 @@ def test_a_walk_goes_clear_of_a_column_in_the_way_of_a_shank(wang: Quadruped) ->
     points["LH"][2] = at.translation
     moved = columns.with_(points=points)
     height = plan.settings.body_height
-    with pytest.warns(
-        gaitopt.FootholdsWarning, match="shank of LF goes .* into a column of LH"
-    ):
+    with pytest.warns(gaitopt.FootholdsWarning, match="shank of LF goes .* into a column of LH"):
         through = gaitopt.plan_crawl(wang, moved, timing="velocity", body_height=height)
     found = judged(through)
     assert found[FEET].status == "ok"
