@@ -17,6 +17,7 @@ from gaitopt.optimize.body_path import (
     DiscRows,
     LineRows,
 )
+from gaitopt.optimize.paced_path import PacedPathProblem
 from gaitopt.optimize.route.legs import FOOT
 from gaitopt.planners.time_optimal.continuous.refusal import refused
 from gaitopt.planners.time_optimal.smooth.build import FORCE_ZMP_SHARE, start_margin
@@ -24,7 +25,7 @@ from gaitopt.planners.time_optimal.smooth.motion import SAMPLES, SplineMotion
 from gaitopt.planners.time_optimal.support import support_on_spans
 from gaitopt.planners.time_optimal.walk import Route
 
-ROUNDS = 3
+ROUNDS = 2
 """Rounds in which the body's path is found. In each the centre of mass and the ZMP of all links are
 measured anew, along the path of the round before."""
 MOST_ROUNDS = 8
@@ -48,7 +49,7 @@ class BalancedMotion(NamedTuple):
     """
 
     motion: SplineMotion
-    solutions: tuple[Solution[BodyPathProblem], ...]
+    solutions: tuple[Solution[BodyPathProblem] | Solution[PacedPathProblem], ...]
 
 
 def balanced(route: Route, motion: SplineMotion) -> BalancedMotion:
@@ -76,8 +77,8 @@ def balanced(route: Route, motion: SplineMotion) -> BalancedMotion:
         poses = motion.poses.copy()
         poses[:, :2] = problem.points(solutions[-1].x)
         motion = replace(motion, poses=poses)
-        _check_reach(route, motion)
-        missing = _missing_margins(route, motion)
+        check_reach(route, motion)
+        missing = missing_margins(route, motion)
         if n >= ROUNDS - 1 and not missing.any():
             return BalancedMotion(motion, tuple(solutions))
         stricter += OVERCORRECTION * missing
@@ -86,7 +87,7 @@ def balanced(route: Route, motion: SplineMotion) -> BalancedMotion:
     raise refused(route, motion, int(missing.argmax()), what)
 
 
-def _check_reach(route: Route, motion: SplineMotion) -> None:
+def check_reach(route: Route, motion: SplineMotion) -> None:
     """Refuse a motion with a foot that is out of reach.
 
     Raises:
@@ -98,12 +99,12 @@ def _check_reach(route: Route, motion: SplineMotion) -> None:
         raise refused(route, motion, int(span[np.argmin(reached)]), "a foot would be out of reach")
 
 
-def _promised(route: Route, motion: SplineMotion) -> SplineMotion:
+def promised_centre(route: Route, motion: SplineMotion) -> SplineMotion:
     """The motion with the centre that promises its static margin: the true one, or the body's."""
     return replace(motion, whole_body=route.settings.true_com)
 
 
-def _missing_margins(route: Route, motion: SplineMotion) -> FloatArray:
+def missing_margins(route: Route, motion: SplineMotion) -> FloatArray:
     """How much of the margin that a static walk promises is missing on each span ``(K,)`` [m]."""
     settings, count = route.settings, len(motion.spans)
     if not settings.static:
@@ -112,7 +113,7 @@ def _missing_margins(route: Route, motion: SplineMotion) -> FloatArray:
     first = np.arange(count) < motion.knots.phase_ends[1]
     wanted = np.where(first, 0.0, settings.stability_margin)
     wanted += MARGIN_KEPT * settings.margin_reserve
-    return np.maximum(wanted - _promised(route, motion).margins(dynamic=False), 0.0)
+    return np.maximum(wanted - promised_centre(route, motion).margins(dynamic=False), 0.0)
 
 
 def build_body_path(
@@ -135,7 +136,7 @@ def build_body_path(
     return BodyPathProblem(
         start=poses[0, :2], spans=spans, pendulum=heights / GRAVITY,
         lines=_balance_lines(route, motion, heights / GRAVITY, stricter, measured),
-        discs=_reach_discs(route, motion),
+        discs=reach_discs(route, motion),
         unit=route.settings.stability_margin,
     )  # fmt: skip
 
@@ -151,7 +152,7 @@ def _balance_lines(
     places = (square * t + linear) * t + fixed
     zmp_weights = places - 2.0 * pendulum[:, None, None] * square
     points = neighbours(motion.poses[:, :2])
-    margin, centre = settings.stability_margin, _promised(route, motion).centres_of_mass()
+    margin, centre = settings.stability_margin, promised_centre(route, motion).centres_of_mass()
     standing = np.einsum("mi,i->m", sides.normal, centre[0, 0]) - sides.offset
     in_first = sides.knot < knots.phase_ends[1]
     of_centre = centre - places @ points
@@ -174,7 +175,7 @@ def _balance_lines(
     return LineRows(*(column[order] for column in columns))
 
 
-def _reach_discs(route: Route, motion: SplineMotion) -> DiscRows:
+def reach_discs(route: Route, motion: SplineMotion) -> DiscRows:
     """Discs about every foot, less where the hip is, in which the leg reaches the foot.
 
     The body is level. A foot at ``(x, y, z)`` from the hip is within reach ``r`` of the pitch axis,

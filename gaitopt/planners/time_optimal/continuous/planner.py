@@ -14,7 +14,8 @@ from gaitopt.plan.plan import Plan
 from gaitopt.plan.record import RouteRecord
 from gaitopt.planners.time_optimal.build import with_reach_limits
 from gaitopt.planners.time_optimal.collision import ACCEPTED_SHARE, LEAST_DISTANCE
-from gaitopt.planners.time_optimal.continuous.body import BalancedMotion, balanced
+from gaitopt.planners.time_optimal.continuous.body import BalancedMotion, balanced, missing_margins
+from gaitopt.planners.time_optimal.continuous.paced import ROUNDS, faster
 from gaitopt.planners.time_optimal.continuous.refusal import refused
 from gaitopt.planners.time_optimal.continuous.swings import with_flights
 from gaitopt.planners.time_optimal.guess import first_guess
@@ -74,9 +75,36 @@ def _plan_at(route: Route, pace: float) -> Plan:
         route.robot, settings.heading, legs, knots, first_guess(route, knots), spans,
         whole_body=True,
     )  # fmt: skip
-    found = balanced(route, with_flights(motion, settings, route.steps.lifts, radius))
+    found = [balanced(route, with_flights(motion, settings, route.steps.lifts, radius))]
+    for _ in range(ROUNDS):
+        quicker = faster(route, found[-1].motion)
+        if quicker is None:
+            break
+        found.append(BalancedMotion(quicker.motion, (*found[-1].solutions, quicker.solution)))
+    seconds = process_time() - began
+    failures: list[InfeasibleStepError | SolverError] = []
+    for one in reversed(found):
+        try:
+            return _timed(route, one, seconds)
+        except (InfeasibleStepError, SolverError) as failure:
+            failures.append(failure)
+    raise failures[-1]
+
+
+def _timed(route: Route, found: BalancedMotion, seconds: float) -> Plan:
+    """The plan of a motion, timed by forces.
+
+    Args:
+        route: the walk.
+        found: its motion.
+        seconds: processor time that it took.
+
+    Raises:
+        InfeasibleStepError, SolverError: as for :func:`continuous_plan`.
+    """
+    settings = route.settings
     _check(route, found.motion)
-    record = _record(route, found, process_time() - began)
+    record = _record(route, found, seconds)
     # Margins of a static walk's phases are those of the centre that promises them.
     told = replace(found.motion, whole_body=settings.true_com or not settings.static)
     phases = smooth_phases(route, told)
@@ -102,11 +130,14 @@ def _spans(route: Route, knots: RouteKnots, legs: StackedLegs) -> FloatArray:
 
 
 def _check(route: Route, motion: SplineMotion) -> None:
-    """Refuse a motion that leaves joint limits or clearance, or whose legs touch.
+    """Refuse a motion that leaves its margin, joint limits or clearance, or whose legs touch.
 
     Raises:
         SolverError: names the step.
     """
+    missing = missing_margins(route, motion)
+    if missing.any():
+        raise refused(route, motion, int(missing.argmax()), "the margin would be missed")
     times, span = motion.samples
     joints = motion.joints_at(times, span)
     low, high = motion.legs.low.ravel(), motion.legs.high.ravel()

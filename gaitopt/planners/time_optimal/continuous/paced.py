@@ -1,0 +1,305 @@
+"""The body's path and its pace at once: rows of contact forces along a continuous walk.
+
+What a motion asks of the ground is measured along it, as in its timing: a wrench that is linear in
+the acceleration along the motion and in the squared speed. A path of the body a little beside it
+asks for another one, to first order: a share of the mass is moved and accelerated with the body.
+Rows keep normal forces, friction of all feet together, joint velocities, and the margin of a static
+walk. What one foot alone can do, and torques, come with the timing. In a dynamic walk the robot
+need not be able to rest everywhere, but it stays near to where it could: momentum that carries it
+over is known to first order only.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from gaitopt.conventions import GRAVITY, LEGS, FloatArray, rotation_z
+from gaitopt.dynamics.contacts import ForceLimits, pyramid_rows
+from gaitopt.dynamics.speed_sweeps import SweptIntervals, swept
+from gaitopt.dynamics.whole_body import path_dynamics
+from gaitopt.interior_point.band import RowGroups
+from gaitopt.interior_point.solver import Solution, minimise
+from gaitopt.motion.differences import time_derivatives
+from gaitopt.motion.path import BASE_COLUMNS
+from gaitopt.motion.quadratic_spline import parabola_weights
+from gaitopt.optimize.paced_path import PacedPathProblem, PacedRows
+from gaitopt.optimize.route.centre_of_mass import MassDistribution
+from gaitopt.planners.time_optimal.continuous.body import LOOKED_AT, promised_centre, reach_discs
+from gaitopt.planners.time_optimal.smooth.build import FORCE_ZMP_SHARE, start_margin
+from gaitopt.planners.time_optimal.smooth.motion import SAMPLES, SplineMotion
+from gaitopt.planners.time_optimal.support import support_on_spans
+from gaitopt.planners.time_optimal.walk import Route
+from gaitopt.retiming.reserves import FRICTION_SLACK, PLANNED_SHARE, tightened
+
+TRUST = 0.2
+"""Largest change of the body's acceleration, in units of gravity: what a path asks of the ground is
+known to first order near the given one."""
+ROUNDS = 2
+"""Rounds, each near the motion of the one before. 16 steps of go2 take 2.39 s with none, 2.15 s
+with one, 2.11 s with two and 2.10 s with three (``swing``, seed 0)."""
+BARRIER = 1e-2
+"""Barrier parameter, from the first to the last step: the time is then known to a percent or two,
+and the motion keeps away from its limits a little."""
+STEPS = 40
+"""Most Newton steps of a round; 7 to 40 are usual."""
+OUTSIDE = 0.25
+"""How far from where it could rest a dynamic walk may be, as a share of the stability margin. With
+0 walks of a1 and go2 take 4 % longer; with 0.5 one of hyq has no forces."""
+BEGIN_SHARE = 0.95
+"""Share of the fastest squared speeds along the given path with which the method begins."""
+LEAST_ROOM = 0.1
+"""Where rows leave less room at rest than this, in units of length, they are taken to leave so much
+when those speeds are looked for."""
+LEAST_BEGIN = 0.05
+"""Least squared speed to begin with."""
+SWEPT_SHARE = 0.999
+"""Share of largest squared speeds that the sweeps use."""
+SHIFT = 1e-3
+"""Shift of the body by which the share of the mass that moves with it is measured [m]."""
+LARGEST_SQUARE = 1e4
+"""Largest squared speed where no joint bounds it."""
+
+
+class PacedMotion(NamedTuple):
+    """A motion, and the solution that it comes from."""
+
+    motion: SplineMotion
+    solution: Solution[PacedPathProblem]
+
+
+class Asked(NamedTuple):
+    """What a motion asks of the ground at both ends of every span, by ``(u, x, 1)``.
+
+    In shares of the weight, along the heading frame.
+
+    Attributes:
+        force: ``(2 K, 3, 3)``.
+        moment: the zero moment point times the vertical force ``(2 K, 2, 3)`` [m].
+        height: of the centre of mass above the ground ``(2 K,)`` [m].
+        moved: share of the mass that moves with the body.
+        tops: largest squared speeds by joint velocities ``(K, 2)``.
+    """
+
+    force: FloatArray
+    moment: FloatArray
+    height: FloatArray
+    moved: float
+    tops: FloatArray
+
+    @classmethod
+    def of(cls, route: Route, motion: SplineMotion) -> Asked:
+        """What a motion asks for."""
+        robot = route.robot
+        times = np.stack([motion.times[:-1], motion.times[1:]], axis=1).ravel()
+        span = np.repeat(np.arange(len(motion.spans)), 2)
+        values = motion.values_at(times, span)
+        first, second = time_derivatives(lambda t: motion.values_at(t, span), times)
+        dynamics = path_dynamics(robot, values, first, second)
+        terms = np.stack([dynamics.acceleration, dynamics.speed, dynamics.gravity], axis=2)
+        terms = terms[:, :6] / (robot.mass * GRAVITY)
+        force, about = terms[:, :3], terms[:, 3:]
+        base = values[:, :3] @ rotation_z(motion.heading)
+        ground = motion.knots.ground_on_spans[span] - robot.foot_radius
+        up = (base[:, 2] - ground)[:, None]
+        # The base is level, so its axes are those of the heading frame.
+        moment = np.stack([-about[:, 1] - up * force[:, 0], about[:, 0] - up * force[:, 1]], axis=1)
+        moment += base[:, :2, None] * force[:, 2:]
+        poses = motion.poses_at(times, span)
+        centre = _centres(motion, poses, span)
+        beside = _centres(motion, poses + SHIFT * (np.arange(poses.shape[1]) == 0), span)
+        with np.errstate(divide="ignore"):
+            fastest = (robot.velocity_limits / np.abs(first[:, BASE_COLUMNS:])).min(axis=1)
+        return cls(
+            force, moment, centre[:, 2] - ground,
+            float((beside - centre)[:, 0].mean()) / SHIFT,
+            np.minimum(fastest**2, LARGEST_SQUARE).reshape(-1, 2),
+        )  # fmt: skip
+
+
+def _centres(motion: SplineMotion, poses: FloatArray, span: np.ndarray) -> FloatArray:
+    """Centres of mass of all links ``(N, 3)`` [m] in poses ``(N, 9)`` on spans ``(N,)``."""
+    joints = motion.joints_of(poses, motion.contacts(span)).reshape(-1, len(LEGS), 3)
+    return MassDistribution.of(motion.robot).com(poses, joints)
+
+
+def faster(route: Route, motion: SplineMotion) -> PacedMotion | None:
+    """A motion with a path of the body along which it can be followed faster.
+
+    Margin, reach and forces are kept to first order. ``None`` where no such motion is found.
+
+    Args:
+        route: the walk.
+        motion: a motion that keeps balance.
+    """
+    problem, squares = build_paced_path(route, motion)
+    start = problem.start(squares)
+    solution = minimise(problem, start, barrier=BARRIER, least_barrier=BARRIER,
+                        iteration_limit=STEPS)  # fmt: skip
+    if not problem.duration(solution.x) < problem.duration(start):
+        return None
+    poses = motion.poses.copy()
+    poses[:, :2] = problem.moved(solution.x)
+    return PacedMotion(replace(motion, poses=poses), solution)
+
+
+def build_paced_path(route: Route, motion: SplineMotion) -> tuple[PacedPathProblem, FloatArray]:
+    """The problem near a motion, and squared speeds where spans begin, to begin with ``(K,)``.
+
+    Rows that the motion does not keep at these speeds may be missed as much as it misses them.
+    """
+    asked, unit = Asked.of(route, motion), route.settings.stability_margin
+    both = (_normal_rows, _friction_rows)
+    forces = PacedRows.joined([of(route, motion, asked, end) for of in both for end in (0, 1)])
+    squares = _fastest(motion, forces, asked.tops, LEAST_ROOM * unit)
+    begin = np.maximum(BEGIN_SHARE * squares, LEAST_BEGIN)
+    ends = np.stack([begin, np.append(begin[1:], begin[-1])], axis=1)
+    missed = np.minimum(forces.values(np.diff(ends)[:, 0] / (2.0 * motion.spans), ends), 0.0)
+    forces = forces._replace(rest=forces.rest - missed)
+    static = _margin_rows(route, motion) if route.settings.static else _near_rest(forces, unit)
+    rows = [forces, _trust_rows(motion, ends.max(axis=1), unit), static]
+    tops = np.append(asked.tops[:1, 0], np.minimum(asked.tops[:-1, 1], asked.tops[1:, 0]))
+    problem = PacedPathProblem(
+        points=motion.poses[:, :2], spans=motion.spans, rows=PacedRows.joined(rows),
+        discs=reach_discs(route, motion), tops=np.maximum(tops, begin), unit=unit,
+    )  # fmt: skip
+    return problem, begin
+
+
+def _fastest(
+    motion: SplineMotion, rows: PacedRows, tops: FloatArray, least_room: float
+) -> FloatArray:
+    """Squared speeds where spans begin of the fastest timing along a motion, within rows ``(K,)``.
+
+    Args:
+        motion: the motion.
+        rows: of forces; of those that leave less room at rest, ``least_room`` [m] is left.
+        tops: largest squared speeds at both ends of spans ``(K, 2)``.
+        least_room: [m].
+    """
+    count, sides = len(motion.spans), []
+    planes = -np.stack([rows.by_u, rows.by_x], axis=1) / np.maximum(rows.rest, least_room)[:, None]
+    for end in (0, 1):
+        own = rows.end == end
+        sides.append(RowGroups.of(rows.span[own], count).padded(planes[own]))
+    steps = 2.0 * motion.spans
+    steps[[0, -1]] = 0.0
+    intervals = SweptIntervals(
+        sides[0], sides[1], steps, tops[:, 0], tops[:, 1], np.array([0, count])
+    )
+    found = swept(intervals, SWEPT_SHARE)[0]
+    return np.append(found[1:2], found[1:])
+
+
+def _weights(motion: SplineMotion, end: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Weights of control points in the place, and two derivatives, at an end of spans ``(K, 3)``."""
+    square, linear, fixed = parabola_weights(motion.spans)
+    t = end * motion.spans[:, None]
+    return (square * t + linear) * t + fixed, 2.0 * square * t + linear, 2.0 * square
+
+
+def _along(weights: FloatArray, normal: FloatArray) -> FloatArray:
+    """Of the shifts of control points with weights ``(M, 3)``, along normals ``(M, 2)``."""
+    return (weights[:, :, None] * normal[:, None]).reshape(-1, 6)
+
+
+def _normal_rows(route: Route, motion: SplineMotion, asked: Asked, end: int) -> PacedRows:
+    """Rows of normal forces at an end of spans.
+
+    About a side of the support polygon only feet that are not on it make a moment. It is at least
+    that of the least normal forces, or what leaves the ZMP a share of the stability margin.
+    """
+    knots, sides = motion.knots, support_on_spans(motion.knots)
+    span, normal = sides.knot, sides.normal
+    stands = knots.flying_on_spans.stands
+    share = _limits(route).least_normal_shares(stands).max(axis=1)
+    away = np.einsum("mki,mi->mk", knots.feet[span][..., :2], normal) - sides.offset[:, None]
+    least = share[span] * (away * stands[span]).sum(axis=1)
+    least = np.maximum(least, FORCE_ZMP_SHARE * route.settings.stability_margin)
+    at = 2 * span + end
+    by_u, by_x, rest = (
+        np.einsum("mij,mi->mj", asked.moment[at], normal)
+        - sides.offset[:, None] * asked.force[at, 2]
+    ).T
+    place, first, second = (_along(w[span], normal) for w in _weights(motion, end))
+    pendulum = (asked.moved * asked.height[at] / GRAVITY)[:, None]
+    return PacedRows(span, np.full(len(span), end), by_u, by_x, rest - least,
+                     asked.moved * place, -pendulum * first, -pendulum * second)  # fmt: skip
+
+
+def _friction_rows(route: Route, motion: SplineMotion, asked: Asked, end: int) -> PacedRows:
+    """Rows of the friction of all feet together at an end of spans."""
+    up, count = np.array([[0.0, 0.0, 1.0]]), len(motion.spans)
+    pyramid = pyramid_rows(_limits(route), up, np.ones(1)).reshape(-1, 3)
+    pyramid = pyramid @ rotation_z(motion.heading)
+    span = np.repeat(np.arange(count), len(pyramid))
+    normal = np.tile(pyramid, (count, 1))
+    feet = motion.knots.flying_on_spans.stands.sum(axis=1)
+    # As lengths: times the height of the centre of mass.
+    height = float(asked.height.mean())
+    by_u, by_x, rest = height * np.einsum("mij,mi->mj", asked.force[2 * span + end], normal).T
+    _, first, second = (_along(w[span], normal[:, :2]) for w in _weights(motion, end))
+    pendulum = asked.moved * height / GRAVITY
+    return PacedRows(span, np.full(len(span), end), by_u, by_x,
+                     rest - height * FRICTION_SLACK * feet[span],
+                     np.zeros_like(first), pendulum * first, pendulum * second)  # fmt: skip
+
+
+def _limits(route: Route) -> ForceLimits:
+    """The limits with which timings are found."""
+    promised = route.settings.promised_forces
+    return tightened(ForceLimits() if promised is None else promised, PLANNED_SHARE)
+
+
+def _trust_rows(motion: SplineMotion, squares: FloatArray, unit: float) -> PacedRows:
+    """Rows that bound the change of the body's acceleration, by x and y, in both directions.
+
+    Args:
+        motion: the motion.
+        squares: of the speeds on each span ``(K,)``.
+        unit: that these rows have as lengths [m].
+    """
+    count = len(motion.spans)
+    change = _weights(motion, 0)[2] * (unit * squares / (TRUST * GRAVITY))[:, None]
+    normals = np.concatenate([np.eye(2), -np.eye(2)])
+    span, normal = np.repeat(np.arange(count), 4), np.tile(normals, (count, 1))
+    by_place, still = _along(change[span], normal), np.zeros(len(span))
+    return PacedRows(span, np.zeros(len(span), dtype=int), still, still, np.full(len(span), unit),
+                     by_place, np.zeros_like(by_place), np.zeros_like(by_place))  # fmt: skip
+
+
+def _near_rest(forces: PacedRows, unit: float) -> PacedRows:
+    """Rows that keep the robot near to where it could rest, as far as it is.
+
+    Args:
+        forces: rows of forces; with places of the body they change as they do at rest.
+        unit: the stability margin [m].
+    """
+    still = np.zeros(len(forces.span))
+    none = np.zeros_like(forces.by_place)
+    return PacedRows(forces.span, forces.end, still, still,
+                     np.maximum(forces.rest + OUTSIDE * unit, 0.0), forces.by_place, none, none)  # fmt: skip
+
+
+def _margin_rows(route: Route, motion: SplineMotion) -> PacedRows:
+    """Rows of the static margin, at three places of each span."""
+    settings, knots = route.settings, motion.knots
+    sides = support_on_spans(knots)
+    span, normal = sides.knot, sides.normal
+    centre = promised_centre(route, motion).centres_of_mass()
+    standing = np.einsum("mi,i->m", normal, centre[0, 0]) - sides.offset
+    wanted = settings.stability_margin + settings.margin_reserve
+    in_first = span < knots.phase_ends[1]
+    least = np.where(in_first, start_margin(standing, wanted), wanted)
+    square, linear, fixed = parabola_weights(motion.spans)
+    parts = []
+    for sample in LOOKED_AT:
+        t = motion.spans[:, None] * (sample / (SAMPLES - 1))
+        place = _along(((square * t + linear) * t + fixed)[span], normal)
+        rest = np.einsum("mi,mi->m", normal, centre[span, sample]) - sides.offset - least
+        none, still = np.zeros_like(place), np.zeros(len(span))
+        parts.append(PacedRows(span, np.zeros(len(span), dtype=int), still, still, rest,
+                               place, none, none))  # fmt: skip
+    return PacedRows.joined(parts)
