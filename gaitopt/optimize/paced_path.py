@@ -119,7 +119,7 @@ class PacedPathProblem:
 
     def moved(self, x: FloatArray) -> FloatArray:
         """Control points ``(K, 2)`` [m] of unknowns ``(n,)``."""
-        out = self.points.copy()
+        out = np.array(self.points)
         out[1:] += self.unit * x[self._places[1:, :2]]
         return out
 
@@ -299,8 +299,8 @@ class PacedPathLinearisation:
     def _parts(self, v: FloatArray) -> list[FloatArray]:
         """``v (m,)`` of rows, discs, times, largest and least squared speeds."""
         rows, discs = len(self.problem.rows.span), len(self.problem.discs.span)
-        at = np.cumsum([0, rows, discs, self.problem.knots, *2 * (self.problem.knots - 1,)])
-        return [v[i:j] for i, j in zip(at[:-1], at[1:], strict=True)]
+        knots = self.problem.knots
+        return np.split(v, np.cumsum([rows, discs, knots, knots - 1]))
 
     def jacobian_times(self, dx: FloatArray) -> FloatArray:
         """``J dx (m,)``."""
@@ -309,10 +309,11 @@ class PacedPathLinearisation:
         places = problem._places[problem.discs.span, :2]
         moved = np.where(places >= 0, dx[places], 0.0)
         squares, groups = dx[problem._places[1:, 2]], problem._groups
+        faster = (self._by_squares * blocks[:, SQUARES].T).sum(axis=0)
         return np.concatenate([
             (self.jacobian @ blocks[:, :TIME, None])[groups.group, groups.place, 0],
             (self.by_discs * moved).sum(axis=1),
-            blocks[:, TIME] / problem._scale + (self._by_squares * blocks[:, SQUARES].T).sum(axis=0),
+            blocks[:, TIME] / problem._scale + faster,
             -squares,
             squares,
         ])  # fmt: skip

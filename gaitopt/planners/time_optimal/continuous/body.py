@@ -93,10 +93,16 @@ def check_reach(route: Route, motion: SplineMotion) -> None:
     Raises:
         SolverError: it has one; names the step.
     """
+    span = out_of_reach(motion)
+    if span is not None:
+        raise refused(route, motion, span, "a foot would be out of reach")
+
+
+def out_of_reach(motion: SplineMotion) -> int | None:
+    """The first span of a motion on which a foot is out of reach; ``None`` for none."""
     times, span = motion.samples
     reached = np.isfinite(motion.joints_at(times, span)).all(axis=1)
-    if not reached.all():
-        raise refused(route, motion, int(span[np.argmin(reached)]), "a foot would be out of reach")
+    return None if reached.all() else int(span[np.argmin(reached)])
 
 
 def promised_centre(route: Route, motion: SplineMotion) -> SplineMotion:

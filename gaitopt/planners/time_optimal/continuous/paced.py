@@ -27,7 +27,12 @@ from gaitopt.motion.path import BASE_COLUMNS
 from gaitopt.motion.quadratic_spline import parabola_weights
 from gaitopt.optimize.paced_path import PacedPathProblem, PacedRows
 from gaitopt.optimize.route.centre_of_mass import MassDistribution
-from gaitopt.planners.time_optimal.continuous.body import LOOKED_AT, promised_centre, reach_discs
+from gaitopt.planners.time_optimal.continuous.body import (
+    LOOKED_AT,
+    out_of_reach,
+    promised_centre,
+    reach_discs,
+)
 from gaitopt.planners.time_optimal.smooth.build import FORCE_ZMP_SHARE, start_margin
 from gaitopt.planners.time_optimal.smooth.motion import SAMPLES, SplineMotion
 from gaitopt.planners.time_optimal.support import support_on_spans
@@ -90,13 +95,15 @@ class Asked(NamedTuple):
     tops: FloatArray
 
     @classmethod
-    def of(cls, route: Route, motion: SplineMotion) -> Asked:
-        """What a motion asks for."""
+    def of(cls, route: Route, motion: SplineMotion) -> Asked | None:
+        """What a motion asks for; ``None`` where a leg is straight, and its rates are not known."""
         robot = route.robot
         times = np.stack([motion.times[:-1], motion.times[1:]], axis=1).ravel()
         span = np.repeat(np.arange(len(motion.spans)), 2)
         values = motion.values_at(times, span)
         first, second = time_derivatives(lambda t: motion.values_at(t, span), times)
+        if not np.isfinite(second).all():
+            return None
         dynamics = path_dynamics(robot, values, first, second)
         terms = np.stack([dynamics.acceleration, dynamics.speed, dynamics.gravity], axis=2)
         terms = terms[:, :6] / (robot.mass * GRAVITY)
@@ -132,9 +139,12 @@ def faster(route: Route, motion: SplineMotion) -> PacedMotion | None:
 
     Args:
         route: the walk.
-        motion: a motion that keeps balance.
+        motion: a motion that keeps balance, with all feet within reach.
     """
-    problem, squares = build_paced_path(route, motion)
+    asked = Asked.of(route, motion)
+    if asked is None:
+        return None
+    problem, squares = build_paced_path(route, motion, asked)
     start = problem.start(squares)
     solution = minimise(problem, start, barrier=BARRIER, least_barrier=BARRIER,
                         iteration_limit=STEPS)  # fmt: skip
@@ -142,15 +152,23 @@ def faster(route: Route, motion: SplineMotion) -> PacedMotion | None:
         return None
     poses = motion.poses.copy()
     poses[:, :2] = problem.moved(solution.x)
-    return PacedMotion(replace(motion, poses=poses), solution)
+    found = replace(motion, poses=poses)
+    return PacedMotion(found, solution) if out_of_reach(found) is None else None
 
 
-def build_paced_path(route: Route, motion: SplineMotion) -> tuple[PacedPathProblem, FloatArray]:
+def build_paced_path(
+    route: Route, motion: SplineMotion, asked: Asked
+) -> tuple[PacedPathProblem, FloatArray]:
     """The problem near a motion, and squared speeds where spans begin, to begin with ``(K,)``.
 
     Rows that the motion does not keep at these speeds may be missed as much as it misses them.
+
+    Args:
+        route: the walk.
+        motion: with all feet within reach.
+        asked: what it asks of the ground.
     """
-    asked, unit = Asked.of(route, motion), route.settings.stability_margin
+    unit = route.settings.stability_margin
     both = (_normal_rows, _friction_rows)
     forces = PacedRows.joined([of(route, motion, asked, end) for of in both for end in (0, 1)])
     squares = _fastest(motion, forces, asked.tops, LEAST_ROOM * unit)
@@ -194,7 +212,7 @@ def _fastest(
 
 
 def _weights(motion: SplineMotion, end: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Weights of control points in the place, and two derivatives, at an end of spans ``(K, 3)``."""
+    """Weights of control points in the place and its derivatives, at an end of spans ``(K, 3)``."""
     square, linear, fixed = parabola_weights(motion.spans)
     t = end * motion.spans[:, None]
     return (square * t + linear) * t + fixed, 2.0 * square * t + linear, 2.0 * square
@@ -279,8 +297,8 @@ def _near_rest(forces: PacedRows, unit: float) -> PacedRows:
     """
     still = np.zeros(len(forces.span))
     none = np.zeros_like(forces.by_place)
-    return PacedRows(forces.span, forces.end, still, still,
-                     np.maximum(forces.rest + OUTSIDE * unit, 0.0), forces.by_place, none, none)  # fmt: skip
+    room = np.maximum(forces.rest + OUTSIDE * unit, 0.0)
+    return PacedRows(forces.span, forces.end, still, still, room, forces.by_place, none, none)
 
 
 def _margin_rows(route: Route, motion: SplineMotion) -> PacedRows:

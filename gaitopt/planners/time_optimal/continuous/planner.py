@@ -67,15 +67,7 @@ def continuous_plan(route: Route) -> Plan:
 def _plan_at(route: Route, pace: float) -> Plan:
     """The walk that begins with times at a pace."""
     began = process_time()
-    settings, radius = route.settings, route.footholds.landing_radius
-    knots = route_knots(route.steps, settings.stance_knots, settings.swing_knots)
-    legs = with_reach_limits(StackedLegs.of(route.robot), settings.reach_fraction)
-    spans = pace * _spans(route, knots, legs)
-    motion = SplineMotion(
-        route.robot, settings.heading, legs, knots, first_guess(route, knots), spans,
-        whole_body=True,
-    )  # fmt: skip
-    found = [balanced(route, with_flights(motion, settings, route.steps.lifts, radius))]
+    found = [balanced(route, _first_motion(route, pace))]
     for _ in range(ROUNDS):
         quicker = faster(route, found[-1].motion)
         if quicker is None:
@@ -89,6 +81,19 @@ def _plan_at(route: Route, pace: float) -> Plan:
         except (InfeasibleStepError, SolverError) as failure:
             failures.append(failure)
     raise failures[-1]
+
+
+def _first_motion(route: Route, pace: float) -> SplineMotion:
+    """Feet that fly, and a body that is not balanced yet, with times at a pace."""
+    settings = route.settings
+    knots = route_knots(route.steps, settings.stance_knots, settings.swing_knots)
+    legs = with_reach_limits(StackedLegs.of(route.robot), settings.reach_fraction)
+    spans = pace * _spans(route, knots, legs)
+    motion = SplineMotion(
+        route.robot, settings.heading, legs, knots, first_guess(route, knots), spans,
+        whole_body=True,
+    )  # fmt: skip
+    return with_flights(motion, settings, route.steps.lifts, route.footholds.landing_radius)
 
 
 def _timed(route: Route, found: BalancedMotion, seconds: float) -> Plan:
