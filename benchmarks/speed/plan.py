@@ -22,8 +22,10 @@ import numpy as np
 import gaitopt
 from benchmarks import walks
 from benchmarks.measuring import least_time, timed, use_one_core, workload
+from gaitopt.conventions import made
 from gaitopt.motion.path import MotionPath
 from gaitopt.optimize.cog.solver import CogWorkspace
+from gaitopt.plan.phase import CogEvidence, Limit, Phase
 from gaitopt.plan.plan import Plan
 from gaitopt.robots.whole_body import feet_in_body, joints_from_feet_in_body
 
@@ -100,10 +102,16 @@ def floor(plan: Plan) -> dict[str, float]:
 
     def objects() -> object:
         phases = [
-            replace(phase, limited_by=tuple(replace(limit) for limit in phase.limited_by),
-                    evidence=None if phase.evidence is None else replace(phase.evidence))
+            made(
+                Phase,
+                **{
+                    **vars(phase),
+                    "limited_by": tuple(made(Limit, **vars(limit)) for limit in phase.limited_by),
+                    "evidence": phase.evidence and made(CogEvidence, **vars(phase.evidence)),
+                },
+            )
             for phase in plan.phases
-        ]  # fmt: skip
+        ]
         return replace(plan, phases=tuple(phases))
 
     def look() -> None:
