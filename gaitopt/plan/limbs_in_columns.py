@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, NamedTuple
-from weakref import WeakKeyDictionary
+from weakref import finalize
 
 import numpy as np
 
@@ -87,12 +87,15 @@ def limb_in_column(plan: Plan) -> LimbInColumn | None:
     Args:
         plan: any. Without columns, or where nobody knows where legs end, nothing is found.
     """
-    if plan not in _KNOWN:
-        _KNOWN[plan] = _found(plan)
-    return _KNOWN[plan]
+    key = id(plan)
+    if key not in _KNOWN:
+        _KNOWN[key] = _found(plan)
+        finalize(plan, _KNOWN.pop, key, None).atexit = False
+    return _KNOWN[key]
 
 
-_KNOWN: WeakKeyDictionary[Plan, LimbInColumn | None] = WeakKeyDictionary()
+_KNOWN: dict[int, LimbInColumn | None] = {}
+"""By identity: two plans are compared number by number, which takes longer than to look again."""
 
 
 def _found(plan: Plan) -> LimbInColumn | None:
