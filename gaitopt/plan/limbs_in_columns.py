@@ -18,6 +18,7 @@ import numpy as np
 from gaitopt.conventions import LEGS, FloatArray, frozen
 from gaitopt.plan.columns import Columns, stands_on_columns
 from gaitopt.plan.plan import Plan
+from gaitopt.robots.at_many_poses.chain import product, turned
 from gaitopt.robots.collisions.limb_parts import LimbParts, Solid, limb_parts
 from gaitopt.robots.rotations import rpy_to_matrix
 
@@ -200,8 +201,8 @@ class _Look:
         for number, part in enumerate(self.parts.solids):
             if part.joint not in at:
                 own = turns[:, :, part.joint]
-                turn = (base[:, :, None] * own[None]).sum(axis=1)
-                origin = place + (base * places[:, part.joint]).sum(axis=1)
+                turn = product(base, own)
+                origin = place + turned(base, places[:, part.joint])
                 at[part.joint] = turn, origin, float(origin[2].min())
             turn, origin, least = at[part.joint]
             if least - np.linalg.norm(part.middle) - part.radius < top + room:
