@@ -66,14 +66,12 @@ class LimbInColumn(NamedTuple):
         """What is in the way, and what helps."""
         x, y = np.round(self.place, 3).tolist()
         part = f"the {self.link} of {self.leg}" if self.leg else f"the {self.link}"
-        how = (
-            f"goes {-1e3 * self.gap:.1f} mm into"
-            if self.gap < 0.0
-            else f"comes within {1e3 * self.gap:.1f} mm of"
-        )
+        how, verdict = f"comes within {1e3 * self.gap:.1f} mm of", "may"
+        if self.gap < 0.0:
+            how, verdict = f"goes {-1e3 * self.gap:.1f} mm into", "will"
         return (
             f"step {self.step}: {part} {how} a column of {self.column}, at x = {x:g} m, y = {y:g} "
-            f"m and {self.time:.1f} s after the start, and the certificate will call the plan "
+            f"m and {self.time:.1f} s after the start, and the certificate {verdict} call the plan "
             "violated; what helps: another body_height, a higher swing_height, moving one of the "
             "footholds, or thinner columns (radius)"
         )
