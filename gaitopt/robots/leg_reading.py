@@ -21,6 +21,10 @@ LEAST_ALIGNMENT = 0.5
 """Least cosine of the angle between a leg's roll axis and the body's x axis, and between axes of
 pitch and the body's y axis: legs may be turned by up to 60 degrees."""
 
+LEAST_REACH = 0.05
+"""Least reach that the knee's limits must leave a leg, as a share of its length. Chosen: those of
+all robots that were tried leave 0.8 and more."""
+
 
 def read_leg(model: Any, name: str, chain: Chain, body: FloatArray, knee: float | None) -> Leg:
     """The constants of one leg, in the body frame.
@@ -40,7 +44,7 @@ def read_leg(model: Any, name: str, chain: Chain, body: FloatArray, knee: float 
 
     Raises:
         RobotError: a leg of two joints is not pitch-pitch; or one of three joints has no posture in
-            which it stands and moves its foot in all directions.
+            which it stands and moves its foot in all directions; or the knee lets it only fold.
         InputError: the knee's limits do not let it point to the side that was asked for.
     """
     points, axes = chain.points @ body, chain.axes @ body
@@ -121,4 +125,11 @@ def _square_leg(parts: LegParts, frame: FloatArray, signs: tuple[float, ...]) ->
         # The limits of the thigh may tell what those of the knee leave open.
         other = replace(leg, knee=-leg.knee)
         leg = other if can_stand(other) else leg
+    if not leg.reach > LEAST_REACH * (leg.upper + leg.lower):
+        low, high = leg.position_limits[:, -1]
+        raise RobotError(
+            f"{parts.model.name}: leg {leg.name}: the limits of {leg.joints[-1]} ({low:.4g} to "
+            f"{high:.4g} rad) let the leg do nothing but fold: its foot comes {leg.reach:.2g} m "
+            "from its hip at most; correct them"
+        )
     return leg

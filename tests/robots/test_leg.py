@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from robot_loading import quiet
 
 from gaitopt.conventions import LEGS, FloatArray
-from gaitopt.errors import InputError
+from gaitopt.errors import InputError, RobotError
 from gaitopt.robots.catalog import load_robot, robot_names
 from gaitopt.robots.leg import Leg
 from gaitopt.robots.leg_angles import wrap_angle
@@ -471,3 +471,11 @@ def test_angles_and_places_of_another_shape_are_refused(name: str) -> None:
             method([0.0, 0.1])
     with pytest.raises(InputError, match=r"q \(3,\), rates \(2,\)"):
         leg.jacobian_rate(np.zeros((3, count)), np.zeros((2, count)))
+
+
+def test_a_leg_that_its_knee_lets_only_fold_is_refused() -> None:
+    """Links of one length fold to nothing, and a leg of no reach divided by zero in planners."""
+    knee = robot_texts.KNEE.replace("-2.6", "3.1").replace("-0.3", "3.2")
+    folds = robot_texts.robot().replace("0 0 -0.22", "0 0 -0.25").replace(robot_texts.KNEE, knee)
+    with pytest.raises(RobotError, match=r"leg LF: the limits of LF_j2 \(3.1 to 3.2 rad\) .* fold"):
+        quiet(folds)

@@ -79,7 +79,8 @@ def numbers(text: str, count: int, what: str) -> FloatArray:
     parts = text.split()
     values = np.array([number_in(part) for part in parts[: count + 1]])
     if len(values) != count or not np.isfinite(values).all():
-        raise RobotError(f"{what} must be {count} finite numbers, got {as_text(text[:60])}")
+        wanted = "a finite number" if count == 1 else f"{count} finite numbers"
+        raise RobotError(f"{what} must be {wanted}, got {as_text(text[:60])}")
     return values
 
 
