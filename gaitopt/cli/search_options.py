@@ -83,6 +83,11 @@ def search_options(
         _way("Whether the course goes round what the robot cannot cross; not for a goal with YAW.",
              None),
     ] = None,
+    exhaustive: Annotated[
+        bool | None,
+        _way("Whether steps are looked at as finely as there is a way to, with more ways of "
+             "walking: a check of refusals, which takes five times as long.", None),
+    ] = None,
 ) -> dict[str, Any]:  # fmt: skip
     """Fields of ``TerrainSettings`` by name; only those that were given."""
     return {name: value for name, value in locals().items() if value is not None}

@@ -11,16 +11,17 @@ from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.height_map import HeightMap
 from gaitopt.terrain.layers import GroundLayers, ground_layers
 
-SLOPE_COST, ROUGHNESS_COST, EDGE_COST = 0.1, 0.06, 0.1
-"""Penalties of the steepest and of the roughest ground that is allowed, and of a place at an edge.
-Chosen against the cost of a step at the end of its freedom, which is 0.5: with three times as much
+SLOPE_COST, ROUGHNESS_COST, EDGE_COST = 0.5, 0.3, 0.5
+"""Penalties of the steepest and of the roughest ground that is allowed, and of a place at an edge,
+in times of usual steps.
+Chosen against that of a step at the end of its freedom, which is 2.5: with three times as much
 feet do not get to the edge of a stair, from which the next lower one is reached."""
 FAR_FROM_EDGE = 3.0
 """Distance from an edge beyond which there is no penalty, in foot radii beyond the least one."""
 BESIDE = 0.01
 """How far feet may be beside their footholds [m], since they land there, or roll:
 what is usual in physics."""
-TURN_COST = 1.0
+TURN_COST = 5.0
 """Penalty of a foothold beside which the ground is turned by the angle of friction. Chosen: at the
 crest of a ramp of 25 degrees a foot of go2 rolled over it and slid down, and it steps 8 cm farther
 to be away from it."""

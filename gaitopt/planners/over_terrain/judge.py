@@ -13,9 +13,6 @@ import numpy as np
 
 from gaitopt.conventions import LEGS, OTHER_LEGS, BoolArray, FloatArray
 from gaitopt.planners.over_terrain.heights import (
-    ATTEMPTS,
-    PITCHES,
-    RARE_ATTEMPTS,
     Attempt,
     Heights,
     feet_and_poses,
@@ -27,6 +24,7 @@ from gaitopt.planners.over_terrain.places import BodyPlaces
 from gaitopt.planners.over_terrain.settings import TerrainSettings
 from gaitopt.planners.over_terrain.surfaces import Surfaces
 from gaitopt.planners.over_terrain.triangles import new_places
+from gaitopt.planners.over_terrain.ways.fineness import USUAL, Fineness
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.rotations import rpy_to_matrix
 
@@ -39,9 +37,6 @@ CROSSING = 0.25
 """Least distance, ahead and sideways, of feet that must not cross, as a share of the stance."""
 SWING_SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)
 """Places along the top of a box swing that are looked at."""
-ENOUGH_LEFT, FEW_LEFT = 0.5, 0.1
-"""Share of pairs that may be left impossible without another height being tried, and share that
-have to be possible without all else being tried."""
 SAME = 2e-3
 """Places of the body that are nearer to each other than this are not both tried [m]."""
 AHEAD = (0.4, 0.8)
@@ -95,31 +90,32 @@ class Judge:
         foot = surfaces.sizes([robot.foot_radius])
         return cls(robot, settings, surfaces, limbs, hips - robot.centre[:2], foot)
 
-    def judge(self, pairs: Pairs, rare: bool = True) -> Judged:
+    def judge(self, pairs: Pairs, fineness: Fineness = USUAL) -> Judged:
         """Which pairs are possible, and how.
 
         What is not possible in the usual way is tried in others, and with ``rare`` in all of them.
         """
-        found = self._tried(pairs, ATTEMPTS[0])
+        found = self._tried(pairs, fineness.attempts[0], fineness.grid)
         # Where a leg reaches its foot at no height, no other height has to be tried.
-        hopeless = dict.fromkeys((0.0, *PITCHES), np.zeros(len(pairs.target), dtype=np.bool_))
-        for attempt in (*ATTEMPTS[1:], *(RARE_ATTEMPTS if rare else ())):
-            most = 1.0 - FEW_LEFT if attempt in RARE_ATTEMPTS else ENOUGH_LEFT
+        none = np.zeros(len(pairs.target), dtype=np.bool_)
+        hopeless = {}
+        for attempt in (*fineness.attempts[1:], *fineness.rare):
+            most = 1.0 - fineness.few if attempt in fineness.rare else fineness.enough
             if (~found.possible).sum() <= most * len(pairs.target):
                 break
-            left = np.flatnonzero(~found.possible & ~hopeless[attempt.pitch])
+            left = np.flatnonzero(~found.possible & ~hopeless.get(attempt.pitch, none))
             if not left.size:
                 continue
-            other = self._tried(pairs.chosen(left), attempt)
+            other = self._tried(pairs.chosen(left), attempt, fineness.grid)
             now = left[other.possible]
             for mine, its in zip(found[:4], other[:4], strict=True):
                 mine[now] = its[other.possible]
             if attempt.fitted:
-                hopeless[attempt.pitch] = hopeless[attempt.pitch].copy()
+                hopeless[attempt.pitch] = none.copy()
                 hopeless[attempt.pitch][left[~other.reached]] = True
         return found
 
-    def _tried(self, pairs: Pairs, attempt: Attempt) -> Judged:
+    def _tried(self, pairs: Pairs, attempt: Attempt, grid: int) -> Judged:
         """Which pairs are possible in one way."""
         count = len(pairs.target)
         body, rise, prospects = np.full((count, 6), np.nan), np.zeros(count), np.zeros(count)
@@ -137,7 +133,7 @@ class Judge:
         now = pairs.chosen(apart)
         posture = self.postures(now, attempt.height)
         posture[:, 2] += attempt.pitch
-        places, there = self.places.of_pairs(now, posture)
+        places, there = self.places.of_pairs(now, posture, grid)
         keep(there, Cause.MARGIN)
         now, posture, places = self._kept(there, now, posture, places)
         if attempt.fitted:

@@ -48,12 +48,15 @@ class BodyPlaces:
         masses = MassDistribution.of(robot)
         return cls(robot, limbs, settings, masses, masses.com_in_body(standing)[0], hips)
 
-    def of_pairs(self, pairs: Pairs, posture: FloatArray) -> tuple[FloatArray, BoolArray]:
+    def of_pairs(
+        self, pairs: Pairs, posture: FloatArray, grid: int = 0
+    ) -> tuple[FloatArray, BoolArray]:
         """Places that the body may go to ``(K, P, 3)`` [m], nearest first, and if there are any.
 
         Args:
             pairs: steps.
             posture: height, roll, pitch and yaw of the body ``(K, 4)``.
+            grid: further places along each side of the triangle, of a grid that fills it.
         """
         standing = pairs.feet[:, OTHER_LEGS[pairs.leg], :2]
         turn = rpy_to_matrix(posture[:, 1:])
@@ -74,6 +77,8 @@ class BodyPlaces:
         over = into_triangles(corners, over)
         further = [middle, (middle + best) / 2.0, over, (over + best) / 2.0]
         places = np.concatenate([blend, np.stack(further, axis=1)], axis=1)
+        if grid:
+            places = np.concatenate([places, grid_shares(grid) @ corners], axis=1)
         height = np.broadcast_to(posture[:, None, :1], (*places.shape[:2], 1))
         return np.concatenate([places, height], axis=2), some
 
@@ -107,6 +112,14 @@ class BodyPlaces:
         weight[pairs.leg] = 2.0
         hip = (weight[:, None] * self.hips).sum(axis=0) / 5.0
         return np.asarray(mean - turn[:, :2, :2] @ hip)
+
+
+def grid_shares(count: int) -> FloatArray:
+    """Shares of the corners ``(n, 3)`` at a grid over a triangle with a number along each side."""
+    one, two = np.meshgrid(np.arange(count), np.arange(count), indexing="ij")
+    inside = one + two < count
+    shares = np.column_stack([one[inside], two[inside]]) / max(count - 1, 1)
+    return np.column_stack([shares, 1.0 - shares.sum(axis=1)])
 
 
 def _room(standing: FloatArray, offsets: FloatArray, margin: float) -> tuple[FloatArray, BoolArray]:

@@ -88,8 +88,7 @@ def _searched(
     settings = TerrainSettings.for_robot(robot, **options)
     search = search_for(robot, ground, goal, start, settings, forces)
     ways = ways_of(search.judge.settings, options)
-    thorough = options.get("width_limit") is not None
-    return Tries(search, ways, progress, begin, clock, thorough).result()
+    return Tries(search, ways, progress, begin, clock).result()
 
 
 def choose_footholds(
@@ -196,6 +195,7 @@ def _walk(
     if not search.complete:
         raise no_way(search)
     searching = search_for(robot, ground, goal, start, search.settings, further.get("forces"))
+    searching = replace(searching, fine=search.fine)
     begin, longest = time.thread_time(), search.settings.longest_in_all(searching.course.length)
     end = begin + FOR_ALL_STEPS * longest
     try:

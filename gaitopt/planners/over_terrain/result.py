@@ -33,9 +33,12 @@ class TerrainSearch:
         steps: steps that lead to the goal.
         next_leg: the leg that was to step next, where the goal was not reached.
         refused: at the first step that no state could make, how many tries were refused for what.
-        cost: of the way, in body heights.
+        cost: of the way: an estimate of the time that it takes, and penalties of footholds, steps
+            that are of no use later and feet that roll [s].
+        estimate: of the time that the way takes, without penalties [s].
         seconds: that the search took [s].
         late: whether it ended without a way because its time was over.
+        fine: whether it looked at steps as finely as there is a way to.
         ways: where the goal was not reached, how many ways of walking were tried: lengths of steps
             and of the stance.
         spread: how far from one another these ended along the course [m].
@@ -53,8 +56,10 @@ class TerrainSearch:
     next_leg: str
     refused: Mapping[Cause, int]
     cost: float
+    estimate: float
     seconds: float
     late: bool = False
+    fine: bool = False
     ways: int = 1
     spread: float = 0.0
 

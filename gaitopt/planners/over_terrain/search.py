@@ -1,9 +1,10 @@
 """The search for footholds on a map: a beam search over where four feet stand and which leg steps.
 
 In a cycle every leg steps once, each to near its usual place one step length farther along the
-course. After each step the states with the least cost are kept. The cost is in units of the body's
-height: the ways of body and feet, and penalties of footholds. All states of a layer have made the
-same number of steps, so what is left of the way is the same for all, and costs can be compared.
+course. After each step the states with the least cost are kept. The cost is an estimate of the time
+that the walk takes, and penalties of footholds, in times of usual steps. All states of a layer have
+made the same number of steps, so what is left of the way is the same for all, and costs can be
+compared.
 """
 
 from __future__ import annotations
@@ -22,42 +23,39 @@ from gaitopt.planners.over_terrain.course import Course
 from gaitopt.planners.over_terrain.judge import Judge
 from gaitopt.planners.over_terrain.last_look import LastLook
 from gaitopt.planners.over_terrain.links.limbs import Limbs
-from gaitopt.planners.over_terrain.links.rolling import MOST_ROLLED, half_ways, rolled_on
+from gaitopt.planners.over_terrain.links.pace import Pace
+from gaitopt.planners.over_terrain.links.rolling import (
+    MOST_ROLLED,
+    feet_angles,
+    half_ways,
+    rolled_on,
+)
 from gaitopt.planners.over_terrain.outlook import Outlook
 from gaitopt.planners.over_terrain.pairs import Cause, Pairs
 from gaitopt.planners.over_terrain.result import TerrainSearch
 from gaitopt.planners.over_terrain.states import Candidate, Found, Kept, Layer
 from gaitopt.planners.over_terrain.surfaces import Stands
+from gaitopt.planners.over_terrain.ways.fineness import AT_DEAD_ENDS, FINE, USUAL, Fineness
 from gaitopt.terrain.layers import GroundLayers
 
 CHUNK = 48
 """Pairs that are judged at once. Chosen: the cost of a call is then shared well, and few are judged
 that are not needed."""
-MOST_CHUNKS = 12
-"""Most times that further pairs are judged for a layer of the least width; more for wider ones."""
-RARE_CHUNKS = 3
-"""Times that pairs of a layer are tried in the rare ways, too: the cheapest tell if these help."""
-CANDIDATES = 28
-"""Most footholds that are tried for a step."""
-BLOCK = 0.24
-"""Side of the squares of which each gives one foothold to try, as a share of the step's freedom.
-Chosen: neighbours on the grid differ too little to try both."""
 FREER, FEW = (1.0, 1.5, 2.0), 0.1
 """By what the step's freedom is widened where less than a share of the ground within it is fit to
 stand on. Chosen: hollows and flanks of hills that are too steep are as wide as the freedom."""
-FROM_USUAL = 0.5
-"""Cost of a foothold at the end of the step's freedom; it grows with the square of the distance
-from the usual foothold."""
-FOOT_WAY, BODY_WAY = 0.15, 1.0
-"""Costs of the ways of a foot and of the body, for each body height of them."""
-ROLLED = 0.2
-"""Cost of a foot that rolls as far on its foothold as it may; it grows with the square
+FROM_USUAL = 2.5
+"""Penalty of a foothold at the end of the step's freedom, in times of usual steps, as all of them;
+it grows with the square of the distance from the usual foothold."""
+ROLLED = 1.0
+"""Penalty of a foot that rolls as far on its foothold as it may; it grows with the square
 of the way."""
-NO_USE_AHEAD = 0.5
-"""Cost of a foothold that is of no use when the body has moved on, for each place looked at."""
-NO_USE = 2.0
-"""Cost of a foothold that would be of no use during the whole stance on it. Chosen: four times that
-of one at the end of the freedom; what is of use for half of the stance may do for shorter steps."""
+NO_USE_AHEAD = 2.5
+"""Penalty of a foothold that is of no use when the body has moved on, for each place looked at."""
+NO_USE = 10.0
+"""Penalty of a foothold that would be of no use during the whole stance on it. Chosen: four times
+that of one at the end of the freedom; what is of use for half of the stance may do for shorter
+steps."""
 BACK, PAST = 2, 4
 """Steps that the search goes back from a dead end for each width of the beam, and steps beyond it
 after which the beam is as narrow as before. Chosen: what leads into a dead end is where a foot was
@@ -84,6 +82,7 @@ class Search:
         banned: steps that the planner refused, as (number of the step, leg, number of the stand).
         limbs: the robot's links over the ground as it is.
         last: the look at what the beam would keep.
+        fine: whether steps are looked at as finely as there is a way to.
     """
 
     judge: Judge
@@ -94,6 +93,7 @@ class Search:
     banned: frozenset[tuple[int, int, int]]
     limbs: Limbs
     last: LastLook
+    fine: bool = False
 
     @property
     def effort(self) -> int:
@@ -105,7 +105,7 @@ class Search:
         leg = LEGS.index(found.order[step])
         place = self.stands.centres[found.stands[step + 1, leg], :2]
         ground, settings = self.judge.surfaces.ground, self.judge.settings
-        near = self.stands.near(ground, place, BLOCK * settings.freedom).tolist()
+        near = self.stands.near(ground, place, USUAL.block * settings.freedom).tolist()
         return replace(self, banned=self.banned | {(step, leg, stand) for stand in near})
 
     def run(
@@ -139,7 +139,7 @@ class Search:
             if thread_time() >= end:
                 break
             refused = Counter()
-            following = self._next(layers[-1], width, refused, tried, end)
+            following = self._next(layers[-1], width, refused, tried, end, self._fineness(width))
             work += width + refused.total()
             if following is not None:
                 layers.append(following)
@@ -163,6 +163,12 @@ class Search:
         late = len(farthest) <= steps and thread_time() >= until
         return Found(tuple(farthest), steps, reasons or dict(refused), numbers, width, work, late)
 
+    def _fineness(self, width: int) -> Fineness:
+        """How finely steps are looked at while the beam has a width."""
+        if self.fine:
+            return FINE
+        return AT_DEAD_ENDS if width > self.judge.settings.width else USUAL
+
     def usual(self, leg: int, steps: int) -> FloatArray:
         """Where a leg usually stands after a number of its steps ``(2,)`` [m]."""
         x, y, yaw = self.course.at(self.course.length * steps / max(self.cycles, 1))
@@ -171,18 +177,24 @@ class Search:
         return np.array([x + cosine * ahead - sine * left, y + sine * ahead + cosine * left])
 
     @cached_property
+    def pace(self) -> Pace:
+        """How long steps take."""
+        return Pace.of(self.judge.limbs, self.judge.settings, self.judge.hips)
+
+    @cached_property
     def outlook(self) -> Outlook:
         """What becomes of footholds while feet stand on them."""
         return Outlook(self.judge, self.stands, self.course, self.cycles)
 
     def _next(
-        self, layer: Layer, width: int, refused: Counter[Cause], tried: set[int], until: float
-    ) -> Layer | None:
+        self, layer: Layer, width: int, refused: Counter[Cause], tried: set[int], until: float,
+        fineness: Fineness,
+    ) -> Layer | None:  # fmt: skip
         """The states after one more step; ``None`` where there is none."""
         orders = [self.legs(made) for made in layer.made]
-        for choice in range(4):
-            legs = np.array([o[choice] if choice < len(o) else -1 for o in orders])
-            found = self._expand(layer, legs, width, refused, tried, until)
+        choices = [[order[k : k + 1] for order in orders] for k in range(len(LEGS))]
+        for legs in [orders] if fineness.all_legs else choices:
+            found = self._expand(layer, legs, width, refused, tried, until, fineness)
             if found is not None:
                 return found
         return None
@@ -193,23 +205,23 @@ class Search:
         return [leg for leg in CYCLE if made[leg] == least]
 
     def _expand(
-        self, layer: Layer, legs: np.ndarray, width: int, refused: Counter[Cause],
-        tried: set[int], until: float,
+        self, layer: Layer, legs: Sequence[Sequence[int]], width: int, refused: Counter[Cause],
+        tried: set[int], until: float, fineness: Fineness,
     ) -> Layer | None:  # fmt: skip
-        """The cheapest states in which given legs ``(N,)`` have stepped; -1 for none."""
-        state, stand, cost = self._candidates(layer, legs, refused)
+        """The cheapest states in which one of the legs that are given for each has stepped."""
+        state, stand, leg, cost = self._candidates(layer, legs, refused, fineness)
         if not len(state):
-            refused[Cause.GROUND] += int((legs >= 0).sum())
+            refused[Cause.GROUND] += sum(len(own) for own in legs)
             return None
         kept = Kept(width, lambda steps: self.last.kept(layer, steps, refused))
         order = np.argsort(cost, kind="stable")
-        most = MOST_CHUNKS * max(width // self.judge.settings.width, 1)
+        most = fineness.chunks * max(width // self.judge.settings.width, 1)
         for number, chunk in enumerate(np.array_split(order, max(len(order) // CHUNK, 1))[:most]):
-            for leg in sorted(set(legs[state[chunk]].tolist())):
-                own = chunk[legs[state[chunk]] == leg]
+            for one in sorted(set(leg[chunk].tolist())):
+                own = chunk[leg[chunk] == one]
                 # At a dead end the rare ways cost most; the best pairs tell if they help.
-                rare = number < RARE_CHUNKS
-                self._judge(layer, leg, state[own], stand[own], cost[own], kept, refused, rare)
+                how = fineness if number < fineness.rare_chunks else replace(fineness, rare=())
+                self._judge(layer, one, state[own], stand[own], cost[own], kept, refused, how)
             tried.update(stand[chunk].tolist())
             if kept.full:
                 kept.settled()
@@ -218,15 +230,15 @@ class Search:
         return kept.layer(layer)
 
     def _candidates(
-        self, layer: Layer, legs: np.ndarray, refused: Counter[Cause]
-    ) -> tuple[np.ndarray, np.ndarray, FloatArray]:
-        """States, stands to step to, and their costs, before anything is judged."""
-        height = self.judge.settings.body_height
-        states, stands, costs = [], [], []
-        for leg, made in sorted({(int(k), int(m[k])) for k, m in zip(legs, layer.made, strict=True)
-                                 if k >= 0}):  # fmt: skip
+        self, layer: Layer, legs: Sequence[Sequence[int]], refused: Counter[Cause],
+        fineness: Fineness,
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, FloatArray]:  # fmt: skip
+        """States, stands to step to, legs, and their costs, before anything is judged."""
+        states, stands, stepping, costs = [], [], [], []
+        some = {(leg, int(m[leg])) for own, m in zip(legs, layer.made, strict=True) for leg in own}
+        for leg, made in sorted(some):
             usual = self.usual(leg, made + 1)
-            near, own = self._thinned(usual, leg, int(layer.made[0].sum()))
+            near, own = self._thinned(usual, leg, int(layer.made[0].sum()), fineness)
             # All states of a layer have made the same number of steps.
             banned = [
                 k for s, other, k in self.banned if (s, other) == (int(layer.made[0].sum()), leg)
@@ -236,17 +248,20 @@ class Search:
             near, own = near[allowed], own[allowed]
             if not near.size:
                 continue
-            for n in np.flatnonzero((legs == leg) & (layer.made[:, leg] == made)):
+            for n in (n for n in np.flatnonzero(layer.made[:, leg] == made) if leg in legs[n]):
                 way = np.linalg.norm(self.stands.centres[near] - layer.feet[n, leg], axis=1)
-                cost = layer.cost[n] + own + FOOT_WAY * way / height
+                cost = layer.cost[n] + self.pace.step * own + self.pace.rough(way)
                 states.append(np.full(len(near), n))
                 stands.append(near)
+                stepping.append(np.full(len(near), leg))
                 costs.append(cost)
         if not states:
-            return np.empty(0, int), np.empty(0, int), np.empty(0)
-        return np.concatenate(states), np.concatenate(stands), np.concatenate(costs)
+            return *(np.empty(0, int) for _ in range(3)), np.empty(0)
+        return *(np.concatenate(a) for a in (states, stands, stepping)), np.concatenate(costs)
 
-    def _thinned(self, usual: FloatArray, leg: int, step: int) -> tuple[np.ndarray, FloatArray]:
+    def _thinned(
+        self, usual: FloatArray, leg: int, step: int, fineness: Fineness
+    ) -> tuple[np.ndarray, FloatArray]:
         """Some stands near a usual place, spread over it, and what each costs a leg in a step."""
         settings = self.judge.settings
         near = self._near(usual)
@@ -255,11 +270,11 @@ class Search:
         away = self.stands.centres[near, :2] - usual
         own = FROM_USUAL * (away**2).sum(axis=1) / settings.freedom**2
         own = own + self.stands.penalties[near] + NO_USE * self.outlook.of(leg, step, near)
-        side = max(BLOCK * settings.freedom, self.judge.surfaces.ground.resolution)
+        side = max(fineness.block * settings.freedom, self.judge.surfaces.ground.resolution)
         block = np.floor(away / side + 0.5).astype(int)
         order = np.argsort(own, kind="stable")
         _, first = np.unique(block[order], axis=0, return_index=True)
-        chosen = order[np.sort(first)][:CANDIDATES]
+        chosen = order[np.sort(first)][: fineness.candidates]
         return near[chosen], own[chosen]
 
     def _near(self, usual: FloatArray) -> np.ndarray:
@@ -274,30 +289,33 @@ class Search:
 
     def _judge(
         self, layer: Layer, leg: int, state: np.ndarray, stand: np.ndarray, cost: FloatArray,
-        kept: Kept, refused: Counter[Cause], rare: bool,
+        kept: Kept, refused: Counter[Cause], fineness: Fineness,
     ) -> None:  # fmt: skip
         """Judge pairs of one leg, and keep those that are possible."""
         made = layer.made[state].sum(axis=1) + 1
         yaw = self.course.at(self.course.length * made / max(4 * self.cycles, 1))[:, 2]
         pairs = Pairs(layer.feet[state], layer.body[state], self.stands.centres[stand], yaw, leg)
-        judged = self.judge.judge(pairs, rare)
+        judged = self.judge.judge(pairs, fineness)
         refused.update(judged.refused)
-        way = np.linalg.norm(judged.body[:, :3] - layer.body[state, :3], axis=1)
-        cost = cost + BODY_WAY * way / self.judge.settings.body_height
-        cost = cost + NO_USE_AHEAD * judged.prospects
         possible = np.flatnonzero(judged.possible)
         if not len(possible):
             return
         there, before = pairs.chosen(possible), layer.rolled[state[possible]]
-        rolled = rolled_on(self.limbs, there.feet, there.body, judged.body[possible], before)
+        body, rise = judged.body[possible], judged.rise[possible]
+        angles = feet_angles(self.limbs, there.feet, there.body, body)
+        rolled = rolled_on(self.limbs, angles, there.body, body, before)
+        penalties = NO_USE_AHEAD * judged.prospects[possible]
         shares = half_ways(rolled) / MOST_ROLLED
         refused[Cause.ROLL] += int((shares.max(axis=1) > 1.0).sum())
         # What a foot had rolled before has been counted.
-        more = ROLLED * (shares**2 - (half_ways(before) / MOST_ROLLED) ** 2).sum(axis=1)
+        penalties += ROLLED * (shares**2 - (half_ways(before) / MOST_ROLLED) ** 2).sum(axis=1)
+        seconds = self.pace.of_steps(there, body, rise, angles)
+        ways = np.linalg.norm(there.target - there.feet[:, leg], axis=1)
+        more = self.pace.step * penalties + seconds - self.pace.rough(ways)
         # The foot that steps begins anew.
         rolled[:, leg] = 0.0
         for n in np.flatnonzero(shares.max(axis=1) <= 1.0):
             i = possible[n]
             kept.add(Candidate(float(cost[i] + more[n]), int(state[i]), int(stand[i]), leg,
                                pairs.target[i], judged.body[i], float(judged.rise[i]),
-                               rolled[n]))  # fmt: skip
+                               rolled[n], float(seconds[n])))  # fmt: skip

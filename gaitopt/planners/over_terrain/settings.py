@@ -31,6 +31,9 @@ LONGER = 4.0
 were found by a longer and wider search only, of 93 grounds, are found; a refusal over 3 m takes
 40 s at most."""
 
+EXHAUSTIVE_TIMES = 5.0
+"""The same for an exhaustive search, in times of the usual ones: 200 s over 3 m."""
+
 HEIGHT_SHARE = 1.15
 """Height of the body as a share of the standing height, where the joints allow it. Chosen: limbs
 are then higher above the ground, and legs still reach footholds that are lower than others."""
@@ -75,6 +78,9 @@ class TerrainSettings:
             anyway [s]; by default :meth:`longest_in_all`, and at least the time budget. Both are
             processor time.
         detours: whether the course goes round what the robot cannot cross; not for goals with yaw.
+        exhaustive: whether steps are looked at as finely as there is a way to, in all orders of the
+            legs and with more ways of walking: a check of refusals, which takes up to five times as
+            long.
 
     Raises:
         InputError: a value is out of range.
@@ -97,6 +103,7 @@ class TerrainSettings:
     time_budget: float = 0.0
     time_limit: float | None = None
     detours: bool = True
+    exhaustive: bool = False
 
     def __post_init__(self) -> None:
         for name, low in (
@@ -114,6 +121,7 @@ class TerrainSettings:
         if self.time_limit is not None:
             check_number("time_limit", self.time_limit, 0.0, 1e6, "s")
         check_kind("detours", self.detours, bool)
+        check_kind("exhaustive", self.exhaustive, bool)
         check_count("width_limit", self.width_limit, 1, 100_000)
 
     def longest(self, metres: float) -> float:
@@ -126,6 +134,7 @@ class TerrainSettings:
             return self.time_limit
         usual = TerrainSettings.width_limit
         longest = (START_TIME + METRE_TIME * metres) * max(self.width_limit / usual, 1.0)
+        longest *= EXHAUSTIVE_TIMES if self.exhaustive else 1.0
         # A small budget for a better walk must not cost the first one.
         return max(longest, self.time_budget)
 

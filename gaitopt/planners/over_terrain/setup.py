@@ -196,6 +196,7 @@ def first_layer(search: Search) -> Layer:
     return Layer(
         feet, np.array([stands]), np.concatenate([middle, posture[0]])[None],
         np.zeros((1, 4), dtype=int), np.zeros(1), none, none, np.zeros(1), at_rest(1),
+        np.zeros(1),
     )  # fmt: skip
 
 
@@ -249,6 +250,8 @@ def result_of(search: Search, found: Found, begin: float) -> TerrainSearch:
         else LEGS[search.legs(found.layers[-1].made[int(found.layers[-1].cost.argmin())])[0]],
         refused=found.refused,
         cost=float(found.layers[-1].cost.min()),
+        estimate=float(found.layers[-1].seconds[int(found.layers[-1].cost.argmin())]),
         seconds=time.perf_counter() - begin,
         late=found.late,
+        fine=search.fine,
     )

@@ -24,12 +24,13 @@ class Layer(NamedTuple):
         stands: numbers of the feet's stands, -1 for a place at the start ``(N, 4)``.
         body: x, y, z, roll, pitch, yaw of the body centre ``(N, 6)``.
         made: how many steps each leg has made ``(N, 4)``.
-        cost: of the way so far ``(N,)``.
+        cost: of the way so far, with penalties ``(N,)`` [s].
         parent: the state of the layer before ``(N,)``.
         leg: index of the leg that stepped last ``(N,)``.
         rise: height of its swing above its higher end ``(N,)`` [m].
         rolled: how far the feet have rolled on their footholds ``(N, 4, 3, 2)`` [m]
             (:func:`gaitopt.planners.over_terrain.links.rolling.rolled_on`).
+        seconds: estimate of the time that the way so far takes ``(N,)`` [s].
     """
 
     feet: FloatArray
@@ -41,6 +42,7 @@ class Layer(NamedTuple):
     leg: np.ndarray
     rise: FloatArray
     rolled: FloatArray
+    seconds: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +86,7 @@ class Candidate(NamedTuple):
     """A step that was found possible.
 
     Attributes:
-        cost: of the way with it.
+        cost: of the way with it [s].
         state: number of the state in the layer before.
         stand: number of the stand that the foot goes to.
         leg: index of the leg that steps.
@@ -92,6 +94,7 @@ class Candidate(NamedTuple):
         body: x, y, z, roll, pitch, yaw of the body centre during the swing ``(6,)``.
         rise: height of the swing above its higher end [m].
         rolled: how far the feet have rolled ``(4, 3, 2)`` [m].
+        seconds: estimate of the time that it takes [s].
     """
 
     cost: float
@@ -102,6 +105,7 @@ class Candidate(NamedTuple):
     body: FloatArray
     rise: float
     rolled: FloatArray
+    seconds: float
 
 
 class Kept:
@@ -157,6 +161,7 @@ class Kept:
             feet, stands, np.array([step.body for step in chosen]), made,
             np.array([step.cost for step in chosen]), state, leg,
             np.array([step.rise for step in chosen]), np.array([step.rolled for step in chosen]),
+            before.seconds[state] + [step.seconds for step in chosen],
         )  # fmt: skip
 
     def _cheapest(self) -> list[Candidate]:

@@ -42,7 +42,8 @@ def on_slope(name: str, angle: float) -> tuple[Search, Layer]:
 def step_of(layer: Layer, leg: int, by: tuple[float, float], body: tuple[float, ...]) -> Candidate:
     """A step on level ground, with the body moved by x, y, z [m], roll, pitch and yaw [rad]."""
     target = layer.feet[0, leg] + np.array([*by, 0.0])
-    return Candidate(0.0, 0, 0, leg, target, layer.body[0] + np.array(body), 0.03, layer.rolled[0])
+    return Candidate(0.0, 0, 0, leg, target, layer.body[0] + np.array(body), 0.03, layer.rolled[0],
+                     0.0)  # fmt: skip
 
 
 def looked_at(search: Search, layer: Layer, step: Candidate) -> Counter[Cause]:
@@ -132,9 +133,18 @@ def test_a_shank_that_goes_through_an_edge_while_its_foot_rises_is_refused() -> 
     feet = np.repeat(start[None], 4, axis=0)[None]
     none, zero = np.array([-1]), np.zeros(1)
     layer = Layer(
-        feet, np.full((1, 4), -1), body, np.zeros((1, 4), int), zero, none, none, zero, at_rest(1)
+        feet,
+        np.full((1, 4), -1),
+        body,
+        np.zeros((1, 4), int),
+        zero,
+        none,
+        none,
+        zero,
+        at_rest(1),
+        zero,
     )
-    step = Candidate(0.0, 0, 0, RH, end, body[0], 0.0516, layer.rolled[0])
+    step = Candidate(0.0, 0, 0, RH, end, body[0], 0.0516, layer.rolled[0], 0.0)
     last = LastLook.of(robot, limbs, np.zeros((1, 3)), ForceLimits())
     refused: Counter[Cause] = Counter()
     assert not last.kept(layer, [step], refused)[0] and +refused == {Cause.LIMB: 1}

@@ -19,7 +19,7 @@ from gaitopt.planners.over_terrain.links.link_spheres import (
     covering_balls,
     link_spheres,
 )
-from gaitopt.planners.over_terrain.links.rolling import at_rest, half_ways, rolled_on
+from gaitopt.planners.over_terrain.links.rolling import at_rest, feet_angles, half_ways, rolled_on
 from gaitopt.planners.over_terrain.settings import TerrainSettings
 from gaitopt.planners.over_terrain.setup import default_start, search_for
 from gaitopt.planners.over_terrain.surfaces import RADIUS_STEP, Surfaces
@@ -191,7 +191,8 @@ def test_feet_roll_in_the_search_as_pinocchio_lets_them_roll(name: str) -> None:
                      for leg, columns in robot.leg_columns.items()]) - robot.centre  # fmt: skip
     before = np.zeros((1, 6))
     after = np.array([[0.2, 0.05, -0.15, 0.3, 0.2, 0.5]]) * [*[height] * 3, *[0.3] * 3]
-    rolled = rolled_on(limbs, feet[None], before, after, at_rest(1))
+    angles = feet_angles(limbs, feet[None], before, after)
+    rolled = rolled_on(limbs, angles, before, after, at_rest(1))
     # The same move in small steps, with Pinocchio's Jacobians of the contacts.
     poses = before + np.linspace(0.0, 1.0, 201)[:, None] * (after - before)
     local = limbs.local(np.broadcast_to(feet, (201, 4, 3)), poses)

@@ -26,14 +26,29 @@ def at_rest(count: int) -> FloatArray:
     return np.zeros((count, len(LEGS), 3, 2))
 
 
+def feet_angles(
+    limbs: Limbs, feet: FloatArray, before: FloatArray, after: FloatArray
+) -> FloatArray:
+    """Angles of the legs for two poses of the body ``(2, K, 4, 3)`` [rad].
+
+    Args:
+        limbs: the robot's links.
+        feet: where the four feet stand ``(K, 4, 3)`` [m].
+        before, after: x, y, z, roll, pitch, yaw of the body centre ``(K, 6)``.
+    """
+    legs = [limbs.robot.legs[leg] for leg in LEGS]
+    local = np.stack([limbs.local(feet, before), limbs.local(feet, after)])
+    return np.stack([leg.inverse(local[:, :, k]) for k, leg in enumerate(legs)], axis=2)
+
+
 def rolled_on(
-    limbs: Limbs, feet: FloatArray, before: FloatArray, after: FloatArray, rolled: FloatArray
+    limbs: Limbs, angles: FloatArray, before: FloatArray, after: FloatArray, rolled: FloatArray
 ) -> FloatArray:
     """Where the balls of feet have rolled to when the body has moved on.
 
     Args:
         limbs: the robot's links.
-        feet: where the four feet stand ``(K, 4, 3)`` [m].
+        angles: of the legs, before and after, from :func:`feet_angles` ``(2, K, 4, 3)`` [rad].
         before, after: x, y, z, roll, pitch, yaw of the body centre ``(K, 6)``.
         rolled: how far each foot has rolled along x and y since it landed, and the least and the
             largest of it so far ``(K, 4, 3, 2)`` [m].
@@ -41,12 +56,10 @@ def rolled_on(
     Returns:
         The same after the body's move.
     """
-    count, out = len(feet), rolled.copy()
-    poses = np.concatenate([before, after])
-    local, body = limbs.local(np.concatenate([feet, feet]), poses), limbs.body(poses)
-    for k, leg in enumerate(LEGS):
-        angles = limbs.robot.legs[leg].inverse(local[:, k])
-        turns = limbs.spheres.placements(k, angles, body)[-1].turns
+    count, out = len(before), rolled.copy()
+    body = limbs.body(np.concatenate([before, after]))
+    for k in range(len(LEGS)):
+        turns = limbs.spheres.placements(k, np.concatenate(angles[:, :, k]), body)[-1].turns
         turn = _rotation_vectors(turns[count:] @ np.swapaxes(turns[:count], -1, -2))
         # A ball that turns about y by an angle rolls along x by the radius times the angle.
         out[:, k, 0] += limbs.robot.foot_radius * np.stack([turn[:, 1], -turn[:, 0]], axis=1)

@@ -16,7 +16,7 @@ from gaitopt.conventions import Progress
 from gaitopt.errors import InputError
 from gaitopt.planners.over_terrain.result import TerrainSearch
 from gaitopt.planners.over_terrain.search import Search
-from gaitopt.planners.over_terrain.settings import TerrainSettings
+from gaitopt.planners.over_terrain.settings import EXHAUSTIVE_TIMES, TerrainSettings
 from gaitopt.planners.over_terrain.setup import first_layer, result_of, with_settings
 from gaitopt.planners.over_terrain.states import Layer
 
@@ -28,16 +28,16 @@ SHORT_STANCES = ((0.7, 0.7), (0.8, 0.6), (0.5, 0.55))
 stance is given. Chosen: with the first anymal_c goes up risers of 17 and 18 cm on treads of 28 cm,
 and not with a stance of 0.85; with the last risers of 17 cm on treads of 25 cm; with the second
 wang2020 crosses stones on which other ways end."""
+FURTHER = ((0.85, 0.85), (0.35, 0.7), (1.2, 0.85))
+"""The same, which only an exhaustive search tries besides."""
 UPHILL = 0.35
 """Pitch of the body at a dead end, nose up, from which on short stances are tried first [rad].
 Chosen: stairs that need them have slopes of 0.5 and more, and on the way down they rarely help."""
 NARROW = 4
 """Widest beam with which all ways are tried before a wider one, in widths of the first."""
-
-
-MANY = 4
-"""Least number of ways of walking whose dead ends are evidence: with the three lengths of steps
-alone the usual stance may be what is in the way."""
+FINE_TIMES = 2.0
+"""Time of a search that looks as finely as there is a way to, in times of one. Chosen: hyq finds a
+way over 3 m of stones in 12 s, on which all usual ones end within a step of one another."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,8 +50,6 @@ class Tries:
         progress: called with (steps done, steps in all) of the search that is made.
         begin: time at which the first one begins, by ``time.perf_counter`` [s].
         clock: the same in processor time, by ``time.thread_time`` [s].
-        thorough: whether those that got farthest are tried with wider beams also where all ways of
-            walking end at one place.
     """
 
     search: Search
@@ -59,7 +57,6 @@ class Tries:
     progress: Progress | None
     begin: float
     clock: float
-    thorough: bool = False
 
     def result(self) -> TerrainSearch:
         """The first that reaches the goal, or the one that gets farthest."""
@@ -83,34 +80,60 @@ class Tries:
         usual, course = self.search.judge.settings, self.search.course
         once, end = usual.longest(course.length), self.clock + usual.longest_in_all(course.length)
         narrow = min(usual.width_limit, NARROW * usual.width)
-        ways = list(self.ways)
-        while ways:
-            way = ways.pop(0)
-            # A way may be there that the coarse grid does not show; no other stance makes one.
-            if course.blocked and way.stance != usual.stance:
-                continue
-            searching = with_settings(self.search, replace(way, width_limit=narrow))
+        blocked = course.blocked and not usual.exhaustive
+        # A way may be there that the coarse grid does not show; no other stance makes one.
+        ways = [w for w in self.ways if not (blocked and w.stance != usual.stance)]
+        if usual.exhaustive:
+            # What the usual search finds is found, too.
+            yield from self._narrow(ways, narrow, False, once / 2.0 / EXHAUSTIVE_TIMES, end, tried)
+        yield from self._narrow(ways, narrow, usual.exhaustive, once / 2.0, end, tried)
+        if usual.width_limit == narrow or blocked:
+            return
+        # Those that got farthest may pass with a finer look, or with a wider beam.
+        farthest = sorted(tried, key=lambda found: -found.share)
+        # Who asks for narrow beams asks for a quick answer.
+        coarse = usual.exhaustive or usual.width_limit < TerrainSettings.width_limit
+        for near, fine, width in (
+            *((near, True, narrow) for near in farthest if not coarse),
+            *((near, near.fine, usual.width_limit) for near in farthest),
+        ):
+            if time.thread_time() >= end:
+                return
+            searching = self._searching(replace(near.settings, width_limit=width), fine)
+            most = FINE_TIMES * once if fine else once
+            yield self._found(searching, first_layer(searching), most, end)
+
+    def _narrow(
+        self, ways: Sequence[TerrainSettings], width: int, fine: bool, most: float, end: float,
+        tried: Sequence[TerrainSearch],
+    ) -> Iterator[TerrainSearch]:  # fmt: skip
+        """Searches with narrow beams, one way of walking after the other.
+
+        Args:
+            ways: of walking.
+            width: of the widest beam.
+            fine: whether steps are looked at as finely as there is a way to.
+            most: processor time of each [s].
+            end: processor time at which the last one ends [s].
+            tried: what those before found.
+        """
+        left = list(ways)
+        while left:
+            searching = self._searching(replace(left.pop(0), width_limit=width), fine)
             try:
                 first = first_layer(searching)
             except InputError:
                 if not tried:
                     raise
                 continue
-            found = self._found(searching, first, once / 2.0, end)
+            found = self._found(searching, first, most, end)
             yield found
             if _pitched(found) > UPHILL:
-                ways.sort(key=lambda way: way.stance == usual.stance)
-        if usual.width_limit == narrow or course.blocked:
-            return
-        if not self.thorough and len(tried) >= MANY and _spread(tried) <= usual.step_length:
-            return
-        # Those that got farthest may pass with a wider beam.
-        for near in sorted(tried, key=lambda found: -found.share):
-            if time.thread_time() >= end:
-                return
-            wide = replace(near.settings, width_limit=usual.width_limit)
-            searching = with_settings(self.search, wide)
-            yield self._found(searching, first_layer(searching), once, end)
+                usual = self.search.judge.settings.stance
+                left.sort(key=lambda way: way.stance == usual)
+
+    def _searching(self, settings: TerrainSettings, fine: bool) -> Search:
+        return replace(with_settings(self.search, settings), fine=fine)
 
     def _found(self, searching: Search, first: Layer, most: float, end: float) -> TerrainSearch:
         """One search, which may take ``most`` seconds and ends at a processor time [s]."""
@@ -147,7 +170,8 @@ def ways_of(usual: TerrainSettings, asked: Mapping[str, Any]) -> tuple[TerrainSe
     pairs = [(share, usual.stance) for share in shares]
     if asked.get("stance") is None:
         given = len(shares) == 1
-        pairs += [(1.0 if given else share, stance) for share, stance in SHORT_STANCES]
+        stances = SHORT_STANCES + (FURTHER if usual.exhaustive else ())
+        pairs += [(1.0 if given else share, stance) for share, stance in stances]
     return tuple(
         replace(usual, step_length=round(share * usual.step_length, 4), stance=stance)
         for share, stance in pairs
