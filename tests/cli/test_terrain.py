@@ -212,9 +212,9 @@ def test_messages_name_options_of_the_command_line(told: str, words: str) -> Non
 
 
 def test_cures_name_options_of_the_command_line() -> None:
-    told = "shorter steps (step_length), or a wider search (width_limit)"
+    told = "shorter steps (step_length), or a finer and wider search (exhaustive)"
     assert in_search_options(told) == (
-        "shorter steps (--step-length), or a wider search (--width-limit)"
+        "shorter steps (--step-length), or a finer and wider search (--exhaustive)"
     )
 
 

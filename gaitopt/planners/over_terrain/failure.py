@@ -65,7 +65,11 @@ def no_way(search: TerrainSearch, detail: str = "") -> TerrainError:
     worst = causes[0][0] if causes else Cause.GROUND
     if worst in (Cause.LIMB, Cause.TRUNK):
         words += _edge_near(search, share)
-    wider = "another goal or start" if search.course.blocked else "a wider search (width_limit)"
+    wider = "a finer and wider search (exhaustive)"
+    if search.settings.exhaustive:
+        wider = "another goal or start, or more time (time_limit)"
+    elif search.course.blocked:
+        wider = f"another goal or start; or {wider}"
     words.append(f"what may help: {_CURES[worst]}; or {wider}")
     return TerrainError("; ".join(words), step, search.next_leg, dict(search.refused), search)
 
