@@ -98,7 +98,7 @@ class Judge:
         found = self._tried(pairs, fineness.attempts[0], fineness.grid)
         # Where a leg reaches its foot at no height, no other height has to be tried.
         none = np.zeros(len(pairs.target), dtype=np.bool_)
-        hopeless = {}
+        hopeless: dict[float, BoolArray] = {}
         for attempt in (*fineness.attempts[1:], *fineness.rare):
             most = 1.0 - fineness.few if attempt in fineness.rare else fineness.enough
             if (~found.possible).sum() <= most * len(pairs.target):

@@ -248,7 +248,8 @@ class Search:
             near, own = near[allowed], own[allowed]
             if not near.size:
                 continue
-            for n in (n for n in np.flatnonzero(layer.made[:, leg] == made) if leg in legs[n]):
+            same = np.flatnonzero(layer.made[:, leg] == made).tolist()
+            for n in (n for n in same if leg in legs[n]):
                 way = np.linalg.norm(self.stands.centres[near] - layer.feet[n, leg], axis=1)
                 cost = layer.cost[n] + self.pace.step * own + self.pace.rough(way)
                 states.append(np.full(len(near), n))
@@ -256,8 +257,10 @@ class Search:
                 stepping.append(np.full(len(near), leg))
                 costs.append(cost)
         if not states:
-            return *(np.empty(0, int) for _ in range(3)), np.empty(0)
-        return *(np.concatenate(a) for a in (states, stands, stepping)), np.concatenate(costs)
+            none = np.empty(0, int)
+            return none, none, none, np.empty(0)
+        state, stand, leg_of = (np.concatenate(each) for each in (states, stands, stepping))
+        return state, stand, leg_of, np.concatenate(costs)
 
     def _thinned(
         self, usual: FloatArray, leg: int, step: int, fineness: Fineness

@@ -8,28 +8,12 @@ import pytest
 
 import gaitopt
 from gaitopt import LEGS, HeightMap
-from gaitopt.planners.over_terrain.judge import Judge
-from gaitopt.planners.over_terrain.pairs import Pairs
 from gaitopt.planners.over_terrain.settings import TerrainSettings
-from gaitopt.planners.over_terrain.setup import first_layer, search_for
+from gaitopt.planners.over_terrain.setup import search_for
 from gaitopt.robots.rotations import rpy_to_matrix
 from gaitopt.robots.whole_body import configuration
 from gaitopt.stability.support import triangle_half_planes
-
-RNG = np.random.default_rng(7)
-LEG = 2
-
-
-def judge_and_pairs(name: str, rough: float) -> tuple[Judge, Pairs]:
-    """Steps of RH from feet that stand up to ``rough`` above and below their usual heights [m]."""
-    robot = gaitopt.load_robot(name)
-    flat = HeightMap(np.zeros((100, 100)), 0.02, (-1.0, -1.0))
-    search = search_for(robot, flat, (0.5, 0.0), (0.0, 0.0, 0.0), TerrainSettings.for_robot(robot))
-    layer, count = first_layer(search), 40
-    feet = np.tile(layer.feet, (count, 1, 1))
-    feet += RNG.uniform(-rough, rough, feet.shape)
-    target = feet[:, LEG] + RNG.uniform([0.0, -0.05, -rough], [0.15, 0.05, rough], (count, 3))
-    return search.judge, Pairs(feet, np.tile(layer.body, (count, 1)), target, np.zeros(count), LEG)
+from tests.helpers.terrain_steps import LEG, judge_and_pairs
 
 
 @pytest.mark.parametrize("name", ["go2", "wang2020"])

@@ -83,7 +83,7 @@ class Pace:
             turns: changes of the joints' angles ``(K, 4, 3)`` [rad].
         """
         by_joints = (np.abs(turns) / self.velocities).max(axis=(1, 2))
-        return np.maximum(2.0 * np.sqrt(ways / BODY_ACCELERATION), by_joints)
+        return np.asarray(np.maximum(2.0 * np.sqrt(ways / BODY_ACCELERATION), by_joints))
 
     def of_swings(
         self, leg: int, start: FloatArray, end: FloatArray, rise: FloatArray, poses: FloatArray
@@ -103,7 +103,7 @@ class Pace:
         turns = np.abs(np.diff(angles, axis=1))
         by_joints = (turns / self.velocities[leg]).max(axis=2).sum(axis=1)
         way = np.linalg.norm(np.diff(path, axis=1), axis=2).sum(axis=1)
-        return np.hypot(by_joints, 2.0 * np.sqrt(way / FOOT_ACCELERATION))
+        return np.asarray(np.hypot(by_joints, 2.0 * np.sqrt(way / FOOT_ACCELERATION)))
 
     def rough(self, ways: FloatArray) -> FloatArray:
         """Roughly the times of swings between places that are ``ways (K,)`` apart [m], in [s]."""
