@@ -156,14 +156,18 @@ class _Easing(NamedTuple):
     """Values of ticks that take a share of both neighbours, some times.
 
     Nothing comes late, and sums stay the same, but for loads of light feet that land or lift off.
+    Where feet land or lift off that bear more, only the tick on more feet takes a share: the other
+    one has no force of such a foot. So the load that is to go over begins to do so before a foot
+    lifts off, and still does after a foot has landed.
 
     Attributes:
-        shares: what each tick takes of the one before ``(N + 1,)``, and gives to it: nothing where
-            feet that bear more than a light load land or lift off, and at both ends.
+        of_next: what each tick takes of the one after it, nothing at the end ``(N,)``.
+        of_last: what each tick takes of the one before it, nothing at the begin ``(N,)``.
         standing: which feet stand ``(N, 4)``.
     """
 
-    shares: FloatArray
+    of_next: FloatArray
+    of_last: FloatArray
     standing: BoolArray
 
     @classmethod
@@ -172,9 +176,12 @@ class _Easing(NamedTuple):
     ) -> _Easing:  # fmt: skip
         """For forces ``(N, 4, 3)`` [N] on feet that stand ``(N, 4)``."""
         size = np.linalg.norm(forces, axis=2)
-        changing = np.where(standing[1:] != standing[:-1], np.maximum(size[1:], size[:-1]), 0.0)
+        before, after = standing[:-1], standing[1:]
+        changing = np.where(before != after, np.maximum(size[1:], size[:-1]), 0.0)
         light = changing.max(axis=1) <= LIGHT_SHARE * weight
-        return cls(np.pad(np.where(light, share, 0.0), 1), standing)
+        of_next = share * (light | (before | ~after).all(axis=1))
+        of_last = share * (light | (after | ~before).all(axis=1))
+        return cls(np.append(of_next, 0.0), np.append(0.0, of_last), standing)
 
     def over(self, values: FloatArray) -> FloatArray:
         """Values ``(N, ...)`` without jumps."""
@@ -186,13 +193,13 @@ class _Easing(NamedTuple):
 
     def _eased(self, values: FloatArray, kept: FloatArray | float) -> FloatArray:
         """Values ``(N, ...)``, of which a share ``kept`` is left after each round."""
-        shares = self.shares.reshape(-1, *(1,) * (values.ndim - 1))
-        if not shares.any():
+        shape = (-1, *(1,) * (values.ndim - 1))
+        of_next, of_last = self.of_next.reshape(shape), self.of_last.reshape(shape)
+        if not (of_next.any() or of_last.any()):
             return values
         for _ in range(EASING_ROUNDS):
             steps = np.diff(values, axis=0, prepend=values[:1], append=values[-1:])
-            given = shares * steps
-            values = kept * (values + given[1:] - given[:-1])
+            values = kept * (values + of_next * steps[1:] - of_last * steps[:-1])
         return values
 
 

@@ -130,6 +130,9 @@ class TrackingController:
         weight, length = robot.mass * GRAVITY, 0.5 * max(robot.stance_size)
         limits = plan.settings.promised_forces
         self._weight = weight
+        growth = self.gains.growth_time
+        # By how much the force on a foot may grow from call to call [N].
+        self._most_growth = weight * dt / growth if growth > 0.0 else np.inf
         self._forces = ForceDistribution(weight, length, self.gains.friction)
         self._nearest = None if limits is None else NearestForces(weight, length, limits)
         self._efforts = np.array(robot.effort_limits)[self._columns]
@@ -233,9 +236,16 @@ class TrackingController:
         return feet, jacobian.reshape(12, model.nv), needed
 
     def _filtered(self, forces: FloatArray, contacts: BoolArray) -> FloatArray:
-        """The wanted ``forces (4, 3)`` after a first-order filter ``(12,)``; 0 in the air."""
+        """The wanted ``forces (4, 3)`` after a first-order filter ``(12,)``; 0 in the air.
+
+        They grow by no more than the gains' ``growth_time`` allows.
+        """
         before = forces if self._last_forces is None else self._last_forces
         filtered = forces + self._force_decay * (before - forces)
+        if self._most_growth < np.inf:
+            size = np.sqrt((filtered**2).sum(axis=1))
+            most = np.sqrt((before**2).sum(axis=1)) + self._most_growth
+            filtered *= np.minimum(most / np.maximum(size, most), 1.0)[:, None]
         filtered[~(contacts | self._footing.grounded)] = 0.0
         self._last_forces = filtered
         return filtered.reshape(-1)

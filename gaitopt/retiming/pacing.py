@@ -34,8 +34,9 @@ from gaitopt.retiming.straight import straight_course
 
 LESS = 0.9
 """Share of a squared speed that is allowed where it had no forces."""
-ENOUGH = 1.002
-"""A motion whose joint velocities exceed their limits by less is not timed anew."""
+ENOUGH = 1.0003
+"""A motion whose joint velocities exceed their limits by less is not timed anew: it is stretched as
+a whole, by as much. With 1.002 walks of wang2020 came out 0.15 % slower."""
 
 
 HEIGHT = 2
@@ -279,7 +280,8 @@ class Pacing:
         held = _and_neighbours(forced.astype(np.float64)) > 0.0
         squares = self.timing.squares.copy()
         for at, square in ((self.places.begin, motion.begin), (self.places.end, motion.end)):
-            np.minimum.at(squares, at, self.timing.squares[at] / share**2)
+            slower = np.minimum(self.timing.squares[at], square) / share**2
+            np.minimum.at(squares, at, np.where(share > 1.0, slower, np.inf))
             # Places at which the robot stops are 0 already.
             np.minimum.at(squares, at, np.where(held, LESS * square, np.inf))
         same = (squares == self.timing.squares)[[self.places.begin, self.places.end]].all(axis=0)

@@ -15,7 +15,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from gaitopt.conventions import FloatArray
+from gaitopt.conventions import BoolArray, FloatArray
 from gaitopt.motion.retiming import needed_stretch
 from gaitopt.optimize.route.dynamic_layout import interval_times
 from gaitopt.optimize.route.dynamic_problem import DynamicRouteProblem
@@ -28,6 +28,17 @@ JOINT_RESERVE = 1e-3
 """Share of the joints' limits that is kept in reserve."""
 ZMP_RESERVE = 3e-5
 """Length that is added to the margin of the ZMP in reserve [m]."""
+MARGIN_RESERVE = 2e-5
+"""Margin of the centre of mass beyond what is asked for that is left as it is [m]."""
+MARGIN_LOWERED_SHARE = 0.7
+"""Share of what is beyond it by which rows are lowered. Walks of wang2020 (16 steps, seeds 0 to 3)
+came out 0.2 % (``swing``) and 0.3 % (``height``) faster than with 0. With 0.8 motions missed up to
+0.2 mm, and took a round more."""
+MOVES, MOVE_SHARE, MOST_MOVED = 3, 1.3, 1e-4
+"""How often control points of the body are moved inward at most where a motion misses a little of
+its margin, by how much of what is missing, and how much that may be at most [m]."""
+HOLDING = 2e-4
+"""Value of a row of the centre of mass below which it counts as one that holds the motion [m]."""
 TIGHTENING_RESERVES = 2.0
 """How many reserves are kept where limits are only tightened."""
 MOST_STRETCH = 1.005
@@ -111,20 +122,76 @@ def with_tightened_limits(
     )
 
 
-def with_raised_margins(
-    problem: DynamicRouteProblem, window: SmoothWindow, motion: SplineMotion
+def with_corrected_margins(
+    problem: DynamicRouteProblem, window: SmoothWindow, motion: SplineMotion, *, only_upward: bool
 ) -> DynamicRouteProblem:
-    """The problem with stricter rows of the true centre of mass where its margin is missing.
+    """The problem with other rows of the true centre of mass.
 
-    Rows look at control points. Between them the centre of mass may be elsewhere by a little.
+    Rows look at control points. The centre of mass stays inside of these where the body turns, and
+    between them it may be elsewhere by a little.
+
+    Args:
+        problem: whose solution gave the motion.
+        window: what is planned.
+        motion: the window's, through the solution.
+        only_upward: raise rows only, where margin is missing; else those that hold the motion are
+            also lowered where it has more than is asked for.
     """
     if problem.com is None:
         return problem
-    margins = motion.margins(dynamic=False)[window.first_knot :]
-    missing = np.maximum(window.wanted_margins(motion) - margins, 0.0)
-    around = np.concatenate([[0.0], missing, [0.0]])
-    near = np.maximum(missing, np.maximum(around[:-2], around[2:]))
-    return replace(problem, com=problem.com.raised(LIMIT_OVERCORRECTION * near[problem.com.knot]))
+    missing, holding = _missing_margins(problem, window, motion)
+    raised = LIMIT_OVERCORRECTION * np.maximum(missing, 0.0)
+    if not only_upward:
+        too_much = np.maximum(-missing - MARGIN_RESERVE, 0.0)
+        raised -= np.where(holding, MARGIN_LOWERED_SHARE * too_much, 0.0)
+    return replace(problem, com=problem.com.raised(raised))
+
+
+def with_body_moved_inward(
+    problem: DynamicRouteProblem, window: SmoothWindow, motion: SplineMotion
+) -> SplineMotion:
+    """The motion with its body inside the polygons by the little that its margin misses.
+
+    A round more would mend it, too, but costs as much as others.
+
+    Args:
+        problem: whose solution gave the motion.
+        window: what is planned, a whole walk.
+        motion: through the solution.
+
+    Returns:
+        The same motion where more than :data:`MOST_MOVED` is missing, or nothing.
+    """
+    com = problem.com
+    if com is None:
+        return motion
+    for _ in range(MOVES):
+        missing, holding = _missing_margins(problem, window, motion)
+        if not 0.0 < missing.max(initial=0.0) <= MOST_MOVED:
+            break
+        size = np.where(holding & (missing > 0.0), MOVE_SHARE * missing + MARGIN_RESERVE, 0.0)
+        poses = motion.poses.copy()
+        np.add.at(poses[:, :2], com.knot, size[:, None] * com.normal)
+        motion = replace(motion, poses=poses)
+    return motion
+
+
+def _missing_margins(
+    problem: DynamicRouteProblem, window: SmoothWindow, motion: SplineMotion
+) -> tuple[FloatArray, BoolArray]:
+    """Margin of the true centre of mass that is missing about each of its rows ``(M,)`` [m].
+
+    Also which of them hold the motion ``(M,)``. Arguments as for :func:`with_corrected_margins`.
+    """
+    com, first = problem.com, window.first_knot
+    assert com is not None
+    missing = window.wanted_margins(motion) - motion.margins(dynamic=False)[first:]
+    around = np.pad(missing, 1, constant_values=-np.inf)
+    near = np.maximum(missing, np.maximum(around[:-2], around[2:]))[com.knot]
+    poses, knots = motion.poses, motion.knots
+    joints = motion.legs.joints(poses, knots.feet, knots.in_air)
+    values = com.values(com.masses.com(poses, joints)[first:])
+    return near, values < HOLDING
 
 
 def _usable_limits(

@@ -16,8 +16,9 @@ from gaitopt.planners.time_optimal.failure import Reason, route_error
 from gaitopt.planners.time_optimal.smooth.between import (
     MOST_STRETCH,
     sampled_stretch,
+    with_body_moved_inward,
     with_corrected_limits,
-    with_raised_margins,
+    with_corrected_margins,
     with_tightened_limits,
 )
 from gaitopt.planners.time_optimal.smooth.clearance import clearance_is_kept, with_raised_heights
@@ -103,7 +104,7 @@ def best_motion(window: SmoothWindow) -> tuple[FoundMotion, list[DynamicSolution
         last = tolerance == tolerances[-1]
         # The first solution for forces is rough: whether legs touch in it says little.
         apart = _with_legs_apart(window, solution) if last or not forces else None
-        if last and apart is None and found.add(solution, motion):
+        if last and apart is None and found.add(solution, _mended(window, solution, motion)):
             break
         cold = apart is not None and not forces
         start = _Start(solution.x) if cold else _next_start(solution, apart or problem, warm)
@@ -179,6 +180,14 @@ def _with_legs_apart(window: SmoothWindow, solution: DynamicSolution) -> Dynamic
     return None if close is None else with_distance_rows(shapes, problem, poses, close)
 
 
+def _mended(window: SmoothWindow, solution: DynamicSolution, motion: SplineMotion) -> SplineMotion:
+    """The motion of a whole walk whose timing forces set, with the little margin that it misses."""
+    settings = window.route.settings
+    if settings.forces is None or settings.free.dynamic or not window.is_whole:
+        return motion
+    return with_body_moved_inward(solution.problem, window, motion)
+
+
 def _with_stricter_rows(
     problem: DynamicRouteProblem, window: SmoothWindow, motion: SplineMotion, only_tighten: bool
 ) -> DynamicRouteProblem:
@@ -191,7 +200,8 @@ def _with_stricter_rows(
         only_tighten: never make a row less strict.
     """
     change = with_tightened_limits if only_tighten else with_corrected_limits
-    stricter = with_raised_margins(change(problem, window, motion), window, motion)
+    stricter = change(problem, window, motion)
+    stricter = with_corrected_margins(stricter, window, motion, only_upward=only_tighten)
     return with_raised_heights(stricter, window, motion, only_upward=only_tighten)
 
 
