@@ -69,9 +69,11 @@ def test_it_writes_plan_replay_figure_and_footholds(walked: tuple[Result, Path])
     names = {"plan.npz", "replay.html", "map.png", "footholds.csv"}
     assert {path.name for path in out.iterdir()} == names | {"run.json"}
     assert all(name in result.output for name in names)
-    for words in ("not tried in physics", "places were tried", "s a metre", "steps over 0.3"):
-        assert words in result.output
     plan = gaitopt.load_plan(out / "plan.npz")
+    over = f"steps over {plan.distance:.2f} m"
+    for words in ("not tried in physics", "places were tried", "s a metre", over):
+        assert words in result.output
+    assert plan.distance == pytest.approx(0.3, abs=0.03)
     written = gaitopt.Footholds.from_csv(out / "footholds.csv")
     for leg in gaitopt.LEGS:
         assert (written[leg] == plan.footholds[leg]).all()
