@@ -28,6 +28,8 @@ from gaitopt.planners.time_optimal.walk import Route
 ROUNDS = 2
 """Rounds in which the body's path is found. In each the centre of mass and the ZMP of all links are
 measured anew, along the path of the round before."""
+LEAST_UNIT = 0.01
+"""Least unit of lengths, as a share of the standing height: a stability margin may be zero."""
 MOST_ROUNDS = 8
 """Most rounds of a static walk, which ends when the centre of mass keeps its margin."""
 OVERCORRECTION = 1.5
@@ -87,6 +89,11 @@ def balanced(route: Route, motion: SplineMotion) -> BalancedMotion:
     raise refused(route, motion, int(missing.argmax()), what)
 
 
+def length_unit(route: Route) -> float:
+    """Unit of lengths of the problems of a walk [m]: the stability margin where that is enough."""
+    return max(route.settings.stability_margin, LEAST_UNIT * route.robot.standing_height)
+
+
 def check_reach(route: Route, motion: SplineMotion) -> None:
     """Refuse a motion with a foot that is out of reach.
 
@@ -143,7 +150,7 @@ def build_body_path(
         start=poses[0, :2], spans=spans, pendulum=heights / GRAVITY,
         lines=_balance_lines(route, motion, heights / GRAVITY, stricter, measured),
         discs=reach_discs(route, motion),
-        unit=route.settings.stability_margin,
+        unit=length_unit(route),
     )  # fmt: skip
 
 

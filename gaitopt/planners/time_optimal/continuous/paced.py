@@ -29,6 +29,7 @@ from gaitopt.optimize.paced_path import PacedPathProblem, PacedRows
 from gaitopt.optimize.route.centre_of_mass import MassDistribution
 from gaitopt.planners.time_optimal.continuous.body import (
     LOOKED_AT,
+    length_unit,
     out_of_reach,
     promised_centre,
     reach_discs,
@@ -168,7 +169,7 @@ def build_paced_path(
         motion: with all feet within reach.
         asked: what it asks of the ground.
     """
-    unit = route.settings.stability_margin
+    unit, margin = length_unit(route), route.settings.stability_margin
     both = (_normal_rows, _friction_rows)
     forces = PacedRows.joined([of(route, motion, asked, end) for of in both for end in (0, 1)])
     squares = _fastest(motion, forces, asked.tops, LEAST_ROOM * unit)
@@ -176,7 +177,7 @@ def build_paced_path(
     ends = np.stack([begin, np.append(begin[1:], begin[-1])], axis=1)
     missed = np.minimum(forces.values(np.diff(ends)[:, 0] / (2.0 * motion.spans), ends), 0.0)
     forces = forces._replace(rest=forces.rest - missed)
-    static = _margin_rows(route, motion) if route.settings.static else _near_rest(forces, unit)
+    static = _margin_rows(route, motion) if route.settings.static else _near_rest(forces, margin)
     rows = [forces, _trust_rows(motion, ends.max(axis=1), unit), static]
     tops = np.append(asked.tops[:1, 0], np.minimum(asked.tops[:-1, 1], asked.tops[1:, 0]))
     problem = PacedPathProblem(
@@ -288,16 +289,16 @@ def _trust_rows(motion: SplineMotion, squares: FloatArray, unit: float) -> Paced
                      by_place, np.zeros_like(by_place), np.zeros_like(by_place))  # fmt: skip
 
 
-def _near_rest(forces: PacedRows, unit: float) -> PacedRows:
+def _near_rest(forces: PacedRows, margin: float) -> PacedRows:
     """Rows that keep the robot near to where it could rest, as far as it is.
 
     Args:
         forces: rows of forces; with places of the body they change as they do at rest.
-        unit: the stability margin [m].
+        margin: the stability margin [m].
     """
     still = np.zeros(len(forces.span))
     none = np.zeros_like(forces.by_place)
-    room = np.maximum(forces.rest + OUTSIDE * unit, 0.0)
+    room = np.maximum(forces.rest + OUTSIDE * margin, 0.0)
     return PacedRows(forces.span, forces.end, still, still, room, forces.by_place, none, none)
 
 

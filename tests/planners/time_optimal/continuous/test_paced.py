@@ -100,6 +100,15 @@ def test_the_plain_path_is_taken_where_the_other_one_fails(
         assert plan.duration == plain.duration
 
 
+def test_a_walk_without_any_margin_is_continuous_and_faster() -> None:
+    """The margin was the unit of lengths: with none of it the walk phase by phase was taken."""
+    walk = route("swing")
+    plan = gaitopt.plan_route(walk.robot, walk.footholds, free="swing", stability_margin=0.0)
+    assert isinstance(plan.record, RouteRecord) and plan.record.instead is None
+    assert plan.duration < planned(walk, first("swing")).duration
+    gaitopt.verify(plan, collisions=False).raise_for_violations()
+
+
 def test_no_motion_whose_feet_are_out_of_reach(monkeypatch: pytest.MonkeyPatch) -> None:
     away = np.array([1.0, 0.0])
     moved = PacedPathProblem.moved
