@@ -13,9 +13,8 @@ import gaitopt
 from gaitopt import ForceLimits, Plan, retimed
 from gaitopt.certificate.forces import contact_forces
 from gaitopt.certificate.phase_forces import times_of_stances
-from gaitopt.conventions import FloatArray
 from gaitopt.plan.load_transfer import TOUCH_SHARE
-from gaitopt.retiming.retimed import retimed_gently
+from gaitopt.retiming.retimed import LOAD_TIME, retimed_gently
 
 TIME = 0.1
 LIMITS = ForceLimits(transfer_time=TIME)
@@ -26,21 +25,24 @@ def shares_beyond(plan: Plan, time: float) -> float:
 
     With times since landings and until lift-offs that are read off the swings, one foot at a time.
     """
-    return float(beyond_shares(plan, time).max())
-
-
-def beyond_shares(plan: Plan, time: float) -> FloatArray:
-    """The same of all feet that stand at all instants ``(n,)``, negative where they bear less."""
     found = gaitopt.contact_forces(plan, dt=0.002)
-    beyond = []
+    worst = -np.inf
     for leg, name in enumerate(gaitopt.LEGS):
         swings = [swing for swing in plan.swings if swing.leg == name]
         changes = np.array([t for swing in swings for t in (swing.start, swing.end)])
         own = found.standing[:, leg]
         near = np.abs(found.times[own, None] - changes).min(axis=1)
         bears = found.forces[own, leg, 2] / found.weight
-        beyond.append(bears - 0.02 - TOUCH_SHARE - near / time)
-    return np.concatenate(beyond)
+        worst = max(worst, float((bears - 0.02 - TOUCH_SHARE - near / time).max()))
+    return worst
+
+
+def gentle_everywhere(plan: Plan, time: float) -> bool:
+    """Whether there are forces at all instants with which loads go over within a time [s]."""
+    promised = plan.settings.promised_forces
+    assert promised is not None
+    asked = replace(promised, transfer_time=time)
+    return bool(gaitopt.contact_forces(plan, asked, dt=0.002).feasible.all())
 
 
 @pytest.fixture(scope="module", params=["a1", "wang2020"])
@@ -134,20 +136,20 @@ def test_the_certificate_counts_the_times_of_stances_from_phases(a1_walk: Plan) 
 
 
 def test_gentle_loads_are_a_wish_within_what_was_promised(wang: gaitopt.Quadruped) -> None:
-    """Feet bear less about lift-offs than without, no limit is broken, and little time is lost."""
+    """Loads can go over within the time that is wished for, and little time is lost."""
     columns = gaitopt.s_columns(0, columns=2)
     plan = gaitopt.plan_route(wang, columns, free="posture", stability_margin=0.02)
     jumping, gentle = (retimed_gently(plan, None, 0.0, time) for time in (0.0, 0.05))
     assert gentle.settings == plan.settings
     assert gaitopt.verify(gentle, collisions=False).ok
     assert gentle.duration < 1.03 * jumping.duration
-    # At some places of this walk the motion leaves no choice: 0.54 of the worst and of the sum.
-    assert shares_beyond(gentle, 0.1) < 0.6 * shares_beyond(jumping, 0.1)
-    sums = [np.maximum(beyond_shares(p, 0.05), 0.0).sum() for p in (jumping, gentle)]
-    assert sums[1] < 0.6 * sums[0]
-    # So are the plan's own, and those of any other timing of it.
-    again = gaitopt.retimed(plan)
-    assert max(shares_beyond(p, 0.1) for p in (plan, again)) < 0.8 * shares_beyond(jumping, 0.1)
+    assert gentle_everywhere(gentle, 0.05)
+    assert not gentle_everywhere(jumping, 0.05)
+    # So it is with another timing of the plan. The plan's own looks at the times of its
+    # spline, and keeps most of it in those that come out.
+    for own, time in ((gaitopt.retimed(plan), LOAD_TIME), (plan, LOAD_TIME / 1.5)):
+        assert gentle_everywhere(own, time)
+        assert not gentle_everywhere(jumping, time)
     # What limits promise themselves comes first.
     slow = [retimed_gently(plan, LIMITS, 0.0, time) for time in (0.0, 0.05)]
     assert slow[0].duration == slow[1].duration
