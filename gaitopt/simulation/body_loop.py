@@ -48,14 +48,18 @@ class BodyLoop(NamedTuple):
     def growth(self, interval: float) -> float:
         """The largest factor by which a motion grows from one call to the next; below 1 none does.
 
-        It is that of the exact solution between calls an ``interval`` [s] apart.
+        It is that of the exact solution between calls an ``interval`` [s] apart, and infinite where
+        gains or dampings are so large that it cannot be computed.
         """
         n = len(self.inertia)
         system = np.zeros((4 * n, 4 * n))
         system[:n, n : 2 * n] = np.eye(n)
         felt = np.hstack([self.bends, self.own, self.holds, self.damps])
         system[n : 2 * n] = -np.linalg.solve(self.inertia, felt)
-        moved = _exponential(interval * system)[: 2 * n]
+        with np.errstate(over="ignore", invalid="ignore"):
+            moved = _exponential(interval * system)[: 2 * n]
+        if not np.isfinite(moved).all():
+            return np.inf
         # What was seen at the call is where the interval begins.
         return float(np.abs(np.linalg.eigvals(moved[:, : 2 * n] + moved[:, 2 * n :])).max())
 

@@ -23,7 +23,7 @@ body that carries them, as anymal_c's cameras."""
 
 
 def keep_inertias(
-    mujoco: Any, model: Any, robot: Quadruped, base: int, joints: FloatArray
+    mujoco: Any, model: Any, robot: Quadruped, base: int, joints: np.ndarray
 ) -> tuple[str, ...]:
     """Give moving parts of a compiled model the inertia of the robot, where it has another.
 

@@ -53,6 +53,15 @@ def test_gains_that_shake_the_body_are_called_more_often() -> None:
     assert found.control_every == 1 or loop.growth(found.control_interval) <= LARGEST_GROWTH
 
 
+def test_gains_beyond_all_measure_are_called_at_every_step() -> None:
+    """Numbers overflow with them; that is no error, and physics shows what happens."""
+    made = quiet(robot())
+    for absurd in ({"rotation_damping": 1e200}, {"joint_stiffness": 1e150}):
+        gains = ControlGains.for_robot(made, **absurd)
+        assert body_loop(made, gains).growth(0.006) == np.inf
+        assert called_in_time(SimulationSettings(), made, gains).control_every == 1
+
+
 def test_robots_of_the_list_are_called_as_usual() -> None:
     usual = SimulationSettings()
     for name in ("wang2020", "frog1", "a1", "go1", "go2", "b1", "anymal", "anymal_c", "hyq"):
