@@ -85,7 +85,8 @@ def _may_turn(plan: Plan, most: float) -> bool:
     standing = standing.reshape(-1, len(LEGS))  # a plan may have no step
     edges = np.diff(np.pad(standing, ((1, 1), (0, 0))), axis=0)
     for i, leg in enumerate(LEGS):
-        columns = [0, 1, 2, *(3 + column for column in plan.robot.leg_columns[leg])]
+        # Yaw, pitch and roll, in the order in which they turn.
+        columns = [2, 1, 0, *(3 + column for column in plan.robot.leg_columns[leg])]
         firsts, lasts = np.flatnonzero(edges[:, i] > 0), np.flatnonzero(edges[:, i] < 0)
         turned = ways[lasts][:, columns] - ways[firsts][:, columns]
         for stance in np.flatnonzero(turned.sum(axis=1) > most).tolist():
