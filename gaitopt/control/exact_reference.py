@@ -155,10 +155,11 @@ def _sinking(standing: BoolArray, ticks: float) -> FloatArray:
 class _Easing(NamedTuple):
     """Values of ticks that take a share of both neighbours, some times.
 
-    Nothing comes late, and sums stay the same, but for loads of light feet that land or lift off.
-    Where feet land or lift off that bear more, only the tick on more feet takes a share: the other
-    one has no force of such a foot. So the load that is to go over begins to do so before a foot
-    lifts off, and still does after a foot has landed.
+    What a tick takes its neighbour gives, so sums over ticks stay the same, and nothing comes late.
+    It is otherwise where feet land or lift off. Light ones: ticks in which they fly take no load of
+    them. Those that bear more: only the tick on more feet takes a share, as the other one has no
+    force of such a foot. So the load that is to go over begins to do so before a foot lifts off,
+    and still does after a foot has landed.
 
     Attributes:
         of_next: what each tick takes of the one after it, nothing at the end ``(N,)``.
