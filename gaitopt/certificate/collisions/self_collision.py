@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from functools import lru_cache
 from typing import Any
 from xml.etree import ElementTree
@@ -36,10 +37,11 @@ def self_collision(plan: Plan) -> Check:
 
     Shapes of one leg, and the body with each leg's first link, are left out: they meet at their
     joints. Meshes count as their convex hulls, where their files were found when the robot was
-    loaded. Pairs that overlap when the robot stands square are left out as well, and hulls that are
-    less than 2 mm apart then, because there the shapes are too large; the check says which. That
-    stance comes from the closed form of the robot's legs (:class:`gaitopt.Leg`), which is held
-    against Pinocchio when a robot is loaded.
+    loaded; a trunk's mesh counts as hulls of its parts where one hull is much larger. Pairs that
+    overlap when the robot stands square are left out as well, and hulls that are less than 2 mm
+    apart then, because there the shapes are too large; the check says which. That stance comes from
+    the closed form of the robot's legs (:class:`gaitopt.Leg`), which is held against Pinocchio when
+    a robot is loaded.
     """
     geometry = _geometry(plan)
     if geometry is None:
@@ -58,7 +60,8 @@ def self_collision(plan: Plan) -> Check:
     if not finished:
         words = f"some pairs are so near that {MOST_ROUNDS} steps do not lead to the end"
         return unchecked(NAME, "m", words, CONTACT)
-    hulls = "; meshes count as their convex hulls" * bool(plan.robot.notes.hulls)
+    words = words_of_hulls(plan.robot)
+    hulls = f"; {words}" * bool(words)
     left_out = f"; left out, as they touch when it stands: {', '.join(overlapping)}"
     return judged(NAME, found.clearance, CONTACT, "m apart", ">=", when=found.when,
                   where=found.name + hulls + left_out * bool(overlapping))  # fmt: skip
@@ -90,6 +93,22 @@ def links_without_hulls(robot: Quadruped) -> tuple[str, ...]:
     _, meshed = without_meshes(robot.urdf)
     known = {link for link, _ in robot.notes.hulls}
     return tuple(link for link in meshed if link not in known)
+
+
+def words_of_hulls(robot: Quadruped) -> str:
+    """How meshes count; empty where there are none.
+
+    A link with more hulls than meshes has some that were cut, because one hull is much larger.
+    """
+    hulls = Counter(link for link, _ in robot.notes.hulls)
+    meshes = Counter(
+        link.get("name")
+        for link in ElementTree.fromstring(robot.urdf).iter("link")
+        for _ in link.iterfind("collision/geometry/mesh")
+    )
+    cut = [f"{link} in {n} parts" for link, n in hulls.items() if n > max(meshes[link], 1)]
+    parts = f", those of {' and '.join(cut)}" if cut else ""
+    return f"meshes count as their convex hulls{parts}" if hulls else ""
 
 
 def convex_solid(numbers: ArrayLike) -> Any:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from gaitopt.certificate.check import Check, Verdict, judged, unchecked
+from gaitopt.certificate.collisions.self_collision import words_of_hulls
 from gaitopt.certificate.enclosure import Pieces, chain_to
 from gaitopt.certificate.ground.limb_gaps import CLEAR, Ground, LimbGaps
 from gaitopt.certificate.ground.solids import Solids
@@ -34,7 +35,7 @@ def legs_and_trunk_clear(plan: Plan, ground: Ground, solids: Solids) -> Check:
     for solid in solids.parts:
         motion.follow(solid)
     found = motion.found
-    notes = ["meshes count as their convex hulls"] * solids.hulls
+    notes = [words_of_hulls(plan.robot)] * solids.hulls
     if solids.stand_ins:
         notes.append(f"lines stand for {', '.join(solids.stand_ins)}")
     feet = [plan.robot.model.frames[plan.robot.model.getFrameId(leg.foot)].parentJoint

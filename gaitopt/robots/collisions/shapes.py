@@ -3,7 +3,8 @@
 Beside obstacles (:func:`robot_shapes`) meshes are not read, because a plan may come from somebody
 else. A part of a leg without another shape counts as a line between its joints, as thick as the
 foot, and such a body as a flat box between its hips. Against one another
-(:func:`collision_geometry`) meshes count as their convex hulls, which the robot's notes hold.
+(:func:`collision_geometry`) meshes count as their convex hulls, or those of a trunk's parts, which
+the robot's notes hold.
 """
 
 from __future__ import annotations

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from gaitopt.conventions import FloatArray
 from gaitopt.errors import RobotError
+from gaitopt.robots.files.mesh_parts import mesh_parts
 from gaitopt.robots.files.meshes import MeshFinder, mesh_hull
 from gaitopt.robots.files.notes import Hulls
 from gaitopt.robots.files.origins import placement_of
@@ -20,23 +23,40 @@ MOST_CORNERS = 20_000
 
 
 def find_hulls(tree: UrdfTree, finder: MeshFinder) -> Hulls:
-    """The hulls of all collision meshes; none, where a file of one is missing or flat."""
+    """The hulls of all collision meshes; none, where a file of one is missing or flat.
+
+    A mesh of the trunk, whose hull is much larger than those of its parts, has these
+    (:mod:`gaitopt.robots.files.mesh_parts`).
+    """
     out, count = [], 0
     for name, link in tree.links.items():
+        trunk = not tree.moving_above(name)
         for shape in link.findall("collision"):
             for mesh in shape.findall("geometry/mesh"):
                 path = finder.find(mesh.get("filename", ""))
-                corners = None if path is None else mesh_hull(path)
-                if corners is None:
+                parts = _parts(path, trunk)
+                if not parts:
                     return ()
                 where = f"{tree.label}: link {name}"
                 pose = placement_of(shape, where)
-                placed = corners * mesh_scale(mesh, where) @ pose[:3, :3].T + pose[:3, 3]
-                count += len(placed)
-                if count > MOST_CORNERS:
-                    return ()
-                out.append((name, tuple(np.round(placed.ravel(), DIGITS).tolist())))
+                scale = mesh_scale(mesh, where)
+                for corners in parts:
+                    placed = corners * scale @ pose[:3, :3].T + pose[:3, 3]
+                    count += len(placed)
+                    if count > MOST_CORNERS:
+                        return ()
+                    out.append((name, tuple(np.round(placed.ravel(), DIGITS).tolist())))
     return tuple(out)
+
+
+def _parts(path: Path | None, trunk: bool) -> tuple[FloatArray, ...]:
+    """Corners of the hulls of a mesh ``(n, 3)`` in the file's units; none for what is not read."""
+    if path is None:
+        return ()
+    if trunk:
+        return mesh_parts(path)
+    hull = mesh_hull(path)
+    return () if hull is None else (hull,)
 
 
 def convex_hull(numbers: tuple[float, ...]) -> Any:

@@ -117,21 +117,31 @@ def found_meshes(
 
 def mesh_corners(path: Path) -> FloatArray | None:
     """The corners ``(N, 3)`` of a mesh file in its own units; ``None`` where it cannot be read."""
-    changed = _change(path)
-    return None if changed is None else _corners(path, changed)
+    changed = changed_at(path)
+    found = None if changed is None else _mesh(path, changed)
+    return None if found is None else found[0]
+
+
+def mesh_triangles(path: Path) -> FloatArray | None:
+    """The triangles ``(T, 3, 3)`` of a mesh file in its own units; ``None`` as for its corners."""
+    changed = changed_at(path)
+    found = None if changed is None else _mesh(path, changed)
+    return None if found is None else found[0][found[1]]
 
 
 @lru_cache(maxsize=64)
-def _corners(path: Path, changed: int) -> FloatArray | None:
-    """The corners of a file as it was ``changed``."""
+def _mesh(path: Path, changed: int) -> tuple[FloatArray, np.ndarray] | None:
+    """Corners ``(N, 3)`` of a file as it was ``changed``, and numbers of its triangles' corners."""
     import trimesh
 
     try:
         mesh: Any = trimesh.load(path, force="mesh", skip_materials=True, process=False)
         corners = np.asarray(mesh.vertices, dtype=np.float64).reshape(-1, 3)
+        faces = np.asarray(mesh.faces, dtype=np.intp).reshape(-1, 3)
     except Exception:  # trimesh's readers raise errors of many kinds
         return None
-    return frozen(corners) if len(corners) and np.isfinite(corners).all() else None
+    good = len(corners) and np.isfinite(corners).all()
+    return (frozen(corners), faces) if good else None
 
 
 def mesh_hull(path: Path) -> FloatArray | None:
@@ -139,11 +149,11 @@ def mesh_hull(path: Path) -> FloatArray | None:
 
     ``None`` where the file cannot be read, or the mesh is flat.
     """
-    changed = _change(path)
+    changed = changed_at(path)
     return None if changed is None else _hull(path, changed)
 
 
-def _change(path: Path) -> int | None:
+def changed_at(path: Path) -> int | None:
     """When a file was changed last [ns]; ``None`` for one that is missing or too large."""
     try:
         stamp = path.stat()
@@ -157,7 +167,7 @@ def _hull(path: Path, changed: int) -> FloatArray | None:
     """The hull of a file as it was ``changed``."""
     from scipy.spatial import ConvexHull, QhullError
 
-    corners = _corners(path, changed)
+    corners = mesh_corners(path)
     try:
         return None if corners is None else frozen(corners[ConvexHull(corners).vertices])
     except (QhullError, ValueError):

@@ -38,7 +38,7 @@ _RANGES = {
 }  # fmt: skip
 Hulls = tuple[tuple[str, tuple[float, ...]], ...]
 """Links, and the coordinates x, y, z of a hull's corners in the link's frame [m], one after the
-other. A link with several meshes has several hulls."""
+other. A link with several meshes has several hulls, and so has a trunk that is cut in parts."""
 LONGEST_NOTE = 600
 MOST_NOTES = 100
 """Most letters of a note, and most notes: a plan file may come from somebody else."""
