@@ -84,7 +84,10 @@ def cut_in_parts(triangles: FloatArray, hull: FloatArray) -> tuple[FloatArray, .
 
 
 def _stations(along: FloatArray) -> FloatArray:
-    """Places of cuts ``(k,)``: at corners, for a section of a mesh changes suddenly there only."""
+    """Planes between slabs ``(k,)``, the outer two infinitely far away.
+
+    They are at corners, for a section of a mesh changes suddenly there only.
+    """
     known = np.unique(along)
     even = np.linspace(known[0], known[-1], STATIONS + 1)
     near = known[np.abs(known[:, None] - even[None, :]).argmin(axis=0)]
@@ -93,7 +96,8 @@ def _stations(along: FloatArray) -> FloatArray:
     for place in near[1:-1].tolist():
         if place - cuts[-1] > apart and known[-1] - place > apart:
             cuts.append(place)
-    return np.array([*cuts, float(known[-1])])
+    # What lies in the planes at the two ends is in a slab, whatever the order of its corners.
+    return np.array([-np.inf, *cuts[1:], np.inf])
 
 
 def slab(triangles: FloatArray, axis: int, low: float, high: float) -> FloatArray:

@@ -88,6 +88,23 @@ def test_all_points_of_the_surface_are_in_a_part(
     assert np.min(beyond, axis=0).max() <= 1e-9 * 600.0
 
 
+@pytest.mark.parametrize("place", [-360.0, -300.0, 300.0, 360.0])
+@pytest.mark.parametrize("order", [(0, 1, 2), (0, 2, 1)])
+def test_sheets_in_planes_of_cuts_are_in_a_part(place: float, order: tuple[int, ...]) -> None:
+    """A triangle that shares no corner with the plates, and stands out beyond them."""
+    body = dumbbell()
+    sheet = np.array([[place, 0.0, 0.0], [place, 0.0, 150.0], [place, 50.0, 150.0]])
+    corners = np.concatenate([np.asarray(body.vertices), sheet])
+    faces = np.concatenate([np.asarray(body.faces), [np.array(order) + len(body.vertices)]])
+    parts = parts_of(trimesh.Trimesh(corners, faces, process=False))
+    assert len(parts) > 1
+    beyond = [
+        (sheet @ hull.equations[:, :3].T + hull.equations[:, 3]).max()
+        for hull in map(ConvexHull, parts)
+    ]
+    assert min(beyond) <= 1e-6
+
+
 def test_parts_of_a_dumbbell_are_its_boxes() -> None:
     parts = parts_of(dumbbell())
     assert 2 < len(parts) <= MOST_PARTS
