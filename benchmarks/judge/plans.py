@@ -71,9 +71,11 @@ def _stride(rng: np.random.Generator) -> Plan:
 def _terrain(rng: np.random.Generator) -> Plan:
     which = robot("go2")
     kind = str(rng.choice(["hills", "rubble", "ramp"]))
-    ground = gaitopt.make_ground(kind, robot=which, length=0.9, seed=int(rng.integers(50)),
+    # A ramp has a landing as long as the stance.
+    length = 1.5 if kind == "ramp" else 0.9
+    ground = gaitopt.make_ground(kind, robot=which, length=length, seed=int(rng.integers(50)),
                                  difficulty=0.3)  # fmt: skip
-    return gaitopt.plan_terrain(which, ground, (0.9, 0.0), start=(0.0, 0.0, 0.0))
+    return gaitopt.plan_terrain(which, ground, (length, 0.0), start=(0.0, 0.0, 0.0))
 
 
 def _from_state(rng: np.random.Generator) -> Plan:

@@ -185,8 +185,8 @@ def ground_options(
     ] = None,
     size: Annotated[
         list[str] | None,
-        _made("A size of the ground instead of what follows from the difficulty, as height=0.1; "
-              "the page on terrain lists them.", "NAME=METRES"),
+        _made("A size of the ground instead of what follows from the difficulty, in metres or "
+              "radians, as riser=0.1 for stairs; the page on terrain lists them.", "NAME=NUMBER"),
     ] = None,
 ) -> GroundChoice:  # fmt: skip
     """What the options say of the ground.

@@ -75,8 +75,9 @@ def study(
     size: Annotated[
         list[str] | None,
         _map(
-            "A size of the ground, as height=0.1, instead of what follows from the difficulty.",
-            metavar="NAME=METRES",
+            "A size of the ground in metres or radians, as height=0.1 for rubble, instead of what "
+            "follows from the difficulty.",
+            metavar="NAME=NUMBER",
         ),
     ] = None,
     friction: Annotated[

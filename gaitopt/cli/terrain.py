@@ -221,7 +221,8 @@ def _tell_edges(
     room = robot.stance_size[0] / 2.0 + ROOM * robot.standing_height
     for name, (x, y, *_) in places.items():
         gap = min(x - x0, x1 - x, y - y0, y1 - y)
-        if gap < room:
+        # The last points of a map that is made are as far away as the grid allows.
+        if gap < room - ground.resolution:
             report.say(
                 f"The {name} is {gap:.2f} m from the edge of the map. No limb may be above the "
                 f"unknown ground beyond it: choose a place {room:.2f} m from the edge."

@@ -16,8 +16,9 @@ from typer.testing import Result
 
 import gaitopt
 from gaitopt.cli.ground_options import ground_options, in_ground_options
+from gaitopt.cli.results.report import Report
 from gaitopt.cli.search_options import in_search_options, search_options
-from gaitopt.cli.terrain import MapArgument
+from gaitopt.cli.terrain import MapArgument, _tell_edges
 from gaitopt.planners.over_terrain.planned_forces import usual_forces
 from gaitopt.planners.over_terrain.settings import TerrainSettings
 from gaitopt.terrain.maps.catalogue import GROUNDS
@@ -138,6 +139,18 @@ def test_a_start_at_the_edge_of_the_map_is_told(shell: Any, sketch: Path, tmp_pa
     assert done.code == 2 and "The start is 0.30 m from the edge of the map" in done.stdout
     assert "choose a place 0.52 m from the edge" in done.stdout
     assert "The goal is" not in done.stdout
+
+
+@pytest.mark.parametrize("name", ["go2", "anymal_c", "wang2020"])
+def test_made_ground_has_room_about_start_and_goal(
+    name: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    robot = gaitopt.load_robot(name)
+    flat = gaitopt.make_ground("flat", robot=robot)
+    for gap in (0.0, 0.05):
+        places = {"start": (-gap, 0.0), "goal": (3.0 + gap, 0.0)}
+        _tell_edges(robot, flat, places, Report(False, {}))
+        assert (capsys.readouterr().out.count("from the edge of the map") > 0) == (gap > 0.0)
 
 
 @pytest.mark.parametrize(

@@ -93,7 +93,7 @@ class Judge:
     def judge(self, pairs: Pairs, fineness: Fineness = USUAL) -> Judged:
         """Which pairs are possible, and how.
 
-        What is not possible in the usual way is tried in others, and with ``rare`` in all of them.
+        What is not possible in the usual way is tried in others, as many as ``fineness`` says.
         """
         found = self._tried(pairs, fineness.attempts[0], fineness.grid)
         # Where a leg reaches its foot at no height, no other height has to be tried.

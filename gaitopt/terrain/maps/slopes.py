@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from gaitopt.conventions import FloatArray
+from gaitopt.errors import InputError
 from gaitopt.terrain.maps.site import GroundKind, Site, Size
 
 RISER = Size("riser", "height of a step", 0.1, 0.42, high=10.0)
@@ -38,8 +39,18 @@ def stairs(site: Site, sizes: Mapping[str, float]) -> FloatArray:
 
 
 def ramp(site: Site, sizes: Mapping[str, float]) -> FloatArray:
-    """A ramp up to a landing as long as the stance, and one down again."""
+    """A ramp up to a landing as long as the stance, and one down again.
+
+    Raises:
+        InputError: there is no room for a ramp beside the landing.
+    """
     room = (site.end - site.start - _landing(site)) / 2.0
+    if room <= 0.0:
+        least = 2.0 * site.start + site.robot.stance_length
+        raise InputError(
+            f"a ramp has no room: length must be more than {least:.2f} m, for the ground about "
+            f"start and goal is flat, and the landing is {site.robot.stance_length:.2f} m long"
+        )
     run = (0.7 + 0.3 * _share(site)) * room
     along = np.clip(_to_nearer_end(site, room - run), 0.0, run)
     return np.asarray(np.tan(sizes["angle"]) * along + site.flat)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import gaitopt
@@ -39,6 +39,8 @@ def test_the_same_seed_gives_the_same_ground_and_another_one_another(kind: str) 
 def test_every_ground_is_flat_where_the_robot_starts_and_where_its_goal_is(
     kind: str, seed: int, difficulty: float, length: float, resolution: float
 ) -> None:
+    # A ramp has a landing of 0.4 m between the aprons.
+    assume(kind != "ramp" or length > 1.2)
     ground = make_ground(kind, seed=seed, difficulty=difficulty, length=length,
                          resolution=resolution, apron=0.4)  # fmt: skip
     assert ground.known.all()
@@ -134,6 +136,12 @@ def test_a_ramp_has_its_angle() -> None:
     assert slopes[[0, -1]] == pytest.approx([-np.tan(np.radians(25)), np.tan(np.radians(25))])
     assert (ground.z[:, 0] > ground.height_range[1] - 1e-9).sum() * 0.02 > 0.38
     assert ground.height_range[1] > 0.4
+
+
+def test_a_ramp_without_room_is_refused_and_not_level() -> None:
+    with pytest.raises(InputError, match=r"length must be more than 1\.44 m"):
+        make_ground("ramp", length=1.4)
+    assert make_ground("ramp", length=1.6).height_range[1] > 0.0
 
 
 def test_gaps_have_their_length_and_depth() -> None:
