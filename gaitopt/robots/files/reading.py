@@ -21,8 +21,9 @@ from gaitopt.robots.xml_text import (
 
 _ENCODING = re.compile(rb"\s*<\?xml[^>]*encoding\s*=\s*[\"']([A-Za-z][\w.-]{0,30})[\"']")
 
-_FIRST = re.compile(r"\A(?:\s+|<!--.*?-->)+(?=<\?xml)", re.DOTALL)
-"""What some files have before ``<?xml``, where nothing may be."""
+_FIRST = re.compile(r"\A(?:\s|<!--(?:(?!-->).)*-->)+(?=<\?xml)", re.DOTALL)
+"""What some files have before ``<?xml``, where nothing may be. A comment ends with its first
+``-->``: else a file of many comments without ``<?xml`` would be cut into them in countless ways."""
 
 
 def read_file(path: Path, options: ReadOptions) -> tuple[str, Notes]:

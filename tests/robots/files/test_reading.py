@@ -70,3 +70,12 @@ def test_what_stands_before_the_declaration_does_not_matter() -> None:
     """Some files begin with an empty line or a comment, where XML wants its declaration."""
     plain = '<?xml version="1.0"?>\n' + robot()
     assert quiet("\n<!-- a robot -->\n" + plain).sha256 == quiet(plain).sha256
+
+
+def test_a_file_of_many_comments_without_a_declaration_is_read_at_once() -> None:
+    """Looked for was what stands before ``<?xml``; without one the search did not end."""
+    comments = "<!-- a comment -->\n" * 60
+    made = quiet(comments + robot() + comments)
+    assert made.legs.keys() == quiet(robot()).legs.keys()
+    declared = quiet(comments + '<?xml version="1.0"?>\n' + robot())
+    assert declared.mass == made.mass
