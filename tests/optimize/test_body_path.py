@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from derivatives import check_derivatives
 
 from gaitopt.interior_point.solver import minimise
 from gaitopt.optimize.body_path import BodyPathProblem, DiscRows, LineRows
@@ -46,25 +47,7 @@ def test_derivatives_are_those_of_differences() -> None:
         rng.normal(size=2), SPANS, rng.uniform(0.02, 0.04, KNOTS), rows, discs, 0.1
     )
     x = problem.pack(rng.normal(size=(KNOTS, 2)))
-    here, step = problem.linearise(x), 1e-6
-    jacobian = np.array([
-        (problem.values(x + step * e) - problem.values(x - step * e)) / (2 * step)
-        for e in np.eye(len(x))
-    ]).T  # fmt: skip
-    dx, v = rng.normal(size=len(x)), rng.normal(size=len(here.values))
-    assert here.jacobian_times(dx) == pytest.approx(jacobian @ dx, abs=1e-6)
-    assert here.jacobian_transpose_times(v) == pytest.approx(jacobian.T @ v, abs=1e-6)
-    scale, multipliers = rng.random((2, len(v)))
-    band = here.newton_matrix(scale, multipliers)
-    full = np.zeros((len(x),) * 2)
-    for below, row in enumerate(band):
-        for column in range(len(x) - below):
-            full[column + below, column] = full[column, column + below] = row[column]
-    moved = [problem.linearise(x + s * step * e).jacobian_transpose_times(multipliers)
-             for e in np.eye(len(x)) for s in (1, -1)]  # fmt: skip
-    hessian = (np.array(moved[::2]) - np.array(moved[1::2])) / (2 * step)
-    wanted = jacobian.T @ (scale[:, None] * jacobian) - hessian
-    assert full == pytest.approx(wanted, abs=1e-4)
+    check_derivatives(problem, x, rng, products=1e-6, matrix=1e-6)
 
 
 def test_a_free_body_stays_where_it_is() -> None:
