@@ -24,6 +24,7 @@ from gaitopt.plan.plan import Plan
 from gaitopt.plan.settings.over_obstacle import StrideSettings
 from gaitopt.simulation.body_loop import called_in_time
 from gaitopt.simulation.grip import Grip
+from gaitopt.simulation.landings import Looks
 from gaitopt.simulation.light_feet import time_to_give_way
 from gaitopt.simulation.model import (
     SimModel,
@@ -106,6 +107,7 @@ class _Run:
     controller: TrackingController
     settings: SimulationSettings
     samples: list[tuple[Any, ...]] = field(default_factory=list)
+    looks: list[tuple[Any, ...]] = field(default_factory=list)
 
     def run(self) -> SimulationRecord:
         """Step until the plan's end, or a fall.
@@ -129,6 +131,7 @@ class _Run:
             status = self._status(tick * interval, state, data)
             finished = status is SimulationStatus.FINISHED
             last = clock >= end - ROUNDING or tick == count or not finished
+            self.looks.append((tick * interval, clock, state.q, beneath))
             if tick % stride == 0 or last:
                 self.samples.append(
                     (tick * interval, clock, state.q, state.v, state.contacts, beneath,
@@ -260,6 +263,7 @@ class _Run:
     def _record(self, status: SimulationStatus, spent: tuple[float, float]) -> SimulationRecord:
         t, clock, q, v, touching, beneath, torques, forces = zip(*self.samples, strict=True)
         q_all, v_all = np.array(q), np.array(v)
+        looks = Looks(*map(np.array, zip(*self.looks, strict=True)))
         # A diverged state is no posture, and is left out.
         good = np.isfinite(q_all).all(axis=1) & np.isfinite(v_all).all(axis=1)
         keep = good if good.any() else np.ones(len(t), dtype=bool)
@@ -272,6 +276,7 @@ class _Run:
             beneath=np.array(beneath)[keep],
             torques=np.array(torques)[keep],
             forces=np.array(forces)[keep],
+            looks=looks.finite,
             peak_torques=self._servos.peak_torques,
             peak_rates=self._servos.peak_rates,
             energy=self._servos.energy,
