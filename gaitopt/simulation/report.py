@@ -17,6 +17,7 @@ from gaitopt.simulation.landings import BEFORE_LIFT_OFF, Looks, feet_of, landing
 from gaitopt.simulation.result import SimulationResult, SimulationStatus
 from gaitopt.simulation.settings import SimulationSettings
 
+
 @dataclass(frozen=True, eq=False)
 class SimulationRecord:
     """What was recorded during a simulation, at ``N`` samples.

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -24,7 +26,7 @@ def twice_in_a_row() -> gaitopt.Plan:
 def test_stances_between_two_samples_of_the_motion_count(twice_in_a_row: gaitopt.Plan) -> None:
     """Stances of 10 ms are seen, and what is seen does not hang on how often motion is recorded."""
     swings = twice_in_a_row.swings
-    stood = [after.start - before.end for before, after in zip(swings, swings[1:], strict=False)
+    stood = [after.start - before.end for before, after in pairwise(swings)
              if before.leg == after.leg]  # fmt: skip
     assert min(stood) < gaitopt.SimulationSettings().record_every
     found = [gaitopt.simulate(twice_in_a_row, gaitopt.SimulationSettings(record_every=every))
