@@ -9,6 +9,7 @@ all places with the same standing feet are computed at once, without a loop.
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from typing import NamedTuple, cast
 
 import numpy as np
 
@@ -73,6 +74,59 @@ def place_rows(
             largest normal forces.
     """
     feet, n = np.flatnonzero(pattern), len(samples)
+    found = _force_rows(robot, dynamics, limits, pattern, samples)
+    torques, missing = (rows.stop - rows.start for rows in (found.torques, found.missing))
+    sides = len(feet) * limits.sides
+    floor = np.concatenate([np.full(sides, timing.slack), limits.least_normal_shares(pattern)[feet],
+                            -np.ones(torques), np.zeros(missing)])  # fmt: skip
+    ceiling = np.concatenate([np.full(sides + len(feet), NO_BOUND), np.ones(torques),
+                              np.zeros(missing)])  # fmt: skip
+    rest = found.by_terms[..., 2]
+    if timing.most is not None:
+        ceiling = np.tile(ceiling, (n, 1))
+        most = np.minimum(timing.most[np.ix_(samples, feet)], NO_BOUND)
+        ceiling[:, sides : sides + len(feet)] = most
+    high = np.where(ceiling < NO_BOUND, ceiling - rest, NO_BOUND)
+    rows = PlaceRows(found.by_terms[..., 0], found.by_terms[..., 1], found.by_z, floor - rest, high)
+    lines = torque_lines(robot, limits) if timing.falling else None
+    if lines is None:
+        return rows
+    torque, turning = found.by_terms[:, found.torques], found.by_z[:, found.torques]
+    return _joined(rows, _falling(robot, lines, timing, samples, torque, turning))
+
+
+class _ForceRows(NamedTuple):
+    """What limits look at, at ``n`` places: ``by_terms (u, x, 1) + by_z z``.
+
+    Attributes:
+        by_terms: ``(n, r, 3)``.
+        by_z: ``(n, r, d)``.
+        torques, missing: the rows of torques, and those of what the feet cannot make.
+    """
+
+    by_terms: FloatArray
+    by_z: FloatArray
+    torques: slice
+    missing: slice
+
+
+def _force_rows(
+    robot: Quadruped, dynamics: PathDynamics, limits: ForceLimits, pattern: BoolArray,
+    samples: np.ndarray,
+) -> _ForceRows:  # fmt: skip
+    """What does not depend on the timing; the same places are asked for several times."""
+    key = "rows", limits, pattern.tobytes(), samples.tobytes()
+    if key not in dynamics.kept:
+        dynamics.kept[key] = _new_force_rows(robot, dynamics, limits, pattern, samples)
+    return cast(_ForceRows, dynamics.kept[key])
+
+
+def _new_force_rows(
+    robot: Quadruped, dynamics: PathDynamics, limits: ForceLimits, pattern: BoolArray,
+    samples: np.ndarray,
+) -> _ForceRows:  # fmt: skip
+    """:func:`_force_rows`, computed."""
+    feet, n = np.flatnonzero(pattern), len(samples)
     weight, length = robot.mass * GRAVITY, robot.stance_size[0] / 2.0
     # (n, nv, 3): what u, x and 1 ask for.
     terms = np.stack(
@@ -101,27 +155,14 @@ def place_rows(
     upward = normals[:, :, None]
     press = (upward @ forces)[:, :, 0], (upward @ bases)[:, :, 0]
     torque, turning = _torques(robot, terms, jacobians, plain, basis, limits)
-    free = basis.shape[2]
+    free, sides = basis.shape[2], len(feet) * limits.sides
     by_terms = np.concatenate([slip[0].reshape(n, -1, 3), press[0], torque, missing], axis=1)
-    sides = len(feet) * limits.sides
     by_z = np.concatenate(
         [slip[1].reshape(n, sides, free), press[1], turning, np.zeros((n, 6 - rank, free))], axis=1
     )
-    floor = np.concatenate([np.full(sides, timing.slack), limits.least_normal_shares(pattern)[feet],
-                            -np.ones(torque.shape[1]), np.zeros(6 - rank)])  # fmt: skip
-    ceiling = np.concatenate([np.full(sides + len(feet), NO_BOUND), np.ones(torque.shape[1]),
-                              np.zeros(6 - rank)])  # fmt: skip
-    rest = by_terms[..., 2]
-    if timing.most is not None:
-        ceiling = np.tile(ceiling, (n, 1))
-        most = np.minimum(timing.most[own], NO_BOUND)
-        ceiling[:, sides : sides + len(feet)] = most
-    high = np.where(ceiling < NO_BOUND, ceiling - rest, NO_BOUND)
-    rows = PlaceRows(by_terms[..., 0], by_terms[..., 1], by_z, floor - rest, high)
-    lines = torque_lines(robot, limits) if timing.falling else None
-    if lines is None:
-        return rows
-    return _joined(rows, _falling(robot, lines, timing, samples, torque, turning))
+    first = sides + len(feet)
+    last = first + torque.shape[1]
+    return _ForceRows(by_terms, by_z, slice(first, last), slice(last, by_terms.shape[1]))
 
 
 def _falling(

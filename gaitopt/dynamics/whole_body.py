@@ -17,20 +17,18 @@ speed ``x = s'^2``: it is ``A(s) u + B(s) x + g(s)`` [Hauser2014]. That form is
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import NamedTuple
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gaitopt.conventions import LEGS, BoolArray, FloatArray
-from gaitopt.dynamics.contacts import grips, unit_normals
+from gaitopt.conventions import FloatArray
+from gaitopt.dynamics.contact_geometry import ContactGeometry, check_table, contact_geometry
 from gaitopt.errors import InputError
-from gaitopt.inputs import check_shape
 from gaitopt.robots.at_many_poses.inverse_dynamics import inverse_dynamics
 from gaitopt.robots.quadruped import Quadruped
-from gaitopt.robots.rotations import quaternion_to_matrix
-from gaitopt.robots.whole_body import configuration, feet_in_body
+from gaitopt.robots.whole_body import configuration
 from gaitopt.robots.whole_body_rates import base_twist, base_twist_rate
 
 
@@ -67,7 +65,7 @@ def motion_of_path(
     """
     columns = 6 + len(robot.joint_names)
     y, dy, ddy = (
-        _table(name, array, columns)
+        check_table(name, array, columns)
         for name, array in (("values", values), ("first", first), ("second", second))
     )
     if not len(y) == len(dy) == len(ddy):
@@ -82,29 +80,6 @@ def motion_of_path(
         v=np.concatenate([twist, dy[:, 6:]], axis=1),
         a=np.concatenate([twist_rate, ddy[:, 6:]], axis=1),
     )
-
-
-@dataclass(frozen=True, eq=False)
-class ContactGeometry:
-    """The four feet's contact points and their Jacobians; arrays are read-only.
-
-    Attributes:
-        points: contact points in the world ``(N, 4, 3)`` [m], one foot radius below the foot
-            frames along the normals.
-        normals: unit normals of the ground ``(N, 4, 3)``.
-        grip: friction of each contact as a share of that of the limits ``(N, 4)``.
-        jacobians: of the contact points' velocities in the world, by ``v`` ``(N, 4, 3, nv)``. The
-            point belongs to the foot: it rolls with the ball.
-    """
-
-    points: FloatArray
-    normals: FloatArray
-    grip: FloatArray
-    jacobians: FloatArray
-
-    def __post_init__(self) -> None:
-        for array in (self.points, self.normals, self.grip, self.jacobians):
-            array.setflags(write=False)
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,12 +145,14 @@ class PathDynamics:
         speed: ``B`` ``(N, nv)``.
         gravity: ``g`` ``(N, nv)``.
         contacts: where the contact forces act.
+        kept: what was computed from it and may be asked for again, by keys of those who keep it.
     """
 
     acceleration: FloatArray
     speed: FloatArray
     gravity: FloatArray
     contacts: ContactGeometry
+    kept: dict[tuple[Any, ...], Any] = field(default_factory=dict, repr=False)
 
     def __post_init__(self) -> None:
         for array in (self.acceleration, self.speed, self.gravity):
@@ -217,9 +194,9 @@ def equations_of_motion(
         InputError: shapes do not fit, a number is not finite or out of its range, or a normal has
             no direction.
     """
-    q = _table("q", motion.q, robot.model.nq)
-    v = _table("v", motion.v, robot.model.nv, len(q))
-    a = _table("a", motion.a, robot.model.nv, len(q))
+    q = check_table("q", motion.q, robot.model.nq)
+    v = check_table("v", motion.v, robot.model.nv, len(q))
+    a = check_table("a", motion.a, robot.model.nv, len(q))
     contacts = contact_geometry(robot, q, normals, grip)
     return EquationsOfMotion(inverse_dynamics(robot.model, q, v, a), contacts)
 
@@ -257,85 +234,3 @@ def path_dynamics(
         gravity=gravity,
         contacts=contact_geometry(robot, q, normals, grip),
     )
-
-
-def contact_geometry(
-    robot: Quadruped,
-    q: ArrayLike,
-    normals: ArrayLike = (0.0, 0.0, 1.0),
-    grip: ArrayLike = 1.0,
-) -> ContactGeometry:
-    """Contact points of the four feet and their Jacobians.
-
-    Args:
-        robot: the robot.
-        q: Pinocchio's configurations ``(N, nq)``.
-        normals, grip: as in :func:`equations_of_motion`.
-
-    Raises:
-        InputError: shapes do not fit, a number is not finite, or a normal has no direction.
-    """
-    places = _table("q", q, robot.model.nq)
-    shape = (len(places), len(LEGS), 3)
-    try:
-        up = np.array(np.broadcast_to(unit_normals(normals), shape))
-    except ValueError as error:
-        raise InputError(f"normals must fit {shape}, got {np.shape(normals)}: {error}") from error
-    to_world = quaternion_to_matrix(places[:, 3:7]) @ robot.body_axes
-    feet = feet_in_body(robot, places[:, 7:]) @ np.swapaxes(to_world, -1, -2)
-    points = places[:, None, :3] + feet - robot.foot_radius * up
-    spatial = _joint_jacobians(robot, places)
-    linear, angular = spatial[:, None, :3], spatial[:, None, 3:]
-    # Pinocchio's Jacobians give the velocity of the body's point at the world's origin.
-    jacobians = linear + _cross(angular, points[..., None])
-    jacobians *= _moved_by(robot)[:, None, :]
-    return ContactGeometry(points, up, grips(grip, shape[:2]), jacobians)
-
-
-def _joint_jacobians(robot: Quadruped, q: FloatArray) -> FloatArray:
-    """Spatial velocities about the world's origin by ``v`` ``(N, 6, nv)``: linear, then angular.
-
-    Each column is the velocity of whatever this joint carries.
-    """
-    import pinocchio as pin
-
-    model, data = robot.model, robot.model.createData()
-    out = np.empty((len(q), 6, model.nv))
-    for i, sample in enumerate(q):
-        out[i] = pin.computeJointJacobians(model, data, sample)
-    return out
-
-
-def _moved_by(robot: Quadruped) -> BoolArray:
-    """Which columns of ``v`` move which foot ``(4, nv)``."""
-    model = robot.model
-    moved = np.zeros((len(LEGS), model.nv), dtype=np.bool_)
-    for row, leg in zip(moved, LEGS, strict=True):
-        joint = model.frames[model.getFrameId(robot.legs[leg].foot)].parentJoint
-        for above in model.supports[joint]:
-            if above:
-                start = model.joints[above].idx_v
-                row[start : start + model.joints[above].nv] = True
-    return moved
-
-
-def _cross(first: FloatArray, second: FloatArray) -> FloatArray:
-    """Cross product along the last axis but one."""
-    return np.cross(first, second, axisa=-2, axisb=-2, axisc=-2)
-
-
-def _table(name: str, array: ArrayLike, width: int, length: int | None = None) -> FloatArray:
-    """``array`` as finite numbers ``(N, width)``.
-
-    Raises:
-        InputError: it is not.
-    """
-    table = check_shape(name, array, width)
-    if table.ndim != 2 or (length is not None and len(table) != length):
-        rows = "N" if length is None else str(length)
-        raise InputError(f"{name} must be ({rows}, {width}), got {table.shape}")
-    if not np.isfinite(table).all():
-        raise InputError(
-            f"{name} must be finite; row {int(np.argwhere(~np.isfinite(table))[0, 0])} is not"
-        )
-    return table

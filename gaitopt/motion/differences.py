@@ -27,7 +27,14 @@ def time_derivatives(
     Returns:
         Both derivatives ``(N, n)``.
     """
+    return values_and_derivatives(values, times, h)[1:]
+
+
+def values_and_derivatives(
+    values: Callable[[FloatArray], FloatArray], times: FloatArray, h: float = STEP
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """The function at ``times`` as well, and both derivatives of :func:`time_derivatives`."""
     far = [values(times + k * h) for k in (-2, -1, 0, 1, 2)]
     first = (far[0] - 8.0 * far[1] + 8.0 * far[3] - far[4]) / (12.0 * h)
     second = (-far[0] + 16.0 * far[1] - 30.0 * far[2] + 16.0 * far[3] - far[4]) / (12.0 * h**2)
-    return first, second
+    return far[2], first, second

@@ -13,7 +13,7 @@ from itertools import pairwise
 import numpy as np
 
 from gaitopt.conventions import BoolArray, FloatArray
-from gaitopt.dynamics.whole_body import contact_geometry
+from gaitopt.dynamics.contact_geometry import contact_geometry
 from gaitopt.robots.quadruped import Quadruped
 
 BLOCK = 8192

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from gaitopt.dynamics.whole_body import motion_of_path
+from gaitopt.dynamics.zero_moment import zero_moment_points
 from gaitopt.plan.com_margin import margins_over, times_of_margins, with_margins
 from gaitopt.plan.plan import Plan
-from gaitopt.stability.zmp import whole_body_zmp
 
 
 def with_zmp_margins(plan: Plan) -> Plan:
@@ -27,5 +27,5 @@ def with_zmp_margins(plan: Plan) -> Plan:
     count = np.maximum(motion.contacts.sum(axis=1), 1)
     heights = np.where(motion.contacts, motion.feet[..., 2], 0.0).sum(axis=1) / count
     ground = heights - plan.robot.foot_radius
-    points = np.nan_to_num(whole_body_zmp(plan.robot.model, *moved, ground), nan=np.inf)
+    points = np.nan_to_num(zero_moment_points(plan.robot, moved, ground), nan=np.inf)
     return with_margins(plan, times, margins_over(motion, points))

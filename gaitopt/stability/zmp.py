@@ -149,9 +149,22 @@ def whole_body_zmp(
         InputError: an array does not fit the model.
     """
     wrench = ground_wrench(model, q, v, a)
-    force, moment = wrench[..., :3], wrench[..., 3:]
-    base = np.asarray(q, np.float64)[..., :3]
     weight = sum(inertia.mass for inertia in model.inertias) * np.linalg.norm(model.gravity.linear)
+    return zmp_of_wrench(wrench, np.asarray(q, np.float64)[..., :3], weight, ground_height)
+
+
+def zmp_of_wrench(
+    wrench: FloatArray, base: FloatArray, weight: float, ground_height: ArrayLike
+) -> FloatArray:
+    """ZMP of what the ground exerts ``(..., 2)`` [m]; NaN where that is no upward force.
+
+    Args:
+        wrench: force [N], and moment about ``base`` [N m], along the world's axes ``(..., 6)``.
+        base: a place ``(..., 3)`` [m].
+        weight: of the robot [N].
+        ground_height: of the level plane in which the point is taken ``(...)`` [m].
+    """
+    force, moment = wrench[..., :3], wrench[..., 3:]
     load = np.where(force[..., 2] > LEAST_LOAD * weight, force[..., 2], np.nan)
     depth = check_numbers("ground_height", ground_height, -FARTHEST, FARTHEST, "m") - base[..., 2]
     x = (depth * force[..., 0] - moment[..., 1]) / load

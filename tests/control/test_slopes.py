@@ -14,7 +14,7 @@ from gaitopt.control.forces import ForceDistribution
 from gaitopt.control.gains import ControlGains
 from gaitopt.control.nearest_forces import NearestForces
 from gaitopt.control.tracking import TrackingController
-from gaitopt.dynamics.whole_body import contact_geometry
+from gaitopt.dynamics.contact_geometry import contact_geometry
 from gaitopt.motion.rolling import rolled_away
 from gaitopt.plan.contact_ground import ground_below
 

@@ -7,6 +7,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.optimize import linprog
 
+from gaitopt.dynamics import speed_sweeps
 from gaitopt.dynamics.speed_sweeps import SweptIntervals, swept
 
 Array = NDArray[np.float64]
@@ -80,3 +81,25 @@ def test_without_sides_only_the_largest_speeds_count() -> None:
     )  # fmt: skip
     begin, end = swept(given, 1.0)
     assert begin.tolist() == [0.0, 2.0, 1.0] and end.tolist() == [2.0, 1.0, 0.0]
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_guesses_lead_to_the_numbers_of_place_by_place(
+    seed: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rng = np.random.default_rng(seed)
+    count = 300
+    parts = [some_intervals(1000 * seed + i) for i in range(count)]
+    joined = [np.concatenate([getattr(p, name) for p in parts]) for name in SweptIntervals._fields]
+    begin, end, steps, top, top_end = joined[:5]
+    top = top + rng.uniform(0.0, 0.3, len(top))
+    top[0] = top_end[-1] = 0.0
+    given = SweptIntervals(begin, end, steps, top, top_end + 0.2, np.array([0, 700, len(top)]))
+    guessed = swept(given, 0.99)
+    monkeypatch.setattr(speed_sweeps, "FEW_CHAINS", 0)
+    plain = swept(given, 0.99)
+    assert all(np.array_equal(a, b) for a, b in zip(guessed, plain, strict=True))
+    # And where guessing is given up.
+    monkeypatch.setattr(speed_sweeps, "FEW_CHAINS", 1e9)
+    monkeypatch.setattr(speed_sweeps, "MOST_GUESSES", 1)
+    assert all(np.array_equal(a, b) for a, b in zip(swept(given, 0.99), plain, strict=True))

@@ -13,9 +13,9 @@ import pytest
 import gaitopt
 from gaitopt import LEGS, Quadruped
 from gaitopt.certificate.force_samples import sample_forces
+from gaitopt.dynamics.contact_geometry import contact_geometry
 from gaitopt.dynamics.whole_body import (
     Motion,
-    contact_geometry,
     equations_of_motion,
     motion_of_path,
     path_dynamics,

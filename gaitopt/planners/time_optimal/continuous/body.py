@@ -165,13 +165,13 @@ def _balance_lines(
     places = (square * t + linear) * t + fixed
     zmp_weights = places - 2.0 * pendulum[:, None, None] * square
     points = neighbours(motion.poses[:, :2])
-    margin, centre = settings.stability_margin, promised_centre(route, motion).centres_of_mass()
+    margin, centre = settings.stability_margin, promised_centre(route, motion).centres_of_mass
     standing = np.einsum("mi,i->m", sides.normal, centre[0, 0]) - sides.offset
     in_first = sides.knot < knots.phase_ends[1]
     of_centre = centre - places @ points
-    of_zmp = motion.centres_of_mass() - places @ points
+    of_zmp = motion.centres_of_mass - places @ points
     if measured:
-        of_zmp = np.nan_to_num(motion.zero_moment_points() - zmp_weights @ points)
+        of_zmp = np.nan_to_num(motion.zero_moment_points - zmp_weights @ points)
     kinds = [(zmp_weights, of_zmp, FORCE_ZMP_SHARE * margin, True)]
     if settings.static:
         kinds.append((places, of_centre, margin + settings.margin_reserve, False))

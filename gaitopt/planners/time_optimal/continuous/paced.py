@@ -307,7 +307,7 @@ def _margin_rows(route: Route, motion: SplineMotion) -> PacedRows:
     settings, knots = route.settings, motion.knots
     sides = support_on_spans(knots)
     span, normal = sides.knot, sides.normal
-    centre = promised_centre(route, motion).centres_of_mass()
+    centre = promised_centre(route, motion).centres_of_mass
     standing = np.einsum("mi,i->m", normal, centre[0, 0]) - sides.offset
     wanted = settings.stability_margin + settings.margin_reserve
     in_first = span < knots.phase_ends[1]

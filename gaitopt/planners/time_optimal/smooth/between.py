@@ -241,10 +241,10 @@ def _least_along_normals(
     zmp, knot = problem.zmp, problem.zmp.knot + window.first_knot
     static = np.isinf(zmp.gravity)
     # The centre of mass is where it is, however the motion is stretched.
-    centres = motion.centres_of_mass()[knot[static]] if static.any() else None
+    centres = motion.centres_of_mass[knot[static]] if static.any() else None
     found, forces = [], window.route.settings.forces is not None
     for one in (motion,) if forces else (motion, motion.slower(MOST_STRETCH)):
-        points = one.zero_moment_points()[knot]
+        points = one.zero_moment_points[knot]
         if centres is not None:
             points[static] = centres
         found.append(np.einsum("mi,msi->ms", zmp.normal, points).min(axis=1))

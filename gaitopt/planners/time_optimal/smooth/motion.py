@@ -16,13 +16,16 @@ import numpy as np
 
 from gaitopt.conventions import LEGS, OTHER_LEGS, FloatArray, rotation_z
 from gaitopt.dynamics.whole_body import motion_of_path
-from gaitopt.motion.differences import time_derivatives
+from gaitopt.dynamics.zero_moment import zero_moment_points
+from gaitopt.motion.differences import time_derivatives, values_and_derivatives
+from gaitopt.motion.path import BASE_COLUMNS
+from gaitopt.motion.pieces import States
 from gaitopt.motion.quadratic_spline import spline_parabolas
 from gaitopt.optimize.route.centre_of_mass import MassDistribution
 from gaitopt.optimize.route.legs import BODY, FOOT, JOINTS
 from gaitopt.planners.time_optimal.foothold_motion import Contacts, FootholdMotion
 from gaitopt.stability.margins import static_stability_margin
-from gaitopt.stability.zmp import point_mass_zmp, whole_body_zmp
+from gaitopt.stability.zmp import point_mass_zmp
 
 SAMPLES = 7
 """Samples on each span at which a motion is measured; an odd number, so that one is its middle."""
@@ -111,7 +114,11 @@ class SplineMotion(FootholdMotion):
     def joint_demand(self) -> JointDemand:
         """Largest joint velocities and accelerations at the samples."""
         times, span = self.samples
-        found = time_derivatives(lambda t: self.joints_at(t, span), times)
+        if self.whole_body:
+            legs = BASE_COLUMNS + self.robot.leg_joint_columns
+            found = self._sampled[1][:, legs], self._sampled[2][:, legs]
+        else:
+            found = time_derivatives(lambda t: self.joints_at(t, span), times)
         velocity, acceleration = (f.reshape(-1, SAMPLES, JOINTS) for f in found)
         half = SAMPLES // 2
         between = np.concatenate([velocity[:-1, half:], velocity[1:, : half + 1]], axis=1)
@@ -120,6 +127,13 @@ class SplineMotion(FootholdMotion):
             np.stack([acceleration.max(axis=1), -acceleration.min(axis=1)]),
         )
 
+    @cached_property
+    def _sampled(self) -> States:
+        """Columns of a path at the samples, and two derivatives of them ``(N, 6 + nj)``."""
+        times, span = self.samples
+        return values_and_derivatives(lambda t: self.values_at(t, span), times)
+
+    @cached_property
     def centres_of_mass(self) -> FloatArray:
         """Centre of mass at the samples of each span ``(K, SAMPLES, 2)`` [m]."""
         times, span = self.samples
@@ -130,6 +144,7 @@ class SplineMotion(FootholdMotion):
         found = MassDistribution.of(self.robot).com(poses, joints)
         return np.asarray(found[:, :2].reshape(-1, SAMPLES, 2))
 
+    @cached_property
     def zero_moment_points(self) -> FloatArray:
         """ZMP at the samples of each span ``(K, SAMPLES, 2)`` [m].
 
@@ -138,19 +153,16 @@ class SplineMotion(FootholdMotion):
         """
         times, span = self.samples
         if self.whole_body:
-            return self._whole_body_zmp(times, span).reshape(-1, SAMPLES, 2)
+            return self._whole_body_zmp(span).reshape(-1, SAMPLES, 2)
         ground = self.knots.ground_on_spans[span] - self.robot.foot_radius
         centre = self.poses_at(times, span)[:, BODY]
         acceleration = 2.0 * self.parabolas[0, span][:, BODY]
         return point_mass_zmp(centre, acceleration, ground).reshape(-1, SAMPLES, 2)
 
-    def _whole_body_zmp(self, times: FloatArray, span: np.ndarray) -> FloatArray:
-        """ZMP of all links ``(N, 2)`` [m], in the heading frame."""
+    def _whole_body_zmp(self, span: np.ndarray) -> FloatArray:
+        """ZMP of all links at the samples ``(N, 2)`` [m], in the heading frame."""
         ground = self.knots.ground_on_spans[span] - self.robot.foot_radius
-        values = self.values_at(times, span)
-        changes = time_derivatives(lambda t: self.values_at(t, span), times)
-        motion = motion_of_path(self.robot, values, *changes)
-        found = whole_body_zmp(self.robot.model, *motion, ground)
+        found = zero_moment_points(self.robot, motion_of_path(self.robot, *self._sampled), ground)
         return np.asarray(found @ rotation_z(self.heading)[:2, :2])
 
     def margins(self, dynamic: bool) -> FloatArray:
@@ -161,7 +173,7 @@ class SplineMotion(FootholdMotion):
         """
         span = self.samples[1]
         feet, flying = self.knots.feet[span], self.knots.flying_on_spans.at(span)
-        points = self.zero_moment_points() if dynamic else self.centres_of_mass()
+        points = self.zero_moment_points if dynamic else self.centres_of_mass
         point = np.nan_to_num(points.reshape(-1, 2), nan=FAR_AWAY)
         out = np.empty(len(span))
         for leg in range(len(LEGS)):

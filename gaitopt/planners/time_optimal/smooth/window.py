@@ -101,8 +101,6 @@ class SmoothWindow:
         margin = self.route.settings.stability_margin
         out = np.full(len(motion.spans) - self.first_knot, margin)
         if self.first_knot == 0:
-            standing = static_stability_margin(
-                motion.knots.feet[:1], motion.centres_of_mass()[0, :1]
-            )
+            standing = static_stability_margin(motion.knots.feet[:1], motion.centres_of_mass[0, :1])
             out[: motion.knots.phase_ends[1]] = start_margin(standing, margin)
         return out

@@ -79,8 +79,8 @@ def test_a_slower_motion_has_smaller_velocities_and_accelerations(motion: Spline
 def test_the_zmp_of_a_very_slow_motion_is_the_body_centre(motion: SplineMotion) -> None:
     slow = motion.slower(1e4)
     times, span = slow.samples
-    centre = slow.poses_at(times, span)[:, BODY][:, :2].reshape(slow.zero_moment_points().shape)
-    assert slow.zero_moment_points() == pytest.approx(centre, abs=1e-6)
+    centre = slow.poses_at(times, span)[:, BODY][:, :2].reshape(slow.zero_moment_points.shape)
+    assert slow.zero_moment_points == pytest.approx(centre, abs=1e-6)
     assert slow.margins(dynamic=True) == pytest.approx(slow.margins(dynamic=False), abs=1e-6)
 
 
