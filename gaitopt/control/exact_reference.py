@@ -24,8 +24,6 @@ from gaitopt.plan.plan import Plan
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.rotations import quaternion_to_matrix
 
-LEAD = 2
-"""Ticks before the plan's start and after its end."""
 SINKING_TIME = 0.03
 """How long before its touch-down a foot begins to go below its place [s]. Chosen: a flying foot
 follows its reference within this time (``swing_blend_time``)."""
@@ -42,6 +40,11 @@ LIGHT_SHARE = 0.2
 lifts off, as it bears nothing on the other side. With 0.1 a jump was not eased at one lift-off of
 wang2020 (``posture``, seed 0), and a foot that bore next to nothing kicked: its knee reached 336 %
 of its velocity limit."""
+LEAD = EASING_ROUNDS + 2
+"""Ticks before the plan's start and after its end. The first entry holds as long as the robot
+stands before it walks, and the last one when it has walked: both are at rest, which jumps that are
+eased do not reach. With two ticks wang2020 was pushed while it stood, and began its walks with its
+body 6 to 9 mm beside its place."""
 
 
 def exact_reference(

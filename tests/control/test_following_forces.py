@@ -129,6 +129,8 @@ def test_jumps_of_slow_robots_take_some_ticks(wang: gaitopt.Quadruped) -> None:
     assert (eased.forces[~eased.standing] == 0.0).all()
     steps = [np.abs(np.diff(r.acceleration, axis=0)).max() for r in (sharp, eased)]
     assert steps[1] < 0.4 * steps[0]
+    # The first entry holds while the robot stands before it walks, and the last one after that.
+    assert not eased.acceleration[[0, -1]].any()
     # Where nothing changes, six rounds are the binomial numbers of the twelfth order.
     changes = np.flatnonzero((sharp.standing[1:] != sharp.standing[:-1]).any(axis=1)) + 1
     kernel = np.array([comb(12, k) for k in range(13)]) / 2.0**12
