@@ -109,7 +109,8 @@ def made(kind: type[Kind], /, **values: Any) -> Kind:
     users and files give goes through the checks of the class.
     """
     one = object.__new__(kind)
-    vars(one).update(values)
+    # The object takes these values as they are, without another dictionary.
+    object.__setattr__(one, "__dict__", values)
     return one
 
 

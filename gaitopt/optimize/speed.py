@@ -133,14 +133,15 @@ def body_speed(speeds: FloatArray) -> FloatArray:
 
 
 def knot_times(
-    joints: FloatArray, limits: FloatArray, lengths: FloatArray, speed: float | None
+    joints: FloatArray, limits: FloatArray, lengths: FloatArray | None, speed: float | None
 ) -> tuple[FloatArray, np.ndarray]:
     """Shortest times between knots of a path that is straight in joint space between them.
 
     Args:
         joints: ``(..., K, nj)`` [rad].
         limits: ``(nj,)`` [rad/s].
-        lengths: lengths of the body's or foot's path between knots ``(..., K - 1)`` [m].
+        lengths: lengths of the body's or foot's path between knots ``(..., K - 1)`` [m]; needed
+            with a speed.
         speed: a speed not to be exceeded along ``lengths`` [m/s]; ``None`` for none.
 
     Returns:
@@ -149,7 +150,7 @@ def knot_times(
     needed = np.abs(np.diff(joints, axis=-2)) / limits
     slowest = needed.argmax(axis=-1)
     times = np.take_along_axis(needed, slowest[..., None], axis=-1)[..., 0]
-    if speed is None:
+    if speed is None or lengths is None:
         return times, slowest
     given = lengths / speed
     return np.maximum(times, given), np.where(given >= times, -1, slowest)

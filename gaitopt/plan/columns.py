@@ -34,9 +34,10 @@ class Columns(NamedTuple):
         points = plan.footholds.points
         tops = np.concatenate([points[leg] for leg in LEGS])
         tops = tops - np.array([0.0, 0.0, plan.robot.foot_radius])
-        owners = np.array([leg for leg in LEGS for _ in points[leg]])
+        owners = [leg for leg in LEGS for _ in range(len(points[leg]))]
         order = np.argsort(tops[:, 0], kind="stable")
-        return cls(tops[order], tuple(owners[order].tolist()), plan.footholds.landing_radius)
+        sorted_owners = tuple([owners[k] for k in order.tolist()])
+        return cls(tops[order], sorted_owners, plan.footholds.landing_radius)
 
     @property
     def spread(self) -> float:

@@ -104,10 +104,12 @@ def _found(plan: Plan) -> LimbInColumn | None:
     parts = limb_parts(plan.robot)
     if parts is None:
         return None
-    look = _Look.of(plan, parts)
-    if look.columns.spread < LEVEL and look.lowest(_few_times(plan)) >= LEVEL_ROOM:
-        return None
-    return look.deepest(_times(plan, STEP))
+    columns = Columns.of(plan)
+    if columns.spread < LEVEL:
+        enough = float(columns.tops[:, 2].max()) + LEVEL_ROOM
+        if parts.lowest(plan.path.evaluate(_few_times(plan)), enough) >= enough:
+            return None
+    return _Look.of(plan, parts, columns).deepest(_times(plan, STEP))
 
 
 def _few_times(plan: Plan) -> FloatArray:
@@ -158,33 +160,20 @@ class _Look:
     data: Any
 
     @classmethod
-    def of(cls, plan: Plan, parts: LimbParts) -> _Look:
+    def of(cls, plan: Plan, parts: LimbParts, columns: Columns) -> _Look:
         """A look at a plan over columns."""
         from pinocchio import coal
 
         depth = 2.0 * max(leg.reach for leg in plan.robot.legs.values())
         column = coal.Cylinder(plan.footholds.landing_radius, depth)
         data = plan.robot.model.createData()
-        return cls(plan, parts, Columns.of(plan), column, depth, data)
+        return cls(plan, parts, columns, column, depth, data)
 
-    def lowest(self, times: FloatArray) -> float:
-        """Least height of a part over the highest column [m]; infinite where it is much."""
-        top = float(self.columns.tops[:, 2].max())
-        least = np.inf
-        for _, part, turn, origin in self._low(times, LEVEL_ROOM):
-            points, extra = part.outline
-            least = min(least, float((origin[2] + (points @ turn[2]).min(axis=0)).min()) - extra)
-        return least - top
-
-    def _low(
-        self, times: FloatArray, room: float
-    ) -> Iterator[tuple[int, Solid, FloatArray, FloatArray]]:
+    def _low(self, times: FloatArray) -> Iterator[tuple[int, Solid, FloatArray, FloatArray]]:
         """Parts whose joints come near the tops of the columns.
 
         Args:
             times: ``(N,)`` [s].
-            room: over the highest top from which on a ball around the joint's parts is left out
-                [m].
 
         Yields:
             Number of the part, the part, rotations ``(3, 3, N)`` and places ``(3, N)`` [m] of its
@@ -196,14 +185,14 @@ class _Look:
         place = values[:, :3].T
         top = float(self.columns.tops[:, 2].max())
         at: dict[int, tuple[FloatArray, FloatArray, float]] = {}
-        for number, part in enumerate(self.parts.solids):
+        for number, (part, end) in enumerate(zip(self.parts.solids, self.parts.ends, strict=True)):
             if part.joint not in at:
                 own = turns[:, :, part.joint]
                 turn = product(base, own)
                 origin = place + turned(base, places[:, part.joint])
                 at[part.joint] = turn, origin, float(origin[2].min())
             turn, origin, least = at[part.joint]
-            if least - np.linalg.norm(part.middle) - part.radius < top + room:
+            if least - end < top + NEAR:
                 yield number, part, turn, origin
 
     def deepest(self, times: FloatArray) -> LimbInColumn | None:
@@ -214,7 +203,7 @@ class _Look:
         """
         worst: LimbInColumn | None = None
         top = float(self.columns.tops[:, 2].max())
-        for number, part, turn, origin in self._low(times, NEAR):
+        for number, part, turn, origin in self._low(times):
             bottoms = _bottoms(part, turn, origin)
             low = np.flatnonzero(bottoms < top + NEAR)
             if not len(low):

@@ -275,12 +275,19 @@ def into_body(robot: Quadruped, position: ArrayLike, rpy: ArrayLike, feet: Array
     return np.asarray((check_shape("feet", feet, 4, 3) - place[..., None, :]) @ to_world)
 
 
-def joints_from_feet_in_body(robot: Quadruped, feet: FloatArray) -> FloatArray:
+def joints_from_feet_in_body(
+    robot: Quadruped, feet: FloatArray, order: Literal["C", "F"] = "C"
+) -> FloatArray:
     """Joint angles ``(..., nj)`` [rad] for feet in the body frame ``(..., 4, 3)`` [m].
 
     A leg that does not reach its foot points towards it; joints that no leg owns are neutral.
+
+    Args:
+        robot, feet: whose, and where they are.
+        order: NumPy's order in memory: with ``"F"`` the angles of one joint stand side by side, so
+            that what is done joint by joint is faster.
     """
-    joints = np.empty((*feet.shape[:-2], len(robot.joint_names)))
+    joints = np.empty((*feet.shape[:-2], len(robot.joint_names)), order=order)
     if joints.shape[-1] > len(robot.leg_joint_columns):
         joints[...] = robot.neutral_joints()
     if robot.four_legs is not None and feet.size <= TOGETHER:
@@ -290,7 +297,9 @@ def joints_from_feet_in_body(robot: Quadruped, feet: FloatArray) -> FloatArray:
         )
         return joints
     for i, name in enumerate(LEGS):
-        joints[..., robot.leg_columns[name]] = robot.legs[name].inverse(feet[..., i, :])
+        rows = robot.legs[name].inverse_columns(*np.moveaxis(feet[..., i, :], -1, 0))
+        for column, angle in zip(robot.leg_columns[name], rows, strict=True):
+            joints[..., column] = angle
     return joints
 
 

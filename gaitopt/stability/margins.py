@@ -39,6 +39,9 @@ def static_stability_margin(feet: ArrayLike, cog: ArrayLike) -> FloatArray:
     normals, offsets, is_side = pair_lines(corners - origin)
     distances = (normals * (places - origin)).sum(axis=-1) - offsets
     nearest = np.where(is_side, distances, np.inf).min(axis=-1)
+    has_side = is_side.any(axis=-1)
+    if has_side.all():
+        return np.asarray(nearest)
     # Feet that are all in one point have no side: the margin is minus the COG's distance from it.
     apart = np.linalg.norm(places - corners, axis=-1).max(axis=-1)
-    return np.asarray(np.where(is_side.any(axis=-1), nearest, -apart))
+    return np.asarray(np.where(has_side, nearest, -apart))

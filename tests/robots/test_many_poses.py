@@ -69,11 +69,42 @@ def test_no_pair_is_closer_than_its_boxes_or_balls(name: str) -> None:
     boxes = ShapeBoxes.of(pairs.model, pairs.geometry)
     assert boxes is not None
     distances = pairs.distances(joints[:, pairs.columns]).min(axis=0)
-    for enough in (np.inf, 0.05):
-        least = boxes.least_gaps(joints, pairs._numbers, enough)
+    for enough, close in ((np.inf, 0.0), (0.05, 0.0), (np.inf, np.inf), (0.05, 0.02)):
+        least = boxes.least_gaps(joints, pairs._numbers, enough, close)
         # Where shapes overlap, the distance is the negative depth, and the bound says nothing.
         assert (least <= np.maximum(distances, 0.0) + 1e-6).all()
         assert (least > 0.0).any()
+
+
+def test_rods_that_cross_are_apart_across_both() -> None:
+    """Neither box has an axis along which two crossing rods are apart; their distance is known."""
+    text = (
+        '<robot name="rods"><link name="a"><collision><geometry><cylinder radius="0.01" '
+        'length="0.4"/></geometry></collision></link><link name="b"><collision>'
+        '<origin xyz="0 0.05 0" rpy="0 1 0"/><geometry><box size="0.02 0.02 0.4"/></geometry>'
+        '</collision></link><joint name="j" type="revolute"><parent link="a"/><child link="b"/>'
+        '<axis xyz="0 1 0"/><limit lower="-3" upper="3" effort="1" velocity="1"/></joint></robot>'
+    )
+    model = pin.buildModelFromXML(text, pin.JointModelFreeFlyer())
+    shapes = pin.buildGeomFromUrdfString(model, text, pin.GeometryType.COLLISION)
+    boxes = ShapeBoxes.of(model, shapes)
+    assert boxes is not None
+    # Turned by minus a radian, the rods are parallel, and their sides tell how far they are apart.
+    for angle in (0.0, 0.7, -1.0):
+        (gap,) = boxes.least_gaps(np.array([[angle]]), np.array([[0, 1]]), close=np.inf)
+        assert gap == pytest.approx(0.03, abs=1e-12)
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_what_is_up_is_what_places_say(name: str) -> None:
+    robot = gaitopt.load_robot(name)
+    chain, joints = Chain.of(robot.model), poses(robot, 9)
+    assert chain is not None
+    up = np.random.default_rng(1).normal(size=(3, 9))
+    ups, heights = chain.ups(joints, up)
+    rotations, places = chain.rows_of_places(joints)
+    np.testing.assert_allclose(ups, np.einsum("ijkn,in->jkn", rotations, up), atol=1e-12)
+    np.testing.assert_allclose(heights, np.einsum("ikn,in->kn", places, up), atol=1e-12)
 
 
 @pytest.mark.parametrize("name", ROBOTS)

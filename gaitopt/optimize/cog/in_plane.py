@@ -44,18 +44,21 @@ def solve_nearest(call: BufferedCall, problem: CogProblem) -> CogSolution | None
     Returns:
         The solution, which is verified; ``None`` where there is none, or it is not exact.
     """
-    parameters = problem.parameters
-    x, y = x0, y0 = parameters[:2].tolist()
-    multipliers = np.zeros(problem.formulation.constraints)
+    place, parameters, multipliers = call.inputs
+    numbers = problem.parameters.tolist()
+    parameters[:], multipliers[:] = problem.parameters, 0.0
+    x, y = x0, y0 = numbers[:2]
     active: Active = ()
     moved = 1.0
     for steps in range(MOST_STEPS):
-        arrays = call((x, y), parameters, multipliers)
-        gradient, hessian, slacks, rows = (array.tolist() for array in arrays)
-        primal, slope, gap = _residuals(gradient, slacks, rows, active)
+        place[0], place[1] = x, y
+        gradient, hessian, slacks, rows = call.again()
+        slack = slacks.tolist()
+        primal, slope, gap = _residuals(gradient.tolist(), slack, rows, active)
         if max(primal, slope, gap) < EXACT or moved < LAST_STEP:
-            return _solution(problem, (x, y), (x0, y0), active, (primal, slope, gap), steps)
-        found = solve_in_plane(hessian, gradient, rows, slacks)
+            margin = margin_of(problem, numbers, x, y)
+            return _solution(problem, (x, y), (x0, y0), margin, active, (primal, slope, gap), steps)
+        found = solve_in_plane(hessian.tolist(), gradient.tolist(), rows.tolist(), slack)
         if found is None:
             return None
         dx, dy, active = found
@@ -67,23 +70,24 @@ def solve_nearest(call: BufferedCall, problem: CogProblem) -> CogSolution | None
 
 
 def _residuals(
-    gradient: list[float], slacks: list[float], rows: list[list[float]], active: Active
+    gradient: list[float], slacks: list[float], rows: FloatArray, active: Active
 ) -> tuple[float, float, float]:
     """Violation, largest entry of the Lagrangian's gradient, and multipliers times slacks."""
     primal = max(0.0, -min(slacks))
     a, b = gradient
     gap = 0.0
     for number, multiplier in active:
-        a -= multiplier * rows[number][0]
-        b -= multiplier * rows[number][1]
+        c, d = rows[number].tolist()
+        a -= multiplier * c
+        b -= multiplier * d
         # A violation shifts the optimum's value by the multipliers times its size.
         gap += multiplier * (abs(slacks[number]) + primal)
     return primal, max(abs(a), abs(b)), gap
 
 
 def _solution(
-    problem: CogProblem, place: tuple[float, float], start: tuple[float, float], active: Active,
-    residuals: tuple[float, float, float], steps: int,
+    problem: CogProblem, place: tuple[float, float], start: tuple[float, float], margin: float,
+    active: Active, residuals: tuple[float, float, float], steps: int,
 ) -> CogSolution | None:  # fmt: skip
     """The solution at a place, both relative to the problem's origin; ``None`` if not verified."""
     primal, slope, gap = residuals
@@ -101,7 +105,7 @@ def _solution(
         position=position,
         distance=distance,
         value=distance,
-        margin=margin_at(problem, *place),
+        margin=margin,
         multipliers=multipliers,
         active=tuple(names[k] for k, value in sorted(active) if value > ACTIVE_MULTIPLIER),
         status=status,
@@ -116,7 +120,12 @@ def _solution(
 
 def margin_at(problem: CogProblem, x: float, y: float) -> float:
     """Stability margin at a place from the problem's origin [m]; ``inf`` without a next swing."""
+    return margin_of(problem, problem.parameters.tolist(), x, y)
+
+
+def margin_of(problem: CogProblem, parameters: list[float], x: float, y: float) -> float:
+    """The same, for who has the problem's parameters as numbers."""
     if not problem.formulation.planes:
         return float("inf")
-    planes = problem.parameters[2 : 2 + 3 * SIDES].tolist()
-    return float(min([planes[i] * x + planes[i + 1] * y - planes[i + 2] for i in (0, 3, 6)]))
+    (a, b, c), (d, e, f), (g, h, i) = (parameters[k : k + 3] for k in range(2, 2 + 3 * SIDES, 3))
+    return float(min(a * x + b * y - c, d * x + e * y - f, g * x + h * y - i))

@@ -214,16 +214,22 @@ def build_cog_problems(
     if turns is not None:
         blocks.append(turns.reshape(count, -1))
     parameters = np.concatenate(blocks, axis=1)
+    forms: dict[tuple[str | None, int], CogFormulation] = {}
     problems = []
     for i, swing in enumerate(swings):
         values = parameters[i]
         if further is not None and (others := further[i]) is not None:
             values = np.insert(values, FURTHER, padded(others, origins[i]).ravel())
         extra = (len(values) - parameters.shape[1]) // 3
+        if (swing, extra) not in forms:
+            forms[swing, extra] = build_cog_formulation(
+                robot, swing, objective, extra, turns is not None
+            )
         problems.append(
-            CogProblem(
-                build_cog_formulation(robot, swing, objective, extra, turns is not None), values,
-                constraint_names(swing, extra), origins[i], stability_margin, reach_fraction,
+            made(
+                CogProblem, formulation=forms[swing, extra], parameters=values,
+                names=constraint_names(swing, extra), origin=origins[i],
+                stability_margin=stability_margin, reach_fraction=reach_fraction,
             )
         )  # fmt: skip
     return problems

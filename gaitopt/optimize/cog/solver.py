@@ -8,6 +8,7 @@ carries a proven bound on its distance from the true optimum (derived in ``docs/
 
 from __future__ import annotations
 
+from math import isfinite
 from typing import NamedTuple
 
 import numpy as np
@@ -90,7 +91,9 @@ def solve_cog(problem: CogProblem, workspace: CogWorkspace | None = None) -> Cog
         SolverError: the problem holds NaN or infinite numbers.
     """
     check_kind("problem", problem, CogProblem)
-    if not np.isfinite(problem.parameters).all():
+    parameters = problem.parameters
+    # The square is finite where all numbers are, unless they are huge.
+    if not isfinite(parameters @ parameters) and not np.isfinite(parameters).all():
         raise SolverError("the COG problem holds NaN or infinite numbers")
     form = problem.formulation
     workspace = workspace or CogWorkspace()

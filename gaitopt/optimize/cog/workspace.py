@@ -44,13 +44,16 @@ class BufferedCall:
 
     A call takes 1 us, an ordinary call of CasADi 60 us. The arrays that a call returns are
     overwritten by the next call.
+
+    Attributes:
+        inputs: the arrays that it reads. Who fills them one by one calls :meth:`again`.
     """
 
     def __init__(self, function: Any) -> None:
         self._buffer, self._evaluate = function.buffer()
-        self._inputs = [np.zeros(function.numel_in(i)) for i in range(function.n_in())]
+        self.inputs = [np.zeros(function.numel_in(i)) for i in range(function.n_in())]
         self._outputs: list[FloatArray] = []
-        for i, array in enumerate(self._inputs):
+        for i, array in enumerate(self.inputs):
             self._buffer.set_arg(i, memoryview(array.data))
         for i in range(function.n_out()):
             rows, columns = function.size_out(i)
@@ -61,7 +64,11 @@ class BufferedCall:
             self._outputs.append(flat if is_vector else flat.reshape(columns, rows).T)
 
     def __call__(self, *values: FloatArray | tuple[float, ...]) -> list[FloatArray]:
-        for array, value in zip(self._inputs, values, strict=True):
+        for array, value in zip(self.inputs, values, strict=True):
             array[:] = value
+        return self.again()
+
+    def again(self) -> list[FloatArray]:
+        """The results for what :attr:`inputs` hold now."""
         self._evaluate()
         return self._outputs

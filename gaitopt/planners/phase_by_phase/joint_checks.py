@@ -58,6 +58,11 @@ def check_position_limits(
         InfeasibleStepError: names the joint that exceeds its limits most in the first such leg.
     """
     least, most = joints.min(axis=0), joints.max(axis=0)
+    lowest, highest = robot.position_limits
+    own = robot.leg_joint_columns
+    # A comparison with NaN is false: such angles are looked at below.
+    if (np.maximum(lowest - least, most - highest)[own] <= ANGLE_ROUNDING).all():
+        return
     for name, leg in robot.legs.items():
         columns = list(robot.leg_columns[name])
         low, high = leg.position_limits
@@ -97,6 +102,8 @@ def check_no_full_turns(
     """
     jumps = np.abs(np.diff(joints, axis=0))
     jumps[firsts[1:] - 1] = 0.0
+    if jumps.max(initial=0.0) <= np.pi:
+        return
     knot, joint = (int(i) for i in np.unravel_index(int(jumps.argmax()), jumps.shape))
     if jumps[knot, joint] > np.pi:
         raise InfeasibleStepError(

@@ -154,7 +154,9 @@ def speed_limits(
             )
             for j, pieces in spans.items()
         ]
-        out.append(tuple(sorted(limits, key=lambda limit: -limit.value)))
+        if len(limits) > 1:
+            limits.sort(key=lambda limit: -limit.value)
+        out.append(tuple(limits))
     return out
 
 

@@ -106,7 +106,8 @@ def refined_moves(
         at, firsts = _knots(open_steps, intervals, edges)
         points, joints, errors = pose(at)
         check_position_limits(robot, joints, at.step, steps, kind)
-        lengths = np.linalg.norm(np.diff(points[:, :3], axis=0), axis=1)
+        ways = None if speed is None else np.diff(points[:, :3], axis=0)
+        lengths = None if ways is None else np.linalg.norm(ways, axis=1)
         durations, slowest = knot_times(joints, robot.velocity_limits, lengths, speed)
         # Between the last knot of one step and the first knot of the next there is no interval.
         errors[firsts[1:] - 1] = 0.0

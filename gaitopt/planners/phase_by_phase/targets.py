@@ -7,14 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from gaitopt.conventions import LEGS, FloatArray, Progress, frozen, rotation_z
+from gaitopt.conventions import LEGS, FloatArray, Progress, frozen, made, rotation_z
 from gaitopt.errors import InfeasibleStepError, SolverError
 from gaitopt.gait.crawl import WANG_SEQUENCE
 from gaitopt.optimize.cog.solver import (
     CogProblem,
     CogSolution,
     CogWorkspace,
-    build_cog_problem,
     build_cog_problems,
     solve_cog,
 )
@@ -128,7 +127,7 @@ def _optimise(
             raise explain_step(robot, steps, settings, s, place, own)
         if solution.distance == 0.0:
             # Its place comes from differences; so nothing moves, not even by rounding.
-            solution = replace(solution, position=frozen(place))
+            solution = made(CogSolution, **{**vars(solution), "position": frozen(place)})
         solutions.append(solution)
         place = solution.position
         if progress is not None:
@@ -213,14 +212,15 @@ def start_place(robot: Quadruped, steps: CrawlSteps, settings: CrawlSettings) ->
         InfeasibleStepError: the legs do not reach the first footholds from there.
     """
     cog_start = settings.cog_start
-    feet = dict(zip(LEGS, steps.feet[0], strict=True))
     wanted = steps.feet[0, :, :2].mean(axis=0) if steps.wanted is None else steps.wanted[0]
     if cog_start is not None:
         wanted = np.array(cog_start) @ rotation_z(settings.heading)[:2, :2]
-    problem = build_cog_problem(
-        robot, feet, steps.start_height, wanted, reach_fraction=settings.reach_fraction,
-        turn=None if steps.turns is None else steps.turns[0],
+    (problem,) = build_cog_problems(
+        robot, steps.feet[:1], np.array([steps.start_height]), [None], None,
+        stability_margin=0.0, reach_fraction=settings.reach_fraction, objective="distance",
+        turns=None if steps.turns is None else steps.turns[:1],
     )  # fmt: skip
+    problem = problem.starting_at(wanted)
     if cog_start is not None and problem.constraint_values(wanted).min() < -ROUNDING:
         worst = int(problem.constraint_values(wanted).argmin())
         raise InfeasibleStepError(

@@ -24,7 +24,6 @@ from gaitopt.planners.phase_by_phase.steps import CrawlSteps, feet_in_body
 from gaitopt.planners.phase_by_phase.swing_polylines import swing_polylines
 from gaitopt.planners.phase_by_phase.turning import base_targets, turning_pose
 from gaitopt.robots.quadruped import Quadruped
-from gaitopt.robots.whole_body import feet_in_body as feet_at
 from gaitopt.robots.whole_body import joints_from_feet_in_body
 from gaitopt.terrain.footholds import Footholds
 
@@ -151,16 +150,20 @@ def _stance_moves(
         body = cogs[at.step] + shifts[at.step] * at.share[:, None]
         feet = steps.feet[at.step]
         local = feet - body[:, None] + robot.centre
-        joints = joints_from_feet_in_body(robot, local)
+        joints = joints_from_feet_in_body(robot, local, order="F")
         for i, name in enumerate(LEGS):
             check_within_reach(robot.legs[name], local[:, i], at.step, steps)
         # The body is level, so that feet slip in its frame as they do in the world. In the middle
         # between two knots they are farthest from their places, since the path is a chord.
-        middle = feet_at(robot, (joints[1:] + joints[:-1]) / 2.0)
+        # Rows of one coordinate: NumPy takes sums over three neighbours one by one.
+        angles = ((joints[1:] + joints[:-1]) / 2.0).T
         places = feet[1:] - (body[1:] + body[:-1])[:, None] / 2.0 + robot.centre
-        # NumPy takes sums over three neighbours one by one.
-        x, y, z = np.moveaxis(middle - places, 2, 0)
-        return body, joints, np.sqrt((x * x + y * y + z * z).max(axis=1))
+        farthest = np.zeros(len(joints) - 1)
+        for i, name in enumerate(LEGS):
+            foot = robot.legs[name].forward_columns(*angles[list(robot.leg_columns[name])])
+            x, y, z = (one - other for one, other in zip(foot, places[:, i].T, strict=True))
+            np.maximum(farthest, x * x + y * y + z * z, out=farthest)
+        return body, joints, np.sqrt(farthest)
 
     still = np.asarray(~shifts.any(axis=1))
     return refined_moves(robot, settings, steps, level_pose, 1, SLIP_TOLERANCE, "stance", still)
@@ -180,13 +183,14 @@ def _swing_moves(
     starts = steps.feet[np.arange(len(steps.legs)), steps.indices]
     corners = swing_polylines(settings.swing, starts, steps.targets, steps.lifts)
     edges = np.diff(corners, axis=1)
-    standing = np.array([s.joints[-1] for s in stances])
+    # Angles of one joint stand side by side, which is faster where each joint is looked at.
+    standing = np.array([s.joints[-1] for s in stances]).T.copy()
 
     def pose(at: Knots) -> tuple[FloatArray, FloatArray, FloatArray]:
         foot = corners[at.step, at.edge] + edges[at.step, at.edge] * at.share[:, None]
         turns = None if steps.turns is None else steps.turns[at.step + 1]
         local = feet_in_body(robot, foot[:, None], cogs[at.step + 1], turns)[:, 0]
-        joints = standing[at.step]
+        joints = np.take(standing, at.step, axis=1).T
         flying = steps.indices[at.step]
         errors = np.zeros(len(at.step) - 1)
         for i, name in enumerate(LEGS):
@@ -195,11 +199,14 @@ def _swing_moves(
                 continue
             leg, points = robot.legs[name], local[mine]
             check_within_reach(leg, points, at.step[mine], steps)
-            angles = leg.inverse(points)
-            joints[mine[:, None], list(robot.leg_columns[name])] = angles
-            gap = leg.forward((angles[1:] + angles[:-1]) / 2.0) - (points[1:] + points[:-1]) / 2.0
+            angles = np.array(leg.inverse_columns(*points.T))
+            for column, angle in zip(robot.leg_columns[name], angles, strict=True):
+                joints[mine, column] = angle
+            middle = leg.forward_columns(*((angles[:, 1:] + angles[:, :-1]) / 2.0))
+            chord = ((points[1:] + points[:-1]) / 2.0).T
+            x, y, z = (one - other for one, other in zip(middle, chord, strict=True))
             # Some of these pairs of knots are of different steps: refined_moves overwrites them.
-            errors[mine[:-1]] = np.linalg.norm(gap, axis=1)
+            errors[mine[:-1]] = np.sqrt(x * x + y * y + z * z)
         return foot, joints, errors
 
     count = corners.shape[1] - 1

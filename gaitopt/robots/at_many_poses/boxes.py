@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from gaitopt.conventions import FloatArray
 from gaitopt.robots.at_many_poses.chain import Chain, product, turned
+
+PARALLEL = 1e-6
+"""Sine of the angle between two directions below which they count as parallel."""
 
 
 class Gaps(NamedTuple):
@@ -88,15 +92,17 @@ class ShapeBoxes:
         return product(own, np.moveaxis(self.turn[shapes], 0, 2)[..., None]), centres
 
     def least_gaps(
-        self, joints: FloatArray, pairs: np.ndarray, enough: float = np.inf
+        self, joints: FloatArray, pairs: np.ndarray, enough: float = np.inf, close: float = 0.0
     ) -> FloatArray:
         """No pair is closer than this at any of some poses ``(k,)`` [m]: :meth:`gaps`."""
-        found = self.gaps(joints, pairs, enough)
+        found = self.gaps(joints, pairs, enough, close)
         least: FloatArray = found.balls.copy()
         least[found.near] = found.boxes.min(axis=1)
         return least
 
-    def gaps(self, joints: FloatArray, pairs: np.ndarray, enough: float = np.inf) -> Gaps:
+    def gaps(
+        self, joints: FloatArray, pairs: np.ndarray, enough: float = np.inf, close: float = 0.0
+    ) -> Gaps:
         """How far pairs of shapes are apart at least.
 
         It is the larger one of two distances: from the box of one shape to the sides of the other
@@ -108,11 +114,16 @@ class ShapeBoxes:
             joints: angles in Pinocchio's order ``(N, nj)`` [rad], ``N >= 1``.
             pairs: numbers of shapes ``(k, 2)``.
             enough: [m].
+            close: where the distance is less, that across the longest sides of both boxes counts
+                as well [m]. Links that cross are apart along this direction alone.
         """
-        used, numbers = np.unique(pairs, return_inverse=True)
+        is_used = np.zeros(len(self.joint), dtype=np.bool_)
+        is_used[pairs] = True
+        used = np.flatnonzero(is_used)
         turns, centres = self._placed(joints, used)
-        ends = numbers.reshape(-1, 2).T
-        radii = (np.linalg.norm(self.half, axis=1) + self.rounding)[pairs].sum(axis=1)
+        # Numbers among the used ones.
+        ends = (np.cumsum(is_used) - 1)[pairs].T
+        radii = self._radius[pairs].sum(axis=1)
         least = self._swept(centres, ends) - radii
         near = np.flatnonzero(~(least >= enough))
         between = centres[:, ends[1, near]] - centres[:, ends[0, near]]
@@ -125,7 +136,53 @@ class ShapeBoxes:
         one = self._squares(a, between, cosines, first, second)
         two = self._squares(b, between, cosines.swapaxes(0, 1), second, first)
         rounding = (self.rounding[first] + self.rounding[second])[:, None]
-        return Gaps(least, near, np.sqrt(np.maximum(one, two)) - rounding)
+        boxes = np.sqrt(np.maximum(one, two)) - rounding
+        pair, pose = np.nonzero(boxes < close)
+        if len(pair):
+            crossing = self._crossing(
+                (a[:, :, pair, pose], b[:, :, pair, pose]), between[:, pair, pose],
+                (first[pair], second[pair]),
+            )  # fmt: skip
+            boxes[pair, pose] = np.maximum(boxes[pair, pose], crossing)
+        return Gaps(least, near, boxes)
+
+    def _crossing(
+        self, turns: tuple[FloatArray, FloatArray], between: FloatArray,
+        shapes: tuple[np.ndarray, np.ndarray],
+    ) -> FloatArray:  # fmt: skip
+        """Distances across the longest sides of two boxes ``(m,)`` [m].
+
+        Minus infinity where these sides are parallel.
+
+        Args:
+            turns: of the boxes, each ``(3, 3, m)``.
+            between: from one centre to the other ``(3, m)`` [m].
+            shapes: their numbers, each ``(m,)``.
+        """
+        every = np.arange(between.shape[1])
+        one, other = (
+            turn[:, self._longest[shape], every] for turn, shape in zip(turns, shapes, strict=True)
+        )
+        across = np.cross(one, other, axis=0)
+        length = np.sqrt(np.square(across).sum(axis=0))
+        parallel = length < PARALLEL
+        across = across / np.where(parallel, 1.0, length)
+        gap = np.abs((across * between).sum(axis=0))
+        for turn, shape in zip(turns, shapes, strict=True):
+            cosines = np.abs((turn * across[:, None]).sum(axis=0))
+            gap -= (self.straight[shape].T * cosines).sum(axis=0) + self.rounding[shape]
+            gap -= np.sqrt(np.maximum(1.0 - np.square(cosines[2]), 0.0)) * self.disc[shape]
+        return np.where(parallel, -np.inf, gap)
+
+    @cached_property
+    def _radius(self) -> FloatArray:
+        """Radius of the balls around the shapes ``(n,)`` [m]."""
+        return np.asarray(np.linalg.norm(self.half, axis=1) + self.rounding)
+
+    @cached_property
+    def _longest(self) -> np.ndarray:
+        """Number of the longest side of each box ``(n,)``."""
+        return np.asarray(self.half.argmax(axis=1))
 
     @staticmethod
     def _swept(centres: FloatArray, ends: np.ndarray) -> FloatArray:

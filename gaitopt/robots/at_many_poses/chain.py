@@ -114,6 +114,29 @@ class Chain:
             places[:, number] = places[:, parent] + turned(above, place[..., None])
         return rotations, places
 
+    def ups(self, joints: FloatArray, up: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The direction up in the frames of all joints ``(3, count, N)``, and how high they are.
+
+        The heights are over the base ``(count, N)`` [m]. This is a third of the work of
+        :meth:`rows_of_places`, and enough to tell how low something comes.
+
+        Args:
+            joints: as above.
+            up: in the base's frame ``(3, N)``.
+        """
+        ups = np.empty((3, self.count, len(joints)))
+        heights = np.zeros((self.count, len(joints)))
+        ups[:, :2] = up[:, None]
+        angles = np.ascontiguousarray(joints.T)
+        cosines, sines = np.cos(angles), np.sin(angles)
+        for number, parent, column, cosine, sine, constant, place in self._levels:
+            own = cosines[column] * cosine[..., None] + sines[column] * sine[..., None]
+            own += constant[..., None]
+            above = ups[:, parent]
+            ups[:, number] = turned(own.swapaxes(0, 1), above)
+            heights[number] = heights[parent] + (above * place[..., None]).sum(axis=0)
+        return ups, heights
+
     @cached_property
     def _levels(self) -> tuple[_Hinges, ...]:
         """The hinges by their distance from the base."""

@@ -7,7 +7,7 @@ the other (:mod:`gaitopt.certificate.ground.solids`).
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -78,6 +78,20 @@ class Solid(NamedTuple):
         return float(np.linalg.norm(self.half))
 
 
+class JointBoxes(NamedTuple):
+    """Boxes around what joints carry, along the axes of the joints' frames.
+
+    Attributes:
+        joint: numbers of the joints ``(k,)``.
+        centre: ``(3, k)`` [m].
+        half: half of the sides ``(3, k)`` [m].
+    """
+
+    joint: np.ndarray
+    centre: FloatArray
+    half: FloatArray
+
+
 @dataclass(frozen=True, eq=False)
 class LimbParts:
     """The parts of a robot's links.
@@ -93,6 +107,57 @@ class LimbParts:
     solids: tuple[Solid, ...]
     legs: tuple[str, ...]
     links: tuple[str, ...]
+
+    @cached_property
+    def ends(self) -> tuple[float, ...]:
+        """How far from its joint each part is at most [m]."""
+        return tuple(float(np.linalg.norm(part.middle)) + part.radius for part in self.solids)
+
+    @cached_property
+    def boxes(self) -> JointBoxes:
+        """The boxes around all that each joint carries."""
+        joints = sorted({part.joint for part in self.solids})
+        corners = [np.concatenate([part.corners for part in self.solids if part.joint == joint])
+                   for joint in joints]  # fmt: skip
+        low = np.stack([points.min(axis=0) for points in corners], axis=1)
+        high = np.stack([points.max(axis=0) for points in corners], axis=1)
+        return JointBoxes(np.array(joints), (low + high) / 2.0, (high - low) / 2.0)
+
+    @cached_property
+    def outlines(self) -> dict[int, list[tuple[FloatArray, float]]]:
+        """The outlines of the parts that each joint carries."""
+        return {
+            joint: [part.outline for part in self.solids if part.joint == joint]
+            for joint in {part.joint for part in self.solids}
+        }
+
+    def lowest(self, poses: FloatArray, enough: float) -> float:
+        """How low any part comes [m].
+
+        Where boxes around all that a joint carries stay above ``enough``, they are not looked into.
+
+        Args:
+            poses: of base and joints, as in a path ``(N, 6 + nj)`` [m, rad].
+            enough: height of interest [m].
+        """
+        sine, cosine = np.sin(poses[:, 3:5].T), np.cos(poses[:, 3:5].T)
+        up = np.stack([-sine[1], cosine[1] * sine[0], cosine[1] * cosine[0]])
+        ups, heights = self.chain.ups(poses[:, 6:], up)
+        heights += poses[:, 2]
+        joint, centre, half = self.boxes
+        own = ups[:, joint]
+        away = (centre[..., None] * own).sum(axis=0) - (half[..., None] * np.abs(own)).sum(axis=0)
+        bottoms = (heights[joint] + away).min(axis=1)
+        least = float(bottoms.min())
+        if least >= enough:
+            return least
+        for k in np.flatnonzero(bottoms < enough).tolist():
+            number = int(joint[k])
+            bottoms[k] = min(
+                float((heights[number] + points @ ups[:, number]).min()) - extra
+                for points, extra in self.outlines[number]
+            )
+        return float(bottoms.min())
 
 
 @lru_cache(maxsize=32)

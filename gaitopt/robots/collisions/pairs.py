@@ -176,9 +176,10 @@ class CollisionPairs:
             return least
         angles = np.tile(self.neutral[7:], (len(joints), 1))
         angles[:, self.columns] = joints
-        found = self._boxes.gaps(angles, self._numbers[pairs], near)
+        apart = max(APART, min(near, NEARER[0][1]))
+        found = self._boxes.gaps(angles, self._numbers[pairs], near, apart)
         # So written, a pair counts whose distance is not a number.
-        close = ~(found.boxes >= max(APART, min(near, NEARER[0][1])))
+        close = ~(found.boxes >= apart)
         for pose in np.flatnonzero(close.any(axis=0)):
             some = np.flatnonzero(close[:, pose])
             found.boxes[some, pose] = self._distances_at(joints[pose], pairs[found.near[some]])
