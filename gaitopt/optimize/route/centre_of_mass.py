@@ -14,12 +14,12 @@ from typing import NamedTuple
 import numpy as np
 
 from gaitopt.conventions import LEGS, FloatArray
+from gaitopt.optimize.route.leg_hessians import add_second_derivatives
 from gaitopt.optimize.route.legs import (
     BODY,
     JOINTS,
     ORIENTATION,
     LegKinematics,
-    add_second_derivatives,
 )
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.rotations import rpy_to_matrix

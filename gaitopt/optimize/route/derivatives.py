@@ -13,6 +13,7 @@ import numpy as np
 
 from gaitopt.conventions import FloatArray
 from gaitopt.optimize.route.layout import RouteLayout
+from gaitopt.optimize.route.leg_hessians import pose_hessian
 from gaitopt.optimize.route.legs import JOINTS, ORIENTATION
 
 
@@ -49,7 +50,7 @@ class RouteLinearisation:
     def jacobian_transpose_times(self, v: FloatArray) -> FloatArray:
         """Transposed Jacobian times ``v (m,)``: the gradient of ``v . values`` ``(n,)``."""
         p, parts = self._problem, self._problem.split(v)
-        by_pose = np.einsum("kj,kjc->kc", self._joint_weights(v), self._joints_by_pose)
+        by_pose = (self._joint_weights(v)[:, None] @ self._joints_by_pose)[:, 0]
         by_pose += self._single_transpose_times(parts.single)
         at = p.numbering
         free = at.poses >= 0
@@ -71,7 +72,7 @@ class RouteLinearisation:
         """Jacobian times ``dx (n,)``: the change of all rows ``(m,)``, to first order."""
         p = self._problem
         moves = p.of_poses(dx)
-        joints = np.einsum("kjc,kc->kj", self._joints_by_pose, moves)
+        joints = (self._joints_by_pose @ moves[:, :, None])[:, :, 0]
         turned = np.diff(joints, axis=0)
         limit = p.scaled_velocity_limits * dx[p.numbering.times][:, None]
         return np.concatenate(
@@ -136,8 +137,7 @@ class RouteLinearisation:
         on_single = p.split(multipliers).single
         hessian = self._hessian(self._joint_weights(multipliers).reshape(-1, 4, 3), on_single)
         out = -hessian[:, columns][:, :, columns]
-        squares = p.rows_by_knot.padded(on_single[:, None] * p.row_squares).sum(axis=1)
-        out[:, range(len(columns)), range(len(columns))] -= squares
+        out[:, range(len(columns)), range(len(columns))] -= p.weighted_squares(on_single)
         on_positions = np.zeros((p.knots, JOINTS))
         on_positions[p.fixed_knots :, p.used_limits[0]] += scales.position_low
         on_positions[p.fixed_knots :, p.used_limits[1]] += scales.position_high
@@ -158,13 +158,13 @@ class RouteLinearisation:
         """
         p, kinematics = self._problem, self._kinematics
         if p.com is None:
-            return p.legs.hessian(kinematics, joint_weights)
+            return pose_hessian(p.legs, kinematics, joint_weights)
         unsorted = np.empty_like(on_single)
         unsorted[p.row_order] = on_single
         on_com = p.com.com_weights(unsorted[len(p.rows.knot) :], p.knots)
         masses = p.com.masses
         joint_weights = joint_weights + masses.joint_weights(kinematics, self._com, on_com)
         of_joints = masses.joint_hessian(kinematics, self._com, on_com)
-        out = p.legs.hessian(kinematics, joint_weights, of_joints)
+        out = pose_hessian(p.legs, kinematics, joint_weights, of_joints)
         masses.add_orientation(out, kinematics, self._com, on_com)
         return out

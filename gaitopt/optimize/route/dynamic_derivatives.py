@@ -18,7 +18,7 @@ import numpy as np
 from gaitopt.conventions import FloatArray
 from gaitopt.optimize.route.derivatives import RouteLinearisation
 from gaitopt.optimize.route.dynamic_layout import DynamicLayout, DynamicParts, interval_times
-from gaitopt.optimize.route.legs import BODY, JOINTS
+from gaitopt.optimize.route.legs import BODY, JOINTS, POSE
 from gaitopt.optimize.route.place_blocks import PlaceBlocks, VelocityChanges
 
 _LEVEL, _UP = slice(JOINTS, JOINTS + 2), JOINTS + 2
@@ -128,9 +128,9 @@ class DynamicRouteLinearisation(RouteLinearisation):
         on_places, _ = self._weights(weights)
         on_single, columns = p.split(weights.static).single, p.free_columns
         own = self._hessian(on_places[:, :JOINTS].reshape(-1, 4, 3), on_single)
-        own = own[:, columns][:, :, columns]
-        squares = p.rows_by_knot.padded(on_single[:, None] * p.row_squares).sum(axis=1)
-        own[:, range(len(columns)), range(len(columns))] += squares
+        if len(columns) < POSE:
+            own = own[:, columns][:, :, columns]
+        own[:, range(len(columns)), range(len(columns))] += p.weighted_squares(on_single)
         blocks = PlaceBlocks.empty(p.knots, joints=False)
         blocks.add_curvature(self._changes, self._on_velocities(weights))
         blocks.add_local(self._products(weights.zmp))

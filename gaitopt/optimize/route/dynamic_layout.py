@@ -195,17 +195,18 @@ class DynamicLayout(RouteLayout):
             com: the centre of mass there ``(K, 3)`` [m], if it is known.
         """
         between, spans = interval_times(times), np.append(times, times[-1])
-        static = super().row_values(poses, between, joints, com)
-        count = (self.knots - 1) * JOINTS
-        other_limits = self.interval_velocity_limits - self.velocity_limits
-        static[: 2 * count] += (other_limits * between[:, None]).ravel()
+        turned, way = np.diff(joints, axis=0), self.interval_velocity_limits * between[:, None]
         changes = self.velocity_changes(np.concatenate([joints, poses[:, BODY]], axis=1), between)
-        limit = self.acceleration_limits * spans[:, None]
         zmp, unit = self.zmp, self.time_unit
+        limit, turns = (
+            self.acceleration_limits * (unit * spans)[:, None],
+            unit * changes[:, :JOINTS],
+        )
         distance, height, inward, up = zmp.terms(poses, changes[:, JOINTS:])
         return np.concatenate([
-            static, unit * (limit[0] - changes[:, :JOINTS]).ravel(),
-            unit * (limit[1] + changes[:, :JOINTS]).ravel(),
+            (way[0] - turned).ravel(), (way[1] + turned).ravel(),
+            *self.pose_values(poses, joints, com),
+            (limit[0] - turns).ravel(), (limit[1] + turns).ravel(),
             (distance * (spans[zmp.knot] + up / zmp.gravity)
              - height * inward / zmp.gravity) / unit,
             times / unit - self.least_span,

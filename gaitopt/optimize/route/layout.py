@@ -29,6 +29,7 @@ from gaitopt.conventions import FloatArray
 from gaitopt.interior_point.band import BlockBand, RowGroups
 from gaitopt.optimize.route.centre_of_mass import ComRows
 from gaitopt.optimize.route.legs import JOINTS, POSE, StackedLegs
+from gaitopt.optimize.route.numbering import Numbering, RowParts
 
 TIME_UNIT_ROTATION = np.radians(17.0)
 """How far the slowest joint turns in a problem's unit of time at its velocity limit [rad]. On
@@ -83,37 +84,6 @@ def sorted_by_knot(parts: Iterable[tuple[np.ndarray, ...]]) -> list[np.ndarray]:
     columns = [np.concatenate(column) for column in zip(*parts, strict=True)]
     order = np.argsort(columns[0], kind="stable")
     return [column[order] for column in columns]
-
-
-class Numbering(NamedTuple):
-    """Where poses and times stand in the vector of unknowns.
-
-    Attributes:
-        poses: number of each entry that may be unknown ``(K, c)``; -1 where it is fixed.
-        times: number of each interval's time ``(K - 1,)``.
-        size: how many unknowns there are.
-    """
-
-    poses: np.ndarray
-    times: np.ndarray
-    size: int
-
-
-class RowParts(NamedTuple):
-    """A vector over all rows, split by what they are about.
-
-    Attributes:
-        velocity_up, velocity_down: limits on positive and negative velocities ``(K - 1, 12)``.
-        position_low, position_high: limits on joint positions that are in use, from the first
-            knot with an unknown on ``(late knots, limits in use)``.
-        single: rows on single poses ``(M,)``, those on the COM included.
-    """
-
-    velocity_up: FloatArray
-    velocity_down: FloatArray
-    position_low: FloatArray
-    position_high: FloatArray
-    single: FloatArray
 
 
 Layout = TypeVar("Layout", bound="RouteLayout")
@@ -232,6 +202,15 @@ class RouteLayout:
             com: the centre of mass there ``(K, 3)`` [m], if it is known.
         """
         turned, limit = np.diff(joints, axis=0), self.velocity_limits * times[:, None]
+        return np.concatenate([
+            (limit - turned).ravel(), (limit + turned).ravel(),
+            *self.pose_values(poses, joints, com),
+        ])  # fmt: skip
+
+    def pose_values(
+        self, poses: FloatArray, joints: FloatArray, com: FloatArray | None
+    ) -> list[FloatArray]:
+        """Values of all rows but those of velocities, part by part; as :meth:`row_values`."""
         late = joints[self.fixed_knots :]
         low, high = self.used_limits
         single = self.rows.values(poses)
@@ -239,11 +218,10 @@ class RouteLayout:
             if com is None:
                 com = self.com.masses.com(poses, joints.reshape(-1, 4, 3))
             single = np.concatenate([single, self.com.values(com)])[self.row_order]
-        return np.concatenate([
-            (limit - turned).ravel(), (limit + turned).ravel(),
-            (late - self.legs.low.ravel())[:, low].ravel(),
-            (self.legs.high.ravel() - late)[:, high].ravel(), single,
-        ])  # fmt: skip
+        return [
+            (late[:, low] - self.legs.low.ravel()[low]).ravel(),
+            (self.legs.high.ravel()[high] - late[:, high]).ravel(), single,
+        ]  # fmt: skip
 
     def split(self, v: FloatArray) -> RowParts:
         """A vector over all rows ``(m,)``, part by part."""
@@ -278,11 +256,22 @@ class RouteLayout:
         return RowGroups.of(self.row_knots, self.knots)
 
     @cached_property
-    def row_squares(self) -> FloatArray:
-        """Diagonals of the Hessians of all rows on single poses ``(M, c)``; 0 for the COM's."""
+    def _row_squares(self) -> FloatArray:
+        """Diagonals of the Hessians of rows on single poses, knot by knot ``(K, rows, c)``.
+
+        They are 0 for the COM's.
+        """
         square = np.zeros((len(self.row_order), len(self.free_columns)))
         square[: len(self.rows.knot)] = self.rows.square[:, self.free_columns]
-        return np.asarray(square[self.row_order])
+        return self.rows_by_knot.padded(square[self.row_order])
+
+    def weighted_squares(self, weights: FloatArray) -> FloatArray:
+        """The diagonal of the Hessian of weighted rows on single poses, without the COM ``(K, c)``.
+
+        Args:
+            weights: ``(M,)``.
+        """
+        return np.asarray((self.rows_by_knot.padded(weights)[:, None] @ self._row_squares)[:, 0])
 
     @cached_property
     def interval_band(self) -> BlockBand:

@@ -14,6 +14,7 @@ axes than roll-pitch-pitch do not have these formulas.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -56,7 +57,8 @@ class Rotations(NamedTuple):
     Attributes:
         matrix: ``(K, 3, 3)``.
         first: by each of the angles ``(3, K, 3, 3)``; ``None`` where they are fixed.
-        second: by each pair of angles ``(6, K, 3, 3)``, in the order of :data:`ANGLE_PAIRS`.
+        second: by each pair of angles ``(6, K, 3, 3)``, in the order of
+            :func:`gaitopt.robots.rotations.rpy_derivatives`.
     """
 
     matrix: FloatArray
@@ -74,23 +76,21 @@ class Rotations(NamedTuple):
         return cls(rpy_to_matrix(angles), *(() if fixed else rpy_derivatives(angles)))
 
 
-ANGLE_PAIRS = [(a, b) for a in range(3) for b in range(a, 3)]
-"""Pairs of roll (0), pitch (1) and yaw (2), as :func:`gaitopt.robots.rotations.rpy_derivatives`
-orders its second derivatives."""
+class LegPlanes(NamedTuple):
+    """Legs in their own planes, each an array ``(K, 4)``.
 
+    The plane is the leg frame's plane of x and z turned by the roll angle.
 
-def add_second_derivatives(hessian: FloatArray, second: FloatArray) -> None:
-    """Add second derivatives by roll, pitch and yaw to Hessians by the pose.
-
-    Args:
-        hessian: ``(K, 9, 9)``; is changed.
-        second: of each of :data:`ANGLE_PAIRS` ``(6, K)``.
+    Attributes:
+        sine, cosine: of the roll angle.
+        pitch: derivatives of the foot's place by the pitch angles.
+        height: of the foot over the roll axis [m].
     """
-    first = ORIENTATION.start
-    for (a, b), values in zip(ANGLE_PAIRS, second, strict=True):
-        hessian[:, first + a, first + b] += values
-        if a != b:
-            hessian[:, first + b, first + a] += values
+
+    sine: FloatArray
+    cosine: FloatArray
+    pitch: PitchDerivatives
+    height: FloatArray
 
 
 class LegKinematics(NamedTuple):
@@ -103,6 +103,7 @@ class LegKinematics(NamedTuple):
         rotations: of the body.
         body_to_feet: from body centre to feet, in the world ``(K, 4, 3)`` [m].
         swing: 1 where the leg swings and its foot is part of the pose, else 0 ``(K, 4)``.
+        in_plane: the legs in their own planes.
     """
 
     joints: FloatArray
@@ -111,6 +112,7 @@ class LegKinematics(NamedTuple):
     rotations: Rotations
     body_to_feet: FloatArray
     swing: FloatArray
+    in_plane: LegPlanes
 
     def joints_by_pose(self) -> FloatArray:
         """Derivative of all angles by the pose ``(K, 12, 9)``."""
@@ -205,9 +207,11 @@ class StackedLegs:
             # The foot in the body frame is R' (foot - body centre): by an angle, R gets derived.
             foot_by_pose[..., ORIENTATION] = (body_to_feet @ rotations.first).transpose(1, 2, 3, 0)
         foot_by_pose[..., FOOT] = to_body[:, None] * swing[..., None, None]
+        in_plane = self.in_plane(joints)
         return LegKinematics(
-            joints, self.joints_by_foot(joints), foot_by_pose, rotations, body_to_feet, swing
-        )
+            joints, self.joints_by_foot(in_plane), foot_by_pose, rotations, body_to_feet, swing,
+            in_plane,
+        )  # fmt: skip
 
     def inverse(self, feet: FloatArray) -> FloatArray:
         """Joint angles ``(K, 4, 3)`` [rad] of feet in the body frame; NaN out of reach.
@@ -215,8 +219,7 @@ class StackedLegs:
         Args:
             feet: ``(K, 4, 3)`` [m].
         """
-        in_leg_frames = np.einsum("lji,Klj->Kli", self.axes, feet - self.hips)
-        x, y, z = in_leg_frames.transpose(2, 0, 1)
+        x, y, z = self.in_leg_frames(feet - self.hips)
         with np.errstate(invalid="ignore"):
             roll, height = roll_and_height(y, z, self.lateral, clamp=False)
             thigh, knee = pitch_angles(
@@ -225,7 +228,7 @@ class StackedLegs:
         angles = np.stack([roll, thigh - self.zeros[:, 0], knee - self.zeros[:, 1]], axis=-1)
         return np.asarray(wrap_angle(self.signs * angles, self.centres))
 
-    def joints_by_foot(self, joints: FloatArray) -> FloatArray:
+    def joints_by_foot(self, in_plane: LegPlanes) -> FloatArray:
         """Derivative of the angles by the foot's place in the body frame ``(K, 4, 3, 3)``.
 
         This is the inverse of :meth:`gaitopt.robots.leg.Leg.jacobian` in closed form. In the leg
@@ -234,9 +237,9 @@ class StackedLegs:
         result is large, but finite.
 
         Args:
-            joints: ``(K, 4, 3)`` [rad].
+            in_plane: the legs at the angles.
         """
-        roll, pitch, height = self._foot_derivatives(joints)
+        s, c, pitch, height = in_plane
         determinant = pitch.thigh_x * pitch.knee_z - pitch.knee_x * pitch.thigh_z
         # It is -upper lower sin(knee), so that the knee's side tells its sign.
         least = _SINGULAR * self.upper * self.lower
@@ -245,99 +248,45 @@ class StackedLegs:
         roll_by_y = -1.0 / np.where(np.abs(height) < least_height, -least_height, height)
         # Rolling also lifts a foot that is beside its roll axis; the pitch joints undo that.
         lift = self.lateral * roll_by_y * inverse
-        zero = np.zeros_like(roll)
         rows = [
-            (zero, roll_by_y, zero),
+            (None, roll_by_y, None),
             (pitch.knee_z * inverse, pitch.knee_x * lift, -pitch.knee_x * inverse),
             (-pitch.thigh_z * inverse, -pitch.thigh_x * lift, pitch.thigh_x * inverse),
         ]
+        out = np.zeros((*s.shape, 3, 3))
         # Back from the turned axes y' = c y + s z and z' = -s y + c z.
-        s, c = np.sin(roll), np.cos(roll)
-        in_leg_frame = [np.stack([x, c * y - s * z, s * y + c * z], axis=-1) for x, y, z in rows]
-        out = np.stack(in_leg_frame, axis=-2) * self.signs[..., None]
-        return np.asarray(out @ np.swapaxes(self.axes, 1, 2))
+        for row, (x, y, z) in zip(np.moveaxis(out, 2, 0), rows, strict=True):
+            row[..., 1], row[..., 2] = c * y, s * y
+            if x is not None and z is not None:
+                row[..., 0] = x
+                row[..., 1] -= s * z
+                row[..., 2] += c * z
+        out *= self.signs[..., None]
+        return out if self._along_body else np.asarray(out @ np.swapaxes(self.axes, 1, 2))
 
-    def _foot_derivatives(
-        self, joints: FloatArray
-    ) -> tuple[FloatArray, PitchDerivatives, FloatArray]:
-        """Roll angle, derivatives by the pitch angles, and the foot's height over the roll axis.
-
-        Each is an array ``(K, 4)``. Derivatives and height are in the leg's own plane, which is the
-        leg frame's plane of x and z turned by the roll angle.
-        """
-        roll, thigh, knee = (joints * self.signs).transpose(2, 0, 1)
-        pitch = PitchDerivatives.at(
-            thigh + self.zeros[:, 0], knee + self.zeros[:, 1], self.upper, self.lower
-        )
-        return roll, pitch, pitch.thigh_x - self.drop
-
-    def hessian(
-        self, kinematics: LegKinematics, weights: FloatArray, of_joints: FloatArray | float = 0.0
-    ) -> FloatArray:
-        """Second derivative by the pose of a function of the joints ``(K, 9, 9)``.
-
-        Deriving ``forward(inverse(p)) = p`` twice gives the second derivative of the inverse
-        kinematics from that of the forward kinematics.
-
-        Args:
-            kinematics: at the poses.
-            weights: the function's gradient by the angles ``(K, 4, 3)``.
-            of_joints: its second derivative by those of each leg ``(K, 4, 3, 3)``; 0 for a weighted
-                sum of the angles.
-        """
-        by_foot, swing = kinematics.joints_by_foot, kinematics.swing
-        # The weights as weights on the feet's places: to first order, both sums are the same.
-        on_feet = (weights[:, :, None] @ by_foot)[:, :, 0]
-        inner = of_joints - self._forward_hessian(kinematics.joints, on_feet)
-        inner = np.swapaxes(by_foot, 2, 3) @ inner @ by_foot
-        # By the feet's places in the world, as those that fly and the body centre are in the pose.
-        rotations = kinematics.rotations
-        turn, back = rotations.matrix, np.swapaxes(rotations.matrix, 1, 2)
-        out = np.zeros((len(weights), POSE, POSE))
-        flying = (inner * swing[..., None, None]).sum(axis=1)
-        out[:, BODY, BODY] = turn @ inner.sum(axis=1) @ back
-        out[:, FOOT, FOOT] = moved = turn @ flying @ back
-        out[:, BODY, FOOT] = out[:, FOOT, BODY] = -moved
-        if rotations.first is None or rotations.second is None:
-            return out
-        by_angles = kinematics.foot_by_pose[..., ORIENTATION]
-        mixed = inner @ by_angles
-        out[:, ORIENTATION, ORIENTATION] = (np.swapaxes(by_angles, 2, 3) @ mixed).sum(axis=1)
-        body = -(turn @ mixed.sum(axis=1))
-        foot = turn @ (mixed * swing[..., None, None]).sum(axis=1)
-        # The feet's places in the body depend on products of angles and places.
-        turned = (on_feet @ np.swapaxes(rotations.first, 2, 3)).transpose(1, 2, 3, 0)
-        body -= turned.sum(axis=1)
-        foot += (turned * swing[..., None, None]).sum(axis=1)
-        for where, block in ((BODY, body), (FOOT, foot)):
-            out[:, where, ORIENTATION] = block
-            out[:, ORIENTATION, where] = np.swapaxes(block, 1, 2)
-        both = np.swapaxes(kinematics.body_to_feet, 1, 2) @ on_feet
-        second = rotations.second.reshape(len(rotations.second), -1, 9)
-        add_second_derivatives(out, (second * both.reshape(-1, 9)).sum(axis=2))
-        return out
-
-    def _forward_hessian(self, joints: FloatArray, weights: FloatArray) -> FloatArray:
-        """Second derivative by the angles of ``weights . foot`` for every leg ``(K, 4, 3, 3)``.
+    def in_plane(self, joints: FloatArray) -> LegPlanes:
+        """The legs in their own planes, which are turned by the roll angles.
 
         Args:
             joints: ``(K, 4, 3)`` [rad].
-            weights: on the feet's places in the body frame ``(K, 4, 3)``.
         """
-        roll, pitch, height = self._foot_derivatives(joints)
-        s, c = np.sin(roll), np.cos(roll)
-        x, y, z = np.einsum("lji,Klj->Kli", self.axes, weights).transpose(2, 0, 1)
-        # Weights on the height, and on its product with the roll angle.
-        upward, sideways = c * z - s * y, -(c * y + s * z)
-        out = np.empty((*joints.shape, 3))
-        # In the leg frame the foot is (x, d cos - height sin, d sin + height cos).
-        out[..., 0, 0] = sideways * self.lateral - upward * height
-        out[..., 0, 1] = out[..., 1, 0] = sideways * pitch.thigh_z
-        out[..., 0, 2] = out[..., 2, 0] = sideways * pitch.knee_z
-        out[..., 1, 1] = x * pitch.thigh_z - upward * pitch.thigh_x
-        knee = x * pitch.knee_z - upward * pitch.knee_x
-        out[..., 1, 2] = out[..., 2, 1] = out[..., 2, 2] = knee
-        return np.asarray(out * (self.signs[:, :, None] * self.signs[:, None, :]))
+        roll, thigh, knee = np.ascontiguousarray((joints * self.signs).transpose(2, 0, 1))
+        pitch = PitchDerivatives.at(
+            thigh + self.zeros[:, 0], knee + self.zeros[:, 1], self.upper, self.lower
+        )
+        return LegPlanes(np.sin(roll), np.cos(roll), pitch, pitch.thigh_x - self.drop)
+
+    @cached_property
+    def _along_body(self) -> bool:
+        """Whether all leg frames have the body's axes, so that nothing is to be turned."""
+        return bool((self.axes == np.eye(3)).all())
+
+    def in_leg_frames(self, vectors: FloatArray) -> FloatArray:
+        """x, y and z of vectors ``(K, 4, 3)`` of the body frame in the leg frames ``(3, K, 4)``."""
+        turned = vectors
+        if not self._along_body:
+            turned = np.einsum("lji,Klj->Kli", self.axes, vectors)
+        return np.ascontiguousarray(turned.transpose(2, 0, 1))
 
 
 def _body_to_feet(poses: FloatArray, feet: FloatArray, swing: FloatArray) -> FloatArray:

@@ -19,6 +19,8 @@ from gaitopt.optimize.route.legs import JOINTS
 
 PLACE = JOINTS + 3
 """Numbers of a place."""
+BODY_AXES = 3
+"""Axes of the body centre."""
 LOCAL = 12
 """What the ZMP's rows of a knot look at: body centres before, at and after it, and their spans."""
 
@@ -181,21 +183,27 @@ class PlaceBlocks:
             body_axes: axes of the body centre that are among the poses' first entries.
             own: what is added at single knots ``(K, c, c)``.
         """
-        turned = np.swapaxes(joints, 1, 2)
-        count = len(body_axes)
-        blocks = []
+        turned = np.ascontiguousarray(np.swapaxes(joints, 1, 2))
+        knots, count = len(joints), len(body_axes)
+        size, mixed_size = own[0].size, 5 * len(own[0])
+        sizes = [size * (knots - apart) for apart in range(3)] + [mixed_size * knots, 3 * knots]
+        ends = np.cumsum(sizes).tolist()
+        entries = np.zeros(ends[-1])
+        every = slice(None) if count == BODY_AXES else body_axes
         for apart in range(3):
-            last = len(joints) - apart
-            if self.joints is None:
-                block = np.zeros((last, len(own[0]), len(own[0])))
-            else:
-                block = turned[:last] @ (self.joints[apart, :last, :, None] * joints[apart:])
-            block[:, :count, :count] += self.body[apart, :last][:, body_axes][:, :, body_axes]
-            blocks.append(block)
-        blocks[0] += own
-        mixed = turned @ self.mixed[:, :JOINTS]
-        mixed[:, :count] += self.mixed[:, JOINTS + body_axes]
-        return np.concatenate([part.ravel() for part in (*blocks, mixed, self.spans)])
+            last = knots - apart
+            block = entries[ends[apart] - sizes[apart] : ends[apart]].reshape(last, *own.shape[1:])
+            if self.joints is not None:
+                scaled = self.joints[apart, :last, :, None] * joints[apart:]
+                np.matmul(turned[:last], scaled, out=block)
+            block[:, :count, :count] += self.body[apart, :last][:, every][:, :, every]
+            if apart == 0:
+                block += own
+        mixed = entries[ends[2] : ends[3]].reshape(knots, -1, 5)
+        np.matmul(turned, self.mixed[:, :JOINTS], out=mixed)
+        mixed[:, :count] += self.mixed[:, JOINTS:][:, every]
+        entries[ends[3] :] = self.spans.ravel()
+        return entries
 
     def _own(self) -> FloatArray:
         """What is of joints with themselves."""

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 import gaitopt
 from gaitopt import LEGS, Quadruped
 from gaitopt.optimize.route.centre_of_mass import ComDerivatives, MassDistribution
+from gaitopt.optimize.route.leg_hessians import pose_hessian
 from gaitopt.optimize.route.legs import ORIENTATION, LegKinematics, StackedLegs
 from gaitopt.plan.com_margin import true_com
 from gaitopt.robots.rotations import rpy_to_matrix, rpy_to_quaternion
@@ -56,7 +57,9 @@ def test_gradient_and_curvature_are_those_of_differences(name: str, random_poses
     kinematics, com = seen(robot, poses, feet, swing)
     weights = np.random.default_rng(1).normal(size=(8, 3))
     of_joints = masses.joint_hessian(kinematics, com, weights)
-    curvature = legs.hessian(kinematics, masses.joint_weights(kinematics, com, weights), of_joints)
+    curvature = pose_hessian(
+        legs, kinematics, masses.joint_weights(kinematics, com, weights), of_joints
+    )
     masses.add_orientation(curvature, kinematics, com, weights)
     step = 1e-6
     for i in range(9):
