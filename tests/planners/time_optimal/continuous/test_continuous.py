@@ -115,3 +115,15 @@ def test_a_walk_that_is_not_found_is_explained() -> None:
     assert [check.name for check in violations] == ["rolling of standing feet"]
     # Its corners are not rounded, as a rounded box is lower where it leaves the column.
     assert plan.duration > gaitopt.plan_crawl(robot, narrow, swing_height=0.05).duration
+
+
+def test_no_margin_at_all_leaves_what_the_least_forces_of_feet_need() -> None:
+    """The path would have no forces else, and the walk phase by phase would take its place."""
+    robot = gaitopt.load_robot("go2")
+    plan = gaitopt.plan_route(robot, ground("go2"), free="swing", stability_margin=0.0)
+    assert isinstance(plan.record, RouteRecord) and plan.record.instead is None
+    assert plan.settings.stability_margin == 0.0
+    certificate = gaitopt.verify(plan, collisions=False)
+    # No margin is too weak a promise to certify, and all that is promised holds.
+    assert (certificate.ok, certificate.outcome) == (True, "not all checked")
+    assert certificate["margin of the true COM"].worst > 0.005
