@@ -164,22 +164,33 @@ def _study_maps(
 
 @contextmanager
 def _counting(table: Path, walks: int) -> Iterator[Callable[[int, int], None]]:
-    """Show how far a study is, and say so when it is stopped."""
-    count = [0, walks]
-    with (
-        progress_bar(f"{walks} walks") as tick,
-        keeping(
-            lambda: (
-                f"{table} keeps {count[0]} of {count[1]} walks, and the same command goes on there"
-            )
-        ),
-    ):
+    """Show how far a study is, and say so when it is stopped.
 
-        def progress(done: int, total: int) -> None:
-            count[:] = done, total
-            tick(done, total)
+    What is kept is counted in the table: a signal may come between a row and its progress.
+    """
+    done, lines = 0, 0
+
+    def words() -> str:
+        kept = done + (_lines(table) - lines if lines else 0)
+        return f"{table} keeps {kept} of {walks} walks, and the same command goes on there"
+
+    with progress_bar(f"{walks} walks") as tick, keeping(words):
+
+        def progress(count: int, total: int) -> None:
+            nonlocal done, lines
+            if not lines:
+                done, lines = count, _lines(table)
+            tick(count, total)
 
         yield progress
+
+
+def _lines(table: Path) -> int:
+    """Lines of a file, each with its end; none where there is no file."""
+    try:
+        return table.read_bytes().count(b"\n")
+    except OSError:
+        return 0
 
 
 def _exit_where_all_failed(rows: Sequence[Mapping[str, str]]) -> None:

@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from gaitopt import InputError, StudyError, StudyWarning
+from gaitopt.cli import interrupts
 from gaitopt.cli import study as study_command
 from gaitopt.robots.catalog import own_urdf
 from gaitopt.studies import tables
@@ -67,6 +68,32 @@ def test_a_row_belongs_to_the_content_of_the_robots_file(tmp_path: Path) -> None
     moved.write_text(text)
     assert run_study(grid(range(2), robots=(str(moved),)), table, jobs=1) == light
     assert len(table.read_text().splitlines()) == 5
+
+
+@pytest.mark.usefixtures("quick")
+def test_a_row_counts_as_kept_from_when_it_is_in_the_table(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Ctrl-C may come while the system is still writing a row down, before it is told."""
+    table, written, sync = tmp_path / "t.csv", [], os.fsync
+    run_study(grid(range(1)), table, jobs=1)
+    monkeypatch.setattr(interrupts, "_kept", [])
+
+    def stop_at_the_second(handle: int) -> None:
+        sync(handle)
+        written.append(handle)
+        if len(written) == 2:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(tables.os, "fsync", stop_at_the_second)
+    with (
+        pytest.raises(KeyboardInterrupt),
+        study_command._counting(table, 4) as progress,
+    ):
+        assert "keeps 0 of 4 walks" in interrupts._farewell()
+        run_study(grid(range(4)), table, jobs=1, progress=progress)
+    assert len(table.read_text().splitlines()) == 1 + 3
+    assert "keeps 3 of 4 walks" in interrupts._farewell()
 
 
 def test_a_robot_that_changes_while_a_study_runs_is_an_error_row(tmp_path: Path) -> None:
