@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from gaitopt.conventions import FloatArray
+from gaitopt.errors import InputError
 from gaitopt.terrain.maps.site import GroundKind, Site, Size
 
 DEPTH = Size("depth", "depth of the pit", 1.5, 1.5)
@@ -14,13 +15,22 @@ DEPTH = Size("depth", "depth of the pit", 1.5, 1.5)
 
 
 def gaps(site: Site, sizes: Mapping[str, float]) -> FloatArray:
-    """Level ground with straight gaps across, each at an angle."""
+    """Level ground with straight gaps across, each at an angle.
+
+    Raises:
+        InputError: there is no room for one.
+    """
     z, gap, room = site.flat, sizes["gap"], sizes["distance"]
     turn = sizes["turn"]
     half = (site.y[0, -1] - site.y[0, 0]) / 2.0
     # A gap that is turned reaches this much farther along x at the borders of the map.
     reach = half * np.tan(turn)
     at = site.start + site.rng.uniform(0.0, 0.5) * room + reach
+    if at + gap + reach > site.end:
+        raise InputError(
+            f"gaps have no room: with this seed length must be at least "
+            f"{site.start + at + gap + reach:.2f} m, for the ground about start and goal is flat"
+        )
     while at + gap + reach <= site.end:
         across = np.tan(site.rng.uniform(-turn, turn)) * site.y
         z[np.broadcast_to((site.x - across > at) & (site.x - across < at + gap), z.shape)] = -1.0

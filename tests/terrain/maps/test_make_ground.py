@@ -144,6 +144,13 @@ def test_a_ramp_without_room_is_refused_and_not_level() -> None:
     assert make_ground("ramp", length=1.6).height_range[1] > 0.0
 
 
+def test_gaps_without_room_are_refused_and_not_level() -> None:
+    with pytest.raises(InputError, match=r"length must be at least (\d\.\d\d) m") as caught:
+        make_ground("gaps", seed=1, length=1.2)
+    least = float(re.findall(r"least (\S+) m", str(caught.value))[0])
+    assert make_ground("gaps", seed=1, length=least + 0.01).height_range[0] < -0.5
+
+
 def test_gaps_have_their_length_and_depth() -> None:
     ground = make_ground("gaps", seed=5, gap=0.12, depth=0.6, turn=0.0, distance=0.4, length=6.0)
     assert set(np.unique(ground.z)) == {-0.6, 0.0}
