@@ -1,9 +1,10 @@
 """Two judges of the same plans: the certificate, and one that looks at samples only.
 
 ``python -m benchmarks.second_judge [--plans 100] [--seed 0] [--seconds 480] [--instants 40]
-[--rows FILE]`` makes small plans of all planners, plants a random fault into every second one, and
-lets ``gaitopt.verify`` and :func:`benchmarks.judge.judging.judge` judge them. It prints how often
-they agree, and every disagreement. With ``--rows`` every plan is a line of a file as soon as it is
+[--only terrain,stride] [--rows FILE]`` makes small plans of all planners, plants a random fault
+into every second one, and lets ``gaitopt.verify`` and :func:`benchmarks.judge.judging.judge` judge
+them. It prints how often they agree, and every disagreement. With ``--only`` the plans are of some
+planners alone. With ``--rows`` every plan is a line of a file as soon as it is
 judged, and a run that was stopped goes on where it stopped. Exit code 1 when the second
 judge finds a violation that the certificate does not find: one of the two is then wrong. Where only
 the certificate finds one, the second judge looks once more, and more closely.
@@ -136,9 +137,11 @@ class Row(NamedTuple):
     text: str = ""
 
 
-def judged(number: int, seed: int, instants: int = INSTANTS) -> Row:
+def judged(
+    number: int, seed: int, instants: int = INSTANTS, families: Sequence[str] | None = None
+) -> Row:
     """One plan made and judged; where only the certificate finds a fault, more closely."""
-    found, faulty = made(number, seed), bool(number % 2)
+    found, faulty = made(number, seed, families), bool(number % 2)
     if found is None:
         return Row(seed, number, faulty)
     case = both(*found, faulty=faulty, seed=number, instants=instants)
@@ -160,8 +163,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     parser.add_argument("--seconds", type=float, default=480.0, help="stop after this time")
     parser.add_argument("--instants", type=int, default=INSTANTS, help="for contact forces")
+    parser.add_argument("--only", metavar="NAMES", help=f"of {', '.join(FAMILIES)}")
     parser.add_argument("--rows", type=Path, metavar="FILE", help="keep a line for every plan")
     options = parser.parse_args(arguments)
+    families = options.only.split(",") if options.only else None
+    if not set(families or ()) <= set(FAMILIES):
+        parser.error(f"--only takes names of {', '.join(FAMILIES)}, got {options.only}")
     begin, rows = time.monotonic(), _kept(options.rows)
     known = {(row.seed, row.number) for row in rows}
     for number in range(options.first, options.first + options.plans):
@@ -169,7 +176,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             break
         if (options.seed, number) in known:
             continue
-        row = judged(number, options.seed, options.instants)
+        row = judged(number, options.seed, options.instants, families)
         _keep(options.rows, row)
         rows.append(row)
     for row in rows:

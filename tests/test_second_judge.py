@@ -47,7 +47,7 @@ def test_a_fault_that_one_judge_does_not_see_is_told(
     a1_walk: Plan, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Here it is the second judge who is given another plan, with half of the time."""
-    monkeypatch.setattr(second_judge, "made", lambda number, seed: (a1_walk, "a1"))
+    monkeypatch.setattr(second_judge, "made", lambda number, seed, families: (a1_walk, "a1"))
     monkeypatch.setattr(
         second_judge, "judge", lambda plan, seed, instants: judge(hurried(plan, 0.5), seed, 5)
     )
@@ -61,7 +61,7 @@ def test_a_run_that_was_stopped_goes_on(
     """Each plan is a line; one that was cut off in writing is judged again, the others are not."""
     asked: list[int] = []
 
-    def made(number: int, seed: int) -> tuple[Plan, str] | None:
+    def made(number: int, seed: int, families: object) -> tuple[Plan, str] | None:
         asked.append(number)
         return None if number == 1 else (a1_walk, "a1")
 

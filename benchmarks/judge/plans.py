@@ -69,12 +69,17 @@ def _stride(rng: np.random.Generator) -> Plan:
 
 
 def _terrain(rng: np.random.Generator) -> Plan:
-    which = robot("go2")
-    kind = str(rng.choice(["hills", "rubble", "ramp"]))
-    # A ramp has a landing as long as the stance.
-    length = 1.5 if kind == "ramp" else 0.9
-    ground = gaitopt.make_ground(kind, robot=which, length=length, seed=int(rng.integers(50)),
-                                 difficulty=0.3)  # fmt: skip
+    """A walk over ground of any kind, up to nearly the hardest, 1.5 stances or more long.
+
+    A robot that finds no way counts as refused.
+    """
+    which = robot(str(rng.choice(LONGER)))
+    kind = str(rng.choice(gaitopt.ground_names()))
+    # Ground about start and goal is flat. Ramps have a landing, and gaps need room.
+    room = 2.5 if kind in ("ramp", "gaps") else 2.0
+    length = max(1.5, room * (which.stance_size[0] + which.standing_height))
+    ground = gaitopt.make_ground(kind, robot=which, length=length, seed=int(rng.integers(1000)),
+                                 difficulty=float(rng.uniform(0.2, 0.9)))  # fmt: skip
     return gaitopt.plan_terrain(which, ground, (length, 0.0), start=(0.0, 0.0, 0.0))
 
 

@@ -97,4 +97,8 @@ def in_search_options(text: str) -> str:
     """A message of the search with the options of the command line in place of settings."""
     names = "|".join(name for name in search_options.__annotations__ if "_" in name)
     text = re.sub(rf"\b({names})\b", lambda found: "--" + found[1].replace("_", "-"), text)
-    return text.replace("(waypoints)", "(--waypoint)").replace("(exhaustive)", "(--exhaustive)")
+    told = {"(waypoints)": "(--waypoint)", "(exhaustive)": "(--exhaustive)",
+            "(filled)": "(--fill nearest)"}  # fmt: skip
+    for setting, option in told.items():
+        text = text.replace(setting, option)
+    return text

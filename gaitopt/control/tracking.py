@@ -75,18 +75,21 @@ class Command:
     The servo's torque is ``torque + kp (angles - q) + kd (rates - dq)``, with ``kp`` the gains'
     ``joint_stiffness`` and ``kd`` their ``joint_damping``. The same torque is that of a speed
     controller whose wanted speed is ``rates + kp / kd (angles - q)``; a servo with a speed limit
-    clips this speed.
+    clips this speed. Until the next command the angles move with the rates. If they stood still, a
+    quick joint would be pushed forward at the begin of every interval and held back at its end.
 
     Attributes:
         torque: fed forward ``(nj,)`` [N m].
         angles, rates: set-points ``(nj,)`` [rad], [rad/s].
         share: the contact forces that ``torque`` is for.
+        ahead: how long after the command the joints are to be at ``angles`` [s].
     """
 
     torque: FloatArray
     angles: FloatArray
     rates: FloatArray
     share: ForceShare
+    ahead: float = 0.0
 
 
 class TrackingController:
@@ -178,6 +181,7 @@ class TrackingController:
             angles=self._set_points(tick, state, rotation, feet, share.forces),
             rates=self._still if footing.waiting else self.reference.rates[tick],
             share=share,
+            ahead=self.reference.ahead,
         )
 
     def _ahead(self, state: RobotState) -> RobotState:

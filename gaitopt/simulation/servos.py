@@ -75,7 +75,9 @@ class Servos:
     def drive(self, data: Any, command: Command, steps: int) -> None:
         """Step the physics ``steps`` times under a command."""
         angles, speeds = data.qpos[self._angles], data.qvel[self._speeds]
+        moved = self._stiffness * self._timestep * command.rates
         wanted = self._stiffness * command.angles + self._damping * command.rates
+        wanted += (0.5 - command.ahead / self._timestep) * moved
         known = command.torque + self._viscous * command.rates
         done, torque = np.empty((steps, 2, len(known))), np.empty(len(known))
         stiffness, least, largest = self._stiffness, self._least, self._largest
@@ -85,6 +87,7 @@ class Servos:
                 angles = data.qpos[self._angles]
             np.multiply(angles, stiffness, out=torque)
             np.subtract(wanted, torque, out=torque)
+            wanted += moved
             np.maximum(torque, least, out=torque)
             np.minimum(torque, largest, out=torque)
             if self._rubs:

@@ -64,7 +64,7 @@ def no_way(search: TerrainSearch, detail: str = "") -> TerrainError:
         words.append(_time_over(search))
     worst = causes[0][0] if causes else Cause.GROUND
     if worst in (Cause.LIMB, Cause.TRUNK):
-        words += _edge_near(search, share)
+        words += _edge_near(search, share) + _holes_near(search, share)
     wider = "a finer and wider search (exhaustive)"
     if search.settings.exhaustive:
         wider = "another goal or start, or more time (time_limit)"
@@ -115,6 +115,20 @@ def _edge_near(search: TerrainSearch, share: float) -> list[str]:
     return [
         f"the map's edge is {gap:.2f} m from the body, and all beyond it is unknown ground, which "
         "nothing may be above: a larger map may help"
+    ]
+
+
+def _holes_near(search: TerrainSearch, share: float) -> list[str]:
+    """What is said where points of the map near the body are unknown, at a share of the way."""
+    ground, far = search.layers.ground, NEAR_EDGE * search.settings.body_height
+    x, y = search.course.at(search.course.length * share)[:2]
+    near = np.ix_(np.abs(ground.x - x) <= far, np.abs(ground.y - y) <= far)
+    count = int((~ground.known[near]).sum())
+    if not count:
+        return []
+    return [
+        f"the map is unknown at {count} of its points within {far:.2f} m of the body, and nothing "
+        "may be above them: heights can be put there (filled)"
     ]
 
 

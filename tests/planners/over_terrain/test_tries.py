@@ -119,3 +119,14 @@ def test_a_refusal_says_that_the_edge_of_the_map_is_near() -> None:
         gaitopt.choose_footholds(hyq, narrow, (0.0, 0.0, 1.0), **way)
     wide = HeightMap(np.zeros((121, 121)), 0.02, (-1.2, -1.2))
     assert gaitopt.search_terrain(hyq, wide, (0.0, 0.0, 1.0), **way).complete
+
+
+def test_a_refusal_says_that_points_near_the_body_are_unknown() -> None:
+    """A cloud of points leaves holes; the trunk would be above the one in the middle."""
+    z = np.zeros((121, 121))
+    z[60, 60] = np.nan
+    holed = HeightMap(z, 0.02, (-1.2, -1.2))
+    way = {"start": START, "step_length": 0.2, "stance": 1.0, "width": 1, "width_limit": 1}
+    with pytest.raises(TerrainError, match=r"unknown at 1 of its points within .*\(filled\)"):
+        gaitopt.choose_footholds(GO2, holed, (0.4, 0.0), **way)
+    assert gaitopt.search_terrain(GO2, holed.filled(), (0.4, 0.0), **way).complete
