@@ -23,7 +23,7 @@ from numpy.typing import ArrayLike
 from gaitopt.conventions import LEGS, FloatArray, frozen
 from gaitopt.dynamics.contacts import Contacts, ForceLimits
 from gaitopt.dynamics.region.polygon import corner_indices, hull_indices
-from gaitopt.dynamics.region.programs import largest_slack
+from gaitopt.dynamics.region.programs import has_slack
 from gaitopt.dynamics.region.projection import EMPTY_SLACK, LEAST_TOLERANCE, project
 from gaitopt.dynamics.region.result import FeasibleRegion, RegionStatus
 from gaitopt.dynamics.region.rows import (
@@ -231,5 +231,9 @@ def _why_empty(stance: Stance) -> RegionStatus:
     """Whether forces are missing, or the torques for them."""
     if stance.torques is None:
         return RegionStatus.NO_FORCES
-    without = largest_slack(stance.polytope([stance.friction]))
-    return RegionStatus.NO_FORCES if without < EMPTY_SLACK else RegionStatus.NO_TORQUES
+    without_torques = stance.polytope([stance.friction])
+    return (
+        RegionStatus.NO_TORQUES
+        if has_slack(without_torques, EMPTY_SLACK)
+        else RegionStatus.NO_FORCES
+    )

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.spatial import ConvexHull
 
 from gaitopt.conventions import FloatArray
-from gaitopt.dynamics.region import projection
+from gaitopt.dynamics.region import programs, projection
 from gaitopt.dynamics.region.balance import balanced_forces, orthogonal_complement, zero_sum_basis
 from gaitopt.dynamics.region.polygon import (
     SAME_PLACE,
@@ -18,7 +18,14 @@ from gaitopt.dynamics.region.polygon import (
     polygon_half_planes,
     polygon_margin,
 )
-from gaitopt.dynamics.region.programs import Daqp, Highs, Optimum, Polytope, largest_slack
+from gaitopt.dynamics.region.programs import (
+    Daqp,
+    Highs,
+    Optimum,
+    Polytope,
+    has_slack,
+    largest_slack,
+)
 from gaitopt.dynamics.region.projection import project
 from gaitopt.errors import SolverError
 
@@ -95,6 +102,22 @@ def test_empty_polytope_has_no_image() -> None:
     )  # fmt: skip
     assert largest_slack(nothing) == pytest.approx(-0.1)
     assert project(nothing, 1e-4) is None
+
+
+def test_what_is_said_of_slack_is_what_highs_says(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of 60 random polytopes in a cube, some of them empty; HiGHS is not needed for any."""
+    random, cube = np.random.default_rng(3), np.vstack([np.eye(4), -np.eye(4)])
+    cases = []
+    for _ in range(60):
+        rows = np.vstack([cube, random.normal(size=(8, 4))])
+        bounds = np.append(np.ones(8), random.normal(scale=0.5, size=8))
+        polytope = Polytope(rows, bounds, np.zeros(2), np.eye(2, 4), 2.0)
+        cases.append((polytope, largest_slack(polytope)))
+    monkeypatch.setattr(programs, "largest_slack", None)
+    assert {slack > 0.0 for _, slack in cases} == {True, False}
+    for polytope, slack in cases:
+        assert has_slack(polytope, 1e-9) == (slack > 1e-9)
+        assert has_slack(polytope, 0.05) == (slack > 0.05)
 
 
 # --- solvers ----------------------------------------------------------------------------------

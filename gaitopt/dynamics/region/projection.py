@@ -21,7 +21,7 @@ from gaitopt.dynamics.region.programs import (
     Highs,
     Optimum,
     Polytope,
-    largest_slack,
+    has_slack,
 )
 from gaitopt.errors import SolverError
 
@@ -121,7 +121,7 @@ def project(polytope: Polytope, tolerance: float) -> Projection | None:
         projection = _projected(polytope, solver, tolerance)
         if projection is not None:
             return projection
-        if largest_slack(polytope) < EMPTY_SLACK:
+        if not has_slack(polytope, EMPTY_SLACK):
             return None
     raise SolverError("neither DAQP nor HiGHS solved the linear programs of a region")
 
