@@ -74,7 +74,7 @@ def fastest_with_forces(
     """The fastest timing, with forces, of many chains.
 
     On every interval the path acceleration is constant. Limits hold at both of its ends with that
-    same acceleration.
+    same acceleration. The first chain that has no timing is the last one that is looked at.
 
     Args:
         robot: the robot.
@@ -114,8 +114,8 @@ def fastest_with_forces(
             found = sweeps[chain].fastest()
             if isinstance(found, int):
                 stuck[chain], places[chain] = True, own[found]
-            else:
-                begin[own], end[own] = found
+                return ForceTiming(begin, end, stuck, places, polygons, timing.squares, sweeps)
+            begin[own], end[own] = found
     return ForceTiming(begin, end, stuck, places, polygons, timing.squares, sweeps)
 
 
