@@ -15,7 +15,7 @@ from gaitopt.motion.pieces import States
 from gaitopt.plan.phase import Phase
 from gaitopt.plan.plan import Plan
 from gaitopt.plan.settings.crawl import CrawlSettings
-from gaitopt.retiming.pacing import OtherLimits
+from gaitopt.retiming.other_limits import OtherLimits
 from gaitopt.retiming.retimed import GENTLE_LIFT, timed
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.footholds import Footholds

@@ -58,14 +58,15 @@ class GridPlaces(NamedTuple):
     end: np.ndarray
 
     @classmethod
-    def of(cls, grid: Grid, shared: bool) -> GridPlaces:
+    def of(cls, grid: Grid, shared: BoolArray) -> GridPlaces:
         """The places of a grid.
 
         Args:
             grid: the intervals.
-            shared: one place for two intervals of a chain that meet there.
+            shared: which intervals begin at the place where the one before ends, if that is one of
+                their chain ``(K,)``.
         """
-        begins = np.full(len(grid.piece), not shared)
+        begins = ~shared
         begins[grid.first[:-1]] = True
         end = np.cumsum(1 + begins) - 1
         s, piece = np.empty(end[-1] + 1), np.empty(end[-1] + 1, dtype=int)
@@ -82,8 +83,9 @@ class Course(ABC):
     """Which feet stand on each piece ``(P, 4)``."""
     moments: FloatArray
     """An instant of the old plan at which it is on each piece ``(P,)`` [s]."""
-    continuous: bool
-    """Whether two derivatives do not jump where two pieces of a chain meet."""
+    continuous: BoolArray
+    """Which pieces begin as the one before ends, if that is one of their chain: two derivatives do
+    not jump there ``(P,)``."""
 
     @abstractmethod
     def states(self, s: FloatArray, piece: np.ndarray) -> States:

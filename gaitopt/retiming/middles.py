@@ -17,12 +17,13 @@ from gaitopt.dynamics.contacts import LEVEL_GROUND, ContactGround, ForceLimits
 from gaitopt.dynamics.force_space import ForceProblem
 from gaitopt.dynamics.forces import build_force_problem, solve_forces
 from gaitopt.dynamics.torque_limits import effort_limits
-from gaitopt.dynamics.whole_body import PathDynamics, equations_of_motion, motion_of_path
+from gaitopt.dynamics.whole_body import PathDynamics, motion_of_path
 from gaitopt.motion.path import MotionPath
 from gaitopt.plan.load_transfer import Stances, most_normal_shares
 from gaitopt.retiming.course import Course, GridPlaces
 from gaitopt.retiming.paced import PacedCourse
 from gaitopt.retiming.reserves import MIDDLE_SHARE, SHARE_OF_WEIGHT
+from gaitopt.robots.at_many_poses.inverse_dynamics import inverse_dynamics
 from gaitopt.robots.quadruped import Quadruped
 
 BENT_WRENCH = 1e-3
@@ -67,32 +68,37 @@ def without_forces(
             motion ``(K, 4)``; by default nothing is known of it.
         ground: below the feet on these intervals.
     """
-    out = np.zeros(len(own), dtype=np.bool_)
-    asked = np.empty((len(BETWEEN), len(own), path.coefficients.shape[2]))
-    for number, share in enumerate(BETWEEN):
-        left = np.flatnonzero(~out)
-        problem = _problem(motion, path, own, left, share, limits, spans, ground)
-        asked[number, left] = problem.equations.forces
-        out[left] = ~solve_forces(problem).feasible
-    for share, before, after in THIRDS:
-        left = np.flatnonzero(~out)
-        moved = motion_of_path(motion.course.robot, *_rates(motion, path, own[left], share))
-        forces = equations_of_motion(motion.course.robot, moved).forces
-        off = np.abs(forces - (asked[before, left] + asked[after, left]) / 2.0)
-        left = left[_exceeds(motion.course.robot, off, LEFT_WRENCH, LEFT_TORQUE)]
-        if left.size:
-            problem = _problem(motion, path, own, left, share, limits, spans, ground)
-            out[left] = ~solve_forces(problem).feasible
+    robot, count = motion.course.robot, len(own)
+    if not count:
+        return np.zeros(0, dtype=np.bool_)
+    problem = _problem(
+        motion, path, own, np.tile(np.arange(count), len(BETWEEN)), np.repeat(BETWEEN, count),
+        limits, spans, ground,
+    )  # fmt: skip
+    out = ~solve_forces(problem).feasible.reshape(-1, count).all(axis=0)
+    asked, left = problem.equations.forces.reshape(-1, count, robot.model.nv), np.flatnonzero(~out)
+    number = np.tile(left, len(THIRDS))
+    if not number.size:
+        return out
+    shares = np.repeat([share for share, _, _ in THIRDS], len(left))
+    means = [(asked[before, left] + asked[after, left]) / 2.0 for _, before, after in THIRDS]
+    moved = motion_of_path(robot, *_rates(motion, path, own[number], shares))
+    off = np.abs(inverse_dynamics(robot.model, *moved) - np.concatenate(means))
+    far = _exceeds(robot, off, LEFT_WRENCH, LEFT_TORQUE)
+    number, shares = number[far], shares[far]
+    if number.size:
+        problem = _problem(motion, path, own, number, shares, limits, spans, ground)
+        out[number[~solve_forces(problem).feasible]] = True
     return out
 
 
 def _problem(
-    motion: PacedCourse, path: MotionPath, own: np.ndarray, left: np.ndarray, share: float,
+    motion: PacedCourse, path: MotionPath, own: np.ndarray, number: np.ndarray, share: FloatArray,
     limits: ForceLimits, spans: Stances | None, ground: ContactGround,
 ) -> ForceProblem:  # fmt: skip
-    """The forces at a share of the intervals with the numbers ``left`` among ``own``."""
+    """The forces at shares ``(m,)`` of the intervals with these numbers ``(m,)`` among ``own``."""
     course: Course = motion.course
-    mine, below = own[left], ground.at(left)
+    mine, below = own[number], ground.at(number)
     most = np.array(np.inf)
     if spans is not None:
         times = _times(motion, mine, share)[:, None]
@@ -105,15 +111,15 @@ def _problem(
     )  # fmt: skip
 
 
-def _times(motion: PacedCourse, intervals: np.ndarray, share: float) -> FloatArray:
-    """Times at a share of intervals ``(n,)`` [s]."""
+def _times(motion: PacedCourse, intervals: np.ndarray, share: FloatArray) -> FloatArray:
+    """Times at shares ``(n,)`` of intervals ``(n,)`` [s]."""
     return np.asarray((1.0 - share) * motion.times[intervals] + share * motion.times[intervals + 1])
 
 
 def _rates(
-    motion: PacedCourse, path: MotionPath, intervals: np.ndarray, share: float
+    motion: PacedCourse, path: MotionPath, intervals: np.ndarray, share: FloatArray
 ) -> list[FloatArray]:
-    """Columns of the path at a share of intervals, and two derivatives of them ``(n, 6 + nj)``."""
+    """Columns of the path at shares of intervals, and two derivatives of them ``(n, 6 + nj)``."""
     times = _times(motion, intervals, share)
     return [path.evaluate(times, k) for k in range(3)]
 

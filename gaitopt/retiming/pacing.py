@@ -26,6 +26,7 @@ from gaitopt.plan.plan import Plan
 from gaitopt.retiming.course import AT_REST, Course, Grid, GridPlaces
 from gaitopt.retiming.course_clock import CourseClock
 from gaitopt.retiming.middles import bent, without_forces
+from gaitopt.retiming.other_limits import OtherLimits
 from gaitopt.retiming.paced import PacedCourse
 from gaitopt.retiming.refusal import no_forces_between, no_motion
 from gaitopt.retiming.reserves import FRICTION_SLACK, MIDDLE_SHARE, PLANNED_SHARE, tightened
@@ -37,84 +38,6 @@ LESS = 0.9
 ENOUGH = 1.0003
 """A motion whose joint velocities exceed their limits by less is not timed anew: it is stretched as
 a whole, by as much. With 1.002 walks of wang2020 came out 0.15 % slower."""
-
-
-HEIGHT = 2
-"""Column of the base's height."""
-
-BEYOND = 1e6
-"""Limit of accelerations of joints that have none, as a multiple of the largest of the others."""
-
-
-@dataclass(frozen=True)
-class OtherLimits:
-    """What bounds the speed besides forces, torques and joint velocities.
-
-    Attributes:
-        acceleration: of all joints [rad/s^2]; infinite for none.
-        scales: this limit over each joint's own ``(nj,)``, where these differ.
-        speed: of body and feet on straight lines [m/s].
-        faster: how many times as fast as the plan a smooth motion becomes at most; a straight line
-            takes at least this part of a second. Only waiting, where nothing moves, has no other
-            limit.
-        lift: vertical acceleration of the base [m/s^2], where forces are promised.
-        gentle: the same where it is to be gentler: until the first and from the second of these
-            times of the plan on [m/s^2, s, s].
-    """
-
-    acceleration: float = np.inf
-    scales: FloatArray | float = 1.0
-    speed: float = np.inf
-    faster: float = 100.0
-    lift: float = np.inf
-    gentle: tuple[float, float, float] | None = None
-
-    @classmethod
-    def of_joints(cls, accelerations: FloatArray) -> OtherLimits:
-        """Limits of the joints' accelerations ``(nj,)`` alone [rad/s^2], infinite for none."""
-        bounded = np.isfinite(accelerations)
-        if not bounded.any():
-            return cls()
-        most = float(accelerations[bounded].max())
-        # Joints without a limit get one that none of them ever needs.
-        return cls(acceleration=most, scales=most / np.minimum(accelerations, BEYOND * most))
-
-    def lifts(self, times: FloatArray) -> FloatArray:
-        """Limits on the vertical acceleration at times of the plan ``(S,)`` [m/s^2]."""
-        if self.gentle is None:
-            return np.full(len(times), self.lift)
-        most, until, since = self.gentle
-        gentle = (times <= until) | (times >= since)
-        return np.where(gentle, min(most, self.lift), self.lift)
-
-    def bounding(
-        self, first: FloatArray, second: FloatArray, times: FloatArray
-    ) -> tuple[FloatArray, FloatArray, float, FloatArray]:
-        """Whose accelerations are limited: the joints, and the base's height if :attr:`lifts` are.
-
-        Args:
-            first, second: derivatives of the columns of a path by its parameter ``(S, 6 + nj)``.
-            times: of the plan, there ``(S,)`` [s].
-
-        Returns:
-            The derivatives ``(S, n)``, the limit of them all, and it over the least limit of each.
-        """
-        columns = np.arange(BASE_COLUMNS, first.shape[1])
-        most = self.acceleration
-        scales = np.broadcast_to(np.asarray(self.scales, dtype=np.float64), len(columns))
-        lifts = self.lifts(times)
-        least = float(lifts.min())
-        if not np.isfinite(least):
-            return first[:, columns] * scales, second[:, columns] * scales, most, scales
-        columns = np.append(columns, HEIGHT)
-        # Joints without a limit get one that none of them ever needs.
-        most, own = (most, 1.0) if np.isfinite(most) else (least, 1.0 / BEYOND)
-        scales = np.append(own * scales, most / least)
-        slopes, bends = first[:, columns] * scales, second[:, columns] * scales
-        # Where the height may change faster it counts less.
-        for each in (slopes, bends):
-            each[:, -1] *= least / lifts
-        return slopes, bends, most, scales
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,6 +57,8 @@ class Pacing:
             there ``(K,)``.
         before: the timing that was slowed down, if there was one.
         good: intervals that it kept, and that have forces in between ``(K,)``.
+        seen: squared speeds at both ends of intervals ``(2, K)`` with which they have forces in
+            between; NaN where none are known.
         rests: how long the motion rests before each interval ``(K,)`` [s]; the timing itself does
             not count it.
     """
@@ -150,6 +75,7 @@ class Pacing:
     even: BoolArray
     before: ForceTiming | None
     good: BoolArray
+    seen: FloatArray
     rests: FloatArray
 
     @classmethod
@@ -167,7 +93,7 @@ class Pacing:
         lines = plan.path.degree <= 1
         course: Course = straight_course(plan, rounding) if lines else smooth_course(plan)
         robot, grid = course.robot, course.grid()
-        places = GridPlaces.of(grid, course.continuous)
+        places = GridPlaces.of(grid, course.continuous[grid.piece])
         begin, end = places.begin, places.end
         values, first, second = states = course.states(places.s, places.piece)
         joints = first[:, BASE_COLUMNS:]
@@ -195,7 +121,8 @@ class Pacing:
             dynamics = path_dynamics(robot, values, first, second, *ground.at(places.piece))
         unknown = np.zeros(len(grid.piece), dtype=np.bool_)
         return cls(plan, course, grid, places, states, promised, ground, dynamics, timing, even,
-                   None, unknown, np.zeros(len(grid.piece)))  # fmt: skip
+                   None, unknown, np.full((2, len(unknown)), np.nan),
+                   np.zeros(len(unknown)))  # fmt: skip
 
     def fastest(self) -> tuple[PacedCourse, ForceTiming | None]:
         """The course with its fastest timing, and what was learnt of forces for it.
@@ -288,7 +215,8 @@ class Pacing:
         first = self.grid.first
         kept = np.repeat(np.logical_and.reduceat(same, first[:-1]), np.diff(first))
         return replace(self, timing=replace(self.timing, squares=squares), before=found,
-                       good=kept & ~forced)  # fmt: skip
+                       good=kept & ~forced,
+                       seen=np.where(forced, np.nan, [motion.begin, motion.end]))  # fmt: skip
 
     def check(self, motion: PacedCourse, path: MotionPath) -> None:
         """Refuse a motion that has no forces somewhere between both ends of an interval.
@@ -323,7 +251,11 @@ class Pacing:
             if most is not None and limits.transfer_time > 0.0:
                 # Between two places a largest force is not the mean of what it is at both.
                 looked = looked | (most[self.places.begin] < np.inf).any(axis=1)
-            own = np.flatnonzero(~self.good & looked)
+            good = self.good
+            if limits.transfer_time == 0.0:
+                # Nothing in them depends on times elsewhere.
+                good = good | (self.seen == [motion.begin, motion.end]).all(axis=0)
+            own = np.flatnonzero(~good & looked)
             clock = self.clock(motion.begin, motion.end)
             spans = clock.in_motion(motion.times[:-1] / motion.stretch)
             ground = self.ground.at(self.grid.piece[own])

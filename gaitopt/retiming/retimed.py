@@ -17,8 +17,8 @@ from gaitopt.plan.settings.by_velocity import GaitSettings
 from gaitopt.plan.settings.crawl import CrawlSettings
 from gaitopt.plan.settings.time_optimal import RouteSettings
 from gaitopt.plan.zmp_margin import with_zmp_margins
+from gaitopt.retiming.other_limits import HEIGHT, OtherLimits
 from gaitopt.retiming.paced import PacedCourse
-from gaitopt.retiming.pacing import HEIGHT, OtherLimits
 from gaitopt.retiming.rounds import paced
 from gaitopt.retiming.transfers import rested
 from gaitopt.robots.abilities import has_quick_joints, require_joints_that_feel

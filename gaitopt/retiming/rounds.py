@@ -14,8 +14,9 @@ from gaitopt.motion.path import MotionPath
 from gaitopt.motion.pieces import stretched
 from gaitopt.motion.retiming import legs_needed_stretch
 from gaitopt.plan.plan import Plan
+from gaitopt.retiming.other_limits import OtherLimits
 from gaitopt.retiming.paced import PacedCourse
-from gaitopt.retiming.pacing import OtherLimits, Pacing
+from gaitopt.retiming.pacing import Pacing
 from gaitopt.retiming.transfers import with_gentle_loads, with_transfers
 
 STRETCH_RESERVE = 1e-6

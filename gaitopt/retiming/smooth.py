@@ -32,7 +32,7 @@ class SmoothCourse(Course):
         standing: which feet stand on each segment ``(P, 4)``.
         moments: the middle of each segment ``(P,)`` [s].
         stops: knots at which the motion stops: velocities jump there, or are zero.
-        continuous: whether accelerations jump nowhere between.
+        continuous: segments at whose begin accelerations do not jump ``(P,)``.
     """
 
     robot: Quadruped
@@ -40,7 +40,7 @@ class SmoothCourse(Course):
     standing: BoolArray
     moments: FloatArray
     stops: np.ndarray
-    continuous: bool
+    continuous: BoolArray
 
     def states(self, s: FloatArray, piece: np.ndarray) -> States:
         since = s - self.path.times[piece]
@@ -85,4 +85,9 @@ def smooth_course(plan: Plan) -> SmoothCourse:
     bent[stops - 1] = False
     moments = (fine.times[1:] + fine.times[:-1]) / 2.0
     standing = np.array(plan.at(moments).contacts)
-    return SmoothCourse(plan.robot, fine, standing, moments, stops, not bent.any())
+    continuous = np.ones(len(moments), dtype=np.bool_)
+    if bent.any():
+        # Where segments were cut nothing jumps. Elsewhere a jump may be a small one.
+        continuous = ~np.isin(fine.times[:-1], path.times)
+        continuous[1:] &= (standing[1:] == standing[:-1]).all(axis=1)
+    return SmoothCourse(plan.robot, fine, standing, moments, stops, continuous)

@@ -48,6 +48,8 @@ class StraightCourse(Course):
         old: times at the begin and the end of each chain in the plan ``(C, 2)`` [s].
         moments: an instant of the plan at which it is on each piece ``(P,)`` [s].
         phases: the phase of the plan that each chain is part of, ``C`` of them.
+        continuous: all pieces ``(P,)``: lines and corners meet without curvature, and a spline's
+            curvature does not jump.
     """
 
     robot: Quadruped
@@ -59,8 +61,7 @@ class StraightCourse(Course):
     old: FloatArray
     moments: FloatArray
     phases: tuple[Phase, ...]
-    # Lines and corners meet without curvature, and a spline's curvature does not jump.
-    continuous = True
+    continuous: BoolArray
 
     def states(self, s: FloatArray, piece: np.ndarray) -> States:
         """Columns of the path ``(N, 6 + nj)`` and two derivatives by ``s``.
@@ -136,6 +137,7 @@ def straight_course(plan: Plan, rounding: float) -> StraightCourse:
         np.array([piece.intervals for piece in pieces]), np.array(chains), np.array(old),
         np.repeat(np.mean(old, axis=1), np.diff(chains)),
         tuple(plan.phase_at(float(time)) for time in np.mean(old, axis=1)),
+        np.ones(len(pieces), dtype=np.bool_),
     )  # fmt: skip
 
 

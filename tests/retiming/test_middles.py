@@ -11,7 +11,8 @@ from gaitopt.motion.path import MotionPath
 from gaitopt.retiming import corners
 from gaitopt.retiming import middles as between
 from gaitopt.retiming.middles import bent, without_forces
-from gaitopt.retiming.pacing import OtherLimits, Pacing
+from gaitopt.retiming.other_limits import OtherLimits
+from gaitopt.retiming.pacing import Pacing
 from gaitopt.retiming.reserves import MIDDLE_SHARE, tightened
 
 

@@ -25,7 +25,7 @@ SLOWER = 1.0 - 1e-9
 """Share of a largest squared speed that is used: the next sweep then never fails by rounding."""
 NOTHING = 1e-12
 """Least squared speed, in the chain's unit, from which on a path counts as not able to rest."""
-BLOCK = 64
+BLOCK = 256
 """Intervals whose programs are judged together. Where not all of them are proven, their block is
 gone through anew, and each is judged by itself."""
 

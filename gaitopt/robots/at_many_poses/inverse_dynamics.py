@@ -9,6 +9,9 @@ import numpy as np
 
 from gaitopt.conventions import FloatArray
 
+FEW = 200
+"""Samples for which a thread takes longer to begin than the way through Python that it saves."""
+
 
 def inverse_dynamics(model: Any, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
     """Generalised forces without contact forces, by Pinocchio's RNEA ``(N, nv)``.
@@ -20,11 +23,12 @@ def inverse_dynamics(model: Any, q: FloatArray, v: FloatArray, a: FloatArray) ->
     """
     import pinocchio as pin
 
-    if not hasattr(pin, "rneaInParallel"):
-        # Wheels of Pinocchio that are built without OpenMP.
-        data = model.createData()
-        rows = [pin.rnea(model, data, *sample) for sample in zip(q, v, a, strict=True)]
-        return np.array(rows).reshape(v.shape)
+    if len(q) < FEW or not hasattr(pin, "rneaInParallel"):
+        # Wheels of Pinocchio that are built without OpenMP have no such call.
+        data, out = model.createData(), np.empty(v.shape)
+        for i, sample in enumerate(zip(q, v, a, strict=True)):
+            out[i] = pin.rnea(model, data, *sample)
+        return out
     # Pinocchio sets the number of OpenMP's threads of the thread that calls it, for good. In a
     # thread of its own, whatever else the program computes with OpenMP keeps its number.
     with ThreadPoolExecutor(max_workers=1) as own:
