@@ -75,7 +75,7 @@ def without_forces(
         motion, path, own, np.tile(np.arange(count), len(BETWEEN)), np.repeat(BETWEEN, count),
         limits, spans, ground,
     )  # fmt: skip
-    out = ~solve_forces(problem).feasible.reshape(-1, count).all(axis=0)
+    out = np.asarray(~solve_forces(problem).feasible.reshape(-1, count).all(axis=0))
     asked, left = problem.equations.forces.reshape(-1, count, robot.model.nv), np.flatnonzero(~out)
     number = np.tile(left, len(THIRDS))
     if not number.size:
