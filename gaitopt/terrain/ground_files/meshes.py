@@ -90,12 +90,18 @@ def _numbers(data: bytes) -> FloatArray:
         GroundError: no line has three numbers.
     """
     lines = io.TextIOWrapper(io.BytesIO(data), encoding="utf-8-sig")
-    before = ""
+    before, footholds = "", False
     for line in lines:
         if _is_point(line):
             break
         before = line if _split(line) else before
+        footholds = footholds or "leg" in _split(line.lower())
     else:
+        if footholds:
+            raise GroundError(
+                "it holds footholds and no ground: gaitopt walk --footholds walks over them, and "
+                "HeightMap.from_columns makes ground of their columns"
+            )
         raise GroundError("no line of it has three numbers x, y and z")
     # Names may stand in a comment, as CloudCompare and NumPy write them.
     names = _split(before.lower().lstrip("#/ "))

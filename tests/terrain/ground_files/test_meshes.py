@@ -96,6 +96,7 @@ def test_columns_are_found_by_their_names(tmp_path: Path, head: str) -> None:
         ("m.ply", b"ply\nformat ascii 1.0\nelement vertex 999999999999\nend_header\n", "m.ply"),
         ("m.ply", b"ply\n", "m.ply"),
         ("c.csv", b"x,y,z\n", "no line of it has three numbers"),
+        ("c.csv", b"leg,step,x,y,z\nLF,0,0.1,0.2,0.0\n", "walk --footholds walks over them"),
         ("c.csv", b"1,2,3\n4,5\n", "damaged"),
         ("c.csv", b"1,2,3\n4,5,six\n", "damaged"),
         ("c.xyz", b"\xff\xfe\x00", "damaged"),
