@@ -27,9 +27,12 @@ def rolling_feet(plan: Plan, motion: Motion) -> Check:
     for k, leg in enumerate(LEGS):
         turns = motion.foot_turns[k]
         angles = _rotation_vectors(turns[start], turns[end])
+        normals = None if plan.footholds.normals is None else plan.footholds.normals[leg]
         for swing in (s for s in plan.swings if s.leg == leg):
-            normals = plan.footholds.normals
-            up = np.array([0.0, 0.0, 1.0]) if normals is None else normals[leg][swing.index + 1]
+            up = np.array([0.0, 0.0, 1.0])
+            if normals is not None:
+                # A swing to a foothold that there is not is the contact sequence's fault.
+                up = normals[min(max(swing.index + 1, 0), len(normals) - 1)]
             first = int(np.searchsorted(motion.phase, swing.phases[1] + 1))
             flying = np.flatnonzero(~motion.standing[first:, k])
             last = first + int(flying[0]) if len(flying) else len(angles)

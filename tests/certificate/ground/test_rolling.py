@@ -51,3 +51,24 @@ def test_larger_feet_roll_farther_and_too_far_is_violated(walk: Plan) -> None:
     large = gaitopt.load_robot("wang2020", foot_radius=times * walk.robot.foot_radius)
     check = rolling_feet(dataclasses.replace(walk, robot=large), motion)
     assert check.worst == pytest.approx(times * own) and check.status == "violated"
+
+
+def test_a_swing_to_a_foothold_that_there_is_not_is_violated_and_no_crash(walk: Plan) -> None:
+    """A phase in which LF does not stand makes one swing more than it has footholds for."""
+    upright = {leg: np.tile([0.0, 0.0, 1.0], (len(walk.footholds[leg]), 1)) for leg in LEGS}
+    phases = list(walk.phases)
+    # Not beside a flight of its own, which would last longer.
+    shift = next(
+        k for k in range(1, len(phases) - 1)
+        if len(phases[k].support) == 4
+        and "LF" in phases[k - 1].support and "LF" in phases[k + 1].support
+    )  # fmt: skip
+    phases[shift] = dataclasses.replace(phases[shift], support=("LH", "RH", "RF"))
+    more = dataclasses.replace(
+        walk, phases=tuple(phases), footholds=walk.footholds.with_(normals=upright)
+    )
+    lf = [swing.index for swing in more.swings if swing.leg == "LF"]
+    assert lf[-1] + 1 == len(walk.footholds["LF"])
+    found = gaitopt.verify(more, collisions=False)
+    assert found["contact sequence"].status == "violated"
+    assert found[NAME].status == "ok"
