@@ -23,8 +23,8 @@ from gaitopt.planners.over_terrain.settings import TerrainSettings
 from gaitopt.studies.result_table import rows_so_far
 from gaitopt.studies.terrain_report import STAGES, failures, standings, terrain_markdown
 from gaitopt.studies.terrain_study import (
-    EXHAUSTIVE,
     TERRAIN_COLUMNS,
+    WIDEST,
     TerrainWalk,
     run_terrain_study,
     terrain_grid,
@@ -56,7 +56,7 @@ def walks_with(seed: int, options: argparse.Namespace, *, slippery: bool) -> lis
             walks += terrain_grid(
                 [seed], robots=[robot], terrains=[name],
                 difficulties=[float(difficulty or options.difficulty)], length=options.length,
-                friction=own, exhaustive=options.exhaustive, simulate=not options.no_physics,
+                friction=own, exhaustive=options.widest, simulate=not options.no_physics,
                 physics_friction=(own or TerrainSettings.friction) if slippery else None,
             )  # fmt: skip
     return walks
@@ -138,7 +138,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
                         help="names, joined by commas; go2:0.5 has its own difficulty")  # fmt: skip
     parser.add_argument("--grounds", default=",".join(GROUNDS),
                         help="names, joined by commas; ramp:0.7 has the friction 0.7")  # fmt: skip
-    parser.add_argument("--exhaustive", type=int, default=EXHAUSTIVE,
+    parser.add_argument("--widest", type=int, default=WIDEST,
                         help="width of a second search where there is no way; 0: no")  # fmt: skip
     parser.add_argument("--no-physics", action="store_true", help="without physics")
     parser.add_argument("--jobs", type=int, default=-1, help="processes; -1: on all cores")

@@ -86,7 +86,7 @@ def study(
             "Friction between feet and ground; 0.6 by default.", min=FRICTIONS[0], max=FRICTIONS[1]
         ),
     ] = None,
-    exhaustive: Annotated[
+    widest: Annotated[
         int | None,
         _map(
             "Width up to which maps are searched once more before they count as not solvable, "
@@ -110,7 +110,7 @@ def study(
     columns = {"--objective": objective, "--stability-margin": stability_margin, "--free": free,
                "--speed": None if speed == "max" else speed}  # fmt: skip
     maps = {"--difficulty": difficulty, "--length": length, "--size": size,
-            "--friction": friction, "--exhaustive": exhaustive}  # fmt: skip
+            "--friction": friction, "--widest": widest}  # fmt: skip
     how: dict[str, Any] = {"jobs": jobs, "scheduler": scheduler}
     report = Report(as_json, {"command": "study"})
     if terrain:
@@ -118,7 +118,7 @@ def study(
         on_maps = _map_fields(difficulty, length, size)
         on_maps |= {"collisions": collisions is not False, "simulate": with_physics,
                     "friction": friction}  # fmt: skip
-        on_maps |= {} if exhaustive is None else {"exhaustive": exhaustive}
+        on_maps |= {} if widest is None else {"exhaustive": widest}
         _study_maps(count, [_source(robot, table)], terrain, on_maps, table, how, report)
         return
     _refuse(maps, "is for walks over height maps: give --terrain as well")

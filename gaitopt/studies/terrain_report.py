@@ -140,7 +140,7 @@ def plot_terrain_study(rows: Rows, axes: Sequence[Axes] | Panels | None = None) 
 def _caption(rows: Rows) -> str:
     """What the columns are, and why walks failed."""
     lines = [
-        "solvable: the search finds footholds to the goal, if need be with the exhaustive width.",
+        "solvable: the search finds footholds to the goal, if need be with the beam --widest.",
         "search: processor time of those that were found, median and 95th percentile.",
     ]
     bad = [row for row in rows if row["status"] != "ok"]

@@ -1,7 +1,7 @@
 """A study of made grounds: search, plan, certify and simulate a walk over each of many seeds.
 
 A walk that fails has a row that says where and why. A map is *solvable* if the same search finds
-footholds to the goal, if need be with an exhaustive width.
+footholds to the goal, if need be with a wider beam.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from gaitopt.robots.quadruped import Quadruped
     from gaitopt.terrain.height_map import HeightMap
 
-EXHAUSTIVE = 384
+WIDEST = 384
 """Width up to which maps are searched once more before they count as not solvable. Chosen: twice
 the usual limit, so that searches take twice as long, too."""
 
@@ -49,7 +49,8 @@ class TerrainWalk:
         width_limit: width up to which the search is repeated at a dead end; ``None`` for the
             usual one.
         exhaustive: the same for a second search where the first finds no way, to tell whether the
-            map is solvable; 0 to leave that open.
+            map is solvable; 0 to leave that open. At the command line it is ``--widest``; here it
+            is the name of the column in tables that there are.
         certify, collisions: whether to certify the plan, and whether for self-collisions, too.
         simulate: whether to walk the plan in physics.
         physics_friction: coefficient of friction in physics; ``None`` for the usual 1.0.
@@ -63,7 +64,7 @@ class TerrainWalk:
     sizes: str = ""
     friction: float | None = None
     width_limit: int | None = None
-    exhaustive: int = EXHAUSTIVE
+    exhaustive: int = WIDEST
     certify: bool = True
     collisions: bool = True
     simulate: bool = False
@@ -94,8 +95,8 @@ class TerrainRow:
             robot fell or missed a foothold; ``"too fast"``: its joints exceeded their velocity
             limits; ``"error"``: any other error.
         message: the reason, in one line.
-        solvable: whether the search finds footholds to the goal, if need be with the exhaustive
-            width; ``None`` where this was not looked for.
+        solvable: whether the search finds footholds to the goal, if need be with a wider
+            beam; ``None`` where this was not looked for.
         found: whether the search found footholds to the goal.
         planned, certified, passed: whether a walk over them was planned, is certified, and passed
             in physics.

@@ -108,7 +108,7 @@ def test_stairs_higher_than_the_robot_have_no_way_however_wide_the_search(
     assert searched == [6, 12]
 
 
-def test_without_an_exhaustive_search_it_stays_open_whether_a_map_is_solvable(
+def test_without_a_wider_search_it_stays_open_whether_a_map_is_solvable(
     searched: list[int | None],
 ) -> None:
     wall = {"terrain": "stairs", "sizes": "riser=0.5", **SHORT}
