@@ -4,13 +4,16 @@
 walks of a table of made grounds (``benchmarks.physics.terrain_table``) for which no way was found.
 It searches once more over each of these grounds, with ``exhaustive=True``: four times the
 footholds, 23 places of the body, twenty heights and tilts of the body for each step, all orders of
-the legs in a cycle, more ways of walking, and five times the time. Where a way is found, the walk
+the legs in a cycle, more ways of walking, and 2.5 times the time. Where a way is found, the walk
 over it is planned and certified. ``--walks robot/ground/seed/difficulty,...`` takes walks in place
-of a table.
+of a table. With ``--poses`` nothing is searched for: it prints which share of random poses of the
+body stands along the course, each leg by itself, at the place where fewest and at that where most
+do. Where none stands, there may be a wall.
 
 A refusal is *confirmed* where all of these searches met a dead end with their widest beam, *solved*
-where there is a certified walk, and *open* where the time was over. Rows go to a file as they come,
-and those that are there are not made again.
+where there is a certified walk, and *open* where the time was over or their tries were used up
+(the column ``words`` says which). Rows go to a file as they come, and those that are there are not
+made again.
 """
 
 from __future__ import annotations
@@ -24,7 +27,13 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
+
 import gaitopt
+from gaitopt.planners.over_terrain.beam.ending import Ending
+from gaitopt.planners.over_terrain.settings import TerrainSettings
+from gaitopt.planners.over_terrain.setup import search_for
+from gaitopt.planners.over_terrain.ways.room_to_stand import standing_shares
 from gaitopt.studies.result_table import rows_so_far
 from gaitopt.studies.terrain_study import TERRAIN_COLUMNS
 
@@ -69,7 +78,8 @@ def judged(walk: Refused, time_limit: float | None) -> dict[str, Any]:
         *way, start=start, friction=friction, exhaustive=True, time_limit=time_limit
     )
     seconds = time.process_time() - begin
-    verdict, words = "open" if search.late else "confirmed", ""
+    confirmed = search.ended is Ending.EXHAUSTED
+    verdict, words = "confirmed" if confirmed else "open", str(search.ended)
     if search.complete:
         verdict, words = _walked(way, start, search)
     return {
@@ -77,6 +87,21 @@ def judged(walk: Refused, time_limit: float | None) -> dict[str, Any]:
         "step_length": search.settings.step_length, "stance": search.settings.stance,
         "seconds": round(seconds, 1),
     }  # fmt: skip
+
+
+def poses_that_stand(walk: Refused, count: int) -> tuple[float, float]:
+    """The least and the largest share of random poses that stand at places along the course."""
+    robot = gaitopt.load_robot(walk.robot)
+    ground = gaitopt.make_ground(
+        walk.terrain, seed=int(walk.seed), difficulty=float(walk.difficulty), robot=robot,
+        length=walk.length,
+    )  # fmt: skip
+    settings = TerrainSettings.for_robot(robot)
+    search = search_for(robot, ground, (walk.length, 0.0), (0.0, 0.0, 0.0), settings)
+    places = search.course.at(np.linspace(0.0, search.course.length, 31))
+    random = np.random.default_rng(0)
+    shares = standing_shares(search.judge, search.stands, places, count, random)
+    return float(shares.min()), float(shares.max())
 
 
 def _walked(way: tuple[Any, ...], start: tuple[float, ...], search: Any) -> tuple[str, str]:
@@ -97,9 +122,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--walks", help="robot/ground/seed/difficulty, joined by commas")
     parser.add_argument("--time-limit", type=float, help="of each search [s]; usually 200 over 3 m")
     parser.add_argument("--out", type=Path, default=Path("refusals.csv"), help="rows go here")
+    parser.add_argument("--poses", type=int, help="how many to try at each of 31 places")
     options = parser.parse_args(arguments)
     walks = refused_rows(options.rows) if options.rows else []
     walks += [Refused(*text.split("/")) for text in (options.walks or "").split(",") if text]
+    if options.poses:
+        for walk in walks:
+            least, most = poses_that_stand(walk, options.poses)
+            print(*walk[:4], f"{least:.1%} to {most:.1%} of {options.poses} poses stand")
+        return 0
     done: list[dict[str, Any]] = []
     if options.out.exists():
         with options.out.open(newline="") as stream:

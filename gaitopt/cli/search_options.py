@@ -75,7 +75,7 @@ def search_options(
     ] = None,
     time_limit: Annotated[
         float | None,
-        _way("Processor time after which the search ends without a way; 16 s and 8 s a metre.",
+        _way("Processor time after which the search ends without a way; 32 s and 16 s a metre.",
              "SECONDS"),
     ] = None,
     detours: Annotated[
@@ -86,7 +86,7 @@ def search_options(
     exhaustive: Annotated[
         bool | None,
         _way("Whether steps are looked at as finely as there is a way to, with more ways of "
-             "walking: a check of refusals, which takes five times as long.", None),
+             "walking: a check of refusals, which takes 2.5 times as long.", None),
     ] = None,
 ) -> dict[str, Any]:  # fmt: skip
     """Fields of ``TerrainSettings`` by name; only those that were given."""

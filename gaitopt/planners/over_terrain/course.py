@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -31,6 +31,21 @@ class Course:
     poses: FloatArray
     progress: FloatArray
     blocked: bool = False
+
+    def beside(self, aside: float, over: float) -> Course:
+        """The course that lies beside this one, from near its start to near its end.
+
+        Args:
+            aside: how far to the left [m]; to the right where negative.
+            over: progress over which it goes there, and back [m]; at most a quarter of the length.
+        """
+        over = min(over, self.length / 4.0)
+        ends = np.minimum(self.progress, self.length - self.progress)
+        share = np.clip(ends / over, 0.0, 1.0)
+        left = np.column_stack([-np.sin(self.poses[:, 2]), np.cos(self.poses[:, 2])])
+        poses = self.poses.copy()
+        poses[:, :2] += aside * share[:, None] * left
+        return replace(self, poses=frozen(poses))
 
     @property
     def length(self) -> float:

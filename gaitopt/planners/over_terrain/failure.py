@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from gaitopt.errors import TerrainError
+from gaitopt.planners.over_terrain.beam.ending import Ending
 from gaitopt.planners.over_terrain.pairs import Cause
 from gaitopt.planners.over_terrain.result import TerrainSearch
 
@@ -25,6 +26,8 @@ _CURES = {
     Cause.PLAN: "a smaller stability_margin, or lower reserves of forces",
 }
 
+TOLD = 2
+"""Causes that an error tells; all of them are in its ``refused``, and in the figure of the map."""
 NEAR_EDGE = 1.4
 """Distance from the map's edge within which trunk and limbs may come above unknown ground, in body
 heights. Chosen: half of the trunk's length of all robots that were tried is less."""
@@ -46,32 +49,35 @@ def no_way(search: TerrainSearch, detail: str = "") -> TerrainError:
     ]
     causes = _in_order(search.refused)
     if causes:
-        counts = ", ".join(f"{cause}: {count}" for cause, count in causes)
-        words.append(f"what stopped the {sum(n for _, n in causes)} tries of this step: {counts}")
+        total = sum(count for _, count in causes)
+        most = "; ".join(f"{cause} ({count} of {total} tries)" for cause, count in causes[:TOLD])
+        words.append(f"why: {most}")
     if detail:
         words.append(detail)
-    elif search.ways > 1:
+    if search.wall is not None:
         words.append(
-            f"{search.ways} ways of walking (lengths of steps and of the stance) were tried, which "
-            f"ended within {search.spread:.2f} m of one another"
+            f"no way round is seen on the map, and at {np.round(search.wall, 2).tolist()} no pose "
+            "of the body stands"
         )
-    if search.course.blocked:
-        words.append(
-            "no way round is seen on the map: holes, walls, steep or unknown ground lie across "
-            "all of it"
-        )
-    elif search.late:
+    if search.late:
         words.append(_time_over(search))
+    elif search.ended is Ending.TRIES:
+        words.append("the search ended because its tries were used up, so there may be a way")
     worst = causes[0][0] if causes else Cause.GROUND
     if worst in (Cause.LIMB, Cause.TRUNK):
         words += _edge_near(search, share) + _holes_near(search, share)
-    wider = "a finer and wider search (exhaustive)"
-    if search.settings.exhaustive:
-        wider = "another goal or start, or more time (time_limit)"
-    elif search.course.blocked:
-        wider = f"another goal or start; or {wider}"
-    words.append(f"what may help: {_CURES[worst]}; or {wider}")
+    words.append(f"what may help: {_cure(search, worst)}")
     return TerrainError("; ".join(words), step, search.next_leg, dict(search.refused), search)
+
+
+def _cure(search: TerrainSearch, worst: Cause) -> str:
+    """What may help where a cause refused most."""
+    if search.wall is not None:
+        return f"another goal or start, or a way round on a larger map; or {_CURES[worst]}"
+    further = "a finer and wider search (exhaustive)"
+    if search.settings.exhaustive:
+        further = "another goal or start, or more time (time_limit)"
+    return f"{_CURES[worst]}; or {further}"
 
 
 def no_plan(
@@ -113,8 +119,8 @@ def _edge_near(search: TerrainSearch, share: float) -> list[str]:
     if gap >= NEAR_EDGE * search.settings.body_height:
         return []
     return [
-        f"the map's edge is {gap:.2f} m from the body, and all beyond it is unknown ground, which "
-        "nothing may be above: a larger map may help"
+        f"the map's edge is {gap:.2f} m from the body, and nothing may be beyond it: a larger map "
+        "may help"
     ]
 
 

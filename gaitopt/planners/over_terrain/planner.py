@@ -41,9 +41,8 @@ from gaitopt.terrain.height_map import HeightMap
 
 FOR_ALL_STEPS = 1.5
 """Longest time in which walks over footholds are planned, with other footholds where a walk is
-refused, in times of all searches together; two thirds of it are for the length of step that was
-found, the rest for shorter ones. Chosen: anymal_c over rubble (seed 20, 3 m) needs 26 to 32 s of
-the 40 s."""
+refused, in times of ``longest_for_walks`` of :class:`TerrainSettings`; two thirds of it are for the
+length of step that was found, the rest for shorter ones."""
 
 
 def search_terrain(
@@ -132,9 +131,9 @@ def plan_terrain(
     Footholds are searched for (:func:`search_terrain`), and the walk over them is planned
     (:func:`gaitopt.plan_crawl`). Limbs and trunk of the plan are looked at once more, all along its
     path. Where the planner refuses a step, or something touches the ground or another link, the
-    search goes on without this step, for as long as all searches for footholds may take
-    (:meth:`TerrainSettings.longest_in_all`). Where no such walk is found, shorter steps are tried
-    for half of this time in addition. The walk that is planned when this time is over is ended.
+    search goes on without this step, for as long as ``longest_for_walks`` of
+    :class:`TerrainSettings` says. Where no such walk is found, shorter steps are tried for half of
+    this time in addition. The walk that is planned when this time is over is ended.
 
     After the last step the body moves to the goal, or as near to it as its legs and the ground
     allow, while four feet stand. Plans without contact forces (``timing="velocity"``) end where
@@ -195,8 +194,10 @@ def _walk(
     if not search.complete:
         raise no_way(search)
     searching = search_for(robot, ground, goal, start, search.settings, further.get("forces"))
-    searching = replace(searching, fine=search.fine)
-    begin, longest = time.thread_time(), search.settings.longest_in_all(searching.course.length)
+    # What was found may lead beside the course that was asked for.
+    searching = replace(searching, fine=search.fine, course=search.course)
+    searching = with_settings(searching, search.settings)
+    begin, longest = time.thread_time(), search.settings.longest_for_walks(searching.course.length)
     end = begin + FOR_ALL_STEPS * longest
     try:
         # The rest is for shorter steps.

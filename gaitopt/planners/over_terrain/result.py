@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gaitopt.conventions import FloatArray
+from gaitopt.planners.over_terrain.beam.ending import Ending
 from gaitopt.planners.over_terrain.course import Course
 from gaitopt.planners.over_terrain.pairs import Cause
 from gaitopt.planners.over_terrain.settings import TerrainSettings
@@ -37,10 +38,12 @@ class TerrainSearch:
             that are of no use later and feet that roll [s].
         estimate: of the time that the way takes, without penalties [s].
         seconds: that the search took [s].
-        late: whether it ended without a way because its time was over.
+        ended: how it ended; where there were several searches, what is open about any of them.
         fine: whether it looked at steps as finely as there is a way to.
         ways: where the goal was not reached, how many ways of walking were tried: lengths of steps
             and of the stance.
+        wall: a place of the course where no pose of the body stands, where nothing leads round it
+            ``(2,)`` [m]; else ``None``.
         spread: how far from one another these ended along the course [m].
     """
 
@@ -58,10 +61,16 @@ class TerrainSearch:
     cost: float
     estimate: float
     seconds: float
-    late: bool = False
+    ended: Ending
     fine: bool = False
     ways: int = 1
     spread: float = 0.0
+    wall: FloatArray | None = None
+
+    @property
+    def late(self) -> bool:
+        """Whether it ended without a way because its time was over."""
+        return self.ended is Ending.TIME
 
     @property
     def metres(self) -> float:

@@ -19,6 +19,8 @@ import numpy as np
 
 from gaitopt.conventions import LEGS, FloatArray, Progress
 from gaitopt.gait.crawl import WANG_SEQUENCE
+from gaitopt.planners.over_terrain.beam.candidates import Candidates
+from gaitopt.planners.over_terrain.beam.ending import Ending
 from gaitopt.planners.over_terrain.course import Course
 from gaitopt.planners.over_terrain.judge import Judge
 from gaitopt.planners.over_terrain.last_look import LastLook
@@ -41,21 +43,11 @@ from gaitopt.terrain.layers import GroundLayers
 CHUNK = 48
 """Pairs that are judged at once. Chosen: the cost of a call is then shared well, and few are judged
 that are not needed."""
-FREER, FEW = (1.0, 1.5, 2.0), 0.1
-"""By what the step's freedom is widened where less than a share of the ground within it is fit to
-stand on. Chosen: hollows and flanks of hills that are too steep are as wide as the freedom."""
-FROM_USUAL = 2.5
-"""Penalty of a foothold at the end of the step's freedom, in times of usual steps, as all of them;
-it grows with the square of the distance from the usual foothold."""
 ROLLED = 1.0
 """Penalty of a foot that rolls as far on its foothold as it may; it grows with the square
 of the way."""
 NO_USE_AHEAD = 2.5
 """Penalty of a foothold that is of no use when the body has moved on, for each place looked at."""
-NO_USE = 10.0
-"""Penalty of a foothold that would be of no use during the whole stance on it. Chosen: four times
-that of one at the end of the freedom; what is of use for half of the stance may do for shorter
-steps."""
 BACK, PAST = 2, 4
 """Steps that the search goes back from a dead end for each width of the beam, and steps beyond it
 after which the beam is as narrow as before. Chosen: what leads into a dead end is where a foot was
@@ -160,8 +152,12 @@ class Search:
             stuck = max(len(layers), stuck)
             layers = layers[: max(len(layers) - BACK * width // settings.width, 1)]
         numbers = np.array(sorted(tried), dtype=int)
-        late = len(farthest) <= steps and thread_time() >= until
-        return Found(tuple(farthest), steps, reasons or dict(refused), numbers, width, work, late)
+        ended = Ending.GOAL
+        if len(farthest) <= steps:
+            # A layer that was cut short by the time is no dead end, wherever the loop ended.
+            over, many = thread_time() >= until, work > most
+            ended = Ending.TIME if over else Ending.TRIES if many else Ending.EXHAUSTED
+        return Found(tuple(farthest), steps, reasons or dict(refused), numbers, width, work, ended)
 
     def _fineness(self, width: int) -> Fineness:
         """How finely steps are looked at while the beam has a width."""
@@ -171,10 +167,7 @@ class Search:
 
     def usual(self, leg: int, steps: int) -> FloatArray:
         """Where a leg usually stands after a number of its steps ``(2,)`` [m]."""
-        x, y, yaw = self.course.at(self.course.length * steps / max(self.cycles, 1))
-        cosine, sine = np.cos(yaw), np.sin(yaw)
-        ahead, left = self.judge.usual_feet[leg]
-        return np.array([x + cosine * ahead - sine * left, y + sine * ahead + cosine * left])
+        return self.candidates.usual(leg, steps)
 
     @cached_property
     def pace(self) -> Pace:
@@ -182,9 +175,11 @@ class Search:
         return Pace.of(self.judge.limbs, self.judge.settings, self.judge.hips)
 
     @cached_property
-    def outlook(self) -> Outlook:
-        """What becomes of footholds while feet stand on them."""
-        return Outlook(self.judge, self.stands, self.course, self.cycles)
+    def candidates(self) -> Candidates:
+        """Footholds that are tried."""
+        outlook = Outlook(self.judge, self.stands, self.course, self.cycles)
+        return Candidates(self.judge, self.stands, self.course, self.cycles, self.banned,
+                          self.pace, outlook)  # fmt: skip
 
     def _next(
         self, layer: Layer, width: int, refused: Counter[Cause], tried: set[int], until: float,
@@ -209,7 +204,7 @@ class Search:
         tried: set[int], until: float, fineness: Fineness,
     ) -> Layer | None:  # fmt: skip
         """The cheapest states in which one of the legs that are given for each has stepped."""
-        state, stand, leg, cost = self._candidates(layer, legs, refused, fineness)
+        state, stand, leg, cost = self.candidates.of(layer, legs, refused, fineness)
         if not len(state):
             refused[Cause.GROUND] += sum(len(own) for own in legs)
             return None
@@ -228,67 +223,6 @@ class Search:
             if kept.full or thread_time() > until:
                 break
         return kept.layer(layer)
-
-    def _candidates(
-        self, layer: Layer, legs: Sequence[Sequence[int]], refused: Counter[Cause],
-        fineness: Fineness,
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, FloatArray]:  # fmt: skip
-        """States, stands to step to, legs, and their costs, before anything is judged."""
-        states, stands, stepping, costs = [], [], [], []
-        some = {(leg, int(m[leg])) for own, m in zip(legs, layer.made, strict=True) for leg in own}
-        for leg, made in sorted(some):
-            usual = self.usual(leg, made + 1)
-            near, own = self._thinned(usual, leg, int(layer.made[0].sum()), fineness)
-            # All states of a layer have made the same number of steps.
-            banned = [
-                k for s, other, k in self.banned if (s, other) == (int(layer.made[0].sum()), leg)
-            ]
-            allowed = ~np.isin(near, banned)
-            refused[Cause.PLAN] += int((~allowed).sum())
-            near, own = near[allowed], own[allowed]
-            if not near.size:
-                continue
-            same = np.flatnonzero(layer.made[:, leg] == made).tolist()
-            for n in (n for n in same if leg in legs[n]):
-                way = np.linalg.norm(self.stands.centres[near] - layer.feet[n, leg], axis=1)
-                cost = layer.cost[n] + self.pace.step * own + self.pace.rough(way)
-                states.append(np.full(len(near), n))
-                stands.append(near)
-                stepping.append(np.full(len(near), leg))
-                costs.append(cost)
-        if not states:
-            none = np.empty(0, int)
-            return none, none, none, np.empty(0)
-        state, stand, leg_of = (np.concatenate(each) for each in (states, stands, stepping))
-        return state, stand, leg_of, np.concatenate(costs)
-
-    def _thinned(
-        self, usual: FloatArray, leg: int, step: int, fineness: Fineness
-    ) -> tuple[np.ndarray, FloatArray]:
-        """Some stands near a usual place, spread over it, and what each costs a leg in a step."""
-        settings = self.judge.settings
-        near = self._near(usual)
-        if not near.size:
-            return near, np.empty(0)
-        away = self.stands.centres[near, :2] - usual
-        own = FROM_USUAL * (away**2).sum(axis=1) / settings.freedom**2
-        own = own + self.stands.penalties[near] + NO_USE * self.outlook.of(leg, step, near)
-        side = max(fineness.block * settings.freedom, self.judge.surfaces.ground.resolution)
-        block = np.floor(away / side + 0.5).astype(int)
-        order = np.argsort(own, kind="stable")
-        _, first = np.unique(block[order], axis=0, return_index=True)
-        chosen = order[np.sort(first)][: fineness.candidates]
-        return near[chosen], own[chosen]
-
-    def _near(self, usual: FloatArray) -> np.ndarray:
-        """The stands within the step's freedom of a usual place, or farther where there are few."""
-        ground, freedom = self.judge.surfaces.ground, self.judge.settings.freedom
-        near = np.empty(0, dtype=int)
-        for times in FREER:
-            near = self.stands.near(ground, usual, times * freedom)
-            if len(near) >= FEW * np.pi * (freedom / ground.resolution) ** 2:
-                break
-        return near
 
     def _judge(
         self, layer: Layer, leg: int, state: np.ndarray, stand: np.ndarray, cost: FloatArray,

@@ -252,6 +252,6 @@ def result_of(search: Search, found: Found, begin: float) -> TerrainSearch:
         cost=float(found.layers[-1].cost.min()),
         estimate=float(found.layers[-1].seconds[int(found.layers[-1].cost.argmin())]),
         seconds=time.perf_counter() - begin,
-        late=found.late,
+        ended=found.ended,
         fine=search.fine,
     )

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gaitopt.conventions import BoolArray, FloatArray
+from gaitopt.planners.over_terrain.beam.ending import Ending
 from gaitopt.planners.over_terrain.pairs import Cause
 
 CHILDREN = 3
@@ -56,7 +57,7 @@ class Found:
         tried: numbers of the stands that were tried ``(n,)``.
         width: of the beam at the end.
         work: tries of steps that it took.
-        late: whether it ended because its time was over.
+        ended: how it ended.
     """
 
     layers: tuple[Layer, ...]
@@ -65,7 +66,12 @@ class Found:
     tried: np.ndarray
     width: int
     work: int
-    late: bool = False
+    ended: Ending
+
+    @property
+    def late(self) -> bool:
+        """Whether it ended because its time was over."""
+        return self.ended is Ending.TIME
 
     @property
     def complete(self) -> bool:

@@ -69,5 +69,6 @@ def test_the_estimate_is_near_the_time_that_forces_and_joints_give(name: str) ->
     search = gaitopt.search_terrain(*way, start=(0.0, 0.0, 0.0))
     plan = gaitopt.plan_terrain(*way, start=(0.0, 0.0, 0.0), search=search)
     walked = plan.swings[-1].end
-    assert search.estimate == pytest.approx(walked, rel=0.2)
+    # The range of ten longer walks (docs/terrain.md).
+    assert 0.91 <= search.estimate / walked <= 1.06
     assert search.estimate < search.cost

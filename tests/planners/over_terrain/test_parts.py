@@ -161,11 +161,12 @@ def test_a_foothold_right_below_a_stair_is_of_less_use_than_one_farther_on() -> 
     cycle = 5  # the usual place is at 0.86 m
     near = np.array([search.stands.index[round((x + 0.6) / 0.02), round((hip[1] + 0.6) / 0.02)]
                      for x in (0.64, 0.76)])  # fmt: skip
-    beside, beyond = search.outlook.of(0, 4 * cycle - 1, near)
+    beside, beyond = search.candidates.outlook.of(0, 4 * cycle - 1, near)
     assert beside > beyond + 0.3
     level = search_for(robot, HeightMap(0.0 * z, 0.02, (-0.6, -0.6)), (1.2, 0.0),
                        (0.0, 0.0, 0.0), settings)  # fmt: skip
-    assert level.outlook.of(0, 7, level.stands.near(ground, level.usual(0, 2), 0.02)).max() == 0.0
+    near = level.stands.near(ground, level.usual(0, 2), 0.02)
+    assert level.candidates.outlook.of(0, 7, near).max() == 0.0
 
 
 def test_beside_a_crest_the_ground_is_turned_and_elsewhere_it_is_not() -> None:

@@ -15,6 +15,7 @@ from gaitopt import LEGS, HeightMap, InputError, TerrainError
 from gaitopt.control.build import build_reference
 from gaitopt.control.gains import ControlGains
 from gaitopt.plan.rolled_feet import first_rolling_step
+from gaitopt.planners.over_terrain.beam.ending import Ending
 from gaitopt.planners.over_terrain.links.rolling import PLANNED
 from gaitopt.planners.over_terrain.pairs import Cause
 from gaitopt.planners.over_terrain.planned_forces import FRICTION_SHARE
@@ -205,6 +206,7 @@ def test_a_search_makes_no_more_tries_than_it_may() -> None:
                         TerrainSettings.for_robot(GO2))  # fmt: skip
     found = search.run([first_layer(search)], most=200)
     assert not found.complete and 200 < found.work < 500 and len(found.layers) > 2
+    assert found.ended is Ending.TRIES and not found.late
     full = search.run([first_layer(search)])
     assert full.complete and full.work < search.effort
 

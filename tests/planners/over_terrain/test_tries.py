@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -9,20 +10,31 @@ import pytest
 
 import gaitopt
 from gaitopt import HeightMap, TerrainError
+from gaitopt.planners.over_terrain.beam.ending import Ending
+from gaitopt.planners.over_terrain.course import course_through
+from gaitopt.planners.over_terrain.failure import no_way
+from gaitopt.planners.over_terrain.result import TerrainSearch
 from gaitopt.planners.over_terrain.search import Search
 from gaitopt.planners.over_terrain.settings import LONGER, TerrainSettings
-from gaitopt.planners.over_terrain.setup import first_layer, search_for, with_settings
+from gaitopt.planners.over_terrain.setup import first_layer, result_of, search_for, with_settings
 from gaitopt.planners.over_terrain.states import Found
-from gaitopt.planners.over_terrain.ways.tries import SHORT_STANCES, STEP_SHARES, ways_of
+from gaitopt.planners.over_terrain.ways.room_to_stand import no_room
+from gaitopt.planners.over_terrain.ways.tries import (
+    ASIDE,
+    SHORT_STANCES,
+    STEP_SHARES,
+    ended_of,
+    ways_of,
+)
 
 GO2 = gaitopt.load_robot("go2")
 START = (0.0, 0.0, 0.0)
 QUICK = {"step_length": 0.12, "stance": 1.0, "width": 1, "width_limit": 8}
 
 
-def wall() -> HeightMap:
+def wall(at: int = 48) -> HeightMap:
     z = np.zeros((80, 60))
-    z[48:52] = 0.6
+    z[at : at + 4] = 0.6
     return HeightMap(z, 0.02, (-0.6, -0.6))
 
 
@@ -55,37 +67,125 @@ def test_before_it_refuses_the_search_tries_its_widest_beam() -> None:
     assert found.width == found.settings.width_limit == 8
 
 
-def test_where_all_ways_end_at_one_place_it_looks_more_finely_and_wider_before_it_refuses(
-    monkeypatch: pytest.MonkeyPatch,
+@pytest.mark.parametrize("post", [False, True])
+def test_where_all_ways_end_it_looks_beside_more_finely_and_wider_before_it_refuses(
+    monkeypatch: pytest.MonkeyPatch, post: bool
 ) -> None:
     # Two ways of walking, so that it is quick.
     tries = "gaitopt.planners.over_terrain.ways.tries."
     for name, value in (("NARROW", 1), ("STEP_SHARES", (1.0, 0.7)), ("SHORT_STANCES", ())):
         monkeypatch.setattr(tries + name, value)
-    looked: list[tuple[bool, int]] = []
+    looked: list[tuple[bool, int, bool]] = []
     run, ends = Search.run, dict[float, Found]()
 
     def told(self: Search, *arguments: Any) -> Found:
         settings = self.judge.settings
-        looked.append((self.fine, settings.width_limit))
+        aside = bool(np.abs(self.course.poses[:, 1]).max() > 0.0)
+        looked.append((self.fine, settings.width_limit, aside))
         # No look gets over the wall; that of each way with the narrow beam stands for all.
         if settings.step_length not in ends:
             ends[settings.step_length] = run(self, *arguments)
         return ends[settings.step_length]
 
     monkeypatch.setattr(Search, "run", told)
-    said = r"2 ways of walking .* were tried, which ended within 0\.\d\d m of one another"
-    with pytest.raises(TerrainError, match=said) as caught:
-        gaitopt.choose_footholds(GO2, wall(), (0.7, 0.0, 0.0), start=START, width=1)
+    ground = wall(45)
+    if post:
+        z = ground.z.copy()
+        z[60:63, 33:36] = 0.05
+        ground = HeightMap(z, ground.resolution, ground.origin)
+    with pytest.raises(TerrainError) as caught:
+        gaitopt.choose_footholds(GO2, ground, (0.7, 0.0, 0.0), start=START, width=1)
     found, widest = caught.value.search, TerrainSettings.width_limit
     assert found.ways == 2 and found.spread < TerrainSettings.for_robot(GO2).step_length
-    assert looked == [(False, 1)] * 2 + [(True, 1)] * 2 + [(False, widest)] * 2
+    # A wall is the same beside the course, and is not looked at there. With a post it is not.
+    beside = [(False, 1, True)] * 2 * len(ASIDE) if post else []
+    usual, fine, wide = ([(f, w, False)] * 2 for f, w in ((False, 1), (True, 1), (False, widest)))
+    assert looked == usual + beside + fine + wide
+    # None of them ended early, so the refusal says nothing of time or tries.
+    assert found.ended is Ending.EXHAUSTED and not found.late
+    assert "may be a way" not in str(caught.value) and len(str(caught.value)) < 500
+
+
+def test_a_course_beside_another_one_leads_between_the_same_ends() -> None:
+    course = course_through(START, [(2.0, 0.0), (2.0, 2.0)], feet=0.2, smoothing=0.4)
+    beside = course.beside(0.1, 0.3)
+    assert np.allclose(beside.poses[[0, -1]], course.poses[[0, -1]])
+    assert np.allclose(beside.poses[:, 2], course.poses[:, 2])
+    moved = beside.poses[:, :2] - course.poses[:, :2]
+    whole = (course.progress >= 0.3) & (course.progress <= course.length - 0.3)
+    assert np.allclose(np.linalg.norm(moved[whole], axis=1), 0.1)
+    # It lies to the left: it is inside of a turn to the left.
+    assert beside.at(1.0)[1] == pytest.approx(0.1)
+    assert beside.at(course.length - 0.5)[0] == pytest.approx(1.9)
+    assert np.allclose(course.beside(-0.1, 0.3).poses + beside.poses, 2.0 * course.poses)
+
+
+@pytest.mark.slow
+def test_rubble_that_is_crossed_beside_the_straight_course() -> None:
+    """Every way of walking along the straight course ends after a quarter of it."""
+    robot = gaitopt.load_robot("wang2020")
+    rubble = gaitopt.make_ground("rubble", seed=20, difficulty=1.0, length=3.0, robot=robot)
+    found = gaitopt.search_terrain(robot, rubble, (3.0, 0.0), start=START, time_limit=1e6)
+    assert found.complete and np.abs(found.course.poses[:, 1]).max() > 0.05
+
+
+def test_what_is_open_about_a_refusal(flat_search: TerrainSearch) -> None:
+    def ended(ending: Ending, **others: Any) -> TerrainSearch:
+        return replace(flat_search, ended=ending, **others)
+
+    done, late, many = (ended(e) for e in (Ending.EXHAUSTED, Ending.TIME, Ending.TRIES))
+    wide = replace(flat_search.settings, width_limit=400)
+    assert ended_of([done, done]) is Ending.EXHAUSTED
+    assert ended_of([late, done]) is Ending.EXHAUSTED  # the later one looked at all of it
+    assert ended_of([done, late]) is Ending.TIME
+    assert ended_of([many]) is Ending.TRIES and ended_of([many, late]) is Ending.TIME
+    assert ended_of([late, many]) is Ending.TIME
+    # What looks less finely, with a narrower beam, elsewhere or in another way covers nothing.
+    assert ended_of([ended(Ending.TIME, fine=True), done]) is Ending.TIME
+    assert ended_of([ended(Ending.TIME, settings=wide), done]) is Ending.TIME
+    assert ended_of([ended(Ending.TIME, course=flat_search.course.beside(0.1, 0.1)), done]) is (
+        Ending.TIME
+    )
+    short = replace(flat_search.settings, stance=0.7)
+    assert ended_of([ended(Ending.TIME, settings=short), done]) is Ending.TIME
+
+
+@pytest.fixture(scope="module")
+def flat_search() -> TerrainSearch:
+    flat = gaitopt.make_ground("flat", robot=GO2, length=0.9)
+    return gaitopt.search_terrain(GO2, flat, (0.1, 0.0), start=START, width=1)
+
+
+def test_tries_that_were_used_up_are_told() -> None:
+    search = search_for(GO2, wall(), (0.7, 0.0, 0.0), START, TerrainSettings.for_robot(GO2))
+    few = search.run([first_layer(search)], most=0)
+    assert few.ended is Ending.TRIES and not few.late
+    said = str(no_way(result_of(search, few, 0.0)))
+    assert "its tries were used up, so there may be a way" in said
+
+
+@pytest.mark.parametrize("name", ["go2", "wang2020"])
+def test_a_wall_has_no_room_to_stand_and_rubble_and_stairs_have(name: str) -> None:
+    robot = gaitopt.load_robot(name)
+    settings = TerrainSettings.for_robot(robot)
+    z = np.zeros((120, 80))
+    z[70:75] = 0.9
+    high = HeightMap(z, 0.02, (-0.7, -0.8))
+    way = search_for(robot, high, (1.5, 0.0), START, settings)
+    place = no_room(way.judge, way.stands, way.course)
+    assert place is not None and 0.0 < place[0] < 0.8
+    for kind in ("rubble", "stairs"):
+        ground = gaitopt.make_ground(kind, robot=robot, length=1.2, difficulty=1.0)
+        way = search_for(robot, ground, (1.2, 0.0), START, settings)
+        assert no_room(way.judge, way.stands, way.course) is None
 
 
 def test_where_a_wall_is_across_the_whole_map_it_says_so_and_looks_no_wider() -> None:
     with pytest.raises(TerrainError, match="no way round is seen on the map") as caught:
         gaitopt.choose_footholds(GO2, wall(), (0.7, 0.0), start=START, **QUICK)
-    assert caught.value.search.course.blocked and caught.value.search.width == 4
+    found = caught.value.search
+    assert found.course.blocked and found.width == 4 and found.ways == 1
+    assert found.ended is Ending.WALLED and found.wall is not None
     assert "its time was over" not in str(caught.value)
     assert "another goal or start" in str(caught.value)
 

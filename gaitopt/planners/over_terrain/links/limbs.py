@@ -53,6 +53,10 @@ class Limbs:
         halfway = (poses + pairs.body) / 2.0
         return self._trunk(self.body(poses)) & self._trunk(self.body(halfway))
 
+    def trunk_stands_clear(self, poses: FloatArray) -> BoolArray:
+        """Whether the trunk is clear of the ground at poses ``(K, 6)``: ``(K,)``."""
+        return self._trunk(self.body(poses))
+
     def limbs_clear(self, pairs: Pairs, poses: FloatArray, paths: FloatArray) -> BoolArray:
         """Whether all legs are clear of the ground, as they stand and along the swing ``(K,)``."""
         halfway = (poses + pairs.body) / 2.0

@@ -10,15 +10,20 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
-from gaitopt.conventions import Progress
+import numpy as np
+
+from gaitopt.conventions import FloatArray, Progress
 from gaitopt.errors import InputError
+from gaitopt.planners.over_terrain.beam.ending import Ending
+from gaitopt.planners.over_terrain.course import Course
 from gaitopt.planners.over_terrain.result import TerrainSearch
 from gaitopt.planners.over_terrain.search import Search
 from gaitopt.planners.over_terrain.settings import EXHAUSTIVE_TIMES, TerrainSettings
 from gaitopt.planners.over_terrain.setup import first_layer, result_of, with_settings
-from gaitopt.planners.over_terrain.states import Layer
+from gaitopt.planners.over_terrain.ways.room_to_stand import no_room
 
 STEP_SHARES = (1.0, 0.7, 0.5)
 """Lengths of steps that are tried one after the other where none is given, as shares of the usual
@@ -35,6 +40,17 @@ UPHILL = 0.35
 Chosen: stairs that need them have slopes of 0.5 and more, and on the way down they rarely help."""
 NARROW = 4
 """Widest beam with which all ways are tried before a wider one, in widths of the first."""
+ASIDE = (-0.25, 0.25, -0.5, 0.5)
+"""How far beside the course other ways lead, in standing heights. Chosen: wang2020 crosses rubble
+and stones there on which every way along the course ended (docs/terrain_table.md)."""
+OVER = 1.25
+"""Way over which the course leads there, in standing heights."""
+SAME = 5e-3
+"""Ground whose height differs by no more than this counts as the same [m]."""
+SOON = 2
+"""Ways of walking, of those that got farthest, that are tried beside the course before others are
+tried along it with wider beams. Chosen: each takes 4 to 10 s, and one of two did on four of five
+grounds of wang2020 that were found beside the course."""
 FINE_TIMES = 2.0
 """Time of a search that looks as finely as there is a way to, in times of one. Chosen: hyq finds a
 way over 3 m of stones in 12 s, on which all usual ones end within a step of one another."""
@@ -67,9 +83,25 @@ class Tries:
             tried.append(found)
         # Of those that got as far, the last one looked most.
         farthest = max(reversed(tried), key=lambda found: found.share)
-        late = any(found.late for found in tried)
-        return replace(farthest, late=late, ways=len({_way(found) for found in tried}),
-                       spread=_spread(tried))  # fmt: skip
+        ended = ended_of(tried)
+        if self.wall is not None and not self.search.judge.settings.exhaustive:
+            ended = Ending.WALLED
+        if ended is Ending.EXHAUSTED and time.thread_time() >= self.end:
+            ended = Ending.TIME
+        ways = len({_way(found) for found in tried})
+        return replace(farthest, ended=ended, wall=self.wall, ways=ways, spread=_spread(tried))
+
+    @cached_property
+    def end(self) -> float:
+        """Processor time at which the last search ends [s]."""
+        length = self.search.course.length
+        return self.clock + self.search.judge.settings.longest_in_all(length)
+
+    @cached_property
+    def wall(self) -> FloatArray | None:
+        """Where no pose of the body stands and no way round is seen ``(2,)`` [m]; or ``None``."""
+        search, course = self.search, self.search.course
+        return no_room(search.judge, search.stands, course) if course.blocked else None
 
     def _one_by_one(self, tried: list[TerrainSearch]) -> Iterator[TerrainSearch]:
         """What one search after the other finds, until the time is over.
@@ -77,34 +109,39 @@ class Tries:
         Args:
             tried: what those before found, which did not reach the goal.
         """
-        usual, course = self.search.judge.settings, self.search.course
-        once, end = usual.longest(course.length), self.clock + usual.longest_in_all(course.length)
+        usual = self.search.judge.settings
+        once = usual.longest(self.search.course.length)
         narrow = min(usual.width_limit, NARROW * usual.width)
-        blocked = course.blocked and not usual.exhaustive
-        # A way may be there that the coarse grid does not show; no other stance makes one.
-        ways = [w for w in self.ways if not (blocked and w.stance != usual.stance)]
-        if usual.exhaustive:
-            # What the usual search finds is found, too.
-            yield from self._narrow(ways, narrow, False, once / 2.0 / EXHAUSTIVE_TIMES, end, tried)
-        yield from self._narrow(ways, narrow, usual.exhaustive, once / 2.0, end, tried)
-        if usual.width_limit == narrow or blocked:
-            return
-        # Those that got farthest may pass with a finer look, or with a wider beam.
-        farthest = sorted(tried, key=lambda found: -found.share)
         # Who asks for narrow beams asks for a quick answer.
-        coarse = usual.exhaustive or usual.width_limit < TerrainSettings.width_limit
-        for near, fine, width in (
-            *((near, True, narrow) for near in farthest if not coarse),
-            *((near, near.fine, usual.width_limit) for near in farthest),
-        ):
-            if time.thread_time() >= end:
-                return
-            searching = self._searching(replace(near.settings, width_limit=width), fine)
-            most = FINE_TIMES * once if fine else once
-            yield self._found(searching, first_layer(searching), most, end)
+        quick = usual.width_limit < TerrainSettings.width_limit
+        # In an exhaustive search, too, what the usual one finds is found.
+        first = once / EXHAUSTIVE_TIMES if usual.exhaustive else once
+        yield from self._in_turn(self.ways[:1], narrow, False, first / 2.0, tried)
+        if self.wall is not None and not usual.exhaustive:
+            return
+        others = self.ways[1:]
+        # Most ways that get there meet no dead end.
+        least = min(usual.width, narrow)
+        yield from self._in_turn(others, least, False, first / 2.0, tried)
+        beside = [] if quick or not self._other_ground_beside else _farthest_of_each(tried)
+        yield from self._beside(beside[:SOON], first / 2.0, tried)
+        if narrow > least:
+            yield from self._in_turn(others, narrow, False, first / 2.0, tried)
+        yield from self._beside(beside[SOON:], first / 2.0, tried)
+        if usual.width_limit == narrow:
+            return
+        if usual.exhaustive:
+            yield from self._in_turn(self.ways, narrow, True, once, tried)
+        # Those that got farthest may pass with a finer look, or with a wider beam.
+        farthest = _farthest_of_each(tried)
+        fine = [(near, True, narrow) for near in farthest if not quick and not usual.exhaustive]
+        wide = [(near, usual.exhaustive, usual.width_limit) for near in farthest]
+        for near, finely, width in fine + wide:
+            searching = self._searching(replace(near.settings, width_limit=width), finely)
+            yield from self._found(searching, FINE_TIMES * once if finely else once, tried)
 
-    def _narrow(
-        self, ways: Sequence[TerrainSettings], width: int, fine: bool, most: float, end: float,
+    def _in_turn(
+        self, ways: Sequence[TerrainSettings], width: int, fine: bool, most: float,
         tried: Sequence[TerrainSearch],
     ) -> Iterator[TerrainSearch]:  # fmt: skip
         """Searches with narrow beams, one way of walking after the other.
@@ -114,32 +151,95 @@ class Tries:
             width: of the widest beam.
             fine: whether steps are looked at as finely as there is a way to.
             most: processor time of each [s].
-            end: processor time at which the last one ends [s].
             tried: what those before found.
         """
         left = list(ways)
         while left:
-            searching = self._searching(replace(left.pop(0), width_limit=width), fine)
-            try:
-                first = first_layer(searching)
-            except InputError:
-                if not tried:
-                    raise
-                continue
-            found = self._found(searching, first, most, end)
-            yield found
-            if _pitched(found) > UPHILL:
+            if any(_pitched(found) > UPHILL for found in tried):
                 usual = self.search.judge.settings.stance
                 left.sort(key=lambda way: way.stance == usual)
+            searching = self._searching(replace(left.pop(0), width_limit=width), fine)
+            try:
+                yield from self._found(searching, most, tried)
+            except InputError:
+                # No stands near where its feet would be at the start.
+                if not tried:
+                    raise
+
+    @cached_property
+    def _courses_beside(self) -> list[Course]:
+        height = self.search.judge.robot.standing_height
+        return [self.search.course.beside(aside * height, OVER * height) for aside in ASIDE]
+
+    @cached_property
+    def _other_ground_beside(self) -> bool:
+        """Whether the ground beside the course is another one; on stairs it is not."""
+        ground, poses = self.search.judge.surfaces.ground, self.search.course.poses
+        here = ground.height(poses[:, :2])
+        there = [ground.height(course.poses[:, :2]) for course in self._courses_beside]
+        # A comparison with NaN, which is unknown ground, is false.
+        return any(not (np.abs(other - here) <= SAME).all() for other in there)
+
+    def _beside(
+        self, ways: Sequence[TerrainSearch], most: float, tried: Sequence[TerrainSearch]
+    ) -> Iterator[TerrainSearch]:
+        """Searches beside the course.
+
+        Args:
+            ways: searches along the course with the ways of walking to try.
+            most: processor time of each [s].
+            tried: what those before found.
+        """
+        for way in ways:
+            along = self._searching(replace(way.settings, width_limit=way.settings.width), False)
+            for course in self._courses_beside:
+                yield from self._found(replace(along, course=course), most, tried)
 
     def _searching(self, settings: TerrainSettings, fine: bool) -> Search:
         return replace(with_settings(self.search, settings), fine=fine)
 
-    def _found(self, searching: Search, first: Layer, most: float, end: float) -> TerrainSearch:
-        """One search, which may take ``most`` seconds and ends at a processor time [s]."""
-        until = min(time.thread_time() + most, end)
-        found = searching.run([first], self.progress, self.search.effort, until)
-        return result_of(searching, found, self.begin)
+    def _found(
+        self, searching: Search, most: float, tried: Sequence[TerrainSearch]
+    ) -> Iterator[TerrainSearch]:
+        """One search, which may take ``most`` seconds; none where the time of all is over."""
+        now = time.thread_time()
+        # The first one is made in any case: there is a result.
+        if now < self.end or not tried:
+            until = min(now + most, self.end)
+            found = searching.run(
+                [first_layer(searching)], self.progress, self.search.effort, until
+            )
+            yield result_of(searching, found, self.begin)
+
+
+def ended_of(tried: Sequence[TerrainSearch]) -> Ending:
+    """What is open about searches that did not reach the goal, or that nothing is.
+
+    One that ended with its time or tries is forgotten where a later one along the same course, in
+    the same way of walking, at least as wide and as fine, came to its end.
+    """
+    ended = Ending.EXHAUSTED
+    for k, found in enumerate(tried):
+        if found.ended is Ending.EXHAUSTED or any(_covers(o, found) for o in tried[k + 1 :]):
+            continue
+        ended = found.ended if ended is not Ending.TIME else ended
+    return ended
+
+
+def _covers(later: TerrainSearch, found: TerrainSearch) -> bool:
+    """Whether a later search came to its end, and looked at all that one before looked at."""
+    same = later.course is found.course and _way(later) == _way(found)
+    wider = later.settings.width_limit >= found.settings.width_limit
+    return same and wider and later.fine >= found.fine and later.ended is Ending.EXHAUSTED
+
+
+def _farthest_of_each(tried: Sequence[TerrainSearch]) -> list[TerrainSearch]:
+    """The farthest search of each way of walking, the way that got farthest first."""
+    best: dict[tuple[float, float], TerrainSearch] = {}
+    for found in tried:
+        if _way(found) not in best or found.share > best[_way(found)].share:
+            best[_way(found)] = found
+    return sorted(best.values(), key=lambda found: -found.share)
 
 
 def _way(found: TerrainSearch) -> tuple[float, float]:
@@ -195,6 +295,7 @@ def shorter_steps(usual: float, settings: TerrainSettings, asked: Mapping[str, A
 def _better(search: Search, best: TerrainSearch, begin: float, clock: float) -> TerrainSearch:
     """The cheapest walk that ever wider beams find until the time is over."""
     until = clock + best.settings.time_budget
+    search = replace(search, course=best.course)
     settings, limit = best.settings, search.judge.settings.width_limit
     while time.thread_time() < until:
         settings = replace(settings, width=2 * settings.width)

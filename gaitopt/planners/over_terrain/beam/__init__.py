@@ -1,0 +1,1 @@
+"""Parts of the beam search: which footholds it tries, and how it ended."""
