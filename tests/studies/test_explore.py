@@ -68,7 +68,7 @@ def test_over_ground_the_goal_can_be_moved_and_what_is_in_the_way_is_told(
     ground: HeightMap,
 ) -> None:
     robot = gaitopt.load_robot("go2")
-    box = gaitopt.explore(robot, ground, (0.3, 0.0), start=(0.0, 0.0, 0.0), width_limit=6)
+    box = gaitopt.explore(robot, ground, (0.3, 0.0), start=(0.0, 0.0, 0.0), width=1, width_limit=1)
     sliders = {child.description: child for child in box.children[:-2]}
     shown = box.children[-1]
     first = box.plan
@@ -87,7 +87,7 @@ def test_over_ground_one_can_begin_where_there_is_no_way_and_look_for_one(
     ground: HeightMap,
 ) -> None:
     robot = gaitopt.load_robot("go2")
-    box = gaitopt.explore(robot, ground, (0.3, 0.0), start=(0.0, 0.0, 0.0), width_limit=6,
+    box = gaitopt.explore(robot, ground, (0.3, 0.0), start=(0.0, 0.0, 0.0), width=1, width_limit=1,
                           body_height=0.1)  # fmt: skip
     assert box.plan is None and "no walk:" in box.children[-1].value
     next(s for s in box.children if s.description == "body height [m]").value = 0.3

@@ -29,7 +29,8 @@ SHOWN = "document.body !== null"
 CODE = """import numpy as np, gaitopt
 z = np.zeros((70, 50)); z[30:] = 0.03
 ground = gaitopt.HeightMap(z, 0.02, (-0.5, -0.5))
-gaitopt.explore(gaitopt.load_robot("go2"), ground, (0.3, 0.0), start=(0.0, 0.0, 0.0), width_limit=6)
+gaitopt.explore(gaitopt.load_robot("go2"), ground, (0.3, 0.0), start=(0.0, 0.0, 0.0),
+                width=1, width_limit=1)
 """
 
 

@@ -97,7 +97,8 @@ def test_a_failing_ffmpeg_is_told_and_leaves_nothing(
     (programs / "ffmpeg").chmod(0o755)
     monkeypatch.setenv("PATH", str(programs), prepend=os.pathsep)
     with pytest.raises(SolverError, match="ffmpeg failed: no such encoder"):
-        replay_video(plan, tmp_path / "b.mp4", seconds=0.5, rate=2.0, size=(200, 160))
+        replay_video(plan, tmp_path / "b.mp4", seconds=0.5, rate=2.0, size=(200, 160),
+                     view="no-shadows")  # fmt: skip
     assert not (tmp_path / "b.mp4").exists()
 
 
