@@ -15,19 +15,12 @@ import pytest
 
 from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.robots.catalog import load_robot
+from gaitopt.robots.frames import XILING_LEG_AXES, hip_frames, homogeneous, inverse_homogeneous
 from gaitopt.robots.leg import Leg
 from gaitopt.robots.leg_angles import wrap_angle
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.rotations import rpy_to_matrix
-from gaitopt.robots.whole_body import (
-    XILING_LEG_AXES,
-    configuration,
-    feet_from_joints,
-    hip_frames,
-    homogeneous,
-    inverse_homogeneous,
-    joints_from_feet,
-)
+from gaitopt.robots.whole_body import configuration, feet_from_joints, joints_from_feet
 
 robot = cache(load_robot)
 OFFSET = ["a1", "go1", "go2", "b1", "laikago", "anymal", "anymal_c", "solo12"]

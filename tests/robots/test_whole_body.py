@@ -16,6 +16,7 @@ from gaitopt import Plan
 from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.errors import InputError
 from gaitopt.robots.catalog import load_robot, robot_names
+from gaitopt.robots.frames import hip_frames, homogeneous, inverse_homogeneous
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.robots.rotations import (
     angular_to_rpy_rates,
@@ -32,9 +33,6 @@ from gaitopt.robots.whole_body import (
     configuration,
     feet_from_joints,
     from_configuration,
-    hip_frames,
-    homogeneous,
-    inverse_homogeneous,
     joints_from_feet,
 )
 from gaitopt.robots.whole_body_rates import (
