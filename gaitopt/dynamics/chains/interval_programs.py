@@ -116,37 +116,40 @@ def _rows(
     n, free = len(own), points.by_z.shape[2]
     varies = np.ones(n) if intervals.even is None else np.where(intervals.even[own], 0.0, 1.0)
     step = 2.0 * intervals.lengths[own] * varies
-    matrices, lows, highs = [], [], []
-
-    def add(by_u: FloatArray, by_x: FloatArray, by_z: FloatArray | None, at: int,
-            low: FloatArray, high: FloatArray) -> None:  # fmt: skip
-        block = np.zeros((n, by_u.shape[1], 2 + 2 * free))
-        block[:, :, 0], block[:, :, 1] = by_u * varies[:, None], by_x
-        if by_z is not None:
-            block[:, :, 2 + at * free : 2 + (at + 1) * free] = by_z
-        matrices.append(block)
-        lows.append(low)
-        highs.append(high)
-
+    sizes = [points.by_u.shape[1]] * 2
+    if np.isfinite(timing.acceleration):
+        sizes += [timing.first.shape[1]] * 2
+    last = sum(sizes)
+    matrix = np.zeros((n, last + 2, 2 + 2 * free))
+    low, high = np.empty((n, last + 2)), np.empty((n, last + 2))
+    parts = _slices(sizes)
     unit = units[:, None]
     for at, index in ((0, here), (1, there)):
-        by_u = points.by_u[index] + at * step[:, None] * points.by_x[index]
-        add(unit * by_u, unit * points.by_x[index], points.by_z[index], at,
-            points.low[index], points.high[index])  # fmt: skip
-    if np.isfinite(timing.acceleration):
+        rows = parts[at]
+        by_x = points.by_x[index]
+        by_u = points.by_u[index] + at * step[:, None] * by_x
+        matrix[:, rows, 0], matrix[:, rows, 1] = unit * by_u * varies[:, None], unit * by_x
+        matrix[:, rows, 2 + at * free : 2 + (at + 1) * free] = points.by_z[index]
+        low[:, rows], high[:, rows] = points.low[index], points.high[index]
+    if len(parts) > 2:
+        scale = unit / timing.acceleration
         for at, sample in ((0, intervals.begin[own]), (1, intervals.end[own])):
-            bend = timing.second[sample]
+            rows, bend = parts[2 + at], timing.second[sample]
             gain = timing.first[sample] + at * step[:, None] * bend
-            scale = unit / timing.acceleration
-            ones = np.ones(gain.shape)
-            add(scale * gain, scale * bend, None, 0, -ones, ones)
-    one = np.ones((n, 1))
-    add(0.0 * one, one, None, 0, 0.0 * one, NO_BOUND * one)
-    add(step[:, None], one, None, 0, 0.0 * one, NO_BOUND * one)
-    matrix, low, high = (np.concatenate(parts, axis=1) for parts in (matrices, lows, highs))
-    size = np.linalg.norm(matrix, axis=2)
+            matrix[:, rows, 0] = scale * gain * varies[:, None]
+            matrix[:, rows, 1] = scale * bend
+            low[:, rows], high[:, rows] = -1.0, 1.0
+    matrix[:, last:, 1], matrix[:, last + 1, 0] = 1.0, step * varies
+    low[:, last:], high[:, last:] = 0.0, NO_BOUND
+    size = np.sqrt(np.einsum("nmk,nmk->nm", matrix, matrix))
     size[size < LEAST_ROW] = 1.0
     matrix /= size[..., None]
     low = np.where(low > -NO_BOUND, low / size, -NO_BOUND)
     high = np.where(high < NO_BOUND, high / size, NO_BOUND)
     return matrix, low, high, size[:, -1]
+
+
+def _slices(sizes: list[int]) -> list[slice]:
+    """Where parts of these sizes stand, one after the other."""
+    ends = np.cumsum(sizes).tolist()
+    return [slice(end - size, end) for size, end in zip(sizes, ends, strict=True)]

@@ -76,7 +76,9 @@ class ProgramSequence:
             largest: whether it is to be largest.
             low, high: limits of the last two rows.
         """
-        program.low[-2:], program.high[-2:] = low, high
+        # One by one: a slice takes ten times as long.
+        program.low[-2], program.low[-1] = low
+        program.high[-2], program.high[-1] = high
         costs = self._costs_of(program.rows.shape[1], unknown, largest)
         found = self._answer(program, costs)
         if found is None:

@@ -31,7 +31,13 @@ class RouteLinearisation:
         self._problem = problem
         self._poses, times = problem.unpack(x)
         level = not np.isin(problem.free_columns, range(ORIENTATION.start, ORIENTATION.stop)).any()
-        self._kinematics = problem.legs.kinematics(self._poses, problem.feet, problem.swing, level)
+        last = problem.last_values[0] if problem.last_values else None
+        if last is not None and not np.array_equal(last.x, x):
+            last = None
+        known = None if last is None else last.joints.reshape(-1, 4, 3)
+        self._kinematics = problem.legs.kinematics(
+            self._poses, problem.feet, problem.swing, level, known
+        )
         joints = self._kinematics.joints.reshape(-1, JOINTS)
         self._all_joints_by_pose = self._kinematics.joints_by_pose()
         # By the entries of the poses that may be unknown: (K, 12, c) and (M, c).
@@ -44,7 +50,9 @@ class RouteLinearisation:
             com_rows = problem.com.by_pose(self._com)
             rows_by_pose = np.concatenate([rows_by_pose, com_rows])[problem.row_order]
             com = self._com.com
-        self.values = problem.row_values(self._poses, times, joints, com)
+        self.values = (
+            problem.row_values(self._poses, times, joints, com) if last is None else last.values
+        )
         self._rows_by_pose = rows_by_pose[:, problem.free_columns]
 
     def jacobian_transpose_times(self, v: FloatArray) -> FloatArray:

@@ -47,7 +47,7 @@ class DynamicRouteLinearisation(RouteLinearisation):
         changes = problem.velocity_changes(places, times * unit) * unit
         self._zmp_terms = problem.zmp.terms(poses, changes[:, JOINTS:])
         self._load = self._spans[problem.zmp.knot] + self._zmp_terms.change_up / self._gravity
-        self._squares: tuple[FloatArray, FloatArray] | None = None
+        self._squares: tuple[FloatArray, PlaceBlocks, FloatArray] | None = None
 
     def jacobian_transpose_times(self, v: FloatArray) -> FloatArray:
         """Transposed Jacobian times ``v (m,)``: the gradient of ``v . values`` ``(n,)``."""
@@ -93,15 +93,22 @@ class DynamicRouteLinearisation(RouteLinearisation):
 
     def newton_matrix(self, scale: FloatArray, multipliers: FloatArray) -> FloatArray:
         """``J' diag(scale) J`` minus the Hessian of ``multipliers . values``, in banded form."""
+        p = self._problem
         if self._squares is None or self._squares[0] is not scale:
-            self._squares = scale, self._squared(scale)
-        squares = self._squares[1]
-        if not multipliers.any():
-            return np.array(squares)
-        return np.asarray(squares - self._curvature(multipliers))
+            self._squares = scale, *self._squared(scale)
+        _, blocks, own = self._squares
+        if multipliers.any():
+            curved, on_poses = self._curvature(multipliers)
+            blocks, own = blocks.minus(curved), own - on_poses
+        out = p.place_band.matrix(blocks.by_poses(self._joints_by_pose, p.body_axes, own))
+        out[0, p.numbering.times] += p.split_dynamic(scale).spans
+        return out
 
-    def _squared(self, scale: FloatArray) -> FloatArray:
-        """``J' diag(scale) J`` in banded form."""
+    def _squared(self, scale: FloatArray) -> tuple[PlaceBlocks, FloatArray]:
+        """``J' diag(scale) J`` in places and spans, and what is of single poses ``(K, c, c)``.
+
+        Without rows of shortest spans.
+        """
         p = self._problem
         scales = p.split_dynamic(scale)
         single = p.split(scales.static)
@@ -116,13 +123,10 @@ class DynamicRouteLinearisation(RouteLinearisation):
         blocks.add_local(np.swapaxes(rows, 1, 2) @ (weights[:, :, None] * rows))
         rows = self._padded_rows
         weights = p.rows_by_knot.padded(single.single)
-        own = np.swapaxes(rows, 1, 2) @ (weights[:, :, None] * rows)
-        out = p.place_band.matrix(blocks.by_poses(self._joints_by_pose, p.body_axes, own))
-        out[0, p.numbering.times] += scales.spans
-        return out
+        return blocks, np.asarray(np.swapaxes(rows, 1, 2) @ (weights[:, :, None] * rows))
 
-    def _curvature(self, multipliers: FloatArray) -> FloatArray:
-        """The Hessian of ``multipliers . values`` in banded form."""
+    def _curvature(self, multipliers: FloatArray) -> tuple[PlaceBlocks, FloatArray]:
+        """The Hessian of ``multipliers . values``, as :meth:`_squared`."""
         p = self._problem
         weights = p.split_dynamic(multipliers)
         on_places, _ = self._weights(weights)
@@ -134,7 +138,7 @@ class DynamicRouteLinearisation(RouteLinearisation):
         blocks = PlaceBlocks.empty(p.knots, joints=False)
         blocks.add_curvature(self._changes, self._on_velocities(weights))
         blocks.add_local(self._products(weights.zmp))
-        return p.place_band.matrix(blocks.by_poses(self._joints_by_pose, p.body_axes, own))
+        return blocks, own
 
     def _weights(self, parts: DynamicParts) -> tuple[FloatArray, FloatArray]:
         """Gradient of weighted rows by places ``(K, 15)`` and by spans ``(K,)``.

@@ -86,6 +86,14 @@ def sorted_by_knot(parts: Iterable[tuple[np.ndarray, ...]]) -> list[np.ndarray]:
     return [column[order] for column in columns]
 
 
+class LastValues(NamedTuple):
+    """Where all rows were computed last, with the joints there ``(K, 12)`` and the values."""
+
+    x: FloatArray
+    joints: FloatArray
+    values: FloatArray
+
+
 Layout = TypeVar("Layout", bound="RouteLayout")
 
 
@@ -118,6 +126,11 @@ class RouteLayout:
     time_unit: float = 1.0
     quadratic_weight: float = 1.0
     com: ComRows | None = None
+
+    @cached_property
+    def last_values(self) -> list[LastValues]:
+        """Where all rows were computed last, if they were: the one entry is written anew then."""
+        return []
 
     def with_start(self: Layout, pose: FloatArray) -> Layout:
         """The same problem, but for the given pose ``(9,)`` of its first knot."""

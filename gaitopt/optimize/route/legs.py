@@ -189,17 +189,21 @@ class StackedLegs:
         return self.inverse(_body_to_feet(poses, feet, swing) @ rotation + self.body)
 
     def kinematics(
-        self, poses: FloatArray, feet: FloatArray, swing: FloatArray, level: bool = False
-    ) -> LegKinematics:
+        self, poses: FloatArray, feet: FloatArray, swing: FloatArray, level: bool = False,
+        known: FloatArray | None = None,
+    ) -> LegKinematics:  # fmt: skip
         """Joint angles with their derivatives; arguments as for :meth:`joints`.
 
         Args:
             poses, feet, swing: as there.
             level: nothing is derived by the body's angles, which are fixed; such derivatives are 0.
+            known: the joint angles, where they are known ``(K, 4, 3)`` [rad].
         """
         body_to_feet = _body_to_feet(poses, feet, swing)
         rotations = Rotations.of(poses[:, ORIENTATION], level)
-        joints = self.inverse(body_to_feet @ rotations.matrix + self.body)
+        joints = known
+        if joints is None:
+            joints = self.inverse(body_to_feet @ rotations.matrix + self.body)
         to_body = np.swapaxes(rotations.matrix, 1, 2)
         foot_by_pose = np.zeros((*body_to_feet.shape, POSE))
         foot_by_pose[..., BODY] = -to_body[:, None]

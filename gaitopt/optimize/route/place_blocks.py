@@ -119,6 +119,11 @@ class PlaceBlocks:
         return cls(own, np.zeros((3, knots, 3, 3)), np.zeros((knots, PLACE, 5)),
                    np.zeros((3, knots)))  # fmt: skip
 
+    def minus(self, other: PlaceBlocks) -> PlaceBlocks:
+        """The difference from blocks that have nothing of joints with themselves."""
+        return PlaceBlocks(self.joints, self.body - other.body, self.mixed - other.mixed,
+                           self.spans - other.spans)  # fmt: skip
+
     def add_accelerations(
         self, changes: VelocityChanges, scale: FloatArray, limits: FloatArray
     ) -> None:

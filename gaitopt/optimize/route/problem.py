@@ -17,7 +17,7 @@ import numpy as np
 
 from gaitopt.conventions import FloatArray
 from gaitopt.optimize.route.derivatives import RouteLinearisation
-from gaitopt.optimize.route.layout import RouteLayout
+from gaitopt.optimize.route.layout import LastValues, RouteLayout
 from gaitopt.optimize.route.legs import JOINTS
 
 _TIME_FACTOR = 1.1
@@ -95,7 +95,11 @@ class RouteProblem(RouteLayout):
     def values(self, x: FloatArray) -> FloatArray:
         """All inequalities ``(m,)``; NaN in some where a foot is out of reach."""
         poses, times = self.unpack(x)
-        return self.row_values(poses, times, self.joints(poses))
+        joints = self.joints(poses)
+        values = self.row_values(poses, times, joints)
+        # A line search ends where its last values were taken, and derivatives are wanted there.
+        self.last_values[:] = [LastValues(x.copy(), joints, values.copy())]
+        return values
 
     @property
     def restorable(self) -> int:
