@@ -80,11 +80,12 @@ class Stood:
 
 
 def world_of(robot: Quadruped) -> tuple[Any, SimModel]:
-    """A robot on a plane in MuJoCo, with torques as they are asked for."""
+    """A robot on a plane in MuJoCo, with torques as they are asked for, and damped joints."""
     standing = State.standing(robot)
     low = State.standing(robot, height=0.9 * robot.standing_height)
     gains = ControlGains.for_plan(gaitopt.plan_stand_up(robot, low))
-    sim = build_sim_model(robot, footholds_of(robot, standing), gains, SimulationSettings())
+    sim = build_sim_model(robot, footholds_of(robot, standing), SimulationSettings())
+    sim.model.dof_damping[sim.qvel] += gains.joint_damping
     data = import_mujoco().MjData(sim.model)
     data.qpos[:] = to_mujoco(sim, standing.q)
     return data, sim

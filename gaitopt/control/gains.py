@@ -31,9 +31,9 @@ SERVO_TIME = 0.045
 """Damping of the joint servos over their stiffness: the time constant with which they approach a
 set-point [s]."""
 FED_FORWARD_SERVO_TIME = 0.015
-"""The same where planned forces and accelerations are fed forward [s]. Errors are small then. Knees
-are light: in time steps of 2 ms stiffer damping makes MuJoCo's contacts give way. At 0.045 s two
-feet of anymal_c left their footholds in steps of 2 ms, and none in steps of 1 ms."""
+"""The same where planned forces and accelerations are fed forward [s]: errors are small then.
+Chosen when contact forces of the physics did not know the damping, and stiffer servos let the feet
+of anymal_c leave their footholds in steps of 2 ms."""
 FED_FORWARD: Final = {
     "unloading_time": 0.05,
     "handover_time": 0.06,

@@ -15,7 +15,6 @@ from typing import Any
 
 import numpy as np
 
-from gaitopt.control.gains import ControlGains
 from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.errors import MissingPackageError, RobotError
 from gaitopt.robots.files.mjcf.bare_urdf import bare_urdf
@@ -95,7 +94,7 @@ def import_mujoco() -> Any:
 
 
 def build_sim_model(
-    robot: Quadruped, footholds: Footholds, gains: ControlGains, settings: SimulationSettings,
+    robot: Quadruped, footholds: Footholds, settings: SimulationSettings,
     obstacles: Sequence[Obstacle] = (),
 ) -> SimModel:  # fmt: skip
     """The model of ``robot`` on ``footholds``, with ``obstacles`` in its way.
@@ -117,7 +116,7 @@ def build_sim_model(
     add_shapes(mujoco, spec, robot, settings, own)
     columns = add_ground(mujoco, spec, robot, footholds, settings, own)
     add_obstacles(mujoco, spec, obstacles, settings, own)
-    _add_servos(mujoco, spec, robot, gains)
+    _add_servos(mujoco, spec, robot)
     # Now that the robot has its shapes, links that do not move may go: anymal_c has sixty. Contacts
     # of feet on links without mass would be softer.
     spec.compiler.fusestatic = True
@@ -143,18 +142,17 @@ def _set_options(mujoco: Any, spec: Any, settings: SimulationSettings) -> None:
     option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
 
 
-def _add_servos(mujoco: Any, spec: Any, robot: Quadruped, gains: ControlGains) -> None:
-    """Add the joints' servos: torques ``ctrl - kd dq``.
+def _add_servos(mujoco: Any, spec: Any, robot: Quadruped) -> None:
+    """Add the joints' servos, which are torques to MuJoCo.
 
-    Limits of torques and speeds are kept by :class:`gaitopt.simulation.servos.Servos`.
+    Damping, and limits of torques and speeds, are those of
+    :class:`gaitopt.simulation.servos.Servos`.
     """
     for name in robot.joint_names:
         servo = spec.add_actuator(name=f"gaitopt servo {name}", target=name)
         servo.trntype = mujoco.mjtTrn.mjTRN_JOINT
         servo.gaintype = mujoco.mjtGain.mjGAIN_FIXED
-        servo.biastype = mujoco.mjtBias.mjBIAS_AFFINE
         servo.gainprm[0] = 1.0
-        servo.biasprm[:3] = [0.0, 0.0, -gains.joint_damping]
     inertias = dict(zip(robot.joint_names, robot.motor_inertia.tolist(), strict=True))
     for joint in spec.joints:
         # The servos keep the limits; MuJoCo would clip to the URDF's once more, unseen.

@@ -83,7 +83,7 @@ def simulate(
     physics = called_in_time(physics, plan.robot, gains)
     asked = plan.settings
     obstacles = asked.obstacles if isinstance(asked, StrideSettings) else ()
-    sim = build_sim_model(plan.robot, plan.footholds, gains, physics, obstacles)
+    sim = build_sim_model(plan.robot, plan.footholds, physics, obstacles)
     controller = TrackingController(plan, gains, physics.control_interval)
     record = _Run(mujoco, plan, sim, controller, physics).run()
     return report(plan, record, sim.columns, gains, settings)

@@ -10,7 +10,6 @@ import pytest
 
 import gaitopt
 from gaitopt import Quadruped
-from gaitopt.control.gains import ControlGains
 from gaitopt.dynamics.whole_body import equations_of_motion, motion_of_path, path_dynamics
 from gaitopt.robots.rotations import quaternion_to_matrix
 from gaitopt.simulation.model import build_sim_model, to_mujoco
@@ -34,7 +33,7 @@ def random_rows(count: int = 6) -> list[Any]:
 def test_torques_are_those_of_mujoco_s_inverse_dynamics(robot: Quadruped) -> None:
     """High above the ground: MuJoCo's armature is the motors' inertia."""
     sim = build_sim_model(
-        robot, gaitopt.s_columns(0, columns=1, robot=robot), ControlGains.for_robot(robot),
+        robot, gaitopt.s_columns(0, columns=1, robot=robot),
         SimulationSettings(),
     )  # fmt: skip
     model, data = sim.model, mujoco.MjData(sim.model)

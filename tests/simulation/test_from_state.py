@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from gaitopt import Plan, SimulationStatus, contact_forces, plan_crawl, s_columns, simulate
-from gaitopt.control.gains import ControlGains
 from gaitopt.conventions import GRAVITY
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.simulation.model import build_sim_model, to_mujoco, velocity_to_mujoco
@@ -30,9 +29,7 @@ def test_a_walk_from_the_middle_of_another_ends_on_its_feet(a1_walk: Plan, share
 def test_velocities_of_mujoco_are_those_of_pinocchio(a1_walk: Plan) -> None:
     """MuJoCo's own Jacobians give the feet the velocities that Pinocchio's kinematics do."""
     robot = a1_walk.robot
-    sim = build_sim_model(
-        robot, a1_walk.footholds, ControlGains.for_plan(a1_walk), SimulationSettings()
-    )
+    sim = build_sim_model(robot, a1_walk.footholds, SimulationSettings())
     rng = np.random.default_rng(0)
     q = np.array(a1_walk.at([0.4 * a1_walk.duration]).q[0])
     q[3:7] = [0.1, -0.2, 0.3, np.sqrt(1.0 - 0.14)]

@@ -9,7 +9,6 @@ import pytest
 
 import gaitopt
 from gaitopt import LEGS, HeightMap, Plan, SimulationSettings
-from gaitopt.control.gains import ControlGains
 from gaitopt.simulation.grip import Grip
 from gaitopt.simulation.model import SimModel, build_sim_model, to_mujoco
 
@@ -30,7 +29,7 @@ def with_friction(plan: Plan, first: float, map_of: bool = False) -> Plan:
 
 
 def model(plan: Plan, settings: SimulationSettings) -> SimModel:
-    return build_sim_model(plan.robot, plan.footholds, ControlGains.for_plan(plan), settings)
+    return build_sim_model(plan.robot, plan.footholds, settings)
 
 
 @pytest.mark.parametrize("map_of", [False, True])

@@ -10,7 +10,6 @@ import pytest
 
 import gaitopt
 from gaitopt import LEGS, Footholds, HeightMap, InputError, Plan, Quadruped
-from gaitopt.control.gains import ControlGains
 from gaitopt.errors import GroundError
 from gaitopt.simulation.height_field import add_height_field, within_reach
 from gaitopt.simulation.model import build_sim_model
@@ -110,9 +109,7 @@ def test_a_map_that_is_elsewhere_is_refused(wang: Quadruped) -> None:
 def test_a_map_has_no_columns_that_could_be_wrong(wang: Quadruped) -> None:
     settings = SimulationSettings(column_errors=(("LF", 0, 0.01),))
     with pytest.raises(InputError, match="a height map have no columns"):
-        build_sim_model(
-            wang, on_level_ground(wang, 0.05, 2), ControlGains.for_robot(wang), settings
-        )
+        build_sim_model(wang, on_level_ground(wang, 0.05, 2), settings)
 
 
 def test_legs_may_have_different_numbers_of_columns(wang: Quadruped) -> None:
@@ -120,7 +117,7 @@ def test_legs_may_have_different_numbers_of_columns(wang: Quadruped) -> None:
     points["LH"] = points["LH"][:2]
     order = ("LF", "RF", "RH", "LH", "LF", "RF", "RH")
     footholds = Footholds(points, 0.02, order=order)
-    sim = build_sim_model(wang, footholds, ControlGains.for_robot(wang), SimulationSettings())
+    sim = build_sim_model(wang, footholds, SimulationSettings())
     assert sim.columns.shape == (4, 3)
     row = sim.columns[LEGS.index("LH")]
     assert row[1] == row[2] and len(np.unique(sim.columns)) == 11

@@ -11,7 +11,6 @@ import pytest
 from robot_loading import quiet
 from robot_texts import robot
 
-from gaitopt.control.gains import ControlGains
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.simulation.inertias import keep_inertias
 from gaitopt.simulation.model import SimModel, build_sim_model, to_mujoco
@@ -21,7 +20,7 @@ from gaitopt.terrain.columns import s_columns
 
 def model_of(made: Quadruped) -> SimModel:
     columns = s_columns(0, columns=1, robot=made)
-    return build_sim_model(made, columns, ControlGains.for_robot(made), SimulationSettings())
+    return build_sim_model(made, columns, SimulationSettings())
 
 
 def odd_robot() -> Quadruped:

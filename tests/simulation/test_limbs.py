@@ -13,7 +13,6 @@ from robot_texts import CORNERS, collision, robot
 
 import gaitopt
 from gaitopt import LEGS, Footholds, HeightMap, Plan, Quadruped
-from gaitopt.control.gains import ControlGains
 from gaitopt.simulation.limbs import LIMB, limb_shapes
 from gaitopt.simulation.model import SimModel, build_sim_model, to_mujoco
 from gaitopt.simulation.settings import SimulationSettings
@@ -25,7 +24,7 @@ ROBOTS = ("wang2020", "a1", "go2", "anymal_c", "hyq", "solo12")
 
 def model_of(made: Quadruped) -> SimModel:
     ground = gaitopt.s_columns(0, columns=1, robot=made)
-    return build_sim_model(made, ground, ControlGains.for_robot(made), SimulationSettings())
+    return build_sim_model(made, ground, SimulationSettings())
 
 
 @pytest.mark.parametrize("name", ROBOTS)

@@ -7,7 +7,6 @@ import pytest
 
 import gaitopt
 from gaitopt import LEGS, Footholds, InputError, Quadruped
-from gaitopt.control.gains import ControlGains
 from gaitopt.simulation.model import SimModel, build_sim_model, to_mujoco
 from gaitopt.simulation.settings import Push, SimulationSettings
 from gaitopt.terrain.columns import s_columns
@@ -20,9 +19,7 @@ ROBOTS = ("wang2020", "a1", "go1", "go2", "b1", "laikago", "anymal", "anymal_c",
 
 def model_of(robot: Quadruped, footholds: Footholds | None = None, **changes: object) -> SimModel:
     ground = s_columns(0, columns=2, robot=robot) if footholds is None else footholds
-    return build_sim_model(
-        robot, ground, ControlGains.for_robot(robot), SimulationSettings(**changes)
-    )
+    return build_sim_model(robot, ground, SimulationSettings(**changes))
 
 
 @pytest.mark.parametrize("name", ROBOTS)

@@ -13,7 +13,6 @@ from robot_texts import CORNERS, mjcf, robot
 
 import gaitopt
 from gaitopt import Quadruped
-from gaitopt.control.gains import ControlGains
 from gaitopt.simulation.model import SimModel, build_sim_model, to_mujoco
 from gaitopt.simulation.settings import SimulationSettings
 
@@ -28,9 +27,7 @@ APART = '<contact><exclude body1="trunk" body2="LF_shank"/></contact>'
 
 def model_of(made: Quadruped, **changes: Any) -> SimModel:
     ground = gaitopt.s_columns(0, columns=1, robot=made)
-    return build_sim_model(
-        made, ground, ControlGains.for_robot(made), SimulationSettings(**changes)
-    )
+    return build_sim_model(made, ground, SimulationSettings(**changes))
 
 
 def user_s_own(text: str) -> Any:

@@ -9,9 +9,9 @@ from numpy.typing import ArrayLike
 import gaitopt
 from gaitopt import Quadruped
 from gaitopt.control.forces import ForceShare, ForceStatus
-from gaitopt.control.gains import ControlGains
+from gaitopt.control.gains import FED_FORWARD_SERVO_TIME, ControlGains
 from gaitopt.control.tracking import Command
-from gaitopt.simulation.model import build_sim_model
+from gaitopt.simulation.model import build_sim_model, to_mujoco
 from gaitopt.simulation.servos import Servos, speed_torques
 from gaitopt.simulation.settings import SimulationSettings
 
@@ -33,7 +33,7 @@ def hung_up(
 
     gains = ControlGains.for_robot(robot)
     plan = gaitopt.plan_crawl(robot, gaitopt.s_columns(0, columns=1), timing="velocity")
-    sim = build_sim_model(robot, plan.footholds, gains, settings)
+    sim = build_sim_model(robot, plan.footholds, settings)
     sim.model.opt.gravity[:] = 0.0
     data = mujoco.MjData(sim.model)
     data.qpos[:3] = [0.0, 0.0, 3.0]
@@ -71,9 +71,8 @@ def test_joints_do_not_move_under_less_torque_than_they_rub_with(wang: Quadruped
     """They rub with 5 N m and get 4 N m. By default MuJoCo lets a tenth of it through."""
     text = wang.urdf.replace("</joint>", '<dynamics friction="5"/></joint>')
     rubbing = gaitopt.load_robot(text)
-    gains = ControlGains.for_robot(rubbing, joint_stiffness=0.0, joint_damping=0.0)
     columns = gaitopt.s_columns(0, columns=1)
-    sim = build_sim_model(rubbing, columns, gains, SimulationSettings())
+    sim = build_sim_model(rubbing, columns, SimulationSettings())
     sim.model.opt.gravity[:] = 0.0
 
     def speed() -> float:
@@ -99,7 +98,7 @@ def test_damping_of_a_joint_does_not_hold_a_servo_back(wang: Quadruped) -> None:
         """How far joints that are to turn at 0.2 rad/s are behind after 0.5 s [rad]."""
         gains = ControlGains.for_robot(robot)
         plan = gaitopt.plan_crawl(robot, gaitopt.s_columns(0, columns=1), timing="velocity")
-        sim = build_sim_model(robot, plan.footholds, gains, settings)
+        sim = build_sim_model(robot, plan.footholds, settings)
         sim.model.opt.gravity[:] = 0.0
         data = mujoco.MjData(sim.model)
         data.qpos[2], data.qpos[3] = 3.0, 1.0
@@ -119,7 +118,7 @@ def test_a_joint_that_moves_as_it_is_told_is_hardly_pushed_between_two_calls(
     it at the begin. Steps of the physics are 2 ms long, and the middle of one is half of that away.
     """
     settings, gains = SimulationSettings(rate_limits=False), ControlGains.for_robot(wang)
-    sim = build_sim_model(wang, gaitopt.s_columns(0, columns=1), gains, settings)
+    sim = build_sim_model(wang, gaitopt.s_columns(0, columns=1), settings)
     sim.model.opt.gravity[:] = 0.0
     knee, rates = wang.leg_columns["LF"][2], np.zeros(12)
     rates[knee] = 1.0
@@ -203,3 +202,33 @@ def test_a_light_knee_at_its_torque_limit_does_not_shake() -> None:
     fine, _ = hung_up(hyq, SimulationSettings(timestep=2e-4), 0.1, start)
     assert coarse == pytest.approx(fine, rel=0.03)
     assert coarse < 1.1
+
+
+@pytest.mark.parametrize("share", [0.0, 0.3, 1.0, 3.0])
+def test_ground_stops_a_foot_in_the_same_time_whatever_its_servos_damp(share: float) -> None:
+    """Contact forces know the damping: else a foot of a light leg sinks on, four times as long."""
+    robot, settings = gaitopt.load_robot("anymal_c"), SimulationSettings()
+    plan = gaitopt.plan_crawl(robot, gaitopt.s_columns(0, columns=1, robot=robot))
+    q = plan.at([0.0]).q[0]
+    plan_gains = FED_FORWARD_SERVO_TIME * ControlGains.for_robot(robot).joint_stiffness
+    gains = ControlGains.for_robot(robot, joint_stiffness=0.0, joint_damping=share * plan_gains)
+    sim = build_sim_model(robot, plan.footholds, settings)
+    servos, data = Servos(sim, robot, gains, settings), mujoco.MjData(sim.model)
+    data.qpos[:] = to_mujoco(sim, q)
+    torques, weight = np.zeros(12), 9.81 * robot.mass
+    for name in gaitopt.LEGS:
+        own = list(robot.leg_columns[name])
+        jacobian = robot.legs[name].jacobian(q[7:][own])
+        torques[own] = -jacobian.T @ [0.0, 0.0, weight / 4.0]
+        if name == "LF":
+            data.qvel[sim.qvel[own]] = np.linalg.solve(jacobian, [0.0, 0.0, -0.3])
+    command, speeds = Command(torques, q[7:], np.zeros(12), NOTHING), []
+    for _ in range(5):
+        servos.drive(data, command, 1)
+        mujoco.mj_fwdPosition(sim.model, data)
+        by_joints = np.zeros((3, sim.model.nv))
+        mujoco.mj_jacSite(sim.model, data, by_joints, None, sim.sites[0])
+        speeds.append(float((by_joints @ data.qvel)[2]))
+    # In the first step the ground does not feel it yet.
+    assert speeds[0] < -0.2
+    assert abs(speeds[-1]) < 0.1 * abs(speeds[0])

@@ -114,7 +114,7 @@ def test_standing_still_the_ground_carries_the_weight(wang: Quadruped) -> None:
     plan = gaitopt.plan_crawl(wang, gaitopt.s_columns(0, columns=1), timing="velocity")
     settings = SimulationSettings(stand_time=1.0)
     controller = TrackingController(plan, dt=settings.control_interval)
-    sim = build_sim_model(wang, plan.footholds, controller.gains, settings)
+    sim = build_sim_model(wang, plan.footholds, settings)
     data = _Run(mujoco, plan, sim, controller, settings)._start()
     mujoco.mj_forward(sim.model, data)
     total, force = np.zeros(3), np.zeros(6)
