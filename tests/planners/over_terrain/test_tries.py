@@ -21,6 +21,7 @@ from gaitopt.planners.over_terrain.states import Found
 from gaitopt.planners.over_terrain.ways.room_to_stand import no_room
 from gaitopt.planners.over_terrain.ways.tries import (
     ASIDE,
+    OVER,
     SHORT_STANCES,
     STEP_SHARES,
     ended_of,
@@ -121,12 +122,17 @@ def test_a_course_beside_another_one_leads_between_the_same_ends() -> None:
 
 
 @pytest.mark.slow
-def test_rubble_that_is_crossed_beside_the_straight_course() -> None:
-    """Every way of walking along the straight course ends after a quarter of it."""
+def test_stones_that_are_crossed_beside_the_straight_course() -> None:
     robot = gaitopt.load_robot("wang2020")
-    rubble = gaitopt.make_ground("rubble", seed=20, difficulty=1.0, length=3.0, robot=robot)
-    found = gaitopt.search_terrain(robot, rubble, (3.0, 0.0), start=START, time_limit=1e6)
-    assert found.complete and np.abs(found.course.poses[:, 1]).max() > 0.05
+    stones = gaitopt.make_ground("stepping_stones", seed=20, length=3.0, difficulty=1.0,
+                                 robot=robot)  # fmt: skip
+    settings = TerrainSettings.for_robot(robot, step_length=0.11, width_limit=6)
+    search = search_for(robot, stones, (3.0, 0.0), START, settings)
+    straight = search.run([first_layer(search)], most=10**6)
+    assert not straight.complete and straight.ended is Ending.EXHAUSTED
+    height = robot.standing_height
+    beside = replace(search, course=search.course.beside(-0.25 * height, OVER * height))
+    assert beside.run([first_layer(beside)], most=10**6).complete
 
 
 def test_what_is_open_about_a_refusal(flat_search: TerrainSearch) -> None:
