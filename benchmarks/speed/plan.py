@@ -1,11 +1,12 @@
 """Where the time of the paper's plan goes, and what of it could not be left out.
 
 ``python -m benchmarks.speed.plan`` plans the main job of the benchmarks many times and prints its
-processor time, also as a multiple of a fixed workload in the same run, and that of its parts. Then
-it does alone what any such plan needs: the legs' inverse kinematics at all knots, their forward
-kinematics between knots, by which the knots are chosen, two looks at each COG problem, and the
-objects of which the plan consists. Their sum is a floor: each runs with all that it needs in the
-processor's caches, and nothing chooses, checks or joins.
+processor time, also as a multiple of a fixed workload in the same run, and that of its parts, both
+within a plan and repeated by themselves. Then it does alone what any such plan needs: the legs'
+inverse kinematics at all knots, their forward kinematics between knots, by which the knots are
+chosen, two looks at each COG problem, and the objects of which the plan consists. Their sum is a
+floor: each runs with all that it needs in the processor's caches, and nothing chooses, checks or
+joins.
 """
 
 from __future__ import annotations
@@ -15,7 +16,8 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Any
+from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -30,15 +32,31 @@ from gaitopt.plan.plan import Plan
 from gaitopt.robots.whole_body import feet_in_body, joints_from_feet_in_body
 
 ROUNDS = 50
+HOME = "gaitopt.planners.phase_by_phase"
 PARTS = {
-    "COG problems: built and solved": "targets:_optimise",
-    "knots of stances": "timing:_stance_moves",
-    "knots of swings": "timing:_swing_moves",
-    "the path": "timing:_joined",
-    "phases with their margins and limits": "timing:crawl_phases",
-    "whether legs or trunk touch": "fitting_height:plan_touches",
+    "COG problems: built and solved": f"{HOME}.targets:_optimise",
+    "knots of stances": f"{HOME}.timing:_stance_moves",
+    "knots of swings": f"{HOME}.timing:_swing_moves",
+    "the path": f"{HOME}.timing:_joined",
+    "phases with their margins and limits": f"{HOME}.timing:crawl_phases",
+    "whether legs or trunk touch": f"{HOME}.fitting_height:plan_touches",
+    "limbs in columns": "gaitopt.plan.limbs_in_columns:_found",
+    "feet that roll": "gaitopt.planners.phase_by_phase.beside_columns:foot_rolling_off",
 }
-"""Parts of a plan, and the functions of ``gaitopt.planners.phase_by_phase`` that do them."""
+"""Parts of a plan, and the functions that do them; each is called once."""
+
+
+class Part(NamedTuple):
+    """Processor time of a part of the main job.
+
+    Attributes:
+        within: in a plan, mean [s].
+        alone: repeated with the same arguments, so that all is in the processor's caches, least
+            [s].
+    """
+
+    within: float
+    alone: float
 
 
 def whole() -> Plan:
@@ -47,35 +65,35 @@ def whole() -> Plan:
     return gaitopt.plan_crawl(robot, terrain, timing="velocity")
 
 
-def parts() -> dict[str, float]:
-    """Mean processor time of each part of the main job [s]."""
-    spent = dict.fromkeys([*PARTS, "limbs in columns"], 0.0)
-    homes = [(what, f"planners.phase_by_phase.{where}") for what, where in PARTS.items()]
+def parts() -> dict[str, Part]:
+    """Processor times of each part of the main job."""
+    spent, calls = dict.fromkeys(PARTS, 0.0), dict[str, Callable[[], Any]]()
     kept = []
-    for what, where in [
-        *homes,
-        ("limbs in columns", "planners.phase_by_phase.fitting_height:limb_in_column"),
-    ]:
+    for what, where in PARTS.items():
         module, name = where.split(":")
-        home = importlib.import_module(f"gaitopt.{module}")
+        home = importlib.import_module(module)
         function = getattr(home, name)
         kept.append((home, name, function))
-        setattr(home, name, _counted(function, what, spent))
+        setattr(home, name, _counted(function, what, spent, calls))
     try:
         for _ in range(ROUNDS):
             whole()
     finally:
         for home, name, function in kept:
             setattr(home, name, function)
-    return {what: total / ROUNDS for what, total in spent.items()}
+    return {
+        what: Part(total / ROUNDS, least_time(calls[what], ROUNDS)) for what, total in spent.items()
+    }
 
 
 def _counted(
-    function: Callable[..., Any], what: str, spent: dict[str, float]
-) -> Callable[..., Any]:
-    """The function, whose processor time is added to what was spent."""
+    function: Callable[..., Any], what: str, spent: dict[str, float],
+    calls: dict[str, Callable[[], Any]],
+) -> Callable[..., Any]:  # fmt: skip
+    """The function, whose processor time is added to what was spent; its last call is kept."""
 
     def call(*arguments: Any, **options: Any) -> Any:
+        calls[what] = partial(function, *arguments, **options)
         begin = time.process_time()
         try:
             return function(*arguments, **options)
@@ -140,10 +158,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     unit, times = workload(), timed(whole, ROUNDS, warm_up=3)
     print(f"Fixed workload {1e3 * unit:.1f} ms. The plan: median {1e3 * times.median:.1f} ms, "
           f"least {1e3 * min(times.cpu):.1f} ms, {times.median / unit:.2f} workloads.")  # fmt: skip
-    for what, spent in parts().items():
-        print(f"  {1e3 * spent:5.2f} ms  {what}")
+    found = parts()
+    within, alone = (sum(part[k] for part in found.values()) for k in range(2))
+    print(f"Parts, within a plan {1e3 * within:.1f} ms, repeated alone {1e3 * alone:.1f} ms:")
+    for what, part in found.items():
+        print(f"  {1e3 * part.within:5.2f} ms, {1e3 * part.alone:5.2f} ms  {what}")
     least = floor(whole())
-    print(f"Alone, at least {1e3 * sum(least.values()):.1f} ms:")
+    print(f"What no plan can leave out, alone, at least {1e3 * sum(least.values()):.1f} ms:")
     for what, spent in least.items():
         print(f"  {1e3 * spent:5.2f} ms  {what}")
     return 0
