@@ -56,8 +56,9 @@ def flying_feet(motion: Motion) -> list[Finding]:
         if swing.index >= 0 and swing.phases[0] >= plan.entry:
             top = max(swing.foot_start[2], swing.foot_end[2])
             rises.append(_apex(motion, i, swing.start, swing.end) - top)
-            own = None if of_leg is None else of_leg[swing.leg][swing.index]
-            asked.append(settings.swing_height if own is None else own)
+            own = () if of_leg is None else of_leg[swing.leg]
+            known = swing.index < len(own)  # or the sequence is at fault
+            asked.append(own[swing.index] if known else settings.swing_height)
             if free:
                 clear.append(_clearance(motion, feet, swing.foot_start, swing.foot_end))
         depths.append(min(swing.foot_start[2], swing.foot_end[2]) - feet[:, 2].min())

@@ -275,6 +275,6 @@ def _title(ground: HeightMap, plan: Plan | None, search: GroundSearch | None) ->
     causes = sorted(((n, str(cause)) for cause, n in search.refused.items() if n), reverse=True)
     if not causes:
         return title
-    return f"{title}; tries of the next step that were refused:\n" + ", ".join(
-        f"{count} because {cause}" for count, cause in causes[:MOST_CAUSES]
-    )
+    # A line each: a figure is as wide as its longest line.
+    told = (f"{count} because {cause}" for count, cause in causes[:MOST_CAUSES])
+    return "\n".join([f"{title}; tries of the next step that were refused:", *told])
