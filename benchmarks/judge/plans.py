@@ -69,7 +69,7 @@ def _stride(rng: np.random.Generator) -> Plan:
 
 
 def _terrain(rng: np.random.Generator) -> Plan:
-    """A walk over ground of any kind, up to nearly the hardest, 1.5 stances or more long.
+    """A walk over 1.5 m or more of ground of any kind, up to nearly the hardest.
 
     A robot that finds no way counts as refused.
     """
