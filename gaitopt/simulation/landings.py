@@ -97,7 +97,8 @@ def landings(
         column = LEGS.index(leg)
         counts[leg] += 1
         mine = columns[column, min(counts[leg], columns.shape[1] - 1)]
-        first = int(np.searchsorted(clock, start))
+        # The clock may stand still at the touch-down, which is known but for rounding.
+        first = int(np.searchsorted(clock, start - SAME_INSTANT))
         if first >= len(clock):
             last_distance = float(np.linalg.norm(feet[-1, column, :2] - foothold[:2]))
             never = MissedFoothold(step, leg, last_distance, MissReason.NEVER_REACHED)

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 import pytest
 
 import gaitopt
+from gaitopt.plan.record import RouteRecord
+from gaitopt.planners.time_optimal import planner
 from gaitopt.simulation.landings import Looks, landings
 from gaitopt.simulation.result import MissReason
 
@@ -33,6 +36,37 @@ def test_stances_between_two_samples_of_the_motion_count(twice_in_a_row: gaitopt
              for every in (0.02, 0.3)]  # fmt: skip
     assert [each.missed for each in found] == [(), ()]
     np.testing.assert_array_equal(found[0].landing_errors, found[1].landing_errors)
+
+
+def test_an_order_in_which_feet_hardly_stand_is_told(
+    twice_in_a_row: gaitopt.Plan, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A foot that is to stand for less than an interval of the controller does not come down."""
+    assert not planner.hardly_stands(twice_in_a_row)
+    monkeypatch.setattr(planner, "LEAST_STANCE", 0.05)
+    assert planner.hardly_stands(twice_in_a_row)
+    # A walk phase by phase waits in physics where a foot lifts off as it lands.
+    assert isinstance(twice_in_a_row.record, RouteRecord)
+    boxes = replace(twice_in_a_row.record, instead="the walk phase by phase is faster")
+    assert not planner.hardly_stands(replace(twice_in_a_row, record=boxes))
+
+
+def test_a_foot_that_lands_where_the_clock_stands_still_is_seen(
+    twice_in_a_row: gaitopt.Plan,
+) -> None:
+    """Also where the clock stands a rounding before the touch-down."""
+    plan, first = twice_in_a_row, twice_in_a_row.swings[0]
+    clock = np.array([0.0, first.end - 1e-12, first.end - 1e-12, plan.swings[1].start + 1e-3])
+    q = plan.at(clock).q
+    columns = np.arange(12).reshape(4, 3)
+    beneath = np.tile(columns[:, 0], (4, 1))
+    beneath[:, gaitopt.LEGS.index(first.leg)] = [
+        -1,
+        *[columns[gaitopt.LEGS.index(first.leg), 1]] * 2,
+        -1,
+    ]
+    looks = Looks(np.array([0.0, 0.1, 0.2, 0.21]), clock, q, beneath)
+    assert landings(plan, looks, columns, gaitopt.SimulationSettings())[0][1] is None
 
 
 def test_feet_that_do_not_stand_are_missed(twice_in_a_row: gaitopt.Plan) -> None:

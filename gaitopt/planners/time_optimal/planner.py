@@ -8,9 +8,12 @@ from __future__ import annotations
 
 from contextlib import suppress
 from dataclasses import replace
+from itertools import pairwise
 from typing import Any
 
-from gaitopt.conventions import Progress
+import numpy as np
+
+from gaitopt.conventions import LEGS, Progress
 from gaitopt.entering.ending import ended
 from gaitopt.entering.walking import plan_from_state, walk_from_near
 from gaitopt.errors import GaitoptError, InfeasibleStepError, SolverError
@@ -42,6 +45,10 @@ from gaitopt.planners.time_optimal.walk import Route, crawl_settings, prepare_ro
 from gaitopt.planners.time_optimal.with_forces import plan_with_forces
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.footholds import Footholds
+
+LEAST_STANCE = 0.01
+"""Shortest time between two swings of a foot in which it is to stand [s]. In physics feet of a1 and
+go2 that had 3.6 and 6.5 ms, less than an interval of the controller, did not come down."""
 
 
 @takes_settings(RouteSettings)
@@ -208,7 +215,8 @@ def _fastest_order(
 ) -> Plan:
     """The fastest of the plans with each of the six cycles, and with the order that is searched.
 
-    Orders in which legs touch only count where they touch in all orders.
+    Orders in which legs touch only count where they touch in all orders. So do those in which a
+    foot hardly stands between two swings of a walk that does not stop.
 
     Raises:
         InfeasibleStepError, SolverError: of the first order, when none is feasible.
@@ -227,9 +235,20 @@ def _fastest_order(
         progress(len(orders), len(orders))
     if not plans:
         raise errors[0]
-    best = min(plans, key=lambda plan: (plan_touches(plan), plan.duration))
+    best = min(plans, key=lambda plan: (plan_touches(plan), hardly_stands(plan), plan.duration))
     assert isinstance(best.record, RouteRecord)
     return replace(best, record=replace(best.record, orders_feasible=len(plans)))
+
+
+def hardly_stands(plan: Plan) -> bool:
+    """Whether a foot stands for less than :data:`LEAST_STANCE` in a walk that does not stop."""
+    settings, record = plan.settings, plan.record
+    assert isinstance(settings, RouteSettings) and isinstance(record, RouteRecord)
+    if settings.forces is None or not settings.free.swing or record.instead is not None:
+        return False
+    stood = [after.start - before.end for leg in LEGS
+             for before, after in pairwise(s for s in plan.swings if s.leg == leg)]  # fmt: skip
+    return bool(min(stood, default=np.inf) < LEAST_STANCE)
 
 
 def _orders(
