@@ -213,6 +213,7 @@ def sizes_of(text: str) -> dict[str, float]:
 def _walk(walk: TerrainWalk, found: dict[str, Any]) -> None:
     """Do all of a walk, and put what was found into the fields of its row."""
     from gaitopt.planners.over_terrain.planner import plan_terrain, search_terrain
+    from gaitopt.planners.over_terrain.settings import TerrainSettings
 
     robot = study_robot(walk.robot)
     way = robot, walk.ground(robot), (walk.length, 0.0)
@@ -225,9 +226,10 @@ def _walk(walk: TerrainWalk, found: dict[str, Any]) -> None:
     if not search.complete:
         _no_way(search, found)
         if walk.exhaustive:
+            # The first search went as far as its own width, and would find the same.
+            wider = walk.exhaustive > (walk.width_limit or TerrainSettings.width_limit)
             how["width_limit"] = walk.exhaustive
-            again = search_terrain(*way, start=start, **how)
-            found["solvable"] = again.complete
+            found["solvable"] = wider and search_terrain(*way, start=start, **how).complete
         return
     try:
         with _timed(found, "plan_time"):
