@@ -20,17 +20,19 @@ from gaitopt.conventions import LEGS, FloatArray, frozen
 from gaitopt.errors import InputError
 from gaitopt.gait.crawl import SHAO_SEQUENCE
 from gaitopt.inputs import as_text, check_kind
+from gaitopt.optimize.posture.formulation import (
+    PLANES,
+    PostureFormulation,
+    posture_formulation,
+)
 from gaitopt.optimize.posture.problem import (
     FREEDOMS,
     LEVEL,
-    PLANES,
     BodyPose,
-    PostureFormulation,
     PostureProblem,
     angle_bounds,
     build_posture_problem,
     feet_by_leg,
-    posture_formulation,
 )
 from gaitopt.optimize.posture.solution import (
     PostureResiduals,
