@@ -19,6 +19,8 @@ from gaitopt.cli.options import (
     Objective,
     SeedOption,
     SpeedOption,
+    Timing,
+    TimingOption,
 )
 from gaitopt.cli.results.report import Report
 from gaitopt.cli.robot_options import RobotChoice, takes_robot
@@ -53,11 +55,18 @@ def study(
     collisions: Annotated[
         bool | None,
         typer.Option(
-            help="Whether to check for self-collisions; by default on height maps only.",
+            help="Whether to check for self-collisions; by default on height maps and with forces.",
             show_default=False,
         ),
     ] = None,
     free: FreeOption = None,
+    timing: TimingOption = Timing.velocity,
+    steps: Annotated[
+        int, typer.Option("--columns", help="Columns a leg; the first is where it stands.", min=1)
+    ] = 17,
+    every_robot: Annotated[
+        bool, typer.Option("--every-robot", help="All robots that have names, not just --robot.")
+    ] = False,
     terrain: Annotated[
         list[str] | None,
         _map(
@@ -103,12 +112,16 @@ def study(
 ) -> None:
     """Plan, certify and simulate walks over many terrains on all cores.
 
-    The terrains are columns, or with --terrain height maps over which footholds are searched for. A
-    study that was stopped continues where its table ends.
+    The terrains are columns, or with --terrain height maps over which footholds are searched for.
+    With --simulate a second table tells whether planner, certificate and physics agree. A study
+    that was stopped continues where its table ends.
     """
     count = range(seed or 0, (seed or 0) + seeds)
     columns = {"--objective": objective, "--stability-margin": stability_margin, "--free": free,
-               "--speed": None if speed == "max" else speed}  # fmt: skip
+               "--speed": None if speed == "max" else speed,
+               "--timing": None if timing is Timing.velocity else timing.value,
+               "--columns": None if steps == 17 else steps,
+               "--every-robot": every_robot or None}  # fmt: skip
     maps = {"--difficulty": difficulty, "--length": length, "--size": size,
             "--friction": friction, "--widest": widest}  # fmt: skip
     how: dict[str, Any] = {"jobs": jobs, "scheduler": scheduler}
@@ -122,22 +135,31 @@ def study(
         _study_maps(count, [_source(robot, table)], terrain, on_maps, table, how, report)
         return
     _refuse(maps, "is for walks over height maps: give --terrain as well")
+    from gaitopt.robots.catalog import robot_names
     from gaitopt.studies.study import grid, run_study
     from gaitopt.studies.study_report import plot_study, study_table
 
+    if every_robot and robot.options:
+        raise InputError("--every-robot takes robots as they are: leave out how one is read")
     walks = grid(
         count,
-        robots=(_source(robot, table),),
+        robots=robot_names() if every_robot else (_source(robot, table),),
         objectives=[o.value for o in objective or [Objective.distance]],
         stability_margins=stability_margin or [None],
         speed=parse_speed(speed),
         free=free,
-        collisions=bool(collisions),
+        timing=timing.value,
+        columns=steps,
+        collisions=timing is Timing.forces if collisions is None else collisions,
         simulate=with_physics,
     )
     with _counting(table, len(walks)) as tick:
         rows = run_study(walks, table, progress=tick, **how)
     report.add(rows=rows)
+    if with_physics:
+        from gaitopt.studies.agreement import agreement_table
+
+        report.table(agreement_table(rows))
     _show(study_table(rows), plot_study(rows), table, report)
     _exit_where_all_failed(rows)
 

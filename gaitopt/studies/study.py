@@ -6,15 +6,15 @@ A study that was stopped can be continued. A walk that fails has a row that says
 from __future__ import annotations
 
 import time
+import warnings
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass
 from itertools import product
 from typing import Any, Literal
 
-from gaitopt.errors import InfeasibleStepError
+from gaitopt.errors import FootholdsWarning, InfeasibleStepError
 from gaitopt.files import StrPath
 from gaitopt.plan.plan import Plan
-from gaitopt.plan.settings.base import VELOCITY
 from gaitopt.plan.settings.crawl import Speed
 from gaitopt.studies.result_table import Columns
 from gaitopt.studies.resumable import run_jobs
@@ -33,6 +33,7 @@ class Walk:
         objective, speed: as for :func:`gaitopt.plan_crawl`.
         stability_margin, body_height: [m]; ``None`` for the defaults, which fit the robot.
         free: with the objective ``"time"``, what is optimised beside the body's targets.
+        timing: what bounds the speed, as for :func:`gaitopt.plan_crawl`.
         certify: whether to certify the plan.
         collisions: whether the certificate checks for self-collisions.
         simulate: whether to simulate the plan with physics.
@@ -46,6 +47,7 @@ class Walk:
     stability_margin: float | None = None
     body_height: float | None = None
     free: str | None = None
+    timing: Literal["velocity", "forces"] = "velocity"
     certify: bool = True
     collisions: bool = False
     simulate: bool = False
@@ -66,6 +68,10 @@ class Row:
         margin: smallest stability margin of the body centre [m].
         com_margin: smallest certified margin of the true COM [m].
         violations: names of violated checks.
+        outcome: of the certificate: ``"certified"``, ``"not all checked"``, ``"kinematics only"``
+            or ``"violated"``.
+        warned: what the planner warned of.
+        passed: whether it passed in physics.
         steps_done: number of steps of the simulated robot.
         landing_error, tilt, body_error: their largest values in the simulation [m], [rad], [m].
         rate_use: largest joint velocity in the simulation as a share of its limit.
@@ -81,6 +87,9 @@ class Row:
     margin: float | None = None
     com_margin: float | None = None
     violations: str = ""
+    outcome: str = ""
+    warned: str = ""
+    passed: bool | None = None
     steps_done: int | None = None
     landing_error: float | None = None
     tilt: float | None = None
@@ -169,14 +178,18 @@ def _planned_and_checked(walk: Walk) -> Row:
     from gaitopt.terrain.columns import s_columns
 
     robot = study_robot(walk.robot)
-    plan = plan_crawl(
-        robot, s_columns(walk.seed, columns=walk.columns, robot=robot), objective=walk.objective,
-        speed=walk.speed, stability_margin=walk.stability_margin, body_height=walk.body_height,
-        free=walk.free, timing=VELOCITY,
-    )  # fmt: skip
+    columns = s_columns(walk.seed, columns=walk.columns, robot=robot)
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always", FootholdsWarning)
+        plan = plan_crawl(
+            robot, columns, objective=walk.objective, speed=walk.speed,
+            stability_margin=walk.stability_margin, body_height=walk.body_height, free=walk.free,
+            timing=walk.timing,
+        )  # fmt: skip
+    warned = [one_line(w.message) for w in told if issubclass(w.category, FootholdsWarning)]
     found: dict[str, Any] = {
         "status": "ok", "duration": plan.duration, "mean_speed": plan.mean_speed,
-        "cog_distance": plan.cog_distance, "margin": plan.margin,
+        "cog_distance": plan.cog_distance, "margin": plan.margin, "warned": "; ".join(warned),
     }  # fmt: skip
     if walk.certify:
         _certify(plan, walk, found)
@@ -190,6 +203,7 @@ def _certify(plan: Plan, walk: Walk, found: dict[str, Any]) -> None:
     from gaitopt.certificate.verify import verify
 
     certificate = verify(plan, collisions=walk.collisions)
+    found["outcome"] = str(certificate.outcome)
     found["com_margin"] = certificate["margin of the true COM"].worst
     if not certificate.ok:
         found["status"] = "violated"
@@ -202,10 +216,11 @@ def _simulate(plan: Plan, found: dict[str, Any]) -> None:
     from gaitopt.simulation.simulate import simulate
 
     result = simulate(plan)
+    found["passed"] = result.passed
     for name in ("steps_done", "landing_error", "tilt", "body_error", "rate_use",
                  "real_time_factor"):  # fmt: skip
         found[name] = getattr(result, name)
     if not result.passed:
         status = "too fast" if result.succeeded else "fell"
         found["status"] = status if found["status"] == "ok" else found["status"]
-        found["message"] = found.get("message") or one_line(result)
+        found["message"] = found.get("message") or one_line(result.verdict)
