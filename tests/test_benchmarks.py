@@ -9,6 +9,7 @@ import json
 import math
 import subprocess
 import sys
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,7 @@ from benchmarks import __main__ as command
 from benchmarks.physics import terrain_table
 from benchmarks.planning import constants
 from benchmarks.planning.prices import prices
+from benchmarks.planning.turns import raced, values_of
 from benchmarks.speed import terrain
 from benchmarks.table import rivals
 from gaitopt.errors import InputError
@@ -245,3 +247,27 @@ def test_a_table_of_grounds_that_is_cut_is_balanced(
         ("go2", "ramp", 1.0), ("hyq", "ramp", 0.5), ("go2", "hills", 1.0), ("hyq", "hills", 0.5),
     ]  # fmt: skip
     assert [w.physics_friction for w in asked] == 8 * [None] + [0.7, 0.7, 0.6, 0.6]
+
+
+def test_constants_of_one_name_are_told_apart_by_their_modules() -> None:
+    assert constants.present("pacing.ENOUGH") != constants.present("rounds.MOST_ROUNDS")
+    with pytest.raises(InputError, match="different values"):
+        constants.present("ENOUGH")
+
+
+def test_walks_are_raced_with_other_constants() -> None:
+    """Turns that are less sharp take time, also from what joints alone allow."""
+    robot, columns = gaitopt.load_robot("wang2020"), gaitopt.s_columns(0, columns=2)
+    found = []
+    for text in ("", "RAMPS=(0.05, 0.05); LOAD_TIME=0.1"):
+        with ExitStack() as stack:
+            for name, value in values_of(text).items():
+                stack.enter_context(constants.changed(name, value))
+            found.append(
+                raced(robot, columns, "swing", 0.02, 0.4, physics=False, certificate=False)
+            )
+    known, gentle = found
+    assert 1.5 < gentle.ratio < known.ratio < known.by_joints < 2.5
+    assert gentle.by_joints < known.by_joints
+    with pytest.raises(InputError, match="NAME=VALUE"):
+        values_of("RAMPS")

@@ -6,6 +6,7 @@ Plans a fixed set of walks with the constants as they are, then with another val
 and prints for each how many walks are found, their time against those with the constants as they
 are, and the work that planning took. Several values may be given; without any, the values as they
 are are measured. ``--smooth`` plans walks with bounded accelerations in place of straight ones.
+Where modules have different constants of one name it is ``MODULE.NAME``, such as ``pacing.ENOUGH``.
 """
 
 from __future__ import annotations
@@ -22,7 +23,8 @@ from time import process_time
 from typing import Any, NamedTuple
 
 import gaitopt
-import gaitopt.planners.time_optimal as package
+import gaitopt.planners.time_optimal
+import gaitopt.retiming
 from gaitopt.errors import InputError
 from gaitopt.terrain.columns import s_columns
 
@@ -113,20 +115,28 @@ def measured(cases: Sequence[Case]) -> Outcome:
 
 @contextmanager
 def changed(name: str, value: object) -> Iterator[None]:
-    """Let a constant have another value in all modules of the planner that use it.
+    """Let a constant have another value in all modules that use it.
+
+    Args:
+        name: of the constant, with its module or without.
+        value: the other one; for a named tuple a tuple will do.
 
     Raises:
         InputError: no module has this constant, or modules have different ones of this name.
     """
     old = present(name)
-    users = [m for m in _modules() if hasattr(m, name)]
+    kind: Any = type(old)
+    if hasattr(old, "_fields") and isinstance(value, tuple):
+        value = kind(*value)
+    own = name.split(".")[-1]
+    users = _users(name)
     for module in users:
-        setattr(module, name, value)
+        setattr(module, own, value)
     try:
         yield
     finally:
         for module in users:
-            setattr(module, name, old)
+            setattr(module, own, old)
 
 
 def present(name: str) -> object:
@@ -135,12 +145,13 @@ def present(name: str) -> object:
     Raises:
         InputError: no module has this constant, or modules have different ones of this name.
     """
-    if not name.isupper():
+    own = name.split(".")[-1]
+    if not own.isupper():
         raise InputError(f"{name!r} is no constant: give a name in capitals, such as RESERVE_KEPT")
-    values = {m.__name__: getattr(m, name) for m in _modules() if hasattr(m, name)}
+    values = {m.__name__: getattr(m, own) for m in _users(name)}
     if not values:
         known = sorted({n for m in _modules() for n in vars(m) if n.isupper()})
-        close = difflib.get_close_matches(name, known, n=3, cutoff=0.4)
+        close = difflib.get_close_matches(own, known, n=3, cutoff=0.4)
         raise InputError(f"no constant {name!r} in the time-optimal planner; close: {close}")
     first, *others = values.values()
     if any(other != first for other in others):
@@ -148,9 +159,20 @@ def present(name: str) -> object:
     return first
 
 
+def _users(name: str) -> list[Any]:
+    """Modules that have a constant, or the one module that is named with it."""
+    module, _, own = name.rpartition(".")
+    found = [m for m in _modules() if hasattr(m, own)]
+    return [m for m in found if m.__name__.endswith(f".{module}")] if module else found
+
+
 def _modules() -> list[Any]:
-    """All modules of the time-optimal planner."""
-    names = [m.name for m in pkgutil.walk_packages(package.__path__, package.__name__ + ".")]
+    """All modules of the time-optimal planner and of the timing by forces."""
+    names = [
+        module.name
+        for package in (gaitopt.planners.time_optimal, gaitopt.retiming)
+        for module in pkgutil.walk_packages(package.__path__, package.__name__ + ".")
+    ]
     return [importlib.import_module(name) for name in names]
 
 

@@ -101,11 +101,29 @@ def cut(path: MotionPath, longest: float | FloatArray) -> MotionPath:
     counts = np.maximum(np.ceil(lengths / longest - ROUNDING).astype(int), 1)
     owner = np.repeat(np.arange(len(counts)), counts)
     share = (np.arange(len(owner)) - np.repeat(np.cumsum(counts) - counts, counts)) / counts[owner]
-    shift = (share * lengths[owner])[:, None]
+    shift = share * lengths[owner]
+    return _of_segments(path, owner, shift)
+
+
+def cut_at(path: MotionPath, places: FloatArray) -> MotionPath:
+    """The same path with knots at ``places`` as well [s], which lie between its own."""
+    begins = np.sort(np.append(path.times[:-1], places))
+    owner = np.searchsorted(path.times, begins, side="right") - 1
+    return _of_segments(path, owner, begins - path.times[owner])
+
+
+def _of_segments(path: MotionPath, owner: np.ndarray, shift: FloatArray) -> MotionPath:
+    """The same path in segments that begin ``shift (N,)`` [s] after those of the path do.
+
+    Args:
+        path: the path.
+        owner: the segment of the path that each of them is part of, in order ``(N,)``.
+        shift: where in it they begin ``(N,)`` [s].
+    """
+    since = shift[:, None]
     shifted = [c[owner].copy() for c in path.coefficients]
     # Taylor shift by repeated synthetic division: p(t + shift) in powers of t. scipy has none.
     for top in range(len(shifted) - 1, 0, -1):
         for k in range(1, top + 1):
-            shifted[k] = shifted[k] + shift * shifted[k - 1]
-    times = np.append(path.times[owner] + shift[:, 0], path.times[-1])
-    return MotionPath(times, np.array(shifted))
+            shifted[k] = shifted[k] + since * shifted[k - 1]
+    return MotionPath(np.append(path.times[owner] + shift, path.times[-1]), np.array(shifted))

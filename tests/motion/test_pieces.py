@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.interpolate import BPoly
 
 from gaitopt import MotionPath
-from gaitopt.motion.pieces import cut, joined, quintic_hermite, stretched
+from gaitopt.motion.pieces import cut, cut_at, joined, quintic_hermite, stretched
 
 
 @settings(max_examples=30)
@@ -24,6 +24,17 @@ def test_cutting_keeps_a_path_and_stretching_its_shape(
     assert np.diff(parts.times).max() <= longest + 1e-12
     assert parts.evaluate(t) == pytest.approx(path.evaluate(t), abs=1e-9)
     assert stretched(path, factor).evaluate(factor * t) == pytest.approx(path.evaluate(t), abs=1e-9)
+
+
+def test_a_path_with_further_knots_is_the_same() -> None:
+    path = MotionPath(np.array([0.0, 0.4, 1.3]), np.random.default_rng(1).normal(size=(6, 2, 9)))
+    t = np.linspace(0.0, 1.3, 57)
+    more = cut_at(path, np.array([0.5, 0.1, 1.2]))
+    assert more.times == pytest.approx([0.0, 0.1, 0.4, 0.5, 1.2, 1.3], abs=0.0)
+    assert more.evaluate(t) == pytest.approx(path.evaluate(t), abs=1e-9)
+    same = cut_at(path, np.zeros(0))
+    assert np.array_equal(same.times, path.times)
+    assert np.array_equal(same.coefficients, path.coefficients)
 
 
 def test_joined_paths_follow_one_another() -> None:

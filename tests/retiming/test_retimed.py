@@ -14,6 +14,7 @@ from timings import ROBOTS, Pair, by_velocity, slower
 import gaitopt
 from gaitopt import ForceLimits, InfeasibleStepError, InputError, Plan, Quadruped, retimed
 from gaitopt.dynamics.contacts import TorqueLine
+from gaitopt.retiming.smooth import smooth_course
 
 Array = NDArray[np.float64]
 
@@ -294,6 +295,28 @@ def test_a_smooth_walk_is_followed_without_stops(smooth: Pair) -> None:
 def test_a_smooth_walk_is_retimed_to_the_same_again(smooth: Pair) -> None:
     assert retimed(smooth.new).duration == pytest.approx(smooth.new.duration, rel=1e-3)
     assert retimed(slower(smooth.old, 2.0)).duration == pytest.approx(smooth.new.duration, rel=1e-3)
+
+
+def test_the_speed_of_a_path_is_linear_between_places_where_slow_joints_set_it(
+    smooth: Pair,
+) -> None:
+    """Where another joint becomes the slowest the least speed has a corner, and is looked at."""
+    course = smooth_course(smooth.old)
+    path, limits = course.path, smooth.old.robot.velocity_limits
+    lengths = np.diff(path.times)
+    least = [
+        np.abs(path.evaluate(path.times[:-1] + share * lengths, 1)[:, 6:] / limits).max(axis=1)
+        for share in np.linspace(1e-9, 1.0 - 1e-9, 11)
+    ]
+    below = (least[0] + least[-1]) / 2.0 - least[5]
+    # Without those places it is 0.018.
+    assert (below / least[5]).max() < 1e-2
+    # At both ends of the walk all joints rest: none is the slowest there.
+    assert lengths.min() > 1e-5
+    # Knots of a path that was timed are such places already.
+    again = smooth_course(smooth.new)
+    kinks = [len(c.path.times) for c in (course, again)]
+    assert kinks[1] < 1.2 * kinks[0]
 
 
 # ---------------------------------------------------------------- what cannot be

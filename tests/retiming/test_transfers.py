@@ -14,7 +14,7 @@ from gaitopt import ForceLimits, Plan, retimed
 from gaitopt.certificate.forces import contact_forces
 from gaitopt.certificate.phase_forces import times_of_stances
 from gaitopt.plan.load_transfer import TOUCH_SHARE
-from gaitopt.retiming.retimed import LOAD_TIME, retimed_gently
+from gaitopt.retiming.retimed import TURNING_LOAD_TIME, retimed_gently
 
 TIME = 0.1
 LIMITS = ForceLimits(transfer_time=TIME)
@@ -147,7 +147,7 @@ def test_gentle_loads_are_a_wish_within_what_was_promised(wang: gaitopt.Quadrupe
     assert not gentle_everywhere(jumping, 0.05)
     # So it is with another timing of the plan. The plan's own looks at the times of its
     # spline, and keeps most of it in those that come out.
-    for own, time in ((gaitopt.retimed(plan), LOAD_TIME), (plan, LOAD_TIME / 1.5)):
+    for own, time in ((gaitopt.retimed(plan), TURNING_LOAD_TIME), (plan, TURNING_LOAD_TIME / 1.5)):
         assert gentle_everywhere(own, time)
         assert not gentle_everywhere(jumping, time)
     # What limits promise themselves comes first.

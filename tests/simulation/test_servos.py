@@ -21,11 +21,12 @@ NOTHING = ForceShare(np.zeros((4, 3)), 0.0, 0.0, ForceStatus.FREE)
 
 
 def hung_up(
-    robot: Quadruped, settings: SimulationSettings, seconds: float, start: ArrayLike = 0.0
-) -> tuple[float, Servos]:
+    robot: Quadruped, settings: SimulationSettings, seconds: float, start: ArrayLike = 0.0,
+    torque: float = 0.0,
+) -> tuple[float, Servos]:  # fmt: skip
     """A robot in the air without gravity, its joints told to turn by one radian at once.
 
-    They start at the angles ``start`` [rad].
+    They start at the angles ``start`` [rad], and get ``torque`` [N m] fed forward.
 
     Returns the largest joint velocity as a share of its limit, and the servos.
     """
@@ -41,7 +42,7 @@ def hung_up(
     data.qpos[sim.qpos] = start
     mujoco.mj_forward(sim.model, data)
     servos = Servos(sim, robot, gains, settings)
-    command = Command(np.zeros(12), start + np.ones(12), np.zeros(12), NOTHING)
+    command = Command(np.full(12, torque), start + np.ones(12), np.zeros(12), NOTHING)
     for _ in range(round(seconds / settings.timestep)):
         servos.drive(data, command, 1)
     return float((servos.peak_rates / robot.velocity_limits).max()), servos
@@ -51,6 +52,19 @@ def test_a_servo_turns_no_faster_than_its_limit(wang: Quadruped) -> None:
     """Told to be elsewhere at once, it goes there at its limit; legs pull at one another a bit."""
     fastest, _ = hung_up(wang, SimulationSettings(), 0.5)
     assert 0.95 < fastest < 1.05
+
+
+def test_a_torque_for_a_load_that_is_not_there_turns_no_joint_far_beyond_its_limit(
+    wang: Quadruped,
+) -> None:
+    """It is fed forward for a foot that has left the ground. Damping alone lets it turn the knees
+    by its quotient with it: 8 N m at three times the limit or more."""
+    gains = ControlGains.for_robot(wang)
+    knees = wang.leg_joint_columns[2::3]
+    assert (2.0 * gains.joint_damping * wang.velocity_limits[knees] < 8.0).all()
+    fastest, _ = hung_up(wang, SimulationSettings(), 0.1, torque=8.0)
+    free, _ = hung_up(wang, SimulationSettings(rate_limits=False), 0.1, torque=8.0)
+    assert fastest < 1.3 < 3.0 < free
 
 
 def test_friction_of_a_joint_does_not_hold_a_slow_servo(wang: Quadruped) -> None:

@@ -7,6 +7,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from gaitopt.dynamics.contacts import ForceLimits
 from gaitopt.errors import InputError
 from gaitopt.inputs import check_count
 from gaitopt.plan.settings.base import FORCES, MARGIN_SHARE, check_names, set_number
@@ -25,6 +26,10 @@ FINE_KNOTS = {"stance_knots": 4, "swing_knots": 12}
 joints. Such a walk has sharp turns, where joints change their directions, and each takes two knots.
 16 steps of wang2020 (``swing``, seed 0) take 28.7 s with these, 29.5 s with 3 and 10, 30.0 s with 3
 and 8, and 28.7 s with 5 and 16."""
+FINE_SIDES = 8
+"""Sides of friction pyramids where such a walk turns sharply: with a level body. 64 steps of
+``swing`` take 0.15 % less time than with the usual four, of ``height`` 0.28 %, and the timing a
+tenth more processor time."""
 MOST_STEPS = 10_000
 """Longest horizon, so that a wrong number is refused."""
 MOST_ITERATIONS = 100_000
@@ -103,7 +108,8 @@ class RouteSettings(FootholdSettings):
         """Settings that fit a robot, save for those that are given.
 
         Lengths fit its size; a dynamic walk's ``acceleration_limit`` takes the slowest joint to its
-        velocity limit in :data:`RAMP`; knots are as many as the kind of walk needs.
+        velocity limit in :data:`RAMP`; knots are as many as the kind of walk needs, and friction
+        pyramids finer where joints are slow and the body is level.
         """
         check_names(cls, options)
         forces = options.get("timing") in (None, FORCES)
@@ -120,6 +126,8 @@ class RouteSettings(FootholdSettings):
         }
         if forces and smooth and not has_quick_joints(robot):
             knots = FINE_KNOTS
+            if options.get("forces") is None and not (free.posture or free.dynamic):
+                options = {**options, "forces": ForceLimits(sides=FINE_SIDES)}
         kept = {k: v for k, v in options.items() if not (v is None and k in knots)}
         return super().for_robot(robot, **{**knots, **kept, "free": free,
                                            "acceleration_limit": limit})  # fmt: skip

@@ -25,29 +25,28 @@ from gaitopt.terrain.footholds import Footholds
 class Ramps(NamedTuple):
     """How sharp turns are on splines whose timing forces set.
 
-    Each is the time in which the slowest joint reaches its velocity limit [s].
-
     Attributes:
-        loads: about lift-offs and touchdowns, where loads go over from leg to leg.
-        elsewhere: anywhere else.
+        loads: time in which the slowest joint reaches its velocity limit about lift-offs and
+            touchdowns, where loads go over from leg to leg [s].
+        elsewhere: the same anywhere else [s].
+        most: largest acceleration of a leg's end by that of one joint, in units of gravity.
     """
 
     loads: float
     elsewhere: float
+    most: float = 3.0
 
 
-RAMPS, RISING_RAMPS = Ramps(0.005, 0.003), Ramps(0.005, 0.003)
+RAMPS = RISING_RAMPS = Ramps(0.002, 0.0015, most=6.0)
 POSTURE_RAMPS, DYNAMIC_RAMPS = Ramps(0.03, 0.02), Ramps(0.06, 0.035)
 """Where the body stays level at one height, and at any; where it may turn, too; and where forces
-alone keep the balance. Sharper turns make walks faster. Loads that go over jump with them, and
-ground gives way: so such walks have loads that go over gently, and the controller of ``simulate``
-eases what jumps, and lets forces grow within some ticks. In ``height`` a knee of wang2020 reached
-123 % of its velocity limit then (64 steps, seed 0), and 141 % before forces grew so. ``posture``
-came out no faster with 0.005 s, and a knee reached 137 % (16 steps, seed 2) before. ``dynamic`` has
-no gentle loads, and is 5 % slower with them and sharp turns."""
-FORCE_ACCELERATION = 3.0
-"""Largest acceleration of a leg's end by that of one joint, in units of gravity, of splines whose
-timing forces set."""
+alone keep the balance. Loads that go over jump with sharp turns, and ground gives way: so such
+walks have loads that go over gently, the controller of ``simulate`` eases what jumps, and servos do
+not drive joints far beyond their limits. With them knees of wang2020 reach 121 (``swing``) and
+116 % of their velocity limits (``height``; 64 steps, seed 0). The first two are as sharp as pays:
+with 9 g these walks came out equally fast. ``posture`` came out no faster with 0.005 s, and a knee
+reached 137 % (16 steps, seed 2) before servos did so. ``dynamic`` has no gentle loads, and is 5 %
+slower with them and sharp turns."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,7 +111,7 @@ class Route:
             return asked
         legs = self.robot.legs.values()
         quick = min(float(leg.velocity_limits.min()) for leg in legs) / ramp
-        return min(quick, FORCE_ACCELERATION * GRAVITY / max(leg.reach for leg in legs))
+        return min(quick, self._ramps.most * GRAVITY / max(leg.reach for leg in legs))
 
     def window(self, first: int, last: int) -> Route:
         """The steps from ``first`` up to, not including, ``last``, counted within this route."""
