@@ -18,13 +18,13 @@ from gaitopt.planners.over_terrain.search import Search
 from gaitopt.planners.over_terrain.settings import LONGER, TerrainSettings
 from gaitopt.planners.over_terrain.setup import first_layer, result_of, search_for, with_settings
 from gaitopt.planners.over_terrain.states import Found
+from gaitopt.planners.over_terrain.ways.outcomes import ended_of
 from gaitopt.planners.over_terrain.ways.room_to_stand import no_room
 from gaitopt.planners.over_terrain.ways.tries import (
     ASIDE,
     OVER,
     SHORT_STANCES,
     STEP_SHARES,
-    ended_of,
     ways_of,
 )
 

@@ -23,6 +23,12 @@ from gaitopt.planners.over_terrain.result import TerrainSearch
 from gaitopt.planners.over_terrain.search import Search
 from gaitopt.planners.over_terrain.settings import EXHAUSTIVE_TIMES, TerrainSettings
 from gaitopt.planners.over_terrain.setup import first_layer, result_of, with_settings
+from gaitopt.planners.over_terrain.ways.outcomes import (
+    ended_of,
+    farthest_of_each,
+    spread_of,
+    way_of,
+)
 from gaitopt.planners.over_terrain.ways.room_to_stand import no_room
 
 STEP_SHARES = (1.0, 0.7, 0.5)
@@ -88,8 +94,8 @@ class Tries:
             ended = Ending.WALLED
         if ended is Ending.EXHAUSTED and time.thread_time() >= self.end:
             ended = Ending.TIME
-        ways = len({_way(found) for found in tried})
-        return replace(farthest, ended=ended, wall=self.wall, ways=ways, spread=_spread(tried))
+        ways = len({way_of(found) for found in tried})
+        return replace(farthest, ended=ended, wall=self.wall, ways=ways, spread=spread_of(tried))
 
     @cached_property
     def end(self) -> float:
@@ -123,7 +129,7 @@ class Tries:
         # Most ways that get there meet no dead end.
         least = min(usual.width, narrow)
         yield from self._in_turn(others, least, False, first / 2.0, tried)
-        beside = [] if quick or not self._other_ground_beside else _farthest_of_each(tried)
+        beside = [] if quick or not self._other_ground_beside else farthest_of_each(tried)
         yield from self._beside(beside[:SOON], first / 2.0, tried)
         if narrow > least:
             yield from self._in_turn(others, narrow, False, first / 2.0, tried)
@@ -133,7 +139,7 @@ class Tries:
         if usual.exhaustive:
             yield from self._in_turn(self.ways, narrow, True, once, tried)
         # Those that got farthest may pass with a finer look, or with a wider beam.
-        farthest = _farthest_of_each(tried)
+        farthest = farthest_of_each(tried)
         fine = [(near, True, narrow) for near in farthest if not quick and not usual.exhaustive]
         wide = [(near, usual.exhaustive, usual.width_limit) for near in farthest]
         for near, finely, width in fine + wide:
@@ -210,47 +216,6 @@ class Tries:
                 [first_layer(searching)], self.progress, self.search.effort, until
             )
             yield result_of(searching, found, self.begin)
-
-
-def ended_of(tried: Sequence[TerrainSearch]) -> Ending:
-    """What is open about searches that did not reach the goal, or that nothing is.
-
-    One that ended with its time or tries is forgotten where a later one along the same course, in
-    the same way of walking, at least as wide and as fine, came to its end.
-    """
-    ended = Ending.EXHAUSTED
-    for k, found in enumerate(tried):
-        if found.ended is Ending.EXHAUSTED or any(_covers(o, found) for o in tried[k + 1 :]):
-            continue
-        ended = found.ended if ended is not Ending.TIME else ended
-    return ended
-
-
-def _covers(later: TerrainSearch, found: TerrainSearch) -> bool:
-    """Whether a later search came to its end, and looked at all that one before looked at."""
-    same = later.course is found.course and _way(later) == _way(found)
-    wider = later.settings.width_limit >= found.settings.width_limit
-    return same and wider and later.fine >= found.fine and later.ended is Ending.EXHAUSTED
-
-
-def _farthest_of_each(tried: Sequence[TerrainSearch]) -> list[TerrainSearch]:
-    """The farthest search of each way of walking, the way that got farthest first."""
-    best: dict[tuple[float, float], TerrainSearch] = {}
-    for found in tried:
-        if _way(found) not in best or found.share > best[_way(found)].share:
-            best[_way(found)] = found
-    return sorted(best.values(), key=lambda found: -found.share)
-
-
-def _way(found: TerrainSearch) -> tuple[float, float]:
-    """The lengths of step [m] and stance of a search."""
-    return found.settings.step_length, found.settings.stance
-
-
-def _spread(tried: Sequence[TerrainSearch]) -> float:
-    """How far the ends of searches are from one another along the course [m]."""
-    ends = [found.share * found.course.length for found in tried]
-    return max(ends) - min(ends)
 
 
 def _pitched(found: TerrainSearch) -> float:
