@@ -6,11 +6,13 @@ from collections.abc import Callable
 
 from gaitopt.conventions import FloatArray
 
-STEP = 2e-4
+STEP = 1e-4
 """Step of the differences [s], chosen here for motions that take tenths of a second.
 
 The first derivative's error by rounding is about 1e-12 of the values, the second's 1e-8; those by
-the step are of the order of its fourth power, 1e-15, times the values' fifth and sixth derivatives.
+the step are of the order of its fourth power, 1e-16, times the values' fifth and sixth derivatives.
+Knees of solo12 turn at 40 rad/s within milliseconds: with twice the step velocities on both sides
+of knots were 6e-6 rad/s apart.
 """
 
 
