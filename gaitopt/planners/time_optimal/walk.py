@@ -42,8 +42,8 @@ POSTURE_RAMPS, DYNAMIC_RAMPS = Ramps(0.03, 0.02), Ramps(0.06, 0.035)
 """Where the body stays level at one height, and at any; where it may turn, too; and where forces
 alone keep the balance. Loads that go over jump with sharp turns, and ground gives way: so such
 walks have loads that go over gently, the controller of ``simulate`` eases what jumps, and servos do
-not drive joints far beyond their limits. With them knees of wang2020 reach 121 (``swing``) and
-116 % of their velocity limits (``height``; 64 steps, seed 0). The first two are as sharp as pays:
+not drive joints far beyond their limits. With them knees of wang2020 reach 120 (``swing``) and
+113 % of their velocity limits (``height``; 64 steps, seed 0). The first two are as sharp as pays:
 with 9 g these walks came out equally fast. ``posture`` came out no faster with 0.005 s, and a knee
 reached 137 % (16 steps, seed 2) before servos did so. ``dynamic`` has no gentle loads, and is 5 %
 slower with them and sharp turns."""
