@@ -184,6 +184,8 @@ class Servos:
             fast = np.abs(speeds) > self._fastest
             if (fast == held).all():
                 break
+            # What is to be held now asks for another torque, which may be within its limits.
+            limited = limited & ~(fast & ~held)
             held, beyond = fast, np.where(fast, self._fastest, 0.0)
             drive = torque + self._holding * np.copysign(beyond, speeds)
             damping = self._damping + np.where(held, self._holding, 0.0)

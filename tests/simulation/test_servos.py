@@ -67,6 +67,15 @@ def test_a_torque_for_a_load_that_is_not_there_turns_no_joint_far_beyond_its_lim
     assert fastest < 1.3 < 3.0 < free
 
 
+def test_a_speed_is_held_also_where_the_torque_is_beyond_its_limit(wang: Quadruped) -> None:
+    """More is fed forward than the joints can give. Those that stayed at that limit, and were not
+    held, turned at eight times their limits."""
+    most = 2.0 * float(wang.effort_limits.max())
+    fastest, servos = hung_up(wang, SimulationSettings(), 0.02, torque=most)
+    assert fastest < 2.5
+    assert (servos.peak_torques <= wang.effort_limits * (1.0 + 1e-12)).all()
+
+
 def test_friction_of_a_joint_does_not_hold_a_slow_servo(wang: Quadruped) -> None:
     """At its speed limit a servo of wang2020 has 3.8 N m for errors; joints that rub with 10 N m
     stood still before friction was fed forward."""
