@@ -67,9 +67,10 @@ def rows_so_far(path: Path, columns: Columns) -> dict[str, StoredRow]:
     data = read_bounded(path, LARGEST, InputError)
     *lines, rest = data.split(b"\n")
     if not lines or lines[0].rstrip(b"\r") != header:
-        raise InputError(
-            f"{path} is no table of a study, or of another one; name another file, or remove it"
-        )
+        other = "is no table of a study"
+        if lines and lines[0].startswith(b"key,"):
+            other = "has other columns: it is of another study, or of another version of gaitopt"
+        raise InputError(f"{path} {other}; name another file, or remove it")
     if rest:
         with written_whole(path, binary=True) as stream:
             stream.write(data[: len(data) - len(rest)])

@@ -250,6 +250,11 @@ def test_a_study_of_maps_prints_its_table_and_goes_on(command: Command, tmp_path
     [
         (["--terrain", "lava"], "there is no ground named 'lava'; there are flat, rubble"),
         (["--terrain", "flat", "--objective", "margin"], "--objective is for walks over columns"),
+        (["--terrain", "flat", "--timing", "forces"], "--timing is for walks over columns"),
+        (["--terrain", "flat", "--columns", "3"], "--columns is for walks over columns"),
+        (["--terrain", "flat", "--every-robot"], "--every-robot is for walks over columns"),
+        (["--every-robot", "--effort-limit", "20"], "--every-robot takes robots as they are"),
+        (["--widest", "96"], "--widest is for walks over height maps: give --terrain"),
         (["--difficulty", "0.5"], "--difficulty is for walks over height maps: give --terrain"),
         (["--terrain", "rubble", "--size", "height"], "sizes are written as NAME=NUMBER"),
     ],

@@ -89,6 +89,14 @@ def test_another_table_is_not_touched(tmp_path: Path) -> None:
         run_study(grid(range(1)), tmp_path / "none" / "t.csv")
 
 
+def test_a_table_of_another_version_is_told_and_not_touched(tmp_path: Path) -> None:
+    table, before = tmp_path / "old.csv", ",".join(n for n in HEADER if n != "timing") + "\n"
+    table.write_text(before)
+    with pytest.raises(InputError, match=r"has other columns: .* another version of gaitopt"):
+        run_study(grid(range(1)), table)
+    assert table.read_text() == before
+
+
 def test_the_grid_is_every_combination() -> None:
     walks = grid(range(3), objectives=("distance", "margin"), stability_margins=(0.01, 0.02))
     assert len(walks) == len({key_of(walk) for walk in walks}) == 12
