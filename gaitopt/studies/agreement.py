@@ -89,7 +89,11 @@ def agreement_table(rows: Sequence[Mapping[str, str]]) -> Table:
     lines = [text[:LONGEST] for text in named[:MOST_NAMED]]
     if len(named) > MOST_NAMED:
         lines.append(f"and {len(named) - MOST_NAMED} more")
-    caption = Text("\n".join(lines) or "planner, certificate and physics agree on all walks")
+    judged = sum(bool(row["outcome"] and row["passed"]) for row in rows)
+    agreed = f"planner, certificate and physics agree on all {judged} walks that all three judged"
+    if not judged:
+        agreed = "no walk was judged by all three"
+    caption = Text("\n".join(lines) or agreed)
     table = Table(title="walk, verify, simulate", caption=caption, caption_justify="left")
     for header in HEADERS:
         table.add_column(Text(header), justify="left" if header == "robot" else "right")

@@ -53,7 +53,12 @@ def test_disagreements_are_counted_by_robot_and_named() -> None:
     assert hyq.counts["violated"] == hyq.counts["warned"] == 1 and hyq.named == ()
     text = as_text(agreement_table(rows))
     assert "go2, seed 4: certified, and fails" in text
-    assert "agree on all walks" in as_text(agreement_table(rows[:1]))
+    assert "agree on all 1 walks that all three judged" in as_text(agreement_table(rows[:1]))
+
+
+def test_walks_that_were_not_judged_are_no_agreement() -> None:
+    refused = row(status="infeasible", duration="")
+    assert "no walk was judged by all three" in as_text(agreement_table([refused]))
 
 
 @pytest.mark.parametrize(
