@@ -27,7 +27,7 @@ _CURES = {
 }
 
 TOLD = 2
-"""Causes that an error tells; all of them are in its ``refused``, and in the figure of the map."""
+"""Causes that an error tells; all of them are in its ``refused``."""
 NEAR_EDGE = 1.4
 """Distance from the map's edge within which trunk and limbs may come above unknown ground, in body
 heights. Chosen: half of the trunk's length of all robots that were tried is less."""
@@ -56,8 +56,8 @@ def no_way(search: TerrainSearch, detail: str = "") -> TerrainError:
         words.append(detail)
     if search.wall is not None:
         words.append(
-            f"no way round is seen on the map, and at {np.round(search.wall, 2).tolist()} no pose "
-            "of the body stands"
+            f"no way round is seen on the map, and at {np.round(search.wall, 2).tolist()} none of "
+            "the poses of the body that were tried stands"
         )
     if search.late:
         words.append(_time_over(search))
