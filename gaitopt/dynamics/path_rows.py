@@ -96,7 +96,7 @@ def place_rows(
 
 
 class _ForceRows(NamedTuple):
-    """What limits look at, at ``n`` places: ``by_terms (u, x, 1) + by_z z``.
+    """What limits look at, at ``n`` places: ``by_terms (u, x, 1) + by_z z``; arrays are read-only.
 
     Attributes:
         by_terms: ``(n, r, 3)``.
@@ -162,6 +162,8 @@ def _new_force_rows(
     )
     first = sides + len(feet)
     last = first + torque.shape[1]
+    for kept in (by_terms, by_z):
+        kept.setflags(write=False)
     return _ForceRows(by_terms, by_z, slice(first, last), slice(last, by_terms.shape[1]))
 
 

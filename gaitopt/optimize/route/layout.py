@@ -87,7 +87,10 @@ def sorted_by_knot(parts: Iterable[tuple[np.ndarray, ...]]) -> list[np.ndarray]:
 
 
 class LastValues(NamedTuple):
-    """Where all rows were computed last, with the joints there ``(K, 12)`` and the values."""
+    """Where all rows were computed last, with the joints there ``(K, 12)`` and the values.
+
+    Arrays are read-only: a linearisation takes them as its own.
+    """
 
     x: FloatArray
     joints: FloatArray

@@ -15,7 +15,7 @@ from functools import cached_property
 
 import numpy as np
 
-from gaitopt.conventions import FloatArray
+from gaitopt.conventions import FloatArray, frozen
 from gaitopt.optimize.route.derivatives import RouteLinearisation
 from gaitopt.optimize.route.layout import LastValues, RouteLayout
 from gaitopt.optimize.route.legs import JOINTS
@@ -98,7 +98,7 @@ class RouteProblem(RouteLayout):
         joints = self.joints(poses)
         values = self.row_values(poses, times, joints)
         # A line search ends where its last values were taken, and derivatives are wanted there.
-        self.last_values[:] = [LastValues(x.copy(), joints, values.copy())]
+        self.last_values[:] = [LastValues(frozen(x), frozen(joints), frozen(values))]
         return values
 
     @property

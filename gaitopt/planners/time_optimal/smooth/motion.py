@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gaitopt.conventions import LEGS, OTHER_LEGS, FloatArray, rotation_z
+from gaitopt.conventions import LEGS, OTHER_LEGS, FloatArray, frozen, rotation_z
 from gaitopt.dynamics.whole_body import motion_of_path
 from gaitopt.dynamics.zero_moment import zero_moment_points
 from gaitopt.motion.differences import time_derivatives, values_and_derivatives
@@ -131,7 +131,8 @@ class SplineMotion(FootholdMotion):
     def _sampled(self) -> States:
         """Columns of a path at the samples, and two derivatives of them ``(N, 6 + nj)``."""
         times, span = self.samples
-        return values_and_derivatives(lambda t: self.values_at(t, span), times)
+        value, first, second = values_and_derivatives(lambda t: self.values_at(t, span), times)
+        return frozen(value), frozen(first), frozen(second)
 
     @cached_property
     def centres_of_mass(self) -> FloatArray:
@@ -139,10 +140,10 @@ class SplineMotion(FootholdMotion):
         times, span = self.samples
         poses = self.poses_at(times, span)
         if not self.whole_body:
-            return poses[:, :2].reshape(-1, SAMPLES, 2)
+            return frozen(poses[:, :2].reshape(-1, SAMPLES, 2))
         joints = self.joints_of(poses, self.contacts(span)).reshape(-1, len(LEGS), 3)
         found = MassDistribution.of(self.robot).com(poses, joints)
-        return np.asarray(found[:, :2].reshape(-1, SAMPLES, 2))
+        return frozen(found[:, :2].reshape(-1, SAMPLES, 2))
 
     @cached_property
     def zero_moment_points(self) -> FloatArray:
@@ -153,11 +154,11 @@ class SplineMotion(FootholdMotion):
         """
         times, span = self.samples
         if self.whole_body:
-            return self._whole_body_zmp(span).reshape(-1, SAMPLES, 2)
+            return frozen(self._whole_body_zmp(span).reshape(-1, SAMPLES, 2))
         ground = self.knots.ground_on_spans[span] - self.robot.foot_radius
         centre = self.poses_at(times, span)[:, BODY]
         acceleration = 2.0 * self.parabolas[0, span][:, BODY]
-        return point_mass_zmp(centre, acceleration, ground).reshape(-1, SAMPLES, 2)
+        return frozen(point_mass_zmp(centre, acceleration, ground).reshape(-1, SAMPLES, 2))
 
     def _whole_body_zmp(self, span: np.ndarray) -> FloatArray:
         """ZMP of all links at the samples ``(N, 2)`` [m], in the heading frame."""
