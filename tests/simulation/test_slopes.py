@@ -36,17 +36,17 @@ def on_a_ramp(robot: Quadruped, towards: float) -> Footholds:
 
 
 @pytest.mark.parametrize(
-    ("name", "towards"),
-    [("go2", 0.0), ("go2", np.pi / 2.0), ("anymal_c", 2.5)],
+    ("name", "towards", "most"),
+    [("go2", 0.0, 2.5e-3), ("go2", np.pi / 2.0, 2e-3), ("anymal_c", 2.5, 2e-3)],
     ids=["up", "across", "down and across"],
 )
-def test_a_ramp_is_walked_as_planned(name: str, towards: float) -> None:
+def test_a_ramp_is_walked_as_planned(name: str, towards: float, most: float) -> None:
     """As fast as forces about the normals of the ramp allow."""
     robot = gaitopt.load_robot(name)
     result = gaitopt.simulate(gaitopt.plan_crawl(robot, on_a_ramp(robot, towards)))
     assert result.passed and result.bumps == (), str(result)
     # Up the ramp go2 is 2.0 to 2.2 mm off when it stops, in steps of the physics of 0.25 to 1 ms.
-    assert result.body_error < 2.5e-3 and result.tilt < np.radians(0.5)
+    assert result.body_error < most and result.tilt < np.radians(0.5)
 
 
 def test_a_controller_that_takes_a_ramp_for_level_errs() -> None:
