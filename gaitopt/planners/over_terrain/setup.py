@@ -175,6 +175,11 @@ def first_layer(search: Search) -> Layer:
         InputError: for a foot there is none.
     """
     ground, judge = search.judge.surfaces.ground, search.judge
+    if not len(search.stands.centres):
+        raise InputError(
+            "no foot may stand anywhere on the map: all of it is unknown, too steep or too near to "
+            "an edge; look at its scale (resolution, heights, unit), or give a smaller edge_margin"
+        )
     usual = np.array([search.usual(leg, 0) for leg in range(4)])
     near = start_stands(search.stands, ground, usual, judge.settings.freedom)
     for leg, some, place in zip(LEGS, near, usual, strict=True):

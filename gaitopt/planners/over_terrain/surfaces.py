@@ -136,7 +136,9 @@ class Stands:
         """
         size = 2 * round(reach) + 1
         some = self.index >= 0
-        heights = uniform_filter(np.where(some, self.centres[self.index, 2], 0.0), size)
+        heights = np.zeros(self.index.shape)
+        heights[some] = self.centres[self.index[some], 2]
+        heights = uniform_filter(heights, size)
         count = uniform_filter(some.astype(np.float64), size)
         least = 0.5 / size**2
         return np.where(count > least, heights / np.maximum(count, least), np.nan)

@@ -306,6 +306,15 @@ def test_a_start_without_ground_is_refused() -> None:
                              start=(0.0, 0.0, 0.0))  # fmt: skip
 
 
+@pytest.mark.parametrize("detours", [True, False])
+def test_a_map_on_which_no_foot_may_stand_is_refused(detours: bool) -> None:
+    """Such as a map of mountains in metres, on a grid of some centimetres."""
+    z = np.tile(np.arange(60.0)[:, None], (1, 60))
+    with pytest.raises(InputError, match="no foot may stand anywhere on the map"):
+        gaitopt.search_terrain(GO2, HeightMap(z, 0.02, (-0.6, -0.6)), (0.4, 0.0),
+                               start=(0.0, 0.0, 0.0), detours=detours)  # fmt: skip
+
+
 def test_a_step_that_was_refused_is_not_made_again() -> None:
     settings = TerrainSettings.for_robot(GO2)
     search = search_for(GO2, ground("rubble", difficulty=0.5), (LENGTH, 0.0), (0.0, 0.0, 0.0),
