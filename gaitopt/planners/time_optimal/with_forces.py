@@ -49,8 +49,6 @@ def plan_with_forces(route: Route, progress: Progress | None = None) -> Plan:
     """
     free = route.settings.free
     continuous = free.swing and has_quick_joints(route.robot) and route.settings.horizon is None
-    # The body of a continuous walk is level.
-    continuous &= route.steps.tilts is None
     splines = free.swing and route.settings.horizon is None
     boxes = None if splines else _phase_by_phase(route)
     held = _held_by_forces(route)

@@ -14,6 +14,7 @@ import gaitopt
 from gaitopt import LEGS, HeightMap, InputError, TerrainError
 from gaitopt.control.build import build_reference
 from gaitopt.control.gains import ControlGains
+from gaitopt.plan.record import RouteRecord
 from gaitopt.plan.rolled_feet import first_rolling_step
 from gaitopt.planners.over_terrain.beam.ending import Ending
 from gaitopt.planners.over_terrain.links.rolling import PLANNED
@@ -47,6 +48,16 @@ def test_a_walk_over_rubble_is_certified(rubble: gaitopt.Plan) -> None:
 def test_physics_crosses_it_and_nothing_but_feet_touches_the_ground(rubble: gaitopt.Plan) -> None:
     result = gaitopt.simulate(rubble)
     assert result.passed and not result.bumps
+
+
+def test_a_continuous_walk_goes_over_the_footholds_that_were_found(rubble: gaitopt.Plan) -> None:
+    """The body tilts with the ground while it moves on, and the ground is judged as well."""
+    plan = gaitopt.plan_route(GO2, rubble.footholds, free="dynamic")
+    assert isinstance(plan.record, RouteRecord) and plan.record.instead is None
+    certificate = gaitopt.verify(plan, collisions=False)
+    certificate.raise_for_violations()
+    assert "legs and trunk clear of the ground" in [check.name for check in certificate.checks]
+    assert rubble.duration / plan.duration > 1.4
 
 
 def test_the_body_is_not_thrown_up_and_down(rubble: gaitopt.Plan) -> None:

@@ -18,12 +18,13 @@ from gaitopt.optimize.body_path import (
     LineRows,
 )
 from gaitopt.optimize.paced_path import PacedPathProblem
-from gaitopt.optimize.route.legs import FOOT
+from gaitopt.optimize.route.legs import FOOT, ORIENTATION
 from gaitopt.planners.time_optimal.continuous.refusal import refused
 from gaitopt.planners.time_optimal.smooth.build import FORCE_ZMP_SHARE, start_margin
 from gaitopt.planners.time_optimal.smooth.motion import SAMPLES, SplineMotion
 from gaitopt.planners.time_optimal.support import support_on_spans
 from gaitopt.planners.time_optimal.walk import Route
+from gaitopt.robots.rotations import rpy_to_matrix
 
 ROUNDS = 2
 """Rounds in which the body's path is found. In each the centre of mass and the ZMP of all links are
@@ -191,21 +192,23 @@ def _balance_lines(
 def reach_discs(route: Route, motion: SplineMotion) -> DiscRows:
     """Discs about every foot, less where the hip is, in which the leg reaches the foot.
 
-    The body is level. A foot at ``(x, y, z)`` from the hip is within reach ``r`` of the pitch axis,
-    which lies ``d`` below the roll axis, where ``x^2 + (sqrt(y^2 + z^2 - l^2) - d)^2 <= r^2``, with
-    the lateral offset ``l``. A disc within this oval has the radius that is used here.
+    A foot at ``(x, y, z)`` from the hip is within reach ``r`` of the pitch axis, which lies ``d``
+    below the roll axis, where ``x^2 + (sqrt(y^2 + z^2 - l^2) - d)^2 <= r^2``, with the lateral
+    offset ``l``. A disc within this oval has the radius that is used here. It is exact to turns of
+    the body where ``d`` is zero; else it holds for a level one, and the joints are checked later.
     """
     poses, fraction = motion.poses, route.settings.reach_fraction
     feet = motion.knots.feet_at_knots(poses[:, FOOT])
+    turns = rpy_to_matrix(poses[:, ORIENTATION])
     span, centre, radius = [], [], []
     for i, name in enumerate(LEGS):
         leg = route.robot.legs[name]
         reach = (1.0 - REACH_RESERVE) * min(leg.reach, fraction * (leg.upper + leg.lower))
-        hip = leg.hip - route.robot.centre
-        down = poses[:, 2] + hip[2] - feet[:, i, 2]
+        hip = turns @ (leg.hip - route.robot.centre)
+        down = poses[:, 2] + hip[:, 2] - feet[:, i, 2]
         square = (reach + leg.drop) ** 2 + leg.lateral**2 - down**2
         square /= 1.0 + 2.0 * max(leg.drop, 0.0) / reach
         span.append(np.arange(1, len(poses)))
-        centre.append((feet[:, i, :2] - hip[:2])[1:])
+        centre.append((feet[:, i, :2] - hip[:, :2])[1:])
         radius.append(np.sqrt(np.maximum(square, 0.0))[1:])
     return DiscRows(np.concatenate(span), np.concatenate(centre), np.concatenate(radius))

@@ -15,6 +15,7 @@ from gaitopt.optimize.paced_path import PacedPathProblem, PacedRows
 from gaitopt.plan.record import RouteRecord
 from gaitopt.plan.settings.time_optimal import RouteSettings
 from gaitopt.planners.time_optimal.continuous import paced, planner
+from gaitopt.planners.time_optimal.continuous.asked import Asked
 from gaitopt.planners.time_optimal.continuous.body import BalancedMotion, balanced, missing_margins
 from gaitopt.planners.time_optimal.smooth.motion import SplineMotion
 from gaitopt.planners.time_optimal.walk import Route, prepare_route
@@ -34,7 +35,7 @@ def first(free: str) -> SplineMotion:
 
 
 def rows_of(free: str, motion: SplineMotion) -> PacedRows:
-    walk, asked = route(free), paced.Asked.of(route(free), motion)
+    walk, asked = route(free), Asked.of(route(free), motion)
     assert asked is not None
     both = (paced._normal_rows, paced._friction_rows)
     return PacedRows.joined([of(walk, motion, asked, end) for of in both for end in (0, 1)])
