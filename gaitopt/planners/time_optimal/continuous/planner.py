@@ -93,7 +93,9 @@ def _first_motion(route: Route, pace: float) -> SplineMotion:
         route.robot, settings.heading, legs, knots, first_guess(route, knots), spans,
         whole_body=True,
     )  # fmt: skip
-    return with_flights(motion, settings, route.steps.lifts, route.footholds.landing_radius)
+    footholds = route.footholds
+    return with_flights(motion, settings, route.steps.lifts, footholds.landing_radius,
+                        upright=footholds.ground is not None)  # fmt: skip
 
 
 def _timed(route: Route, found: BalancedMotion, seconds: float) -> Plan:

@@ -24,11 +24,16 @@ SPREAD = (0.25, 0.0)
 """Shares of an even pace along the way; the largest that keeps the clearance is taken. With 0 a
 foot is above its foothold at its first control point in the air. With 0.5 the same walks take
 1.51 s, and two of them pass."""
+UPRIGHT_RISE = (1.0, 1.0)
+"""Rise of a flight over a map that does not keep the clearance otherwise, as up a riser. Its two
+first control points in the air are above the foothold, and so is the foot until it is at the top.
+"""
 
 
 def with_flights(
-    motion: SplineMotion, settings: RouteSettings, lifts: FloatArray, radius: float
-) -> SplineMotion:
+    motion: SplineMotion, settings: RouteSettings, lifts: FloatArray, radius: float,
+    upright: bool = False,
+) -> SplineMotion:  # fmt: skip
     """The motion with flights that keep the clearance.
 
     Args:
@@ -36,22 +41,25 @@ def with_flights(
         settings: with the clearance and the number of knots of a swing.
         lifts: how far the foot rises above the higher end of each swing ``(S,)`` [m].
         radius: how far from a foothold a foot stands on it [m].
+        upright: whether flights may also go straight up and down.
     """
     wanted = settings.clearance + settings.clearance_reserve
     flights = Flights.of(motion.knots)
     # Of every flight the first span and the one after its last.
     ends = np.stack([flights.lift_off, flights.touchdown + 1], axis=1).ravel()
     low = np.ones(len(flights.lift_off), dtype=np.bool_)
-    for rise in (RISE, STEEP_RISE):
-        for spread in SPREAD:
-            poses = motion.poses.copy()
-            at, feet = _control_points(flights, settings, lifts, spread, rise)
-            poses[at[low], FOOT] = feet[low]
-            motion = replace(motion, poses=poses)
-            heights = np.append(lowest_heights(motion, radius), np.inf)
-            low = np.minimum.reduceat(heights, ends)[::2] < wanted
-            if not low.any():
-                return motion
+    shapes = [(rise, spread, 1) for rise in (RISE, STEEP_RISE) for spread in SPREAD]
+    if upright:
+        shapes.append((UPRIGHT_RISE, 0.0, 2))
+    for rise, spread, above in shapes:
+        poses = motion.poses.copy()
+        at, feet = _control_points(flights, settings, lifts, spread, rise, above)
+        poses[at[low], FOOT] = feet[low]
+        motion = replace(motion, poses=poses)
+        heights = np.append(lowest_heights(motion, radius), np.inf)
+        low = np.minimum.reduceat(heights, ends)[::2] < wanted
+        if not low.any():
+            return motion
     return motion
 
 
@@ -61,11 +69,15 @@ def _control_points(
     lifts: FloatArray,
     spread: float,
     rise: tuple[float, ...],
+    above: int,
 ) -> tuple[np.ndarray, FloatArray]:
-    """Knots in the air ``(S, n - 1)``, and the foot's control points ``(S, n - 1, 3)`` [m]."""
+    """Knots in the air ``(S, n - 1)``, and the foot's control points ``(S, n - 1, 3)`` [m].
+
+    With no spread, ``above`` of them at either end are above the foothold there.
+    """
     intervals = settings.swing_knots
     number = np.arange(1, intervals)
-    pause = np.clip((number - 1) / (intervals - 2), 0.0, 1.0)
+    pause = np.clip((number - above) / max(intervals - 2 * above, 1), 0.0, 1.0)
     along = (1.0 - spread) * pause + spread * number / intervals
     from_end = np.minimum(number, intervals - number)
     up = np.where(from_end <= len(rise), np.take(rise, from_end - 1, mode="clip"), 1.0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -16,6 +17,8 @@ from gaitopt.plan.settings.time_optimal import RouteSettings
 from gaitopt.planners.time_optimal.continuous import planner
 from gaitopt.planners.time_optimal.continuous.asked import Asked
 from gaitopt.planners.time_optimal.continuous.body import reach_discs
+from gaitopt.planners.time_optimal.continuous.swings import with_flights
+from gaitopt.planners.time_optimal.smooth.clearance import lowest_heights
 from gaitopt.planners.time_optimal.smooth.motion import SplineMotion
 from gaitopt.planners.time_optimal.walk import Route, prepare_route
 
@@ -80,6 +83,16 @@ def test_at_the_edge_of_its_disc_a_knee_is_as_straight_as_it_may_be() -> None:
         knees = joints[:, leg, 2]
         assert np.ptp(knees) < 1e-9
         assert knees[0] == pytest.approx(moved.legs.high[leg, 2], abs=0.02)
+
+
+def test_flights_that_go_straight_up_keep_any_clearance_beside_narrow_footholds() -> None:
+    """No other spline is at its top 1 mm beside the foothold."""
+    lifts = route().steps.lifts
+    settings = replace(route().settings, clearance=float(lifts.min()), clearance_reserve=0.0)
+    for upright in (False, True):
+        flown = with_flights(motion(), settings, lifts, 1e-3, upright=upright)
+        lowest = lowest_heights(flown, 1e-3).min()
+        assert (lowest >= settings.clearance - 1e-9) == upright
 
 
 @cache
