@@ -40,6 +40,8 @@ def no_way(search: TerrainSearch, detail: str = "") -> TerrainError:
         search: the search.
         detail: what the planner of the walk said last, if anything.
     """
+    if search.ended in (Ending.NO_GOAL, Ending.NO_START):
+        return _no_room(search)
     step = search.footholds.steps
     share = step / max(search.steps, 1)
     where = np.round(search.course.at(search.course.length * share)[:2], 2).tolist()
@@ -68,6 +70,26 @@ def no_way(search: TerrainSearch, detail: str = "") -> TerrainError:
         words += _edge_near(search, share) + _holes_near(search, share)
     words.append(f"what may help: {_cure(search, worst)}")
     return TerrainError("; ".join(words), step, search.next_leg, dict(search.refused), search)
+
+
+def _no_room(search: TerrainSearch) -> TerrainError:
+    """The error where nothing was searched, since the body cannot stand at an end of the way."""
+    start = search.ended is Ending.NO_START
+    where = "start" if start else "goal"
+    x, y = search.course.poses[0 if start else -1, :2]
+    share, far = (0.0 if start else 1.0), NEAR_EDGE * search.settings.body_height
+    (x0, x1), (y0, y1) = search.layers.ground.extent
+    gap = min(x - x0, x1 - x, y - y0, y1 - y)
+    words = [
+        f"the robot cannot stand at the {where} ({x:.4g}, {y:.4g}), so nothing was searched",
+        "why: " + " or ".join(str(cause) for cause, _ in _in_order(search.refused)),
+    ]
+    words += _edge_near(search, share) + _holes_near(search, share)
+    if gap < far:
+        words.append(f"move the {where} by {far - gap:.2f} m away from the edge")
+    else:
+        words.append(f"move the {where} to known ground with room for the robot")
+    return TerrainError("; ".join(words), 0, search.next_leg, dict(search.refused), search)
 
 
 def _cure(search: TerrainSearch, worst: Cause) -> str:

@@ -85,8 +85,8 @@ def test_where_little_ground_is_fit_to_stand_on_a_step_may_go_farther() -> None:
                         TerrainSettings.for_robot(robot, detours=False))  # fmt: skip
     middle = np.array([0.62, 0.13])
     assert not search.stands.near(ground, middle, search.judge.settings.freedom).size
-    assert search.candidates._near(middle).size
+    assert search.candidates.near(middle).size
     beside = np.array([0.0, 0.13])
-    assert len(search.candidates._near(beside)) == len(
+    assert len(search.candidates.near(beside)) == len(
         search.stands.near(ground, beside, search.judge.settings.freedom)
     )

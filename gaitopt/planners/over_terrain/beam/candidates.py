@@ -120,7 +120,7 @@ class Candidates:
     ) -> tuple[np.ndarray, FloatArray]:
         """Some stands near a usual place, spread over it, and what each costs a leg in a step."""
         settings = self.judge.settings
-        near = self._near(usual)
+        near = self.near(usual)
         if not near.size:
             return near, np.empty(0)
         away = self.stands.centres[near, :2] - usual
@@ -133,7 +133,7 @@ class Candidates:
         chosen = order[np.sort(first)][: fineness.candidates]
         return near[chosen], own[chosen]
 
-    def _near(self, usual: FloatArray) -> np.ndarray:
+    def near(self, usual: FloatArray) -> np.ndarray:
         """The stands within the step's freedom of a usual place, or farther where there are few."""
         ground, freedom = self.judge.surfaces.ground, self.judge.settings.freedom
         near = np.empty(0, dtype=int)

@@ -23,12 +23,14 @@ from gaitopt.planners.over_terrain.result import TerrainSearch
 from gaitopt.planners.over_terrain.search import Search
 from gaitopt.planners.over_terrain.settings import EXHAUSTIVE_TIMES, TerrainSettings
 from gaitopt.planners.over_terrain.setup import first_layer, result_of, with_settings
+from gaitopt.planners.over_terrain.states import Found
 from gaitopt.planners.over_terrain.ways.outcomes import (
     ended_of,
     farthest_of_each,
     spread_of,
     way_of,
 )
+from gaitopt.planners.over_terrain.ways.room_at_ends import no_room_at_ends
 from gaitopt.planners.over_terrain.ways.room_to_stand import no_room
 
 STEP_SHARES = (1.0, 0.7, 0.5)
@@ -82,6 +84,9 @@ class Tries:
 
     def result(self) -> TerrainSearch:
         """The first that reaches the goal, or the one that gets farthest."""
+        none = self._no_room_at_ends()
+        if none is not None:
+            return none
         tried: list[TerrainSearch] = []
         for found in self._one_by_one(tried):
             if found.complete:
@@ -96,6 +101,17 @@ class Tries:
             ended = Ending.TIME
         ways = len({way_of(found) for found in tried})
         return replace(farthest, ended=ended, wall=self.wall, ways=ways, spread=spread_of(tried))
+
+    def _no_room_at_ends(self) -> TerrainSearch | None:
+        """What is found where the body cannot stand at the goal or start: nothing is searched."""
+        none = no_room_at_ends(self.search, self.ways)
+        if none is None:
+            return None
+        ended, causes = none
+        first, width = first_layer(self.search), self.search.judge.settings.width
+        tried = np.empty(0, dtype=int)
+        found = Found((first,), 4 * self.search.cycles, causes, tried, width, 0, ended)
+        return result_of(self.search, found, self.begin)
 
     @cached_property
     def end(self) -> float:
