@@ -16,6 +16,7 @@ from scipy.spatial import ConvexHull, QhullError
 
 from gaitopt.conventions import BoolArray, FloatArray
 from gaitopt.optimize.route.centre_of_mass import MassDistribution
+from gaitopt.planners.over_terrain.beam.candidates import FREER
 from gaitopt.planners.over_terrain.beam.ending import Ending
 from gaitopt.planners.over_terrain.judge import Judge
 from gaitopt.planners.over_terrain.pairs import Cause
@@ -48,13 +49,14 @@ class Region(NamedTuple):
 
 
 def no_room_at_ends(
-    search: Search, ways: Sequence[TerrainSettings]
+    search: Search, ways: Sequence[TerrainSettings], aside: float = 0.0
 ) -> tuple[Ending, dict[Cause, int]] | None:
     """At which end the body cannot stand in any way of walking, and what is in the way.
 
     Args:
         search: with the usual settings.
         ways: settings of the ways of walking.
+        aside: how far beside the course others may lead between the same ends [m].
 
     Returns:
         The end, and in how many ways of walking each cause is in the way; ``None`` where both ends
@@ -63,7 +65,7 @@ def no_room_at_ends(
     for ending, last in ((Ending.NO_GOAL, True), (Ending.NO_START, False)):
         causes: dict[Cause, int] = {}
         for settings in ways:
-            cause = _cause(with_settings(search, settings), last)
+            cause = _cause(with_settings(search, settings), last, aside)
             if cause is None:
                 break
             causes[cause] = causes.get(cause, 0) + 1
@@ -72,22 +74,24 @@ def no_room_at_ends(
     return None
 
 
-def _cause(search: Search, last: bool) -> Cause | None:
+def _cause(search: Search, last: bool, aside: float) -> Cause | None:
     """What is in the way of the last or first step of a search; ``None`` where nothing may be."""
-    region = _region(search, last)
+    region = _region(search, last, aside)
     if region is None:
         return Cause.GROUND
     return None if _some_room(search.judge, region) else Cause.TRUNK
 
 
-def _region(search: Search, last: bool) -> Region | None:
+def _region(search: Search, last: bool, aside: float) -> Region | None:
     """Where the body may be in the last or first step; ``None`` where a leg has no stand."""
     cycles, candidates = search.cycles, search.candidates
     now = [candidates.near(search.usual(leg, cycles if last else 0)) for leg in range(4)]
-    # The body lies as the plane through the feet before and after the step.
-    other = [candidates.near(search.usual(leg, cycles - 1 if last else 1)) for leg in range(4)]
-    if not all(near.size for near in (now if last else now + other)):
+    if not all(near.size for near in now):
         return None
+    # The body lies as the plane through the feet before and after the step.
+    widest = max(FREER) * search.judge.settings.freedom + aside
+    places = [search.usual(leg, cycles - 1 if last else 1) for leg in range(4)]
+    other = [search.stands.near(search.layers.ground, place, widest) for place in places]
     centres = search.stands.centres
     heights = centres[np.concatenate(now + other), 2]
     settings = search.judge.settings

@@ -104,7 +104,8 @@ class Tries:
 
     def _no_room_at_ends(self) -> TerrainSearch | None:
         """What is found where the body cannot stand at the goal or start: nothing is searched."""
-        none = no_room_at_ends(self.search, self.ways)
+        aside = max(ASIDE) * self.search.judge.robot.standing_height
+        none = no_room_at_ends(self.search, self.ways, aside)
         if none is None:
             return None
         ended, causes = none
