@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from scipy.ndimage import binary_dilation
 from scipy.spatial import ConvexHull, QhullError
 
 from gaitopt.conventions import BoolArray, FloatArray
@@ -169,17 +170,9 @@ def _com_box(masses: MassDistribution) -> tuple[FloatArray, FloatArray, float]:
 
 def _known_near(judge: Judge, cells: int) -> BoolArray:
     """Where the tables of the ground are known within some cells ``(C, nx + 2, ny + 2)``."""
+    square = np.ones((1, 2 * cells + 1, 2 * cells + 1), dtype=np.bool_)
     known = np.isfinite(judge.surfaces.tables)
-    out = known.copy()
-    for axis in (1, 2):
-        here = out.copy()
-        for shift in range(1, cells + 1):
-            ahead = [slice(None)] * 3
-            behind = [slice(None)] * 3
-            ahead[axis], behind[axis] = slice(shift, None), slice(None, -shift)
-            out[tuple(ahead)] |= here[tuple(behind)]
-            out[tuple(behind)] |= here[tuple(ahead)]
-    return out
+    return np.asarray(binary_dilation(known, structure=square), dtype=np.bool_)
 
 
 def _at(judge: Judge, known: BoolArray, places: FloatArray, size: int) -> BoolArray:
