@@ -27,9 +27,9 @@ ROOM_FOR_FORCES = 1.5
 """Factor of the distance from a support triangle's sides at which every foot bears the least normal
 force at rest: what is left is for motion. Walks of wang2020 (2 and 3 columns) take 13.63 s with 6
 mm, where every foot bears it at 5.3 mm, 13.41 s with 8, 13.94 s with 10 and 13.56 s with 14 mm.
-Where a timing is found without more margin than is asked for, it costs time: over 2 columns hyq
-takes 0.51 s and not 0.46 with no margin (``swing``), and go2 with a reserve of 0.08 takes 0.62 s
-and not 0.51. With default settings nothing is raised (eleven robots)."""
+Such a margin costs time where it is not needed: over 2 columns hyq takes 0.51 s and not 0.46 with
+no margin (``swing``), and go2 with a reserve of 0.08 takes 0.62 s and not 0.51. So it is tried
+second. With default settings nothing is raised (eleven robots)."""
 
 
 def plan_with_forces(route: Route, progress: Progress | None = None) -> Plan:
@@ -54,12 +54,9 @@ def plan_with_forces(route: Route, progress: Progress | None = None) -> Plan:
     continuous = free.swing and has_quick_joints(route.robot) and route.settings.horizon is None
     splines = free.swing and route.settings.horizon is None
     boxes = None if splines else _phase_by_phase(route)
-    held = _held_by_forces(route)
     try:
-        if continuous:
-            found = continuous_plan(held)
-        elif free.swing:
-            found = retimed(smooth_plan(held, progress))
+        if free.swing:
+            found = _without_stops(route, continuous, progress)
         else:
             found = retimed(straight_plan(route, progress), rounding=ROUNDING)
     except (InfeasibleStepError, SolverError) as error:
@@ -71,12 +68,33 @@ def plan_with_forces(route: Route, progress: Progress | None = None) -> Plan:
     return _with_reason(boxes, "the walk phase by phase is faster than the other that was found")
 
 
+def _without_stops(route: Route, continuous: bool, progress: Progress | None) -> Plan:
+    """The walk with a free swing curve: at the margin asked for, or at one that forces need.
+
+    Raises:
+        InfeasibleStepError, SolverError: there is none at either margin.
+    """
+
+    def walk(at: Route) -> Plan:
+        return continuous_plan(at) if continuous else retimed(smooth_plan(at, progress))
+
+    held = _held_by_forces(route)
+    if held is route:
+        return walk(route)
+    # A greater margin costs time, so it comes second.
+    try:
+        return walk(route)
+    except (InfeasibleStepError, SolverError):
+        return walk(held)
+
+
 def _held_by_forces(route: Route) -> Route:
     """The walk with a stability margin at which least normal forces of all feet are possible.
 
     The problem of the path knows margins, and no forces: nearer to a side than that the foot on the
-    other side would bear too little, and there is no timing. The longest side of a triangle counts,
-    which is that between diagonal feet: the centre of mass is near to it when a foot lifts off.
+    other side may bear too little, and there may be no timing. The longest side of a triangle
+    counts, which is that between diagonal feet: the centre of mass is near to it when a foot lifts
+    off.
     """
     settings = route.settings
     limits = settings.promised_forces
@@ -88,9 +106,9 @@ def _held_by_forces(route: Route) -> Route:
     normal, offset = triangle_half_planes(corners)
     heights = (np.einsum("sni,smi->snm", normal, corners) - offset[..., None]).max(axis=2)
     share = tightened(limits, PLANNED_SHARE).reserve
-    margin = max(
-        settings.stability_margin, ROOM_FOR_FORCES * share * float(heights.min(axis=1).max())
-    )
+    margin = ROOM_FOR_FORCES * share * float(heights.min(axis=1).max())
+    if margin <= settings.stability_margin:
+        return route
     return replace(route, settings=replace(settings, stability_margin=margin))
 
 
