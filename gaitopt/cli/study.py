@@ -34,7 +34,10 @@ def _map(text: str, **limits: Any) -> Any:
     return typer.Option(help=text, rich_help_panel="Walks over height maps", **limits)
 
 
-@takes_robot("wang2020")
+OWN_ROBOT = "wang2020"
+
+
+@takes_robot(OWN_ROBOT)
 def study(
     robot: RobotChoice,
     table: Annotated[
@@ -62,7 +65,10 @@ def study(
     free: FreeOption = None,
     timing: TimingOption = Timing.velocity,
     steps: Annotated[
-        int, typer.Option("--columns", help="Columns a leg; the first is where it stands.", min=1)
+        int,
+        typer.Option(
+            "--columns", help="Columns a leg; the first is where it stands.", min=1, max=1000
+        ),
     ] = 17,
     every_robot: Annotated[
         bool, typer.Option("--every-robot", help="All robots that have names, not just --robot.")
@@ -139,8 +145,10 @@ def study(
     from gaitopt.studies.study import grid, run_study
     from gaitopt.studies.study_report import plot_study, study_table
 
-    if every_robot and robot.options:
-        raise InputError("--every-robot takes robots as they are: leave out how one is read")
+    if every_robot and (robot.options or robot.source != OWN_ROBOT):
+        raise InputError(
+            "--every-robot takes robots as they are: leave out --robot, and how one is read"
+        )
     walks = grid(
         count,
         robots=robot_names() if every_robot else (_source(robot, table),),

@@ -231,10 +231,13 @@ def _tell_edges(
 
 def _explain(error: TerrainError, folder: RunFolder, report: Report) -> None:
     """Report what stopped a search, and draw how far it got."""
+    from gaitopt.planners.over_terrain.beam.ending import Ending
     from gaitopt.viewing.figures.files import save_figure
     from gaitopt.viewing.figures.terrain_map import plot_terrain_map
 
-    if error.search.footholds.steps < error.search.steps:
+    if error.search.ended in (Ending.NO_GOAL, Ending.NO_START):
+        report.say(f"No way was looked for: {error.search.ended}.")
+    elif error.search.footholds.steps < error.search.steps:
         report.say(
             f"No way was found. The search made {error.step} of {error.search.steps} steps; then "
             f"{error.leg} found no foothold:"

@@ -118,6 +118,17 @@ def test_a_png_without_a_scale_gets_one_that_is_told(
     assert told in done.stderr and ("tells no scale" in done.stderr) == bool(told)
 
 
+def test_a_goal_at_the_edge_is_refused_before_anything_is_searched(
+    shell: Any, tmp_path: Path
+) -> None:
+    np.save(tmp_path / "flat.npy", np.zeros((90, 60)))
+    done = shell("terrain", str(tmp_path / "flat.npy"), "--resolution", "0.02", "--goal", "1.77,0",
+                 "--robot", "go2", "--out", str(tmp_path / "out"))  # fmt: skip
+    assert done.code == 2 and "The search made" not in done.stdout
+    assert "No way was looked for: no pose of the body" in " ".join(done.stdout.split())
+    assert "move the goal by" in " ".join(done.stderr.split())
+
+
 def test_where_the_planner_refuses_all_footholds_it_says_so(
     shell: Any, sketch: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -254,6 +265,7 @@ def test_a_study_of_maps_prints_its_table_and_goes_on(command: Command, tmp_path
         (["--terrain", "flat", "--columns", "3"], "--columns is for walks over columns"),
         (["--terrain", "flat", "--every-robot"], "--every-robot is for walks over columns"),
         (["--every-robot", "--effort-limit", "20"], "--every-robot takes robots as they are"),
+        (["--every-robot", "--robot", "go2"], "leave out --robot"),
         (["--widest", "96"], "--widest is for walks over height maps: give --terrain"),
         (["--difficulty", "0.5"], "--difficulty is for walks over height maps: give --terrain"),
         (["--terrain", "rubble", "--size", "height"], "sizes are written as NAME=NUMBER"),
