@@ -26,11 +26,14 @@ class Course:
         progress: how far the feet have to go to get there ``(n,)`` [m]: the way of the body, and
             what feet at the given distance go when it turns.
         blocked: whether something is in its way that no way round was found for.
+        marks: progress at the ends of all cycles, with that at the start ``(cycles + 1,)`` [m];
+            ``None`` for cycles that share the way evenly.
     """
 
     poses: FloatArray
     progress: FloatArray
     blocked: bool = False
+    marks: FloatArray | None = None
 
     def beside(self, aside: float, over: float) -> Course:
         """The course that lies beside this one, from near its start to near its end.
@@ -51,6 +54,12 @@ class Course:
     def length(self) -> float:
         """Progress at its end [m]."""
         return float(self.progress[-1])
+
+    def after(self, made: float | FloatArray, cycles: int) -> FloatArray:
+        """Progress after a number of cycles, of which there are ``cycles`` in all [m]."""
+        if self.marks is None:
+            return np.asarray(self.length * np.asarray(made) / max(cycles, 1))
+        return np.asarray(np.interp(made, np.arange(len(self.marks)), self.marks))
 
     def at(self, progress: float | FloatArray) -> FloatArray:
         """Poses ``(..., 3)`` at values of the progress ``(...)`` [m]."""

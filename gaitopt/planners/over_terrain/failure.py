@@ -126,10 +126,20 @@ def no_plan(
     return TerrainError(message, step, leg, {Cause.PLAN: plans}, search)
 
 
-def also_tried(error: TerrainError, lengths: Sequence[float]) -> TerrainError:
-    """The error of a walk with the usual steps, where shorter ones [m] do not help either."""
-    steps = " and ".join(f"{length:g}" for length in lengths)
-    message = f"{error}; steps of {steps} m were tried, too"
+def also_tried(error: TerrainError, lengths: Sequence[float], others: int) -> TerrainError:
+    """The error of a walk over a way that was found, where nothing else helped either.
+
+    Args:
+        error: of the walk.
+        lengths: shorter steps that were tried along the same course [m].
+        others: walks that were tried over other ways.
+    """
+    message = str(error)
+    if lengths:
+        steps = " and ".join(f"{length:g}" for length in lengths)
+        message += f"; steps of {steps} m were tried, too"
+    if others:
+        message += f"; so were {others} other way{'s' if others > 1 else ''} to the goal"
     return TerrainError(message, error.step, error.leg, dict(error.refused), error.search)
 
 

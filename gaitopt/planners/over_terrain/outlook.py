@@ -34,8 +34,8 @@ class Outlook:
     def __init__(self, judge: Judge, stands: Stands, course: Course, cycles: int) -> None:
         self.judge = judge
         self.stands = stands
-        share = (np.arange(4 * cycles + STEPS) + 0.5) / max(4 * cycles, 1)
-        self.poses = course.at(course.length * np.minimum(share, 1.0))
+        made = (np.arange(4 * cycles + STEPS) + 0.5) / 4.0
+        self.poses = course.at(course.after(np.minimum(made, cycles), cycles))
         self.feet = self._feet()
         self._seen: dict[tuple[int, int], FloatArray] = {}
 

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Mapping
-from contextlib import suppress
 from dataclasses import fields, replace
 from typing import Any
 
@@ -13,7 +11,7 @@ from numpy.typing import ArrayLike
 from gaitopt.conventions import Progress
 from gaitopt.dynamics.contacts import ForceLimits
 from gaitopt.entering.ending import ended
-from gaitopt.errors import InfeasibleStateError, TerrainError
+from gaitopt.errors import InfeasibleStateError
 from gaitopt.gait.crawl import WANG_SEQUENCE
 from gaitopt.inputs import check_kind
 from gaitopt.plan.plan import Plan
@@ -23,7 +21,7 @@ from gaitopt.plan.settings.over_footholds import force_margin
 from gaitopt.plan.settings.time_optimal import RouteSettings
 from gaitopt.plan.state import State
 from gaitopt.planners.crawl import plan_crawl
-from gaitopt.planners.over_terrain.failure import also_tried, no_way
+from gaitopt.planners.over_terrain.failure import no_way
 from gaitopt.planners.over_terrain.from_state import pose_of, reached_from
 from gaitopt.planners.over_terrain.links.limbs import Limbs
 from gaitopt.planners.over_terrain.links.plan_clearance import first_touching_step
@@ -31,18 +29,14 @@ from gaitopt.planners.over_terrain.planned_forces import usual_forces
 from gaitopt.planners.over_terrain.result import TerrainSearch
 from gaitopt.planners.over_terrain.search import Search
 from gaitopt.planners.over_terrain.settings import TerrainSettings
-from gaitopt.planners.over_terrain.setup import first_layer, result_of, search_for, with_settings
-from gaitopt.planners.over_terrain.walks import walk_over
+from gaitopt.planners.over_terrain.setup import search_for
+from gaitopt.planners.over_terrain.walks import Walks
 from gaitopt.planners.over_terrain.ways.arrival import arrived
-from gaitopt.planners.over_terrain.ways.tries import Tries, shorter_steps, ways_of
+from gaitopt.planners.over_terrain.ways.treads import fitted_ways
+from gaitopt.planners.over_terrain.ways.tries import Tries, ways_of
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.footholds import Footholds
 from gaitopt.terrain.height_map import HeightMap
-
-FOR_ALL_STEPS = 1.5
-"""Longest time in which walks over footholds are planned, with other footholds where a walk is
-refused, in times of ``longest_for_walks`` of :class:`TerrainSettings`; two thirds of it are for the
-length of step that was found, the rest for shorter ones."""
 
 
 def search_terrain(
@@ -75,19 +69,18 @@ def search_terrain(
         InputError: start, goal or a setting is wrong, or there is no place for the feet at the
             start.
     """
-    return _searched(robot, ground, goal, start, progress, options, None)
+    return _tries(robot, ground, goal, start, progress, options, None).result()
 
 
-def _searched(
+def _tries(
     robot: Quadruped, ground: HeightMap, goal: ArrayLike, start: ArrayLike | None,
     progress: Progress | None, options: Mapping[str, Any], forces: ForceLimits | None,
-) -> TerrainSearch:  # fmt: skip
-    """What :func:`search_terrain` finds, for steps that these limits of contact forces allow."""
-    begin, clock = time.perf_counter(), time.thread_time()
+) -> Tries:  # fmt: skip
+    """The searches of :func:`search_terrain`, for steps that these limits of forces allow."""
     settings = TerrainSettings.for_robot(robot, **options)
     search = search_for(robot, ground, goal, start, settings, forces)
     ways = ways_of(search.judge.settings, options)
-    return Tries(search, ways, progress, begin, clock).result()
+    return Tries(search, ways, fitted_ways(search, options), progress)
 
 
 def choose_footholds(
@@ -133,7 +126,8 @@ def plan_terrain(
     path. Where the planner refuses a step, or something touches the ground or another link, the
     search goes on without this step, for as long as ``longest_for_walks`` of
     :class:`TerrainSettings` says. Where no such walk is found, shorter steps are tried for half of
-    this time in addition. The walk that is planned when this time is over is ended.
+    this time in addition, and then the other ways of walking and the courses beside for as long
+    again as this time. The walk that is planned when this time is over is ended.
 
     After the last step the body moves to the goal, or as near to it as its legs and the ground
     allow, while four feet stand. Plans without contact forces (``timing="velocity"``) end where
@@ -185,8 +179,9 @@ def _walk(
     further = {name: value for name, value in options.items() if name not in asked}
     if further.get("forces") is not None:
         check_kind("forces", further["forces"], ForceLimits)
+    tries = _tries(robot, ground, goal, start, progress, asked, further.get("forces"))
     if search is None:
-        search = _searched(robot, ground, goal, start, progress, asked, further.get("forces"))
+        search = tries.result()
     if search.settings.stability_margin != force_margin(robot):
         further["stability_margin"] = search.settings.stability_margin
     if _by_usual_forces(further):
@@ -194,34 +189,7 @@ def _walk(
     if not search.complete:
         raise no_way(search)
     searching = search_for(robot, ground, goal, start, search.settings, further.get("forces"))
-    # What was found may lead beside the course that was asked for.
-    searching = replace(searching, fine=search.fine, course=search.course)
-    searching = with_settings(searching, search.settings)
-    begin, longest = time.thread_time(), search.settings.longest_for_walks(searching.course.length)
-    end = begin + FOR_ALL_STEPS * longest
-    try:
-        # The rest is for shorter steps.
-        until = begin + longest
-        return walk_over(searching, search, further, progress, until), searching
-    except TerrainError as error:
-        usual = TerrainSettings.for_robot(robot).step_length
-        lengths = shorter_steps(usual, search.settings, asked)
-        if error.step < 0 or not lengths or time.thread_time() > end:
-            raise
-        first = error
-    tried = []
-    for length in lengths:
-        if time.thread_time() > end:
-            break
-        tried.append(length)
-        other = with_settings(searching, replace(search.settings, step_length=length))
-        started, latest = time.perf_counter(), other.judge.settings.longest(other.course.length)
-        latest = min(time.thread_time() + latest, end)
-        found = result_of(other, other.run([first_layer(other)], progress, until=latest), started)
-        if found.complete:
-            with suppress(TerrainError):
-                return walk_over(other, found, further, progress, end), other
-    raise also_tried(first, tried)
+    return Walks(searching, further, asked, progress).first_of(search, tries)
 
 
 def _by_usual_forces(further: Mapping[str, Any]) -> bool:

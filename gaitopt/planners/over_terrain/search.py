@@ -230,7 +230,7 @@ class Search:
     ) -> None:  # fmt: skip
         """Judge pairs of one leg, and keep those that are possible."""
         made = layer.made[state].sum(axis=1) + 1
-        yaw = self.course.at(self.course.length * made / max(4 * self.cycles, 1))[:, 2]
+        yaw = self.course.at(self.course.after(made / 4.0, self.cycles))[:, 2]
         pairs = Pairs(layer.feet[state], layer.body[state], self.stands.centres[stand], yaw, leg)
         judged = self.judge.judge(pairs, fineness)
         refused.update(judged.refused)

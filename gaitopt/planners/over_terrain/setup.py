@@ -77,8 +77,16 @@ def with_settings(search: Search, settings: TerrainSettings) -> Search:
     return replace(search, judge=judge, cycles=cycles_of(search.course, settings))
 
 
+def along(search: Search, course: Course) -> Search:
+    """The same search along another course."""
+    cycles = cycles_of(course, search.judge.settings)
+    return replace(search, course=course, cycles=cycles)
+
+
 def cycles_of(course: Course, settings: TerrainSettings) -> int:
     """How often each leg steps along a course."""
+    if course.marks is not None:
+        return len(course.marks) - 1
     return max(int(np.ceil(course.length / settings.step_length - 1e-9)), 1)
 
 

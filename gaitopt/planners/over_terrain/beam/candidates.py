@@ -110,7 +110,7 @@ class Candidates:
 
     def usual(self, leg: int, steps: int) -> FloatArray:
         """Where a leg usually stands after a number of its steps ``(2,)`` [m]."""
-        x, y, yaw = self.course.at(self.course.length * steps / max(self.cycles, 1))
+        x, y, yaw = self.course.at(self.course.after(steps, self.cycles))
         cosine, sine = np.cos(yaw), np.sin(yaw)
         ahead, left = self.judge.usual_feet[leg]
         return np.array([x + cosine * ahead - sine * left, y + sine * ahead + cosine * left])

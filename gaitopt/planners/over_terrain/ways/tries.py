@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
@@ -22,7 +22,7 @@ from gaitopt.planners.over_terrain.course import Course
 from gaitopt.planners.over_terrain.result import TerrainSearch
 from gaitopt.planners.over_terrain.search import Search
 from gaitopt.planners.over_terrain.settings import EXHAUSTIVE_TIMES, TerrainSettings
-from gaitopt.planners.over_terrain.setup import first_layer, result_of, with_settings
+from gaitopt.planners.over_terrain.setup import along, first_layer, result_of, with_settings
 from gaitopt.planners.over_terrain.states import Found
 from gaitopt.planners.over_terrain.ways.outcomes import (
     ended_of,
@@ -32,6 +32,7 @@ from gaitopt.planners.over_terrain.ways.outcomes import (
 )
 from gaitopt.planners.over_terrain.ways.room_at_ends import no_room_at_ends
 from gaitopt.planners.over_terrain.ways.room_to_stand import no_room
+from gaitopt.planners.over_terrain.ways.treads import FittedWay
 
 STEP_SHARES = (1.0, 0.7, 0.5)
 """Lengths of steps that are tried one after the other where none is given, as shares of the usual
@@ -64,34 +65,39 @@ FINE_TIMES = 2.0
 way over 3 m of stones in 12 s, on which all usual ones end within a step of one another."""
 
 
-@dataclass(frozen=True, eq=False)
 class Tries:
     """The searches that are made one after the other until one reaches the goal.
 
-    Attributes:
+    It remembers where it stopped: after one that reached the goal it can go on.
+
+    Args:
         search: with the usual settings.
         ways: settings of the ways of walking, in the order in which they are tried.
+        fitted: ways of walking that fit stairs along the course, which are tried first.
         progress: called with (steps done, steps in all) of the search that is made.
-        begin: time at which the first one begins, by ``time.perf_counter`` [s].
-        clock: the same in processor time, by ``time.thread_time`` [s].
     """
 
-    search: Search
-    ways: tuple[TerrainSettings, ...]
-    progress: Progress | None
-    begin: float
-    clock: float
+    def __init__(
+        self, search: Search, ways: Sequence[TerrainSettings], fitted: Sequence[FittedWay] = (),
+        progress: Progress | None = None,
+    ) -> None:  # fmt: skip
+        self.search, self.ways, self.fitted = search, tuple(ways), tuple(fitted)
+        self.progress = progress
+        self.begin, self.clock = time.perf_counter(), time.thread_time()
+        self.end = self.clock + search.judge.settings.longest_in_all(search.course.length)
+        """Processor time at which the last search ends, by ``time.thread_time`` [s]."""
+        self._failed: list[TerrainSearch] = []
+        self._rest = self._one_by_one(self._failed)
 
     def result(self) -> TerrainSearch:
         """The first that reaches the goal, or the one that gets farthest."""
         none = self._no_room_at_ends()
         if none is not None:
             return none
-        tried: list[TerrainSearch] = []
-        for found in self._one_by_one(tried):
-            if found.complete:
-                return _better(self.search, found, self.begin, self.clock)
-            tried.append(found)
+        found = self.next_way()
+        if found is not None:
+            return _better(self.search, found, self.begin, self.clock)
+        tried = self._failed
         # Of those that got as far, the last one looked most.
         farthest = max(reversed(tried), key=lambda found: found.share)
         ended = ended_of(tried)
@@ -101,6 +107,19 @@ class Tries:
             ended = Ending.TIME
         ways = len({way_of(found) for found in tried})
         return replace(farthest, ended=ended, wall=self.wall, ways=ways, spread=spread_of(tried))
+
+    def next_way(self, end: float | None = None) -> TerrainSearch | None:
+        """The next search that reaches the goal; ``None`` where no further one does.
+
+        Args:
+            end: processor time at which the last search ends, where it is another than at first.
+        """
+        self.end = self.end if end is None else end
+        for found in self._rest:
+            if found.complete:
+                return found
+            self._failed.append(found)
+        return None
 
     def _no_room_at_ends(self) -> TerrainSearch | None:
         """What is found where the body cannot stand at the goal or start: nothing is searched."""
@@ -113,12 +132,6 @@ class Tries:
         tried = np.empty(0, dtype=int)
         found = Found((first,), 4 * self.search.cycles, causes, tried, width, 0, ended)
         return result_of(self.search, found, self.begin)
-
-    @cached_property
-    def end(self) -> float:
-        """Processor time at which the last search ends [s]."""
-        length = self.search.course.length
-        return self.clock + self.search.judge.settings.longest_in_all(length)
 
     @cached_property
     def wall(self) -> FloatArray | None:
@@ -139,16 +152,18 @@ class Tries:
         quick = usual.width_limit < TerrainSettings.width_limit
         # In an exhaustive search, too, what the usual one finds is found.
         first = once / EXHAUSTIVE_TIMES if usual.exhaustive else once
+        # Most ways that get there meet no dead end.
+        least = min(usual.width, narrow)
+        yield from self._on_treads(least, first / 2.0, tried)
         yield from self._in_turn(self.ways[:1], narrow, False, first / 2.0, tried)
         if self.wall is not None and not usual.exhaustive:
             return
         others = self.ways[1:]
-        # Most ways that get there meet no dead end.
-        least = min(usual.width, narrow)
         yield from self._in_turn(others, least, False, first / 2.0, tried)
         beside = [] if quick or not self._other_ground_beside else farthest_of_each(tried)
         yield from self._beside(beside[:SOON], first / 2.0, tried)
         if narrow > least:
+            yield from self._on_treads(narrow, first / 2.0, tried)
             yield from self._in_turn(others, narrow, False, first / 2.0, tried)
         yield from self._beside(beside[SOON:], first / 2.0, tried)
         if usual.width_limit == narrow:
@@ -161,6 +176,8 @@ class Tries:
         wide = [(near, usual.exhaustive, usual.width_limit) for near in farthest]
         for near, finely, width in fine + wide:
             searching = self._searching(replace(near.settings, width_limit=width), finely)
+            if near.course.marks is not None:
+                searching = along(searching, near.course)
             yield from self._found(searching, FINE_TIMES * once if finely else once, tried)
 
     def _in_turn(
@@ -189,6 +206,18 @@ class Tries:
                 if not tried:
                     raise
 
+    def _on_treads(
+        self, width: int, most: float, tried: Sequence[TerrainSearch]
+    ) -> Iterator[TerrainSearch]:
+        """Searches with steps that fit the treads of stairs, each as in :meth:`_in_turn`."""
+        for way in self.fitted:
+            searching = self._searching(replace(way.settings, width_limit=width), False)
+            try:
+                yield from self._found(along(searching, way.course), most, tried)
+            except InputError:
+                # No stands near where its feet would be at the start: others have some.
+                continue
+
     @cached_property
     def _courses_beside(self) -> list[Course]:
         height = self.search.judge.robot.standing_height
@@ -214,9 +243,10 @@ class Tries:
             tried: what those before found.
         """
         for way in ways:
-            along = self._searching(replace(way.settings, width_limit=way.settings.width), False)
+            narrow = replace(way.settings, width_limit=way.settings.width)
+            searching = self._searching(narrow, False)
             for course in self._courses_beside:
-                yield from self._found(replace(along, course=course), most, tried)
+                yield from self._found(along(searching, course), most, tried)
 
     def _searching(self, settings: TerrainSettings, fine: bool) -> Search:
         return replace(with_settings(self.search, settings), fine=fine)
