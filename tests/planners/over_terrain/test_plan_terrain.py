@@ -387,10 +387,29 @@ def test_shorter_steps_are_tried_where_all_walks_are_refused(
     assert walk.footholds.steps == 12 and told[-1] == (12, 12)  # of the walk, too
     with pytest.raises(TerrainError, match=r"\(8 steps\), and no walk over them: step 0 \("):
         gaitopt.plan_terrain(*FEW_STEPS, start=(0.0, 0.0, 0.0), step_length=0.1485)
-    monkeypatch.setattr("gaitopt.planners.over_terrain.walks.plan_crawl", refusing(
-        [gaitopt.SolverError("step 0 (LF): not to its tolerance", step=0)] * 3))  # fmt: skip
-    with pytest.raises(TerrainError, match=r"steps of 0.1039 and 0.0742 m were tried, too"):
-        gaitopt.plan_terrain(*FEW_STEPS, start=(0.0, 0.0, 0.0))
+
+
+def test_other_ways_are_tried_where_all_walks_over_the_first_one_are_refused(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Usual and shorter steps are refused; a walk with a shorter stance is not."""
+    refused = gaitopt.SolverError("step 0 (LF): not to its tolerance", step=0)
+    monkeypatch.setattr("gaitopt.planners.over_terrain.walks.MOST_PLANS", 1)
+    name = "gaitopt.planners.over_terrain.walks.plan_crawl"
+    monkeypatch.setattr(name, refusing([refused] * 5))
+    start = (0.0, 0.0, 0.0)
+    usual = gaitopt.choose_footholds(*FEW_STEPS, start=start)
+    walk = gaitopt.plan_terrain(*FEW_STEPS, start=start)
+    lengths = [float(over["LF"][0, 0] - over["LH"][0, 0]) for over in (usual, walk.footholds)]
+    assert lengths[1] < 0.8 * lengths[0] and gaitopt.verify(walk).ok
+    # A search that is handed over is not walked once more where the others begin anew.
+    monkeypatch.setattr(name, refusing([refused] * 99))
+    search = gaitopt.search_terrain(*FEW_STEPS, start=start)
+    words = r"steps of 0.1039 and 0.0742 m were tried, too; so were \d+ other ways to the goal"
+    for given in ({}, {"search": search}):
+        with pytest.raises(TerrainError, match=words) as caught:
+            gaitopt.plan_terrain(*FEW_STEPS, start=start, **given)
+        assert caught.value.search.stands.shape == search.stands.shape
 
 
 def test_usual_values_of_other_options_leave_the_usual_forces() -> None:

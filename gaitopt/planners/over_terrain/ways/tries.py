@@ -154,6 +154,8 @@ class Tries:
         first = once / EXHAUSTIVE_TIMES if usual.exhaustive else once
         # Most ways that get there meet no dead end.
         least = min(usual.width, narrow)
+        if self.fitted and not self.fitted[0].high:
+            yield from self._in_turn(self.ways[:1], least, False, first / 2.0, tried)
         yield from self._on_treads(least, first / 2.0, tried)
         yield from self._in_turn(self.ways[:1], narrow, False, first / 2.0, tried)
         if self.wall is not None and not usual.exhaustive:
