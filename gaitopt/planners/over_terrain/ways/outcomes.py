@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from gaitopt.planners.over_terrain.beam.ending import Ending
 from gaitopt.planners.over_terrain.result import TerrainSearch
+from gaitopt.planners.over_terrain.settings import TerrainSettings
 
 
 def ended_of(tried: Sequence[TerrainSearch]) -> Ending:
@@ -47,3 +48,14 @@ def spread_of(tried: Sequence[TerrainSearch]) -> float:
     """How far the ends of searches are from one another along the course [m]."""
     ends = [found.share * found.course.length for found in tried]
     return max(ends) - min(ends)
+
+
+def walks(found: TerrainSearch, ways: Sequence[TerrainSettings]) -> bool:
+    """Whether a search was one of some ways of walking."""
+    return way_of(found) in {(way.step_length, way.stance) for way in ways}
+
+
+def pitched(found: TerrainSearch) -> float:
+    """How far the body is pitched at the end of what was found, nose up [rad]."""
+    postures = found.footholds.postures
+    return 0.0 if postures is None else -float(postures[-1, 2])
