@@ -16,13 +16,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gaitopt.conventions import GRAVITY, FloatArray, rotation_z
+from gaitopt.conventions import GRAVITY, LEGS, FloatArray, rotation_z
 from gaitopt.dynamics.contacts import ForceLimits, pyramid_rows
 from gaitopt.dynamics.speed_sweeps import SweptIntervals, swept
 from gaitopt.interior_point.band import RowGroups
 from gaitopt.interior_point.solver import Solution, minimise
 from gaitopt.motion.quadratic_spline import parabola_weights
 from gaitopt.optimize.paced_path import PacedPathProblem, PacedRows
+from gaitopt.plan.contact_ground import ground_on
 from gaitopt.planners.time_optimal.continuous.asked import Asked
 from gaitopt.planners.time_optimal.continuous.body import (
     LOOKED_AT,
@@ -185,13 +186,18 @@ def _normal_rows(route: Route, motion: SplineMotion, asked: Asked, end: int) -> 
 
 
 def _friction_rows(route: Route, motion: SplineMotion, asked: Asked, end: int) -> PacedRows:
-    """Rows of the friction of all feet together at an end of spans."""
-    up, count = np.array([[0.0, 0.0, 1.0]]), len(motion.spans)
-    pyramid = pyramid_rows(_limits(route), up, np.ones(1)).reshape(-1, 3)
+    """Rows of the friction of all feet together at an end of spans.
+
+    Each foot has the normal and the friction of its foothold. What is asked is shared among
+    standing feet evenly.
+    """
+    count, stands = len(motion.spans), motion.knots.flying_on_spans.stands
+    feet = stands.sum(axis=1)
+    pyramids = _pyramids(route, motion)
+    pyramid = (pyramids * stands[:, :, None, None]).sum(axis=1) / feet[:, None, None]
     pyramid = pyramid @ rotation_z(motion.heading)
-    span = np.repeat(np.arange(count), len(pyramid))
-    normal = np.tile(pyramid, (count, 1))
-    feet = motion.knots.flying_on_spans.stands.sum(axis=1)
+    span = np.repeat(np.arange(count), pyramid.shape[1])
+    normal = pyramid.reshape(-1, 3)
     # As lengths: times the height of the centre of mass.
     height = float(asked.height.mean())
     by_u, by_x, rest = height * np.einsum("mij,mi->mj", asked.force[2 * span + end], normal).T
@@ -202,10 +208,32 @@ def _friction_rows(route: Route, motion: SplineMotion, asked: Asked, end: int) -
                      np.zeros_like(first), pendulum * first, pendulum * second)  # fmt: skip
 
 
+def _pyramids(route: Route, motion: SplineMotion) -> FloatArray:
+    """Friction pyramids of all feet on each span, in the world ``(K, 4, sides, 3)``.
+
+    Those of feet in the air are those of the footholds that they leave.
+
+    Args:
+        route: the whole walk.
+        motion: its motion.
+    """
+    knots = motion.knots
+    steps = np.eye(len(LEGS), dtype=int)[route.steps.indices]
+    before = np.cumsum(steps, axis=0) - steps
+    # The span of the last knot belongs to the last step.
+    stands = before[np.append(knots.step, knots.step[-1])]
+    below = ground_on(route.footholds, stands, _promised(route).friction)
+    up = np.broadcast_to(below.normals, (*stands.shape, 3))
+    return pyramid_rows(_limits(route), up, np.broadcast_to(below.grip, stands.shape))
+
+
 def _limits(route: Route) -> ForceLimits:
     """The limits with which timings are found."""
-    promised = route.settings.promised_forces
-    return tightened(ForceLimits() if promised is None else promised, PLANNED_SHARE)
+    return tightened(_promised(route), PLANNED_SHARE)
+
+
+def _promised(route: Route) -> ForceLimits:
+    return ForceLimits.or_default(route.settings.promised_forces)
 
 
 def _trust_rows(motion: SplineMotion, squares: FloatArray, unit: float) -> PacedRows:

@@ -123,3 +123,28 @@ def test_a_motion_without_its_margin_is_refused() -> None:
     poses[:, 1] += 0.02
     with pytest.raises(SolverError, match=r"step \d.*margin"):
         planner._check(walk, replace(motion, poses=poses))
+
+
+@pytest.mark.parametrize("friction", [0.6, 0.3])
+def test_rows_of_friction_have_the_normals_and_the_friction_of_footholds(friction: float) -> None:
+    """At rest on a slope: what friction holds, less what the weight pulls down along it."""
+    slope, robot = 0.2, gaitopt.load_robot("a1")
+    points = gaitopt.s_columns(0, columns=2, robot=robot).points
+    normal = np.array([-np.sin(slope), 0.0, np.cos(slope)])
+    tilted = gaitopt.Footholds(
+        points, normals={leg: np.tile(normal, (len(own), 1)) for leg, own in points.items()},
+        friction=friction,
+    )  # fmt: skip
+    walk = prepare_route(
+        robot, tilted, RouteSettings.for_robot(robot, free="dynamic", forces=gaitopt.ForceLimits())
+    )
+    motion = planner._first_motion(walk, 1.0)
+    asked = Asked.of(walk, motion)
+    assert asked is not None
+    rows = paced._friction_rows(walk, motion, asked, 0)
+    limits = paced._limits(walk)
+    most = limits.friction * limits.friction_share * friction / 0.6
+    feet = motion.knots.flying_on_spans.stands.sum(axis=1)[rows.span]
+    room = rows.rest / asked.height.mean() + paced.FRICTION_SLACK * feet
+    least = [room[rows.span == k].min() for k in range(len(motion.spans))]
+    np.testing.assert_allclose(least, most * np.cos(slope) - np.sin(slope), atol=1e-9)
