@@ -18,7 +18,8 @@ if TYPE_CHECKING:
     from gaitopt.terrain.height_map import HeightMap
 
 PLACED = (".png", ".tif", ".tiff", ".npy")
-"""Files that tell no place: without --origin they lie with y = 0 in their middle."""
+"""Files that tell no place: without --origin they lie with y = 0 in their middle. So do .npz files
+with an array alone."""
 
 PIXEL, WHITE = 0.02, 0.3
 """Scale of a PNG where none is given: distance of the pixels [m], and height of white as a share
@@ -106,10 +107,19 @@ class GroundChoice:
             raise GroundError(in_ground_options(str(error))) from error
         except InputError as error:
             raise InputError(in_ground_options(str(error))) from error
-        if path.suffix.lower() in PLACED and "origin" not in self.reading:
+        if "origin" not in self.reading and self._is_placed(path):
             middle = ground.resolution * (ground.shape[1] - 1) / 2.0
             ground = replace(ground, origin=(0.0, -middle))
         return ground
+
+    def _is_placed(self, path: Path) -> bool:
+        """Whether a file tells no place."""
+        from gaitopt.terrain.ground_files.arrays import tells_place
+
+        kind = path.suffix.lower()
+        return kind in PLACED or (
+            kind == ".npz" and not tells_place(path, self.reading.get("layer"))
+        )
 
 
 def _scale(robot: Quadruped) -> dict[str, Any]:
@@ -155,7 +165,8 @@ def ground_options(
     origin: Annotated[
         str | None,
         _file("x and y of the map's lowest corner, in metres. Without it images and arrays begin "
-              "at x = 0, with y = 0 in their middle; other files say where they are.", "X,Y"),
+              "at x = 0, with y = 0 in their middle; other files, also saved maps, say "
+              "where they are.", "X,Y"),
     ] = None,
     unit: Annotated[
         float | None, _file("Unit of a mesh or a cloud of points: 0.001 for millimetres.", "METRES")

@@ -95,10 +95,16 @@ def search_options(
 
 def in_search_options(text: str) -> str:
     """A message of the search with the options of the command line in place of settings."""
-    names = "|".join(name for name in search_options.__annotations__ if "_" in name)
+    own = [name for name in search_options.__annotations__ if name != "return"]
+    names = "|".join(name for name in own if "_" in name)
     text = re.sub(rf"\b({names})\b", lambda found: "--" + found[1].replace("_", "-"), text)
+    # Names that are words, too, are settings where something is asked of them.
+    words = "|".join(name for name in own if "_" not in name)
+    text = re.sub(rf"\b(larger|smaller) ({words})\b", r"\1 --\2", text)
+    text = re.sub(rf"^({words}) (?=must|is )", r"--\1 ", text)
     told = {"(waypoints)": "(--waypoint)", "(exhaustive)": "(--exhaustive)",
-            "(filled)": "(--fill nearest)"}  # fmt: skip
+            "(filled)": "(--fill nearest)",
+            "(resolution, heights, unit)": "(--resolution, --heights, --unit)"}  # fmt: skip
     for setting, option in told.items():
         text = text.replace(setting, option)
     return text

@@ -107,10 +107,13 @@ def terrain(
         search, plan, seconds = _planned(model, surface, places, begin, settings, how)
     except TerrainError as error:
         _explain(error, folder, report)
-        _tell_edges(model, surface, {"start": begin, "goal": places[-1]}, report)
+        if error.search.footholds.steps:
+            _tell_edges(model, surface, {"start": begin, "goal": places[-1]}, report)
         report.end()
         told = in_search_options(error.message)
         raise TerrainError(told, error.step, error.leg, error.refused, error.search) from error
+    except InputError as error:
+        raise InputError(in_search_options(str(error))) from error
     report.add(search={"seconds": seconds, "metres": search.metres, "tried": len(search.tried)})
     raise typer.Exit(deliver(_delivery(plan, search, collisions, seconds), folder, results, report))
 
@@ -232,20 +235,21 @@ def _tell_edges(
 def _explain(error: TerrainError, folder: RunFolder, report: Report) -> None:
     """Report what stopped a search, and draw how far it got."""
     from gaitopt.planners.over_terrain.beam.ending import Ending
+    from gaitopt.planners.over_terrain.failure import TOLD
     from gaitopt.viewing.figures.files import save_figure
     from gaitopt.viewing.figures.terrain_map import plot_terrain_map
 
     if error.search.ended in (Ending.NO_GOAL, Ending.NO_START):
         report.say(f"No way was looked for: {error.search.ended}.")
     elif error.search.footholds.steps < error.search.steps:
-        report.say(
-            f"No way was found. The search made {error.step} of {error.search.steps} steps; then "
-            f"{error.leg} found no foothold:"
-        )
+        report.say("No way was found.")
     else:
         report.say("Footholds to the goal were found, but no walk over them.")
     causes = sorted(((n, str(cause)) for cause, n in error.refused.items() if n), reverse=True)
-    for count, cause in causes:
+    # The error itself tells the most frequent ones.
+    for k, (count, cause) in enumerate(causes[TOLD:]):
+        if k == 0:
+            report.say("Less often tries were refused for:")
         report.say(f"{count:6d} x {escape(cause)}")
     report.add(
         error=error.message, step=error.step, leg=error.leg,

@@ -31,7 +31,11 @@ MOST_REASONS, LONGEST_REASON = 5, 160
 
 def study_table(rows: Rows) -> Table:
     """A table of counts and medians, with a line for each group of settings."""
-    table = Table(title=f"{len(rows)} walks", caption=Text(_reasons(rows)), caption_justify="left")
+    table = Table(
+        title=f"{len(rows)} {'walk' if len(rows) == 1 else 'walks'}",
+        caption=Text(_reasons(rows)),
+        caption_justify="left",
+    )
     for header in ("robot", "objective", "speed", "margin [m]", "height [m]", "walks", *STATES,
                    "time [s]", "true COM [mm]"):  # fmt: skip
         table.add_column(

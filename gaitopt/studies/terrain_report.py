@@ -75,7 +75,11 @@ def standings(rows: Rows) -> list[Standing]:
 
 def terrain_table(rows: Rows) -> Table:
     """A table of counts and of the time of the search, with a line for each robot and ground."""
-    table = Table(title=f"{len(rows)} walks", caption=Text(_caption(rows)), caption_justify="left")
+    table = Table(
+        title=f"{len(rows)} {'walk' if len(rows) == 1 else 'walks'}",
+        caption=Text(_caption(rows)),
+        caption_justify="left",
+    )
     for header in ("robot", "ground", "walks", *STAGES, "search [s/m]", "95 % [s/m]",
                    "speed [mm/s]"):  # fmt: skip
         left = header in ("robot", "ground")

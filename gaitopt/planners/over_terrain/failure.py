@@ -56,6 +56,11 @@ def no_way(search: TerrainSearch, detail: str = "") -> TerrainError:
         words.append(f"why: {most}")
     if detail:
         words.append(detail)
+    if search.ways > 1:
+        words.append(
+            f"{search.ways} ways of walking were tried, which ended within "
+            f"{search.spread:.2f} m of one another"
+        )
     if search.wall is not None:
         words.append(
             f"no way round is seen on the map, and at {np.round(search.wall, 2).tolist()} none of "

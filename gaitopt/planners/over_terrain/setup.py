@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.ndimage import distance_transform_edt
 
 from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.dynamics.contacts import ForceLimits
@@ -146,7 +147,8 @@ def default_start(robot: Quadruped, ground: HeightMap, goal: ArrayLike) -> Float
     """The pose that a walk to a goal begins in if none is given ``(3,)``, facing the goal.
 
     It is at x = y = 0, as on ground that is made, where the map has room for the robot around it
-    and the goal is elsewhere; and otherwise on the side that is farthest from the goal.
+    and the goal is elsewhere; and otherwise on the side that is farthest from the goal. Where
+    points of the map near there are unknown, it is at the nearest place with room among known ones.
     """
     side = side_pose(robot, ground, goal)
     x, y = np.atleast_2d(np.asarray(goal, dtype=np.float64))[0, :2]
@@ -155,7 +157,7 @@ def default_start(robot: Quadruped, ground: HeightMap, goal: ArrayLike) -> Float
     # Made ground ends at a whole number of cells.
     room = length / 2.0 + ROOM * robot.standing_height - ground.resolution
     there = x0 <= -room and x1 >= room and y0 <= -width and y1 >= width
-    if there and np.hypot(x, y) > length:
+    if there and np.hypot(x, y) > length and not _unknown_near(ground, length / 2.0, (0.0, 0.0)):
         return np.array([0.0, 0.0, np.arctan2(y, x)])
     return side
 
@@ -170,8 +172,34 @@ def side_pose(robot: Quadruped, ground: HeightMap, goal: ArrayLike) -> FloatArra
     sides = np.array([[x0 + room, middle[1]], [x1 - room, middle[1]],
                       [middle[0], y0 + room], [middle[0], y1 - room]])  # fmt: skip
     far = sides[int(np.linalg.norm(sides - places[0, :2], axis=1).argmax())]
+    far = _on_known_ground(ground, room - ground.resolution, far)
     towards = places[0, :2] - far
     return np.append(far, np.arctan2(towards[1], towards[0]))
+
+
+def _unknown_near(ground: HeightMap, room: float, place: ArrayLike) -> bool:
+    """Whether the map has unknown points within ``room`` [m] of a place ``(2,)``."""
+    x, y = np.asarray(place)
+    near = np.ix_(np.abs(ground.x - x) <= room, np.abs(ground.y - y) <= room)
+    i, j = near[0].ravel(), near[1].ravel()
+    away = np.hypot(ground.x[i, None] - x, ground.y[None, j] - y)
+    return bool((~ground.known[near] & (away <= room)).any())
+
+
+def _on_known_ground(ground: HeightMap, room: float, place: FloatArray) -> FloatArray:
+    """The place nearest to one ``(2,)`` with no unknown point, and no edge, within ``room`` [m].
+
+    Where there is none, it is the one with the most room.
+    """
+    if not _unknown_near(ground, room, place):
+        return place
+    distance = distance_transform_edt(np.pad(ground.known, 1))[1:-1, 1:-1] * ground.resolution
+    best = min(room, float(distance.max()))
+    i, j = np.nonzero(distance >= best)
+    if not len(i):
+        return place
+    there = np.column_stack([ground.x[i], ground.y[j]])
+    return np.asarray(there[int(np.linalg.norm(there - place, axis=1).argmin())])
 
 
 def first_layer(search: Search) -> Layer:

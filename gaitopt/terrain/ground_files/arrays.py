@@ -45,6 +45,13 @@ def read_npz(path: Path, options: Options) -> HeightMap:
     return options.placed(_array(parts[name]), options.needed_resolution("such .npz files"))
 
 
+def tells_place(path: Path, layer: str | None = None) -> bool:
+    """Whether an ``.npz`` file says where its map lies, as one does that was saved."""
+    if layer is not None:
+        return False
+    return set(_KNOWN) <= set(_members(read_bounded(path, LIMIT, GroundError)))
+
+
 def _only_map(parts: dict[str, bytes]) -> str:
     """The name of the one array that can hold heights."""
     names = [name for name, data in parts.items() if len(_header(data)[1]) == 2]

@@ -280,3 +280,19 @@ def test_walks_begin_at_the_origin_where_there_is_room_and_else_at_the_far_side(
     corner = HeightMap(np.zeros((100, 80)), 0.02)
     x, y, yaw = default_start(robot, corner, (1.9, 0.8))
     assert 0.3 < x < 0.5 and y == pytest.approx(0.79) and abs(yaw) < 0.01
+
+
+def test_walks_begin_on_known_ground() -> None:
+    """A map with an unknown border and a corner cut off, as of a scan: start and goal keep off."""
+    robot = gaitopt.load_robot("go2")
+    z = np.zeros((150, 100))
+    z[:25] = z[-5:] = z[:, :5] = np.nan
+    z[:60, :60] = np.nan
+    scan = HeightMap(z, 0.02)
+    x, y, yaw = default_start(robot, scan, (2.5, 1.0))
+    unknown = np.argwhere(~scan.known) * 0.02
+    room = robot.stance_size[0] / 2.0 + 0.8 * robot.standing_height
+    assert np.hypot(*(unknown - [x, y]).T).min() > room - 0.041
+    assert np.tan(yaw) == pytest.approx((1.0 - y) / (2.5 - x))
+    # The middle of the side is unknown itself.
+    assert np.isnan(scan.height([[room, 0.99]])).all()

@@ -98,6 +98,8 @@ def test_where_all_ways_end_it_looks_beside_more_finely_and_wider_before_it_refu
         gaitopt.choose_footholds(GO2, ground, (0.7, 0.0, 0.0), start=START, width=1)
     found, widest = caught.value.search, TerrainSettings.width_limit
     assert found.ways == 2 and found.spread < TerrainSettings.for_robot(GO2).step_length
+    assert "2 ways of walking were tried" in str(caught.value)
+    assert f"ended within {found.spread:.2f} m of one another" in str(caught.value)
     # A wall is the same beside the course, and is not looked at there. With a post it is not.
     beside = [(False, 1, True)] * len(ASIDE) if post else []
     fine, wide = ([(f, w, False)] * 2 for f, w in ((True, 1), (False, widest)))
