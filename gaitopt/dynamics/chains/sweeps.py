@@ -155,12 +155,14 @@ class ProgramSweeps:
             for careful in (False, True):
                 self._sequence.careful, now = careful, state
                 stuck = None
-                for i in block:
-                    then = step(i, now)
-                    if then is None:
-                        stuck = i
-                        break
-                    now = then
+                # An answer of DAQP that is no number is found out when it is judged.
+                with np.errstate(invalid="ignore", over="ignore"):
+                    for i in block:
+                        then = step(i, now)
+                        if then is None:
+                            stuck = i
+                            break
+                        now = then
                 if self._sequence.all_proven():
                     break
                 self._known = {
