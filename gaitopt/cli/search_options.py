@@ -103,7 +103,7 @@ def in_search_options(text: str) -> str:
     text = re.sub(rf"\b(larger|smaller) ({words})\b", r"\1 --\2", text)
     text = re.sub(rf"^({words}) (?=must|is )", r"--\1 ", text)
     told = {"(waypoints)": "(--waypoint)", "(exhaustive)": "(--exhaustive)",
-            "(filled)": "(--fill nearest)",
+            "(filled)": "(--fill nearest)", "(resampled)": "(--grid)",
             "(resolution, heights, unit)": "(--resolution, --heights, --unit)"}  # fmt: skip
     for setting, option in told.items():
         text = text.replace(setting, option)

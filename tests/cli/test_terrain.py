@@ -147,6 +147,10 @@ def test_wrong_settings_and_starts_without_ground_name_options(shell: Any, tmp_p
     assert "--freedom must be" in wrong.stderr
     none = shell("terrain", str(tmp_path / "hole.npy"), *scale, "--start", "0.3,0,0")
     assert "a larger --freedom" in " ".join(none.stderr.split())
+    np.save(tmp_path / "coarse.npy", np.random.default_rng(0).uniform(0.0, 0.2, (20, 16)))
+    coarse = shell("terrain", str(tmp_path / "coarse.npy"), "--robot", "go2", "--resolution", "0.5")
+    told = " ".join(coarse.stderr.split())
+    assert "0.5 m apart" in told and "--resolution, --heights" in told and "(--grid)" in told
 
 
 def test_a_goal_at_the_edge_is_refused_before_anything_is_searched(

@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.ndimage import distance_transform_edt
 
 from gaitopt.conventions import LEGS, FloatArray
 from gaitopt.dynamics.contacts import ForceLimits
@@ -30,6 +29,7 @@ from gaitopt.planners.over_terrain.surfaces import Stands, Surfaces
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.footholds import Footholds
 from gaitopt.terrain.height_map import HeightMap
+from gaitopt.terrain.known_ground import on_known_ground, unknown_near
 
 _IN_PLANES = ", straight ahead, in the planes of the legs (s_columns(robot=robot) makes such)"
 ROOM = 0.8
@@ -157,7 +157,7 @@ def default_start(robot: Quadruped, ground: HeightMap, goal: ArrayLike) -> Float
     # Made ground ends at a whole number of cells.
     room = length / 2.0 + ROOM * robot.standing_height - ground.resolution
     there = x0 <= -room and x1 >= room and y0 <= -width and y1 >= width
-    if there and np.hypot(x, y) > length and not _unknown_near(ground, length / 2.0, (0.0, 0.0)):
+    if there and np.hypot(x, y) > length and not unknown_near(ground, length / 2.0, (0.0, 0.0)):
         return np.array([0.0, 0.0, np.arctan2(y, x)])
     return side
 
@@ -172,34 +172,9 @@ def side_pose(robot: Quadruped, ground: HeightMap, goal: ArrayLike) -> FloatArra
     sides = np.array([[x0 + room, middle[1]], [x1 - room, middle[1]],
                       [middle[0], y0 + room], [middle[0], y1 - room]])  # fmt: skip
     far = sides[int(np.linalg.norm(sides - places[0, :2], axis=1).argmax())]
-    far = _on_known_ground(ground, room - ground.resolution, far)
+    far = on_known_ground(ground, room - ground.resolution, far)
     towards = places[0, :2] - far
     return np.append(far, np.arctan2(towards[1], towards[0]))
-
-
-def _unknown_near(ground: HeightMap, room: float, place: ArrayLike) -> bool:
-    """Whether the map has unknown points within ``room`` [m] of a place ``(2,)``."""
-    x, y = np.asarray(place)
-    near = np.ix_(np.abs(ground.x - x) <= room, np.abs(ground.y - y) <= room)
-    i, j = near[0].ravel(), near[1].ravel()
-    away = np.hypot(ground.x[i, None] - x, ground.y[None, j] - y)
-    return bool((~ground.known[near] & (away <= room)).any())
-
-
-def _on_known_ground(ground: HeightMap, room: float, place: FloatArray) -> FloatArray:
-    """The place nearest to one ``(2,)`` with no unknown point, and no edge, within ``room`` [m].
-
-    Where there is none, it is the one with the most room.
-    """
-    if not _unknown_near(ground, room, place):
-        return place
-    distance = distance_transform_edt(np.pad(ground.known, 1))[1:-1, 1:-1] * ground.resolution
-    best = min(room, float(distance.max()))
-    i, j = np.nonzero(distance >= best)
-    if not len(i):
-        return place
-    there = np.column_stack([ground.x[i], ground.y[j]])
-    return np.asarray(there[int(np.linalg.norm(there - place, axis=1).argmin())])
 
 
 def first_layer(search: Search) -> Layer:
@@ -220,10 +195,11 @@ def first_layer(search: Search) -> Layer:
     near = start_stands(search.stands, ground, usual, judge.settings.freedom)
     for leg, some, place in zip(LEGS, near, usual, strict=True):
         if not some.size:
+            coarse = ground.resolution > judge.settings.freedom
             raise InputError(
                 f"at the start there is no ground to stand on for {leg} within "
                 f"{judge.settings.freedom:g} m of {np.round(place, 3).tolist()}; choose another "
-                "start, or a larger freedom"
+                "start, or a larger freedom" + (_coarse(ground) if coarse else "")
             )
     stands, pose = [int(some[0]) for some in near], search.course.at(0.0)
     feet = search.stands.centres[stands][None]
@@ -239,6 +215,14 @@ def first_layer(search: Search) -> Layer:
         np.zeros((1, 4), dtype=int), np.zeros(1), none, none, np.zeros(1), at_rest(1),
         np.zeros(1),
     )  # fmt: skip
+
+
+def _coarse(ground: HeightMap) -> str:
+    """What is said where points of the map are farther apart than a foot may be put aside."""
+    return (
+        f"; feet stand on the map's points, which are {ground.resolution:g} m apart, farther than "
+        "that: look at its scale (resolution, heights, unit), or put it on a finer grid (resampled)"
+    )
 
 
 def _clear_stand(search: Search, leg: int, near: np.ndarray, pose: FloatArray) -> int:
