@@ -52,9 +52,10 @@ lint: $(VENV)/.test
 test: $(VENV)/.test browser
 	@$(MAKE) --no-print-directory -j2 lint pytest
 
-# Many tests start new processes: without bytecode each of them would compile gaitopt again.
+# Many tests start new processes: without bytecode each of them would compile gaitopt again. There is
+# a process of tests for each core: a second thread for small matrices only takes time of the other.
 pytest: $(VENV)/.test
-	PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest -n auto --dist loadscope --no-loadscope-reorder
+	PYTHONDONTWRITEBYTECODE= OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --dist loadscope --no-loadscope-reorder
 
 test-slow: $(VENV)/.test browser
 	$(BIN)/python -m pytest -m slow
@@ -72,14 +73,17 @@ interrupts: $(VENV)/.test
 	$(BIN)/python -m pytest tests/studies/test_interrupted.py tests/studies/test_cluster.py \
 	  tests/cli/test_interrupts.py
 
-# The oldest versions that pyproject.toml allows, and the quick part of the suite with them.
+# The oldest versions that pyproject.toml allows, and the quick part of the suite with them. The file
+# that is written last is part of the repository: a test refuses bounds that are not in it.
 lowest: $(VENV)/.walk
 	$(BIN)/python -m venv --clear $(VENV)-lowest
 	$(BIN)/python -m pip install --quiet --target $(VENV)-lowest/uv uv
 	$(VENV)-lowest/uv/bin/uv pip install --quiet --python $(VENV)-lowest/bin/python \
 	  --resolution lowest-direct --editable '.[test]'
 	$(VENV)-lowest/bin/python -m pytest -p no:cacheprovider tests/robots/test_*.py tests/terrain \
-	  tests/stability tests/optimize tests/planners/phase_by_phase tests/certificate/test_verify.py
+	  tests/stability tests/optimize tests/motion tests/planners/phase_by_phase \
+	  tests/certificate/test_verify.py
+	$(BIN)/python .ci/bounds.py > .ci/lowest.txt
 
 docs: $(VENV)/.test
 	$(BIN)/python docs/make_replays.py
