@@ -19,12 +19,13 @@ SMOOTH_JUMP = 1e-4
 """Share of a joint's or the base's largest velocity by which velocities may jump at a knot of a
 path that counts as smooth. Rounding is below 1e-9."""
 INTERVALS_PER_PHASE = 48
-"""Least number of intervals of a phase. With 16 a walk of wang2020 with a free swing curve takes
-38.1 s, with 48 it takes 33.8 s, and the planner had it at 32.8 s."""
+"""Into how many intervals a phase is cut at least where joints are quick. With 16 a walk of
+wang2020 with a free swing curve takes 38.1 s, with 48 it takes 33.8 s, and the planner had it at
+32.8 s."""
 SLOW_INTERVALS_PER_PHASE, SHORTEST = 64, 0.004
-"""The same where joints are slow and set the pace, and the length from which on no segment is cut
-there [s]: half of these phases take 10 to 20 ms. Over 64 steps of wang2020 there are 5 % more
-places than with 48 alone, and walks take 0.04 % less time."""
+"""Where joints are slow and set the pace: the same, and the length from which on no segment is cut,
+so that short phases have fewer intervals [s]. Half of these phases take 10 to 20 ms. Over 64 steps
+of wang2020 there are 5 % more places than with 48 alone, and walks take 0.04 % less time."""
 KINK, LEAST_PART = 1e-3, 0.05
 """Where another joint becomes the slowest one within a segment, the path may be followed faster
 than the mean of both ends says. Where it is by this share or more, the segment is cut there, into

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -71,6 +72,14 @@ class SimModel:
     columns: np.ndarray
     mass_error: float
     kinematics_error: float
+
+    @cached_property
+    def motor_inertias(self) -> FloatArray:
+        """What the motors add to the inertia of each joint ``(nj,)`` [kg m²].
+
+        Servos change MuJoCo's copy as they step, so it is read once, before the first ones do.
+        """
+        return np.array(self.model.dof_armature[self.qvel])
 
     @property
     def own_shapes(self) -> bool:

@@ -72,7 +72,7 @@ class Servos:
         # What MuJoCo takes for the motors' inertia, without and with what damping adds to it, and
         # whether the last step has changed it.
         self._inertia, self._bounded = sim.model.dof_armature, True
-        self._motors = np.array(self._inertia[sim.qvel])
+        self._motors = sim.motor_inertias
         unlimited = np.full(len(sim.ctrl), np.inf)
         self._efforts = np.array(robot.effort_limits) if settings.torque_limits else unlimited
         self._lines = torque_lines(robot, ForceLimits()) if settings.torque_limits else None

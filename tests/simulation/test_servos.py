@@ -157,6 +157,25 @@ def test_a_joint_that_moves_as_it_is_told_is_hardly_pushed_between_two_calls(
     assert away < 1.3e-3
 
 
+def test_servos_leave_nothing_behind_for_the_next_ones_of_a_model(wang: Quadruped) -> None:
+    """A step adds the damping as an inertia; what it adds is no inertia of the motors."""
+    settings, gains = SimulationSettings(), ControlGains.for_robot(wang)
+    columns = gaitopt.s_columns(0, columns=1)
+    sim = build_sim_model(wang, columns, settings)
+
+    def moved() -> np.ndarray:
+        """Where the joints are after 30 ms towards an angle of 0.1 rad ``(nj,)`` [rad]."""
+        data = mujoco.MjData(sim.model)
+        data.qpos[2], data.qpos[3] = 3.0, 1.0
+        servos = Servos(sim, wang, gains, settings)
+        servos.drive(data, Command(np.zeros(12), np.full(12, 0.1), np.zeros(12), NOTHING), 15)
+        return np.array(data.qpos[sim.qpos])
+
+    first = moved()
+    assert np.abs(first).max() > 1e-3
+    np.testing.assert_array_equal(moved(), first)
+
+
 def test_small_robots_are_simulated_in_finer_steps() -> None:
     usual = SimulationSettings()
     assert usual.for_reach(0.2) is usual
