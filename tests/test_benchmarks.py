@@ -13,17 +13,21 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import gaitopt
 from benchmarks import __main__ as command
 from benchmarks.physics import terrain_table
 from benchmarks.planning import constants
+from benchmarks.planning.onward import way_on
 from benchmarks.planning.prices import prices
 from benchmarks.planning.turns import raced, values_of
 from benchmarks.speed import terrain
 from benchmarks.table import rivals
 from gaitopt.errors import InputError
+from gaitopt.planners.over_terrain.settings import TerrainSettings
+from gaitopt.planners.over_terrain.setup import search_for
 from gaitopt.studies import terrain_study
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -271,3 +275,15 @@ def test_walks_are_raced_with_other_constants() -> None:
     assert gentle.by_joints < known.by_joints
     with pytest.raises(InputError, match="NAME=VALUE"):
         values_of("RAMPS")
+
+
+def test_a_search_goes_on_from_before_its_dead_end_with_more_freedom() -> None:
+    """A trench is too wide for steps of little freedom, and not for freer ones."""
+    go2 = gaitopt.load_robot("go2")
+    x = -0.6 + 0.02 * np.arange(91)
+    z = np.where((x > 0.41) & (x < 0.65), -0.5, 0.0)[:, None] * np.ones(41)
+    ground = gaitopt.HeightMap(z, 0.02, (-0.6, -0.4))
+    settings = TerrainSettings.for_robot(go2, freedom=0.04, width_limit=12)
+    found = way_on(search_for(go2, ground, (0.5, 0.0), (0.0, 0.0, 0.0), settings))
+    assert found is not None and found.complete
+    assert found.settings.freedom > settings.freedom
