@@ -21,7 +21,7 @@ from gaitopt.planners.over_terrain.links.link_spheres import (
 )
 from gaitopt.planners.over_terrain.links.rolling import at_rest, feet_angles, half_ways, rolled_on
 from gaitopt.planners.over_terrain.settings import TerrainSettings
-from gaitopt.planners.over_terrain.setup import default_start, search_for
+from gaitopt.planners.over_terrain.setup import default_start, search_for, side_pose
 from gaitopt.planners.over_terrain.surfaces import RADIUS_STEP, Surfaces
 from gaitopt.planners.over_terrain.triangles import into_triangles, shrunken_triangles
 from gaitopt.robots.rotations import rpy_to_matrix
@@ -296,3 +296,19 @@ def test_walks_begin_on_known_ground() -> None:
     assert np.tan(yaw) == pytest.approx((1.0 - y) / (2.5 - x))
     # The middle of the side is unknown itself.
     assert np.isnan(scan.height([[room, 0.99]])).all()
+
+
+@pytest.mark.parametrize("share", [0.003, 0.01, 0.03])
+@pytest.mark.parametrize("seed", range(3))
+def test_unknown_points_everywhere_do_not_move_the_start_to_the_goal(
+    share: float, seed: int
+) -> None:
+    z = np.zeros((200, 75))
+    z[np.random.default_rng(seed).random(z.shape) < share] = np.nan
+    scan = HeightMap(z, 0.02)
+    robot = gaitopt.load_robot("go2")
+    whole = side_pose(robot, HeightMap(np.zeros_like(z), 0.02), (3.5, 0.74))
+    x, y, _ = side_pose(robot, scan, (3.5, 0.74))
+    assert np.hypot(x - whole[0], y - whole[1]) < 0.7
+    # It is as far from the edges as without them, but for a point of the map.
+    assert min(x, y, 1.48 - y) > whole[0] - 0.021
