@@ -103,7 +103,9 @@ def test_where_all_ways_end_it_looks_beside_more_finely_and_wider_before_it_refu
     # A wall is the same beside the course, and is not looked at there. With a post it is not.
     beside = [(False, 1, True)] * len(ASIDE) if post else []
     fine, wide = ([(f, w, False)] * 2 for f, w in ((True, 1), (False, widest)))
-    assert looked == 2 * [(False, 1, False), *beside] + fine + wide
+    # At last the three that got farthest go on from before their dead ends, 12 and 24 steps back.
+    onward = 3 * 2
+    assert looked[:-onward] == 2 * [(False, 1, False), *beside] + fine + wide
     # None of them ended early, so the refusal says nothing of time or tries.
     assert found.ended is Ending.EXHAUSTED and not found.late
     assert "may be a way" not in str(caught.value) and len(str(caught.value)) < 500

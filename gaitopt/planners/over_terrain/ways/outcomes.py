@@ -26,6 +26,8 @@ def ended_of(tried: Sequence[TerrainSearch]) -> Ending:
 def _covers(later: TerrainSearch, found: TerrainSearch) -> bool:
     """Whether a later search came to its end, and looked at all that one before looked at."""
     same = later.course is found.course and way_of(later) == way_of(found)
+    # One that went on with more freedom did not begin at the start.
+    same &= later.settings.freedom == found.settings.freedom
     wider = later.settings.width_limit >= found.settings.width_limit
     return same and wider and later.fine >= found.fine and later.ended is Ending.EXHAUSTED
 

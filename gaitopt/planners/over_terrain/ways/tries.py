@@ -23,7 +23,7 @@ from gaitopt.planners.over_terrain.result import TerrainSearch
 from gaitopt.planners.over_terrain.search import Search
 from gaitopt.planners.over_terrain.settings import EXHAUSTIVE_TIMES, TerrainSettings
 from gaitopt.planners.over_terrain.setup import along, first_layer, result_of, with_settings
-from gaitopt.planners.over_terrain.states import Found
+from gaitopt.planners.over_terrain.states import Found, Layer
 from gaitopt.planners.over_terrain.ways.better import better
 from gaitopt.planners.over_terrain.ways.outcomes import (
     ended_of,
@@ -68,6 +68,19 @@ FINE_TIMES = 2.0
 """Time of a search that looks as finely as there is a way to, in times of one. Chosen: hyq finds a
 way over 3 m of stones in 12 s, on which all usual ones end within a step of one another."""
 
+PATIENT = (0.5, 0.7)
+"""Shares of the usual step and stance of the way of walking that is tried last of all. Chosen:
+anymal_c waits so at the rim of a valley (hills of seed 25, docs/terrain_table.md)."""
+FREER_ON, BACK_ON = 1.75, (12, 24)
+"""Freedom of the steps, in times of what it was, with which a search goes on from before its dead
+end, and from how many steps before. Chosen: anymal_c crosses that valley so, and not with the same
+freedom from the start on."""
+ONWARD = 3
+"""Other searches that go on so: those that got farthest."""
+LAST = 0.2
+"""Share of the time of all searches that is kept for those that go on so. Chosen: the way over that
+valley takes 10 of the 16 s that this leaves over 3 m."""
+
 
 class Tries:
     """The searches that are made one after the other until one reaches the goal.
@@ -91,6 +104,10 @@ class Tries:
         self.end = self.clock + search.judge.settings.longest_in_all(search.course.length)
         """Processor time at which the last search ends, by ``time.thread_time`` [s]."""
         self._failed: list[TerrainSearch] = []
+        self._ends: list[tuple[Search, Found]] = []
+        """Searches that did not reach the goal, with what they found."""
+        self._cut = False
+        """Whether one of the last looks was not made, because the time for them was over."""
         self._rest = self._one_by_one(self._failed)
 
     def result(self) -> TerrainSearch:
@@ -107,7 +124,7 @@ class Tries:
         ended = ended_of(tried)
         if self.wall is not None and not self.search.judge.settings.exhaustive:
             ended = Ending.WALLED
-        if ended is Ending.EXHAUSTED and time.thread_time() >= self.end:
+        if ended is Ending.EXHAUSTED and (self._cut or time.thread_time() >= self.end):
             ended = Ending.TIME
         ways = len({way_of(found) for found in tried})
         return replace(farthest, ended=ended, wall=self.wall, ways=ways, spread=spread_of(tried))
@@ -182,11 +199,19 @@ class Tries:
         farthest = farthest_of_each(tried)
         fine = [(near, True, narrow) for near in farthest if not quick and not usual.exhaustive]
         wide = [(near, usual.exhaustive, usual.width_limit) for near in farthest]
+        kept = 0.0 if quick else LAST * usual.longest_in_all(self.search.course.length)
         for near, finely, width in fine + wide:
             searching = self._searching(replace(near.settings, width_limit=width), finely)
             if near.course.marks is not None:
                 searching = along(searching, near.course)
-            yield from self._found(searching, FINE_TIMES * once if finely else once, tried)
+            longest = FINE_TIMES * once if finely else once
+            left = self.end - kept - time.thread_time()
+            if left <= 0.0:
+                self._cut = True
+                break
+            yield from self._found(searching, min(longest, left), tried)
+        if not quick:
+            yield from self._onward(narrow, most, tried)
 
     def _in_turn(
         self, ways: Sequence[TerrainSettings], width: int, fine: bool, most: float,
@@ -256,21 +281,58 @@ class Tries:
             for course in self._courses_beside:
                 yield from self._found(along(searching, course), most, tried)
 
+    def _onward(
+        self, width: int, most: float, tried: Sequence[TerrainSearch]
+    ) -> Iterator[TerrainSearch]:
+        """Searches that go on from before dead ends, with more freedom of the steps.
+
+        Args:
+            width: of the widest beam.
+            most: processor time of each [s].
+            tried: what those before found.
+        """
+        usual = self.ways[0]
+        if usual.freedom != TerrainSettings.for_robot(self.search.judge.robot).freedom:
+            # It was asked for.
+            return
+        before = len(self._ends)
+        steps, stances = ({w.step_length for w in self.ways}, {w.stance for w in self.ways})
+        # Where only one of either is tried, it was asked for.
+        if len(steps) > 1 and len(stances) > 1:
+            step, stance = round(PATIENT[0] * usual.step_length, 4), PATIENT[1]
+            patient = replace(usual, step_length=step, stance=stance, width_limit=width)
+            yield from self._found(self._searching(patient, False), most, tried)
+        latest = self._ends[before:]
+        for searching, found in (
+            latest + sorted(self._ends[:before], key=_share)[: -ONWARD - 1 : -1]
+        ):
+            settings = searching.judge.settings
+            freer = replace(settings, freedom=FREER_ON * settings.freedom, width_limit=width)
+            for back in BACK_ON:
+                layers = found.layers[: max(len(found.layers) - back, 1)]
+                yield from self._found(with_settings(searching, freer), most, tried, layers)
+
     def _searching(self, settings: TerrainSettings, fine: bool) -> Search:
         return replace(with_settings(self.search, settings), fine=fine)
 
     def _found(
-        self, searching: Search, most: float, tried: Sequence[TerrainSearch]
-    ) -> Iterator[TerrainSearch]:
+        self, searching: Search, most: float, tried: Sequence[TerrainSearch],
+        layers: Sequence[Layer] = (),
+    ) -> Iterator[TerrainSearch]:  # fmt: skip
         """One search, which may take ``most`` seconds; none where the time of all is over."""
         now = time.thread_time()
         # The first one is made in any case: there is a result.
         if now < self.end or not tried:
-            until = min(now + most, self.end)
-            found = searching.run(
-                [first_layer(searching)], self.progress, self.search.effort, until
-            )
+            until, begin = min(now + most, self.end), layers or [first_layer(searching)]
+            found = searching.run(begin, self.progress, self.search.effort, until)
+            if not found.complete:
+                self._ends.append((searching, found))
             yield result_of(searching, found, self.begin)
+
+
+def _share(end: tuple[Search, Found]) -> float:
+    """Share of the steps to the goal that a search made."""
+    return len(end[1].layers) / end[1].steps
 
 
 def ways_of(usual: TerrainSettings, asked: Mapping[str, Any]) -> tuple[TerrainSettings, ...]:
