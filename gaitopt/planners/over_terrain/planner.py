@@ -32,8 +32,9 @@ from gaitopt.planners.over_terrain.settings import TerrainSettings
 from gaitopt.planners.over_terrain.setup import search_for
 from gaitopt.planners.over_terrain.walks import Walks
 from gaitopt.planners.over_terrain.ways.arrival import arrived
+from gaitopt.planners.over_terrain.ways.kinds import ways_of
 from gaitopt.planners.over_terrain.ways.treads import fitted_ways
-from gaitopt.planners.over_terrain.ways.tries import Tries, ways_of
+from gaitopt.planners.over_terrain.ways.tries import Tries
 from gaitopt.robots.quadruped import Quadruped
 from gaitopt.terrain.footholds import Footholds
 from gaitopt.terrain.height_map import HeightMap

@@ -24,7 +24,8 @@ from gaitopt.planners.over_terrain.result import TerrainSearch
 from gaitopt.planners.over_terrain.search import Search
 from gaitopt.planners.over_terrain.settings import TerrainSettings
 from gaitopt.planners.over_terrain.setup import along, first_layer, result_of, with_settings
-from gaitopt.planners.over_terrain.ways.tries import Tries, shorter_steps
+from gaitopt.planners.over_terrain.ways.kinds import shorter_steps
+from gaitopt.planners.over_terrain.ways.tries import Tries
 from gaitopt.robots.quadruped import Quadruped
 
 BEFORE = 4

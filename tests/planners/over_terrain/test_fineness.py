@@ -14,7 +14,7 @@ from gaitopt.planners.over_terrain.places import grid_shares
 from gaitopt.planners.over_terrain.settings import TerrainSettings
 from gaitopt.planners.over_terrain.setup import first_layer, search_for
 from gaitopt.planners.over_terrain.ways.fineness import AT_DEAD_ENDS, FINE, USUAL
-from gaitopt.planners.over_terrain.ways.tries import FURTHER, ways_of
+from gaitopt.planners.over_terrain.ways.kinds import FURTHER, ways_of
 from gaitopt.robots.rotations import rpy_to_matrix
 from gaitopt.robots.whole_body import base_of_body, configuration
 from tests.helpers.terrain_steps import judge_and_pairs

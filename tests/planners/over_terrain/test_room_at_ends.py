@@ -14,11 +14,11 @@ from gaitopt.planners.over_terrain.beam.ending import Ending
 from gaitopt.planners.over_terrain.search import Search
 from gaitopt.planners.over_terrain.settings import TerrainSettings
 from gaitopt.planners.over_terrain.setup import first_layer, search_for
+from gaitopt.planners.over_terrain.ways.kinds import ways_of
 from gaitopt.planners.over_terrain.ways.room_at_ends import (
     _com_box,
     no_room_at_ends,
 )
-from gaitopt.planners.over_terrain.ways.tries import ways_of
 
 GO2 = gaitopt.load_robot("go2")
 FLAT = HeightMap(np.zeros((101, 91)), 0.02, (-0.7, -0.9))

@@ -18,15 +18,10 @@ from gaitopt.planners.over_terrain.search import Search
 from gaitopt.planners.over_terrain.settings import LONGER, TerrainSettings
 from gaitopt.planners.over_terrain.setup import first_layer, result_of, search_for, with_settings
 from gaitopt.planners.over_terrain.states import Found
+from gaitopt.planners.over_terrain.ways.kinds import SHORT_STANCES, STEP_SHARES, ways_of
 from gaitopt.planners.over_terrain.ways.outcomes import ended_of
 from gaitopt.planners.over_terrain.ways.room_to_stand import no_room
-from gaitopt.planners.over_terrain.ways.tries import (
-    ASIDE,
-    OVER,
-    SHORT_STANCES,
-    STEP_SHARES,
-    ways_of,
-)
+from gaitopt.planners.over_terrain.ways.tries import ASIDE, OVER
 
 GO2 = gaitopt.load_robot("go2")
 START = (0.0, 0.0, 0.0)
@@ -73,9 +68,10 @@ def test_where_all_ways_end_it_looks_beside_more_finely_and_wider_before_it_refu
     monkeypatch: pytest.MonkeyPatch, post: bool
 ) -> None:
     # Two ways of walking, so that it is quick.
-    tries = "gaitopt.planners.over_terrain.ways.tries."
-    for name, value in (("NARROW", 1), ("STEP_SHARES", (1.0, 0.7)), ("SHORT_STANCES", ())):
-        monkeypatch.setattr(tries + name, value)
+    ways = "gaitopt.planners.over_terrain.ways."
+    monkeypatch.setattr(ways + "tries.NARROW", 1)
+    monkeypatch.setattr(ways + "kinds.STEP_SHARES", (1.0, 0.7))
+    monkeypatch.setattr(ways + "kinds.SHORT_STANCES", ())
     looked: list[tuple[bool, int, bool]] = []
     run, ends = Search.run, dict[float, Found]()
 

@@ -8,10 +8,9 @@ nearer to one another, as seen from above, and its hind feet would stay behind o
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -25,6 +24,7 @@ from gaitopt.planners.over_terrain.settings import EXHAUSTIVE_TIMES, TerrainSett
 from gaitopt.planners.over_terrain.setup import along, first_layer, result_of, with_settings
 from gaitopt.planners.over_terrain.states import Found, Layer
 from gaitopt.planners.over_terrain.ways.better import better
+from gaitopt.planners.over_terrain.ways.kinds import PATIENT
 from gaitopt.planners.over_terrain.ways.outcomes import (
     ended_of,
     farthest_of_each,
@@ -37,16 +37,6 @@ from gaitopt.planners.over_terrain.ways.room_at_ends import no_room_at_ends
 from gaitopt.planners.over_terrain.ways.room_to_stand import no_room
 from gaitopt.planners.over_terrain.ways.treads import FittedWay
 
-STEP_SHARES = (1.0, 0.7, 0.5)
-"""Lengths of steps that are tried one after the other where none is given, as shares of the usual
-one. Shorter steps go up and down higher stairs, and take more time."""
-SHORT_STANCES = ((0.7, 0.7), (0.8, 0.6), (0.5, 0.55))
-"""Shares of the usual step and of the standing robot's stance that are tried after these, where no
-stance is given. Chosen: with the first anymal_c goes up risers of 17 and 18 cm on treads of 28 cm,
-and not with a stance of 0.85; with the last risers of 17 cm on treads of 25 cm; with the second
-wang2020 crosses stones on which other ways end."""
-FURTHER = ((0.85, 0.85), (0.35, 0.7), (1.2, 0.85))
-"""The same, which only an exhaustive search tries besides."""
 UPHILL = 0.35
 """Pitch of the body at a dead end, nose up, from which on short stances are tried first [rad].
 Chosen: stairs that need them have slopes of 0.5 and more, and on the way down they rarely help."""
@@ -68,9 +58,6 @@ FINE_TIMES = 2.0
 """Time of a search that looks as finely as there is a way to, in times of one. Chosen: hyq finds a
 way over 3 m of stones in 12 s, on which all usual ones end within a step of one another."""
 
-PATIENT = (0.5, 0.7)
-"""Shares of the usual step and stance of the way of walking that is tried last of all. Chosen:
-anymal_c waits so at the rim of a valley (hills of seed 25, docs/terrain_table.md)."""
 FREER_ON, BACK_ON = 1.75, (12, 24)
 """Freedom of the steps, in times of what it was, with which a search goes on from before its dead
 end, and from how many steps before. Chosen: anymal_c crosses that valley so, and not with the same
@@ -106,8 +93,12 @@ class Tries:
         self._failed: list[TerrainSearch] = []
         self._ends: list[tuple[Search, Found]] = []
         """Searches that did not reach the goal, with what they found."""
+        # Who asks for narrow beams asks for a quick answer.
+        self.quick = search.judge.settings.width_limit < TerrainSettings.width_limit
+        self._kept = 0.0 if self.quick else LAST * (self.end - self.clock)
+        """Time before the end at which searches from the start end, for those that go on [s]."""
         self._cut = False
-        """Whether one of the last looks was not made, because the time for them was over."""
+        """Whether a search was not made, because the time for it was over."""
         self._rest = self._one_by_one(self._failed)
 
     def result(self) -> TerrainSearch:
@@ -169,8 +160,6 @@ class Tries:
         usual = self.search.judge.settings
         once = usual.longest(self.search.course.length)
         narrow = min(usual.width_limit, NARROW * usual.width)
-        # Who asks for narrow beams asks for a quick answer.
-        quick = usual.width_limit < TerrainSettings.width_limit
         # In an exhaustive search, too, what the usual one finds is found.
         first = once / EXHAUSTIVE_TIMES if usual.exhaustive else once
         # Most ways that get there meet no dead end.
@@ -178,7 +167,7 @@ class Tries:
         if self.fitted and not self.fitted[0].high:
             yield from self._in_turn(self.ways[:1], least, False, most, tried)
         yield from self._on_treads(least, most, tried)
-        aside = not quick and not self.fitted and self._other_ground_beside
+        aside = not self.quick and not self.fitted and self._other_ground_beside
         soon = self.ways[: SOON if aside else 1]
         for way in soon:
             yield from self._in_turn([way], least if aside else narrow, False, most, tried)
@@ -197,20 +186,14 @@ class Tries:
             yield from self._in_turn(self.ways, narrow, True, once, tried)
         # Those that got farthest may pass with a finer look, or with a wider beam.
         farthest = farthest_of_each(tried)
-        fine = [(near, True, narrow) for near in farthest if not quick and not usual.exhaustive]
+        fine = [(near, True, narrow) for near in farthest if not (self.quick or usual.exhaustive)]
         wide = [(near, usual.exhaustive, usual.width_limit) for near in farthest]
-        kept = 0.0 if quick else LAST * usual.longest_in_all(self.search.course.length)
         for near, finely, width in fine + wide:
             searching = self._searching(replace(near.settings, width_limit=width), finely)
             if near.course.marks is not None:
                 searching = along(searching, near.course)
-            longest = FINE_TIMES * once if finely else once
-            left = self.end - kept - time.thread_time()
-            if left <= 0.0:
-                self._cut = True
-                break
-            yield from self._found(searching, min(longest, left), tried)
-        if not quick:
+            yield from self._found(searching, FINE_TIMES * once if finely else once, tried)
+        if not self.quick:
             yield from self._onward(narrow, most, tried)
 
     def _in_turn(
@@ -291,6 +274,7 @@ class Tries:
             most: processor time of each [s].
             tried: what those before found.
         """
+        self._kept = 0.0
         usual = self.ways[0]
         if usual.freedom != TerrainSettings.for_robot(self.search.judge.robot).freedom:
             # It was asked for.
@@ -320,10 +304,11 @@ class Tries:
         layers: Sequence[Layer] = (),
     ) -> Iterator[TerrainSearch]:  # fmt: skip
         """One search, which may take ``most`` seconds; none where the time of all is over."""
-        now = time.thread_time()
+        now, end = time.thread_time(), self.end - self._kept
+        self._cut |= now >= end
         # The first one is made in any case: there is a result.
-        if now < self.end or not tried:
-            until, begin = min(now + most, self.end), layers or [first_layer(searching)]
+        if now < end or not tried:
+            until, begin = min(now + most, end), layers or [first_layer(searching)]
             found = searching.run(begin, self.progress, self.search.effort, until)
             if not found.complete:
                 self._ends.append((searching, found))
@@ -333,36 +318,3 @@ class Tries:
 def _share(end: tuple[Search, Found]) -> float:
     """Share of the steps to the goal that a search made."""
     return len(end[1].layers) / end[1].steps
-
-
-def ways_of(usual: TerrainSettings, asked: Mapping[str, Any]) -> tuple[TerrainSettings, ...]:
-    """Ways of walking to try one after the other; what was asked for stays.
-
-    Args:
-        usual: the settings of the first one.
-        asked: settings by name that were given.
-    """
-    shares = STEP_SHARES if asked.get("step_length") is None else (1.0,)
-    pairs = [(share, usual.stance) for share in shares]
-    if asked.get("stance") is None:
-        given = len(shares) == 1
-        stances = SHORT_STANCES + (FURTHER if usual.exhaustive else ())
-        pairs += [(1.0 if given else share, stance) for share, stance in stances]
-    return tuple(
-        replace(usual, step_length=round(share * usual.step_length, 4), stance=stance)
-        for share, stance in pairs
-    )
-
-
-def shorter_steps(usual: float, settings: TerrainSettings, asked: Mapping[str, Any]) -> list[float]:
-    """Shorter lengths of steps [m] than those of some settings, where none is asked for.
-
-    Args:
-        usual: length of the usual steps [m].
-        settings: of a search.
-        asked: settings by name that were given.
-    """
-    lengths = [round(share * usual, 4) for share in STEP_SHARES]
-    if asked.get("step_length") is not None or settings.step_length not in lengths:
-        return []
-    return [length for length in lengths if length < settings.step_length]
