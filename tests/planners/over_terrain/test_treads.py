@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -95,6 +97,22 @@ def test_all_feet_stand_alike_on_every_tread(sign: float) -> None:
         assert np.ptp(np.mod(beyond - beyond[0] + 0.5, 1.0)) < 0.15
         # Twice on each tread, with every foot.
         assert over.sum() == pytest.approx(4 * 2 * (len(edges) - 1), abs=2)
+
+
+@pytest.mark.parametrize("ahead", [0.5, -0.5])
+def test_the_base_may_be_ahead_of_all_hips_or_behind_them(ahead: float) -> None:
+    search = search_over(stairs(0.51, 0.81, 1.11, 1.41), 2.4)
+    hips = search.judge.hips + np.array([ahead, 0.0])
+    moved = replace(search, judge=replace(search.judge, hips=hips))
+    for way, usual in zip(fitted_ways(moved, {}), fitted_ways(search, {}), strict=True):
+        assert way.settings == usual.settings and way.course.marks is not None
+        assert (np.diff(way.course.marks) > 0.0).all()
+
+
+def test_hips_nearer_than_half_a_step_have_no_fitted_ways() -> None:
+    search = search_over(stairs(0.5, 0.8, 1.1))
+    near = replace(search, judge=replace(search.judge, hips=search.judge.hips * [0.1, 1.0]))
+    assert not fitted_ways(near, {})
 
 
 def test_what_was_asked_for_is_not_changed() -> None:

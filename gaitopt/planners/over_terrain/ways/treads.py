@@ -109,6 +109,10 @@ def fitted_ways(search: Search, asked: Mapping[str, Any]) -> tuple[FittedWay, ..
         return ()
     parts = np.ceil(stairs[0].tread / usual.step_length / (1.0 + WHOLE))
     step = round(stairs[0].tread / max(int(parts), LEAST_PARTS), 4)
+    front, hind = _ends(search.judge.hips[:, 0])
+    if 2.0 * (front - hind) < step:
+        # Front and hind feet would be a step apart only with twice the usual stance.
+        return ()
     high = max(some.riser for some in stairs) >= HIGH * height
     ways = []
     for phase, stance in FITS if high else sorted(FITS, key=lambda fit: -fit[1]):
@@ -117,7 +121,7 @@ def fitted_ways(search: Search, asked: Mapping[str, Any]) -> tuple[FittedWay, ..
         else:
             own = replace(usual, step_length=step)
         feet = with_settings(search, own).judge.usual_feet[:, 0]
-        marks = _marks(course.length, stairs, step, usual.step_length, phase, feet)
+        marks = _marks(course.length, stairs, step, phase, feet)
         ways.append(FittedWay(own, replace(course, marks=frozen(marks)), high))
     return tuple(ways)
 
@@ -202,14 +206,15 @@ def _whole_stance(search: Search, share: float, step: float) -> float:
 
 
 def _ends(ahead: FloatArray) -> tuple[float, float]:
-    """How far front and hind feet are ahead of the body centre [m], from those of all legs."""
-    return float(ahead[ahead > 0.0].mean()), float(ahead[ahead <= 0.0].mean())
+    """How far front and hind feet are ahead of the body centre [m], from those of four legs."""
+    # The base of some robots is ahead of all hips, or behind them.
+    hind, front = np.sort(ahead).reshape(2, 2).mean(axis=1)
+    return float(front), float(hind)
 
 
 def _marks(
-    length: float, stairs: Sequence[Stairs], step: float, usual: float, phase: float,
-    feet: FloatArray,
-) -> FloatArray:  # fmt: skip
+    length: float, stairs: Sequence[Stairs], step: float, phase: float, feet: FloatArray
+) -> FloatArray:
     """Progress at the ends of all cycles, with that at the start ``(cycles + 1,)`` [m].
 
     Where feet are on stairs, cycles end where the feet fit the treads; between stairs, and before
@@ -218,8 +223,7 @@ def _marks(
     Args:
         length: of the course [m].
         stairs: along it.
-        step: that fits their treads [m].
-        usual: longest step elsewhere [m].
+        step: that fits the treads of the first ones; elsewhere steps are no longer [m].
         phase: distance of footholds from the lower end of a tread, in steps.
         feet: how far each foot is ahead of the body centre ``(4,)`` [m].
     """
