@@ -107,6 +107,17 @@ def test_where_all_ways_end_it_looks_beside_more_finely_and_wider_before_it_refu
     assert "may be a way" not in str(caught.value) and len(str(caught.value)) < 500
 
 
+def test_other_stances_without_a_stand_at_the_start_are_left_out() -> None:
+    """A trench where front and hind feet of shorter stances would begin, and a wall ahead."""
+    x, y = np.meshgrid(np.arange(-0.6, 1.1, 0.02), np.arange(-0.6, 0.6, 0.02), indexing="ij")
+    z = np.where(np.abs(x) < 0.15, -0.3, 0.01 * np.sign(y) * (x > 0.3)) + 0.8 * (x > 0.5)
+    ground = HeightMap(z, 0.02, (-0.6, -0.6))
+    with pytest.raises(TerrainError):
+        gaitopt.choose_footholds(
+            GO2, ground, (0.7, 0.0, 0.0), start=START, step_length=0.12, width=1, freedom=0.03
+        )
+
+
 def test_a_course_beside_another_one_leads_between_the_same_ends() -> None:
     course = course_through(START, [(2.0, 0.0), (2.0, 2.0)], feet=0.2, smoothing=0.4)
     beside = course.beside(0.1, 0.3)

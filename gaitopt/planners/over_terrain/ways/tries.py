@@ -90,6 +90,8 @@ class Tries:
         self.begin, self.clock = time.perf_counter(), time.thread_time()
         self.end = self.clock + search.judge.settings.longest_in_all(search.course.length)
         """Processor time at which the last search ends, by ``time.thread_time`` [s]."""
+        self._begun = False
+        """Whether a search was made, so that one without stands at its start is left out."""
         self._failed: list[TerrainSearch] = []
         self._ends: list[tuple[Search, Found]] = []
         """Searches that did not reach the goal, with what they found."""
@@ -166,19 +168,19 @@ class Tries:
         least, most = min(usual.width, narrow), first / 2.0
         if self.fitted and not self.fitted[0].high:
             yield from self._in_turn(self.ways[:1], least, False, most, tried)
-        yield from self._on_treads(least, most, tried)
+        yield from self._on_treads(least, most)
         aside = not self.quick and not self.fitted and self._other_ground_beside
         soon = self.ways[: SOON if aside else 1]
         for way in soon:
             yield from self._in_turn([way], least if aside else narrow, False, most, tried)
             if self.wall is not None and not usual.exhaustive:
                 return
-            yield from self._beside([way] if aside else [], most, tried)
+            yield from self._beside([way] if aside else [], most)
         yield from self._in_turn(self.ways[len(soon) :], least, False, most, tried)
         far = [found.settings for found in farthest_of_each(tried) if not walks(found, soon)]
-        yield from self._beside(far if aside else [], most, tried)
+        yield from self._beside(far if aside else [], most)
         if narrow > least:
-            yield from self._on_treads(narrow, most, tried)
+            yield from self._on_treads(narrow, most)
             yield from self._in_turn(self.ways[not aside :], narrow, False, most, tried)
         if usual.width_limit == narrow:
             return
@@ -192,9 +194,9 @@ class Tries:
             searching = self._searching(replace(near.settings, width_limit=width), finely)
             if near.course.marks is not None:
                 searching = along(searching, near.course)
-            yield from self._found(searching, FINE_TIMES * once if finely else once, tried)
+            yield from self._found(searching, FINE_TIMES * once if finely else once)
         if not self.quick:
-            yield from self._onward(narrow, most, tried)
+            yield from self._onward(narrow, most)
 
     def _in_turn(
         self, ways: Sequence[TerrainSettings], width: int, fine: bool, most: float,
@@ -215,21 +217,14 @@ class Tries:
                 usual = self.search.judge.settings.stance
                 left.sort(key=lambda way: way.stance == usual)
             searching = self._searching(replace(left.pop(0), width_limit=width), fine)
-            try:
-                yield from self._found(searching, most, tried)
-            except InputError:
-                # No stands near where its feet would be at the start.
-                if not tried:
-                    raise
+            yield from self._found(searching, most)
 
-    def _on_treads(
-        self, width: int, most: float, tried: Sequence[TerrainSearch]
-    ) -> Iterator[TerrainSearch]:
+    def _on_treads(self, width: int, most: float) -> Iterator[TerrainSearch]:
         """Searches with steps that fit the treads of stairs, each as in :meth:`_in_turn`."""
         for way in self.fitted:
             searching = self._searching(replace(way.settings, width_limit=width), False)
             try:
-                yield from self._found(along(searching, way.course), most, tried)
+                yield from self._found(along(searching, way.course), most)
             except InputError:
                 # No stands near where its feet would be at the start: others have some.
                 continue
@@ -248,31 +243,25 @@ class Tries:
         # A comparison with NaN, which is unknown ground, is false.
         return any(not (np.abs(other - here) <= SAME).all() for other in there)
 
-    def _beside(
-        self, ways: Sequence[TerrainSettings], most: float, tried: Sequence[TerrainSearch]
-    ) -> Iterator[TerrainSearch]:
+    def _beside(self, ways: Sequence[TerrainSettings], most: float) -> Iterator[TerrainSearch]:
         """Searches beside the course.
 
         Args:
             ways: of walking.
             most: processor time of each [s].
-            tried: what those before found.
         """
         for way in ways:
             narrow = replace(way, width_limit=way.width)
             searching = self._searching(narrow, False)
             for course in self._courses_beside:
-                yield from self._found(along(searching, course), most, tried)
+                yield from self._found(along(searching, course), most)
 
-    def _onward(
-        self, width: int, most: float, tried: Sequence[TerrainSearch]
-    ) -> Iterator[TerrainSearch]:
+    def _onward(self, width: int, most: float) -> Iterator[TerrainSearch]:
         """Searches that go on from before dead ends, with more freedom of the steps.
 
         Args:
             width: of the widest beam.
             most: processor time of each [s].
-            tried: what those before found.
         """
         self._kept = 0.0
         usual = self.ways[0]
@@ -285,7 +274,7 @@ class Tries:
         if len(steps) > 1 and len(stances) > 1:
             step, stance = round(PATIENT[0] * usual.step_length, 4), PATIENT[1]
             patient = replace(usual, step_length=step, stance=stance, width_limit=width)
-            yield from self._found(self._searching(patient, False), most, tried)
+            yield from self._found(self._searching(patient, False), most)
         latest = self._ends[before:]
         for searching, found in (
             latest + sorted(self._ends[:before], key=_share)[: -ONWARD - 1 : -1]
@@ -294,25 +283,32 @@ class Tries:
             freer = replace(settings, freedom=FREER_ON * settings.freedom, width_limit=width)
             for back in BACK_ON:
                 layers = found.layers[: max(len(found.layers) - back, 1)]
-                yield from self._found(with_settings(searching, freer), most, tried, layers)
+                yield from self._found(with_settings(searching, freer), most, layers)
 
     def _searching(self, settings: TerrainSettings, fine: bool) -> Search:
         return replace(with_settings(self.search, settings), fine=fine)
 
     def _found(
-        self, searching: Search, most: float, tried: Sequence[TerrainSearch],
-        layers: Sequence[Layer] = (),
-    ) -> Iterator[TerrainSearch]:  # fmt: skip
+        self, searching: Search, most: float, layers: Sequence[Layer] = ()
+    ) -> Iterator[TerrainSearch]:
         """One search, which may take ``most`` seconds; none where the time of all is over."""
         now, end = time.thread_time(), self.end - self._kept
         self._cut |= now >= end
         # The first one is made in any case: there is a result.
-        if now < end or not tried:
-            until, begin = min(now + most, end), layers or [first_layer(searching)]
-            found = searching.run(begin, self.progress, self.search.effort, until)
-            if not found.complete:
-                self._ends.append((searching, found))
-            yield result_of(searching, found, self.begin)
+        if now >= end and self._begun:
+            return
+        try:
+            begin = layers or [first_layer(searching)]
+        except InputError:
+            # No stands near where its feet would be at the start: those of others had some.
+            if not self._begun:
+                raise
+            return
+        self._begun = True
+        found = searching.run(begin, self.progress, self.search.effort, min(now + most, end))
+        if not found.complete:
+            self._ends.append((searching, found))
+        yield result_of(searching, found, self.begin)
 
 
 def _share(end: tuple[Search, Found]) -> float:
