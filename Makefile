@@ -76,15 +76,15 @@ interrupts: $(VENV)/.test
 # The oldest versions that pyproject.toml allows, and a quick part of the suite with them: what is near
 # to solvers and readers. The file that is written last is part of the repository: a test refuses
 # bounds that are not in it.
-lowest: $(VENV)/.walk
-	$(BIN)/python -m venv --clear $(VENV)-lowest
-	$(BIN)/python -m pip install --quiet --target $(VENV)-lowest/uv uv
+lowest:
+	$(PYTHON) -m venv --clear $(VENV)-lowest
+	$(VENV)-lowest/bin/python -m pip install --quiet --target $(VENV)-lowest/uv uv
 	$(VENV)-lowest/uv/bin/uv pip install --quiet --python $(VENV)-lowest/bin/python \
 	  --resolution lowest-direct --editable '.[test]'
 	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(VENV)-lowest/bin/python -m pytest -p no:cacheprovider \
 	  tests/retiming tests/motion tests/planners/phase_by_phase/test_standing_places.py \
 	  tests/certificate/test_verify.py tests/stability tests/optimize tests/terrain tests/robots/test_*.py
-	$(BIN)/python .ci/bounds.py > .ci/lowest.txt
+	$(VENV)-lowest/bin/python .ci/bounds.py > .ci/lowest.txt
 
 docs: $(VENV)/.test
 	$(BIN)/python docs/make_replays.py

@@ -1,7 +1,8 @@
 """Print the lower bounds that pyproject.toml states, one a line.
 
-``make lowest`` keeps them in ``.ci/lowest.txt`` after its tests have passed with these versions. A
-test of the suite compares both, so bounds do not change without a run of it.
+``make lowest`` writes them to ``.ci/lowest.txt`` after its tests have passed with these versions. A
+test of the suite compares both, so bounds do not change unnoticed. It compares texts: that the file
+was written by that command, it cannot know.
 """
 
 from __future__ import annotations

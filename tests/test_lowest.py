@@ -1,4 +1,4 @@
-"""Lower bounds of dependencies do not change without a run of ``make lowest``."""
+"""Lower bounds of dependencies are those that ``make lowest`` wrote down."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ ROOT = Path(__file__).resolve().parent.parent
 BOUNDS = runpy.run_path(str(ROOT / ".ci" / "bounds.py"))["bounds"]
 
 
-def test_the_bounds_are_those_that_make_lowest_has_tried() -> None:
+def test_the_bounds_are_those_that_make_lowest_wrote_down() -> None:
     stated = BOUNDS((ROOT / "pyproject.toml").read_text("utf-8"))
-    tried = (ROOT / ".ci" / "lowest.txt").read_text("utf-8").splitlines()
-    assert stated == tried, "bounds changed: run `make PYTHON=python3.10 lowest`, commit its file"
+    written = (ROOT / ".ci" / "lowest.txt").read_text("utf-8").splitlines()
+    assert stated == written, "bounds changed: run `make PYTHON=python3.10 lowest`, commit its file"
 
 
 def test_bounds_of_python_packages_and_extras_are_read() -> None:
