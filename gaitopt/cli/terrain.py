@@ -235,25 +235,27 @@ def _tell_edges(
 def _explain(error: TerrainError, folder: RunFolder, report: Report) -> None:
     """Report what stopped a search, and draw how far it got."""
     from gaitopt.planners.over_terrain.beam.ending import Ending
-    from gaitopt.planners.over_terrain.failure import TOLD
+    from gaitopt.planners.over_terrain.failure import TOLD, in_order
     from gaitopt.viewing.figures.files import save_figure
     from gaitopt.viewing.figures.terrain_map import plot_terrain_map
 
+    causes = in_order(error.refused)
+    # The error itself tells the most frequent ones, and all of them where nothing was searched.
+    others = causes[TOLD:]
     if error.search.ended in (Ending.NO_GOAL, Ending.NO_START):
+        others = []
         report.say(f"No way was looked for: {error.search.ended}.")
     elif error.search.footholds.steps < error.search.steps:
         report.say("No way was found.")
     else:
         report.say("Footholds to the goal were found, but no walk over them.")
-    causes = sorted(((n, str(cause)) for cause, n in error.refused.items() if n), reverse=True)
-    # The error itself tells the most frequent ones.
-    for k, (count, cause) in enumerate(causes[TOLD:]):
-        if k == 0:
-            report.say("Less often tries were refused for:")
-        report.say(f"{count:6d} x {escape(cause)}")
+    if others:
+        report.say("Less often tries were refused for:")
+    for cause, count in others:
+        report.say(f"{count:6d} x {escape(str(cause))}")
     report.add(
         error=error.message, step=error.step, leg=error.leg,
-        refused={cause: count for count, cause in causes},
+        refused={str(cause): count for cause, count in causes},
     )  # fmt: skip
     with folder.writing() as (made, place):
         save_figure(plot_terrain_map(error.search), made / MAP)

@@ -49,7 +49,7 @@ def no_way(search: TerrainSearch, detail: str = "") -> TerrainError:
         f"no way over the ground was found: after {step} of {search.steps} steps the next one "
         f"({search.next_leg}) is not possible, {share:.0%} of the way, with the body near {where}"
     ]
-    causes = _in_order(search.refused)
+    causes = in_order(search.refused)
     if causes:
         total = sum(count for _, count in causes)
         most = "; ".join(f"{cause} ({count} of {total} tries)" for cause, count in causes[:TOLD])
@@ -87,7 +87,7 @@ def _no_room(search: TerrainSearch) -> TerrainError:
     gap = min(x - x0, x1 - x, y - y0, y1 - y)
     words = [
         f"the robot cannot stand at the {where} ({x:.4g}, {y:.4g}), so nothing was searched",
-        "why: " + " or ".join(str(cause) for cause, _ in _in_order(search.refused)),
+        "why: " + " or ".join(str(cause) for cause, _ in in_order(search.refused)),
     ]
     words += _edge_near(search, share) + _holes_near(search, share)
     if gap < far:
@@ -183,6 +183,6 @@ def _time_over(search: TerrainSearch) -> str:
     )
 
 
-def _in_order(refused: Mapping[Cause, int]) -> list[tuple[Cause, int]]:
+def in_order(refused: Mapping[Cause, int]) -> list[tuple[Cause, int]]:
     """Causes that refused something, the most frequent first."""
     return sorted(((c, n) for c, n in refused.items() if n), key=lambda pair: -pair[1])
