@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping
 from dataclasses import fields, replace
 from typing import Any
@@ -78,10 +79,11 @@ def _tries(
     progress: Progress | None, options: Mapping[str, Any], forces: ForceLimits | None,
 ) -> Tries:  # fmt: skip
     """The searches of :func:`search_terrain`, for steps that these limits of forces allow."""
+    began = time.perf_counter(), time.thread_time()
     settings = TerrainSettings.for_robot(robot, **options)
     search = search_for(robot, ground, goal, start, settings, forces)
     ways = ways_of(search.judge.settings, options)
-    return Tries(search, ways, fitted_ways(search, options), progress)
+    return Tries(search, ways, fitted_ways(search, options), progress, began)
 
 
 def choose_footholds(

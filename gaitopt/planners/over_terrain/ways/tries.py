@@ -79,15 +79,17 @@ class Tries:
         ways: settings of the ways of walking, in the order in which they are tried.
         fitted: ways of walking that fit stairs along the course, which are tried first.
         progress: called with (steps done, steps in all) of the search that is made.
+        began: times at which work on the first search began, by ``time.perf_counter`` and
+            ``time.thread_time`` [s]; now, where they are not given.
     """
 
     def __init__(
         self, search: Search, ways: Sequence[TerrainSettings], fitted: Sequence[FittedWay] = (),
-        progress: Progress | None = None,
+        progress: Progress | None = None, began: tuple[float, float] | None = None,
     ) -> None:  # fmt: skip
         self.search, self.ways, self.fitted = search, tuple(ways), tuple(fitted)
         self.progress = progress
-        self.begin, self.clock = time.perf_counter(), time.thread_time()
+        self.begin, self.clock = began or (time.perf_counter(), time.thread_time())
         self.end = self.clock + search.judge.settings.longest_in_all(search.course.length)
         """Processor time at which the last search ends, by ``time.thread_time`` [s]."""
         self._begun = False
