@@ -109,12 +109,14 @@ class Walks:
     def _shorter(self, search: TerrainSearch, until: float) -> Iterator[TerrainSearch]:
         """Searches with shorter steps along the course of one, where no length was asked for."""
         usual = TerrainSettings.for_robot(self.searching.judge.robot).step_length
+        # Cycles that fit the treads of stairs fit one length of step.
+        course = replace(search.course, marks=None)
         for length in shorter_steps(usual, search.settings, self.asked):
             if time.thread_time() > until:
                 return
             settings = replace(search.settings, step_length=length)
             started = time.perf_counter()
-            other = with_settings(along(self.searching, search.course), settings)
+            other = with_settings(along(self.searching, course), settings)
             other = replace(other, fine=search.fine)
             latest = time.thread_time() + settings.longest(search.course.length)
             found = other.run([first_layer(other)], self.progress, until=min(latest, until))

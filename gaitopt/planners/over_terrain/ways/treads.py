@@ -48,9 +48,9 @@ short stance; hyq from 0.3 to 0.4 with the long one; go2 from any with either. O
 same places are reached from above."""
 HIGH = 0.35
 """Height of risers, in standing heights, from which on fitted steps with a short stance are tried
-before anything else. Chosen: with risers of 0.42 go2, anymal_c and wang2020 are sooner over stairs
-so, and walk over them in less time; hyq with risers of 0.26 needs its usual stance, if any of
-this."""
+before anything else. Chosen: with risers of 0.42 ways over stairs are found sooner so for go2,
+anymal_c and wang2020; go2 walks over them in less time, anymal_c in more (docs/terrain.md). hyq
+with risers of 0.26 needs its usual stance, if any of this."""
 
 
 @dataclass(frozen=True)

@@ -51,9 +51,8 @@ SAME = 5e-3
 """Ground whose height differs by no more than this counts as the same [m]."""
 SOON = 2
 """Ways of walking, from the first one on, that are tried beside the course before others are tried
-along it. Chosen: of 13 grounds on which a
-search took more than 3 s a metre, eight are crossed beside the course with the usual steps, and
-four with the next shorter ones."""
+along it. Chosen: of 13 grounds on which a search took more than 3 s a metre, eight are crossed
+beside the course with the usual steps, and four with the next shorter ones."""
 FINE_TIMES = 2.0
 """Time of a search that looks as finely as there is a way to, in times of one. Chosen: hyq finds a
 way over 3 m of stones in 12 s, on which all usual ones end within a step of one another."""
