@@ -397,19 +397,18 @@ def test_other_ways_are_tried_where_all_walks_over_the_first_one_are_refused(
     monkeypatch.setattr("gaitopt.planners.over_terrain.walks.MOST_PLANS", 1)
     name = "gaitopt.planners.over_terrain.walks.plan_crawl"
     monkeypatch.setattr(name, refusing([refused] * 5))
-    start = (0.0, 0.0, 0.0)
-    usual = gaitopt.choose_footholds(*FEW_STEPS, start=start)
-    walk = gaitopt.plan_terrain(*FEW_STEPS, start=start)
+    way: dict[str, Any] = {"start": (0.0, 0.0, 0.0), "width_limit": 6}
+    usual = gaitopt.choose_footholds(*FEW_STEPS, **way)
+    walk = gaitopt.plan_terrain(*FEW_STEPS, **way)
     lengths = [float(over["LF"][0, 0] - over["LH"][0, 0]) for over in (usual, walk.footholds)]
     assert lengths[1] < 0.8 * lengths[0] and gaitopt.verify(walk).ok
     # A search that is handed over is not walked once more where the others begin anew.
     monkeypatch.setattr(name, refusing([refused] * 99))
-    search = gaitopt.search_terrain(*FEW_STEPS, start=start)
+    search = gaitopt.search_terrain(*FEW_STEPS, **way)
     words = r"steps of 0.1039 and 0.0742 m were tried, too; so were \d+ other ways to the goal"
-    for given in ({}, {"search": search}):
-        with pytest.raises(TerrainError, match=words) as caught:
-            gaitopt.plan_terrain(*FEW_STEPS, start=start, **given)
-        assert caught.value.search.stands.shape == search.stands.shape
+    with pytest.raises(TerrainError, match=words) as caught:
+        gaitopt.plan_terrain(*FEW_STEPS, **way, search=search)
+    assert caught.value.search.stands.shape == search.stands.shape
 
 
 def test_usual_values_of_other_options_leave_the_usual_forces() -> None:

@@ -28,8 +28,8 @@ RISER_DEPTH = 0.05
 LEAST_EDGES = 3
 """Edges that make stairs: two treads of the same depth."""
 UNEVEN = 0.15
-"""How far an edge may be from where treads of the same depth would have it, and from where the
-other side of the robot meets it, in treads."""
+"""By how much the treads of the same stairs may differ in depth, and how far an edge may be from
+where the other side of the robot meets it, in treads."""
 STRAIGHT = 0.1
 """How far the body may turn on stairs, and face aside of its way [rad]."""
 DEEPEST = 3.0

@@ -182,7 +182,9 @@ class Tries:
         yield from self._beside(far if aside else [], most)
         if narrow > least:
             yield from self._on_treads(narrow, most)
-            yield from self._in_turn(self.ways[not aside :], narrow, False, most, tried)
+            yield from self._in_turn(
+                self.ways if aside else self.ways[1:], narrow, False, most, tried
+            )
         if usual.width_limit == narrow:
             return
         if usual.exhaustive:
