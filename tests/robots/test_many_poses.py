@@ -124,6 +124,23 @@ def test_a_path_touches_where_the_distance_of_any_pair_says_so(name: str) -> Non
     assert True in found and False in found
 
 
+def test_a_short_touch_is_found_with_enough_looks_at_all_pairs() -> None:
+    """Two legs cross for a hundredth of a long path, between two of fifty looks at all pairs."""
+    robot = gaitopt.load_robot("wang2020")
+    pairs, count = CollisionPairs.of(robot), 20_000
+    assert pairs is not None
+    away = np.zeros(count)
+    away[5300:5500] = np.sin(np.linspace(0.0, np.pi, 200)) ** 2
+    standing = robot.standing_joints()
+    front, hind = (robot.leg_columns[leg][1] for leg in ("LF", "LH"))
+    joints = np.tile(standing, (count, 1))
+    joints[:, front] -= 2.0 * away
+    joints[:, hind] += 2.0 * away
+    assert (pairs.distances(joints[5400:5401, pairs.columns]) < 0.0).any()
+    assert not path_touches(robot, joints)
+    assert path_touches(robot, joints, 400)
+
+
 def test_a_sliding_joint_has_no_chain() -> None:
     model = pin.buildModelFromXML(
         '<robot name="slide"><link name="a"/><link name="b"/>'
