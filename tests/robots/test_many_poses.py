@@ -134,8 +134,8 @@ def test_a_short_touch_is_found_with_enough_looks_at_all_pairs() -> None:
     standing = robot.standing_joints()
     front, hind = (robot.leg_columns[leg][1] for leg in ("LF", "LH"))
     joints = np.tile(standing, (count, 1))
-    joints[:, front] -= 2.0 * away
-    joints[:, hind] += 2.0 * away
+    joints[:, front] -= 1.6 * away
+    joints[:, hind] += 1.6 * away
     assert (pairs.distances(joints[5400:5401, pairs.columns]) < 0.0).any()
     assert not path_touches(robot, joints)
     assert path_touches(robot, joints, 400)
