@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping
 from dataclasses import fields, replace
+from functools import partial
 from typing import Any
 
 from numpy.typing import ArrayLike
@@ -182,8 +183,9 @@ def _walk(
     further = {name: value for name, value in options.items() if name not in asked}
     if further.get("forces") is not None:
         check_kind("forces", further["forces"], ForceLimits)
-    tries = _tries(robot, ground, goal, start, progress, asked, further.get("forces"))
+    forces, tries = further.get("forces"), None
     if search is None:
+        tries = _tries(robot, ground, goal, start, progress, asked, forces)
         search = tries.result()
     if search.settings.stability_margin != force_margin(robot):
         further["stability_margin"] = search.settings.stability_margin
@@ -191,8 +193,11 @@ def _walk(
         further["forces"] = usual_forces(search.settings.friction)
     if not search.complete:
         raise no_way(search)
+    if tries is not None:
+        return Walks(tries.search, further, asked, progress).first_of(search, lambda: tries)
     searching = search_for(robot, ground, goal, start, search.settings, further.get("forces"))
-    return Walks(searching, further, asked, progress).first_of(search, tries)
+    anew = partial(_tries, robot, ground, goal, start, progress, asked, forces)
+    return Walks(searching, further, asked, progress).first_of(search, anew)
 
 
 def _by_usual_forces(further: Mapping[str, Any]) -> bool:

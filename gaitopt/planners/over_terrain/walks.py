@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any
@@ -57,12 +57,13 @@ class Walks:
     asked: Mapping[str, Any]
     progress: Progress | None
 
-    def first_of(self, search: TerrainSearch, tries: Tries) -> tuple[Plan, Search]:
+    def first_of(self, search: TerrainSearch, further: Callable[[], Tries]) -> tuple[Plan, Search]:
         """The walk over what was found, else over shorter steps, else over what is found further.
 
         Args:
             search: what was found, which reaches the goal.
-            tries: the searches that go on after it.
+            further: gives the searches that go on after it, or begin anew; called where they are
+                needed.
 
         Returns:
             The walk, and the search that its footholds are of.
@@ -85,7 +86,7 @@ class Walks:
             if shorter.complete:
                 with suppress(TerrainError):
                     return self._over(shorter, until)
-        end, others = begin + OTHERS_UNTIL * longest, 0
+        end, others, tries = begin + OTHERS_UNTIL * longest, 0, further()
         while (other := tries.next_way(end)) is not None:
             # Those that begin anew find the first way once more.
             if np.array_equal(other.stands, search.stands):

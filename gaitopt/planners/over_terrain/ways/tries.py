@@ -56,11 +56,10 @@ beside the course with the usual steps, and four with the next shorter ones."""
 FINE_TIMES = 2.0
 """Time of a search that looks as finely as there is a way to, in times of one. Chosen: hyq finds a
 way over 3 m of stones in 12 s, on which all usual ones end within a step of one another."""
-
 FREER_ON, BACK_ON = 1.75, (12, 24)
 """Freedom of the steps, in times of what it was, with which a search goes on from before its dead
-end, and from how many steps before. Chosen: anymal_c crosses that valley so, and not with the same
-freedom from the start on."""
+end, and from how many steps before. Chosen: anymal_c crosses a valley so (hills of seed 25,
+docs/terrain_table.md), and not with the same freedom from the start on."""
 ONWARD = 3
 """Other searches that go on so: those that got farthest."""
 LAST = 0.2
